@@ -31,9 +31,9 @@ int main() {
   for (int i = 1; i <= 1000; ++i) {
     world.step();
     if (i % 100 != 0) continue;
-    const auto felt = world.reading(skin);
+    const auto reading = world.reading(skin);
     std::printf("%8.1f  %11.1f  %16.3f  %5zu of %zu\n", 1e-3 * i,
-                1e3 * world.pose(box).translation.z(), felt.total_normal(), felt.touching(),
-                felt.size());
+                1e3 * world.pose(box).translation.z(), reading.total_normal(), reading.touching(),
+                reading.size());
   }
 }

@@ -42,8 +42,8 @@ int main() {
     const double along = t > 0.2005 ? 0.009 : 0.0;
     world.set_velocity(probe, {{along, 0, down}, {0, 0, 0}});
     world.step();
-    const PatchReading<double> felt = world.reading(patch);
-    const bool lets_go = felt.state[0] == SensorState::slipping;
+    const PatchReading<double> reading = world.reading(patch);
+    const bool lets_go = reading.state[0] == SensorState::slipping;
     if (i % 30 != 0 && !lets_go) continue;
 
     // The sensor reads its depth at the start of the step, and the force that acted during it.
@@ -53,8 +53,8 @@ int main() {
     const double stretch =
         std::fmod(p.x() - along * dt, law.breakaway_distance);  // since the bristle last let go
     const double shear = law.static_friction * normal * stretch + law.sliding_friction * along;
-    std::printf("%8.3f  %.3f  %.3f  %7.3f  %7.3f  %7.3f %7.3f   %s\n", t, felt.depth[0], depth,
-                felt.total_normal(), normal, felt.total_shear(), shear,
+    std::printf("%8.3f  %.3f  %.3f  %7.3f  %7.3f  %7.3f %7.3f   %s\n", t, reading.depth[0], depth,
+                reading.total_normal(), normal, reading.total_shear(), shear,
                 lets_go ? "lets go" : "holds");
   }
 }

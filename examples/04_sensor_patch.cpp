@@ -1,7 +1,7 @@
 // Covers the underside of a box with the sensors of a mesh file, and stands it on an incline.
 //
 // 36 sensors sit on the vertices of a 100 mm pad. The box of 2 kg leans: its centre of mass is off
-// its middle, and the plane has 10 degrees. What the patch reads must balance the weight:
+// its middle, and the plane has 10 degrees. The patch's reading must balance the weight:
 //
 //   force across the plane  = m g cos 10
 //   force up the slope      = m g sin 10
@@ -55,11 +55,11 @@ int main() {
       tuned_for<double>({.friction = 0.8, .load = weight, .mass = mass, .press = 0.2}));
   for (int i = 0; i < 3000; ++i) world.step();
 
-  const PatchReading<double> felt = world.reading(patch);
+  const PatchReading<double> reading = world.reading(patch);
   std::printf("%zu sensors on vertices; depth of each, the way down the slope to the right:\n",
               placed.vertex_sensors);
-  for (std::size_t i = 0; i < felt.size(); ++i) {
-    std::printf("%6.2f%s", felt.depth[i], i % 6 == 5 ? "\n" : "");
+  for (std::size_t i = 0; i < reading.size(); ++i) {
+    std::printf("%6.2f%s", reading.depth[i], i % 6 == 5 ? "\n" : "");
   }
 
   // Centre of pressure and centre of mass in the plane's frame, from the middle of the box.
@@ -67,15 +67,15 @@ int main() {
   const Vec3<double> middle = X_PW * world.pose(box).translation;
   const Vec3<double> center = X_PW * (world.pose(box) * center_of_mass) - middle;
   Vec3<double> pressure = Vec3<double>::Zero();
-  for (std::size_t i = 0; i < felt.size(); ++i) {
-    const Vec3<double> touch(felt.point_x[i], felt.point_y[i], felt.point_z[i]);
-    pressure += felt.normal_force[i] / felt.total_normal() * (X_PW * touch - middle);
+  for (std::size_t i = 0; i < reading.size(); ++i) {
+    const Vec3<double> touch(reading.point_x[i], reading.point_y[i], reading.point_z[i]);
+    pressure += reading.normal_force[i] / reading.total_normal() * (X_PW * touch - middle);
   }
   const double height = center.z() + middle.z();
   std::puts("\n                            read  expected");
   // The box leans on its soft skin, so its sensors do not stand quite upright on the plane: the
   // vector sum is what balances the weight.
-  const Vec3<double> force = X_PW.rotate(felt.wrench.force);
+  const Vec3<double> force = X_PW.rotate(reading.wrench.force);
   std::printf("across the plane [N]     %7.3f  %8.3f\n", force.z(), weight * std::cos(slope));
   std::printf("up the slope [N]         %7.3f  %8.3f\n", -force.x(), weight * std::sin(slope));
   std::printf("centre of pressure [mm]  %7.2f  %8.2f   along x\n", 1e3 * pressure.x(),

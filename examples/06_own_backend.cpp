@@ -17,7 +17,7 @@ using namespace bristle;
 namespace {
 
 struct Marbles {
-  /// What the world keeps of each shape: anything that can be copied.
+  /// Copy of each shape that the world keeps: any copyable type.
   template <Scalar S>
   struct Collidable {
     Sphere<S> sphere;

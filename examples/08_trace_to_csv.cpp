@@ -6,12 +6,15 @@
 //
 // Expected output: 08_trace_to_csv.expected
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/svg_plot.hpp"
+
 #include <bristle/bristle.hpp>
 
 #include <cmath>
 #include <cstdio>
 
 using namespace bristle;
+using namespace figure;
 
 int main() {
   const double dt = 1e-3;
@@ -36,9 +39,9 @@ int main() {
   for (int i = 1; i <= 1000; ++i) {
     if (i > 200 && i <= 700) world.apply_wrench(block, {{2, 0, 0}, {0, 0, 0}});
     world.step();
-    const auto felt = world.reading(pad);
-    trace.add_row({dt * i, world.body(block).center_pose.translation.x(), felt.total_normal(),
-                   felt.total_shear()});
+    const auto reading = world.reading(pad);
+    trace.add_row({dt * i, world.body(block).center_pose.translation.x(), reading.total_normal(),
+                   reading.total_shear()});
   }
   trace.write_csv("push.csv");
 

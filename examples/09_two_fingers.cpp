@@ -35,7 +35,7 @@ int main() {
                      .body_b = finger,
                      .X_AJ = start * towards_box,
                      .X_BJ = towards_box,
-                     .drive = {DriveMode::velocity, 0.1, load}});
+                     .motor = {MotorMode::velocity, 0.1, load}});
     pads[side] = world.add_patch(finger,
                                  sensor_grid<double>({.center = {0, -sign * 0.01, 0},
                                                       .side_u = {0.03, 0, 0},

@@ -42,15 +42,15 @@ int main(int argc, char** argv) {
                                      .count_u = 5,
                                      .count_v = 5});
   pad.parameters = tuned_for<double>({.load = 5, .mass = 0.2}).parameters(pad.sensors);
-  pad.cast_every = 16;  // Once a step; the law in every tick.
+  pad.cast_every = 16;  // Once a step; the law in every substep.
 
-  HapticLoop<double> loop({.ticks = 16});
+  HapticLoop<double> loop({.substeps = 16});
   const ToolId tool = loop.add_tool(stylus);
   loop.add_patch(tool, pad);
   for (int i = 0; i < 60; ++i) world.step();  // The box comes to rest.
   world.open(loop);
 
-  const double h = loop.tick_length();
+  const double h = loop.substep_length();
   PassivityObserver<double> observer;
   RealTimePacer<> pacer(h);
   using Clock = std::chrono::steady_clock;
@@ -58,26 +58,26 @@ int main(int argc, char** argv) {
   Wrench<double> sent;
   Vec3<double> last = hand(0);
   std::puts("time [s]  force [N]             box at x [mm]  port [mJ]");
-  int ticks = 0;
+  int substeps = 0;
   for (int step = 0; step < 180; ++step) {
-    for (int i = 0; i < 16; ++i, ++ticks) {
-      const Vec3<double> now = hand(ticks * h);
+    for (int i = 0; i < 16; ++i, ++substeps) {
+      const Vec3<double> now = hand(substeps * h);
       const Twist<double> moved{(now - last) / h, Vec3<double>::Zero()};
       last = now;
       loop.move(tool, {Quat<double>::Identity(), now});
-      loop.tick();
+      loop.substep();
       sent = observer.control(loop.wrench(tool), moved, h);  // Here it goes to the device.
       if (is_paced) pacer.wait();
     }
     world.step(loop);
     if (step % 20 != 19) continue;
     const Vec3<double>& f = sent.force;
-    std::printf("%8.2f  %6.3f %6.3f %6.3f  %13.3f  %9.3f\n", ticks * h, f.x(), f.y(), f.z(),
+    std::printf("%8.2f  %6.3f %6.3f %6.3f  %13.3f  %9.3f\n", substeps * h, f.x(), f.y(), f.z(),
                 1000 * world.pose(box).translation.x(), 1000 * observer.energy());
   }
   const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
   std::printf("the port gave %s\n", observer.is_passive() ? "no energy" : "energy");
   // Simulated time over real time, as the paper plots it (Fig. 9); not the same in every run.
   std::fprintf(stderr, "real-time factor %.2f\n",
-               is_paced ? pacer.real_time_factor() : ticks * h / seconds);
+               is_paced ? pacer.real_time_factor() : substeps * h / seconds);
 }

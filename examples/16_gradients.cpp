@@ -43,7 +43,7 @@ std::vector<S> heights(S force, const SensorParameters<S>& skin, int count) {
                      .body_b = finger,
                      .X_AJ = start * towards_box,
                      .X_BJ = towards_box,
-                     .drive = {DriveMode::velocity, 0.1, force}});
+                     .motor = {MotorMode::velocity, 0.1, force}});
     world.add_patch(finger,
                     sensor_grid<S>({.center = {0, -side * 0.01, 0},
                                     .side_u = {0.03, 0, 0},

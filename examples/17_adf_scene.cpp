@@ -32,20 +32,20 @@ void print(const AdfScene<double>& scene) {
 void grip_and_lift(World<double>& world, AdfScene<double>& scene) {
   const BodyId part = scene.bodies.at("Part");
   for (const char* finger : {"Left", "Right"}) {
-    world.set_drive(
+    world.set_motor(
         scene.joints.at(finger),
-        {.mode = DriveMode::position, .target = 0.03, .max_force = 5, .max_speed = 0.2});
+        {.mode = MotorMode::position, .target = 0.03, .max_force = 5, .max_speed = 0.2});
   }
   run(world, 0.5);
   const double start = world.pose(part).translation.z();
-  world.set_drive(scene.joints.at("Lift"),
-                  {.mode = DriveMode::position, .target = 0.1, .max_force = 50, .max_speed = 0.2});
+  world.set_motor(scene.joints.at("Lift"),
+                  {.mode = MotorMode::position, .target = 0.1, .max_force = 50, .max_speed = 0.2});
   run(world, 1.5);
 
   for (const auto& patch : scene.patches) {
-    const auto felt = world.reading(patch.value);
+    const auto reading = world.reading(patch.value);
     std::printf("%-9s normal %.3f N, shear %.3f N, touching %zu of %zu\n", patch.name.c_str(),
-                felt.total_normal(), felt.total_shear(), felt.touching(), felt.size());
+                reading.total_normal(), reading.total_shear(), reading.touching(), reading.size());
   }
   std::printf("the part rose by %.3f mm\n", 1e3 * (world.pose(part).translation.z() - start));
   AdfProximity<double>& scanner = scene.proximity.at("Scanner");

@@ -9,9 +9,9 @@
 // Prints a table, writes fig2_drop.csv and fig2_drop.svg.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "drop.hpp"
+#include "support/svg_plot.hpp"
 #include "support/table.hpp"
 
-#include <bristle/io/svg_plot.hpp>
 
 #include <iterator>
 #include <vector>
@@ -45,7 +45,7 @@ figure::Cell depth_text(double millimetres) {
 }
 
 /// A curve, or nothing in its place, so that an engine looks the same in both panels.
-void add_peer(bristle::PlotPanel& panel, const char* name, const double (&depths)[3]) {
+void add_peer(figure::PlotPanel& panel, const char* name, const double (&depths)[3]) {
   panel.series.push_back({"", {}, {}, true});
   if (depths[0] < 0) return;
   panel.series.back().name = name;
@@ -59,8 +59,8 @@ int main() {
   const double impact_speed = std::sqrt(2 * 9.81 * fig2::height);
   figure::Table table({"rate [Hz]", "way of a step [mm]", "ball [mm]", "80 triangles [mm]",
                        "1280 triangles [mm]", "gap at rest [mm]"});
-  bristle::PlotSeries bound{"way of one step", {}, {}};
-  bristle::PlotSeries here{"bristle: ball, 80 and 1280 triangles", {}, {}, true};
+  figure::PlotSeries bound{"way of one step", {}, {}};
+  figure::PlotSeries here{"bristle: ball, 80 and 1280 triangles", {}, {}, true};
   for (const double rate : fig2::rates) {
     std::vector<figure::Cell> row{figure::number("%.0f", rate),
                                   figure::number("%.2f", 1e3 * impact_speed / rate)};
@@ -86,8 +86,8 @@ int main() {
 
   figure::Table others({"others, worst depth [mm]", "ball, 120 Hz", "500 Hz", "1 kHz",
                         "1280 triangles, 120 Hz", "500 Hz", "1 kHz"});
-  bristle::PlotPanel ball{.y_label = "depth of the ball [mm]", .series = {here, bound}};
-  bristle::PlotPanel mesh{.y_label = "depth of the mesh [mm]", .series = {here, bound}};
+  figure::PlotPanel ball{.y_label = "depth of the ball [mm]", .series = {here, bound}};
+  figure::PlotPanel mesh{.y_label = "depth of the mesh [mm]", .series = {here, bound}};
   for (const Peer& peer : peers) {
     std::vector<figure::Cell> row{peer.name};
     for (const double d : peer.ball) row.push_back(depth_text(d));
@@ -99,12 +99,12 @@ int main() {
   std::puts("");
   others.print();
 
-  bristle::SvgPlot plot{
+  figure::SvgPlot plot{
       .title = "50 kg fall 2 m onto a plane: worst depth of eight phases (Fig. 2)",
       .x_label = "update rate [Hz]"};
   plot.is_logarithmic = true;
   plot.width = 860;
-  for (bristle::PlotPanel* panel : {&ball, &mesh}) {
+  for (figure::PlotPanel* panel : {&ball, &mesh}) {
     panel->y_low = -3;
     panel->y_high = 60;
     plot.panels.push_back(*panel);

@@ -8,9 +8,9 @@
 // Prints a table, writes fig4_press.csv, fig4_press_sensors.csv and fig4_press.svg.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "press.hpp"
+#include "support/svg_heat_map.hpp"
 #include "support/table.hpp"
 
-#include <bristle/io/svg_heat_map.hpp>
 #include <bristle/io/trace.hpp>
 
 #include <string>
@@ -31,18 +31,19 @@ constexpr Scene scenes[] = {{"array on a box", fig4::press_on_box},
 void add_row(figure::Table& table, const Scene& scene, const Steps& steps) {
   Press press = scene.make(steps);
   press.run(4);
-  const auto felt = press.world.reading(press.patch);
-  const bool is_lost = felt.touching() == 0;
+  const auto reading = press.world.reading(press.patch);
+  const bool is_lost = reading.touching() == 0;
   std::vector<figure::Cell> row{scene.name, figure::number("%.3g", 1e3 * steps.time_step),
                                 figure::name_of(steps.integration)};
   if (is_lost) {
     row.push_back("lost");
   } else {
-    row.push_back(figure::number("%.0f", static_cast<double>(felt.touching())));
-    row.push_back(figure::number("%.6f", felt.wrench.force.z()));
+    row.push_back(figure::number("%.0f", static_cast<double>(reading.touching())));
+    row.push_back(figure::number("%.6f", reading.wrench.force.z()));
     row.push_back(figure::number("%.6f", press.weight));
     row.push_back(figure::number("%.2g", press.imbalance(), 1e-6));
-    row.push_back(figure::number("%.4f", *std::max_element(felt.depth.begin(), felt.depth.end())));
+    row.push_back(
+        figure::number("%.4f", *std::max_element(reading.depth.begin(), reading.depth.end())));
     row.push_back(figure::number("%.4f", press.depth_error()));
   }
   if (is_lost && steps.integration == Integration::explicit_) {
@@ -52,7 +53,7 @@ void add_row(figure::Table& table, const Scene& scene, const Steps& steps) {
   }
 }
 
-bristle::HeatMap map_of(std::string title, std::string label, std::span<const double> values) {
+figure::HeatMap map_of(std::string title, std::string label, std::span<const double> values) {
   return {.title = std::move(title),
           .label = std::move(label),
           .columns = fig4::side,
@@ -79,7 +80,7 @@ int main() {
   table.print();
   table.write_csv("fig4_press.csv");
 
-  bristle::SvgHeatMaps figure{.title = "Pressed sensors, seen from below (Figs. 4 and 6 (a))"};
+  figure::SvgHeatMaps figure{.title = "Pressed sensors, seen from below (Figs. 4 and 6 (a))"};
   bristle::Trace sensors{{"box: depth", "1"},
                          {"box: normal force", "N"},
                          {"skin: depth", "1"},
@@ -87,9 +88,9 @@ int main() {
   for (const Scene& scene : scenes) {
     Press press = scene.make({});
     press.run(4);
-    const auto felt = press.world.reading(press.patch);
-    figure.maps.push_back(map_of(scene.name, "depth [1]", felt.depth));
-    figure.maps.push_back(map_of(scene.name, "normal force [N]", felt.normal_force));
+    const auto reading = press.world.reading(press.patch);
+    figure.maps.push_back(map_of(scene.name, "depth [1]", reading.depth));
+    figure.maps.push_back(map_of(scene.name, "normal force [N]", reading.normal_force));
   }
   for (std::size_t i = 0; i < fig4::side * fig4::side; ++i) {
     sensors.add_row({figure.maps[0].values[i], figure.maps[1].values[i], figure.maps[2].values[i],

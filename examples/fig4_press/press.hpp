@@ -44,9 +44,9 @@ struct Press {
   /// [1] How far sensors are from carrying the weight, and from carrying it below the centre of
   /// mass: missing force, and torque about a centimetre, as parts of the weight.
   [[nodiscard]] double imbalance() const {
-    const bristle::Wrench<double> felt = world.reading(patch).wrench;
-    return std::max((felt.force - weight * Vec3<double>::UnitZ()).norm(),
-                    felt.torque.norm() / 0.01) /
+    const bristle::Wrench<double> reading = world.reading(patch).wrench;
+    return std::max((reading.force - weight * Vec3<double>::UnitZ()).norm(),
+                    reading.torque.norm() / 0.01) /
            weight;
   }
   void run(double seconds) {

@@ -158,7 +158,7 @@ class Grip {
       // As in the paper: the closed forms are for forces along the rays.
       pad.options = {.reset = def.reset, .normal = bristle::NormalDirection::ray};
       pad.integration = def.integration;
-      pad.sees = 1;
+      pad.sense_mask = 1;
       parameters_ = pad.parameters;
       pads_[k] = world_.add_patch(fingers_[k], pad);
 
@@ -170,7 +170,7 @@ class Grip {
       const double turn = k == 0 ? 0 : std::numbers::pi;
       slide.X_AJ.rotation = slide.X_BJ.rotation =
           exp_rotation<double>(turn * Vec3<double>::UnitZ());
-      slide.drive = {DriveMode::velocity, 0.05, def.force};
+      slide.motor = {MotorMode::velocity, 0.05, def.force};
       slides_[k] = world_.add_joint(slide);
     }
   }
@@ -178,7 +178,7 @@ class Grip {
   /// Closes the fingers, and stops the first where it is, so that the second squeezes against it.
   void close() {
     run(0.6);
-    world_.set_drive(slides_[0], {bristle::DriveMode::position, world_.reading(slides_[0]).position,
+    world_.set_motor(slides_[0], {bristle::MotorMode::position, world_.reading(slides_[0]).position,
                                   10 * def_.force});
     run(0.2);
     place_when_closed_ = place();
@@ -205,7 +205,7 @@ class Grip {
   [[nodiscard]] bristle::Transform<double> place() const { return world_.pose(part_); }
   /// [N] Normal forces of both pads.
   [[nodiscard]] double squeeze() const { return pad(0).total_normal() + pad(1).total_normal(); }
-  /// [N] What both pads carry, upwards.
+  /// [N] Load on both pads, upwards.
   [[nodiscard]] double carried() const {
     return -(pad(0).wrench.force.z() + pad(1).wrench.force.z());
   }
@@ -237,8 +237,9 @@ class Grip {
     const std::vector<double> radii = pad_radii();
     double sum = 0;
     for (std::size_t k = 0; k < 2; ++k) {
-      const bristle::PatchReading<double> felt = pad(k);
-      for (std::size_t i = 0; i < radii.size(); ++i) sum += felt.normal_force[i] * weight(radii[i]);
+      const bristle::PatchReading<double> reading = pad(k);
+      for (std::size_t i = 0; i < radii.size(); ++i)
+        sum += reading.normal_force[i] * weight(radii[i]);
     }
     return sum;
   }

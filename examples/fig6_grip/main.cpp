@@ -10,9 +10,9 @@
 // Prints two tables, writes fig6_grip.csv, fig6_grip_torsion.csv and fig6_grip.svg.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "grip.hpp"
+#include "support/svg_plot.hpp"
 #include "support/table.hpp"
 
-#include <bristle/io/svg_plot.hpp>
 
 namespace {
 
@@ -61,13 +61,13 @@ bool print_postures() {
 bool print_torsion() {
   figure::Table table({"bristles", "F [N]", "dt [ms]", "N m/rad", "sum mu_S F_N r^2", "limit [N m]",
                        "closed form", "2 (2/3) mu F R"});
-  bristle::SvgPlot plot{.title = "Torsion of a cube between two pads (Fig. 6 (b))",
+  figure::SvgPlot plot{.title = "Torsion of a cube between two pads (Fig. 6 (b))",
                         .x_label = "turn [mrad]"};
   for (const double force : {5.0, 10.0, 20.0}) {
-    bristle::PlotPanel panel{.y_label = figure::text("torque at %g N [N m]", force), .series = {}};
+    figure::PlotPanel panel{.y_label = figure::text("torque at %g N [N m]", force), .series = {}};
     for (const SlipReset reset : {SlipReset::drag, SlipReset::release}) {
       for (const double dt : {1e-3, 1.0 / 240}) {
-        bristle::PlotSeries curve{name_of(reset), {}, {}};
+        figure::PlotSeries curve{name_of(reset), {}, {}};
         const fig6::Torsion torsion = fig6::twist({.force = force, .time_step = dt, .reset = reset},
                                                   [&curve](double torque, double turn) {
                                                     curve.x.push_back(1e3 * turn);

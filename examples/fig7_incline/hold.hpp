@@ -66,8 +66,8 @@ inline Hold hold(const Incline& incline, double settle = 20, double watch = 10) 
   return result;
 }
 
-/// Whether it stands still, and where statics puts it: to 1 %, since the closed form is linear in
-/// the plate's tilt on its springs.
+/// Returns whether it stands still, and within 1 % of its place by statics. The closed form is
+/// linear in the plate's tilt on its springs.
 inline bool holds(const Hold& hold) {
   return hold.drift < 1e-9 && hold.jitter < 1e-9 &&
          std::abs(hold.shift - hold.expected) < 0.01 * hold.expected;

@@ -9,9 +9,9 @@
 // Prints a table, writes fig7_incline.csv and fig7_incline.svg.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "hold.hpp"
+#include "support/svg_plot.hpp"
 #include "support/table.hpp"
 
-#include <bristle/io/svg_plot.hpp>
 
 #include <string>
 
@@ -50,8 +50,8 @@ void add_row(figure::Table& table, const Incline& incline) {
 }
 
 /// The way down the slope in the first second, for each incline.
-bristle::PlotPanel panel(Law law, int per_side, const char* label) {
-  bristle::PlotPanel panel{.y_label = label, .series = {}};
+figure::PlotPanel panel(Law law, int per_side, const char* label) {
+  figure::PlotPanel panel{.y_label = label, .series = {}};
   for (const double angle : angles) {
     const auto def = fig7::plate_of(
         {.degrees = angle,
@@ -59,7 +59,7 @@ bristle::PlotPanel panel(Law law, int per_side, const char* label) {
          .integration = law == Law::ambf ? Integration::explicit_ : Integration::implicit,
          .per_side = per_side});
     auto scene = bristle::scenes::make_plate<double>(def);
-    bristle::PlotSeries curve{figure::text("%.0f degrees", angle), {}, {}};
+    figure::PlotSeries curve{figure::text("%.0f degrees", angle), {}, {}};
     for (int i = 0; i < 1000; ++i) {
       scene.world.step();
       curve.x.push_back(1e-3 * (i + 1));
@@ -94,7 +94,7 @@ int main() {
   table.print();
   table.write_csv("fig7_incline.csv");
 
-  bristle::SvgPlot plot{.title = "Set down on inclines of 5 to 45 degrees (Fig. 7 (b))",
+  figure::SvgPlot plot{.title = "Set down on inclines of 5 to 45 degrees (Fig. 7 (b))",
                         .x_label = "time [s]"};
   plot.width = 860;
   plot.panels.push_back(panel(Law::paper, 4, "way down [um]"));

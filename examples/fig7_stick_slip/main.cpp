@@ -9,9 +9,9 @@
 // Prints a table, writes fig7_stick_slip.csv and fig7_stick_slip.svg.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "stairs.hpp"
+#include "support/svg_plot.hpp"
 #include "support/table.hpp"
 
-#include <bristle/io/svg_plot.hpp>
 #include <bristle/io/trace.hpp>
 
 #include <string>
@@ -36,15 +36,15 @@ bristle::Trace record(const Push& push) {
 }
 
 void plot() {
-  bristle::SvgPlot plot{.title = "A constant push: stairs of 1 mm (Fig. 7 (a))",
+  figure::SvgPlot plot{.title = "A constant push: stairs of 1 mm (Fig. 7 (a))",
                         .x_label = "time [ms]"};
   const auto panels_of = [&plot](double force, double damping_ratio, const std::string& what) {
-    bristle::PlotPanel place{.y_label = "place [mm]", .series = {}};
-    bristle::PlotPanel friction{.y_label = "shear / F_max", .series = {}};
+    figure::PlotPanel place{.y_label = "place [mm]", .series = {}};
+    figure::PlotPanel friction{.y_label = "shear / F_max", .series = {}};
     for (const double dt : {1e-5, 1e-3}) {
       const bristle::Trace trace = record({force, damping_ratio, dt, Integration::implicit});
       const auto curve = [&](const char* channel, const std::string& name) {
-        return bristle::PlotSeries{name, trace.column("time"), trace.column(channel)};
+        return figure::PlotSeries{name, trace.column("time"), trace.column(channel)};
       };
       place.series.push_back(curve("place", what + ", dt = " + figure::text("%g ms", 1e3 * dt)));
       friction.series.push_back(curve("friction", ""));

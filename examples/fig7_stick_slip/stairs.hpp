@@ -27,7 +27,7 @@ struct Push {
   bristle::Integration integration = bristle::Integration::implicit;
 };
 
-/// [1] What the paper's mu_V amounts to.
+/// [1] Damping ratio that the paper's mu_V amounts to.
 inline double papers_damping_ratio() { return 16 * 0.1 / (2 * std::sqrt(5000 * 0.5 * 9.81 * 0.5)); }
 
 /// A motion up the stairs.
@@ -159,7 +159,7 @@ inline double mean_friction(const Push& push, double speed) {
   return push.force - viscous * speed / StairEquation::full_load;
 }
 
-/// Whether stairs are as their equation has them, as far as the step resolves them.
+/// Returns whether stairs are as in their equation, up to the resolution of a step.
 inline bool is_right(const Push& push, const Stairs& measured, const Stairs& expected) {
   const double steps_a_stair = expected.period / push.time_step;
   if (steps_a_stair < 1.5) {

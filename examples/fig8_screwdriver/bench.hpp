@@ -1,4 +1,4 @@
-// What the hands of the paper's Fig. 8 (a) work on: a screwdriver with a tip of four arms, and a
+// Workpieces for the hands of the paper's Fig. 8 (a): a screwdriver with a tip of four arms, and a
 // cast with a slot for them, which turns on a base against friction. Sizes and masses are those of
 // ScrewDriverEnv, the authors' scene in AMBF's format:
 //
@@ -51,7 +51,7 @@ inline constexpr double clear_height = cast_height + cube_height + half_cube_hei
 /// [m] Where the driver stands at first; the cast is at the origin.
 inline constexpr double stand_y = 0.8;
 
-/// Who may touch whom; the pads of the hands see the driver alone.
+/// Collision filters; the pads of the hands sense the driver alone.
 inline constexpr bristle::CollisionFilter driver_filter{1, 2, 0};
 inline constexpr bristle::CollisionFilter bench_filter{2, 1, 0};
 inline constexpr bristle::CollisionFilter finger_filter{4, 0, 0};
@@ -136,7 +136,7 @@ struct Bench {
     // The joint's x axis points up.
     joint.X_AJ.rotation = joint.X_BJ.rotation = exp_rotation<double>({0, -90 * degree, 0});
     joint.X_AJ.translation = {0, 0, cast_height + 0.013};
-    joint.drive = {DriveMode::velocity, 0, cast_friction};
+    joint.motor = {MotorMode::velocity, 0, cast_friction};
     joint.spring.damping = cast_damping;
     turning = world.add_joint(joint);
   }

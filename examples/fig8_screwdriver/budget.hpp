@@ -14,9 +14,9 @@
 
 namespace fig8 {
 
-/// What acted since the task began.
+/// Work and impulses since the task began.
 struct Account {
-  double drives = 0;    // [J] work of all drives of the hands
+  double drives = 0;    // [J] work of all motors of the hands
   double cast = 0;      // [J] of friction and damping in the cast's joint
   double sensors = 0;   // [J] of the pads, on driver and fingers
   double contacts = 0;  // [J] of contacts, on driver and cast
@@ -26,7 +26,7 @@ struct Account {
   double lost_momentum = 0;
   double lost_angular = 0;
 
-  /// [J] What of the energy nothing accounts for: joints that give or take some, integration.
+  /// [J] Energy that no entry accounts for: from joints and from integration.
   [[nodiscard]] double error() const { return drives + cast + sensors + contacts - gained; }
 };
 
@@ -59,7 +59,7 @@ class Budget {
     const double dt = world.time_step();
     for (std::size_t i = 0; i < joints_.size(); ++i) {
       const bristle::JointReading<double> joint = world.reading(joints_[i]);
-      account_.drives += dt * joint.drive_force * 0.5 * (rates_[i] + joint.velocity);
+      account_.drives += dt * joint.motor_force * 0.5 * (rates_[i] + joint.velocity);
     }
     const bristle::JointReading<double> turning = world.reading(bench_.turning);
     account_.cast += dt * turning.reaction.torque.z() * 0.5 * (cast_rate_ + turning.velocity);
@@ -67,11 +67,11 @@ class Budget {
     const bristle::Body<double>& driver = before_[0];
     Wrench<double> pushed{driver.mass * dt * world.def().gravity, {0, 0, 0}};
     for (const auto& [finger, pad] : pads_) {
-      const Wrench<double> felt = dt * world.reading(pad).wrench;
+      const Wrench<double> reading = dt * world.reading(pad).wrench;
       const bristle::Body<double>& before = body_before(finger);
-      account_.sensors += work(felt, before, world.body(finger));
+      account_.sensors += work(reading, before, world.body(finger));
       const Wrench<double> given =
-          -felt.shifted(driver.center_pose.translation - before.center_pose.translation);
+          -reading.shifted(driver.center_pose.translation - before.center_pose.translation);
       account_.sensors += work(given, driver, world.body(bench_.driver));
       pushed += given;
     }
@@ -92,7 +92,7 @@ class Budget {
   [[nodiscard]] const Account& account() const { return account_; }
 
  private:
-  /// [J] What an impulse about the centre of mass does to a body.
+  /// [J] Work of an impulse about the centre of mass on a body.
   [[nodiscard]] static double work(const bristle::Wrench<double>& impulse,
                                    const bristle::Body<double>& before,
                                    const bristle::Body<double>& after) {

@@ -1,5 +1,5 @@
 // A hand of the paper's Fig. 8 (a): three slides and a wrist carry a palm with two fingers, each
-// with a pad of sensors. All that moves it are drives of limited force; it touches the driver by
+// with a pad of sensors. All that moves it are motors of limited force; it touches the driver by
 // its sensors only. Its arm is balanced: weight does not act on it.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
@@ -90,33 +90,33 @@ class Hand {
     open(world);
   }
 
-  /// Sends the drives of the arm to a goal.
+  /// Sends the motors of the arm to a goal.
   void move_to(bristle::World<double>& world, const Goal& goal) {
-    using bristle::DriveMode;
+    using bristle::MotorMode;
     goal_ = goal;
     for (std::size_t i = 0; i < 3; ++i) {
-      world.set_drive(joints_[i], {DriveMode::position, goal.place[static_cast<Eigen::Index>(i)],
+      world.set_motor(joints_[i], {MotorMode::position, goal.place[static_cast<Eigen::Index>(i)],
                                    i < 2 ? side_force : lift_force});
     }
-    world.set_drive(joints_[3], {DriveMode::position, goal.turn, wrist_torque});
+    world.set_motor(joints_[3], {MotorMode::position, goal.turn, wrist_torque});
   }
 
   /// Takes the fingers back.
   void open(bristle::World<double>& world) {
     for (const bristle::JointId slide : slides_) {
-      world.set_drive(slide, {bristle::DriveMode::position, -(touching() + opening), finger_force,
+      world.set_motor(slide, {bristle::MotorMode::position, -(touching() + opening), finger_force,
                               finger_speed});
     }
   }
   /// Closes both fingers with the same force [N]: they follow what they grip wherever it goes.
   void close(bristle::World<double>& world, double force) {
     for (const bristle::JointId slide : slides_) {
-      world.set_drive(slide, {bristle::DriveMode::velocity, finger_speed, force});
+      world.set_motor(slide, {bristle::MotorMode::velocity, finger_speed, force});
     }
   }
   /// Stops the first finger where it is; the second squeezes against it. Slip counts from here.
   void hold(bristle::World<double>& world) {
-    world.set_drive(slides_[0], {bristle::DriveMode::position, world.reading(slides_[0]).position,
+    world.set_motor(slides_[0], {bristle::MotorMode::position, world.reading(slides_[0]).position,
                                  finger_force});
     held_at_ = grip(world);
   }
@@ -142,7 +142,7 @@ class Hand {
   }
   /// [N m] Torque of the wrist's drive.
   [[nodiscard]] double torque(const bristle::World<double>& world) const {
-    return world.reading(joints_[3]).drive_force;
+    return world.reading(joints_[3]).motor_force;
   }
   /// [-] Bristles that let go in the last step.
   [[nodiscard]] std::size_t released(const bristle::World<double>& world) const {
@@ -195,7 +195,7 @@ class Hand {
     }
     pad.parameters = def_.grid.parameters();
     pad.integration = def_.integration;
-    pad.sees = driver_filter.category;
+    pad.sense_mask = driver_filter.category;
     pads_[k] = world.add_patch(fingers_[k], pad);
 
     JointDef<double> slide;

@@ -3,16 +3,16 @@
 // The major hand picks the driver up beside the cast, the minor one guides its shaft into the slot
 // and softens its grip, the major one turns the shaft and the cast below it; the minor one holds
 // while the major one goes back for another turn; three times. Both hands are grippers with pads of
-// sensors, moved by drives of limited force; nothing is glued to anything, tip and slot meet as
+// sensors, moved by motors of limited force; nothing is glued to anything, tip and slot meet as
 // shapes. A hand holds while its surface moves along what it grips by less than sigma_a.
 //
 // Prints the phases, and the task at several steps; writes fig8_screwdriver.csv,
 // fig8_screwdriver_steps.csv and fig8_screwdriver.svg.
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/svg_plot.hpp"
 #include "support/table.hpp"
 #include "task.hpp"
 
-#include <bristle/io/svg_plot.hpp>
 
 #include <cmath>
 
@@ -64,10 +64,10 @@ bool print_phases(const Task& task) {
 }
 
 void draw(const Task& task) {
-  bristle::SvgPlot plot{.title = "A screwdriver in two hands (Fig. 8 (a))", .x_label = "time [s]"};
-  bristle::PlotSeries shaft{"shaft", {}, {}}, cast{"cast", {}, {}}, height{"", {}, {}};
-  bristle::PlotSeries major{"major hand", {}, {}}, minor{"minor hand", {}, {}}, slip{"", {}, {}};
-  const auto point = [](bristle::PlotSeries& curve, double x, double y) {
+  figure::SvgPlot plot{.title = "A screwdriver in two hands (Fig. 8 (a))", .x_label = "time [s]"};
+  figure::PlotSeries shaft{"shaft", {}, {}}, cast{"cast", {}, {}}, height{"", {}, {}};
+  figure::PlotSeries major{"major hand", {}, {}}, minor{"minor hand", {}, {}}, slip{"", {}, {}};
+  const auto point = [](figure::PlotSeries& curve, double x, double y) {
     curve.x.push_back(x);
     curve.y.push_back(y);
   };

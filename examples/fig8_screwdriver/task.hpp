@@ -52,12 +52,12 @@ struct Phase {
   double cpu_time = 0;       // [s] of all its steps
 
   [[nodiscard]] bool is_turn() const { return name.starts_with("turn"); }
-  /// Whether plots name it.
+  /// Returns whether plots name the phase.
   [[nodiscard]] bool is_shown() const { return is_turn() || name == "lift" || name == "insert"; }
   [[nodiscard]] double real_time_factor() const { return (end - begin) / cpu_time; }
 };
 
-/// What curves show.
+/// Values that the curves show.
 struct Sample {
   double time = 0;           // [s]
   double driver_turn = 0;    // [rad]
@@ -149,9 +149,9 @@ class Task {
     return most;
   }
 
-  /// Whether the task was done: driver never lost, seated in the slot, turned with the cast by what
-  /// was wanted each time without slipping, and nothing created or lost on the way. Energy is
-  /// integrated to first order; momentum is kept to round-off.
+  /// Returns whether the task was done. The driver was never lost and is seated in the slot. It
+  /// turned with the cast by the wanted angle each time, without slipping. Energy is balanced to
+  /// first order, as it is integrated; momentum is kept to round-off.
   [[nodiscard]] bool is_right() const {
     const Account& sum = account();
     return lost_in_.empty() && std::abs(height() - seated_height) < 1e-4 &&

@@ -77,18 +77,18 @@ class Hand {
                           .gravity_scale = 0}));
       return bodies_.back();
     };
-    const auto add_drive = [&](JointKind kind, BodyId a, BodyId b, const Vec3<double>& turn) {
+    const auto add_motor = [&](JointKind kind, BodyId a, BodyId b, const Vec3<double>& turn) {
       JointDef<double> joint{.kind = kind, .body_a = a, .body_b = b};
       joint.X_AJ.rotation = joint.X_BJ.rotation = exp_rotation<double>(turn);
-      drives_.push_back(world.add_joint(joint));
+      motors_.push_back(world.add_joint(joint));
     };
     constexpr double half_turn = std::numbers::pi;
     const BodyId sledge = add_carrier(0.2, {0, place.y, 0});
     const BodyId lift = add_carrier(0.1, {0, place.y, place.z});
     palm_ = add_carrier(0.05, {0, place.y, place.z});
-    add_drive(JointKind::prismatic, frame, sledge, {0, 0, half_turn / 2});
-    add_drive(JointKind::prismatic, sledge, lift, {0, -half_turn / 2, 0});
-    add_drive(JointKind::revolute, lift, palm_, {0, 0, 0});
+    add_motor(JointKind::prismatic, frame, sledge, {0, 0, half_turn / 2});
+    add_motor(JointKind::prismatic, sledge, lift, {0, -half_turn / 2, 0});
+    add_motor(JointKind::revolute, lift, palm_, {0, 0, 0});
     for (std::size_t k = 0; k < 2; ++k) {
       const double inwards = k == 0 ? 1 : -1;
       const BodyId finger = world.add_body({.mass = 0.05,
@@ -103,69 +103,71 @@ class Hand {
           tuned_for<double>({.friction = 1, .creep = creep, .load = squeeze, .mass = 0.1})
               .parameters(pad.sensors);
       pad.integration = integration;
-      pad.sees = thread_category;
+      pad.sense_mask = thread_category;
       parameters_ = pad.parameters;
       pads_[k] = world.add_patch(finger, pad);
-      add_drive(JointKind::prismatic, palm_, finger, {0, 0, k == 0 ? 0 : half_turn});
+      add_motor(JointKind::prismatic, palm_, finger, {0, 0, k == 0 ? 0 : half_turn});
     }
     open(world);
   }
 
   /// One finger goes to its place, and the other squeezes against it.
   void close(World& world) const {
-    using bristle::DriveMode;
-    world.set_drive(drives_[3], {DriveMode::position, -closed_at_, 10 * squeeze, finger_speed});
-    world.set_drive(drives_[4], {DriveMode::velocity, finger_speed, squeeze});
+    using bristle::MotorMode;
+    world.set_motor(motors_[3], {MotorMode::position, -closed_at_, 10 * squeeze, finger_speed});
+    world.set_motor(motors_[4], {MotorMode::velocity, finger_speed, squeeze});
   }
   void open(World& world) const {
     for (const std::size_t k : {std::size_t{3}, std::size_t{4}}) {
-      world.set_drive(drives_[k],
-                      {bristle::DriveMode::position, -open_at_, 10 * squeeze, finger_speed});
+      world.set_motor(motors_[k],
+                      {bristle::MotorMode::position, -open_at_, 10 * squeeze, finger_speed});
     }
   }
   /// Moves towards a place that moves itself, with up to `force` [N] along each axis.
   void follow(World& world, const Place& place, const Place& rate, double force) const {
-    using bristle::DriveMode;
+    using bristle::MotorMode;
     const Place wanted = rate + catch_up_rate * (place - this->place(world));
-    world.set_drive(drives_[0], {DriveMode::velocity, wanted.y, force});
-    world.set_drive(drives_[1], {DriveMode::velocity, wanted.z, force});
-    world.set_drive(drives_[2], {DriveMode::velocity, wanted.angle, wrist_torque});
+    world.set_motor(motors_[0], {MotorMode::velocity, wanted.y, force});
+    world.set_motor(motors_[1], {MotorMode::velocity, wanted.z, force});
+    world.set_motor(motors_[2], {MotorMode::velocity, wanted.angle, wrist_torque});
   }
   /// Pulls down with `force` [N], whichever way it moves.
   void pull_down(World& world, double force) const {
-    world.set_drive(drives_[1], {bristle::DriveMode::velocity, -10, force});
+    world.set_motor(motors_[1], {bristle::MotorMode::velocity, -10, force});
   }
 
   [[nodiscard]] Place place(const World& world) const {
-    return {world.reading(drives_[0]).position, world.reading(drives_[1]).position,
-            world.reading(drives_[2]).position};
+    return {world.reading(motors_[0]).position, world.reading(motors_[1]).position,
+            world.reading(motors_[2]).position};
   }
   [[nodiscard]] Vec3<double> middle(const World& world) const {
     return world.pose(palm_).translation;
   }
-  /// [N] What the thread does to both pads.
+  /// [N] Force of the thread on both pads.
   [[nodiscard]] Vec3<double> pull(const World& world) const {
     return world.reading(pads_[0]).wrench.force + world.reading(pads_[1]).wrench.force;
   }
-  /// Whether both pads touch something.
+  /// Returns whether both pads touch something.
   [[nodiscard]] bool touches(const World& world) const {
     return world.reading(pads_[0]).touching() > 0 && world.reading(pads_[1]).touching() > 0;
   }
-  /// [J] What the sensors have stored along their rays, and in their bristles.
+  /// [J] Energy that the sensors have stored along their rays, and in their bristles.
   [[nodiscard]] double stored_energy(const World& world) const {
     double sum = 0;
     for (const bristle::PatchId pad : pads_) {
-      const bristle::PatchReading<double> felt = world.reading(pad);
-      for (std::size_t i = 0; i < felt.size(); ++i) {
-        if (!(felt.normal_force[i] > 0)) continue;
-        const double shear = felt.shear_1[i] * felt.shear_1[i] + felt.shear_2[i] * felt.shear_2[i];
-        sum += 0.5 * ray_range * parameters_.normal_stiffness * felt.depth[i] * felt.depth[i] +
-               0.5 * shear / (parameters_.static_friction * felt.normal_force[i]);
+      const bristle::PatchReading<double> reading = world.reading(pad);
+      for (std::size_t i = 0; i < reading.size(); ++i) {
+        if (!(reading.normal_force[i] > 0)) continue;
+        const double shear =
+            reading.shear_1[i] * reading.shear_1[i] + reading.shear_2[i] * reading.shear_2[i];
+        sum +=
+            0.5 * ray_range * parameters_.normal_stiffness * reading.depth[i] * reading.depth[i] +
+            0.5 * shear / (parameters_.static_friction * reading.normal_force[i]);
       }
     }
     return sum;
   }
-  [[nodiscard]] const std::vector<JointId>& drives() const { return drives_; }
+  [[nodiscard]] const std::vector<JointId>& drives() const { return motors_; }
   [[nodiscard]] const std::vector<BodyId>& bodies() const { return bodies_; }
 
  private:
@@ -173,7 +175,7 @@ class Hand {
   double open_at_;
   BodyId palm_{};
   std::vector<BodyId> bodies_;
-  std::vector<JointId> drives_;  // along y and z, wrist, fingers
+  std::vector<JointId> motors_;  // along y and z, wrist, fingers
   std::array<bristle::PatchId, 2> pads_{};
   bristle::SensorParameters<double> parameters_{};
 };

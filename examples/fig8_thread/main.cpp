@@ -1,19 +1,19 @@
 // Figure 8 (b) of the paper: two grippers manipulate a deformable thread around an obstacle.
 //
 // The thread is that of the authors' scene KnotEnv: 65 rigid links and 64 revolute joints. Two
-// hands, force-limited drives throughout, take it by its ends with pads of sensors, wrap it around
+// hands, force-limited motors throughout, take it by its ends with pads of sensors, wrap it around
 // the upper half of a post, and pull it over the post, where the tensions on both sides differ by
-// the capstan's factor. Then one lets go, goes around to where the other holds the thread, takes
-// it over, and pulls on alone. Nothing is glued.
+// the capstan's factor. Then one lets go, goes around to where the other holds the thread, takes it
+// over, and pulls on alone. Nothing is glued.
 //
 // Prints a table, writes fig8_thread.csv, fig8_thread.svg (tensions and slip over time) and
-// fig8_thread_shape.svg (the thread at the end of each phase, seen along the post). What a step
-// costs goes to the error stream, since it differs from run to run.
+// fig8_thread_shape.svg (the thread at the end of each phase, seen along the post). The cost of a
+// step goes to the error stream, since it differs from run to run.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fig8_thread/task.hpp"
+#include "support/svg_plot.hpp"
 #include "support/table.hpp"
 
-#include <bristle/io/svg_plot.hpp>
 
 #include <algorithm>
 #include <chrono>
@@ -32,19 +32,19 @@ using fig8b::TaskDef;
 
 /// Curves over the time of one run.
 struct Curves {
-  bristle::PlotSeries left{"side of -y", {}, {}};
-  bristle::PlotSeries right{"side of +y", {}, {}};
-  bristle::PlotSeries limit{"capstan over the lower", {}, {}};
-  bristle::PlotSeries first{"hand 0", {}, {}};
-  bristle::PlotSeries second{"hand 1", {}, {}};
-  std::vector<bristle::PlotPhase> phases;
+  figure::PlotSeries left{"side of -y", {}, {}};
+  figure::PlotSeries right{"side of +y", {}, {}};
+  figure::PlotSeries limit{"capstan over the lower", {}, {}};
+  figure::PlotSeries first{"hand 0", {}, {}};
+  figure::PlotSeries second{"hand 1", {}, {}};
+  std::vector<figure::PlotPhase> phases;
 
   /// Notes every hundredth of a second.
   void add(const Task& task, Phase phase) {
     const double t = task.time();
     if (t < next_) return;
     next_ += 0.01;
-    const auto add_to = [t](bristle::PlotSeries& series, double y) {
+    const auto add_to = [t](figure::PlotSeries& series, double y) {
       series.x.push_back(t);
       series.y.push_back(y);
     };
@@ -59,7 +59,7 @@ struct Curves {
     add_to(limit, fig8b::capstan(std::min(a, b)));
   }
   void write() const {
-    bristle::SvgPlot plot{.title = "A thread pulled over a post and handed over (Fig. 8 (b))",
+    figure::SvgPlot plot{.title = "A thread pulled over a post and handed over (Fig. 8 (b))",
                           .x_label = "time [s]"};
     plot.panels.push_back({.y_label = "pull of a hand [N]", .series = {first, second}});
     plot.panels.push_back({.y_label = "tension at the post [N]",
@@ -77,11 +77,11 @@ struct Curves {
 
 /// The thread at the end of each phase, and the post.
 struct Shapes {
-  bristle::PlotPanel panel{
+  figure::PlotPanel panel{
       .y_label = "z [m]", .series = {}, .references = {}, .y_low = -0.8, .y_high = 0.6};
 
   void add(const Measured& measured) {
-    bristle::PlotSeries line{fig8b::name_of(measured.phase), {}, {}};
+    figure::PlotSeries line{fig8b::name_of(measured.phase), {}, {}};
     for (const auto& bead : measured.beads) {
       line.x.push_back(bead.y());
       line.y.push_back(bead.z());
@@ -89,14 +89,14 @@ struct Shapes {
     panel.series.push_back(line);
   }
   void write() {
-    bristle::PlotSeries post{"post", {}, {}};
+    figure::PlotSeries post{"post", {}, {}};
     for (int i = 0; i <= 90; ++i) {
       const double angle = i * std::numbers::pi / 45;
       post.x.push_back(fig8b::post_radius * std::sin(angle));
       post.y.push_back(fig8b::post_radius * std::cos(angle));
     }
     panel.series.push_back(post);
-    bristle::SvgPlot plot{.title = "The thread at the end of each phase", .x_label = "y [m]"};
+    figure::SvgPlot plot{.title = "The thread at the end of each phase", .x_label = "y [m]"};
     plot.panels.push_back(panel);
     plot.width = 860;
     plot.panel_height = 420;

@@ -36,7 +36,7 @@ struct TaskDef {
   bristle::SolverDef<double> solver{.tolerance = 1e-4};
 };
 
-/// What happens, in this order.
+/// Phases of the task, in this order.
 enum class Phase { grip, wrap, pull, travel, hand_over, carry };
 inline constexpr std::array<Phase, 6> phases{Phase::grip,   Phase::wrap,      Phase::pull,
                                              Phase::travel, Phase::hand_over, Phase::carry};
@@ -72,8 +72,8 @@ inline double capstan(double low) {
   return (low + b) * std::exp(a * std::numbers::pi) + b;
 }
 
-/// What became of energy during a phase [J]. Drives' work is what is held more than before, and
-/// lost: on the post, in the thread's joints, and the rest in the pads and where things collide.
+/// Energy balance of a phase [J]. The work of motors equals the gain in held energy plus losses: on
+/// the post, in the thread's joints, and the rest in the pads and in collisions.
 struct EnergyBudget {
   double work = 0;
   double held = 0;  // kinetic, of height, in the thread's joints, in the pads
@@ -101,9 +101,9 @@ struct Measured {
   /// The thread keeps its length to 1 % and its joints to 0.1 mm, hands that hold it creep by less
   /// than bristles stretch before they let go, and hands that let go have let go.
   [[nodiscard]] bool is_held() const {
-    const bool is_carried = phase != Phase::carry || (pull[0] > 0 && pull[1] == 0);
+    const bool is_persisted = phase != Phase::carry || (pull[0] > 0 && pull[1] == 0);
     return !is_lost && length_error < 0.01 && gap < 1e-4 && std::max(slip[0], slip[1]) < creep &&
-           is_carried;
+           is_persisted;
   }
   /// On the post no side pulls by more than friction holds; the side that slides pulls by as much.
   [[nodiscard]] bool is_balanced() const {
@@ -178,7 +178,7 @@ class Task {
   std::array<Place, 2> began_at_{};
   std::array<BodyId, 2> gripped_{};     // the link nearest to the hand when it took the thread
   std::array<double, 2> gripped_at_{};  // [m] the hand's place along it
-  std::array<double, 10> drive_rates_{};
+  std::array<double, 10> motor_rates_{};
   double time_ = 0;
 };
 
@@ -216,7 +216,7 @@ inline Place Task::place_at(Phase phase, std::size_t k, double t) const {
   return place;
 }
 
-/// Whether a hand shall hold the thread.
+/// Returns whether a hand shall hold the thread.
 inline bool Task::holds(Phase phase, std::size_t k, double t) const {
   switch (phase) {
     case Phase::grip:
@@ -307,10 +307,10 @@ inline void Task::account(EnergyBudget& energy) {
   const double dt = def_.time_step;
   std::size_t k = 0;
   for (const Hand& hand : hands_) {
-    for (const JointId drive : hand.drives()) {
-      const bristle::JointReading<double> reading = world_.reading(drive);
-      energy.work += 0.5 * dt * reading.drive_force * (reading.velocity + drive_rates_[k]);
-      drive_rates_[k++] = reading.velocity;
+    for (const JointId motor : hand.drives()) {
+      const bristle::JointReading<double> reading = world_.reading(motor);
+      energy.work += 0.5 * dt * reading.motor_force * (reading.velocity + motor_rates_[k]);
+      motor_rates_[k++] = reading.velocity;
     }
   }
   energy.joints += dt * thread_.damping_power(world_);

@@ -8,9 +8,9 @@
 // Prints a table, writes fig9_real_time.csv, fig9_real_time_curves.csv and fig9_real_time.svg.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fig8_screwdriver/task.hpp"
+#include "support/svg_plot.hpp"
 #include "support/table.hpp"
 
-#include <bristle/io/svg_plot.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -44,8 +44,8 @@ std::vector<Case> cases() {
 constexpr double stretch = 0.1;
 
 /// Real-time factor over time.
-bristle::PlotSeries factors(const Case& each, const Task& task) {
-  bristle::PlotSeries curve{each.name, {}, {}};
+figure::PlotSeries factors(const Case& each, const Task& task) {
+  figure::PlotSeries curve{each.name, {}, {}};
   const auto count = static_cast<std::size_t>(std::lround(stretch / each.def.time_step));
   const std::vector<Sample>& steps = task.samples();
   for (std::size_t i = 0; i + count <= steps.size(); i += count) {
@@ -58,7 +58,7 @@ bristle::PlotSeries factors(const Case& each, const Task& task) {
 }
 
 std::vector<figure::Cell> row_of(const Case& each, const Task& task,
-                                 const bristle::PlotSeries& curve) {
+                                 const figure::PlotSeries& curve) {
   double longest = 0;
   double in_time = 0;
   for (const Sample& step : task.samples()) {
@@ -74,10 +74,10 @@ std::vector<figure::Cell> row_of(const Case& each, const Task& task,
           figure::number("%.3f", 1e3 * task.slip())};
 }
 
-void write_curves(const std::vector<bristle::PlotPanel>& panels) {
+void write_curves(const std::vector<figure::PlotPanel>& panels) {
   std::vector<figure::Cell> heads{"time [s]"};
-  for (const bristle::PlotPanel& panel : panels) {
-    for (const bristle::PlotSeries& curve : panel.series) {
+  for (const figure::PlotPanel& panel : panels) {
+    for (const figure::PlotSeries& curve : panel.series) {
       heads.push_back(panel.y_label + ": " + curve.name);
     }
   }
@@ -85,8 +85,8 @@ void write_curves(const std::vector<bristle::PlotPanel>& panels) {
   const std::vector<double>& times = panels.front().series.front().x;
   for (std::size_t i = 0; i < times.size(); ++i) {
     std::vector<figure::Cell> row{figure::number("%.1f", times[i])};
-    for (const bristle::PlotPanel& panel : panels) {
-      for (const bristle::PlotSeries& curve : panel.series) {
+    for (const figure::PlotPanel& panel : panels) {
+      for (const figure::PlotSeries& curve : panel.series) {
         row.push_back(i < curve.y.size() ? figure::number("%.3f", curve.y[i]) : "");
       }
     }
@@ -100,7 +100,7 @@ void write_curves(const std::vector<bristle::PlotPanel>& panels) {
 int main() {
   figure::Table table({"", "integration", "factor", "least in 0.1 s", "longest step [ms]",
                        "steps below 1 ms [%]", "slip [mm]"});
-  bristle::SvgPlot plot{.title = "Real-time factor of the screwdriver task at 1 kHz (Fig. 9)",
+  figure::SvgPlot plot{.title = "Real-time factor of the screwdriver task at 1 kHz (Fig. 9)",
                         .x_label = "time [s]"};
   for (const Integration integration : {Integration::implicit, Integration::explicit_}) {
     plot.panels.push_back({.y_label = std::string("factor, ") + figure::name_of(integration),
@@ -111,7 +111,7 @@ int main() {
   for (const Case& each : cases()) {
     Task task(each.def);
     task.run();
-    const bristle::PlotSeries curve = factors(each, task);
+    const figure::PlotSeries curve = factors(each, task);
     table.add(row_of(each, task, curve), task.is_right());
     plot.panels[each.def.integration == Integration::implicit ? 0 : 1].series.push_back(curve);
     if (!plot.phases.empty()) continue;

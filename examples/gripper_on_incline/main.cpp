@@ -6,11 +6,11 @@
 //
 // Prints a table, writes a CSV and an SVG plot. `--help` lists the options.
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/svg_plot.hpp"
 #include "scenario.hpp"
 
 #include <bristle/core/error.hpp>
 #include <bristle/io/file.hpp>
-#include <bristle/io/svg_plot.hpp>
 
 #include <cmath>
 #include <cstdio>
@@ -179,9 +179,9 @@ void write_files(const Settings& settings, const Outcome& outcome) {
 
   const std::vector<double>& time = outcome.trace.column("time");
   const auto curve = [&](const char* label, const char* channel) {
-    return bristle::PlotSeries{label, time, outcome.trace.column(channel)};
+    return figure::PlotSeries{label, time, outcome.trace.column(channel)};
   };
-  bristle::SvgPlot plot{.title = "A part picked off an incline, held, let slip and caught",
+  figure::SvgPlot plot{.title = "A part picked off an incline, held, let slip and caught",
                         .x_label = "time [s]"};
   plot.width = 860;
   plot.panel_height = 130;

@@ -66,7 +66,7 @@ class Gripper {
 
   Outcome run() {
     const std::clock_t begin = std::clock();
-    for (int side : {0, 1}) drive(side, S(layout_.grip_force));
+    for (int side : {0, 1}) motor(side, S(layout_.grip_force));
     phase("close", 0.6, [](double) {});
     stop_first_finger();
     const double before_lift = sag_depth();
@@ -124,12 +124,12 @@ class Gripper {
     placement.X_AM.translation.z() = S(layout_.finger_half.z());
     PatchDef<S> pad;
     pad.sensors = sensors_from_mesh(load_mesh<S>(settings_.pad), placement);
-    GripWants<S> wants;
-    wants.friction = S(layout_.friction);
-    wants.creep = S(layout_.creep);
-    wants.load = S(layout_.grip_force);
-    wants.mass = S(layout_.part_mass);
-    pad.parameters = tuned_for<S>(wants).parameters(pad.sensors);
+    GripSpec<S> spec;
+    spec.friction = S(layout_.friction);
+    spec.creep = S(layout_.creep);
+    spec.load = S(layout_.grip_force);
+    spec.mass = S(layout_.part_mass);
+    pad.parameters = tuned_for<S>(spec).parameters(pad.sensors);
     pad.integration = settings_.integration;
     if (settings_.law == "drag") pad.options.reset = SlipReset::drag;
     if (settings_.law == "ambf") pad.options.law = Law::ambf;
@@ -139,14 +139,14 @@ class Gripper {
   }
 
   /// One finger closes with a force [N], or opens with a negative one.
-  void drive(int side, S force) {
+  void motor(int side, S force) {
     const S speed = force < S(0) ? S(-layout_.closing_speed) : S(layout_.closing_speed);
-    world_.set_drive(slides_[side], {bristle::DriveMode::velocity, speed, std::abs(force)});
+    world_.set_motor(slides_[side], {bristle::MotorMode::velocity, speed, std::abs(force)});
   }
   /// The first finger stays where it is from now on, so that the second squeezes against it: two
   /// equal forces alone would let hand and part drift along the rails.
   void stop_first_finger() {
-    world_.set_drive(slides_[0], {bristle::DriveMode::position, world_.reading(slides_[0]).position,
+    world_.set_motor(slides_[0], {bristle::MotorMode::position, world_.reading(slides_[0]).position,
                                   S(10 * layout_.grip_force)});
   }
 
@@ -197,7 +197,7 @@ class Gripper {
     outcome_.trace.add_row({time_, 1e3 * double(world_.pose(part_).translation.z()),
                             1e3 * double(world_.pose(palm_).translation.z()), 1e6 * sag_depth(),
                             total_normal(), double(force_on_part().z()), double(most_slipping_),
-                            double(world_.reading(slides_[1]).drive_force)});
+                            double(world_.reading(slides_[1]).motor_force)});
     most_slipping_ = 0;
   }
 
@@ -242,13 +242,13 @@ class Gripper {
       const double t = time_ - start;
       const double quick = layout_.grip_force * (1 - 0.75 * smooth(t));
       if (!slides) {
-        drive(1, S(quick - 0.4 * std::max(0.0, t - 1)));
+        motor(1, S(quick - 0.4 * std::max(0.0, t - 1)));
         slides = 2 * slipping() > outcome_.sensors;
         if (slides) {
           outcome_.slip_load = total_normal();
           depth_at_slip = sag_depth();
           // A little less still, so that it slides on with friction that does not fall, too.
-          drive(1, S(0.4 * outcome_.slip_load));
+          motor(1, S(0.4 * outcome_.slip_load));
         }
       }
       outcome_.slid = slides ? sag_depth() - depth_at_slip : 0;
@@ -257,7 +257,7 @@ class Gripper {
   }
 
   void catch_again() {
-    drive(1, S(layout_.grip_force));
+    motor(1, S(layout_.grip_force));
     phase("catch", 0.5, [](double) {});
     const bristle::Vec3<S> place = place_in_hand();
     phase("hold again", 0.5, [](double) {});
@@ -277,7 +277,7 @@ class Gripper {
       raise(top - speed * (t < run_up ? t * t / (2 * run_up) : t - run_up / 2));
       return false;
     });
-    for (int side : {0, 1}) drive(side, S(-layout_.grip_force));
+    for (int side : {0, 1}) motor(side, S(-layout_.grip_force));
     phase("release", 1, [](double) {});
     const bristle::Vec3<S> normal = lean_ * bristle::Vec3<S>(bristle::Vec3<S>::UnitZ());
     outcome_.final_speed = double(world_.body(part_).twist.linear.norm());

@@ -1,4 +1,4 @@
-// What one run of the example is asked and what it answers.
+// Settings of one run of the example and its outcome.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -12,7 +12,7 @@
 
 namespace gripper {
 
-/// What the command line asks for.
+/// Settings from the command line.
 struct Settings {
   std::string backend = "fcl";
   std::string scalar = "double";
@@ -34,7 +34,7 @@ struct Phase {
   double end = 0;
 };
 
-/// What was measured. Lengths in m, forces in N, times in s.
+/// Measurements. Lengths in m, forces in N, times in s.
 struct Outcome {
   bristle::Trace trace{
       {"time", "s"},         {"part height", "mm"}, {"gripper height", "mm"}, {"sag", "um"},

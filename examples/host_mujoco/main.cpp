@@ -1,12 +1,14 @@
 // A part is pinched and lifted in MuJoCo: by MuJoCo's own contacts, and by bristle's sensors.
 //
 // gripper.xml is an ordinary MJCF file; its two sites of type box become sensors by one line each.
-// 45 g are squeezed with 12 N at mu = 0.7, 38 times what would do, lifted by 0.1 m and held for five
-// seconds. The table says how fast the part creeps out of the pads meanwhile, at steps from 1 to
-// 17 ms; the plot shows where it is between the pads.
+// 45 g are squeezed with 12 N at mu = 0.7, 38 times what would do, lifted by 0.1 m and held for
+// five seconds. The table says how fast the part creeps out of the pads meanwhile, at steps from 1
+// to 17 ms; the plot shows where it is between the pads.
 //
 // Usage: host_mujoco [PLOT.svg]
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/svg_plot.hpp"
+
 #include <bristle/bristle.hpp>
 #include <bristle/hosts/mujoco_host.hpp>
 
@@ -19,12 +21,13 @@
 #include <string>
 
 using namespace bristle;
+using namespace figure;
 
 namespace {
 
 constexpr double squeeze = 12;
 
-/// What a run gives: where the part is between the pads, and how fast it creeps in the end.
+/// Result of a run: the part's height in the pads over time, and its creep rate [m/s] in the end.
 struct Run {
   PlotSeries height;
   double creep = 0;
@@ -45,10 +48,10 @@ Run run(bool has_sensors, double dt, const std::string& name) {
   std::optional<MujocoHost<>> host;
   if (has_sensors) {
     host.emplace(*model, *data);
-    const GripWants<double> wants{.friction = 0.7, .load = squeeze, .mass = 0.045};
+    const GripSpec<double> spec{.friction = 0.7, .load = squeeze, .mass = 0.045};
     host->mirror("part");
-    host->add_pad("left_pad", 6, 6, wants);
-    host->add_pad("right_pad", 6, 6, wants);
+    host->add_pad("left_pad", 6, 6, spec);
+    host->add_pad("right_pad", 6, 6, spec);
     // Sensors do what contacts of pads and part did.
     for (int i = 0; i < model->ngeom; ++i) model->geom_contype[i] = model->geom_conaffinity[i] = 0;
   }

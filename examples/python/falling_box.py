@@ -6,8 +6,8 @@ world.add_body(motion=bristle.Motion.fixed, shape=bristle.HalfSpace())
 box = world.add_body(mass=0.5, shape=bristle.Box((0.03, 0.03, 0.03)), position=(0, 0, 0.1))
 sensors = bristle.sensor_grid(center=(0, 0, -0.03), side_u=(0, 0.06, 0), side_v=(0.06, 0, 0),
                               count_u=5, count_v=5)
-wants = bristle.tuned_for(friction=0.8, creep=1e-3, load=0.5 * 9.81)
-skin = world.add_patch(box, sensors, wants.parameters(sensors))
+spec = bristle.tuned_for(friction=0.8, creep=1e-3, load=0.5 * 9.81)
+skin = world.add_patch(box, sensors, spec.parameters(sensors))
 world.step(1000)
 felt = world.reading(skin)
 height = 1e3 * world.position(box)[2]

@@ -43,11 +43,11 @@ void bind_common(py::module_& m) {
       .value("revolute", JointKind::revolute)
       .value("prismatic", JointKind::prismatic)
       .value("ball", JointKind::ball);
-  py::enum_<DriveMode>(m, "DriveMode", "What drives the free axis of a joint.")
-      .value("none", DriveMode::none)
-      .value("velocity", DriveMode::velocity)
-      .value("position", DriveMode::position)
-      .value("spring", DriveMode::spring);
+  py::enum_<MotorMode>(m, "MotorMode", "What drives the free axis of a joint.")
+      .value("none", MotorMode::none)
+      .value("velocity", MotorMode::velocity)
+      .value("position", MotorMode::position)
+      .value("spring", MotorMode::spring);
   bind_handle<BodyId>(m, "BodyId");
   bind_handle<JointId>(m, "JointId");
   bind_handle<PatchId>(m, "PatchId");

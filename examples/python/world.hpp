@@ -108,7 +108,7 @@ void bind_world(py::module_& m) {
           "add_joint",
           [](World& world, JointKind kind, BodyId a, BodyId b, const Vec3<S>& anchor_a,
              const Vec4& rotation_a, const Vec3<S>& anchor_b, const Vec4& rotation_b, S lower,
-             S upper, DriveMode mode, S target, S max_force, S stiffness, S damping) {
+             S upper, MotorMode mode, S target, S max_force, S stiffness, S damping) {
             JointDef<S> def;
             def.kind = kind;
             def.body_a = a;
@@ -117,7 +117,7 @@ void bind_world(py::module_& m) {
             def.X_BJ = {rotation_of<S>(rotation_b), anchor_b};
             def.lower_limit = lower;
             def.upper_limit = upper;
-            def.drive = {.mode = mode,
+            def.motor = {.mode = mode,
                          .target = target,
                          .max_force = max_force,
                          .stiffness = stiffness,
@@ -127,13 +127,13 @@ void bind_world(py::module_& m) {
           "kind"_a, "body_a"_a, "body_b"_a, py::kw_only(), "anchor_a"_a = Vec3<S>(0, 0, 0),
           "rotation_a"_a = Vec4(0, 0, 0, 1), "anchor_b"_a = Vec3<S>(0, 0, 0),
           "rotation_b"_a = Vec4(0, 0, 0, 1), "lower"_a = -infinity<S>, "upper"_a = infinity<S>,
-          "mode"_a = DriveMode::none, "target"_a = S(0), "max_force"_a = S(0), "stiffness"_a = S(0),
+          "mode"_a = MotorMode::none, "target"_a = S(0), "max_force"_a = S(0), "stiffness"_a = S(0),
           "damping"_a = S(0), "Adds a joint about or along the x axis of its frame in both bodies.")
       .def(
-          "set_drive",
-          [](World& world, JointId id, DriveMode mode, S target, S max_force, S stiffness,
+          "set_motor",
+          [](World& world, JointId id, MotorMode mode, S target, S max_force, S stiffness,
              S damping) {
-            world.set_drive(id, {.mode = mode,
+            world.set_motor(id, {.mode = mode,
                                  .target = target,
                                  .max_force = max_force,
                                  .stiffness = stiffness,

@@ -16,7 +16,7 @@
 
 namespace figure {
 
-/// What a table shows in one place, and what its file records there.
+/// One cell: its text in the table, and its entry in the file.
 struct Cell {
   std::string shown;
   std::string recorded;
@@ -65,7 +65,7 @@ class Table {
     is_good_ = is_good_ && is_good;
   }
 
-  /// Whether no verdict was bad.
+  /// Returns whether no verdict was bad.
   [[nodiscard]] bool is_good() const { return is_good_; }
 
   void print() const {

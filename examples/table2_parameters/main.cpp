@@ -7,10 +7,10 @@
 //
 // Prints two tables, writes table2_parameters.csv, table2_runs.csv and table2_parameters.svg.
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/svg_plot.hpp"
 #include "support/table.hpp"
 #include "tasks.hpp"
 
-#include <bristle/io/svg_plot.hpp>
 
 #include <cmath>
 
@@ -20,23 +20,23 @@ using bristle::Integration;
 using table2::Reading;
 using table2::Task;
 
-void print_meanings() {
+void print_descriptions() {
   figure::Table table({"task", "set", "mu_S [1/m]", "mu_V [N s/m]", "K_N [N]", "K_D [N s]",
                        "sigma_a [mm]", "mu", "mu, sudden", "press", "zeta_n", "zeta_t"});
   for (const Task& task : table2::tasks) {
     for (const Reading reading : table2::readings) {
       const auto p = table2::parameters(task, reading);
-      const auto meaning = table2::meaning(task, reading);
+      const auto description = table2::description(task, reading);
       table.add({task.name, table2::name_of(reading), figure::number("%g", p.static_friction),
                  figure::number("%.3g", p.sliding_friction),
                  figure::number("%.3g", p.normal_stiffness),
                  figure::number("%.3g", p.normal_damping),
                  figure::number("%g", 1e3 * p.breakaway_distance),
-                 figure::number("%.3g", meaning.holding_coefficient),
-                 figure::number("%.3g", meaning.sudden_coefficient),
-                 figure::number("%.3f", meaning.press),
-                 figure::number("%.3g", meaning.normal_damping_ratio),
-                 figure::number("%.3g", meaning.bristle_damping_ratio)});
+                 figure::number("%.3g", description.holding_coefficient),
+                 figure::number("%.3g", description.sudden_coefficient),
+                 figure::number("%.3f", description.press),
+                 figure::number("%.3g", description.normal_damping_ratio),
+                 figure::number("%.3g", description.bristle_damping_ratio)});
     }
   }
   std::puts(
@@ -87,15 +87,15 @@ bool print_runs() {
 
 /// How far each part sinks when its weight comes at once.
 void plot() {
-  bristle::SvgPlot plot{.title = "Parts in a grip when their weight comes at once (Table II)",
+  figure::SvgPlot plot{.title = "Parts in a grip when their weight comes at once (Table II)",
                         .x_label = "time [ms]"};
   for (const Task& task : table2::tasks) {
-    bristle::PlotPanel panel{.y_label = std::string(task.name) + " [um]", .series = {}};
+    figure::PlotPanel panel{.y_label = std::string(task.name) + " [um]", .series = {}};
     for (const Reading reading : {Reading::converted, Reading::tuned}) {
       fig6::Grip grip(table2::grip_of(task, reading, 1e-3, Integration::implicit));
       grip.close();
       grip.world().set_gravity({0, 0, -fig6::Grip::gravity});
-      bristle::PlotSeries curve{
+      figure::PlotSeries curve{
           reading == Reading::tuned ? "tuned_for" : "as given, K_D per step", {}, {}};
       for (int i = 0; i < 100; ++i) {
         curve.x.push_back(i);
@@ -116,7 +116,7 @@ void plot() {
 }  // namespace
 
 int main() {
-  print_meanings();
+  print_descriptions();
   const bool is_good = print_runs();
   plot();
   return is_good ? 0 : 1;

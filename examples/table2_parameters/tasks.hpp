@@ -29,7 +29,7 @@ inline constexpr std::array<Task, 4> tasks{{
     {"thread", 0.002, 0.5, 1000, 0.3, 0.05, 5, 0.005},
 }};
 
-/// What is made of a task's constants.
+/// Readings of a task's constants.
 enum class Reading {
   /// K_D taken for N s, as Eq. 3 has it.
   literal,
@@ -63,12 +63,12 @@ inline bristle::SensorParameters<double> parameters(const Task& task, Reading re
           .breakaway_distance = task.breakaway_distance};
 }
 
-/// What the constants mean for both pads, which together carry twice the force.
-inline bristle::PatchMeaning<double> meaning(const Task& task, Reading reading) {
-  return bristle::meaning_of(parameters(task, reading), {.count = 2 * fig6::round_pad(1).size(),
-                                                         .length = fig6::range,
-                                                         .load = 2 * task.force,
-                                                         .mass = task.mass});
+/// Description of the constants for both pads, which together carry twice the force.
+inline bristle::PatchDescription<double> description(const Task& task, Reading reading) {
+  return bristle::describe(parameters(task, reading), {.count = 2 * fig6::round_pad(1).size(),
+                                                       .length = fig6::range,
+                                                       .load = 2 * task.force,
+                                                       .mass = task.mass});
 }
 
 inline fig6::GripDef grip_of(const Task& task, Reading reading, double time_step,

@@ -1,8 +1,7 @@
 /// @file
-/// The whole library. It needs Eigen and the standard library, nothing else; the FCL backend joins
-/// in where the CMake target `bristle::fcl` is linked, worker threads where `BRISTLE_WITH_THREADS`
-/// is defined. With `BRISTLE_COMPILED` it declares what users name and leaves the rest to the
-/// compiled library.
+/// The whole library. It needs only Eigen and the standard library. The CMake target `bristle::fcl`
+/// adds the FCL backend; `BRISTLE_WITH_THREADS` adds worker threads. With `BRISTLE_COMPILED` it
+/// declares the names that users need. The rest is left to the compiled library.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -25,8 +24,6 @@
 #include <bristle/io/obj.hpp>
 #include <bristle/io/recorder.hpp>
 #include <bristle/io/stl.hpp>
-#include <bristle/io/svg_heat_map.hpp>
-#include <bristle/io/svg_plot.hpp>
 #include <bristle/io/trace.hpp>
 #include <bristle/math/envelope_lu.hpp>
 #include <bristle/math/rotation.hpp>
@@ -42,6 +39,7 @@
 #include <bristle/sensors/wrapping.hpp>
 #include <bristle/world/world.hpp>
 #include <bristle/world/world_batch.hpp>
+#include <bristle/world/world_def.hpp>
 
 #if defined(BRISTLE_WITH_FCL)
 #include <bristle/geometry/backends/fcl_backend.hpp>
@@ -64,18 +62,17 @@
 #include <bristle/dynamics/bodies/integrator.hpp>
 #include <bristle/dynamics/bodies/islands.hpp>
 #include <bristle/dynamics/bodies/material.hpp>
-#include <bristle/dynamics/contacts/contact_aim.hpp>
 #include <bristle/dynamics/contacts/contact_constraint.hpp>
+#include <bristle/dynamics/contacts/contact_target.hpp>
 #include <bristle/dynamics/contacts/manifold_block.hpp>
 #include <bristle/dynamics/contacts/manifold_kernel.hpp>
 #include <bristle/dynamics/contacts/manifold_mobility.hpp>
 #include <bristle/dynamics/contacts/manifold_order.hpp>
 #include <bristle/dynamics/contacts/manifold_part.hpp>
 #include <bristle/dynamics/contacts/manifold_sweeps.hpp>
-#include <bristle/dynamics/contacts/passive_bounces.hpp>
+#include <bristle/dynamics/contacts/passive_restitution.hpp>
 #include <bristle/dynamics/contacts/saved_impulses.hpp>
 #include <bristle/dynamics/joints/joint.hpp>
-#include <bristle/dynamics/joints/joint_flow.hpp>
 #include <bristle/dynamics/joints/joint_groups.hpp>
 #include <bristle/dynamics/joints/joint_kinematics.hpp>
 #include <bristle/dynamics/joints/joint_order.hpp>
@@ -84,6 +81,7 @@
 #include <bristle/dynamics/joints/joint_rows.hpp>
 #include <bristle/dynamics/joints/joint_spring.hpp>
 #include <bristle/dynamics/joints/joint_system.hpp>
+#include <bristle/dynamics/joints/mechanism_integrator.hpp>
 #include <bristle/dynamics/solver/constraint.hpp>
 #include <bristle/dynamics/solver/derivative_watch.hpp>
 #include <bristle/dynamics/solver/guarded_sweeps.hpp>
@@ -96,6 +94,7 @@
 #include <bristle/dynamics/solver/sequential_solver.hpp>
 #include <bristle/dynamics/solver/soft_block.hpp>
 #include <bristle/dynamics/solver/soft_system.hpp>
+#include <bristle/dynamics/solver/solver_def.hpp>
 #include <bristle/dynamics/solver/solver_types.hpp>
 #include <bristle/geometry/backends/analytic_backend.hpp>
 #include <bristle/geometry/backends/shape_backend.hpp>
@@ -108,25 +107,25 @@
 #include <bristle/geometry/contacts/contact_sink.hpp>
 #include <bristle/geometry/contacts/expanding_polytope.hpp>
 #include <bristle/geometry/contacts/gjk.hpp>
-#include <bristle/geometry/contacts/kept_candidates.hpp>
 #include <bristle/geometry/contacts/mesh_contacts.hpp>
 #include <bristle/geometry/contacts/shape_cast.hpp>
 #include <bristle/geometry/contacts/solid_contacts.hpp>
+#include <bristle/geometry/contacts/triangle_cache.hpp>
 #include <bristle/geometry/meshes/mesh_normals.hpp>
 #include <bristle/geometry/meshes/mesh_surface.hpp>
 #include <bristle/geometry/meshes/mesh_tree.hpp>
 #include <bristle/geometry/meshes/mesh_validation.hpp>
 #include <bristle/geometry/meshes/triangle_mesh.hpp>
-#include <bristle/geometry/rays/bundle_leaves.hpp>
-#include <bristle/geometry/rays/bundle_mesh_rays.hpp>
-#include <bristle/geometry/rays/bundle_triangles.hpp>
 #include <bristle/geometry/rays/mesh_rays.hpp>
+#include <bristle/geometry/rays/node_triangles.hpp>
 #include <bristle/geometry/rays/ray.hpp>
 #include <bristle/geometry/rays/ray_box.hpp>
-#include <bristle/geometry/rays/ray_bundles.hpp>
 #include <bristle/geometry/rays/ray_lanes.hpp>
 #include <bristle/geometry/rays/ray_mesh.hpp>
 #include <bristle/geometry/rays/ray_shapes.hpp>
+#include <bristle/geometry/rays/ray_tree.hpp>
+#include <bristle/geometry/rays/ray_tree_leaves.hpp>
+#include <bristle/geometry/rays/ray_tree_mesh_query.hpp>
 #include <bristle/geometry/rays/ray_triangle.hpp>
 #include <bristle/geometry/shapes/convex_hull.hpp>
 #include <bristle/geometry/shapes/convex_view.hpp>
@@ -139,8 +138,6 @@
 #include <bristle/geometry/trees/aabb_tree.hpp>
 #include <bristle/geometry/trees/wide_tree.hpp>
 #include <bristle/hosts/host_stage.hpp>
-#include <bristle/io/plot_axis.hpp>
-#include <bristle/io/svg_writer.hpp>
 #include <bristle/io/text_scanner.hpp>
 #include <bristle/math/block_envelope.hpp>
 #include <bristle/math/cholesky.hpp>
@@ -162,28 +159,31 @@
 #include <bristle/math/transform.hpp>
 #include <bristle/math/types.hpp>
 #include <bristle/sensors/ambf_law.hpp>
-#include <bristle/sensors/kept_hits.hpp>
 #include <bristle/sensors/lane_parameters.hpp>
 #include <bristle/sensors/law.hpp>
 #include <bristle/sensors/linear_model.hpp>
+#include <bristle/sensors/packet_boxes.hpp>
 #include <bristle/sensors/passes.hpp>
 #include <bristle/sensors/patch.hpp>
 #include <bristle/sensors/patch_block.hpp>
 #include <bristle/sensors/patch_contacts.hpp>
+#include <bristle/sensors/patch_def.hpp>
 #include <bristle/sensors/patch_explicit.hpp>
 #include <bristle/sensors/patch_mesh.hpp>
 #include <bristle/sensors/patch_readings.hpp>
 #include <bristle/sensors/patch_touch.hpp>
+#include <bristle/sensors/plane_cache.hpp>
 #include <bristle/sensors/reading.hpp>
+#include <bristle/sensors/reading_store.hpp>
 #include <bristle/sensors/sensor_layout.hpp>
+#include <bristle/sensors/sensor_packets.hpp>
 #include <bristle/sensors/sensor_parameters.hpp>
-#include <bristle/sensors/sensor_tiles.hpp>
-#include <bristle/sensors/tile_boxes.hpp>
+#include <bristle/sensors/sensor_wrench.hpp>
 #include <bristle/world/contact_events.hpp>
 #include <bristle/world/contact_stage.hpp>
 #include <bristle/world/haptic_body.hpp>
 #include <bristle/world/haptic_loop.hpp>
-#include <bristle/world/haptic_tick.hpp>
+#include <bristle/world/haptic_substep.hpp>
 #include <bristle/world/held_mobility.hpp>
 #include <bristle/world/kernels.hpp>
 #include <bristle/world/kernels_impl.hpp>

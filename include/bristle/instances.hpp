@@ -1,6 +1,7 @@
 /// @file
-/// Makes what BRISTLE_COMPILED only declares, in the scalar BRISTLE_INSTANTIATE, for what the file
-/// is compiled for: the library in one file of a program that is built without CMake.
+/// Instantiates the declarations of BRISTLE_COMPILED in the scalar BRISTLE_INSTANTIATE. The file's
+/// own instruction set is used. One such file is the library of a program that is built without
+/// CMake.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -16,22 +17,22 @@
 namespace bristle::inline BRISTLE_ABI {
 
 /// @param S  float or double.
-#define BRISTLE_MAKE_WORLD(S, Backend)                            \
-  BRISTLE_BACKEND_FUNCTIONS(template, Backend, S)                 \
-  template <>                                                     \
-  const WorldKernels<S, Backend>& world_kernels<S, Backend>() {   \
-    return own_world_kernels<S, Backend>();                       \
-  }                                                               \
-  template <>                                                     \
-  const HapticKernels<S, Backend>& haptic_kernels<S, Backend>() { \
-    return own_haptic_kernels<S, Backend>();                      \
-  }                                                               \
-  template <>                                                     \
-  const HostKernels<S, Backend>& host_kernels<S, Backend>() {     \
-    return own_host_kernels<S, Backend>();                        \
-  }                                                               \
-  template class World<S, Backend>;                               \
-  template class HapticLoop<S, Backend>;                          \
+#define BRISTLE_MAKE_WORLD(S, Backend)                                            \
+  BRISTLE_BACKEND_FUNCTIONS(template, Backend, S)                                 \
+  template <>                                                                     \
+  const detail::WorldKernels<S, Backend>& detail::world_kernels<S, Backend>() {   \
+    return detail::own_world_kernels<S, Backend>();                               \
+  }                                                                               \
+  template <>                                                                     \
+  const detail::HapticKernels<S, Backend>& detail::haptic_kernels<S, Backend>() { \
+    return detail::own_haptic_kernels<S, Backend>();                              \
+  }                                                                               \
+  template <>                                                                     \
+  const detail::HostKernels<S, Backend>& host_kernels<S, Backend>() {             \
+    return detail::own_host_kernels<S, Backend>();                                \
+  }                                                                               \
+  template class World<S, Backend>;                                               \
+  template class HapticLoop<S, Backend>;                                          \
   template class HostSensors<S, Backend>;
 BRISTLE_MAKE_WORLD(BRISTLE_INSTANTIATE, AnalyticBackend)
 #if defined(BRISTLE_WITH_FCL)

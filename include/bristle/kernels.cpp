@@ -1,5 +1,5 @@
-// The kernels of worlds in the scalar BRISTLE_INSTANTIATE, for the instruction set that this file
-// is compiled for, which is BRISTLE_KERNELS.
+// World kernels in the scalar BRISTLE_INSTANTIATE. This file is compiled for the instruction set
+// BRISTLE_KERNELS.
 // SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/core/kernel_tables.hpp>
 #include <bristle/hosts/host_stage.hpp>
@@ -8,16 +8,17 @@
 #include <bristle/geometry/backends/fcl_backend.hpp>
 #endif
 
-extern "C" const bristle::KernelTables* BRISTLE_KERNELS_OF(BRISTLE_INSTANTIATE, BRISTLE_KERNELS)() {
+extern "C" const bristle::detail::KernelTables* BRISTLE_KERNELS_OF(BRISTLE_INSTANTIATE,
+                                                                   BRISTLE_KERNELS)() {
   using S = BRISTLE_INSTANTIATE;
-  static const bristle::KernelTables tables {
-    .analytic = {.world = &bristle::own_world_kernels<S, bristle::AnalyticBackend>(),
-                 .haptic = &bristle::own_haptic_kernels<S, bristle::AnalyticBackend>(),
-                 .host = &bristle::own_host_kernels<S, bristle::AnalyticBackend>()},
+  static const bristle::detail::KernelTables tables {
+    .analytic = {.world = &bristle::detail::own_world_kernels<S, bristle::AnalyticBackend>(),
+                 .haptic = &bristle::detail::own_haptic_kernels<S, bristle::AnalyticBackend>(),
+                 .host = &bristle::detail::own_host_kernels<S, bristle::AnalyticBackend>()},
 #if defined(BRISTLE_WITH_FCL)
-    .fcl = {.world = &bristle::own_world_kernels<S, bristle::FclBackend>(),
-            .haptic = &bristle::own_haptic_kernels<S, bristle::FclBackend>(),
-            .host = &bristle::own_host_kernels<S, bristle::FclBackend>()},
+    .fcl = {.world = &bristle::detail::own_world_kernels<S, bristle::FclBackend>(),
+            .haptic = &bristle::detail::own_haptic_kernels<S, bristle::FclBackend>(),
+            .host = &bristle::detail::own_host_kernels<S, bristle::FclBackend>()},
 #endif
   };
   return &tables;

@@ -122,12 +122,12 @@
 #define BRISTLE_FATAL(message) (std::fprintf(stderr, "bristle: %s\n", (message)), std::abort())
 #endif
 
-/// BRISTLE_INLINE: before functions of a few instructions, which are inlined even without
+/// BRISTLE_FORCE_INLINE: before functions of a few instructions, which are inlined even without
 /// optimisation: what is passed through memory there costs more than what is done with it.
 #if defined(__GNUC__)
-#define BRISTLE_INLINE [[gnu::always_inline]] inline
+#define BRISTLE_FORCE_INLINE [[gnu::always_inline]] inline
 #else
-#define BRISTLE_INLINE inline
+#define BRISTLE_FORCE_INLINE inline
 #endif
 
 #include <cmath>
@@ -182,6 +182,8 @@ class IoError : public std::runtime_error {
   std::size_t line_;
 };
 
+namespace detail {
+
 /// Largest number that a definition may hold, and largest inverse of one that is divided by: the
 /// squares of three of them have a finite sum, and so does any product of two. 6.7e153 in double,
 /// 9.2e18 in float.
@@ -197,8 +199,6 @@ template <typename S>
 [[nodiscard]] bool has_finite_square(const S& value) {
   return value <= largest_number<S> && value >= -largest_number<S>;
 }
-
-namespace detail {
 
 /// Throws `error`, or ends the program where exceptions are compiled away.
 template <typename Exception>
@@ -406,12 +406,12 @@ inline constexpr SerialFor serial_for{};
 /// Whether a hook is known to be `serial_for`: work need not be divided for it.
 [[nodiscard]] bool is_serial(const ParallelFor& parallel_for);
 
-/// Adds up part(first, end, sum) over [0, count) in slices of `size`. Every slice starts from a
-/// `Sum{}` of its own and slices are added in their order, so that the rounding is the same
+/// Adds up part(first, end, sum) over [0, count) in ranges of `size`. Every range starts from a
+/// `Sum{}` of its own and ranges are added in their order, so that the rounding is the same
 /// whoever does them, one after the other or at the same time. Allocates nothing.
-/// @param fewest_shared  [-] The hook is called for no fewer slices than this.
+/// @param fewest_shared  [-] The hook is called for no fewer ranges than this.
 template <typename Sum, typename Part>
-[[nodiscard]] Sum sum_in_slices(std::size_t count, std::size_t size, std::size_t fewest_shared,
+[[nodiscard]] Sum sum_in_ranges(std::size_t count, std::size_t size, std::size_t fewest_shared,
                                 const ParallelFor& parallel_for, const Part& part);
 
 // Implementation -----------------------------------------------------------------------------------
@@ -429,12 +429,12 @@ namespace detail {
 
 /// Room for a T, which is there only from `make` to `destroy`; who makes it destroys it.
 template <typename T>
-class Room {
+class Storage {
  public:
-  Room() {}
-  Room(const Room&) = delete;
-  Room& operator=(const Room&) = delete;
-  ~Room() {}
+  Storage() {}
+  Storage(const Storage&) = delete;
+  Storage& operator=(const Storage&) = delete;
+  ~Storage() {}
   T& make() { return *::new (static_cast<void*>(&value_)) T{}; }
   [[nodiscard]] const T& value() const { return value_; }
   void destroy() { std::destroy_at(&value_); }
@@ -448,28 +448,28 @@ class Room {
 }  // namespace detail
 
 template <typename Sum, typename Part>
-Sum sum_in_slices(std::size_t count, std::size_t size, std::size_t fewest_shared,
+Sum sum_in_ranges(std::size_t count, std::size_t size, std::size_t fewest_shared,
                   const ParallelFor& parallel_for, const Part& part) {
-  const std::size_t slices = (count + size - 1) / size;
-  const auto add_slice = [&](std::size_t k, Sum& sum) {
+  const std::size_t ranges = (count + size - 1) / size;
+  const auto add_range = [&](std::size_t k, Sum& sum) {
     part(k * size, std::min(count, (k + 1) * size), sum);
   };
   Sum total{};
-  if (slices <= 1) {
-    add_slice(0, total);
-  } else if (slices < fewest_shared || is_serial(parallel_for)) {
-    for (std::size_t k = 0; k < slices; ++k) {
+  if (ranges <= 1) {
+    add_range(0, total);
+  } else if (ranges < fewest_shared || is_serial(parallel_for)) {
+    for (std::size_t k = 0; k < ranges; ++k) {
       Sum sum{};
-      add_slice(k, sum);
+      add_range(k, sum);
       total += sum;
     }
   } else {
-    // As many at a time as there is room for. Who adds up a slice makes its sum: those of contacts
+    // As many at a time as there is room for. Who adds up a range makes its sum: those of contacts
     // are 44 KiB in registers of 64 bytes, which one thread would write before the others start.
-    std::array<detail::Room<Sum>, 32> sums;
-    for (std::size_t first = 0; first < slices; first += sums.size()) {
-      const std::size_t some = std::min(sums.size(), slices - first);
-      const auto task = [&](std::size_t k) { add_slice(first + k, sums[k].make()); };
+    std::array<detail::Storage<Sum>, 32> sums;
+    for (std::size_t first = 0; first < ranges; first += sums.size()) {
+      const std::size_t some = std::min(sums.size(), ranges - first);
+      const auto task = [&](std::size_t k) { add_range(first + k, sums[k].make()); };
       parallel_for(some, std::cref(task));
       for (std::size_t k = 0; k < some; ++k) {
         total += sums[k].value();
@@ -593,9 +593,7 @@ void fill_numbers(std::vector<T>& vector) {
 #include <concepts>
 #include <type_traits>
 
-namespace bristle::inline BRISTLE_ABI {
-
-namespace detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A matrix of Eigen, or an expression of one, whose size the compiler knows.
 template <typename M>
@@ -619,7 +617,7 @@ using ValueOf = SmallResult<typename M::Scalar, M::RowsAtCompileTime, M::ColsAtC
 
 /// The matrix itself where its entries lie in memory, else its value.
 template <SmallMatrix M>
-[[nodiscard]] BRISTLE_INLINE decltype(auto) stored(const M& m) {
+[[nodiscard]] BRISTLE_FORCE_INLINE decltype(auto) stored(const M& m) {
   if constexpr ((int{M::Flags} & int{Eigen::DirectAccessBit}) != 0) {
     return (m);
   } else {
@@ -629,7 +627,8 @@ template <SmallMatrix M>
 
 /// Entry of a matrix that lies in memory.
 template <SmallMatrix M>
-[[nodiscard]] BRISTLE_INLINE const typename M::Scalar& entry(const M& m, int row, int column) {
+[[nodiscard]] BRISTLE_FORCE_INLINE const typename M::Scalar& entry(const M& m, int row,
+                                                                   int column) {
   if constexpr (M::IsRowMajor) {
     return m.data()[row * m.outerStride() + column * m.innerStride()];
   } else {
@@ -639,7 +638,7 @@ template <SmallMatrix M>
 
 /// The matrix whose entries are `make(row, column)`.
 template <typename Value, typename Make>
-[[nodiscard]] BRISTLE_INLINE Value matrix_of(const Make& make) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Value matrix_of(const Make& make) {
   constexpr int rows = Value::RowsAtCompileTime;
   constexpr int columns = Value::ColsAtCompileTime;
   if constexpr (rows == 3 && columns == 1) {
@@ -653,68 +652,61 @@ template <typename Value, typename Make>
   }
 }
 
-}  // namespace detail
-
 template <typename A, typename B>
-requires detail::SameSize<A, B>
-[[nodiscard]] BRISTLE_INLINE detail::ValueOf<A> operator+(const A& a, const B& b) {
-  decltype(auto) x = detail::stored(a);
-  decltype(auto) y = detail::stored(b);
-  return detail::matrix_of<detail::ValueOf<A>>(
-      [&](int i, int j) { return detail::entry(x, i, j) + detail::entry(y, i, j); });
+requires SameSize<A, B>
+[[nodiscard]] BRISTLE_FORCE_INLINE ValueOf<A> operator+(const A& a, const B& b) {
+  decltype(auto) x = stored(a);
+  decltype(auto) y = stored(b);
+  return matrix_of<ValueOf<A>>([&](int i, int j) { return entry(x, i, j) + entry(y, i, j); });
 }
 
 template <typename A, typename B>
-requires detail::SameSize<A, B>
-[[nodiscard]] BRISTLE_INLINE detail::ValueOf<A> operator-(const A& a, const B& b) {
-  decltype(auto) x = detail::stored(a);
-  decltype(auto) y = detail::stored(b);
-  return detail::matrix_of<detail::ValueOf<A>>(
-      [&](int i, int j) { return detail::entry(x, i, j) - detail::entry(y, i, j); });
+requires SameSize<A, B>
+[[nodiscard]] BRISTLE_FORCE_INLINE ValueOf<A> operator-(const A& a, const B& b) {
+  decltype(auto) x = stored(a);
+  decltype(auto) y = stored(b);
+  return matrix_of<ValueOf<A>>([&](int i, int j) { return entry(x, i, j) - entry(y, i, j); });
 }
 
-template <detail::SmallMatrix A>
-[[nodiscard]] BRISTLE_INLINE detail::ValueOf<A> operator-(const A& a) {
-  decltype(auto) x = detail::stored(a);
-  return detail::matrix_of<detail::ValueOf<A>>(
-      [&](int i, int j) { return -detail::entry(x, i, j); });
+template <SmallMatrix A>
+[[nodiscard]] BRISTLE_FORCE_INLINE ValueOf<A> operator-(const A& a) {
+  decltype(auto) x = stored(a);
+  return matrix_of<ValueOf<A>>([&](int i, int j) { return -entry(x, i, j); });
 }
 
-template <detail::SmallMatrix A, std::same_as<typename A::Scalar> S>
-[[nodiscard]] BRISTLE_INLINE detail::ValueOf<A> operator*(const S& k, const A& a) {
-  decltype(auto) x = detail::stored(a);
-  return detail::matrix_of<detail::ValueOf<A>>(
-      [&](int i, int j) { return k * detail::entry(x, i, j); });
+template <SmallMatrix A, std::same_as<typename A::Scalar> S>
+[[nodiscard]] BRISTLE_FORCE_INLINE ValueOf<A> operator*(const S& k, const A& a) {
+  decltype(auto) x = stored(a);
+  return matrix_of<ValueOf<A>>([&](int i, int j) { return k * entry(x, i, j); });
 }
 
-template <detail::SmallMatrix A, std::same_as<typename A::Scalar> S>
-[[nodiscard]] BRISTLE_INLINE detail::ValueOf<A> operator*(const A& a, const S& k) {
-  decltype(auto) x = detail::stored(a);
-  return detail::matrix_of<detail::ValueOf<A>>(
-      [&](int i, int j) { return detail::entry(x, i, j) * k; });
+template <SmallMatrix A, std::same_as<typename A::Scalar> S>
+[[nodiscard]] BRISTLE_FORCE_INLINE ValueOf<A> operator*(const A& a, const S& k) {
+  decltype(auto) x = stored(a);
+  return matrix_of<ValueOf<A>>([&](int i, int j) { return entry(x, i, j) * k; });
 }
 
-template <detail::SmallMatrix A, std::same_as<typename A::Scalar> S>
-[[nodiscard]] BRISTLE_INLINE detail::ValueOf<A> operator/(const A& a, const S& k) {
-  decltype(auto) x = detail::stored(a);
-  return detail::matrix_of<detail::ValueOf<A>>(
-      [&](int i, int j) { return detail::entry(x, i, j) / k; });
+template <SmallMatrix A, std::same_as<typename A::Scalar> S>
+[[nodiscard]] BRISTLE_FORCE_INLINE ValueOf<A> operator/(const A& a, const S& k) {
+  decltype(auto) x = stored(a);
+  return matrix_of<ValueOf<A>>([&](int i, int j) { return entry(x, i, j) / k; });
 }
 
 /// Not of a row and a column: Eigen's inner product turns into a number by itself.
-template <detail::SmallMatrix A, detail::SmallMatrix B>
+template <SmallMatrix A, SmallMatrix B>
 requires(int{A::ColsAtCompileTime} == int{B::RowsAtCompileTime} &&
          (int{A::RowsAtCompileTime} > 1 || int{B::ColsAtCompileTime} > 1) &&
-         std::same_as<typename A::Scalar, typename B::Scalar>) [[nodiscard]] BRISTLE_INLINE auto
-operator*(const A& a, const B& b) {
+         std::same_as<typename A::Scalar, typename B::Scalar>) [[nodiscard]] BRISTLE_FORCE_INLINE
+    auto
+    operator*(const A& a, const B& b) {
   using S = typename A::Scalar;
   constexpr int inner = A::ColsAtCompileTime;
-  decltype(auto) x = detail::stored(a);
-  decltype(auto) y = detail::stored(b);
-  return detail::matrix_of<detail::SmallResult<S, A::RowsAtCompileTime, B::ColsAtCompileTime>>(
+  decltype(auto) x = stored(a);
+  decltype(auto) y = stored(b);
+  return matrix_of<SmallResult<S, A::RowsAtCompileTime, B::ColsAtCompileTime>>(
       [&](int i, int j) -> S {
-        S sum = detail::entry(x, i, 0) * detail::entry(y, 0, j);
-        for (int k = 1; k < inner; ++k) sum += detail::entry(x, i, k) * detail::entry(y, k, j);
+        S sum = entry(x, i, 0) * entry(y, 0, j);
+        for (int k = 1; k < inner; ++k) sum += entry(x, i, k) * entry(y, k, j);
         return sum;
       });
 }
@@ -734,7 +726,7 @@ template <typename S>
   return result;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -793,10 +785,14 @@ struct Tolerance {
   static constexpr S equal() { return std::numeric_limits<S>::digits > 30 ? S(1.5e-8) : S(3.5e-4); }
 };
 
+namespace detail {
+
 /// What iterative geometry is computed in for a world in S: double for float, else S itself
 /// (docs/decisions/0010-one-search-for-contact-normals.md).
 template <Scalar S>
 using Precise = std::conditional_t<std::same_as<S, float>, double, S>;
+
+}  // namespace detail
 
 /// Larger than any distance; what a ray without a hit reports.
 template <Scalar S>
@@ -819,9 +815,7 @@ template <typename Derived>
 #include <span>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
-
-namespace detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Sum of products, as four sums side by side: the compiler may not reorder one sum to fill its
 /// vector lanes.
@@ -835,8 +829,6 @@ template <Scalar S>
   for (; i < n; ++i) sum[0] += a[i] * b[i];
   return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
-
-}  // namespace detail
 
 /// Lower triangle of a symmetric positive definite matrix, and its factor in the same place.
 template <Scalar S>
@@ -852,7 +844,7 @@ class EnvelopeMatrix {
       start_[i] = size - first[i];  // Wraps around; only sums with a column are used.
       size += i - first[i] + 1;
     }
-    detail::refill(values_, size, S(0));
+    refill(values_, size, S(0));
   }
 
   /// Makes room for what another has room for, so that a copy of it allocates nothing.
@@ -872,7 +864,7 @@ class EnvelopeMatrix {
   void multiply(const S* x, S* y) const {
     for (std::size_t i = 0; i < size(); ++i) {
       const S* row_i = row(i);
-      y[i] = detail::sum_of_products(row_i + first_[i], x + first_[i], i - first_[i] + 1);
+      y[i] = sum_of_products(row_i + first_[i], x + first_[i], i - first_[i] + 1);
       for (std::size_t k = first_[i]; k < i; ++k) y[k] += row_i[k] * x[i];
     }
   }
@@ -887,12 +879,10 @@ class EnvelopeMatrix {
       for (std::size_t j = first_[i]; j < i; ++j) {
         const S* row_j = row(j);
         const std::size_t from = std::max(first_[i], first_[j]);
-        row_i[j] =
-            (row_i[j] - detail::sum_of_products(row_i + from, row_j + from, j - from)) / row_j[j];
+        row_i[j] = (row_i[j] - sum_of_products(row_i + from, row_j + from, j - from)) / row_j[j];
       }
       const S diagonal = row_i[i];
-      S pivot =
-          diagonal - detail::sum_of_products(row_i + first_[i], row_i + first_[i], i - first_[i]);
+      S pivot = diagonal - sum_of_products(row_i + first_[i], row_i + first_[i], i - first_[i]);
       if (pivot < floor * diagonal) pivot = floor * diagonal;
       if (!(pivot > S(0)) || !(pivot < infinity<S>)) return false;
       row_i[i] = sqrt(pivot);
@@ -904,8 +894,7 @@ class EnvelopeMatrix {
   void solve(S* x) const {
     for (std::size_t i = 0; i < size(); ++i) {
       const S* row_i = row(i);
-      x[i] = (x[i] - detail::sum_of_products(row_i + first_[i], x + first_[i], i - first_[i])) /
-             row_i[i];
+      x[i] = (x[i] - sum_of_products(row_i + first_[i], x + first_[i], i - first_[i])) / row_i[i];
     }
     for (std::size_t i = size(); i-- > 0;) {
       const S* row_i = row(i);
@@ -924,7 +913,7 @@ class EnvelopeMatrix {
   std::vector<S> values_;
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <array>
@@ -934,7 +923,7 @@ class EnvelopeMatrix {
 #include <span>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// What the multiplier of a row may be.
 enum class RowKind : std::uint8_t {
@@ -963,7 +952,7 @@ struct IslandRow {
   std::array<Real, 6> jacobian_a{};
   std::array<Real, 6> jacobian_b{};
   Real target = Real(0);
-  Real aim = Real(0);       // Of it, what is not the motion of a body: a bounce, or a gap to close.
+  Real bias = Real(0);      // Of it, what is not the motion of a body: a bounce, or a gap to close.
   Real response = Real(0);  // K: velocity per own impulse; 0 for a row that is left out.
   Real compliance = Real(0);  // What the velocity gives way by per impulse.
   Real lower = Real(0);
@@ -1007,8 +996,6 @@ struct IslandRow {
     return lambda - (velocity + shift + s * change + compliance * lambda) / softness(eps);
   }
 };
-
-namespace detail {
 
 /// Moves a point into a disk, radially.
 template <typename Real>
@@ -1055,8 +1042,6 @@ void add_square(EnvelopeMatrix<Real>& h, Real weight, const IslandRow<Real>& row
   }
 }
 
-}  // namespace detail
-
 /// Largest distance of a row from its law, as the velocity that its own response makes of it.
 /// @param lambda, velocity  Tell the multiplier and the velocity of the row of a number.
 template <typename Real, typename Lambda, typename Velocity>
@@ -1078,20 +1063,20 @@ template <typename Real, typename Lambda, typename Velocity>
     largest = std::max(largest, K * abs(l - std::max(Real(0), proposed)));
     Real x = lambda(i + 1) - velocity(i + 1) / K;
     Real y = lambda(i + 2) - velocity(i + 2) / K;
-    detail::shrink(row.friction * std::max(Real(0), l), x, y);
+    shrink(row.friction * std::max(Real(0), l), x, y);
     largest = std::max(largest, K * hypot(lambda(i + 1) - x, lambda(i + 2) - y));
   }
   return largest;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// On which branch a row is.
 enum class CoulombState : std::uint8_t { unknown, open, stick, slip, inside, at_lower, at_upper };
@@ -1180,7 +1165,7 @@ template <typename Real>
   return branch;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/dynamics/solver/coulomb_newton.hpp
 
@@ -1221,7 +1206,7 @@ template <typename Real>
 #include <utility>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A 6x6 matrix, row by row.
 template <Scalar S>
@@ -1245,8 +1230,8 @@ class EnvelopeLu {
         size += 6 * (i - first_[i] + 1);
       }
     }
-    detail::refill(rows_, size, S(0));
-    detail::refill(columns_, size, S(0));
+    refill(rows_, size, S(0));
+    refill(columns_, size, S(0));
     inverses_.resize(blocks_);
     for (std::size_t i = 0; i < 6 * blocks_; ++i) {
       const std::size_t diagonal = i / 6 * 6;
@@ -1295,8 +1280,8 @@ class EnvelopeLu {
           S below[6];
           for (std::size_t b = 0; b < 6; ++b) {
             const std::size_t c = 6 * j + b;
-            below[b] = row(k)[c] - detail::sum_of_products(row(k) + from, column(c) + from, count);
-            column(k)[c] -= detail::sum_of_products(column(k) + from, row(c) + from, count);
+            below[b] = row(k)[c] - sum_of_products(row(k) + from, column(c) + from, count);
+            column(k)[c] -= sum_of_products(column(k) + from, row(c) + from, count);
           }
           times_inverse(below, inverses_[j], row(k) + 6 * j);
         }
@@ -1308,7 +1293,7 @@ class EnvelopeLu {
         for (std::size_t b = 0; b < 6; ++b) {
           pivot[6 * a + b] =
               row(6 * i + a)[6 * i + b] -
-              detail::sum_of_products(row(6 * i + a) + from, column(6 * i + b) + from, count);
+              sum_of_products(row(6 * i + a) + from, column(6 * i + b) + from, count);
         }
       }
       if (!invert(pivot, inverses_[i])) return false;
@@ -1320,12 +1305,12 @@ class EnvelopeLu {
   void solve(S* x) const {
     for (std::size_t i = 0; i < 6 * blocks_; ++i) {
       const std::size_t from = 6 * first_[i / 6];
-      x[i] -= detail::sum_of_products(row(i) + from, x + from, i / 6 * 6 - from);
+      x[i] -= sum_of_products(row(i) + from, x + from, i / 6 * 6 - from);
     }
     for (std::size_t i = blocks_; i-- > 0;) {
       S found[6];
       for (std::size_t a = 0; a < 6; ++a)
-        found[a] = detail::sum_of_products(&inverses_[i][6 * a], x + 6 * i, 6);
+        found[a] = sum_of_products(&inverses_[i][6 * a], x + 6 * i, 6);
       for (std::size_t a = 0; a < 6; ++a) {
         x[6 * i + a] = found[a];
         const S* above = column(6 * i + a);
@@ -1393,7 +1378,7 @@ class EnvelopeLu {
   std::vector<Block6<S>> inverses_;  // Of the blocks on the diagonal of U.
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <array>
@@ -1403,7 +1388,7 @@ class EnvelopeLu {
 #include <span>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// An island as `CoulombNewton` takes it.
 template <typename Real>
@@ -1431,7 +1416,7 @@ struct CoulombProblem {
 
 /// What `CoulombNewton` found.
 template <typename Real>
-struct CoulombAnswer {
+struct CoulombResult {
   /// [m/s] Largest distance of a row from its law.
   Real residual = infinity<Real>;
   /// [m/s] Speed of the fastest contact that slides.
@@ -1451,8 +1436,8 @@ class CoulombNewton {
   using Row = IslandRow<Real>;
 
   /// Finds impulses and velocities.
-  CoulombAnswer<Real> solve(const CoulombProblem<Real>& problem) {
-    CoulombAnswer<Real> answer;
+  CoulombResult<Real> solve(const CoulombProblem<Real>& problem) {
+    CoulombResult<Real> answer;
     const std::span<const Row> rows = problem.rows;
     start(problem);
     Real eps = Real(1e-3);
@@ -1553,8 +1538,8 @@ class CoulombNewton {
   void start(const CoulombProblem<Real>& problem) {
     const std::size_t count = problem.rows.size();
     v_ = *problem.start;
-    detail::refill(impulse_, count, Real(0));
-    detail::refill(best_, count, Real(0));
+    refill(impulse_, count, Real(0));
+    refill(best_, count, Real(0));
     for (std::size_t k = 0; k < count; ++k) {
       best_[k] = problem.rows[k].lambda;
       if (problem.rows[k].response > Real(0)) impulse_[k] = best_[k];
@@ -1564,11 +1549,11 @@ class CoulombNewton {
     velocity_.resize(count);
     candidate_velocity_.resize(count);
     candidate_.resize(count);
-    detail::refill(branches_, count, Branch{});
+    refill(branches_, count, Branch{});
     step_.resize(v_.size());
     free_velocity_.resize(count);
-    // Room for what only some solutions need: a warm step in which something begins or ends to slide
-    // must not allocate.
+    // Room for what only some solutions need: a warm step in which something begins or ends to
+    // slide must not allocate.
     nearest_v_ = v_;
     nearest_impulse_ = impulse_;
     factored_ = branches_;
@@ -1655,10 +1640,10 @@ class CoulombNewton {
     for (std::size_t k = 0; k < rows.size(); ++k) {
       const Branch& branch = branches_[k];
       if (rows[k].kind == RowKind::tangent || branch.normal == Real(0)) continue;
-      detail::add_square(cholesky_, -branch.normal, rows[k]);
+      add_square(cholesky_, -branch.normal, rows[k]);
       if (rows[k].kind != RowKind::cone) continue;
-      detail::add_square(cholesky_, -branch.xx, rows[k + 1]);
-      detail::add_square(cholesky_, -branch.yy, rows[k + 2]);
+      add_square(cholesky_, -branch.xx, rows[k + 1]);
+      add_square(cholesky_, -branch.yy, rows[k + 2]);
     }
     return cholesky_.factor();
   }
@@ -1780,7 +1765,7 @@ class CoulombNewton {
         continue;
       }
       impulse[k] = std::max(Real(0), impulse[k]);
-      detail::shrink(row.friction * impulse[k], impulse[k + 1], impulse[k + 2]);
+      shrink(row.friction * impulse[k], impulse[k + 1], impulse[k + 2]);
     }
   }
 
@@ -1788,7 +1773,7 @@ class CoulombNewton {
   /// that they give they are nearer to the law than the best, and take energy, to the error that a
   /// solution may have anyway. What rows do to the bodies' energy is sum l . (w_free + w) / 2 in
   /// velocities that are not relative to what they aim at.
-  void judge(const CoulombProblem<Real>& problem, CoulombAnswer<Real>& answer) {
+  void judge(const CoulombProblem<Real>& problem, CoulombResult<Real>& answer) {
     using std::abs;
     const std::span<const Row> rows = problem.rows;
     candidate_v_.assign(problem.rhs.begin(), problem.rhs.end());
@@ -1805,7 +1790,7 @@ class CoulombNewton {
     for (std::size_t k = 0; k < rows.size(); ++k) {
       if (rows[k].kind == RowKind::bounded) continue;
       work +=
-          candidate_[k] * ((free_velocity_[k] + candidate_velocity_[k]) / Real(2) + rows[k].aim);
+          candidate_[k] * ((free_velocity_[k] + candidate_velocity_[k]) / Real(2) + rows[k].bias);
       work -= abs(candidate_[k]) * error;
     }
     if (work > Real(0)) return;
@@ -1860,7 +1845,7 @@ class CoulombNewton {
   std::vector<Real> velocity_, candidate_velocity_, free_velocity_;
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/geometry/meshes/drawn_mesh.hpp
 
@@ -2245,7 +2230,7 @@ TriangleMesh<S> weld(const TriangleMesh<S>& mesh, S tolerance) {
 
 #include <cmath>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Whether no entry is infinite or NaN: only of finite ones is 0 times the entry 0.
 template <Scalar S, int rows, int columns, int options>
@@ -2270,7 +2255,7 @@ template <typename Vector>
   return abs(v.squaredNorm() - S(1)) <= Tolerance<S>::equal();
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <array>
@@ -2422,7 +2407,7 @@ void validate_surface(const TriangleMesh<S>& mesh) {
   detail::require(!mesh.triangles.empty(), "TriangleMesh::triangles.size()", 0,
                   "must hold at least one triangle");
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    if (!all_finite(mesh.vertices[v])) {
+    if (!detail::all_finite(mesh.vertices[v])) {
       detail::raise(InvalidArgument("TriangleMesh::vertices[" + std::to_string(v) + "]",
                                     detail::to_tuple_text(mesh.vertices[v]), "must be finite"));
     }
@@ -2449,7 +2434,8 @@ void validate_solid(const TriangleMesh<S>& mesh) {
 // === bristle/geometry/shapes/convex_hull.hpp
 
 /// @file
-/// Convex solid with polygons as faces. Quickhull (geometry/shapes/quickhull.hpp) makes one from points.
+/// Convex solid with polygons as faces. Quickhull (geometry/shapes/quickhull.hpp) makes one from
+/// points.
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <algorithm>
@@ -3349,7 +3335,7 @@ enum class ContactStatus {
 #include <new>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Allocates at the beginnings of cache lines. `std::allocator` begins 16 bytes behind one, where
 /// every load of a whole register crosses lines.
@@ -3377,7 +3363,7 @@ struct LineAllocator {
 template <typename T>
 using LaneVector = std::vector<T, LineAllocator<T>>;
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <cstddef>
 #include <cstdint>
@@ -3410,7 +3396,7 @@ struct RayHit {
 /// Three arrays of coordinates, to be read together.
 template <Scalar S>
 struct Vec3Array {
-  LaneVector<S> x, y, z;
+  detail::LaneVector<S> x, y, z;
 
   [[nodiscard]] std::size_t size() const { return x.size(); }
   void resize(std::size_t n) {
@@ -3426,23 +3412,26 @@ struct Vec3Array {
   }
 };
 
+namespace detail {
 template <Scalar S>
-class RayBundles;
+class RayTree;
 template <Scalar S>
-class KeptCandidates;
+class TriangleCache;
+}  // namespace detail
 
 /// Some rays of a batch, so that threads can share a query: [first, end) in the order in which the
-/// query goes through them. That is the order of the bundles for meshes and of the batch for other
-/// shapes, so the next shape may only be asked when all slices have asked this one, unless these
-/// are the same rays (`RayBundles::has_runs_in_slices`).
-struct RaySlice {
-  /// [-] Both a multiple of the rays in a bundle, or at the end.
+/// query goes through them. That is the order of the nodes for meshes and of the batch for other
+/// shapes, so the next shape may only be asked when all ranges have asked this one, unless these
+/// are the same rays (`RayTree::has_packets_in_ranges`).
+struct RayRange {
+  /// [-] Both a multiple of the rays in a node, or at the end.
   std::uint32_t first = 0;
   std::uint32_t end = 0xffffffffu;
 };
 
-/// [-] Rays of a run: neighbours in a batch, of which all or none are asked.
-inline constexpr std::size_t ray_run_size = 16;
+/// [-] Rays of a packet, and sensors: neighbours in a batch, of which all or none are asked. As
+/// many as there are lanes in the widest register (float, 512 bits).
+inline constexpr std::size_t packet_size = 16;
 
 /// Many rays in one frame. The spans have one length and outlive the query.
 template <Scalar S>
@@ -3455,18 +3444,18 @@ struct RayBatch {
   std::span<const S> length;
   /// [m] Added to the reach of every ray.
   S extra_length = S(0);
-  /// The same rays in bundles (ray_bundles.hpp), where somebody has made them: they change what a
+  /// The same rays in nodes (ray_tree.hpp), where somebody has made them: they change what a
   /// query costs, not what it answers. Null or empty: one ray after the other.
-  const RayBundles<S>* bundles = nullptr;
-  /// Which rays are asked: all, unless the backend says that it `asks_slices`.
-  RaySlice slice{};
-  /// [-] Numbers of the runs that may meet anything, ascending; of others, hits may be left out.
-  /// Null: all runs.
-  const std::vector<std::uint32_t>* near_runs = nullptr;
-  /// What these rays keep from query to query (kept_candidates.hpp), and which life of the shape it
+  const detail::RayTree<S>* ray_tree = nullptr;
+  /// Which rays are asked: all, unless the backend says that it `asks_ranges`.
+  RayRange range{};
+  /// [-] Numbers of the packets that may meet anything, ascending; of others, hits may be left out.
+  /// Null: all packets.
+  const std::vector<std::uint32_t>* near_packets = nullptr;
+  /// What these rays keep from query to query (triangle_cache.hpp), and which life of the shape it
   /// is that is asked, where its tag was another's before. Null: nothing. Used where all rays are
   /// asked at once, by one thread.
-  KeptCandidates<S>* kept = nullptr;
+  detail::TriangleCache<S>* kept = nullptr;
   std::uint32_t shape_life = 0;
 
   [[nodiscard]] std::size_t size() const { return length.size(); }
@@ -3481,11 +3470,11 @@ struct RayBatch {
 template <Scalar S>
 struct RayHits {
   /// [m] Distance of the nearest hit so far; infinite where there is none.
-  LaneVector<S> distance;
+  detail::LaneVector<S> distance;
   /// [1] Outward unit surface normals, valid where the distance is finite.
   Vec3Array<S> normal;
   /// [-] Tag of the shape that was hit, as given to the query.
-  LaneVector<std::uint32_t> tag;
+  detail::LaneVector<std::uint32_t> tag;
 
   /// Forgets all hits and makes room for `n` rays; keeps its memory.
   void reset(std::size_t n) {
@@ -3632,8 +3621,8 @@ namespace bristle::inline BRISTLE_ABI {
 ///   sides. Arithmetic is done in the shape's frame and knows no absolute length.
 ///
 /// All functions are safe to call from several threads at once. A backend that has a
-/// `static constexpr bool asks_slices = true` casts only the rays of `RayBatch::slice`, in the
-/// order of the batch or of its bundles, and the same ray to the same bits in any slice; hits of
+/// `static constexpr bool asks_ranges = true` casts only the rays of `RayBatch::range`, in the
+/// order of the batch or of its nodes, and the same ray to the same bits in any range; hits of
 /// other rays it neither reads nor writes. Then threads share the rays of one large patch. One that
 /// has `is_clear(c, X_RC, rays)` says quickly, and not always, that no ray can meet the shape: then
 /// large patches that meet nothing cost less.
@@ -3653,10 +3642,10 @@ concept ShapeBackend = Scalar<S> && std::copyable<typename B::template Collidabl
   noexcept;
 };
 
-/// Whether `cast_rays` of a backend casts only the rays of `RayBatch::slice`.
+/// Whether `cast_rays` of a backend casts only the rays of `RayBatch::range`.
 template <typename B>
-inline constexpr bool asks_slices = requires {
-  requires B::asks_slices;
+inline constexpr bool asks_ranges = requires {
+  requires B::asks_ranges;
 };
 
 /// Whether no ray of a batch can meet a shape, as far as a backend that can says. See
@@ -3689,28 +3678,30 @@ template <Scalar S, typename B>
 
 namespace bristle::inline BRISTLE_ABI {
 
+namespace detail {
 template <Scalar S>
 class AnalyticShape;
+}  // namespace detail
 
 /// Rays in closed form against every shape. Contacts in closed form where analytic_contacts.hpp and
 /// box_box.hpp have a formula, which is computed in S; all others as solid_contacts.hpp finds them,
 /// in `Precise<S>`. Satisfies `ShapeBackend`, which says what each function does.
 struct AnalyticBackend {
   template <Scalar S>
-  using Collidable = std::shared_ptr<const AnalyticShape<S>>;
+  using Collidable = std::shared_ptr<const detail::AnalyticShape<S>>;
 
-  static constexpr bool asks_slices = true;
+  static constexpr bool asks_ranges = true;
 
   template <Scalar S>
   [[nodiscard]] static Collidable<S> make(const Shape<S>& shape);
 
   template <Scalar S>
-  [[nodiscard]] static ShapeKind kind(const std::shared_ptr<const AnalyticShape<S>>& c);
+  [[nodiscard]] static ShapeKind kind(const std::shared_ptr<const detail::AnalyticShape<S>>& c);
   template <Scalar S>
-  [[nodiscard]] static Aabb<S> bounds(const std::shared_ptr<const AnalyticShape<S>>& c);
+  [[nodiscard]] static Aabb<S> bounds(const std::shared_ptr<const detail::AnalyticShape<S>>& c);
   template <Scalar S>
   [[nodiscard]] static MassProperties<S> mass_properties(
-      const std::shared_ptr<const AnalyticShape<S>>& c);
+      const std::shared_ptr<const detail::AnalyticShape<S>>& c);
 
   /// All pairs but two half-spaces.
   [[nodiscard]] static constexpr bool can_collide(ShapeKind a, ShapeKind b) {
@@ -3718,18 +3709,19 @@ struct AnalyticBackend {
   }
 
   template <Scalar S>
-  static ContactStatus collide(const std::shared_ptr<const AnalyticShape<S>>& a,
-                               const std::shared_ptr<const AnalyticShape<S>>& b,
+  static ContactStatus collide(const std::shared_ptr<const detail::AnalyticShape<S>>& a,
+                               const std::shared_ptr<const detail::AnalyticShape<S>>& b,
                                const Transform<S>& X_AB, S margin,
                                ContactManifolds<S>& out) noexcept;
 
   template <Scalar S>
-  static void cast_rays(const std::shared_ptr<const AnalyticShape<S>>& c, const Transform<S>& X_RC,
-                        const RayBatch<S>& rays, std::uint32_t tag, RayHits<S>& hits) noexcept;
+  static void cast_rays(const std::shared_ptr<const detail::AnalyticShape<S>>& c,
+                        const Transform<S>& X_RC, const RayBatch<S>& rays, std::uint32_t tag,
+                        RayHits<S>& hits) noexcept;
 
   /// Meshes only.
   template <Scalar S>
-  [[nodiscard]] static bool is_clear(const std::shared_ptr<const AnalyticShape<S>>& c,
+  [[nodiscard]] static bool is_clear(const std::shared_ptr<const detail::AnalyticShape<S>>& c,
                                      const Transform<S>& X_RC, const RayBatch<S>& rays) noexcept;
 };
 
@@ -3776,7 +3768,7 @@ struct SensorLayout {
   /// [1] Unit directions of the rays, in A, out of the body.
   Vec3Array<S> direction;
   /// [m] Lengths of the rays, > 0.
-  LaneVector<S> length;
+  detail::LaneVector<S> length;
 
   [[nodiscard]] std::size_t size() const { return length.size(); }
   /// All rays, valid until sensors are added.
@@ -3839,7 +3831,7 @@ template <Scalar S>
 void SensorLayout<S>::validate() const {
   using std::abs;
   for (const Vec3Array<S>* array : {&start, &direction}) {
-    for (const LaneVector<S>* axis : {&array->x, &array->y, &array->z}) {
+    for (const detail::LaneVector<S>* axis : {&array->x, &array->y, &array->z}) {
       detail::require(axis->size() == size(), "SensorLayout: size of an array", axis->size(),
                       "must be the number of lengths, " + std::to_string(size()));
     }
@@ -3931,33 +3923,27 @@ void SensorLayout<S>::validate() const {
 #endif
 #endif
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// [bytes] Of a register.
 inline constexpr std::size_t simd_bytes = BRISTLE_HAS_SIMD ? BRISTLE_REGISTER_BYTES : 16;
-
-namespace detail {
 
 /// Whether S comes in registers.
 template <Scalar S>
 inline constexpr bool has_register = BRISTLE_HAS_SIMD != 0 &&
                                      (std::same_as<S, float> || std::same_as<S, double>);
 
-}  // namespace detail
-
 /// [-] Lanes of a Pack<S>, at most 16.
 template <Scalar S>
-inline constexpr std::size_t lanes = detail::has_register<S> ? simd_bytes / sizeof(S) : 4;
+inline constexpr std::size_t lanes = has_register<S> ? simd_bytes / sizeof(S) : 4;
 
 // What a loop over packs needs rarely is not inlined, lest its values take the registers of the
 // rest.
 #if defined(__GNUC__)
-#define BRISTLE_OUTLINED [[gnu::noinline]]
+#define BRISTLE_NOINLINE [[gnu::noinline]]
 #else
-#define BRISTLE_OUTLINED
+#define BRISTLE_NOINLINE
 #endif
-
-namespace detail {
 
 /// What stands for a register where there is none.
 template <typename T>
@@ -4031,17 +4017,17 @@ struct Compare {
   using Lanes = typename Register<S>::Type;
   using Truth = decltype(Lanes{} < Lanes{});
 
-  BRISTLE_INLINE static Truth less(const Lanes& a, const Lanes& b) { return a < b; }
-  BRISTLE_INLINE static Truth less_equal(const Lanes& a, const Lanes& b) { return a <= b; }
-  BRISTLE_INLINE static Truth equal(const Lanes& a, const Lanes& b) { return a == b; }
-  BRISTLE_INLINE static Lanes select(const Truth& m, const Lanes& yes, const Lanes& no) {
+  BRISTLE_FORCE_INLINE static Truth less(const Lanes& a, const Lanes& b) { return a < b; }
+  BRISTLE_FORCE_INLINE static Truth less_equal(const Lanes& a, const Lanes& b) { return a <= b; }
+  BRISTLE_FORCE_INLINE static Truth equal(const Lanes& a, const Lanes& b) { return a == b; }
+  BRISTLE_FORCE_INLINE static Lanes select(const Truth& m, const Lanes& yes, const Lanes& no) {
     if constexpr (has_register<S>) {
       return m ? yes : no;
     } else {
       return Lanes::each([&](int i) { return m.v[i] ? yes.v[i] : no.v[i]; });
     }
   }
-  BRISTLE_INLINE static std::uint32_t bits(const Truth& m) {
+  BRISTLE_FORCE_INLINE static std::uint32_t bits(const Truth& m) {
 #if BRISTLE_HAS_SIMD && defined(__AVX__)
     if constexpr (std::same_as<S, float>)
       return static_cast<std::uint32_t>(_mm256_movemask_ps(std::bit_cast<__m256>(m)));
@@ -4067,51 +4053,50 @@ struct Compare<float> {
   using Lanes = Register<float>::Type;
   using Truth = std::uint16_t;
 
-  BRISTLE_INLINE static Truth less(const Lanes& a, const Lanes& b) {
+  BRISTLE_FORCE_INLINE static Truth less(const Lanes& a, const Lanes& b) {
     return _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ);
   }
-  BRISTLE_INLINE static Truth less_equal(const Lanes& a, const Lanes& b) {
+  BRISTLE_FORCE_INLINE static Truth less_equal(const Lanes& a, const Lanes& b) {
     return _mm512_cmp_ps_mask(a, b, _CMP_LE_OQ);
   }
-  BRISTLE_INLINE static Truth equal(const Lanes& a, const Lanes& b) {
+  BRISTLE_FORCE_INLINE static Truth equal(const Lanes& a, const Lanes& b) {
     return _mm512_cmp_ps_mask(a, b, _CMP_EQ_OQ);
   }
-  BRISTLE_INLINE static Lanes select(Truth m, const Lanes& yes, const Lanes& no) {
+  BRISTLE_FORCE_INLINE static Lanes select(Truth m, const Lanes& yes, const Lanes& no) {
     return Lanes(_mm512_mask_blend_ps(m, no, yes));
   }
   /// Lanes that are chosen, side by side.
-  BRISTLE_INLINE static Lanes packed(std::uint32_t chosen, const Lanes& a) {
+  BRISTLE_FORCE_INLINE static Lanes packed(std::uint32_t chosen, const Lanes& a) {
     return Lanes(_mm512_maskz_compress_ps(static_cast<Truth>(chosen), a));
   }
-  BRISTLE_INLINE static std::uint32_t bits(Truth m) { return m; }
+  BRISTLE_FORCE_INLINE static std::uint32_t bits(Truth m) { return m; }
 };
 template <>
 struct Compare<double> {
   using Lanes = Register<double>::Type;
   using Truth = std::uint8_t;
 
-  BRISTLE_INLINE static Truth less(const Lanes& a, const Lanes& b) {
+  BRISTLE_FORCE_INLINE static Truth less(const Lanes& a, const Lanes& b) {
     return _mm512_cmp_pd_mask(a, b, _CMP_LT_OQ);
   }
-  BRISTLE_INLINE static Truth less_equal(const Lanes& a, const Lanes& b) {
+  BRISTLE_FORCE_INLINE static Truth less_equal(const Lanes& a, const Lanes& b) {
     return _mm512_cmp_pd_mask(a, b, _CMP_LE_OQ);
   }
-  BRISTLE_INLINE static Truth equal(const Lanes& a, const Lanes& b) {
+  BRISTLE_FORCE_INLINE static Truth equal(const Lanes& a, const Lanes& b) {
     return _mm512_cmp_pd_mask(a, b, _CMP_EQ_OQ);
   }
-  BRISTLE_INLINE static Lanes select(Truth m, const Lanes& yes, const Lanes& no) {
+  BRISTLE_FORCE_INLINE static Lanes select(Truth m, const Lanes& yes, const Lanes& no) {
     return Lanes(_mm512_mask_blend_pd(m, no, yes));
   }
   /// Lanes that are chosen, side by side.
-  BRISTLE_INLINE static Lanes packed(std::uint32_t chosen, const Lanes& a) {
+  BRISTLE_FORCE_INLINE static Lanes packed(std::uint32_t chosen, const Lanes& a) {
     return Lanes(_mm512_maskz_compress_pd(static_cast<Truth>(chosen), a));
   }
-  BRISTLE_INLINE static std::uint32_t bits(Truth m) { return m; }
+  BRISTLE_FORCE_INLINE static std::uint32_t bits(Truth m) { return m; }
 };
 #endif
 
-}  // namespace detail
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <bit>
 #include <cmath>
@@ -4120,7 +4105,7 @@ struct Compare<double> {
 #include <cstdint>
 #include <utility>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A truth value for each lane.
 template <Scalar S>
@@ -4172,28 +4157,28 @@ template <Scalar S>
 template <Scalar S>
 class Mask {
  public:
-  using Register = typename detail::Compare<S>::Truth;
+  using Register = typename Compare<S>::Truth;
 
   Mask() = default;
-  BRISTLE_INLINE explicit Mask(const Register& r) : r_(r) {}
+  BRISTLE_FORCE_INLINE explicit Mask(const Register& r) : r_(r) {}
 
   /// Holds in the first n lanes.
-  [[nodiscard]] BRISTLE_INLINE static Mask first(std::size_t n);
+  [[nodiscard]] BRISTLE_FORCE_INLINE static Mask first(std::size_t n);
   /// Holds in lane i where bit i is set: the inverse of `bits`.
-  [[nodiscard]] BRISTLE_INLINE static Mask from_bits(std::uint32_t set);
+  [[nodiscard]] BRISTLE_FORCE_INLINE static Mask from_bits(std::uint32_t set);
 
-  [[nodiscard]] BRISTLE_INLINE const Register& get() const { return r_; }
+  [[nodiscard]] BRISTLE_FORCE_INLINE const Register& get() const { return r_; }
 
-  [[nodiscard]] BRISTLE_INLINE friend Mask operator&(const Mask& a, const Mask& b) {
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Mask operator&(const Mask& a, const Mask& b) {
     return Mask(static_cast<Register>(a.r_ & b.r_));
   }
-  [[nodiscard]] BRISTLE_INLINE friend Mask operator|(const Mask& a, const Mask& b) {
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Mask operator|(const Mask& a, const Mask& b) {
     return Mask(static_cast<Register>(a.r_ | b.r_));
   }
-  [[nodiscard]] BRISTLE_INLINE friend Mask operator!(const Mask& a) {
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Mask operator!(const Mask& a) {
     return Mask(static_cast<Register>(~a.r_));
   }
-  [[nodiscard]] BRISTLE_INLINE friend Mask operator^(const Mask& a, const Mask& b) {
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Mask operator^(const Mask& a, const Mask& b) {
     return Mask(static_cast<Register>(a.r_ ^ b.r_));
   }
 
@@ -4204,20 +4189,20 @@ class Mask {
 template <Scalar S>
 class Pack {
  public:
-  using Register = typename detail::Register<S>::Type;
+  using Register = typename Register<S>::Type;
   static constexpr std::size_t size = lanes<S>;
 
   /// Not set to anything.
   Pack() = default;
-  BRISTLE_INLINE explicit Pack(const Register& r) : r_(r) {}
+  BRISTLE_FORCE_INLINE explicit Pack(const Register& r) : r_(r) {}
   /// The same in all lanes.
-  BRISTLE_INLINE Pack(S value)  // NOLINT: a scalar in a formula of packs is one
+  BRISTLE_FORCE_INLINE Pack(S value)  // NOLINT: a scalar in a formula of packs is one
       : Pack(make([&](std::size_t) { return value; })) {}
 
   /// Lane i from p[i]; any alignment.
-  [[nodiscard]] BRISTLE_INLINE static Pack load(const S* p) {
+  [[nodiscard]] BRISTLE_FORCE_INLINE static Pack load(const S* p) {
     Pack a;
-    if constexpr (detail::has_register<S>) {
+    if constexpr (has_register<S>) {
       __builtin_memcpy(&a.r_, p, sizeof a.r_);
     } else {
       for (std::size_t i = 0; i < size; ++i) a.r_[i] = p[i];
@@ -4225,20 +4210,20 @@ class Pack {
     return a;
   }
   /// The first n lanes from p; the others are `rest`, and nothing of p behind n is read.
-  [[nodiscard]] BRISTLE_INLINE static Pack load_first(const S* p, std::size_t n, S rest) {
+  [[nodiscard]] BRISTLE_FORCE_INLINE static Pack load_first(const S* p, std::size_t n, S rest) {
     Pack a(rest);
     for (std::size_t i = 0; i < n && i < size; ++i) a.r_[i] = p[i];
     return a;
   }
   /// Lane i from p[at[i]].
   template <std::integral Index>
-  [[nodiscard]] BRISTLE_INLINE static Pack gather(const S* p, const Index* at) {
+  [[nodiscard]] BRISTLE_FORCE_INLINE static Pack gather(const S* p, const Index* at) {
     return make([&](std::size_t i) { return p[at[i]]; });
   }
   /// Lane i from the integer p[i], which is below 2^31.
-  [[nodiscard]] BRISTLE_INLINE static Pack load_integers(const std::uint32_t* p) {
+  [[nodiscard]] BRISTLE_FORCE_INLINE static Pack load_integers(const std::uint32_t* p) {
 #if BRISTLE_HAS_SIMD
-    if constexpr (detail::has_register<S>) {
+    if constexpr (has_register<S>) {
       // Signed ones are what all registers convert.
       typedef std::int32_t Integers __attribute__((vector_size(size * sizeof(std::int32_t))));
       Integers integers;
@@ -4249,81 +4234,81 @@ class Pack {
     return make([&](std::size_t i) { return S(p[i]); });
   }
   /// 0, 1, 2, ...
-  [[nodiscard]] BRISTLE_INLINE static Pack numbers() {
+  [[nodiscard]] BRISTLE_FORCE_INLINE static Pack numbers() {
     return make([](std::size_t i) { return S(i); });
   }
 
-  BRISTLE_INLINE void store(S* p) const {
-    if constexpr (detail::has_register<S>) {
+  BRISTLE_FORCE_INLINE void store(S* p) const {
+    if constexpr (has_register<S>) {
       __builtin_memcpy(p, &r_, sizeof r_);
     } else {
       for (std::size_t i = 0; i < size; ++i) p[i] = r_[i];
     }
   }
   /// The first n lanes; nothing behind them is written.
-  BRISTLE_INLINE void store_first(S* p, std::size_t n) const {
+  BRISTLE_FORCE_INLINE void store_first(S* p, std::size_t n) const {
     for (std::size_t i = 0; i < n && i < size; ++i) p[i] = r_[i];
   }
 
   /// Lane i to p[at[i]], in the order of the lanes.
   template <std::integral Index>
-  BRISTLE_INLINE void scatter(S* p, const Index* at) const {
+  BRISTLE_FORCE_INLINE void scatter(S* p, const Index* at) const {
     scatter(p, at, std::make_index_sequence<size>());
   }
 
-  [[nodiscard]] BRISTLE_INLINE S operator[](std::size_t i) const { return r_[i]; }
-  [[nodiscard]] BRISTLE_INLINE const Register& get() const { return r_; }
+  [[nodiscard]] BRISTLE_FORCE_INLINE S operator[](std::size_t i) const { return r_[i]; }
+  [[nodiscard]] BRISTLE_FORCE_INLINE const Register& get() const { return r_; }
 
-  [[nodiscard]] BRISTLE_INLINE friend Pack operator+(const Pack& a, const Pack& b) {
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack operator+(const Pack& a, const Pack& b) {
     return Pack(a.r_ + b.r_);
   }
-  [[nodiscard]] BRISTLE_INLINE friend Pack operator-(const Pack& a, const Pack& b) {
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack operator-(const Pack& a, const Pack& b) {
     return Pack(a.r_ - b.r_);
   }
-  [[nodiscard]] BRISTLE_INLINE friend Pack operator*(const Pack& a, const Pack& b) {
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack operator*(const Pack& a, const Pack& b) {
     return Pack(a.r_ * b.r_);
   }
-  [[nodiscard]] BRISTLE_INLINE friend Pack operator/(const Pack& a, const Pack& b) {
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack operator/(const Pack& a, const Pack& b) {
     return Pack(a.r_ / b.r_);
   }
-  [[nodiscard]] BRISTLE_INLINE friend Pack operator-(const Pack& a) { return Pack(-a.r_); }
-  BRISTLE_INLINE Pack& operator+=(const Pack& b) { return *this = *this + b; }
-  BRISTLE_INLINE Pack& operator-=(const Pack& b) { return *this = *this - b; }
-  BRISTLE_INLINE Pack& operator*=(const Pack& b) { return *this = *this * b; }
-  BRISTLE_INLINE Pack& operator/=(const Pack& b) { return *this = *this / b; }
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack operator-(const Pack& a) { return Pack(-a.r_); }
+  BRISTLE_FORCE_INLINE Pack& operator+=(const Pack& b) { return *this = *this + b; }
+  BRISTLE_FORCE_INLINE Pack& operator-=(const Pack& b) { return *this = *this - b; }
+  BRISTLE_FORCE_INLINE Pack& operator*=(const Pack& b) { return *this = *this * b; }
+  BRISTLE_FORCE_INLINE Pack& operator/=(const Pack& b) { return *this = *this / b; }
 
   // False in lanes with a NaN, as between scalars; != is true there.
-  [[nodiscard]] BRISTLE_INLINE friend Mask<S> operator<(const Pack& a, const Pack& b) {
-    return Mask<S>(detail::Compare<S>::less(a.r_, b.r_));
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Mask<S> operator<(const Pack& a, const Pack& b) {
+    return Mask<S>(Compare<S>::less(a.r_, b.r_));
   }
-  [[nodiscard]] BRISTLE_INLINE friend Mask<S> operator<=(const Pack& a, const Pack& b) {
-    return Mask<S>(detail::Compare<S>::less_equal(a.r_, b.r_));
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Mask<S> operator<=(const Pack& a, const Pack& b) {
+    return Mask<S>(Compare<S>::less_equal(a.r_, b.r_));
   }
-  [[nodiscard]] BRISTLE_INLINE friend Mask<S> operator>(const Pack& a, const Pack& b) {
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Mask<S> operator>(const Pack& a, const Pack& b) {
     return b < a;
   }
-  [[nodiscard]] BRISTLE_INLINE friend Mask<S> operator>=(const Pack& a, const Pack& b) {
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Mask<S> operator>=(const Pack& a, const Pack& b) {
     return b <= a;
   }
-  [[nodiscard]] BRISTLE_INLINE friend Mask<S> operator==(const Pack& a, const Pack& b) {
-    return Mask<S>(detail::Compare<S>::equal(a.r_, b.r_));
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Mask<S> operator==(const Pack& a, const Pack& b) {
+    return Mask<S>(Compare<S>::equal(a.r_, b.r_));
   }
-  [[nodiscard]] BRISTLE_INLINE friend Mask<S> operator!=(const Pack& a, const Pack& b) {
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Mask<S> operator!=(const Pack& a, const Pack& b) {
     return !(a == b);
   }
 
   /// The second where one of the two is NaN, as `a < b ? a : b` has it.
-  [[nodiscard]] BRISTLE_INLINE friend Pack min(const Pack& a, const Pack& b) {
-    if constexpr (detail::has_register<S>) return Pack(a.r_ < b.r_ ? a.r_ : b.r_);
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack min(const Pack& a, const Pack& b) {
+    if constexpr (has_register<S>) return Pack(a.r_ < b.r_ ? a.r_ : b.r_);
     return select(a < b, a, b);
   }
   /// The second where one of the two is NaN, as `a > b ? a : b` has it.
-  [[nodiscard]] BRISTLE_INLINE friend Pack max(const Pack& a, const Pack& b) {
-    if constexpr (detail::has_register<S>) return Pack(b.r_ < a.r_ ? a.r_ : b.r_);
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack max(const Pack& a, const Pack& b) {
+    if constexpr (has_register<S>) return Pack(b.r_ < a.r_ ? a.r_ : b.r_);
     return select(b < a, a, b);
   }
-  [[nodiscard]] BRISTLE_INLINE friend Pack abs(const Pack& a) {
-    if constexpr (detail::has_register<S>) {
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack abs(const Pack& a) {
+    if constexpr (has_register<S>) {
       // Everything but the sign.
       using Bits = decltype(a.r_ < a.r_);
       const Bits sign = std::bit_cast<Bits>(Pack(S(-0.0)).r_);
@@ -4334,7 +4319,7 @@ class Pack {
     }
   }
   /// Rounded correctly.
-  [[nodiscard]] BRISTLE_INLINE friend Pack sqrt(const Pack& a) {
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack sqrt(const Pack& a) {
 #if BRISTLE_HAS_SIMD && defined(__AVX512F__)
     if constexpr (std::same_as<S, float>) return Pack(Register(_mm512_maskz_sqrt_ps(0xffff, a.r_)));
     if constexpr (std::same_as<S, double>) return Pack(Register(_mm512_maskz_sqrt_pd(0xff, a.r_)));
@@ -4352,15 +4337,15 @@ class Pack {
  private:
   // All lanes at once: set one after the other, they would be blended in one after the other.
   template <typename F, std::size_t... i>
-  BRISTLE_INLINE static Pack make(const F& f, std::index_sequence<i...>) {
+  BRISTLE_FORCE_INLINE static Pack make(const F& f, std::index_sequence<i...>) {
     return Pack(Register{f(i)...});
   }
   template <typename F>
-  BRISTLE_INLINE static Pack make(const F& f) {
+  BRISTLE_FORCE_INLINE static Pack make(const F& f) {
     return make(f, std::make_index_sequence<size>());
   }
   template <typename Index, std::size_t... i>
-  BRISTLE_INLINE void scatter(S* p, const Index* at, std::index_sequence<i...>) const {
+  BRISTLE_FORCE_INLINE void scatter(S* p, const Index* at, std::index_sequence<i...>) const {
     ((p[at[i]] = r_[i]), ...);
   }
 
@@ -4368,15 +4353,15 @@ class Pack {
 };
 
 template <Scalar S>
-BRISTLE_INLINE Mask<S> Mask<S>::first(std::size_t n) {
+BRISTLE_FORCE_INLINE Mask<S> Mask<S>::first(std::size_t n) {
   return Pack<S>::numbers() < Pack<S>(S(n));
 }
 
 template <Scalar S>
-BRISTLE_INLINE Mask<S> Mask<S>::from_bits(std::uint32_t set) {
+BRISTLE_FORCE_INLINE Mask<S> Mask<S>::from_bits(std::uint32_t set) {
   if constexpr (std::unsigned_integral<Register>) {
     return Mask(static_cast<Register>(set));
-  } else if constexpr (detail::has_register<S>) {
+  } else if constexpr (has_register<S>) {
     using Integer = std::remove_cvref_t<decltype(Register{}[0])>;
     Register own{};
     for (std::size_t i = 0; i < lanes<S>; ++i) own[i] = Integer(1) << i;
@@ -4387,34 +4372,34 @@ BRISTLE_INLINE Mask<S> Mask<S>::from_bits(std::uint32_t set) {
 }
 
 template <Scalar S>
-BRISTLE_INLINE std::uint32_t bits(const Mask<S>& m) {
-  return detail::Compare<S>::bits(m.get());
+BRISTLE_FORCE_INLINE std::uint32_t bits(const Mask<S>& m) {
+  return Compare<S>::bits(m.get());
 }
 template <Scalar S>
-BRISTLE_INLINE bool any(const Mask<S>& m) {
+BRISTLE_FORCE_INLINE bool any(const Mask<S>& m) {
   return bits(m) != 0;
 }
 template <Scalar S>
-BRISTLE_INLINE bool all(const Mask<S>& m) {
+BRISTLE_FORCE_INLINE bool all(const Mask<S>& m) {
   return bits(m) == (1u << lanes<S>)-1u;
 }
 template <Scalar S>
-BRISTLE_INLINE bool none(const Mask<S>& m) {
+BRISTLE_FORCE_INLINE bool none(const Mask<S>& m) {
   return bits(m) == 0;
 }
 
 template <Scalar S>
-BRISTLE_INLINE Pack<S> select(const Mask<S>& m, const Pack<S>& yes, const Pack<S>& no) {
-  return Pack<S>(detail::Compare<S>::select(m.get(), yes.get(), no.get()));
+BRISTLE_FORCE_INLINE Pack<S> select(const Mask<S>& m, const Pack<S>& yes, const Pack<S>& no) {
+  return Pack<S>(Compare<S>::select(m.get(), yes.get(), no.get()));
 }
 
 template <Scalar S, std::size_t n>
-BRISTLE_INLINE std::size_t store_packed(const Pack<S> (&packs)[n], std::uint32_t chosen, S* to,
-                                        std::size_t stride) {
+BRISTLE_FORCE_INLINE std::size_t store_packed(const Pack<S> (&packs)[n], std::uint32_t chosen,
+                                              S* to, std::size_t stride) {
 #if BRISTLE_HAS_SIMD && defined(__AVX512F__)
-  if constexpr (detail::has_register<S>) {
+  if constexpr (has_register<S>) {
     for (std::size_t k = 0; k < n; ++k) {
-      Pack<S>(detail::Compare<S>::packed(chosen, packs[k].get())).store(to + k * stride);
+      Pack<S>(Compare<S>::packed(chosen, packs[k].get())).store(to + k * stride);
     }
     return static_cast<std::size_t>(std::popcount(chosen));
   }
@@ -4427,11 +4412,9 @@ BRISTLE_INLINE std::size_t store_packed(const Pack<S> (&packs)[n], std::uint32_t
   return count;
 }
 
-namespace detail {
-
 /// Lane i from lane i + by, around the end.
 template <std::size_t by, Scalar S, std::size_t... i>
-BRISTLE_INLINE Pack<S> rotated(const Pack<S>& a, std::index_sequence<i...>) {
+BRISTLE_FORCE_INLINE Pack<S> rotated(const Pack<S>& a, std::index_sequence<i...>) {
 #if BRISTLE_HAS_SHUFFLE
   if constexpr (has_register<S>) {
     return Pack<S>(__builtin_shufflevector(a.get(), a.get(), ((i + by) % lanes<S>)...));
@@ -4443,7 +4426,7 @@ BRISTLE_INLINE Pack<S> rotated(const Pack<S>& a, std::index_sequence<i...>) {
 
 /// Joins the lanes of a pack two by two, halving their number each time.
 template <std::size_t half, Scalar S, typename Join>
-BRISTLE_INLINE S join_lanes(const Pack<S>& a, const Join& join) {
+BRISTLE_FORCE_INLINE S join_lanes(const Pack<S>& a, const Join& join) {
   const Pack<S> joined = join(a, rotated<half>(a, std::make_index_sequence<lanes<S>>()));
   if constexpr (half > 1) {
     return join_lanes<half / 2>(joined, join);
@@ -4452,29 +4435,24 @@ BRISTLE_INLINE S join_lanes(const Pack<S>& a, const Join& join) {
   }
 }
 
-}  // namespace detail
-
 template <Scalar S>
-BRISTLE_INLINE S sum_of_lanes(const Pack<S>& a) {
-  return detail::join_lanes<lanes<S> / 2>(a,
-                                          [](const Pack<S>& x, const Pack<S>& y) { return x + y; });
+BRISTLE_FORCE_INLINE S sum_of_lanes(const Pack<S>& a) {
+  return join_lanes<lanes<S> / 2>(a, [](const Pack<S>& x, const Pack<S>& y) { return x + y; });
 }
 template <Scalar S>
-BRISTLE_INLINE S min_of_lanes(const Pack<S>& a) {
-  return detail::join_lanes<lanes<S> / 2>(
-      a, [](const Pack<S>& x, const Pack<S>& y) { return min(x, y); });
+BRISTLE_FORCE_INLINE S min_of_lanes(const Pack<S>& a) {
+  return join_lanes<lanes<S> / 2>(a, [](const Pack<S>& x, const Pack<S>& y) { return min(x, y); });
 }
 template <Scalar S>
-BRISTLE_INLINE S max_of_lanes(const Pack<S>& a) {
-  return detail::join_lanes<lanes<S> / 2>(
-      a, [](const Pack<S>& x, const Pack<S>& y) { return max(x, y); });
+BRISTLE_FORCE_INLINE S max_of_lanes(const Pack<S>& a) {
+  return join_lanes<lanes<S> / 2>(a, [](const Pack<S>& x, const Pack<S>& y) { return max(x, y); });
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <cstddef>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A vector for each lane. Like Pack, never stored.
 template <Scalar S>
@@ -4482,61 +4460,61 @@ struct Pack3 {
   Pack<S> x, y, z;
 
   /// From the same place of three arrays.
-  [[nodiscard]] BRISTLE_INLINE static Pack3 load(const S* x, const S* y, const S* z) {
+  [[nodiscard]] BRISTLE_FORCE_INLINE static Pack3 load(const S* x, const S* y, const S* z) {
     return {Pack<S>::load(x), Pack<S>::load(y), Pack<S>::load(z)};
   }
   /// The same in all lanes.
-  [[nodiscard]] BRISTLE_INLINE static Pack3 all(const Vec3<S>& v) {
+  [[nodiscard]] BRISTLE_FORCE_INLINE static Pack3 all(const Vec3<S>& v) {
     return {Pack<S>(v[0]), Pack<S>(v[1]), Pack<S>(v[2])};
   }
-  BRISTLE_INLINE void store(S* to_x, S* to_y, S* to_z) const {
+  BRISTLE_FORCE_INLINE void store(S* to_x, S* to_y, S* to_z) const {
     x.store(to_x);
     y.store(to_y);
     z.store(to_z);
   }
-  [[nodiscard]] BRISTLE_INLINE Vec3<S> operator[](std::size_t i) const {
+  [[nodiscard]] BRISTLE_FORCE_INLINE Vec3<S> operator[](std::size_t i) const {
     return {x[i], y[i], z[i]};
   }
 
-  [[nodiscard]] BRISTLE_INLINE friend Pack3 operator+(const Pack3& a, const Pack3& b) {
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack3 operator+(const Pack3& a, const Pack3& b) {
     return {a.x + b.x, a.y + b.y, a.z + b.z};
   }
-  [[nodiscard]] BRISTLE_INLINE friend Pack3 operator-(const Pack3& a, const Pack3& b) {
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack3 operator-(const Pack3& a, const Pack3& b) {
     return {a.x - b.x, a.y - b.y, a.z - b.z};
   }
-  [[nodiscard]] BRISTLE_INLINE friend Pack3 operator-(const Pack3& a) { return {-a.x, -a.y, -a.z}; }
-  [[nodiscard]] BRISTLE_INLINE friend Pack3 operator*(const Pack<S>& s, const Pack3& a) {
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack3 operator-(const Pack3& a) {
+    return {-a.x, -a.y, -a.z};
+  }
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack3 operator*(const Pack<S>& s, const Pack3& a) {
     return {s * a.x, s * a.y, s * a.z};
   }
-  BRISTLE_INLINE Pack3& operator+=(const Pack3& b) { return *this = *this + b; }
-  BRISTLE_INLINE Pack3& operator-=(const Pack3& b) { return *this = *this - b; }
-  [[nodiscard]] BRISTLE_INLINE friend Pack<S> dot(const Pack3& a, const Pack3& b) {
+  BRISTLE_FORCE_INLINE Pack3& operator+=(const Pack3& b) { return *this = *this + b; }
+  BRISTLE_FORCE_INLINE Pack3& operator-=(const Pack3& b) { return *this = *this - b; }
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack<S> dot(const Pack3& a, const Pack3& b) {
     return a.x * b.x + a.y * b.y + a.z * b.z;
   }
-  [[nodiscard]] BRISTLE_INLINE friend Pack3 cross(const Pack3& a, const Pack3& b) {
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack3 cross(const Pack3& a, const Pack3& b) {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
   }
-  [[nodiscard]] BRISTLE_INLINE friend Pack3 select(const Mask<S>& m, const Pack3& yes,
-                                                   const Pack3& no) {
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack3 select(const Mask<S>& m, const Pack3& yes,
+                                                         const Pack3& no) {
     return {select(m, yes.x, no.x), select(m, yes.y, no.y), select(m, yes.z, no.z)};
   }
 };
 
 /// M v in every lane.
 template <Scalar S>
-[[nodiscard]] BRISTLE_INLINE Pack3<S> operator*(const Mat3<S>& M, const Pack3<S>& v) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Pack3<S> operator*(const Mat3<S>& M, const Pack3<S>& v) {
   const S* m = M.data();  // Column by column.
   return {m[0] * v.x + m[3] * v.y + m[6] * v.z, m[1] * v.x + m[4] * v.y + m[7] * v.z,
           m[2] * v.x + m[5] * v.y + m[8] * v.z};
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <cmath>
 
-namespace bristle::inline BRISTLE_ABI {
-
-namespace detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 template <typename T>
 struct ValueTraits {};
@@ -4555,52 +4533,50 @@ struct ValueTraits<Pack<S>> {
   using Truth = Mask<S>;
 };
 
-}  // namespace detail
-
 /// A scalar, or a scalar for each lane.
 template <typename T>
 concept Value = requires {
-  typename detail::ValueTraits<T>::One;
+  typename ValueTraits<T>::One;
 };
 
 /// The scalar of a value: S of S and of Pack<S>.
 template <Value T>
-using ScalarOf = typename detail::ValueTraits<T>::One;
+using ScalarOf = typename ValueTraits<T>::One;
 /// Three of them: Vec3<S> or Pack3<S>.
 template <Value T>
-using Vector3 = typename detail::ValueTraits<T>::Vector;
+using Vector3 = typename ValueTraits<T>::Vector;
 /// What comparing two of them gives: bool or Mask<S>.
 template <Value T>
-using Truth = typename detail::ValueTraits<T>::Truth;
+using Truth = typename ValueTraits<T>::Truth;
 
 // Of single values, what simd.hpp and pack3.hpp have for lanes.
-[[nodiscard]] BRISTLE_INLINE bool any(bool m) { return m; }
-[[nodiscard]] BRISTLE_INLINE bool all(bool m) { return m; }
+[[nodiscard]] BRISTLE_FORCE_INLINE bool any(bool m) { return m; }
+[[nodiscard]] BRISTLE_FORCE_INLINE bool all(bool m) { return m; }
 template <Scalar S>
-[[nodiscard]] BRISTLE_INLINE S select(bool m, S yes, S no) {
+[[nodiscard]] BRISTLE_FORCE_INLINE S select(bool m, S yes, S no) {
   return m ? yes : no;
 }
 template <typename A, typename B>
-[[nodiscard]] BRISTLE_INLINE Vec3<typename A::Scalar> select(bool m,
-                                                             const Eigen::MatrixBase<A>& yes,
-                                                             const Eigen::MatrixBase<B>& no) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Vec3<typename A::Scalar> select(bool m,
+                                                                   const Eigen::MatrixBase<A>& yes,
+                                                                   const Eigen::MatrixBase<B>& no) {
   if (m) return yes;
   return no;
 }
 template <typename A, typename B>
-[[nodiscard]] BRISTLE_INLINE typename A::Scalar dot(const Eigen::MatrixBase<A>& a,
-                                                    const Eigen::MatrixBase<B>& b) {
+[[nodiscard]] BRISTLE_FORCE_INLINE typename A::Scalar dot(const Eigen::MatrixBase<A>& a,
+                                                          const Eigen::MatrixBase<B>& b) {
   return a.dot(b);
 }
 template <typename A, typename B>
-[[nodiscard]] BRISTLE_INLINE Vec3<typename A::Scalar> cross(const Eigen::MatrixBase<A>& a,
-                                                            const Eigen::MatrixBase<B>& b) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Vec3<typename A::Scalar> cross(const Eigen::MatrixBase<A>& a,
+                                                                  const Eigen::MatrixBase<B>& b) {
   return a.cross(b);
 }
 
 /// A vector without length.
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> zero_vector() {
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> zero_vector() {
   if constexpr (Scalar<T>) {
     return Vec3<T>::Zero();
   } else {
@@ -4610,7 +4586,7 @@ template <Value T>
 
 /// The same vector for all lanes.
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> spread(const Vec3<ScalarOf<T>>& v) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> broadcast(const Vec3<ScalarOf<T>>& v) {
   if constexpr (Scalar<T>) {
     return v;
   } else {
@@ -4620,18 +4596,18 @@ template <Value T>
 
 /// Sum over the lanes.
 template <Scalar S>
-[[nodiscard]] BRISTLE_INLINE S sum_of_lanes(S a) {
+[[nodiscard]] BRISTLE_FORCE_INLINE S sum_of_lanes(S a) {
   return a;
 }
 template <Scalar S>
-[[nodiscard]] BRISTLE_INLINE Vec3<S> sum_of_lanes(const Pack3<S>& a) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Vec3<S> sum_of_lanes(const Pack3<S>& a) {
   return {sum_of_lanes(a.x), sum_of_lanes(a.y), sum_of_lanes(a.z)};
 }
 
 /// The remainder of a / b, of the sign of a, exactly. Where no lane has more than one b in a that
 /// is a difference, which is exact there (Sterbenz); else lane by lane.
 template <Scalar S>
-[[nodiscard]] BRISTLE_INLINE Pack<S> fmod(const Pack<S>& a, const Pack<S>& b) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Pack<S> fmod(const Pack<S>& a, const Pack<S>& b) {
   using std::fmod;
   if (all((a >= Pack<S>(S(0))) & (a < b + b))) return select(a < b, a, a - b);
   S rest[lanes<S>];
@@ -4639,7 +4615,7 @@ template <Scalar S>
   return Pack<S>::load(rest);
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -4648,7 +4624,7 @@ namespace bristle::inline BRISTLE_ABI {
 ///
 /// The defaults give no force. `static_friction * breakaway_distance` is the dimensionless holding
 /// coefficient: how many newtons of friction one newton of normal force can hold.
-template <Value T>
+template <detail::Value T>
 struct SensorParameters {
   /// [N] Normal force at full penetration, K_N in Eq. 3. Finite, >= 0. Newtons and not N/m because
   /// the depth it multiplies is a fraction of the ray (Eq. 4): the stiffness is K_N / L.
@@ -4662,7 +4638,7 @@ struct SensorParameters {
   /// [N s/m] Sliding friction, mu_V in Eq. 5. Finite, >= 0.
   T sliding_friction = T(0);
   /// [m] Stretch at which a stuck bristle lets go, sigma_a in Eq. 2. Finite, > 0.
-  T breakaway_distance = T(ScalarOf<T>(1e-3));
+  T breakaway_distance = T(detail::ScalarOf<T>(1e-3));
 };
 
 /// What the static friction of a sensor grows with.
@@ -4739,7 +4715,7 @@ void validate(const SensorParameters<S>& p) {
 /// Whether a sensor with these constants can give a force. Static friction that is scaled by the
 /// normal force needs one.
 template <Scalar S>
-[[nodiscard]] bool can_push(const SensorParameters<S>& p, const LawOptions& options) {
+[[nodiscard]] bool can_apply_force(const SensorParameters<S>& p, const LawOptions& options) {
   return p.normal_stiffness > S(0) || p.normal_damping > S(0) || p.sliding_friction > S(0) ||
          (p.static_friction > S(0) && options.scaling != FrictionScaling::normal_force);
 }
@@ -4773,7 +4749,7 @@ template <Scalar S>
 
 #include <cstddef>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Replaces the lower triangle of the symmetric n x n matrix `a` by its factor L, a = L L^T.
 ///
@@ -4825,7 +4801,7 @@ void solve_upper(const S* l, std::size_t n, S* b) {
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/math/spatial.hpp
 
@@ -4894,7 +4870,7 @@ template <Scalar S>
 
 #include <cstdint>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Impulse that is affine in the relative motion at the end of the step.
 ///
@@ -4952,7 +4928,7 @@ template <Scalar S>
   return W;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/sensors/patch.hpp
 
@@ -4997,6 +4973,8 @@ struct Id {
     return text;
   }
 };
+
+namespace detail {
 
 /// Elements in slots that keep their place while they live; freed slots are reused, lowest-freed
 /// last, and a handle to a former tenant is recognised as stale.
@@ -5091,6 +5069,8 @@ class SlotMap {
   std::vector<std::uint32_t> free_;
   std::uint32_t size_ = 0;
 };
+
+}  // namespace detail
 
 }  // namespace bristle::inline BRISTLE_ABI
 
@@ -5278,6 +5258,8 @@ struct BodyDef {
   LockedAxes locked{};
 };
 
+namespace detail {
+
 /// Since when a body has been at rest, and with whom it sleeps.
 template <Scalar S>
 struct BodySleep {
@@ -5288,8 +5270,10 @@ struct BodySleep {
   /// [-] Lowest slot among the bodies it sleeps with; `awake` while it does not.
   std::uint32_t island = awake;
   /// [-] Whether a caller changed it since the last step, so that whom it reaches is woken.
-  bool is_stirred = false;
+  bool is_disturbed = false;
 };
+
+}  // namespace detail
 
 /// A body as the step sees it: everything about its centre of mass, axes of the body frame.
 template <Scalar S>
@@ -5313,12 +5297,12 @@ struct Body {
   Twist<S> twist{};
   /// [N, N m] What the caller applies during the next step, about the centre of mass.
   Wrench<S> applied{};
-  BodySleep<S> sleep{};
+  detail::BodySleep<S> sleep{};
 
   [[nodiscard]] bool is_dynamic() const { return motion == Motion::dynamic; }
   /// Whether forces move it along or about any axis.
   [[nodiscard]] bool moves() const { return is_dynamic() && !locked.all(); }
-  [[nodiscard]] bool is_asleep() const { return sleep.island != BodySleep<S>::awake; }
+  [[nodiscard]] bool is_asleep() const { return sleep.island != detail::BodySleep<S>::awake; }
 
   /// Pose of the body frame in the world.
   [[nodiscard]] Transform<S> pose() const {
@@ -5340,8 +5324,8 @@ struct Body {
   }
   /// The same where the axes of the body are known as a matrix.
   [[nodiscard]] Mat3<S> inverse_inertia_W(const Mat3<S>& R) const {
-    if (!locked.any_angular() || !is_dynamic()) return rotated<S>(R, inverse_inertia_B);
-    return bristle::inverse_inertia<S>(rotated<S>(R, inertia_B), locked.angular);
+    if (!locked.any_angular() || !is_dynamic()) return detail::rotated<S>(R, inverse_inertia_B);
+    return bristle::inverse_inertia<S>(detail::rotated<S>(R, inertia_B), locked.angular);
   }
   /// [kg m^2/s] Angular momentum about the centre of mass, world axes.
   [[nodiscard]] Vec3<S> angular_momentum() const {
@@ -5354,6 +5338,8 @@ struct Body {
   }
 };
 
+namespace detail {
+
 /// Whether velocities are numbers that a step can compute with.
 template <Scalar S>
 [[nodiscard]] bool has_finite_square(const Twist<S>& twist) {
@@ -5364,6 +5350,8 @@ template <Scalar S>
 [[nodiscard]] bool is_pose(const Transform<S>& X) {
   return has_finite_square<S>(X.translation) && is_unit(X.rotation.coeffs());
 }
+
+}  // namespace detail
 
 /// Checks a definition and turns it into a body.
 /// @param of_shape  Unit-density mass properties of its shapes; zero mass where there is none.
@@ -5505,7 +5493,7 @@ Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/geometry/contacts/kept_candidates.hpp
+// === bristle/geometry/contacts/triangle_cache.hpp
 
 /// @file
 /// Triangles that a ray may meet, kept for as long as the ray stays about where it was.
@@ -5540,7 +5528,7 @@ Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
 #include <concepts>
 #include <utility>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Where a ray's line passes a triangle.
 template <Scalar S>
@@ -5627,7 +5615,7 @@ class TriangleTest {
   int kz_ = 0;
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <array>
@@ -5638,7 +5626,7 @@ class TriangleTest {
 #include <numbers>
 #include <optional>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// The boundary of a solid as triangles that a ray can be walked through: `corners(i)` run
 /// counter-clockwise seen from outside, and `walk_ray` is that of `AabbTree`, with the triangle's
@@ -5671,8 +5659,6 @@ template <Scalar S, SolidMesh<S> Mesh>
 
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
-
 /// What the crossings of a ray in front of its start say.
 template <Scalar S>
 struct MeshCrossings {
@@ -5702,7 +5688,7 @@ struct MeshCrossings {
 /// A crossing is where the ray passes the box of its triangle, but for rounding. Of a triangle that
 /// is seen so nearly edge-on that rounding takes the crossing out of it, it is moved to the box.
 template <Scalar S>
-[[nodiscard]] BRISTLE_OUTLINED S distance_within_box(const Ray<S>& ray,
+[[nodiscard]] BRISTLE_NOINLINE S distance_within_box(const Ray<S>& ray,
                                                      const std::array<Vec3<S>, 3>& corners,
                                                      S distance) {
   const auto& [a, b, c] = corners;
@@ -5737,7 +5723,7 @@ class CrossingCollector {
   /// Takes a triangle into account. Not inlined, nor is `hit_on`: where the compiler fuses
   /// products and sums, it does so alike for all who call it.
   /// @return [m] How far on others still matter.
-  BRISTLE_OUTLINED S visit(std::uint32_t triangle, const std::array<Vec3<S>, 3>& corners, S reach) {
+  BRISTLE_NOINLINE S visit(std::uint32_t triangle, const std::array<Vec3<S>, 3>& corners, S reach) {
     // [1] A crossing closer to the start than this much of the triangle's distance is at the start.
     constexpr S at_start = S(64) * Tolerance<S>::round_off();
     const auto& [a, b, c] = corners;
@@ -5786,7 +5772,7 @@ template <Scalar S, SolidMesh<S> Mesh>
 
 /// The hit of a ray at a distance, where it meets a triangle.
 template <Scalar S>
-[[nodiscard]] BRISTLE_OUTLINED RayHit<S> hit_on(const std::array<Vec3<S>, 3>& corners,
+[[nodiscard]] BRISTLE_NOINLINE RayHit<S> hit_on(const std::array<Vec3<S>, 3>& corners,
                                                 const Ray<S>& ray, S distance) {
   const auto& [a, b, c] = corners;
   const Vec3<S> normal = (b - a).cross(c - a).stableNormalized();
@@ -5822,8 +5808,6 @@ template <Scalar S, SolidMesh<S> Mesh>
   return half_angles / (S(2) * S(std::numbers::pi));
 }
 
-}  // namespace detail
-
 // Rays towards the middles of a few triangles, spread over the mesh; each surely has a crossing,
 // and hardly any of them meets an edge.
 template <Scalar S, SolidMesh<S> Mesh>
@@ -5836,12 +5820,12 @@ bool is_inside_mesh(const Mesh& mesh, const Vec3<S>& point) {
     const Vec3<S> towards = (a + b + c) / S(3) - point;
     const S distance = towards.norm();
     if (!(distance > S(0))) return true;
-    const auto found = detail::mesh_crossings(mesh, Ray<S>{point, towards / distance});
+    const auto found = mesh_crossings(mesh, Ray<S>{point, towards / distance});
     if (found.is_start_on_surface) return true;
     const std::optional<bool> is_inside = found.is_start_inside();
     if (is_inside.has_value() && found.distance < infinity<S>) return *is_inside;
   }
-  return detail::winding_number(mesh, point) >= S(0.5);
+  return winding_number(mesh, point) >= S(0.5);
 }
 
 template <Scalar S, SolidMesh<S> Mesh>
@@ -5849,22 +5833,22 @@ RayHit<S> ray_cast_mesh(const Mesh& mesh, const Ray<S>& ray) {
   // Only a start within the box can be inside, and needs more of its line than its length.
   const bool is_in_box = mesh.root_box().contains(ray.origin);
   const Ray<S> line{ray.origin, ray.direction, is_in_box ? infinity<S> : ray.length};
-  const auto found = detail::mesh_crossings(mesh, line);
+  const auto found = mesh_crossings(mesh, line);
   if (is_in_box) {
     const std::optional<bool> is_inside = found.is_start_inside();
     if (is_inside.has_value() ? *is_inside : is_inside_mesh(mesh, ray.origin)) {
       return {S(0), -ray.direction};
     }
   }
-  return detail::nearest_hit(mesh, ray, found);
+  return nearest_hit(mesh, ray, found);
 }
 
 template <Scalar S, SolidMesh<S> Mesh>
 RayHit<S> ray_cast_mesh_from_outside(const Mesh& mesh, const Ray<S>& ray) {
-  return detail::nearest_hit(mesh, ray, detail::mesh_crossings(mesh, ray));
+  return nearest_hit(mesh, ray, mesh_crossings(mesh, ray));
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/geometry/rays/ray_mesh.hpp
 
@@ -6027,7 +6011,7 @@ template <Scalar S, typename BoxOf>
 #include <span>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Some triangles that stand together, at most `WideTree::leaf_size` of them.
 struct TriangleRange {
@@ -6094,7 +6078,7 @@ class WideTree {
     std::uint8_t stride;
   };
 
-  std::uint32_t build(std::span<detail::SplitLeaf<S>> triangles, std::size_t first,
+  std::uint32_t build(std::span<SplitLeaf<S>> triangles, std::size_t first,
                       const std::vector<Aabb<S>>& boxes, std::size_t depth);
   template <typename CornersOf>
   void store(const CornersOf& corners_of);
@@ -6113,7 +6097,7 @@ template <Scalar S>
 template <typename CornersOf>
 WideTree<S>::WideTree(std::size_t count, const CornersOf& corners_of) {
   std::vector<Aabb<S>> boxes(count);
-  std::vector<detail::SplitLeaf<S>> order(count);
+  std::vector<SplitLeaf<S>> order(count);
   // Packs may be loaded up to their width beyond the last one.
   numbers_.assign(count + leaf_size, 0);
   places_.resize(count);
@@ -6136,14 +6120,14 @@ WideTree<S>::WideTree(std::size_t count, const CornersOf& corners_of) {
 /// it is the one met most often.
 /// @param first  [-] Place of the first of these triangles among all.
 template <Scalar S>
-std::uint32_t WideTree<S>::build(std::span<detail::SplitLeaf<S>> triangles, std::size_t first,
+std::uint32_t WideTree<S>::build(std::span<SplitLeaf<S>> triangles, std::size_t first,
                                  const std::vector<Aabb<S>>& boxes, std::size_t depth) {
   const auto box_of = [&](std::uint32_t i) -> const Aabb<S>& { return boxes[i]; };
   struct Piece {
-    std::span<detail::SplitLeaf<S>> triangles;
+    std::span<SplitLeaf<S>> triangles;
     Aabb<S> box;
   };
-  const auto piece_of = [&](std::span<detail::SplitLeaf<S>> some) {
+  const auto piece_of = [&](std::span<SplitLeaf<S>> some) {
     Piece piece{some, {}};
     for (const auto& leaf : some) piece.box.include(boxes[leaf.number]);
     return piece;
@@ -6159,7 +6143,7 @@ std::uint32_t WideTree<S>::build(std::span<detail::SplitLeaf<S>> triangles, std:
     for (std::size_t k = 0; k < count; ++k) {
       if (pieces[k].triangles.size() <= leaf_size) continue;
       const S cost =
-          is_deep ? S(pieces[k].triangles.size()) : detail::finite_part(pieces[k].box).half_area();
+          is_deep ? S(pieces[k].triangles.size()) : finite_part(pieces[k].box).half_area();
       if (cost > largest_cost) {
         largest = &pieces[k];
         largest_cost = cost;
@@ -6167,8 +6151,8 @@ std::uint32_t WideTree<S>::build(std::span<detail::SplitLeaf<S>> triangles, std:
     }
     if (largest == nullptr) break;
     const auto all = largest->triangles;
-    const std::size_t middle = is_deep ? detail::split_in_halves<S>(all, box_of)
-                                       : detail::split_by_surface<S>(all, box_of);
+    const std::size_t middle =
+        is_deep ? split_in_halves<S>(all, box_of) : split_by_surface<S>(all, box_of);
     *largest = piece_of(all.first(middle));
     pieces[count++] = piece_of(all.subspan(middle));
   }
@@ -6180,7 +6164,7 @@ std::uint32_t WideTree<S>::build(std::span<detail::SplitLeaf<S>> triangles, std:
     std::uint32_t child = 0;
     std::size_t leaf = 0;
     if (k < count) {
-      const std::span<detail::SplitLeaf<S>> some = pieces[k].triangles;
+      const std::span<SplitLeaf<S>> some = pieces[k].triangles;
       const std::size_t place = first + static_cast<std::size_t>(some.data() - triangles.data());
       leaf = some.size() <= leaf_size ? some.size() : 0;
       child = leaf > 0 ? static_cast<std::uint32_t>(place) : build(some, place, boxes, depth + 1);
@@ -6225,7 +6209,7 @@ std::array<Vec3<S>, 3> WideTree<S>::corners(std::uint32_t number) const {
           Vec3<S>(p[6 * n], p[7 * n], p[8 * n])};
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <array>
@@ -6235,7 +6219,7 @@ std::array<Vec3<S>, 3> WideTree<S>::corners(std::uint32_t number) const {
 #include <limits>
 #include <utility>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// The triangles of a solid, as `SolidMesh` wants them. Immutable.
 template <Scalar S>
@@ -6268,8 +6252,6 @@ class RayMesh {
 
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
-
 /// The slab test of ray_box.hpp for all children of a node.
 template <Scalar S>
 class WideSlabTest {
@@ -6281,8 +6263,8 @@ class WideSlabTest {
 
   /// Which of the children from `k` on in one pack are entered by `reach`; where they are in
   /// `enter`.
-  [[nodiscard]] BRISTLE_INLINE std::uint32_t operator()(const Node& node, std::size_t k, S reach,
-                                                        S* enter) const {
+  [[nodiscard]] BRISTLE_FORCE_INLINE std::uint32_t operator()(const Node& node, std::size_t k,
+                                                              S reach, S* enter) const {
     Pack<S> first(S(0));
     Pack<S> last(reach);
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -6322,13 +6304,14 @@ class WideTriangleFilter {
   }
 
   /// Which triangles of a leaf the ray may pass by `reach`.
-  [[nodiscard]] BRISTLE_INLINE std::uint32_t operator()(const WideTree<S>& tree,
-                                                        const TriangleRange& leaf, S reach) const {
+  [[nodiscard]] BRISTLE_FORCE_INLINE std::uint32_t operator()(const WideTree<S>& tree,
+                                                              const TriangleRange& leaf,
+                                                              S reach) const {
     return among(tree.row(leaf, 0, 0), leaf.count, leaf.count, reach);
   }
   /// The same for `count` triangles whose corners are in nine rows, as those of a leaf are.
-  [[nodiscard]] BRISTLE_INLINE std::uint32_t among(const S* rows, std::size_t stride,
-                                                   std::size_t count, S reach) const {
+  [[nodiscard]] BRISTLE_FORCE_INLINE std::uint32_t among(const S* rows, std::size_t stride,
+                                                         std::size_t count, S reach) const {
     std::uint32_t found = 0;
     for (std::size_t i = 0; i < count; i += lanes<S>) {
       found |= (bits(may_pass(rows + i, stride, reach)) & first_bits(count - i)) << i;
@@ -6337,7 +6320,8 @@ class WideTriangleFilter {
   }
 
  private:
-  [[nodiscard]] BRISTLE_INLINE Mask<S> may_pass(const S* rows, std::size_t stride, S reach) const {
+  [[nodiscard]] BRISTLE_FORCE_INLINE Mask<S> may_pass(const S* rows, std::size_t stride,
+                                                      S reach) const {
     Pack3<S> p[3];
     Pack<S> size(S(0));
     for (std::size_t c = 0; c < 3; ++c) {
@@ -6365,15 +6349,13 @@ class WideTriangleFilter {
   Vec3<S> shear_;
 };
 
-}  // namespace detail
-
 template <Scalar S>
 template <typename Visit>
 void RayMesh<S>::walk_ray(const Ray<S>& ray, Visit&& visit) const {
   using Tree = WideTree<S>;
   if (tree_.nodes().empty()) return;
-  const detail::WideSlabTest<S> slabs(ray);
-  const detail::WideTriangleFilter<S> filter(ray);
+  const WideSlabTest<S> slabs(ray);
+  const WideTriangleFilter<S> filter(ray);
   // A finite reach, so that planes at infinity are out of it.
   S reach = std::min(ray.length, std::numeric_limits<S>::max() / S(2));
   struct Entry {
@@ -6412,7 +6394,7 @@ void RayMesh<S>::walk_ray(const Ray<S>& ray, Visit&& visit) const {
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <array>
@@ -6423,9 +6405,7 @@ void RayMesh<S>::walk_ray(const Ray<S>& ray, Visit&& visit) const {
 #include <optional>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
-
-namespace detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// The triangles near one ray, in the frame of their mesh.
 template <Scalar S>
@@ -6478,8 +6458,8 @@ class NearSegmentTest {
 
   /// @param lower, upper  Callables: Pack<S> lower(axis), coordinates of boxes in lanes.
   template <typename Lower, typename Upper>
-  [[nodiscard]] BRISTLE_INLINE std::uint32_t operator()(const Lower& lower,
-                                                        const Upper& upper) const {
+  [[nodiscard]] BRISTLE_FORCE_INLINE std::uint32_t operator()(const Lower& lower,
+                                                              const Upper& upper) const {
     Pack<S> first(S(0));
     Pack<S> last(S(1));
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -6500,12 +6480,10 @@ class NearSegmentTest {
   Vec3<S> inverse_;
 };
 
-}  // namespace detail
-
 /// What the rays of one batch keep of one mesh. A cache: to lose it costs time and changes nothing.
 /// One thread at a time may use it.
 template <Scalar S>
-class KeptCandidates {
+class TriangleCache {
  public:
   /// Gets ready for a query. Allocates when a batch of more rays comes than ever before.
   /// @param tag, life  Name the mesh. One that takes the place of another has another `life`.
@@ -6533,7 +6511,7 @@ class KeptCandidates {
   /// [-] Queries of another mesh after which the present one counts as gone.
   static constexpr int most_refused = 16;
 
-  std::vector<detail::TrianglesNearRay<S>> rays_;
+  std::vector<TrianglesNearRay<S>> rays_;
   std::uint32_t tag_ = 0;
   std::uint32_t life_ = 0;
   int refused_ = most_refused;
@@ -6547,10 +6525,8 @@ class KeptCandidates {
 
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
-
 template <Scalar S>
-BRISTLE_OUTLINED void TrianglesNearRay<S>::search(const WideTree<S>& tree, const Ray<S>& ray,
+BRISTLE_NOINLINE void TrianglesNearRay<S>::search(const WideTree<S>& tree, const Ray<S>& ray,
                                                   const Vec3<S>& ray_end) {
   using Tree = WideTree<S>;
   using std::sqrt;
@@ -6629,17 +6605,15 @@ void TrianglesNearRay<S>::add(const WideTree<S>& tree, const TriangleRange& rang
   ++count;
 }
 
-}  // namespace detail
-
 template <Scalar S>
-bool KeptCandidates<S>::begin(std::size_t rays, std::uint32_t tag, std::uint32_t life) {
+bool TriangleCache<S>::begin(std::size_t rays, std::uint32_t tag, std::uint32_t life) {
   const auto most_credit = static_cast<std::int64_t>(rays) * price * 2;
   if (tag != tag_ || life != life_ || rays != rays_.size()) {
     if (rays == rays_.size() && ++refused_ <= most_refused) return false;
     tag_ = tag;
     life_ = life;
     rays_.resize(rays);
-    for (detail::TrianglesNearRay<S>& ray : rays_) ray.reserve = S(-1);
+    for (TrianglesNearRay<S>& ray : rays_) ray.reserve = S(-1);
     credit_ = most_credit / 2;
     paused_ = poor_ = 0;
   }
@@ -6660,10 +6634,10 @@ bool KeptCandidates<S>::begin(std::size_t rays, std::uint32_t tag, std::uint32_t
 }
 
 template <Scalar S>
-BRISTLE_OUTLINED std::optional<RayHit<S>> KeptCandidates<S>::cast(const RayMesh<S>& mesh,
-                                                                  std::size_t i, const Ray<S>& ray,
-                                                                  S reach) {
-  detail::TrianglesNearRay<S>& near = rays_[i];
+BRISTLE_NOINLINE std::optional<RayHit<S>> TriangleCache<S>::cast(const RayMesh<S>& mesh,
+                                                                 std::size_t i, const Ray<S>& ray,
+                                                                 S reach) {
+  TrianglesNearRay<S>& near = rays_[i];
   const WideTree<S>& tree = mesh.tree();
   const Vec3<S> end = ray.origin + ray.length * ray.direction;
   if (near.serves(ray.origin, end)) {
@@ -6681,11 +6655,11 @@ BRISTLE_OUTLINED std::optional<RayHit<S>> KeptCandidates<S>::cast(const RayMesh<
   if (!near.is_complete()) return std::nullopt;
 
   const Ray<S> asked{ray.origin, ray.direction, reach};
-  const detail::WideTriangleFilter<S> filter(asked);
+  const WideTriangleFilter<S> filter(asked);
   std::uint32_t left = filter.among(near.rows[0].data(), near.capacity, near.count, reach);
   if (left == 0) return RayHit<S>{};
-  const detail::WideSlabTest<S> slabs(asked);
-  detail::CrossingCollector<S> collector(asked);
+  const WideSlabTest<S> slabs(asked);
+  CrossingCollector<S> collector(asked);
   S entered = S(0);
   std::size_t nearest = 0;
   int visits = 0;
@@ -6709,20 +6683,20 @@ BRISTLE_OUTLINED std::optional<RayHit<S>> KeptCandidates<S>::cast(const RayMesh<
   // may put a crossing in front of its leaf's box: that one the walk might have left out.
   if (visits > 1 && !(entered <= collector.found.distance)) return std::nullopt;
   if (!collector.found.is_within(asked)) return RayHit<S>{};
-  return detail::hit_on<S>(near.corners(nearest), asked, collector.found.distance);
+  return hit_on<S>(near.corners(nearest), asked, collector.found.distance);
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
-// === bristle/geometry/rays/ray_bundles.hpp
+// === bristle/geometry/rays/ray_tree.hpp
 
 /// @file
 /// Rays that stand beside each other, sorted once so that one search serves many of them.
 ///
-/// A patch's rays never move in their body's frame. They are divided into bundles of neighbours,
-/// and each bundle gets a box along a mean direction: a query compares boxes first and rays
-/// last. Within a bundle a ray is a line over the box's z axis, so that triangles are turned into
-/// the bundle's frame and the rays are not turned at all (docs/decisions/0022-bundles-of-rays.md).
+/// A patch's rays never move in their body's frame. They are divided into nodes of neighbours,
+/// and each node gets a box along a mean direction: a query compares boxes first and rays
+/// last. Within a node a ray is a line over the box's z axis, so that triangles are turned into
+/// the node's frame and the rays are not turned at all (docs/decisions/0022-bundles-of-rays.md).
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <algorithm>
@@ -6733,17 +6707,17 @@ BRISTLE_OUTLINED std::optional<RayHit<S>> KeptCandidates<S>::cast(const RayMesh<
 #include <span>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Some neighbouring rays of a `RayBundles`. Its frame G has its origin in the middle of some rays
-/// and its z axis along their mean direction: its own, or those of a bundle that it is a part of
+/// Some neighbouring rays of a `RayTree`. Its frame G has its origin in the middle of some rays
+/// and its z axis along their mean direction: its own, or those of a node that it is a part of
 /// (`has_one_frame`).
 template <Scalar S>
-struct RayBundle {
-  /// [-] The rays, as places in the order of the bundles.
+struct RayTreeNode {
+  /// [-] The rays, as places in the order of the nodes.
   std::uint32_t first = 0;
   std::uint32_t count = 0;
-  /// [-] The second of the two bundles it is divided into; the first is the next one. 0 in those
+  /// [-] The second of the two nodes it is divided into; the first is the next one. 0 in those
   /// that are not divided.
   std::uint32_t second = 0;
   /// Whether all rays run along the z axis, within 60 degrees of it.
@@ -6759,7 +6733,7 @@ struct RayBundle {
   Aabb<S> box{};
   /// [1] Around zero and the directions of the rays, in G.
   Aabb<S> directions{Vec3<S>::Zero(), Vec3<S>::Zero()};
-  /// [m] Largest z of a start; the smallest is that of the box where the bundle is narrow.
+  /// [m] Largest z of a start; the smallest is that of the box where the node is narrow.
   S highest_start = S(0);
   /// [1] Largest slope of a ray against the z axis, in x or y.
   S slope = S(0);
@@ -6772,86 +6746,83 @@ struct RayBundle {
   }
 };
 
-/// The rays of a batch in bundles. A value; empty for rays of which one has no finite length.
+/// The rays of a batch in nodes. A value; empty for rays of which one has no finite length.
 template <Scalar S>
-class RayBundles {
+class RayTree {
  public:
-  /// [-] Rays of an undivided bundle at most, and of a block: a bundle is made of blocks of
-  /// neighbours, all full but its last.
-  static constexpr std::size_t bundle_size = 64;
-  static constexpr std::size_t block_size = 16;
-  /// [-] Rays of a bundle at most whose frame is that of all bundles it is divided into.
+  /// [-] Rays of an undivided node at most. It is made of packets of neighbours, all full but
+  /// its last.
+  static constexpr std::size_t leaf_size = 64;
+  /// [-] Rays of a node at most whose frame is that of all nodes it is divided into.
   static constexpr std::size_t frame_size = 256;
-  /// [-] Rays of a slice at most. One takes some microseconds, which is more than it costs to hand
-  /// it to another thread and to go down to its bundles once more; and there are sixteen of them in
+  /// [-] Rays of a range at most. One takes some microseconds, which is more than it costs to hand
+  /// it to another thread and to go down to its nodes once more; and there are sixteen of them in
   /// ten thousand rays.
-  static constexpr std::size_t slice_size = 1024;
+  static constexpr std::size_t range_size = 1024;
 
-  /// Rays of one place each, in the frame of their undivided bundle: at height z a ray is at
-  /// (x + slope_x z, y + slope_y z). Filled up to whole blocks with rays that reach nothing.
+  /// Rays of one place each, in the frame of their undivided node: at height z a ray is at
+  /// (x + slope_x z, y + slope_y z). Filled up to whole packets with rays that reach nothing.
   struct Lines {
     LaneVector<S> x, y, slope_x, slope_y;
     /// [m] z of the start. [1] Length of the ray for each metre of z. [m] Reach.
     LaneVector<S> start, stretch, length;
   };
 
-  RayBundles() = default;
+  RayTree() = default;
   /// @param rays  Their `extra_length` is not looked at.
-  explicit RayBundles(const RayBatch<S>& rays);
+  explicit RayTree(const RayBatch<S>& rays);
 
-  [[nodiscard]] bool is_empty() const { return bundles_.empty(); }
+  [[nodiscard]] bool is_empty() const { return nodes_.empty(); }
   /// [-] Number of rays.
   [[nodiscard]] std::size_t size() const { return order_.size(); }
   /// Root first, each before those it is divided into.
-  [[nodiscard]] const std::vector<RayBundle<S>>& bundles() const { return bundles_; }
+  [[nodiscard]] const std::vector<RayTreeNode<S>>& nodes() const { return nodes_; }
   [[nodiscard]] const Lines& lines() const { return lines_; }
-  /// All rays in slices of whole bundles: those of one slice lie in one branch.
-  [[nodiscard]] const std::vector<RaySlice>& slices() const { return slices_; }
-  /// Whether each slice is whole runs of the batch (`ray_run_size`), as it is in neighbour order:
-  /// then a slice is the same rays for all shapes, and may ask one after the other.
-  [[nodiscard]] bool has_runs_in_slices() const { return has_runs_in_slices_; }
+  /// All rays in ranges of whole nodes: those of one range lie in one branch.
+  [[nodiscard]] const std::vector<RayRange>& ranges() const { return ranges_; }
+  /// Whether each range is whole packets of the batch, as it is in neighbour order:
+  /// then a range is the same rays for all shapes, and may ask one after the other.
+  [[nodiscard]] bool has_packets_in_ranges() const { return has_packets_in_ranges_; }
   /// [-] Which ray of the batch is at a place.
   [[nodiscard]] std::uint32_t ray_at(std::size_t place) const { return order_[place]; }
   /// [-] The same for all places from one on.
   [[nodiscard]] const std::uint32_t* rays_from(std::size_t place) const {
     return order_.data() + place;
   }
-  /// [m] Around the rays of the block that a place lies in, in the frame of their bundle.
-  [[nodiscard]] const Aabb<S>& block_box(std::size_t place) const {
-    return block_boxes_[place / block_size];
+  /// [m] Around the rays of the packet that a place lies in, in the frame of their node.
+  [[nodiscard]] const Aabb<S>& packet_box(std::size_t place) const {
+    return packet_boxes_[place / packet_size];
   }
-  /// Whether the rays of that block follow each other in the batch, and fill the block.
+  /// Whether the rays of that packet follow each other in the batch, and fill the packet.
   [[nodiscard]] bool is_in_order(std::size_t place) const {
-    return is_in_order_[place / block_size] != 0;
+    return is_in_order_[place / packet_size] != 0;
   }
 
  private:
   using Places = std::span<std::uint32_t>;
 
-  /// [-] Instead of a bundle.
+  /// [-] Instead of a node.
   static constexpr std::size_t none = ~std::size_t(0);
 
   void build(const RayBatch<S>& rays, Places places, std::size_t parent);
-  void fit(const RayBatch<S>& rays, Places places, RayBundle<S>& bundle) const;
-  [[nodiscard]] static bool is_frame_for_parts(const RayBundle<S>& bundle);
-  static void split_into_blocks(const RayBatch<S>& rays, Places places);
-  void store(const RayBatch<S>& rays, const RayBundle<S>& bundle);
+  void fit(const RayBatch<S>& rays, Places places, RayTreeNode<S>& node) const;
+  [[nodiscard]] static bool is_frame_for_parts(const RayTreeNode<S>& node);
+  static void split_into_packets(const RayBatch<S>& rays, Places places);
+  void store(const RayBatch<S>& rays, const RayTreeNode<S>& node);
   void find_order();
-  void cut_slices();
+  void cut_ranges();
 
-  std::vector<RayBundle<S>> bundles_;
-  std::vector<RaySlice> slices_;
-  bool has_runs_in_slices_ = false;
+  std::vector<RayTreeNode<S>> nodes_;
+  std::vector<RayRange> ranges_;
+  bool has_packets_in_ranges_ = false;
   std::vector<std::uint32_t> order_;
-  std::vector<Aabb<S>> block_boxes_;
+  std::vector<Aabb<S>> packet_boxes_;
   // Bytes, as threads read them.
   std::vector<std::uint8_t> is_in_order_;
   Lines lines_;
 };
 
 // Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
 
 /// [m] From one ray to the next if n of them stood on a whole square grid, or in a row, of these
 /// extents: (a / s + 1)(b / s + 1) = n.
@@ -6896,10 +6867,8 @@ std::size_t split_rays(const RayBatch<S>& rays, std::span<std::uint32_t> some, s
   return first;
 }
 
-}  // namespace detail
-
 template <Scalar S>
-RayBundles<S>::RayBundles(const RayBatch<S>& rays) {
+RayTree<S>::RayTree(const RayBatch<S>& rays) {
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const Ray<S> ray = rays[i];
     // Only of finite numbers is the difference with themselves zero.
@@ -6909,114 +6878,114 @@ RayBundles<S>::RayBundles(const RayBatch<S>& rays) {
   order_.resize(rays.size());
   for (std::uint32_t i = 0; i < rays.size(); ++i) order_[i] = i;
   if (order_.empty()) return;
-  const std::size_t blocks = (rays.size() + block_size - 1) / block_size;
-  block_boxes_.resize(blocks);
+  const std::size_t packets = (rays.size() + packet_size - 1) / packet_size;
+  packet_boxes_.resize(packets);
   for (auto* values : {&lines_.x, &lines_.y, &lines_.slope_x, &lines_.slope_y, &lines_.start}) {
-    values->assign(blocks * block_size, S(0));
+    values->assign(packets * packet_size, S(0));
   }
-  lines_.stretch.assign(blocks * block_size, S(1));
-  lines_.length.assign(blocks * block_size, -infinity<S>);
+  lines_.stretch.assign(packets * packet_size, S(1));
+  lines_.length.assign(packets * packet_size, -infinity<S>);
   build(rays, order_, none);
   find_order();
-  cut_slices();
+  cut_ranges();
 }
 
 template <Scalar S>
-void RayBundles<S>::build(const RayBatch<S>& rays, Places places, std::size_t parent) {
+void RayTree<S>::build(const RayBatch<S>& rays, Places places, std::size_t parent) {
   // Parts come in whatever order the standard library left them; sums of floats have one.
   std::sort(places.begin(), places.end());
-  const std::size_t id = bundles_.size();
-  RayBundle<S> bundle;
-  bundle.first = static_cast<std::uint32_t>(places.data() - order_.data());
-  bundle.count = static_cast<std::uint32_t>(places.size());
-  if (parent != none && bundles_[parent].has_one_frame) {
-    bundle.has_one_frame = true;
-    bundle.axes = bundles_[parent].axes;
-    bundle.center = bundles_[parent].center;
+  const std::size_t id = nodes_.size();
+  RayTreeNode<S> node;
+  node.first = static_cast<std::uint32_t>(places.data() - order_.data());
+  node.count = static_cast<std::uint32_t>(places.size());
+  if (parent != none && nodes_[parent].has_one_frame) {
+    node.has_one_frame = true;
+    node.axes = nodes_[parent].axes;
+    node.center = nodes_[parent].center;
   }
-  fit(rays, places, bundle);
-  bundle.has_one_frame = bundle.has_one_frame || is_frame_for_parts(bundle);
-  bundles_.push_back(bundle);
-  if (places.size() <= bundle_size) {
-    split_into_blocks(rays, places);
-    store(rays, bundle);
+  fit(rays, places, node);
+  node.has_one_frame = node.has_one_frame || is_frame_for_parts(node);
+  nodes_.push_back(node);
+  if (places.size() <= leaf_size) {
+    split_into_packets(rays, places);
+    store(rays, node);
     return;
   }
-  const std::size_t first = detail::split_rays(rays, places, bundle_size);
+  const std::size_t first = split_rays(rays, places, leaf_size);
   build(rays, places.first(first), id);
-  bundles_[id].second = static_cast<std::uint32_t>(bundles_.size());
+  nodes_[id].second = static_cast<std::uint32_t>(nodes_.size());
   build(rays, places.subspan(first), id);
 }
 
-/// Whether the frame of a bundle does for its parts: aside from it their rays would run by little
+/// Whether the frame of a node does for its parts: aside from it their rays would run by little
 /// beside their width, so that boxes in frames of their own would hardly be smaller.
 template <Scalar S>
-bool RayBundles<S>::is_frame_for_parts(const RayBundle<S>& bundle) {
-  if (!bundle.is_narrow || bundle.count <= bundle_size) return bundle.is_narrow;
-  const Vec3<S> extent = bundle.box.upper - bundle.box.lower;
-  const S drift = bundle.slope * extent.z();
-  const S area = extent.x() * extent.y() * S(bundle_size) / S(bundle.count);
-  return bundle.count <= frame_size && S(16) * drift * drift <= area;
+bool RayTree<S>::is_frame_for_parts(const RayTreeNode<S>& node) {
+  if (!node.is_narrow || node.count <= leaf_size) return node.is_narrow;
+  const Vec3<S> extent = node.box.upper - node.box.lower;
+  const S drift = node.slope * extent.z();
+  const S area = extent.x() * extent.y() * S(leaf_size) / S(node.count);
+  return node.count <= frame_size && S(16) * drift * drift <= area;
 }
 
-/// Finds the box of a bundle, and its frame unless it has that of another one.
+/// Finds the box of a node, and its frame unless it has that of another one.
 template <Scalar S>
-void RayBundles<S>::fit(const RayBatch<S>& rays, Places places, RayBundle<S>& bundle) const {
-  if (!bundle.has_one_frame) {
+void RayTree<S>::fit(const RayBatch<S>& rays, Places places, RayTreeNode<S>& node) const {
+  if (!node.has_one_frame) {
     Aabb<S> starts;
     Vec3<S> sum = Vec3<S>::Zero();
     for (const std::uint32_t i : places) {
       starts.include(rays[i].origin);
       sum += rays[i].direction;
     }
-    bundle.center = starts.center();
+    node.center = starts.center();
     if (sum.norm() > Tolerance<S>::equal() * S(places.size())) {
       const Vec3<S> z = sum.normalized();
       // Sensors mostly stand in rows along the axes of their frame: so do the sides of the box.
       int across = 0;
       z.cwiseAbs().minCoeff(&across);
       const Vec3<S> x = (Vec3<S>::Unit(across) - z[across] * z).normalized();
-      bundle.axes.row(0) = x;
-      bundle.axes.row(1) = z.cross(x);
-      bundle.axes.row(2) = z;
+      node.axes.row(0) = x;
+      node.axes.row(1) = z.cross(x);
+      node.axes.row(2) = z;
     }
   }
-  bundle.is_narrow = true;
-  bundle.highest_start = -infinity<S>;
+  node.is_narrow = true;
+  node.highest_start = -infinity<S>;
   for (const std::uint32_t i : places) {
-    const Vec3<S> start = bundle.axes * (rays[i].origin - bundle.center);
-    const Vec3<S> direction = bundle.axes * rays[i].direction;
-    bundle.box.include(start);
-    bundle.box.include(Vec3<S>(start + rays.length[i] * direction));
-    bundle.directions.include(direction);
-    bundle.highest_start = std::max(bundle.highest_start, start.z());
-    bundle.is_narrow = bundle.is_narrow && direction.z() > S(0.5);
+    const Vec3<S> start = node.axes * (rays[i].origin - node.center);
+    const Vec3<S> direction = node.axes * rays[i].direction;
+    node.box.include(start);
+    node.box.include(Vec3<S>(start + rays.length[i] * direction));
+    node.directions.include(direction);
+    node.highest_start = std::max(node.highest_start, start.z());
+    node.is_narrow = node.is_narrow && direction.z() > S(0.5);
     const S across = direction.template head<2>().cwiseAbs().maxCoeff();
-    bundle.slope = std::max(bundle.slope, across / direction.z());
+    node.slope = std::max(node.slope, across / direction.z());
   }
 }
 
-/// Orders the rays of an undivided bundle, block by block.
+/// Orders the rays of an undivided node, packet by packet.
 template <Scalar S>
-void RayBundles<S>::split_into_blocks(const RayBatch<S>& rays, Places places) {
-  if (places.size() <= block_size) {
+void RayTree<S>::split_into_packets(const RayBatch<S>& rays, Places places) {
+  if (places.size() <= packet_size) {
     // However the standard library left them.
     std::sort(places.begin(), places.end());
     return;
   }
-  const std::size_t first = detail::split_rays(rays, places, block_size);
-  split_into_blocks(rays, places.first(first));
-  split_into_blocks(rays, places.subspan(first));
+  const std::size_t first = split_rays(rays, places, packet_size);
+  split_into_packets(rays, places.first(first));
+  split_into_packets(rays, places.subspan(first));
 }
 
-/// Writes down the rays of an undivided bundle in its frame.
+/// Writes down the rays of an undivided node in its frame.
 template <Scalar S>
-void RayBundles<S>::store(const RayBatch<S>& rays, const RayBundle<S>& bundle) {
-  if (!bundle.is_narrow) return;
-  for (std::size_t k = bundle.first; k < bundle.first + bundle.count; ++k) {
+void RayTree<S>::store(const RayBatch<S>& rays, const RayTreeNode<S>& node) {
+  if (!node.is_narrow) return;
+  for (std::size_t k = node.first; k < node.first + node.count; ++k) {
     const std::size_t i = order_[k];
-    const Vec3<S> start = bundle.axes * (rays[i].origin - bundle.center);
-    const Vec3<S> direction = bundle.axes * rays[i].direction;
+    const Vec3<S> start = node.axes * (rays[i].origin - node.center);
+    const Vec3<S> direction = node.axes * rays[i].direction;
     const Vec3<S> end = start + rays.length[i] * direction;
     lines_.slope_x[k] = direction.x() / direction.z();
     lines_.slope_y[k] = direction.y() / direction.z();
@@ -7025,50 +6994,39 @@ void RayBundles<S>::store(const RayBatch<S>& rays, const RayBundle<S>& bundle) {
     lines_.start[k] = start.z();
     lines_.stretch[k] = S(1) / direction.z();
     lines_.length[k] = rays.length[i];
-    block_boxes_[k / block_size].include(start);
-    block_boxes_[k / block_size].include(end);
+    packet_boxes_[k / packet_size].include(start);
+    packet_boxes_[k / packet_size].include(end);
   }
 }
 
-/// Finds the blocks whose rays follow each other.
+/// Finds the packets whose rays follow each other.
 template <Scalar S>
-void RayBundles<S>::find_order() {
-  is_in_order_.assign(block_boxes_.size(), 0);
-  for (std::size_t first = 0; first + block_size <= size(); first += block_size) {
-    const auto block = order_.begin() + static_cast<std::ptrdiff_t>(first);
+void RayTree<S>::find_order() {
+  is_in_order_.assign(packet_boxes_.size(), 0);
+  for (std::size_t first = 0; first + packet_size <= size(); first += packet_size) {
+    const auto packet = order_.begin() + static_cast<std::ptrdiff_t>(first);
     const auto gap =
-        std::adjacent_find(block, block + block_size, [](auto a, auto b) { return b != a + 1; });
-    is_in_order_[first / block_size] = gap == block + block_size ? 1 : 0;
+        std::adjacent_find(packet, packet + packet_size, [](auto a, auto b) { return b != a + 1; });
+    is_in_order_[first / packet_size] = gap == packet + packet_size ? 1 : 0;
   }
 }
 
-/// The highest bundles that are small enough. Each stands before those it is divided into.
+/// The highest nodes that are small enough. Each stands before those it is divided into.
 template <Scalar S>
-void RayBundles<S>::cut_slices() {
-  for (const RayBundle<S>& bundle : bundles_) {
-    const std::uint32_t cut = slices_.empty() ? 0 : slices_.back().end;
-    if (bundle.first < cut || (bundle.is_divided() && bundle.count > slice_size)) continue;
-    slices_.push_back({bundle.first, bundle.first + bundle.count});
+void RayTree<S>::cut_ranges() {
+  for (const RayTreeNode<S>& node : nodes_) {
+    const std::uint32_t cut = ranges_.empty() ? 0 : ranges_.back().end;
+    if (node.first < cut || (node.is_divided() && node.count > range_size)) continue;
+    ranges_.push_back({node.first, node.first + node.count});
   }
-  static_assert(bundle_size % ray_run_size == 0);  // So that all slices begin with a run.
-  has_runs_in_slices_ = std::all_of(slices_.begin(), slices_.end(), [this](RaySlice slice) {
-    const auto is_in = [slice](std::uint32_t ray) { return slice.first <= ray && ray < slice.end; };
-    return std::all_of(order_.begin() + slice.first, order_.begin() + slice.end, is_in);
+  static_assert(leaf_size % packet_size == 0);  // So that all ranges begin with a packet.
+  has_packets_in_ranges_ = std::all_of(ranges_.begin(), ranges_.end(), [this](RayRange range) {
+    const auto is_in = [range](std::uint32_t ray) { return range.first <= ray && ray < range.end; };
+    return std::all_of(order_.begin() + range.first, order_.begin() + range.end, is_in);
   });
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/sensors/kept_hits.hpp
-
-/// @file
-/// Hits of rays that are kept for a while: what was met moves on as a plane on its body.
-///
-/// Between two castings a surface is taken for its tangent plane where the ray met it, which is
-/// exact within flat faces and leaves d^2 / 2R of a surface of radius R after a slide by d. How far
-/// bodies may move before rays are cast anew is bounded (`KeptShape::covers`). Planes have no
-/// edges: what comes over a sensor from the side, or leaves it, does so at the next casting.
-// SPDX-License-Identifier: BSD-3-Clause
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/sensors/law.hpp
 
@@ -7085,13 +7043,13 @@ void RayBundles<S>::cut_slices() {
 /// (T = Pack<S>).
 // SPDX-License-Identifier: BSD-3-Clause
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// [1] Depth e_N of a hit at `distance` [m] along a ray of length L, given as 1 / L [1/m]: 0 just
 /// touching, 1 fully pressed, negative for a surface beyond the ray's end (Eq. 4 with sign and end
 /// corrected).
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE T sensor_depth(T distance, T inverse_length) {
+[[nodiscard]] BRISTLE_FORCE_INLINE T sensor_depth(T distance, T inverse_length) {
   return ScalarOf<T>(1) - distance * inverse_length;
 }
 
@@ -7103,25 +7061,27 @@ inline constexpr S grazing_cosine = S(-0.1);
 /// Gradient g = m / (m . n) of the depth times the ray's length: d e_N / dt = g . v / L. Equals n
 /// where the surface faces the ray, and g . n = 1 always.
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> depth_gradient(const Vector3<T>& m, T cosine) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> depth_gradient(const Vector3<T>& m, T cosine) {
   return T(ScalarOf<T>(1) / cosine) * m;
 }
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> depth_gradient(const Vector3<T>& n, const Vector3<T>& m) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> depth_gradient(const Vector3<T>& n,
+                                                             const Vector3<T>& m) {
   return depth_gradient<T>(m, T(dot(m, n)));
 }
 
 /// [N] Normal force F_N of Eq. 3 from depth e_N [1] and its rate [1/s]; never adhesive.
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE T normal_force(const SensorParameters<T>& p, T depth, T rate) {
+[[nodiscard]] BRISTLE_FORCE_INLINE T normal_force(const SensorParameters<T>& p, T depth, T rate) {
   const T force = p.normal_stiffness * depth + p.normal_damping * rate;
   return select(force > T(0), force, T(0));
 }
 
 /// [N/m] Stiffness k_t of the bristle against stretch (Eq. 1 or Eq. 11).
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE T bristle_stiffness(const SensorParameters<T>& p,
-                                                 FrictionScaling scaling, T normal_force, T depth) {
+[[nodiscard]] BRISTLE_FORCE_INLINE T bristle_stiffness(const SensorParameters<T>& p,
+                                                       FrictionScaling scaling, T normal_force,
+                                                       T depth) {
   switch (scaling) {
     case FrictionScaling::normal_force:
       return p.static_friction * normal_force;
@@ -7135,13 +7095,13 @@ template <Value T>
 
 /// Part of `a` across the unit vector n.
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> tangential(const Vector3<T>& a, const Vector3<T>& n) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> tangential(const Vector3<T>& a, const Vector3<T>& n) {
   return a - dot(n, a) * n;
 }
 
 /// [m] A stretch that lets go at each multiple of `sigma` and keeps the remainder.
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> wrapped(const Vector3<T>& stretch, T sigma) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> wrapped(const Vector3<T>& stretch, T sigma) {
   using std::fmod;
   using std::sqrt;
   const T size = sqrt(dot(stretch, stretch));
@@ -7152,7 +7112,7 @@ template <Value T>
 
 /// [m] A stretch cut to at most `sigma`.
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> clipped(const Vector3<T>& stretch, T sigma) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> clipped(const Vector3<T>& stretch, T sigma) {
   using std::sqrt;
   const T size = sqrt(dot(stretch, stretch));
   const Truth<T> is_over = size > sigma;
@@ -7162,12 +7122,12 @@ template <Value T>
 
 /// What a stretch becomes under a reset rule; unchanged while it is at most sigma_a (Eq. 2).
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> after_reset(const Vector3<T>& stretch, T sigma,
-                                                    SlipReset reset) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> after_reset(const Vector3<T>& stretch, T sigma,
+                                                          SlipReset reset) {
   return reset == SlipReset::drag ? clipped<T>(stretch, sigma) : wrapped<T>(stretch, sigma);
 }
 
-/// Where a bristle is rooted: one point on each body.
+/// Where a bristle is anchored: one point on each body.
 template <Value T>
 struct Anchor {
   /// [m] Root on A, from A's centre of mass, in A's axes (Q_C^A).
@@ -7195,39 +7155,40 @@ template <Scalar S>
 /// [m] Stretch e_T of a bristle: how far its root on A has moved from its root on B, across n. In
 /// A's axes, as n.
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> anchor_stretch(const Anchor<T>& anchor,
-                                                       const PairPose<ScalarOf<T>>& pair,
-                                                       const Vector3<T>& n) {
-  return tangential<T>(anchor.q_A - pair.R_AB * anchor.q_B - spread<T>(pair.p_AB), n);
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> anchor_stretch(const Anchor<T>& anchor,
+                                                             const PairPose<ScalarOf<T>>& pair,
+                                                             const Vector3<T>& n) {
+  return tangential<T>(anchor.q_A - pair.R_AB * anchor.q_B - broadcast<T>(pair.p_AB), n);
 }
 
 /// Roots a bristle at P with a given stretch.
 /// @param r_A  [m] From A's centre of mass to P, in A's axes.
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE Anchor<T> rooted(const PairPose<ScalarOf<T>>& pair,
-                                              const Vector3<T>& r_A, const Vector3<T>& stretch) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Anchor<T> anchored(const PairPose<ScalarOf<T>>& pair,
+                                                      const Vector3<T>& r_A,
+                                                      const Vector3<T>& stretch) {
   const Mat3<ScalarOf<T>> R_BA = pair.R_AB.transpose();
-  return {r_A, R_BA * Vector3<T>(r_A - spread<T>(pair.p_AB) - stretch)};
+  return {r_A, R_BA * Vector3<T>(r_A - broadcast<T>(pair.p_AB) - stretch)};
 }
 
 /// The part of `advance_anchor` that follows once the stretch is known.
 ///
 /// @param[in,out] stretch  [m] e_T: as `anchor_stretch` has it; what it is after the reset rule,
 /// and
-///                         zero where the bristle is rooted newly.
+///                         zero where the bristle is anchored newly.
 template <Value T>
-BRISTLE_INLINE void root_where_needed(Anchor<T>& anchor, const Truth<T>& is_anchored,
-                                      Vector3<T>& stretch, const PairPose<ScalarOf<T>>& pair,
-                                      const Vector3<T>& r_A, T sigma, SlipReset reset,
-                                      Truth<T>& did_slip) {
+BRISTLE_FORCE_INLINE void root_where_needed(Anchor<T>& anchor, const Truth<T>& is_anchored,
+                                            Vector3<T>& stretch, const PairPose<ScalarOf<T>>& pair,
+                                            const Vector3<T>& r_A, T sigma, SlipReset reset,
+                                            Truth<T>& did_slip) {
   const Truth<T> is_within = dot(stretch, stretch) <= sigma * sigma;
   const Truth<T> is_kept = is_anchored & is_within;
   did_slip = is_anchored & !is_within;
   if (all(is_kept)) return;
-  // What is rooted nowhere may be stretched by anything, and must not cost the others their ease.
+  // What is anchored nowhere may be stretched by anything, and must not cost the others their ease.
   const Vector3<T> held = select(is_anchored, stretch, zero_vector<T>());
   stretch = select(is_anchored, after_reset<T>(held, sigma, reset), zero_vector<T>());
-  const Anchor<T> moved = rooted<T>(pair, r_A, stretch);
+  const Anchor<T> moved = anchored<T>(pair, r_A, stretch);
   anchor.q_A = select(is_kept, anchor.q_A, moved.q_A);
   anchor.q_B = select(is_kept, anchor.q_B, moved.q_B);
 }
@@ -7235,11 +7196,11 @@ BRISTLE_INLINE void root_where_needed(Anchor<T>& anchor, const Truth<T>& is_anch
 /// Algorithm 1 with its gaps closed, once per sensor and step, before forces: roots the bristle on
 /// first touch, keeps it while its stretch is at most sigma_a, and applies the reset rule beyond.
 ///
-/// @param is_anchored  Whether `anchor` is rooted in this same body B.
+/// @param is_anchored  Whether `anchor` is anchored in this same body B.
 /// @param[out] did_slip  Whether the reset rule was applied.
 /// @return [m] The stretch e_T after all that.
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> advance_anchor(
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> advance_anchor(
     Anchor<T>& anchor, const Truth<T>& is_anchored, const PairPose<ScalarOf<T>>& pair,
     const Vector3<T>& n, const Vector3<T>& r_A, T sigma, SlipReset reset, Truth<T>& did_slip) {
   Vector3<T> stretch = anchor_stretch(anchor, pair, n);
@@ -7258,7 +7219,7 @@ struct SensorForce {
   Vector3<T> shear = zero_vector<T>();
 
   /// [N] Eq. 9: everything, on B.
-  [[nodiscard]] BRISTLE_INLINE Vector3<T> total() const { return normal_vector + shear; }
+  [[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> total() const { return normal_vector + shear; }
 };
 
 /// One sensor's hit, as the law needs it.
@@ -7284,11 +7245,11 @@ struct SensorContact {
 ///                 one sigma_a within it (release only) counts with its mean stretch, sigma_a / 2
 ///                 along the slip; otherwise friction would alias with the step.
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE SensorForce<T> sensor_force(const SensorParameters<T>& p,
-                                                         const LawOptions& options,
-                                                         const SensorContact<T>& c,
-                                                         const Vector3<T>& stretch,
-                                                         ScalarOf<T> dt) {
+[[nodiscard]] BRISTLE_FORCE_INLINE SensorForce<T> sensor_force(const SensorParameters<T>& p,
+                                                               const LawOptions& options,
+                                                               const SensorContact<T>& c,
+                                                               const Vector3<T>& stretch,
+                                                               ScalarOf<T> dt) {
   using std::sqrt;
   SensorForce<T> f;
   f.normal = normal_force(p, c.depth, T(dot(c.g, c.v) * c.inverse_length));
@@ -7314,81 +7275,23 @@ template <Value T>
   return f;
 }
 
-/// What one sensor remembers from step to step.
-template <Scalar S>
-struct SensorMemory {
-  /// [-] Whether the bristle is rooted.
-  bool is_anchored = false;
-  /// Its roots.
-  Anchor<S> anchor{};
-};
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
-/// Pose and motion of a body about its centre of mass.
-template <Scalar S>
-struct BodyMotion {
-  /// [m] Axes of the body, centre of mass, in the world.
-  Transform<S> pose{};
-  /// [m/s, rad/s] Velocity about the centre of mass, world axes.
-  Twist<S> twist{};
-};
-
-/// One resistive sensor that met one body.
-template <Scalar S>
-struct SensorRay {
-  /// [m] Start of the ray from A's centre of mass, in A's axes.
-  Vec3<S> p_AStart = Vec3<S>::Zero();
-  /// [1] Unit direction, out of A, in A's axes.
-  Vec3<S> d_A = Vec3<S>::UnitX();
-  /// [m] Length, > 0.
-  S length = S(0.01);
-};
-
-/// Wrench of one sensor on its own body A about A's centre of mass, in world axes, and its new
-/// memory: the whole law for one sensor, for embedding by hand and for reading. Patches run the
-/// same functions over arrays.
-///
-/// @param distance  [m] Where along the ray B was hit; infinite or >= length when it was not.
-/// @param m         [1] Outward unit normal of B there, world axes.
-/// @param B         The body that was hit. Its wrench is `-wrench` about A's centre of mass.
-/// @param dt        [s] Step length, > 0.
-/// @return Exactly zero without a hit; the memory is then cleared, so a new touch starts
-/// unstretched.
-template <Scalar S>
-[[nodiscard]] Wrench<S> sensor_wrench(const SensorParameters<S>& p, const LawOptions& options,
-                                      const SensorRay<S>& ray, S distance, const Vec3<S>& m,
-                                      const BodyMotion<S>& A, const BodyMotion<S>& B, S dt,
-                                      SensorMemory<S>& memory) {
-  const Quat<S> into_A = A.pose.rotation.conjugate();
-  const Vec3<S> m_A = into_A * m;
-  if (!(distance < ray.length) || !(m_A.dot(ray.d_A) <= grazing_cosine<S>)) {
-    memory.is_anchored = false;
-    return {};
-  }
-  const PairPose<S> pair = pair_pose(A.pose, B.pose);
-  const Vec3<S> r_A = ray.p_AStart + distance * ray.d_A;
-  const Vec3<S> r_W = A.pose.rotate(r_A);
-  const S inverse_length = S(1) / ray.length;
-  const SensorContact<S> contact{
-      sensor_depth(distance, inverse_length), inverse_length, ray.d_A,
-      depth_gradient<S>(ray.d_A, m_A),
-      into_A * (A.twist.at(r_W) - B.twist.at(r_W - (B.pose.translation - A.pose.translation)))};
-  bool did_slip = false;
-  const Vec3<S> stretch = advance_anchor<S>(memory.anchor, memory.is_anchored, pair, ray.d_A, r_A,
-                                            p.breakaway_distance, options.reset, did_slip);
-  memory.is_anchored = true;
-  return Wrench<S>::at(r_W, -A.pose.rotate(sensor_force(p, options, contact, stretch, dt).total()));
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/sensors/sensor_tiles.hpp
+// === bristle/sensors/packet_boxes.hpp
 
 /// @file
-/// Sensors and their contacts, sixteen to a tile: arrays that registers are loaded from.
+/// Boxes around the rays of a patch, packet by packet: which of its sensors a small body can be
+/// near.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/sensors/sensor_packets.hpp
+
+/// @file
+/// Sensors and their contacts, sixteen to a packet: arrays that registers are loaded from.
 ///
-/// A tile is a structure of short arrays, one entry a sensor. What a kernel reads of one sensor
+/// A packet is a structure of short arrays, one entry a sensor. What a kernel reads of one sensor
 /// lies within a few pages, aligned, and in the order in which it is read; long separate arrays
-/// would be thirty streams. Sixteen lanes are the widest register there is: tiles look the same
+/// would be thirty streams. Sixteen lanes are the widest register there is: packets look the same
 /// whatever a file is compiled for. Which lanes take part is a word of bits.
 ///
 /// All vectors are in A's axes, the body of the patch, in which rays stand still.
@@ -7399,54 +7302,52 @@ template <Scalar S>
 #include <cstddef>
 #include <cstdint>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// [-] Sensors of a tile.
-inline constexpr std::size_t tile_size = 16;
-
-/// [-] Tiles of a slice at most: sums over a patch are sums of slices' sums (`sum_in_slices`). A
-/// sweep over 512 sensors takes about a microsecond, beside which starting and adding up a slice is
+/// [-] Packets of a range at most: sums over a patch are sums of ranges' sums (`sum_in_ranges`). A
+/// sweep over 512 sensors takes about a microsecond, beside which starting and adding up a range is
 /// little.
-inline constexpr std::size_t slice_tiles = 32;
-/// [-] Slices from which on threads share a sweep: less would be done before the first has heard
+inline constexpr std::size_t range_packets = 32;
+/// [-] Ranges from which on threads share a sweep: less would be done before the first has heard
 /// of it.
-inline constexpr std::size_t fewest_shared_slices = 8;
+inline constexpr std::size_t fewest_shared_ranges = 8;
 
-/// [-] In how many slices so many tiles are cut, at most. Those that threads share are a multiple
-/// of four, so that two and four threads have the same number each: one slice more is a tenth of a
-/// sweep over 5000 sensors. Above 28 slices sizes are rounded up to so few tiles that there may be
-/// a few slices less, which is little then.
-[[nodiscard]] constexpr std::size_t slice_count(std::size_t tiles) {
-  const std::size_t fewest = (tiles + slice_tiles - 1) / slice_tiles;
-  return fewest < fewest_shared_slices ? fewest : (fewest + 3) / 4 * 4;
+/// [-] In how many ranges so many packets are cut, at most. Those that threads share are a multiple
+/// of four, so that two and four threads have the same number each: one range more is a tenth of a
+/// sweep over 5000 sensors. Above 28 ranges sizes are rounded up to so few packets that there may
+/// be a few ranges less, which is little then.
+[[nodiscard]] constexpr std::size_t range_count(std::size_t packets) {
+  const std::size_t fewest = (packets + range_packets - 1) / range_packets;
+  return fewest < fewest_shared_ranges ? fewest : (fewest + 3) / 4 * 4;
 }
-/// [-] Tiles of each of them but the last, which may have less.
-[[nodiscard]] constexpr std::size_t tiles_per_slice(std::size_t tiles) {
-  const std::size_t fewest = (tiles + slice_tiles - 1) / slice_tiles;
-  return fewest < fewest_shared_slices ? slice_tiles
-                                       : (tiles + slice_count(tiles) - 1) / slice_count(tiles);
+/// [-] Packets of each of them but the last, which may have less.
+[[nodiscard]] constexpr std::size_t packets_per_range(std::size_t packets) {
+  const std::size_t fewest = (packets + range_packets - 1) / range_packets;
+  return fewest < fewest_shared_ranges
+             ? range_packets
+             : (packets + range_count(packets) - 1) / range_count(packets);
 }
 
-/// One entry for each sensor of a tile.
+/// One entry for each sensor of a packet.
 template <typename T>
-using Row = std::array<T, tile_size>;
+using Row = std::array<T, packet_size>;
 
-/// Lane bits of a tile: bit i is its sensor i.
+/// Lane bits of a packet: bit i is its sensor i.
 using LaneBits = std::uint16_t;
 
 /// A body as one number, to be compared in lanes.
-[[nodiscard]] inline std::uint64_t root_key(BodyId id) {
+[[nodiscard]] inline std::uint64_t anchor_key(BodyId id) {
   return std::uint64_t(id.generation) << 32 | id.index;
 }
 
 /// Which of the sixteen items from `first` on equal `value`. Quick where all do.
 template <typename T>
-[[nodiscard]] BRISTLE_INLINE LaneBits equal_lanes(const T* first, T value) {
+[[nodiscard]] BRISTLE_FORCE_INLINE LaneBits equal_lanes(const T* first, T value) {
   T difference = 0;
-  for (std::uint32_t i = 0; i < tile_size; ++i) difference |= first[i] ^ value;
+  for (std::uint32_t i = 0; i < packet_size; ++i) difference |= first[i] ^ value;
   if (difference == 0) return 0xffffu;
   std::uint32_t bits = 0;
-  for (std::uint32_t i = 0; i < tile_size; ++i) bits |= first[i] == value ? 1u << i : 0u;
+  for (std::uint32_t i = 0; i < packet_size; ++i) bits |= first[i] == value ? 1u << i : 0u;
   return static_cast<LaneBits>(bits);
 }
 
@@ -7463,9 +7364,9 @@ struct Row3 {
   }
 };
 
-/// In which bodies the bristles of a tile are rooted (`root_key`). Mostly in one, so that sixteen
-/// keys need not be looked at.
-struct RootBodies {
+/// In which bodies the bristles of a packet are anchored (`anchor_key`). Mostly in one, so that
+/// sixteen keys need not be looked at.
+struct AnchorBodies {
   /// That of all lanes, or `several`: each its own.
   std::uint64_t common = several;
   Row<std::uint64_t> own{};
@@ -7476,7 +7377,7 @@ struct RootBodies {
     return common == several ? own[i] : common;
   }
   /// Lanes whose key is `key`.
-  [[nodiscard]] BRISTLE_INLINE LaneBits lanes_in(std::uint64_t key) const {
+  [[nodiscard]] BRISTLE_FORCE_INLINE LaneBits lanes_in(std::uint64_t key) const {
     if (common == several) return equal_lanes(own.data(), key);
     return common == key ? 0xffffu : 0u;
   }
@@ -7496,16 +7397,16 @@ struct RootBodies {
 
 /// Sixteen sensors of a patch, and what their bristles remember.
 template <Scalar S>
-struct alignas(64) SensorTile {
+struct alignas(64) SensorPacket {
   /// [m] Starts of the rays from A's centre of mass; [1] unit directions and their first tangents
   /// (`tangent_basis`); [1/m] inverse lengths.
   Row3<S> start{}, direction{}, tangent{};
   Row<S> inverse_length{};
   /// [m] Roots of the bristles on A in A's axes, on B in B's.
-  Row3<S> root_a{}, root_b{};
-  /// Whether they are rooted, and in which bodies.
-  LaneBits is_rooted = 0;
-  RootBodies rooted_in{};
+  Row3<S> anchor_a{}, anchor_b{};
+  /// Whether they are anchored, and in which bodies.
+  LaneBits is_anchored = 0;
+  AnchorBodies anchored_on{};
 };
 
 /// The contacts of up to sixteen neighbouring sensors with one body in one step: how their bristles
@@ -7513,9 +7414,9 @@ struct alignas(64) SensorTile {
 /// (patch_touch.hpp), but for linear models that were moved to another motion. Lanes without
 /// contact hold anything. See `PatchContact` for what the rows mean.
 template <Scalar S>
-struct alignas(64) ContactTile {
+struct alignas(64) ContactPacket {
   /// Leaves the rows as they are: every kernel writes the rows that the next ones read.
-  ContactTile() {}  // NOLINT(modernize-use-equals-default): that would clear them.
+  ContactPacket() {}  // NOLINT(modernize-use-equals-default): that would clear them.
 
   Row3<S> stretch;
   Row3<S> impulse;
@@ -7528,8 +7429,8 @@ struct alignas(64) ContactTile {
   Row3<S> along, last_slip;
   Row<S> a_along;
 
-  /// [-] Number of the tile of sensors.
-  std::uint32_t tile = 0;
+  /// [-] Number of the packet of sensors.
+  std::uint32_t packet = 0;
   /// Which lanes have a contact; which of these touch, slip, and, as the last pass that had another
   /// solve left saw them, push and slip damped.
   LaneBits is_met = 0;
@@ -7538,54 +7439,215 @@ struct alignas(64) ContactTile {
   LaneBits is_slipping = 0;
   LaneBits is_damping_slip = 0;
 
-  /// Becomes that of sensor tile `number`, without a contact.
+  /// Becomes that of sensor packet `number`, without a contact.
   void begin(std::uint32_t number) {
-    tile = number;
+    packet = number;
     is_met = is_touching = is_pushing = is_slipping = is_damping_slip = 0;
   }
 };
-
-namespace detail {
 
 /// [-] The bits of a full pack.
 template <Scalar S>
 inline constexpr std::uint32_t full_pack = (1u << lanes<S>)-1u;
 
-/// Lanes [at, at + lanes) of a tile's bits, as bits of a pack.
+/// Lanes [at, at + lanes) of a packet's bits, as bits of a pack.
 template <Scalar S>
-[[nodiscard]] BRISTLE_INLINE std::uint32_t pack_bits(LaneBits bits, std::size_t at) {
+[[nodiscard]] BRISTLE_FORCE_INLINE std::uint32_t pack_bits(LaneBits bits, std::size_t at) {
   return (static_cast<std::uint32_t>(bits) >> at) & full_pack<S>;
 }
 template <Scalar S>
-[[nodiscard]] BRISTLE_INLINE Mask<S> load_mask(LaneBits bits, std::size_t at) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Mask<S> load_mask(LaneBits bits, std::size_t at) {
   return Mask<S>::from_bits(pack_bits<S>(bits, at));
 }
-/// Puts a pack's bits in their place among those of a tile.
+/// Puts a pack's bits in their place among those of a packet.
 template <Scalar S>
-BRISTLE_INLINE void store_mask(LaneBits& bits, std::size_t at, const Mask<S>& mask) {
-  bits = static_cast<LaneBits>((bits & ~(full_pack<S> << at)) | (bristle::bits(mask) << at));
+BRISTLE_FORCE_INLINE void store_mask(LaneBits& bits, std::size_t at, const Mask<S>& mask) {
+  bits = static_cast<LaneBits>((bits & ~(full_pack<S> << at)) | (detail::bits(mask) << at));
 }
 
 template <Scalar S>
-[[nodiscard]] BRISTLE_INLINE Pack<S> load_pack(const Row<S>& row, std::size_t at) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Pack<S> load_pack(const Row<S>& row, std::size_t at) {
   return Pack<S>::load(row.data() + at);
 }
 template <Scalar S>
-[[nodiscard]] BRISTLE_INLINE Pack3<S> load_pack(const Row3<S>& row, std::size_t at) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Pack3<S> load_pack(const Row3<S>& row, std::size_t at) {
   return Pack3<S>::load(row.x.data() + at, row.y.data() + at, row.z.data() + at);
 }
 template <Scalar S>
-BRISTLE_INLINE void store_pack(Row<S>& row, std::size_t at, const Pack<S>& value) {
+BRISTLE_FORCE_INLINE void store_pack(Row<S>& row, std::size_t at, const Pack<S>& value) {
   value.store(row.data() + at);
 }
 template <Scalar S>
-BRISTLE_INLINE void store_pack(Row3<S>& row, std::size_t at, const Pack3<S>& value) {
+BRISTLE_FORCE_INLINE void store_pack(Row3<S>& row, std::size_t at, const Pack3<S>& value) {
   value.store(row.x.data() + at, row.y.data() + at, row.z.data() + at);
 }
 
-}  // namespace detail
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// One box for each packet and one for each group of packets, in A's axes from A's centre of mass.
+///
+/// Packets are sensors that follow each other in their layout: the better neighbours stand beside
+/// each other there, the fewer sensors are looked at.
+template <Scalar S>
+class PacketBoxes {
+ public:
+  /// [-] Packets of a group.
+  static constexpr std::size_t group_size = packet_size;
+
+  PacketBoxes() = default;
+  explicit PacketBoxes(const RayBatch<S>& rays)
+      : packets_((rays.size() + packet_size - 1) / packet_size),
+        groups_((packets_ + group_size - 1) / group_size),
+        packet_boxes_(groups_),
+        group_boxes_((groups_ + group_size - 1) / group_size) {
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      const Ray<S> ray = rays[i];
+      const Vec3<S> end = ray.origin + ray.length * ray.direction;
+      const std::size_t packet = i / packet_size;
+      const std::size_t group = packet / group_size;
+      for (const Vec3<S>& point : {ray.origin, end}) {
+        packet_boxes_[group].include(packet % group_size, point);
+        group_boxes_[group / group_size].include(group % group_size, point);
+      }
+    }
+    if (!packet_boxes_.empty()) packet_boxes_.back().fill_up(packets_);
+    if (!group_boxes_.empty()) group_boxes_.back().fill_up(groups_);
+  }
+
+  /// Makes `packets` the numbers of those whose boxes are near, ascending.
+  /// @param is_near  Callable: Mask<S> is_near(lower, upper) of the corners of some boxes as
+  ///                 `Pack3`s. Must be true of a box around a box of which it is true.
+  template <typename IsNear>
+  void find(IsNear&& is_near, std::vector<std::uint32_t>& packets) const {
+    packets.resize(packets_);
+    auto next = packets.begin();
+    for (std::size_t row = 0; row < group_boxes_.size(); ++row) {
+      for_each_near(group_boxes_[row], groups_, row * group_size, is_near, [&](std::size_t group) {
+        for_each_near(packet_boxes_[group], packets_, group * group_size, is_near,
+                      [&](std::size_t packet) { *next++ = static_cast<std::uint32_t>(packet); });
+      });
+    }
+    packets.erase(next, packets.end());
+  }
+
+ private:
+  /// The boxes of a group, side by side.
+  struct BoxRow {
+    Row3<S> lower, upper;
+
+    BoxRow() {
+      for (std::size_t i = 0; i < group_size; ++i) {
+        lower.set(i, Vec3<S>::Constant(infinity<S>));
+        upper.set(i, Vec3<S>::Constant(-infinity<S>));
+      }
+    }
+    void include(std::size_t i, const Vec3<S>& point) {
+      lower.set(i, lower[i].cwiseMin(point));
+      upper.set(i, upper[i].cwiseMax(point));
+    }
+    /// Gives the last of all rows numbers behind the last of `count` boxes: infinities would raise
+    /// exceptions of arithmetic.
+    void fill_up(std::size_t count) {
+      for (std::size_t i = (count - 1) % group_size + 1; i < group_size; ++i) {
+        lower.set(i, Vec3<S>::Zero());
+        upper.set(i, Vec3<S>::Zero());
+      }
+    }
+  };
+
+  /// Calls visit(number) for the near boxes of a row, of which the first has the number `first`.
+  /// @param count  [-] Boxes of all rows.
+  template <typename IsNear, typename Visit>
+  static void for_each_near(const BoxRow& row, std::size_t count, std::size_t first,
+                            IsNear&& is_near, Visit&& visit) {
+    std::uint32_t near = 0;
+    for (std::size_t at = 0; at < group_size; at += lanes<S>) {
+      near |= bits(is_near(load_pack(row.lower, at), load_pack(row.upper, at))) << at;
+    }
+    near &= (std::uint32_t(1) << std::min(count - first, group_size)) - 1;
+    if (near == first_bits(group_size)) {
+      // In the midst of what is near, where no number has to wait for the bits of another.
+      for (std::size_t i = 0; i < group_size; ++i) visit(first + i);
+      return;
+    }
+    for (; near != 0; near &= near - 1) {
+      visit(first + static_cast<std::size_t>(std::countr_zero(near)));
+    }
+  }
+
+  std::size_t packets_ = 0;
+  std::size_t groups_ = 0;
+  std::vector<BoxRow> packet_boxes_, group_boxes_;
+};
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+// === bristle/sensors/patch_def.hpp
+
+/// @file
+/// Describes a patch: where its sensors are, their constants, and which law they follow.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstdint>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+struct PatchTag;
+/// Names a patch of a world.
+using PatchId = Id<PatchTag>;
+
+/// Describes a patch to `World::add_patch`.
+template <Scalar S>
+struct PatchDef {
+  /// [m] Where the sensors are, in the body frame.
+  SensorLayout<S> sensors{};
+  /// [-] Constants that all sensors share.
+  SensorParameters<S> parameters{};
+  /// [-] Constants of each sensor instead, in the order of the layout; empty to share.
+  std::vector<SensorParameters<S>> per_sensor{};
+  /// [-] How the forces enter the step.
+  Integration integration = Integration::automatic;
+  /// [-] Readings of the law.
+  LawOptions options{};
+  /// [1] Below this Lambda, the stability measure of docs/sensors.md (4 is the limit of a single
+  /// mode), `automatic` integrates explicitly. 0: never.
+  S explicit_below = S(0.5);
+  /// [-] Categories of bodies the sensors see; their collision masks do not matter to sensors.
+  std::uint32_t sense_mask = 0xffffffffu;
+  /// [-] Bodies the sensors never see, besides their own.
+  std::vector<BodyId> excluded{};
+  /// [-] Accepts rays that end inside their own body. `World::add_patch` refuses them otherwise:
+  /// the end of a ray must lie outside of all shapes that the body has then. A ray that never
+  /// leaves its body feels what comes through the body, and presses the body towards that.
+  bool may_point_inwards = false;
+  /// [-] Rays are cast in every so many-th step, >= 1; in the steps between, and in all of them the
+  /// law is evaluated, the surfaces met move on as planes (docs/sensors.md, section 8). Patches
+  /// take turns by their slots. Rays are cast sooner when another shape
+  /// comes into reach, or bodies have moved by a quarter of the shortest ray.
+  std::uint32_t cast_every = 1;
+};
 
 }  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/sensors/plane_cache.hpp
+
+/// @file
+/// Hits of rays that are kept for a while: what was met moves on as a plane on its body.
+///
+/// Between two castings a surface is taken for its tangent plane where the ray met it, which is
+/// exact within flat faces and leaves d^2 / 2R of a surface of radius R after a slide by d. How far
+/// bodies may move before rays are cast anew is bounded (`PlaneCacheShape::covers`). Planes have no
+/// edges: what comes over a sensor from the side, or leaves it, does so at the next casting.
+// SPDX-License-Identifier: BSD-3-Clause
 
 #include <algorithm>
 #include <cmath>
@@ -7593,13 +7655,13 @@ BRISTLE_INLINE void store_pack(Row3<S>& row, std::size_t at, const Pack3<S>& val
 #include <cstdint>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// The planes that the sensors of a tile met.
+/// The planes that the sensors of a packet met.
 template <Scalar S>
-struct KeptTile {
-  /// [-] Number of the tile, and which of its sensors met anything.
-  std::uint32_t tile = 0;
+struct PlaneCachePacket {
+  /// [-] Number of the packet, and which of its sensors met anything.
+  std::uint32_t packet = 0;
   LaneBits is_hit = 0;
   /// [m], [1] Point and outward normal, from the centre of mass of the body met, in its axes.
   Row3<S> point, normal;
@@ -7609,7 +7671,7 @@ struct KeptTile {
 
 /// A shape that was in reach when the rays were cast.
 template <Scalar S>
-struct KeptShape {
+struct PlaneCacheShape {
   std::uint32_t tag = 0;
   std::uint32_t generation = 0;
   /// Where its body B was.
@@ -7633,16 +7695,16 @@ struct KeptShape {
 
 /// What the rays of a patch met when they were cast last. Empty: they have to be cast.
 template <Scalar S>
-struct KeptHits {
-  std::vector<KeptShape<S>> shapes;
-  std::vector<KeptTile<S>> tiles;
+struct PlaneCache {
+  std::vector<PlaneCacheShape<S>> shapes;
+  std::vector<PlaneCachePacket<S>> packets;
 
   void clear() {
     shapes.clear();
-    tiles.clear();
+    packets.clear();
   }
 
-  /// Keeps the hits of the near tiles, which are of `shapes`.
+  /// Keeps the hits of the near packets, which are of `shapes`.
   template <typename Patch>
   void keep(const Patch& patch);
 
@@ -7655,15 +7717,14 @@ struct KeptHits {
 
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
-
 /// Puts the distances of the planes of a pack into `hits`, where they are within reach.
 template <Scalar S>
-BRISTLE_INLINE void advance_pack(const SensorTile<S>& sensors, const KeptTile<S>& kept,
-                                 std::size_t at, const Mask<S>& is_of_shape,
-                                 const PairPose<S>& pose, S extra_length, RayHits<S>& hits) {
+BRISTLE_FORCE_INLINE void advance_pack(const SensorPacket<S>& sensors,
+                                       const PlaneCachePacket<S>& kept, std::size_t at,
+                                       const Mask<S>& is_of_shape, const PairPose<S>& pose,
+                                       S extra_length, RayHits<S>& hits) {
   using T = Pack<S>;
-  const std::size_t first = kept.tile * tile_size + at;
+  const std::size_t first = kept.packet * packet_size + at;
   const Pack3<S> n = load_pack(sensors.direction, at);
   const Pack3<S> m = pose.R_AB * load_pack(kept.normal, at);
   const Pack3<S> point = pose.R_AB * load_pack(kept.point, at) + Pack3<S>::all(pose.p_AB);
@@ -7686,11 +7747,12 @@ BRISTLE_INLINE void advance_pack(const SensorTile<S>& sensors, const KeptTile<S>
 /// Puts the planes that a pack of sensors met on one body into `kept`.
 /// @return Whether a ray starts inside.
 template <Scalar S>
-BRISTLE_INLINE bool keep_pack(const SensorTile<S>& sensors, const RayHits<S>& hits, std::size_t at,
-                              const Mask<S>& is_of_shape, const PairPose<S>& pose,
-                              const Mat3<S>& R_BA, KeptTile<S>& kept) {
+BRISTLE_FORCE_INLINE bool keep_pack(const SensorPacket<S>& sensors, const RayHits<S>& hits,
+                                    std::size_t at, const Mask<S>& is_of_shape,
+                                    const PairPose<S>& pose, const Mat3<S>& R_BA,
+                                    PlaneCachePacket<S>& kept) {
   using T = Pack<S>;
-  const std::size_t first = kept.tile * tile_size + at;
+  const std::size_t first = kept.packet * packet_size + at;
   // Lanes without a hit go on with one at the start: all is finite.
   const T distance = select(is_of_shape, T::load(hits.distance.data() + first), T(S(0)));
   const Pack3<S> normal_A = Pack3<S>::load(
@@ -7704,37 +7766,35 @@ BRISTLE_INLINE bool keep_pack(const SensorTile<S>& sensors, const RayHits<S>& hi
   return any(is_of_shape & (distance <= T(S(0))));
 }
 
-}  // namespace detail
-
 template <Scalar S>
 template <typename Patch>
-void KeptHits<S>::keep(const Patch& patch) {
-  tiles.clear();
+void PlaneCache<S>::keep(const Patch& patch) {
+  packets.clear();
   const RayHits<S>& hits = patch.hits;
   for (const std::uint32_t number : patch.near) {
-    const std::size_t first = number * tile_size;
+    const std::size_t first = number * packet_size;
     std::uint32_t is_hit = 0;
-    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+    for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
       const auto distance = Pack<S>::load(hits.distance.data() + first + at);
       is_hit |= bits(distance < Pack<S>(infinity<S>)) << at;
     }
     if (is_hit == 0) continue;
-    KeptTile<S>& kept = tiles.emplace_back();
-    kept.tile = number;
+    PlaneCachePacket<S>& kept = packets.emplace_back();
+    kept.packet = number;
     kept.is_hit = static_cast<LaneBits>(is_hit);
-    std::copy_n(hits.tag.begin() + static_cast<std::ptrdiff_t>(first), tile_size, kept.tag.begin());
+    std::copy_n(hits.tag.begin() + static_cast<std::ptrdiff_t>(first), packet_size,
+                kept.tag.begin());
   }
-  for (KeptShape<S>& shape : shapes) {
+  for (PlaneCacheShape<S>& shape : shapes) {
     Mat3<S> R_BA = shape.pose.R_AB;
     R_BA.transposeInPlace();  // At -O1 g++ 12 takes a transposed copy for uninitialised.
-    for (KeptTile<S>& kept : tiles) {
+    for (PlaneCachePacket<S>& kept : packets) {
       const auto of_shape =
           static_cast<LaneBits>(kept.is_hit & equal_lanes(kept.tag.data(), shape.tag));
-      for (std::size_t at = 0; at < tile_size && of_shape != 0; at += lanes<S>) {
-        if (detail::pack_bits<S>(of_shape, at) == 0) continue;
-        const bool starts_inside =
-            detail::keep_pack(patch.tiles[kept.tile], hits, at, detail::load_mask<S>(of_shape, at),
-                              shape.pose, R_BA, kept);
+      for (std::size_t at = 0; at < packet_size && of_shape != 0; at += lanes<S>) {
+        if (pack_bits<S>(of_shape, at) == 0) continue;
+        const bool starts_inside = keep_pack(patch.packets[kept.packet], hits, at,
+                                             load_mask<S>(of_shape, at), shape.pose, R_BA, kept);
         if (starts_inside) shape.reserve = S(-1);
       }
     }
@@ -7743,43 +7803,48 @@ void KeptHits<S>::keep(const Patch& patch) {
 
 template <Scalar S>
 template <typename Patch, typename ReachOf>
-void KeptHits<S>::advance(Patch& patch, ReachOf&& reach_of) const {
+void PlaneCache<S>::advance(Patch& patch, ReachOf&& reach_of) const {
   RayHits<S>& hits = patch.hits;
   patch.near.clear();
-  for (const KeptTile<S>& kept : tiles) {
-    patch.near.push_back(kept.tile);
-    const auto first = static_cast<std::ptrdiff_t>(kept.tile * tile_size);
-    std::fill_n(hits.distance.begin() + first, tile_size, infinity<S>);
+  for (const PlaneCachePacket<S>& kept : packets) {
+    patch.near.push_back(kept.packet);
+    const auto first = static_cast<std::ptrdiff_t>(kept.packet * packet_size);
+    std::fill_n(hits.distance.begin() + first, packet_size, infinity<S>);
     std::copy(kept.tag.begin(), kept.tag.end(), hits.tag.begin() + first);
   }
-  for (const KeptShape<S>& shape : shapes) {
+  for (const PlaneCacheShape<S>& shape : shapes) {
     PairPose<S> pose;
     const S extra_length = reach_of(shape.tag, pose);
-    for (const KeptTile<S>& kept : tiles) {
+    for (const PlaneCachePacket<S>& kept : packets) {
       const auto of_shape =
           static_cast<LaneBits>(kept.is_hit & equal_lanes(kept.tag.data(), shape.tag));
-      for (std::size_t at = 0; at < tile_size && of_shape != 0; at += lanes<S>) {
-        if (detail::pack_bits<S>(of_shape, at) == 0) continue;
-        detail::advance_pack(patch.tiles[kept.tile], kept, at, detail::load_mask<S>(of_shape, at),
-                             pose, extra_length, hits);
+      for (std::size_t at = 0; at < packet_size && of_shape != 0; at += lanes<S>) {
+        if (pack_bits<S>(of_shape, at) == 0) continue;
+        advance_pack(patch.packets[kept.packet], kept, at, load_mask<S>(of_shape, at), pose,
+                     extra_length, hits);
       }
     }
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+// === bristle/sensors/reading_store.hpp
+
+/// @file
+/// Memory of the readings of a patch, with room for whole packets of sensors.
+// SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/sensors/reading.hpp
 
 /// @file
-/// What the sensors of a patch felt in the last step.
+/// Readings of a patch: the depth, forces and state of each sensor in the last step.
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -7787,7 +7852,7 @@ namespace bristle::inline BRISTLE_ABI {
 enum class SensorState : std::uint8_t {
   /// Touches nothing.
   free,
-  /// Touches, its bristle rooted.
+  /// Touches, its bristle anchored.
   stuck,
   /// Touches, its bristle let go in this step.
   slipping
@@ -7842,7 +7907,15 @@ struct PatchReading {
   }
 };
 
-/// Where the readings of a patch are kept, with room for whole tiles of sensors.
+}  // namespace bristle::inline BRISTLE_ABI
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Readings of a patch, one entry a sensor.
 template <Scalar S>
 struct ReadingStore {
   /// [-] Number of sensors.
@@ -7856,7 +7929,7 @@ struct ReadingStore {
 
   void resize(std::size_t sensors) {
     count = sensors;
-    const std::size_t n = (sensors + tile_size - 1) / tile_size * tile_size;
+    const std::size_t n = (sensors + packet_size - 1) / packet_size * packet_size;
     depth.resize(n);
     normal_force.resize(n);
     shear_1.resize(n);
@@ -7865,10 +7938,10 @@ struct ReadingStore {
     body.resize(n);
     state.resize(n, SensorState::free);
   }
-  /// Makes the sensors of one tile read nothing.
-  void clear_tile(std::size_t tile) {
-    const std::size_t first = tile * tile_size;
-    for (std::size_t i = first; i < first + tile_size; ++i) {
+  /// Makes the sensors of one packet read nothing.
+  void clear_packet(std::size_t packet) {
+    const std::size_t first = packet * packet_size;
+    for (std::size_t i = first; i < first + packet_size; ++i) {
       depth[i] = normal_force[i] = shear_1[i] = shear_2[i] = S(0);
       body[i] = BodyId{};
       state[i] = SensorState::free;
@@ -7881,120 +7954,7 @@ struct ReadingStore {
   }
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/sensors/tile_boxes.hpp
-
-/// @file
-/// Boxes around the rays of a patch, tile by tile: which of its sensors a small body can be near.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <algorithm>
-#include <bit>
-#include <cstddef>
-#include <cstdint>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// One box for each tile and one for each group of tiles, in A's axes from A's centre of mass.
-///
-/// Tiles are sensors that follow each other in their layout: the better neighbours stand beside
-/// each other there, the fewer sensors are looked at.
-template <Scalar S>
-class TileBoxes {
- public:
-  /// [-] Tiles of a group.
-  static constexpr std::size_t group_size = tile_size;
-
-  TileBoxes() = default;
-  explicit TileBoxes(const RayBatch<S>& rays)
-      : tiles_((rays.size() + tile_size - 1) / tile_size),
-        groups_((tiles_ + group_size - 1) / group_size),
-        tile_boxes_(groups_),
-        group_boxes_((groups_ + group_size - 1) / group_size) {
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-      const Ray<S> ray = rays[i];
-      const Vec3<S> end = ray.origin + ray.length * ray.direction;
-      const std::size_t tile = i / tile_size;
-      const std::size_t group = tile / group_size;
-      for (const Vec3<S>& point : {ray.origin, end}) {
-        tile_boxes_[group].include(tile % group_size, point);
-        group_boxes_[group / group_size].include(group % group_size, point);
-      }
-    }
-    if (!tile_boxes_.empty()) tile_boxes_.back().fill_up(tiles_);
-    if (!group_boxes_.empty()) group_boxes_.back().fill_up(groups_);
-  }
-
-  /// Makes `tiles` the numbers of those whose boxes are near, ascending.
-  /// @param is_near  Callable: Mask<S> is_near(lower, upper) of the corners of some boxes as
-  ///                 `Pack3`s. Must be true of a box around a box of which it is true.
-  template <typename IsNear>
-  void find(IsNear&& is_near, std::vector<std::uint32_t>& tiles) const {
-    tiles.resize(tiles_);
-    auto next = tiles.begin();
-    for (std::size_t row = 0; row < group_boxes_.size(); ++row) {
-      for_each_near(group_boxes_[row], groups_, row * group_size, is_near, [&](std::size_t group) {
-        for_each_near(tile_boxes_[group], tiles_, group * group_size, is_near,
-                      [&](std::size_t tile) { *next++ = static_cast<std::uint32_t>(tile); });
-      });
-    }
-    tiles.erase(next, tiles.end());
-  }
-
- private:
-  /// The boxes of a group, side by side.
-  struct BoxRow {
-    Row3<S> lower, upper;
-
-    BoxRow() {
-      for (std::size_t i = 0; i < group_size; ++i) {
-        lower.set(i, Vec3<S>::Constant(infinity<S>));
-        upper.set(i, Vec3<S>::Constant(-infinity<S>));
-      }
-    }
-    void include(std::size_t i, const Vec3<S>& point) {
-      lower.set(i, lower[i].cwiseMin(point));
-      upper.set(i, upper[i].cwiseMax(point));
-    }
-    /// Gives the last of all rows numbers behind the last of `count` boxes: infinities would raise
-    /// exceptions of arithmetic.
-    void fill_up(std::size_t count) {
-      for (std::size_t i = (count - 1) % group_size + 1; i < group_size; ++i) {
-        lower.set(i, Vec3<S>::Zero());
-        upper.set(i, Vec3<S>::Zero());
-      }
-    }
-  };
-
-  /// Calls visit(number) for the near boxes of a row, of which the first has the number `first`.
-  /// @param count  [-] Boxes of all rows.
-  template <typename IsNear, typename Visit>
-  static void for_each_near(const BoxRow& row, std::size_t count, std::size_t first,
-                            IsNear&& is_near, Visit&& visit) {
-    std::uint32_t near = 0;
-    for (std::size_t at = 0; at < group_size; at += lanes<S>) {
-      near |= bits(is_near(detail::load_pack(row.lower, at), detail::load_pack(row.upper, at)))
-              << at;
-    }
-    near &= (std::uint32_t(1) << std::min(count - first, group_size)) - 1;
-    if (near == first_bits(group_size)) {
-      // In the midst of what is near, where no number has to wait for the bits of another.
-      for (std::size_t i = 0; i < group_size; ++i) visit(first + i);
-      return;
-    }
-    for (; near != 0; near &= near - 1) {
-      visit(first + static_cast<std::size_t>(std::countr_zero(near)));
-    }
-  }
-
-  std::size_t tiles_ = 0;
-  std::size_t groups_ = 0;
-  std::vector<BoxRow> tile_boxes_, group_boxes_;
-};
-
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <array>
@@ -8004,46 +7964,11 @@ class TileBoxes {
 #include <string>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
-
-struct PatchTag;
-/// Names a patch of a world.
-using PatchId = Id<PatchTag>;
-
-/// Describes a patch to `World::add_patch`.
-template <Scalar S>
-struct PatchDef {
-  /// [m] Where the sensors are, in the body frame.
-  SensorLayout<S> sensors{};
-  /// [-] Constants that all sensors share.
-  SensorParameters<S> parameters{};
-  /// [-] Constants of each sensor instead, in the order of the layout; empty to share.
-  std::vector<SensorParameters<S>> per_sensor{};
-  /// [-] How the forces enter the step.
-  Integration integration = Integration::automatic;
-  /// [-] Readings of the law.
-  LawOptions options{};
-  /// [1] Below this Lambda, the stability measure of docs/sensors.md (4 is the limit of a single
-  /// mode), `automatic` integrates explicitly. 0: never.
-  S explicit_below = S(0.5);
-  /// [-] Categories of bodies the sensors see; their collision masks do not matter to sensors.
-  std::uint32_t sees = 0xffffffffu;
-  /// [-] Bodies the sensors never see, besides their own.
-  std::vector<BodyId> excluded{};
-  /// [-] Accepts rays that end inside their own body. `World::add_patch` refuses them otherwise: the
-  /// end of a ray must lie outside of all shapes that the body has then. A ray that never leaves its
-  /// body feels what comes through the body, and presses the body towards that.
-  bool may_point_inwards = false;
-  /// [-] Rays are cast in every so many-th step, >= 1; in the steps between, and in all of them the
-  /// law is evaluated, the surfaces met move on as planes (docs/sensors.md, section 8). Patches
-  /// take turns by their slots. Rays are cast sooner when another shape
-  /// comes into reach, or bodies have moved by a quarter of the shortest ray.
-  std::uint32_t cast_every = 1;
-};
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// One sensor that meets a body in this step: geometry, the linear model of its impulse, and the
 /// impulse it finally gave. In A's axes; the reference point c belongs to its `PatchPair`. Patches
-/// work on PatchContact<Pack<S>>, of which `ContactTile`s keep what cannot be found again.
+/// work on PatchContact<Pack<S>>, of which `ContactPacket`s keep what cannot be found again.
 template <Value T>
 struct PatchContact {
   /// Whether it touches at the start of the step (else it may within it), whether its normal part
@@ -8090,7 +8015,7 @@ struct PairStiffness {
 /// All contacts of one patch with one body in one step.
 template <Scalar S>
 struct PatchPair {
-  /// [-] Slot of the touched body; its contact tiles are [first, first + count).
+  /// [-] Slot of the touched body; its contact packets are [first, first + count).
   std::uint32_t body_b = 0;
   std::uint32_t first = 0;
   std::uint32_t count = 0;
@@ -8107,7 +8032,7 @@ struct PatchPair {
   Vec3<S> arm_b = Vec3<S>::Zero();
   PairStiffness<S> stiffness{};
   /// [N s, N m s] Impulse on B about c in A's axes, where it was given with the contacts.
-  bool is_given = false;
+  bool is_applied = false;
   Wrench<S> given{};
   /// [1] Lambda of these contacts alone, where anybody asks (`CollectDef`).
   S lambda = S(0);
@@ -8116,7 +8041,7 @@ struct PatchPair {
   S alpha = S(1);
   S beta = S(0);
   S theta = S(1);
-  /// Whether its linear models were moved to a motion that was found; these its tiles keep. The
+  /// Whether its linear models were moved to a motion that was found; these its packets keep. The
   /// first ones, around the motion at the start of the step, follow from the hits and the stretch.
   bool has_moved_models = false;
   /// [-] Sum of the contacts' linear models about c, in A's axes: impulse = offset + matrix u.
@@ -8150,39 +8075,39 @@ struct SensorPatch {
   Vec3Array<S> start, direction;
   LaneVector<S> length;
   /// The rays as queries want them.
-  RayBundles<S> bundles{};
+  RayTree<S> ray_tree{};
   /// What they keep of a fine mesh: no part of the state, since answers do not depend on it.
-  KeptCandidates<S> candidates{};
+  TriangleCache<S> candidates{};
   /// [m] Around all rays, from A's centre of mass in A's axes.
   Aabb<S> box{};
 
   /// The same sensors for the kernels, and their bristles; [0, size()) in order, then nothing.
-  std::vector<SensorTile<S>> tiles;
-  TileBoxes<S> tile_boxes{};
+  std::vector<SensorPacket<S>> packets;
+  PacketBoxes<S> packet_boxes{};
   /// [m] Farthest point of the rays from A's centre of mass, and the length of the shortest.
   S reach = S(0);
   S shortest = S(0);
   /// Whether it senses at all.
   bool is_active = true;
 
-  /// This step's hits, in rays, valid in the tiles that can be near anything: their numbers,
+  /// This step's hits, in rays, valid in the packets that can be near anything: their numbers,
   /// ascending. All of them until somebody knows better. And contacts and pairs.
   RayHits<S> hits{};
   std::vector<std::uint32_t> near;
-  KeptHits<S> kept{};
-  /// Which lanes of each tile hit anything in this step, and in the one before.
+  PlaneCache<S> kept{};
+  /// Which lanes of each packet hit anything in this step, and in the one before.
   std::vector<LaneBits> hit_bits, hit_before;
   std::vector<TouchedShape> touched;
-  /// Of the pair at hand: which lanes of a near tile hit its body, and the first contact of each
-  /// slice of near tiles.
+  /// Of the pair at hand: which lanes of a near packet hit its body, and the first contact of each
+  /// range of near packets.
   std::vector<LaneBits> pair_bits;
-  std::vector<std::uint32_t> slice_contacts;
-  std::vector<ContactTile<S>> contacts;
+  std::vector<std::uint32_t> range_contacts;
+  std::vector<ContactPacket<S>> contacts;
   std::vector<PatchPair<S>> pairs;
   std::vector<PairImpulse<S>> last_impulses;
-  /// Sensors of each tile whose readings are not zero.
-  std::vector<LaneBits> felt, felt_before;
-  bool has_felt = false;
+  /// Sensors of each packet whose readings are not zero.
+  std::vector<LaneBits> felt, active_before;
+  bool was_active = false;
   ReadingStore<S> readings{};
 
   [[nodiscard]] std::size_t size() const { return length.size(); }
@@ -8190,54 +8115,58 @@ struct SensorPatch {
     return def.per_sensor.empty() ? def.parameters : def.per_sensor[sensor];
   }
   /// Whether any sensor can give a force, whatever it touches.
-  [[nodiscard]] bool can_push() const {
-    const auto of = [&](const SensorParameters<S>& p) { return bristle::can_push(p, def.options); };
+  [[nodiscard]] bool can_apply_force() const {
+    const auto of = [&](const SensorParameters<S>& p) {
+      return bristle::can_apply_force(p, def.options);
+    };
     return def.per_sensor.empty() ? of(def.parameters)
                                   : std::any_of(def.per_sensor.begin(), def.per_sensor.end(), of);
   }
   [[nodiscard]] RayBatch<S> rays(S extra_length) const {
     return {start.x,     start.y, start.z,      direction.x, direction.y,
-            direction.z, length,  extra_length, &bundles};
+            direction.z, length,  extra_length, &ray_tree};
   }
-  /// The same rays, of which only those of the near tiles need to be answered.
+  /// The same rays, of which only those of the near packets need to be answered.
   [[nodiscard]] RayBatch<S> near_rays(S extra_length) const {
     RayBatch<S> batch = rays(extra_length);
-    batch.near_runs = &near;
+    batch.near_packets = &near;
     return batch;
   }
   /// [m] Distances of the hits from sensor `first` on; 0 in the lanes that are not asked for.
-  [[nodiscard]] BRISTLE_INLINE Pack<S> distances_of(std::size_t first, const Mask<S>& asked) const {
+  [[nodiscard]] BRISTLE_FORCE_INLINE Pack<S> distances_of(std::size_t first,
+                                                          const Mask<S>& asked) const {
     return select(asked, Pack<S>::load(hits.distance.data() + first), Pack<S>(S(0)));
   }
-  /// [-] Sensors of the near tiles.
+  /// [-] Sensors of the near packets.
   [[nodiscard]] std::size_t near_count() const {
-    const std::size_t all = near.size() * tile_size;
-    // Only the last tile may be filled up.
-    const bool has_last = !near.empty() && near.back() + 1 == tiles.size();
-    return has_last ? all - (tiles.size() * tile_size - size()) : all;
+    const std::size_t all = near.size() * packet_size;
+    // Only the last packet may be filled up.
+    const bool has_last = !near.empty() && near.back() + 1 == packets.size();
+    return has_last ? all - (packets.size() * packet_size - size()) : all;
   }
-  /// [-] First tile of a slice, and one behind its last, which may be filled up where the slice is
-  /// not. Only of slices that are runs of sensors (`RayBundles::has_runs_in_slices`), or of all.
-  [[nodiscard]] std::array<std::size_t, 2> tiles_in(RaySlice slice) const {
-    static_assert(tile_size == ray_run_size);
-    const std::size_t end = slice.end / tile_size + (slice.end % tile_size != 0 ? 1u : 0u);
-    return {slice.first / tile_size, std::min(tiles.size(), end)};
+  /// [-] First packet of a range, and one behind its last, which may be filled up where the range
+  /// is not. Only of ranges that are packets of sensors (`RayTree::has_packets_in_ranges`), or of
+  /// all.
+  [[nodiscard]] std::array<std::size_t, 2> packets_in(RayRange range) const {
+    static_assert(packet_size == packet_size);
+    const std::size_t end = range.end / packet_size + (range.end % packet_size != 0 ? 1u : 0u);
+    return {range.first / packet_size, std::min(packets.size(), end)};
   }
   /// [-] Those of them that can be near anything.
-  [[nodiscard]] std::span<const std::uint32_t> near_in(RaySlice slice) const {
-    const auto [begin, end] = tiles_in(slice);
+  [[nodiscard]] std::span<const std::uint32_t> near_in(RayRange range) const {
+    const auto [begin, end] = packets_in(range);
     const auto first = std::lower_bound(near.begin(), near.end(), begin);
     return {first, std::lower_bound(first, near.end(), end)};
   }
-  /// Forgets the hits of the near tiles of a slice.
-  void reset_near_hits(RaySlice slice = {}) {
-    for (const std::uint32_t tile : near_in(slice)) {
-      const auto first = static_cast<std::ptrdiff_t>(tile * tile_size);
-      std::fill_n(hits.distance.begin() + first, tile_size, infinity<S>);
+  /// Forgets the hits of the near packets of a range.
+  void reset_near_hits(RayRange range = {}) {
+    for (const std::uint32_t packet : near_in(range)) {
+      const auto first = static_cast<std::ptrdiff_t>(packet * packet_size);
+      std::fill_n(hits.distance.begin() + first, packet_size, infinity<S>);
     }
   }
   /// [-] Sensors whose readings are not zero.
-  [[nodiscard]] std::size_t felt_count() const {
+  [[nodiscard]] std::size_t active_count() const {
     std::size_t count = 0;
     for (const LaneBits bits : felt) count += static_cast<std::size_t>(std::popcount(bits));
     return count;
@@ -8251,16 +8180,15 @@ template <Scalar S>
 [[nodiscard]] SensorPatch<S> make_patch(PatchDef<S> def, BodyId body, const Vec3<S>& center_B) {
   def.sensors.validate();
   const std::size_t n = def.sensors.size();
-  detail::require(n > 0, "PatchDef::sensors.size()", n, "must be > 0");
+  require(n > 0, "PatchDef::sensors.size()", n, "must be > 0");
   validate(def.parameters);
   for (const SensorParameters<S>& p : def.per_sensor) validate(p);
-  detail::require(def.per_sensor.empty() || def.per_sensor.size() == n,
-                  "PatchDef::per_sensor.size()", static_cast<S>(def.per_sensor.size()),
-                  "must be 0 or the number of sensors");
-  detail::require_not_negative("PatchDef::explicit_below", def.explicit_below);
-  detail::require(def.cast_every > 0, "PatchDef::cast_every", def.cast_every, "must be > 0");
-  detail::require(def.options.law == Law::paper || def.integration != Integration::implicit,
-                  "PatchDef::integration", "implicit", "must not be implicit with the AMBF law");
+  require(def.per_sensor.empty() || def.per_sensor.size() == n, "PatchDef::per_sensor.size()",
+          static_cast<S>(def.per_sensor.size()), "must be 0 or the number of sensors");
+  require_not_negative("PatchDef::explicit_below", def.explicit_below);
+  require(def.cast_every > 0, "PatchDef::cast_every", def.cast_every, "must be > 0");
+  require(def.options.law == Law::paper || def.integration != Integration::implicit,
+          "PatchDef::integration", "implicit", "must not be implicit with the AMBF law");
 
   SensorPatch<S> patch;
   patch.body = body;
@@ -8274,41 +8202,41 @@ template <Scalar S>
     patch.box.include(end);
     patch.reach = std::max({patch.reach, patch.start[i].norm(), end.norm()});
   }
-  detail::require_finite("PatchDef::sensors: farthest point of a ray", patch.reach);
+  require_finite("PatchDef::sensors: farthest point of a ray", patch.reach);
   patch.shortest = *std::min_element(patch.length.begin(), patch.length.end());
-  patch.tile_boxes = TileBoxes<S>(patch.rays(S(0)));
-  patch.bundles = RayBundles<S>(patch.rays(S(0)));
-  const std::size_t tile_count = (n + tile_size - 1) / tile_size;
-  patch.tiles.resize(tile_count);
-  for (std::size_t i = 0; i < tile_count * tile_size; ++i) {
-    SensorTile<S>& tile = patch.tiles[i / tile_size];
-    const std::size_t lane = i % tile_size;
+  patch.packet_boxes = PacketBoxes<S>(patch.rays(S(0)));
+  patch.ray_tree = RayTree<S>(patch.rays(S(0)));
+  const std::size_t packet_count = (n + packet_size - 1) / packet_size;
+  patch.packets.resize(packet_count);
+  for (std::size_t i = 0; i < packet_count * packet_size; ++i) {
+    SensorPacket<S>& packet = patch.packets[i / packet_size];
+    const std::size_t lane = i % packet_size;
     // Lanes behind the last sensor never hit anything; a unit direction keeps them finite.
     const Vec3<S> direction = i < n ? patch.direction[i] : Vec3<S>(Vec3<S>::UnitX());
     Vec3<S> t1, t2;
     tangent_basis<S>(direction, t1, t2);
-    tile.direction.set(lane, direction);
-    tile.tangent.set(lane, t1);
-    if (i < n) tile.start.set(lane, patch.start[i]);
-    tile.inverse_length[lane] = i < n ? S(1) / patch.length[i] : S(1);
+    packet.direction.set(lane, direction);
+    packet.tangent.set(lane, t1);
+    if (i < n) packet.start.set(lane, patch.start[i]);
+    packet.inverse_length[lane] = i < n ? S(1) / patch.length[i] : S(1);
   }
-  patch.hits.reset(tile_count * tile_size);
-  patch.hit_bits.resize(tile_count);
-  patch.hit_before.resize(tile_count);
-  patch.pair_bits.resize(tile_count);
-  patch.slice_contacts.resize(slice_count(tile_count));
-  patch.near.resize(tile_count);
-  detail::fill_numbers(patch.near);
-  patch.contacts.reserve(tile_count);
-  patch.felt.resize(tile_count);
-  patch.felt_before.resize(tile_count);
+  patch.hits.reset(packet_count * packet_size);
+  patch.hit_bits.resize(packet_count);
+  patch.hit_before.resize(packet_count);
+  patch.pair_bits.resize(packet_count);
+  patch.range_contacts.resize(range_count(packet_count));
+  patch.near.resize(packet_count);
+  fill_numbers(patch.near);
+  patch.contacts.reserve(packet_count);
+  patch.felt.resize(packet_count);
+  patch.active_before.resize(packet_count);
   patch.readings.resize(n);
   def.sensors = {};  // The arrays above replace it.
   patch.def = std::move(def);
   return patch;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/sensors/patch_touch.hpp
 
@@ -8320,7 +8248,7 @@ template <Scalar S>
 
 #include <cstddef>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A sensor that meets a surface, in A's axes.
 template <Value T>
@@ -8336,33 +8264,32 @@ struct SensorTouch {
 /// The touch of sensor `i`, which has a hit.
 template <Scalar S>
 [[nodiscard]] SensorTouch<S> touch_of(const SensorPatch<S>& patch, std::size_t i) {
-  const SensorTile<S>& sensors = patch.tiles[i / tile_size];
-  const std::size_t lane = i % tile_size;
+  const SensorPacket<S>& sensors = patch.packets[i / packet_size];
+  const std::size_t lane = i % packet_size;
   const S distance = patch.hits.distance[i];
   const Vec3<S> n = sensors.direction[lane];
   return {n, depth_gradient<S>(n, patch.hits.normal[i]), sensors.start[lane] + distance * n,
           sensor_depth(distance, sensors.inverse_length[lane]), sensors.inverse_length[lane]};
 }
 
-namespace detail {
-
-/// Touches of the sensors from lane `at` of a tile, and which of them there are. Made in its place:
-/// returned by a function, it would go through memory.
+/// Touches of the sensors from lane `at` of a packet, and which of them there are. Made in its
+/// place: returned by a function, it would go through memory.
 template <Scalar S>
 struct TouchPack : SensorTouch<Pack<S>> {
   /// Lanes that have a contact. The others go on with a hit from ahead at the start of the ray, so
   /// that all is finite.
   Mask<S> is_met;
 
-  /// @param sensors  Tile `number` of the patch, which the caller has at hand and need not look up
+  /// @param sensors  Packet `number` of the patch, which the caller has at hand and need not look
+  /// up
   ///                 again for each pack.
   /// @param hit      Lanes that have a hit.
   /// @param decides  Whether a contact is what is hit at more than a grazing angle. That is decided
   ///                 once a step; afterwards every hit counts.
-  BRISTLE_INLINE TouchPack(const SensorPatch<S>& patch, const SensorTile<S>& sensors,
-                           std::size_t number, std::size_t at, LaneBits hit, bool decides) {
+  BRISTLE_FORCE_INLINE TouchPack(const SensorPatch<S>& patch, const SensorPacket<S>& sensors,
+                                 std::size_t number, std::size_t at, LaneBits hit, bool decides) {
     using T = Pack<S>;
-    const std::size_t first = number * tile_size + at;
+    const std::size_t first = number * packet_size + at;
     const RayHits<S>& hits = patch.hits;
     this->n = load_pack(sensors.direction, at);
     const Pack3<S> surface = Pack3<S>::load(
@@ -8380,9 +8307,7 @@ struct TouchPack : SensorTouch<Pack<S>> {
   }
 };
 
-}  // namespace detail
-
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -8411,7 +8336,7 @@ struct Mode {
 /// @param mobility_of  Callable: Mat6<S> mobility_of(pair), the mobility of the pair's two bodies
 ///                     about its point c.
 template <Scalar S, typename MobilityOf>
-[[nodiscard]] S largest_stable_step(const SensorPatch<S>& patch, MobilityOf&& mobility_of);
+[[nodiscard]] S largest_stable_step(const detail::SensorPatch<S>& patch, MobilityOf&& mobility_of);
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -8423,11 +8348,11 @@ void sum_stiffness(const SensorPatch<S>& patch, const PatchPair<S>& pair, Mat6<S
   K.setZero();
   D.setZero();
   for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
-    const ContactTile<S>& contacts = patch.contacts[k];
-    const SensorTile<S>& sensors = patch.tiles[contacts.tile];
-    for (std::size_t i = 0; i < tile_size; ++i) {
+    const ContactPacket<S>& contacts = patch.contacts[k];
+    const SensorPacket<S>& sensors = patch.packets[contacts.packet];
+    for (std::size_t i = 0; i < packet_size; ++i) {
       if ((contacts.is_touching >> i & 1u) == 0) continue;
-      const std::size_t sensor = contacts.tile * tile_size + i;
+      const std::size_t sensor = contacts.packet * packet_size + i;
       const SensorParameters<S>& p = patch.parameters(sensor);
       const auto [n, g, point, depth, per_length] = touch_of(patch, sensor);
       const S rate = g.dot(pair.start_motion.at(point)) * per_length;
@@ -8475,9 +8400,9 @@ template <Scalar S>
 }  // namespace detail
 
 template <Scalar S, typename MobilityOf>
-S largest_stable_step(const SensorPatch<S>& patch, MobilityOf&& mobility_of) {
+S largest_stable_step(const detail::SensorPatch<S>& patch, MobilityOf&& mobility_of) {
   S smallest = infinity<S>;
-  for (const PatchPair<S>& pair : patch.pairs) {
+  for (const detail::PatchPair<S>& pair : patch.pairs) {
     if (pair.count == 0) continue;
     Mat6<S> K, D;
     detail::sum_stiffness(patch, pair, K, D);
@@ -8511,7 +8436,7 @@ namespace bristle::inline BRISTLE_ABI {
 
 /// What one wants of a patch that grips.
 template <Scalar S>
-struct GripWants {
+struct GripSpec {
   /// [1] Static friction coefficient: shear per normal force that it shall hold. > 0.
   S friction = S(0.8);
   /// [m] How far the held thing has crept when it is about to slip: sigma_a. > 0.
@@ -8536,7 +8461,7 @@ struct GripWants {
 /// Wants that become constants once the number and length of the sensors are known.
 template <Scalar S>
 struct Tuning {
-  GripWants<S> wants{};
+  GripSpec<S> spec{};
 
   /// Constants for `count` sensors of `length` [m] that share the load.
   [[nodiscard]] SensorParameters<S> parameters(std::size_t count, S length) const;
@@ -8548,7 +8473,7 @@ struct Tuning {
 /// 20}))`.
 /// @throws InvalidArgument naming the field.
 template <Scalar S>
-[[nodiscard]] Tuning<S> tuned_for(const GripWants<S>& wants);
+[[nodiscard]] Tuning<S> tuned_for(const GripSpec<S>& spec);
 
 /// A patch in use: what its constants are asked about.
 template <Scalar S>
@@ -8568,7 +8493,7 @@ struct PatchUse {
 
 /// What constants mean physically in a given use.
 template <Scalar S>
-struct PatchMeaning {
+struct PatchDescription {
   /// [1] Shear per normal force that is held if loaded slowly: mu = mu_S sigma_a.
   S holding_coefficient = S(0);
   /// [1] The same for a load that comes at once: the bristles overshoot by 1 + D with
@@ -8600,22 +8525,22 @@ struct PatchMeaning {
 /// The inverse of `tuned_for`.
 /// @throws InvalidArgument naming the field.
 template <Scalar S>
-[[nodiscard]] PatchMeaning<S> meaning_of(const SensorParameters<S>& p, const PatchUse<S>& use,
-                                         FrictionScaling scaling = FrictionScaling::normal_force);
+[[nodiscard]] PatchDescription<S> describe(const SensorParameters<S>& p, const PatchUse<S>& use,
+                                           FrictionScaling scaling = FrictionScaling::normal_force);
 
 // Implementation -----------------------------------------------------------------------------------
 
 template <Scalar S>
-Tuning<S> tuned_for(const GripWants<S>& wants) {
-  detail::require_positive("GripWants::friction", wants.friction);
-  detail::require_positive("GripWants::creep", wants.creep);
-  detail::require_positive("GripWants::load", wants.load);
-  detail::require_not_negative("GripWants::mass", wants.mass);
-  detail::require_positive("GripWants::press", wants.press);
-  detail::require(wants.press <= S(1), "GripWants::press", wants.press, "must be <= 1");
-  detail::require_not_negative("GripWants::normal_damping_ratio", wants.normal_damping_ratio);
-  detail::require_not_negative("GripWants::bristle_damping_ratio", wants.bristle_damping_ratio);
-  return {wants};
+Tuning<S> tuned_for(const GripSpec<S>& spec) {
+  detail::require_positive("GripSpec::friction", spec.friction);
+  detail::require_positive("GripSpec::creep", spec.creep);
+  detail::require_positive("GripSpec::load", spec.load);
+  detail::require_not_negative("GripSpec::mass", spec.mass);
+  detail::require_positive("GripSpec::press", spec.press);
+  detail::require(spec.press <= S(1), "GripSpec::press", spec.press, "must be <= 1");
+  detail::require_not_negative("GripSpec::normal_damping_ratio", spec.normal_damping_ratio);
+  detail::require_not_negative("GripSpec::bristle_damping_ratio", spec.bristle_damping_ratio);
+  return {spec};
 }
 
 template <Scalar S>
@@ -8624,21 +8549,21 @@ SensorParameters<S> Tuning<S>::parameters(std::size_t count, S length) const {
   detail::require(count > 0, "count", S(0), "must be > 0");
   detail::require_positive("length", length);
   const S n = static_cast<S>(count);
-  const S mass = wants.mass > S(0) ? wants.mass : wants.friction * wants.load / S(9.81);
+  const S mass = spec.mass > S(0) ? spec.mass : spec.friction * spec.load / S(9.81);
   // k_t of the whole patch, whatever it grows with: mu N at a stretch of sigma_a.
-  const S stiffness = wants.friction * wants.load / wants.creep;
+  const S stiffness = spec.friction * spec.load / spec.creep;
   SensorParameters<S> p;
-  p.breakaway_distance = wants.creep;
-  p.normal_stiffness = wants.load / (n * wants.press);
+  p.breakaway_distance = spec.creep;
+  p.normal_stiffness = spec.load / (n * spec.press);
   p.normal_damping =
-      S(2) * wants.normal_damping_ratio * sqrt(p.normal_stiffness * mass * length / n);
-  p.sliding_friction = S(2) * wants.bristle_damping_ratio * sqrt(stiffness * mass) / n;
-  switch (wants.scaling) {
+      S(2) * spec.normal_damping_ratio * sqrt(p.normal_stiffness * mass * length / n);
+  p.sliding_friction = S(2) * spec.bristle_damping_ratio * sqrt(stiffness * mass) / n;
+  switch (spec.scaling) {
     case FrictionScaling::normal_force:
-      p.static_friction = wants.friction / wants.creep;
+      p.static_friction = spec.friction / spec.creep;
       break;
     case FrictionScaling::depth:
-      p.static_friction = stiffness / (n * wants.press);
+      p.static_friction = stiffness / (n * spec.press);
       break;
     case FrictionScaling::none:
       p.static_friction = stiffness / n;
@@ -8658,8 +8583,8 @@ SensorParameters<S> Tuning<S>::parameters(const SensorLayout<S>& layout) const {
 }
 
 template <Scalar S>
-PatchMeaning<S> meaning_of(const SensorParameters<S>& p, const PatchUse<S>& use,
-                           FrictionScaling scaling) {
+PatchDescription<S> describe(const SensorParameters<S>& p, const PatchUse<S>& use,
+                             FrictionScaling scaling) {
   using std::exp;
   using std::sqrt;
   validate(p);
@@ -8669,11 +8594,11 @@ PatchMeaning<S> meaning_of(const SensorParameters<S>& p, const PatchUse<S>& use,
   detail::require_positive("PatchUse::mass", use.mass);
   detail::require_positive("PatchUse::lever", use.lever);
   const S n = static_cast<S>(use.count);
-  PatchMeaning<S> out;
+  PatchDescription<S> out;
   out.normal_stiffness = n * p.normal_stiffness / use.length;
   out.press = use.load / (n * p.normal_stiffness);
   out.bristle_stiffness =
-      n * bristle_stiffness(p, scaling, use.load / n, std::min(out.press, S(1)));
+      n * detail::bristle_stiffness(p, scaling, use.load / n, std::min(out.press, S(1)));
   out.holding_coefficient = out.bristle_stiffness * p.breakaway_distance / use.load;
   out.kinetic_release = out.holding_coefficient / S(2);
   out.kinetic_drag = out.holding_coefficient;
@@ -8729,7 +8654,7 @@ PatchMeaning<S> meaning_of(const SensorParameters<S>& p, const PatchUse<S>& use,
 /// Whether and where a ray enters a box: the inner loop of every walk through a tree.
 // SPDX-License-Identifier: BSD-3-Clause
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Entry of a ray into boxes, by the three pairs of planes. Kay and Kajiya 1986; that the exit is
 /// moved outwards so that rounding loses nothing follows Ize 2013, "Robust BVH Ray Traversal".
@@ -8761,7 +8686,7 @@ class SlabTest {
   Vec3<S> inverse_;
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <array>
@@ -8772,7 +8697,7 @@ class SlabTest {
 #include <utility>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Boxes, each with a number that is its owner's (the payload), found by box or by ray.
 ///
@@ -8877,18 +8802,16 @@ class AabbTree {
   void swap_subtrees(NodeId a, NodeId b);
 
   void rebuild();
-  NodeId build_range(std::span<detail::SplitLeaf<S>> leaves, int depth);
+  NodeId build_range(std::span<SplitLeaf<S>> leaves, int depth);
 
   std::vector<Node> nodes_;
-  std::vector<detail::SplitLeaf<S>> order_;  // Scratch of rebuild(), kept as large as the pool.
+  std::vector<SplitLeaf<S>> order_;  // Scratch of rebuild(), kept as large as the pool.
   NodeId root_ = null;
   NodeId free_ = null;
   std::size_t size_ = 0;
 };
 
 // Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
 
 /// What a node costs a query: in proportion to its surface.
 template <Scalar S>
@@ -8917,8 +8840,6 @@ template <Scalar S>
   if (area <= tree_extent_limit<S>() * tree_extent_limit<S>()) return area;
   return tree_cost(merged(a, b));
 }
-
-}  // namespace detail
 
 template <Scalar S>
 auto AabbTree<S>::insert(const Aabb<S>& box, std::uint32_t payload) -> NodeId {
@@ -9101,11 +9022,9 @@ void AabbTree<S>::detach(NodeId leaf) {
 /// costs is the surface of the common parent plus the growth of all nodes above.
 template <Scalar S>
 auto AabbTree<S>::best_sibling(const Aabb<S>& box) const -> NodeId {
-  using detail::merged_cost;
-  using detail::tree_cost;
   const S box_cost = tree_cost(box);
   const auto distance_of = [&](NodeId child) {
-    return (detail::finite_center(nodes_[child].box) - detail::finite_center(box)).squaredNorm();
+    return (finite_center(nodes_[child].box) - finite_center(box)).squaredNorm();
   };
   NodeId best = root_;
   NodeId id = root_;
@@ -9149,7 +9068,7 @@ bool AabbTree<S>::fit(NodeId id) {
   Node& node = nodes_[id];
   const Node& a = nodes_[node.child[0]];
   const Node& b = nodes_[node.child[1]];
-  const Aabb<S> box = detail::merged(a.box, b.box);
+  const Aabb<S> box = merged(a.box, b.box);
   const std::int32_t height = 1 + std::max(a.height, b.height);
   if (height == node.height && box.lower == node.box.lower && box.upper == node.box.upper) {
     return false;
@@ -9176,10 +9095,10 @@ void AabbTree<S>::rotate(NodeId id) {
     const NodeId child = nodes_[id].child[side];
     const NodeId other = nodes_[id].child[1 - side];
     if (nodes_[other].is_leaf()) continue;
-    const S cost = detail::tree_cost(nodes_[other].box);
+    const S cost = tree_cost(nodes_[other].box);
     for (std::size_t i = 0; i < 2; ++i) {
       const NodeId stays = nodes_[other].child[1 - i];
-      const S gain = cost - detail::merged_cost(nodes_[child].box, nodes_[stays].box);
+      const S gain = cost - merged_cost(nodes_[child].box, nodes_[stays].box);
       if (gain > best_gain) {
         best_gain = gain;
         best_child = child;
@@ -9219,13 +9138,13 @@ void AabbTree<S>::rebuild() {
 }
 
 template <Scalar S>
-auto AabbTree<S>::build_range(std::span<detail::SplitLeaf<S>> leaves, int depth) -> NodeId {
+auto AabbTree<S>::build_range(std::span<SplitLeaf<S>> leaves, int depth) -> NodeId {
   if (leaves.size() == 1) return leaves.front().number;
   const NodeId id = allocate();
   const auto box_of = [this](NodeId leaf) -> const Aabb<S>& { return nodes_[leaf].box; };
   // From half the height on, halves: 2^32 leaves then end at the full height.
-  const std::size_t middle = depth < max_height / 2 ? detail::split_by_surface<S>(leaves, box_of)
-                                                    : detail::split_in_halves<S>(leaves, box_of);
+  const std::size_t middle = depth < max_height / 2 ? split_by_surface<S>(leaves, box_of)
+                                                    : split_in_halves<S>(leaves, box_of);
   const NodeId a = build_range(leaves.first(middle), depth + 1);
   const NodeId b = build_range(leaves.subspan(middle), depth + 1);
   nodes_[id].child = {a, b};
@@ -9235,7 +9154,7 @@ auto AabbTree<S>::build_range(std::span<detail::SplitLeaf<S>> leaves, int depth)
   return id;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <compare>
@@ -9243,7 +9162,7 @@ auto AabbTree<S>::build_range(std::span<detail::SplitLeaf<S>> leaves, int depth)
 #include <cstdint>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Two shapes that may touch, by their tags, a < b.
 struct ShapePair {
@@ -9261,7 +9180,7 @@ class BroadPhase {
   /// Adds a shape with its box in the world; an infinite box is kept in a list of its own.
   void insert(std::uint32_t tag, const Aabb<S>& box) {
     if (entries_.size() <= tag) entries_.resize(tag + 1);
-    mark_stale(tag);
+    mark_dirty(tag);
     Entry& entry = entries_[tag];
     entry.swept = box;
     if (is_bounded(box)) {
@@ -9272,7 +9191,7 @@ class BroadPhase {
   }
 
   void remove(std::uint32_t tag) {
-    mark_stale(tag);
+    mark_dirty(tag);
     Entry& entry = entries_[tag];
     if (entry.node != AabbTree<S>::null) {
       tree_.remove(entry.node);
@@ -9280,7 +9199,7 @@ class BroadPhase {
       unbounded_.erase(std::lower_bound(unbounded_.begin(), unbounded_.end(), tag));
     }
     entry = Entry{};
-    entry.is_stale = true;
+    entry.is_dirty = true;
   }
 
   /// Sets the box that a shape may reach during the step. The tree keeps a larger one, so that slow
@@ -9290,39 +9209,39 @@ class BroadPhase {
   void move(std::uint32_t tag, const Aabb<S>& swept, S reach, const Vec3<S>& center) {
     Entry& entry = entries_[tag];
     entry.swept = swept;
-    entry.is_coarse = false;
+    entry.is_loose = false;
     if (entry.node == AabbTree<S>::null) return;
     fit_tree(entry, tag, center - entry.center, reach);
     entry.center = center;
-    entry.is_followed = true;
+    entry.is_tracked = true;
     const Aabb<S>& box = tree_.box(entry.node);
     const Vec3<S> margin = Vec3<S>::Constant(reach);
-    entry.room = {center - ((swept.lower - box.lower) + margin),
-                  center + ((box.upper - swept.upper) + margin)};
+    entry.margin_box = {center - ((swept.lower - box.lower) + margin),
+                        center + ((box.upper - swept.upper) + margin)};
     entry.turned = S(0);
   }
   /// The same for a shape that is not followed.
   void move(std::uint32_t tag, const Aabb<S>& swept) {
     move(tag, swept, S(0), swept.center());
-    entries_[tag].is_followed = false;
+    entries_[tag].is_tracked = false;
   }
 
   /// Whether a shape is alone in its box in the tree, and stays there while its points move by
   /// `reach` [m]: nothing more needs to be known of it then, and all of that box counts as swept.
   [[nodiscard]] bool stays(std::uint32_t tag, S reach, const Vec3<S>& center) {
     Entry& entry = entries_[tag];
-    if (!entry.is_followed || has_company(entry) || !is_within(entry, center, reach)) return false;
-    if (!entry.is_coarse) entry.swept = tree_.box(entry.node);
-    entry.is_coarse = true;
+    if (!entry.is_tracked || has_overlaps(entry) || !is_within(entry, center, reach)) return false;
+    if (!entry.is_loose) entry.swept = tree_.box(entry.node);
+    entry.is_loose = true;
     return true;
   }
   /// Whether that is so in this step.
-  [[nodiscard]] bool is_coarse(std::uint32_t tag) const { return entries_[tag].is_coarse; }
+  [[nodiscard]] bool is_loose(std::uint32_t tag) const { return entries_[tag].is_loose; }
   /// Sets the swept box after all, which will be needed again in the steps to come.
   void refine(std::uint32_t tag, const Aabb<S>& swept) {
     Entry& entry = entries_[tag];
     entry.swept = swept;
-    entry.is_coarse = false;
+    entry.is_loose = false;
     entry.is_needed = true;
   }
 
@@ -9332,7 +9251,7 @@ class BroadPhase {
   [[nodiscard]] bool settle(std::uint32_t tag, const Vec3<S>& center, S shift, S turn, S reach) {
     Entry& entry = entries_[tag];
     entry.turned += turn;
-    return entry.is_coarse ? is_within(entry, center, S(0)) : shift + turn <= reach;
+    return entry.is_loose ? is_within(entry, center, S(0)) : shift + turn <= reach;
   }
 
   /// The box a shape was last given.
@@ -9359,7 +9278,7 @@ class BroadPhase {
                   std::vector<ShapePair>& out, std::uint64_t& tested) {
     for (const std::uint32_t tag : moving) {
       entries_[tag].is_moving = true;
-      if (!entries_[tag].has_moved) mark_stale(tag);
+      if (!entries_[tag].has_moved) mark_dirty(tag);
       entries_[tag].has_moved = true;
     }
     refresh_near();
@@ -9407,19 +9326,19 @@ class BroadPhase {
     /// [m] Where it was when its box was last given, and where its centre may be without the shape
     /// leaving its box in the tree.
     Vec3<S> center = Vec3<S>::Zero();
-    Aabb<S> room{};
+    Aabb<S> margin_box{};
     /// [m] By how much it has turned about its centre since then.
     S turned = S(0);
     /// Whether that is known.
-    bool is_followed = false;
+    bool is_tracked = false;
     /// When `near_` last named it.
     std::uint64_t met_at = 0;
     /// Whether its swept box was of use since its box in the tree changed.
     bool is_needed = false;
     /// Whether `swept` is its box in the tree.
-    bool is_coarse = false;
+    bool is_loose = false;
     /// Whether the box in the tree is another than `near_` knows.
-    bool is_stale = false;
+    bool is_dirty = false;
     /// Whether it has ever been named as moving; those that never were do not meet each other.
     bool has_moved = false;
     /// Scratch of `find_pairs`.
@@ -9441,18 +9360,18 @@ class BroadPhase {
   /// tree.
   [[nodiscard]] static bool is_within(const Entry& entry, const Vec3<S>& center, S margin) {
     const Vec3<S> extra = Vec3<S>::Constant(margin + entry.turned);
-    return entry.room.contains(Aabb<S>{center - extra, center + extra});
+    return entry.margin_box.contains(Aabb<S>{center - extra, center + extra});
   }
 
   /// Whether what a shape reaches matters to others, or may.
-  [[nodiscard]] bool has_company(const Entry& entry) const {
-    return entry.is_stale || entry.is_needed || entry.met_at == refreshes_;
+  [[nodiscard]] bool has_overlaps(const Entry& entry) const {
+    return entry.is_dirty || entry.is_needed || entry.met_at == refreshes_;
   }
 
-  void mark_stale(std::uint32_t tag) {
-    if (entries_[tag].is_stale) return;
-    entries_[tag].is_stale = true;
-    stale_.push_back(tag);
+  void mark_dirty(std::uint32_t tag) {
+    if (entries_[tag].is_dirty) return;
+    entries_[tag].is_dirty = true;
+    dirty_.push_back(tag);
   }
 
   /// Changes the box in the tree where it does not hold the swept one, or is far too large for it.
@@ -9481,21 +9400,21 @@ class BroadPhase {
     grown.upper += ahead.cwiseMax(Vec3<S>::Zero());
     tree_.update(entry.node, grown);
     entry.is_needed = false;
-    mark_stale(tag);
+    mark_dirty(tag);
   }
 
   /// Looks up in the tree what the boxes overlap that changed since the last time.
   void refresh_near() {
-    if (stale_.empty()) return;
+    if (dirty_.empty()) return;
     found_.clear();
     for (const ShapePair& pair : near_) {
-      if (!entries_[pair.a].is_stale && !entries_[pair.b].is_stale) found_.push_back(pair);
+      if (!entries_[pair.a].is_dirty && !entries_[pair.b].is_dirty) found_.push_back(pair);
     }
     const std::size_t kept = found_.size();
-    for (const std::uint32_t tag : stale_) {
+    for (const std::uint32_t tag : dirty_) {
       if (!is_in_tree(tag)) continue;
       tree_.overlap(tree_.box(entries_[tag].node), [&](std::uint32_t other) {
-        const bool is_found_from_other = entries_[other].is_stale && other < tag;
+        const bool is_found_from_other = entries_[other].is_dirty && other < tag;
         const bool may_move = entries_[tag].has_moved || entries_[other].has_moved;
         if (other != tag && !is_found_from_other && may_move) {
           found_.push_back(ordered(tag, other));
@@ -9509,8 +9428,8 @@ class BroadPhase {
     for (const ShapePair& pair : near_) {
       entries_[pair.a].met_at = entries_[pair.b].met_at = refreshes_;
     }
-    for (const std::uint32_t tag : stale_) entries_[tag].is_stale = false;
-    stale_.clear();
+    for (const std::uint32_t tag : dirty_) entries_[tag].is_dirty = false;
+    dirty_.clear();
   }
 
   /// Appends `found_` to `out` in order. Most of it is: the first `sorted` pairs.
@@ -9531,12 +9450,12 @@ class BroadPhase {
   std::vector<ShapePair> near_;
   std::uint64_t refreshes_ = 0;
   /// Shapes whose boxes in the tree are not those that `near_` was made from.
-  std::vector<std::uint32_t> stale_;
+  std::vector<std::uint32_t> dirty_;
   /// Scratch.
   std::vector<ShapePair> found_;
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <array>
@@ -9544,7 +9463,7 @@ class BroadPhase {
 #include <span>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// One point of contact between two bodies.
 template <Scalar S>
@@ -9562,8 +9481,8 @@ struct CachedPoint {
   std::uint32_t feature = 0;
   /// [N s] Impulse along the normal, and along the two tangents of `tangent_basis`.
   std::array<S, 3> impulse{};
-  /// [N s] What of it the next step will not need; see `ContactConstraint::passing`.
-  std::array<S, 3> passing{};
+  /// [N s] What of it the next step will not need; see `ContactConstraint::transient_impulse`.
+  std::array<S, 3> transient_impulse{};
   /// Whether no contact of the last step tells what to expect of this one.
   bool is_fresh = true;
   /// Whether the impulse stopped an approach, and says nothing about the step to come.
@@ -9590,7 +9509,7 @@ struct CachedManifold {
   std::uint32_t first = 0;
   std::uint32_t count = 0;
   /// [-] Whether it was carried over from the last step and has no rows in this one.
-  bool is_carried = false;
+  bool is_persisted = false;
 };
 
 /// [N s] Friction of a point on b, world axes.
@@ -9662,13 +9581,13 @@ class ContactCache {
   /// Takes over, as they were, the manifolds of all pairs before `end` that `keeps(shapes)` wants:
   /// pairs that are not collided in this step, and still touch.
   template <typename Keeps>
-  void carry_before(ShapePair end, Keeps&& keeps) {
+  void persist_before(ShapePair end, Keeps&& keeps) {
     for (; cursor_ < old_manifolds_.size() && old_manifolds_[cursor_].shapes < end; ++cursor_) {
       const CachedManifold<S>& old = old_manifolds_[cursor_];
       if (!keeps(old.shapes)) continue;
       manifolds_.push_back(old);
       manifolds_.back().first = static_cast<std::uint32_t>(points_.size());
-      manifolds_.back().is_carried = true;
+      manifolds_.back().is_persisted = true;
       points_.insert(points_.end(), old_points_.begin() + old.first,
                      old_points_.begin() + old.first + old.count);
     }
@@ -9720,9 +9639,9 @@ class ContactCache {
       t2_ = {t2.dot(u1), t2.dot(u2)};
     }
     [[nodiscard]] std::array<S, 3> operator()(const CachedPoint<S>& old) const {
-      const Vec2<S> friction =
-          (old.impulse[1] - old.passing[1]) * t1_ + (old.impulse[2] - old.passing[2]) * t2_;
-      return {old.impulse[0] - old.passing[0], friction.x(), friction.y()};
+      const Vec2<S> friction = (old.impulse[1] - old.transient_impulse[1]) * t1_ +
+                               (old.impulse[2] - old.transient_impulse[2]) * t2_;
+      return {old.impulse[0] - old.transient_impulse[0], friction.x(), friction.y()};
     }
 
    private:
@@ -9799,7 +9718,7 @@ class ContactCache {
   S half_ = S(0.5);  // Half of this step as a multiple of the last one.
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <cstdint>
@@ -9856,8 +9775,8 @@ class ContactReading {
   BodyId body_b{};
 
   /// @param manifolds  All those of the two shapes, of which there is at least one.
-  ContactReading(std::span<const CachedManifold<S>> manifolds,
-                 const std::vector<CachedPoint<S>>& points)
+  ContactReading(std::span<const detail::CachedManifold<S>> manifolds,
+                 const std::vector<detail::CachedPoint<S>>& points)
       : manifolds_(manifolds), points_(&points) {}
 
   /// Whether they touch, as `ContactEvent` has it.
@@ -9880,8 +9799,8 @@ class ContactReading {
   template <typename ArmOf>
   [[nodiscard]] Wrench<S> sum(ArmOf&& arm_of) const;
 
-  std::span<const CachedManifold<S>> manifolds_;
-  const std::vector<CachedPoint<S>>* points_;
+  std::span<const detail::CachedManifold<S>> manifolds_;
+  const std::vector<detail::CachedPoint<S>>* points_;
 };
 
 // Implementation -----------------------------------------------------------------------------------
@@ -9954,11 +9873,11 @@ bool ContactReading<S>::is_touching() const {
 template <Scalar S>
 template <typename Visit>
 void ContactReading<S>::for_each_point(Visit&& visit) const {
-  for (const CachedManifold<S>& m : manifolds_) {
+  for (const detail::CachedManifold<S>& m : manifolds_) {
     for (std::uint32_t i = m.first; i < m.first + m.count; ++i) {
-      const CachedPoint<S>& point = (*points_)[i];
+      const detail::CachedPoint<S>& point = (*points_)[i];
       visit(ContactPointReading<S>{m.center_a + point.arm_a, m.normal, point.gap, point.impulse[0],
-                                   friction_impulse(m, point)});
+                                   detail::friction_impulse(m, point)});
     }
   }
 }
@@ -9967,9 +9886,9 @@ template <Scalar S>
 template <typename ArmOf>
 Wrench<S> ContactReading<S>::sum(ArmOf&& arm_of) const {
   Wrench<S> total;
-  for (const CachedManifold<S>& m : manifolds_) {
+  for (const detail::CachedManifold<S>& m : manifolds_) {
     for (std::uint32_t i = m.first; i < m.first + m.count; ++i) {
-      const CachedPoint<S>& point = (*points_)[i];
+      const detail::CachedPoint<S>& point = (*points_)[i];
       total += Wrench<S>::at(arm_of(m, point), detail::point_impulse(m, point));
     }
   }
@@ -9978,19 +9897,23 @@ Wrench<S> ContactReading<S>::sum(ArmOf&& arm_of) const {
 
 template <Scalar S>
 Wrench<S> ContactReading<S>::impulse_about(const Vec3<S>& point) const {
-  return sum([&](const CachedManifold<S>& m, const CachedPoint<S>& p) -> Vec3<S> {
+  return sum([&](const detail::CachedManifold<S>& m, const detail::CachedPoint<S>& p) -> Vec3<S> {
     return m.center_a - point + p.acting_arm_a();
   });
 }
 
 template <Scalar S>
 Wrench<S> ContactReading<S>::impulse_on_a() const {
-  return -sum([](const CachedManifold<S>&, const CachedPoint<S>& p) { return p.acting_arm_a(); });
+  return -sum([](const detail::CachedManifold<S>&, const detail::CachedPoint<S>& p) {
+    return p.acting_arm_a();
+  });
 }
 
 template <Scalar S>
 Wrench<S> ContactReading<S>::impulse_on_b() const {
-  return sum([](const CachedManifold<S>&, const CachedPoint<S>& p) { return p.acting_arm_b(); });
+  return sum([](const detail::CachedManifold<S>&, const detail::CachedPoint<S>& p) {
+    return p.acting_arm_b();
+  });
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -10000,30 +9923,31 @@ Wrench<S> ContactReading<S>::impulse_on_b() const {
 /// @file
 /// A haptic loop: sensors on tools that a user holds, sensed more often than the world steps.
 ///
-///     HapticLoop<double> loop({.ticks = 16});
+///     HapticLoop<double> loop({.substeps = 16});
 ///     const ToolId tool = loop.add_tool(stylus);  // a kinematic body
 ///     loop.add_patch(tool, patch);
 ///     world.open(loop);
 ///     for (;;) {
 ///       for (int i = 0; i < 16; ++i) {
 ///         loop.move(tool, device.pose());
-///         loop.tick();
+///         loop.substep();
 ///         device.send(loop.wrench(tool));
 ///       }
 ///       world.step(loop);
 ///     }
 ///
-/// Ticks run ahead of the world: the bodies near a tool are predicted from the state in which the
-/// last step left them (haptic_body.hpp), each tick evaluates the law of the loop's patches and
-/// moves them on, and the step then gives the bodies of the world the sum of all impulses. Rays are
-/// cast in each tick, or once a step (`PatchDef::cast_every` counts ticks here). A tick looks at
-/// the loop alone. docs/decisions/0024-haptic-ticks.md says why it is built this way.
+/// Substeps run ahead of the world: the bodies near a tool are predicted from the state in which
+/// the last step left them (haptic_body.hpp), each substep evaluates the law of the loop's patches
+/// and moves them on, and the step then gives the bodies of the world the sum of all impulses. Rays
+/// are cast in each substep, or once a step (`PatchDef::cast_every` counts substeps here). A
+/// substep looks at the loop alone. docs/decisions/0024-haptic-ticks.md says why it is built this
+/// way.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/world/haptic_body.hpp
 
 /// @file
-/// A body near a haptic tool, ahead of the world: how the ticks of a loop move it.
+/// A body near a haptic tool, ahead of the world: how the substeps of a loop move it.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/dynamics/bodies/integrator.hpp
@@ -10037,7 +9961,7 @@ Wrench<S> ContactReading<S>::impulse_on_b() const {
 /// body"), fourth order in the step, in parts of at most a radian where the body spins faster.
 // SPDX-License-Identifier: BSD-3-Clause
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Velocities of a body after the forces known at the start of the step: gravity and what the
 /// caller applies. The gyroscopic torque is not among them; `step_pose` accounts for it exactly.
@@ -10066,8 +9990,6 @@ template <Scalar S>
 void step_pose(Body<S>& body, const Twist<S>& motion, S dt);
 
 // Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
 
 /// Vector part q of the quaternion of one step of the free top, in body axes: the root of
 /// q0 J q + q x J q = h y / 2 with q0 = sqrt(1 - |q|^2), by Newton. Returns false when the step
@@ -10153,20 +10075,18 @@ void turn_free_top(Body<S>& body, const Vec3<S>& w, S dt) {
   body.twist.angular = rotation * (inverse_inertia * (rotation.conjugate() * own_L_W));
 }
 
-}  // namespace detail
-
 template <Scalar S>
 void step_pose(Body<S>& body, const Twist<S>& motion, S dt) {
   Transform<S>& X = body.center_pose;
   X.translation += dt * motion.linear;
-  if (body.is_dynamic() && !body.locked.any_angular() && !detail::is_isotropic(body.inertia_B)) {
-    detail::turn_free_top(body, motion.angular, dt);
+  if (body.is_dynamic() && !body.locked.any_angular() && !is_isotropic(body.inertia_B)) {
+    turn_free_top(body, motion.angular, dt);
   } else {
     X.rotation = step_rotation(X.rotation, motion.angular, dt);
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/math/elimination.hpp
 
@@ -10177,7 +10097,7 @@ void step_pose(Body<S>& body, const Twist<S>& motion, S dt) {
 #include <cmath>
 #include <utility>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Makes B the X of A X = B, by elimination with pivots by row; A is used up. Eigen's own takes
 /// blocks, and a compiler longer than the rest of what calls it. Where A is singular X is not
@@ -10217,7 +10137,7 @@ template <Scalar S, int size, int columns, int options>
   return B;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/world/held_mobility.hpp
 
@@ -10302,7 +10222,7 @@ enum class JointKind {
 };
 
 /// What drives the free axis of a joint.
-enum class DriveMode {
+enum class MotorMode {
   /// Nothing.
   none,
   /// The velocity target, as far as the force limit lets it.
@@ -10315,9 +10235,9 @@ enum class DriveMode {
 
 /// Drive of the free axis of a joint; without one it does nothing.
 template <Scalar S>
-struct JointDrive {
+struct JointMotor {
   /// [-] What is driven.
-  DriveMode mode = DriveMode::none;
+  MotorMode mode = MotorMode::none;
   /// [m/s] or [m] Velocity or position of the joint that is wanted; rad for one that turns.
   S target = S(0);
   /// [N] Largest force, >= 0; [N m] torque for one that turns.
@@ -10378,7 +10298,7 @@ struct JointBushing {
   return names[static_cast<std::size_t>(kind)];
 }
 
-/// Whether a joint has one free axis, for drives and springs.
+/// Whether a joint has one free axis, for motors and springs.
 [[nodiscard]] constexpr bool has_free_axis(JointKind kind) {
   return kind == JointKind::revolute || kind == JointKind::prismatic;
 }
@@ -10414,7 +10334,7 @@ struct JointDef {
   /// pi on.
   S swing_limit = infinity<S>;
   /// [-] What drives the free axis of a `revolute` or `prismatic` joint.
-  JointDrive<S> drive{};
+  JointMotor<S> motor{};
   /// [-] Passive spring and damper on the free axis of a `revolute` or `prismatic` joint.
   JointSpring<S> spring{};
   /// [-] Springs and dampers of a `six_dof` joint.
@@ -10433,17 +10353,19 @@ struct JointReading {
   S velocity = S(0);
   /// [rad] Angle between the x axes of the two frames of a `cone_twist`.
   S swing = S(0);
-  /// [N] Force of the drive on B along the axis; [N m] torque about it.
-  S drive_force = S(0);
+  /// [N] Force of the motor on B along the axis; [N m] torque about it.
+  S motor_force = S(0);
   /// [N, N m] Wrench of the whole joint on B about B's joint frame's origin, world axes.
   Wrench<S> reaction{};
-  /// [m] How far the origins of the two frames are from each other, and [rad] how far their axes are
-  /// turned, where the joint allows neither, limits apart. More than round-off is left before the
-  /// first step, where a loop cannot be closed, where a step could not close it, and where the axes
-  /// of a hinge are opposite to each other, from where no way is the shortest.
+  /// [m] How far the origins of the two frames are from each other, and [rad] how far their axes
+  /// are turned, where the joint allows neither, limits apart. More than round-off is left before
+  /// the first step, where a loop cannot be closed, where a step could not close it, and where the
+  /// axes of a hinge are opposite to each other, from where no way is the shortest.
   S gap = S(0);
   S tilt = S(0);
 };
+
+namespace detail {
 
 /// A joint of a world.
 template <Scalar S>
@@ -10471,18 +10393,20 @@ struct Joint {
   bool is_resolved = false;
 };
 
+}  // namespace detail
+
 /// @throws InvalidArgument naming the field, or where a joint of this kind has nothing to drive.
 template <Scalar S>
-void validate(const JointDrive<S>& drive, JointKind kind) {
-  detail::require_finite("JointDrive::target", drive.target);
+void validate(const JointMotor<S>& motor, JointKind kind) {
+  detail::require_finite("JointMotor::target", motor.target);
   using std::isfinite;
   // Only a bound, which may be the largest number there is.
-  detail::require(isfinite(drive.max_force) && drive.max_force >= S(0), "JointDrive::max_force",
-                  drive.max_force, "must be finite and >= 0");
-  detail::require(drive.max_speed > S(0), "JointDrive::max_speed", drive.max_speed, "must be > 0");
-  detail::require_not_negative("JointDrive::stiffness", drive.stiffness);
-  detail::require_not_negative("JointDrive::damping", drive.damping);
-  detail::require(has_free_axis(kind) || drive.mode == DriveMode::none, "JointDef::drive",
+  detail::require(isfinite(motor.max_force) && motor.max_force >= S(0), "JointMotor::max_force",
+                  motor.max_force, "must be finite and >= 0");
+  detail::require(motor.max_speed > S(0), "JointMotor::max_speed", motor.max_speed, "must be > 0");
+  detail::require_not_negative("JointMotor::stiffness", motor.stiffness);
+  detail::require_not_negative("JointMotor::damping", motor.damping);
+  detail::require(has_free_axis(kind) || motor.mode == MotorMode::none, "JointDef::drive",
                   name_of(kind), "needs a revolute or prismatic joint");
 }
 
@@ -10526,7 +10450,7 @@ void validate(const JointDef<S>& def) {
   detail::require(def.swing_limit > S(0), "JointDef::swing_limit", def.swing_limit, "must be > 0");
   detail::require(kind == JointKind::cone_twist || def.swing_limit == infinity<S>,
                   "JointDef::swing_limit", def.swing_limit, "needs a cone_twist joint");
-  validate(def.drive, kind);
+  validate(def.motor, kind);
   validate(def.spring);
   detail::require(
       has_free_axis(kind) || (def.spring.stiffness == S(0) && def.spring.damping == S(0)),
@@ -10541,11 +10465,11 @@ void validate(const JointDef<S>& def) {
 
 #include <cstdint>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A joint of a mechanism, between two of its bodies.
 template <Scalar S>
-struct JointFlowJoint {
+struct MechanismJoint {
   /// [-] What it leaves free.
   JointKind kind = JointKind::fixed;
   /// [-] Numbers of its bodies.
@@ -10564,7 +10488,7 @@ struct JointFlowJoint {
 
 /// Where a body is and how it moves at one instant.
 template <Scalar S>
-struct BodyInstant {
+struct BodyState {
   /// [m] Centre of mass.
   Vec3<S> x = Vec3<S>::Zero();
   /// [1] Axes of the body.
@@ -10579,7 +10503,7 @@ struct BodyInstant {
 
 /// The geometry of a joint at one instant, world axes.
 template <Scalar S>
-struct JointInstant {
+struct JointState {
   /// [m] From the centres of mass to the joint origins; that of A to B's origin where B slides, or
   /// where other joints connect the two bodies, too.
   Vec3<S> arm_a = Vec3<S>::Zero();
@@ -10605,38 +10529,38 @@ template <Scalar S>
 }
 
 template <Scalar S>
-[[nodiscard]] JointInstant<S> joint_instant(const JointFlowJoint<S>& joint, const BodyInstant<S>& a,
-                                            const BodyInstant<S>& b);
+[[nodiscard]] JointState<S> joint_state(const MechanismJoint<S>& joint, const BodyState<S>& a,
+                                        const BodyState<S>& b);
 
 /// J v: the relative velocity that the joint keeps at zero. Also J times accelerations.
 template <Scalar S>
-[[nodiscard]] Twist<S> held_velocity(JointKind kind, const JointInstant<S>& at, const Twist<S>& a,
-                                     const Twist<S>& b);
+[[nodiscard]] Twist<S> constraint_velocity(JointKind kind, const JointState<S>& at,
+                                           const Twist<S>& a, const Twist<S>& b);
 
 /// [m/s^2, rad/s^2] J' v.
 template <Scalar S>
-[[nodiscard]] Twist<S> held_acceleration_bias(JointKind kind, const JointInstant<S>& at,
-                                              const Twist<S>& a, const Twist<S>& b);
+[[nodiscard]] Twist<S> constraint_acceleration_bias(JointKind kind, const JointState<S>& at,
+                                                    const Twist<S>& a, const Twist<S>& b);
 
 /// [m, rad] How far the bodies are from where the joint holds them.
 template <Scalar S>
-[[nodiscard]] Twist<S> held_gap(const JointFlowJoint<S>& joint, const JointInstant<S>& at,
-                                const BodyInstant<S>& a, const BodyInstant<S>& b);
+[[nodiscard]] Twist<S> constraint_error(const MechanismJoint<S>& joint, const JointState<S>& at,
+                                        const BodyState<S>& a, const BodyState<S>& b);
 
 /// [m or rad] Position along or about the free axis.
 /// @param guess  [rad] Angle of a hinge to within half a turn.
 template <Scalar S>
-[[nodiscard]] S axis_position(const JointFlowJoint<S>& joint, const JointInstant<S>& at,
-                              const BodyInstant<S>& a, const BodyInstant<S>& b, S guess);
+[[nodiscard]] S axis_position(const MechanismJoint<S>& joint, const JointState<S>& at,
+                              const BodyState<S>& a, const BodyState<S>& b, S guess);
 
 /// [m/s or rad/s] Its rate.
 template <Scalar S>
-[[nodiscard]] S axis_rate(const JointInstant<S>& at, const Twist<S>& a, const Twist<S>& b);
+[[nodiscard]] S axis_rate(const JointState<S>& at, const Twist<S>& a, const Twist<S>& b);
 
 // Implementation -----------------------------------------------------------------------------------
 
 template <Scalar S>
-void BodyInstant<S>::set_axes(const Quat<S>& rotation) {
+void BodyState<S>::set_axes(const Quat<S>& rotation) {
   q = rotation;
   // Divided by the squared length, which no root needs: within a Runge-Kutta step quaternions are
   // not of length one.
@@ -10657,9 +10581,9 @@ void BodyInstant<S>::set_axes(const Quat<S>& rotation) {
 }
 
 template <Scalar S>
-JointInstant<S> joint_instant(const JointFlowJoint<S>& joint, const BodyInstant<S>& a,
-                              const BodyInstant<S>& b) {
-  JointInstant<S> at;
+JointState<S> joint_state(const MechanismJoint<S>& joint, const BodyState<S>& a,
+                          const BodyState<S>& b) {
+  JointState<S> at;
   at.arm_b = b.R * joint.X_CmB_J.translation;
   if (lets_slide(joint.kind)) {
     at.arm_a = (b.x - a.x) + at.arm_b;
@@ -10672,8 +10596,8 @@ JointInstant<S> joint_instant(const JointFlowJoint<S>& joint, const BodyInstant<
 }
 
 template <Scalar S>
-Twist<S> held_velocity(JointKind kind, const JointInstant<S>& at, const Twist<S>& a,
-                       const Twist<S>& b) {
+Twist<S> constraint_velocity(JointKind kind, const JointState<S>& at, const Twist<S>& a,
+                             const Twist<S>& b) {
   const Vec3<S> u = (b.linear - a.linear) + b.angular.cross(at.arm_b) - a.angular.cross(at.arm_a);
   if (lets_turn(kind)) return {u, Vec3<S>::Zero()};
   const Vec3<S> w = b.angular - a.angular;
@@ -10681,8 +10605,8 @@ Twist<S> held_velocity(JointKind kind, const JointInstant<S>& at, const Twist<S>
 }
 
 template <Scalar S>
-Twist<S> held_acceleration_bias(JointKind kind, const JointInstant<S>& at, const Twist<S>& a,
-                                const Twist<S>& b) {
+Twist<S> constraint_acceleration_bias(JointKind kind, const JointState<S>& at, const Twist<S>& a,
+                                      const Twist<S>& b) {
   const Vec3<S> turn_a = a.angular.cross(at.arm_a);
   const Vec3<S> turn_b = b.angular.cross(at.arm_b);
   const Vec3<S> u = (b.linear - a.linear) + turn_b - turn_a;
@@ -10693,8 +10617,8 @@ Twist<S> held_acceleration_bias(JointKind kind, const JointInstant<S>& at, const
 }
 
 template <Scalar S>
-Twist<S> held_gap(const JointFlowJoint<S>& joint, const JointInstant<S>& at,
-                  const BodyInstant<S>& a, const BodyInstant<S>& b) {
+Twist<S> constraint_error(const MechanismJoint<S>& joint, const JointState<S>& at,
+                          const BodyState<S>& a, const BodyState<S>& b) {
   // Centres of mass are subtracted first, so nothing is lost far from the world's origin.
   const Vec3<S> c = (b.x - a.x) + (at.arm_b - a.R * joint.X_CmA_J.translation);
   if (lets_turn(joint.kind)) return {c, Vec3<S>::Zero()};
@@ -10707,8 +10631,8 @@ Twist<S> held_gap(const JointFlowJoint<S>& joint, const JointInstant<S>& at,
 }
 
 template <Scalar S>
-S axis_position(const JointFlowJoint<S>& joint, const JointInstant<S>& at, const BodyInstant<S>& a,
-                const BodyInstant<S>& b, S guess) {
+S axis_position(const MechanismJoint<S>& joint, const JointState<S>& at, const BodyState<S>& a,
+                const BodyState<S>& b, S guess) {
   using std::atan2;
   if (lets_hinge(joint.kind)) {
     const Quat<S> turn_J =
@@ -10719,12 +10643,12 @@ S axis_position(const JointFlowJoint<S>& joint, const JointInstant<S>& at, const
 }
 
 template <Scalar S>
-S axis_rate(const JointInstant<S>& at, const Twist<S>& a, const Twist<S>& b) {
+S axis_rate(const JointState<S>& at, const Twist<S>& a, const Twist<S>& b) {
   // One of the two axes is zero.
   return at.slide.dot(b.at(at.arm_b) - a.at(at.arm_a)) + at.hinge.dot(b.angular - a.angular);
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/dynamics/joints/joint_pose.hpp
 
@@ -10753,15 +10677,15 @@ S axis_rate(const JointInstant<S>& at, const Twist<S>& a, const Twist<S>& b) {
 ///
 /// Velocities and positions are two complementarity problems with one matrix (docs/solver.md): the
 /// impulse `impulse` keeps the surfaces from approaching at the end of the step, and the share
-/// `placed` of it that acts early enough to move the bodies within the step keeps them from
-/// overlapping. For a contact at rest the second is half of the first.
+/// `position_impulse` of it that acts early enough to move the bodies within the step keeps them
+/// from overlapping. For a contact at rest the second is half of the first.
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <array>
 #include <cmath>
 #include <cstdint>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// [1] Share of a row's response below which nothing is left of it but round-off, once other rows
 /// hold: a thousand roundings, for what elimination adds up.
@@ -10797,14 +10721,14 @@ struct ContactConstraint {
   std::array<S, 3> impulse{};
   /// [N s] What of it answers the velocities that the step started with, where that is known. They
   /// are gone at its end: the next step needs that much less.
-  std::array<S, 3> passing{};
+  std::array<S, 3> transient_impulse{};
   /// [N s] What of the normal impulse moves the bodies within the step, and the least it may be.
   /// Sweeps over manifolds keep theirs to themselves.
-  S placed = S(0);
-  S least_placed = S(0);
+  S position_impulse = S(0);
+  S least_position_impulse = S(0);
   /// [1] Share of the step that is left after a bounce, which is the share of its impulse that
   /// moves the bodies; negative where nothing bounces.
-  S bounce_share = S(-1);
+  S restitution_share = S(-1);
   /// Whether its bodies bounce or fly apart: an overlap then closes by itself.
   bool parts = false;
   /// Whether the impulse of the last step says nothing about this one: a new contact, or one that
@@ -10833,8 +10757,9 @@ struct ContactConstraint {
   }
 };
 
-/// [1] How far an impulse is from the edge of its friction cone, where surfaces slide: 0 at the edge
-/// and 1 up to nine tenths of the way to it, without a jump that would make small differences large.
+/// [1] How far an impulse is from the edge of its friction cone, where surfaces slide: 0 at the
+/// edge and 1 up to nine tenths of the way to it, without a jump that would make small differences
+/// large.
 /// @param impulse  [N s] Along the normal and two tangents.
 template <Scalar S>
 [[nodiscard]] S hold_of(const std::array<S, 3>& impulse, const S& friction) {
@@ -10885,8 +10810,6 @@ struct ContactResponse {
   }
 };
 
-namespace detail {
-
 /// Impulse change that brings one velocity to its target, 0 where nothing can move.
 template <Scalar S>
 [[nodiscard]] S scalar_change(S residual, S response) {
@@ -10898,8 +10821,8 @@ template <Scalar S>
 /// edge that opposes the slip (Coulomb's direction, also where the 2x2 matrix is not isotropic).
 /// @tparam Response  Has what `ContactResponse` says of the tangential part.
 template <Value T, typename Response>
-BRISTLE_INLINE void solve_friction(const Response& K, const T& v1, const T& v2, const T& radius,
-                                   T& t1, T& t2) {
+BRISTLE_FORCE_INLINE void solve_friction(const Response& K, const T& v1, const T& v2,
+                                         const T& radius, T& t1, T& t2) {
   using std::sqrt;
   const T zero = ScalarOf<T>(0);
   const T x = t1 - (K.c * v1 - K.b * v2) * K.inverse_determinant;
@@ -10920,8 +10843,6 @@ BRISTLE_INLINE void solve_friction(const Response& K, const T& v1, const T& v2, 
   t2 = select(sticks, y, shrink * u2);
 }
 
-}  // namespace detail
-
 /// Solves one contact with everything else held still.
 /// @param v  [m/s] Velocity at the point as it is now.
 /// @return [N s] Change of the impulse, along the axes.
@@ -10932,19 +10853,19 @@ std::array<S, 3> solve_contact(ContactConstraint<S>& c, const ContactResponse<S>
   const S wanted = before[0] + (c.target - c.axes[0].dot(v)) * K.inverse_nn;
   c.impulse[0] = wanted > S(0) ? wanted : S(0);
   const S change = c.impulse[0] - before[0];
-  detail::solve_friction(K, c.axes[1].dot(v) - c.bias[1] + K.n1 * change,
-                         c.axes[2].dot(v) - c.bias[2] + K.n2 * change,
-                         c.friction * c.impulse[0], c.impulse[1], c.impulse[2]);
+  solve_friction(K, c.axes[1].dot(v) - c.bias[1] + K.n1 * change,
+                 c.axes[2].dot(v) - c.bias[2] + K.n2 * change, c.friction * c.impulse[0],
+                 c.impulse[1], c.impulse[2]);
   return {change, c.impulse[1] - before[1], c.impulse[2] - before[2]};
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// One scalar velocity constraint between bodies A and B. Its velocity is
 /// d . (v_B - v_A) + angular_b . w_B - angular_a . w_A, and an impulse x adds d x to B's momentum.
@@ -10986,10 +10907,10 @@ template <Scalar S>
 enum class BlockKind : std::uint8_t {
   /// Any value: velocities equal their targets.
   equality,
-  /// One row within [lower, upper]: a drive.
+  /// One row within [lower, upper]: a motor.
   bounded,
   /// One row that only pushes and keeps an error from falling below zero: a stop.
-  stop
+  limit
 };
 
 /// Rows that are solved together.
@@ -11020,7 +10941,7 @@ template <Scalar S>
   switch (block.kind) {
     case BlockKind::equality:
       return block.count;
-    case BlockKind::stop:
+    case BlockKind::limit:
       return 1;
     case BlockKind::bounded:
       break;
@@ -11072,10 +10993,9 @@ void solve_block(const ConstraintBlock<S>& block, const BlockResponse<S>& K, con
       for (std::size_t i = 0; i < block.count; ++i) rows[i].impulse += change[i];
       return;
     case BlockKind::bounded:
-    case BlockKind::stop: {
+    case BlockKind::limit: {
       const S missing = velocity[0] - rows[0].target + rows[0].compliance * rows[0].impulse;
-      const S wanted =
-          rows[0].impulse + detail::scalar_change(missing, K(0, 0, 1) + rows[0].compliance);
+      const S wanted = rows[0].impulse + scalar_change(missing, K(0, 0, 1) + rows[0].compliance);
       const S impulse = min(max(wanted, block.lower), block.upper);
       change[0] = impulse - rows[0].impulse;
       rows[0].impulse = impulse;
@@ -11084,12 +11004,12 @@ void solve_block(const ConstraintBlock<S>& block, const BlockResponse<S>& K, con
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <array>
 #include <numbers>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Where a joint stands: its frame on A in the world and the offset of B's frame from it.
 template <Scalar S>
@@ -11128,13 +11048,13 @@ template <Scalar S>
 /// [m or rad] The same at the end of a step, whole turns counted by the velocities at both ends.
 /// @param pose  At the end of the step.
 template <Scalar S>
-[[nodiscard]] S followed_position(const Joint<S>& joint, const JointPose<S>& pose,
-                                  const std::array<Twist<S>, 2>& of_a,
-                                  const std::array<Twist<S>, 2>& of_b, S dt);
+[[nodiscard]] S tracked_position(const Joint<S>& joint, const JointPose<S>& pose,
+                                 const std::array<Twist<S>, 2>& of_a,
+                                 const std::array<Twist<S>, 2>& of_b, S dt);
 
 /// Whether a joint is on the allowed side of all its stops.
 template <Scalar S>
-[[nodiscard]] bool is_within_stops(const JointDef<S>& def, const JointPose<S>& pose, S position);
+[[nodiscard]] bool is_within_limits(const JointDef<S>& def, const JointPose<S>& pose, S position);
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -11169,8 +11089,6 @@ S joint_position(JointKind kind, const JointPose<S>& pose, S guess) {
   return nearest_turn(S(2) * atan2(pose.turn_J.x(), pose.turn_J.w()), guess);
 }
 
-namespace detail {
-
 /// Row along an axis of A's joint frame at B's joint origin.
 template <Scalar S>
 [[nodiscard]] ConstraintRow<S> linear_row(const JointPose<S>& pose, int axis) {
@@ -11181,15 +11099,13 @@ template <Scalar S>
   return row;
 }
 
-}  // namespace detail
-
 template <Scalar S>
 ConstraintRow<S> position_row(JointKind kind, const JointPose<S>& pose) {
   using std::max;
   ConstraintRow<S> row;
   switch (kind) {
     case JointKind::prismatic:
-      return detail::linear_row(pose, 0);
+      return linear_row(pose, 0);
     case JointKind::revolute:
       row.angular_a = row.angular_b = pose.axes_W.col(0);
       break;
@@ -11209,9 +11125,8 @@ ConstraintRow<S> position_row(JointKind kind, const JointPose<S>& pose) {
 }
 
 template <Scalar S>
-S followed_position(const Joint<S>& joint, const JointPose<S>& pose,
-                    const std::array<Twist<S>, 2>& of_a, const std::array<Twist<S>, 2>& of_b,
-                    S dt) {
+S tracked_position(const Joint<S>& joint, const JointPose<S>& pose,
+                   const std::array<Twist<S>, 2>& of_a, const std::array<Twist<S>, 2>& of_b, S dt) {
   const JointKind kind = joint.def.kind;
   if (!has_angle(kind)) return joint_position(kind, pose, S(0));
   const ConstraintRow<S> row = position_row(kind, pose);
@@ -11220,20 +11135,20 @@ S followed_position(const Joint<S>& joint, const JointPose<S>& pose,
 }
 
 template <Scalar S>
-bool is_within_stops(const JointDef<S>& def, const JointPose<S>& pose, S position) {
+bool is_within_limits(const JointDef<S>& def, const JointPose<S>& pose, S position) {
   if (position < def.lower_limit || position > def.upper_limit) return false;
   if (def.swing_limit >= S(std::numbers::pi)) return true;
   return joint_swing(pose) <= def.swing_limit;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/dynamics/joints/joint_spring.hpp
 
 /// @file
 /// Springs and dampers of joints as soft blocks, by implicit Euler: stable for any constants and
 /// step, and never a source of energy. Where the step resolves them mechanisms may integrate them
-/// instead (joint_flow.hpp), without its loss.
+/// instead (mechanism_integrator.hpp), without its loss.
 ///
 /// A spring k, d along a position x with x' = j . v pulls with -k (x - rest) - d x'. With both at
 /// the end of the step, x + dt x', its impulse is affine in the velocity there:
@@ -11249,13 +11164,18 @@ bool is_within_stops(const JointDef<S>& def, const JointPose<S>& pose, S positio
 // === bristle/dynamics/solver/solver_types.hpp
 
 /// @file
-/// What both solvers work on: bodies as the solver sees them, one island's constraints, settings
-/// and what a solve reports.
+/// Records that both solvers share: bodies as the solver sees them, the constraints of one island,
+/// and the report of a solve.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/dynamics/solver/solver_def.hpp
+
+/// @file
+/// Settings of the solver and the integrator.
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <cstdint>
-#include <span>
-#include <vector>
+#include <limits>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -11303,6 +11223,14 @@ struct SolverDef {
   S longest_part = S(1) / S(240);
 };
 
+}  // namespace bristle::inline BRISTLE_ABI
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
 /// A body in the solver.
 template <Scalar S>
 struct SolverBody {
@@ -11313,7 +11241,7 @@ struct SolverBody {
   /// Velocities at the start of the step.
   Twist<S> start{};
   /// Displacement of the step, divided by the step: of free motion, and as known so far.
-  Twist<S> free_motion{};
+  Twist<S> free_velocity{};
   Twist<S> motion{};
   // Up to here, and the flags, is all that a step needs of a body that touches nothing.
   /// Whether forces move it along or about any axis, and whether torques turn it about any.
@@ -11338,12 +11266,13 @@ struct SolverBody {
     return (axis < 3 ? inverse_mass[axis] : inverse_inertia(axis - 3, axis - 3)) == S(0);
   }
   /// Adds what an impulse at the end of an arm does to a velocity.
-  void push_at(Twist<S>& velocity, const Vec3<S>& impulse, const Vec3<S>& arm) const {
+  void apply_impulse_at(Twist<S>& velocity, const Vec3<S>& impulse, const Vec3<S>& arm) const {
     velocity.linear += inverse_mass.cwiseProduct(impulse);
     if (turns) velocity.angular += inverse_inertia * arm.cross(impulse);
   }
   /// Adds what an impulse about the centre of mass does to a velocity.
-  void push(Twist<S>& velocity, const Vec3<S>& impulse, const Vec3<S>& angular_impulse) const {
+  void apply_impulse(Twist<S>& velocity, const Vec3<S>& impulse,
+                     const Vec3<S>& angular_impulse) const {
     velocity.linear += inverse_mass.cwiseProduct(impulse);
     velocity.angular += inverse_inertia * angular_impulse;
   }
@@ -11519,15 +11448,15 @@ template <Scalar S>
 template <Scalar S, typename Of>
 void apply_at_contact(const ContactConstraint<S>& c, const Vec3<S>& impulse, SolverBody<S>& a,
                       SolverBody<S>& b, Of&& of) {
-  if (a.moves) a.push_at(of(a), -impulse, c.arm_a);
-  if (b.moves) b.push_at(of(b), impulse, c.arm_b);
+  if (a.moves) a.apply_impulse_at(of(a), -impulse, c.arm_a);
+  if (b.moves) b.apply_impulse_at(of(b), impulse, c.arm_b);
 }
 
 /// Applies the impulse x of a row to both bodies.
 template <Scalar S, typename Of>
 void apply_row(const ConstraintRow<S>& row, S x, SolverBody<S>& a, SolverBody<S>& b, Of&& of) {
-  a.push(of(a), -x * row.direction, -x * row.angular_a);
-  b.push(of(b), x * row.direction, x * row.angular_b);
+  a.apply_impulse(of(a), -x * row.direction, -x * row.angular_a);
+  b.apply_impulse(of(b), x * row.direction, x * row.angular_b);
 }
 
 /// Applies the impulse p of a soft block to both bodies: p on B, -p on A.
@@ -11535,8 +11464,8 @@ template <Scalar S>
 void apply_soft(const SoftBlock<S>& block, const Vec6<S>& p, SolverBody<S>& a, SolverBody<S>& b) {
   const Vec3<S> force = p.template head<3>();
   const Vec3<S> torque = p.template tail<3>();
-  a.push(a.twist, -force, -torque - block.arm_a.cross(force));
-  b.push(b.twist, force, torque + block.arm_b.cross(force));
+  a.apply_impulse(a.twist, -force, -torque - block.arm_a.cross(force));
+  b.apply_impulse(b.twist, force, torque + block.arm_b.cross(force));
 }
 
 /// Sets the velocities of an island to free motion plus everything its constraints hold: what
@@ -11558,19 +11487,19 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] Twist<S> mean_motion(const SolverBody<S>& body, Integrator integrator) {
   if (integrator == Integrator::symplectic_euler) return body.twist;
-  return body.free_motion + S(0.5) * (body.twist - body.free);
+  return body.free_velocity + S(0.5) * (body.twist - body.free);
 }
 
 /// The same for free motion that starts and ends with known velocities, of a body or of a point.
 template <Scalar S, typename Velocity>
-[[nodiscard]] Velocity mean_free_motion(const Velocity& start, const Velocity& free,
-                                        Integrator integrator) {
+[[nodiscard]] Velocity mean_free_velocity(const Velocity& start, const Velocity& free,
+                                          Integrator integrator) {
   if (integrator == Integrator::symplectic_euler) return free;
   return S(0.5) * (start + free);
 }
 template <Scalar S>
-[[nodiscard]] Twist<S> mean_free_motion(const SolverBody<S>& body, Integrator integrator) {
-  return mean_free_motion<S>(body.start, body.free, integrator);
+[[nodiscard]] Twist<S> mean_free_velocity(const SolverBody<S>& body, Integrator integrator) {
+  return mean_free_velocity<S>(body.start, body.free, integrator);
 }
 
 /// Picks the velocity at the end of the step, or the displacement of it, for the functions above.
@@ -11598,8 +11527,8 @@ void apply_impulses(const Island& island, const Constraints<S>& constraints,
     }
     SolverBody<S>& a = bodies[slot_a];
     SolverBody<S>& b = bodies[slot_b];
-    if (a.moves) a.push(a.twist, -force, -torque_a);
-    if (b.moves) b.push(b.twist, force, torque_b);
+    if (a.moves) a.apply_impulse(a.twist, -force, -torque_a);
+    if (b.moves) b.apply_impulse(b.twist, force, torque_b);
   }
   for (const std::uint32_t i : island.blocks) {
     const ConstraintBlock<S>& block = constraints.blocks[i];
@@ -11614,9 +11543,9 @@ void apply_impulses(const Island& island, const Constraints<S>& constraints,
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Adds the spring on the free axis of a joint, if it has one.
 /// @param along  Row of the position.
@@ -11631,8 +11560,6 @@ template <Scalar S>
 void add_joint_bushing(Joint<S>& joint, const JointPose<S>& pose, S dt, Constraints<S>& out);
 
 // Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
 
 /// Adds an empty soft block about B's joint origin, warm from the last step.
 template <Scalar S>
@@ -11669,13 +11596,11 @@ template <Scalar S>
   return Mat3<S>::Identity() - S(0.5) * X + k * X * X;
 }
 
-}  // namespace detail
-
 template <Scalar S>
 void add_joint_spring(Joint<S>& joint, const JointPose<S>& pose, const ConstraintRow<S>& along,
                       S position, S mobility, S dt, Constraints<S>& out) {
   const JointSpring<S>& spring = joint.def.spring;
-  SoftBlock<S>& soft = detail::open_joint_soft_block(joint, pose, out);
+  SoftBlock<S>& soft = open_joint_soft_block(joint, pose, out);
   const bool turns = has_angle(joint.def.kind);
   Vec6<S> j = Vec6<S>::Zero();
   if (turns) {
@@ -11692,11 +11617,11 @@ void add_joint_spring(Joint<S>& joint, const JointPose<S>& pose, const Constrain
 template <Scalar S>
 void add_joint_bushing(Joint<S>& joint, const JointPose<S>& pose, S dt, Constraints<S>& out) {
   const JointBushing<S>& bushing = joint.def.bushing;
-  SoftBlock<S>& soft = detail::open_joint_soft_block(joint, pose, out);
+  SoftBlock<S>& soft = open_joint_soft_block(joint, pose, out);
   const Vec3<S> turn_J = log_rotation<S>(pose.turn_J);
   const Mat3<S>& R = pose.axes_W;
   // To the rates of the offset and of the rotation vector, in A's joint frame.
-  const Mat3<S> rate = detail::rotation_vector_rate<S>(turn_J) * R.transpose();
+  const Mat3<S> rate = rotation_vector_rate<S>(turn_J) * R.transpose();
   const auto squared = [](const Mat3<S>& J, const Vec3<S>& weight) -> Mat3<S> {
     return J.transpose() * weight.asDiagonal() * J;
   };
@@ -11712,16 +11637,16 @@ void add_joint_bushing(Joint<S>& joint, const JointPose<S>& pose, S dt, Constrai
   soft.offset.template tail<3>() = -(rate.transpose() * k_angular.cwiseProduct(turn_J));
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <span>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Adds what a joint is in this step: locked axes as one equality block, then the drive, the stops,
+/// Adds what a joint is in this step: locked axes as one equality block, then the motor, the stops,
 /// and a soft block for springs.
 template <Scalar S>
 void add_joint_rows(Joint<S>& joint, std::uint32_t joint_slot, const Body<S>& a, const Body<S>& b,
@@ -11736,7 +11661,8 @@ void turn_joint_rows(const Joint<S>& joint, const Transform<S>& X_WA, const Tran
 
 /// Takes the rows of the locked axes to the instant at which their impulses act, and tells them
 /// what the joint's own turning makes of its velocities until the end of the step: the same as
-/// `time_contact` for contacts, with J' v of `held_acceleration_bias` for the turning of the arms.
+/// `time_contact` for contacts, with J' v of `constraint_acceleration_bias` for the turning of the
+/// arms.
 template <Scalar S>
 void time_joint_rows(const Joint<S>& joint, const Body<S>& a, const Body<S>& b,
                      Integrator integrator, S dt, Constraints<S>& out);
@@ -11763,25 +11689,23 @@ template <Scalar S>
 
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
-
 /// [m/s] Speed of a position drive at a distance [m] from its target: as fast as it can still brake
 /// with half of its force (the other half is for loads), and not beyond the target in this step.
-/// The same in rad for a drive that turns, with the mobility about its axis.
+/// The same in rad for a motor that turns, with the mobility about its axis.
 template <Scalar S>
-[[nodiscard]] S approach_speed(const JointDrive<S>& drive, S distance, S inverse_mass, S dt) {
+[[nodiscard]] S approach_speed(const JointMotor<S>& motor, S distance, S inverse_mass, S dt) {
   using std::abs;
   using std::min;
   using std::sqrt;
-  const S braking = drive.max_force * inverse_mass / S(2);
+  const S braking = motor.max_force * inverse_mass / S(2);
   const S speed =
-      min(min(abs(distance) / dt, drive.max_speed), sqrt(S(2) * braking * abs(distance)));
+      min(min(abs(distance) / dt, motor.max_speed), sqrt(S(2) * braking * abs(distance)));
   return distance < S(0) ? -speed : speed;
 }
 
-/// What a drive wants of the velocity along its axis at the end of the step.
+/// What a motor wants of the velocity along its axis at the end of the step.
 template <Scalar S>
-struct DriveAim {
+struct MotorTarget {
   bool acts = true;
   S velocity = S(0);    // [m/s or rad/s]
   S compliance = S(0);  // Of the row: how far it gives way.
@@ -11790,22 +11714,22 @@ struct DriveAim {
 /// @param position  [m or rad] Of the joint, at the start of the step.
 /// @param mobility  Callable that finds that of the axis, for a position drive.
 template <Scalar S, typename Mobility>
-[[nodiscard]] DriveAim<S> aim_drive(const JointDrive<S>& drive, S position,
-                                    const Mobility& mobility, S dt) {
-  const S distance = drive.target - position;
-  switch (drive.mode) {
-    case DriveMode::none:
+[[nodiscard]] MotorTarget<S> target_motor(const JointMotor<S>& motor, S position,
+                                          const Mobility& mobility, S dt) {
+  const S distance = motor.target - position;
+  switch (motor.mode) {
+    case MotorMode::none:
       break;
-    case DriveMode::velocity:
-      return {true, drive.target, S(0)};
-    case DriveMode::position:
-      return {true, approach_speed(drive, distance, mobility(), dt), S(0)};
-    case DriveMode::spring: {
+    case MotorMode::velocity:
+      return {true, motor.target, S(0)};
+    case MotorMode::position:
+      return {true, approach_speed(motor, distance, mobility(), dt), S(0)};
+    case MotorMode::spring: {
       // The impulse dt k (distance - dt v) - dt d v is what a row gives that wants the velocity
       // below and gives way by 1 / (dt (dt k + d)).
-      const S held = dt * drive.stiffness + drive.damping;
+      const S held = dt * motor.stiffness + motor.damping;
       if (!(held > S(0))) break;
-      return {true, drive.stiffness * distance / held, S(1) / (dt * held)};
+      return {true, motor.stiffness * distance / held, S(1) / (dt * held)};
     }
   }
   return {false, S(0), S(0)};
@@ -11895,12 +11819,10 @@ template <Scalar S>
   return angular_row<S>(pose.axes_W * axis_J, swing);
 }
 
-inline constexpr std::uint8_t drive_impulse = 6;
+inline constexpr std::uint8_t motor_impulse = 6;
 inline constexpr std::uint8_t lower_impulse = 7;
 inline constexpr std::uint8_t upper_impulse = 8;
 inline constexpr std::uint8_t swing_impulse = 9;
-
-}  // namespace detail
 
 template <Scalar S>
 void add_joint_rows(Joint<S>& joint, std::uint32_t joint_slot, const Body<S>& a, const Body<S>& b,
@@ -11926,7 +11848,7 @@ void add_joint_rows(Joint<S>& joint, std::uint32_t joint_slot, const Body<S>& a,
   if (locked_rows(kind) > 0) {
     open_block(BlockKind::equality, 0).count = locked_rows(kind);
     std::size_t k = 0;
-    detail::for_each_locked_row(kind, pose, [&](ConstraintRow<S> row) {
+    for_each_locked_row(kind, pose, [&](ConstraintRow<S> row) {
       row.impulse = joint.impulses[k++];
       out.rows.push_back(row);
     });
@@ -11944,30 +11866,30 @@ void add_joint_rows(Joint<S>& joint, std::uint32_t joint_slot, const Body<S>& a,
   };
   // Like a contact, a stop may be approached as fast as reaches it in this step; what is beyond
   // it comes back by the position correction, which leaves no speed behind.
-  const auto stop = [&](ConstraintRow<S> row, S distance, std::uint8_t slot) {
+  const auto add_limit = [&](ConstraintRow<S> row, S distance, std::uint8_t slot) {
     row.error = distance;
-    single_row(BlockKind::stop, row, -max(S(0), distance) / dt, S(0), infinity<S>, slot);
+    single_row(BlockKind::limit, row, -max(S(0), distance) / dt, S(0), infinity<S>, slot);
   };
-  const bool is_driven = has_free_axis(kind) && def.drive.mode != DriveMode::none;
+  const bool is_driven = has_free_axis(kind) && def.motor.mode != MotorMode::none;
   const bool has_lower = def.lower_limit > -infinity<S>;
   const bool has_upper = def.upper_limit < infinity<S>;
   const bool has_spring = def.spring.stiffness > S(0) || def.spring.damping > S(0);
   if (is_driven || has_lower || has_upper || has_spring) {
     const S position = joint_position(kind, pose, joint.angle);
     const ConstraintRow<S> along = position_row(kind, pose);
-    // A drive that can give nothing is none.
-    if (is_driven && def.drive.max_force > S(0)) {
-      const S limit = def.drive.max_force * dt;
-      const detail::DriveAim<S> aim = detail::aim_drive(
-          def.drive, position, [&] { return detail::axis_mobility(kind, pose, a, b); }, dt);
+    // A motor that can give nothing is none.
+    if (is_driven && def.motor.max_force > S(0)) {
+      const S limit = def.motor.max_force * dt;
+      const MotorTarget<S> target = target_motor(
+          def.motor, position, [&] { return axis_mobility(kind, pose, a, b); }, dt);
       ConstraintRow<S> row = along;
-      row.compliance = aim.compliance;
-      if (aim.acts) {
-        single_row(BlockKind::bounded, row, aim.velocity, -limit, limit, detail::drive_impulse);
+      row.compliance = target.compliance;
+      if (target.acts) {
+        single_row(BlockKind::bounded, row, target.velocity, -limit, limit, motor_impulse);
       }
     }
-    if (has_lower) stop(along, position - def.lower_limit, detail::lower_impulse);
-    if (has_upper) stop(reversed(along), def.upper_limit - position, detail::upper_impulse);
+    if (has_lower) add_limit(along, position - def.lower_limit, lower_impulse);
+    if (has_upper) add_limit(reversed(along), def.upper_limit - position, upper_impulse);
     if (has_spring) {
       const S mobility = kind == JointKind::prismatic
                              ? a.inverse_mass + b.inverse_mass
@@ -11977,8 +11899,8 @@ void add_joint_rows(Joint<S>& joint, std::uint32_t joint_slot, const Body<S>& a,
     }
   }
   if (kind == JointKind::cone_twist && def.swing_limit < S(std::numbers::pi)) {
-    const ConstraintRow<S> swing = detail::swing_row(pose, a.twist, b.twist);
-    stop(reversed(swing), def.swing_limit - swing.error, detail::swing_impulse);
+    const ConstraintRow<S> swing = swing_row(pose, a.twist, b.twist);
+    add_limit(reversed(swing), def.swing_limit - swing.error, swing_impulse);
   }
   if (kind == JointKind::six_dof) add_joint_bushing(joint, pose, dt, out);
   joint.block_count = static_cast<std::uint32_t>(out.blocks.size()) - joint.first_block;
@@ -11989,12 +11911,11 @@ void turn_joint_rows(const Joint<S>& joint, const Transform<S>& X_WA, const Tran
                      const Twist<S>& motion_a, const Twist<S>& motion_b, S dt,
                      Constraints<S>& out) {
   ConstraintRow<S>* out_row = &out.rows[out.blocks[joint.first_block].first];
-  detail::for_each_locked_row(joint.def.kind, joint_pose(joint, X_WA, X_WB),
-                              [&](ConstraintRow<S> row) {
-                                row.impulse = out_row->impulse;
-                                row.error = -dt * row.velocity(motion_a, motion_b);
-                                *out_row++ = row;
-                              });
+  for_each_locked_row(joint.def.kind, joint_pose(joint, X_WA, X_WB), [&](ConstraintRow<S> row) {
+    row.impulse = out_row->impulse;
+    row.error = -dt * row.velocity(motion_a, motion_b);
+    *out_row++ = row;
+  });
 }
 
 template <Scalar S>
@@ -12011,14 +11932,14 @@ void time_joint_rows(const Joint<S>& joint, const Body<S>& a, const Body<S>& b,
             body.center_pose.translation + half * body.twist.linear};
   };
   const JointPose<S> pose = joint_pose(joint, acting_pose(a), acting_pose(b));
-  JointInstant<S> at;
+  JointState<S> at;
   at.arm_a = pose.arm_a;
   at.arm_b = pose.arm_b;
   if (lets_slide(kind)) at.slide = pose.axes_W.col(0);
   if (lets_hinge(kind)) at.hinge = pose.axes_W.col(0);
-  const Twist<S> turning = held_acceleration_bias(kind, at, a.twist, b.twist);
+  const Twist<S> turning = constraint_acceleration_bias(kind, at, a.twist, b.twist);
   ConstraintRow<S>* out_row = &out.rows[out.blocks[joint.first_block].first];
-  detail::for_each_locked_row(kind, pose, [&](ConstraintRow<S> row) {
+  for_each_locked_row(kind, pose, [&](ConstraintRow<S> row) {
     const bool is_angular = row.direction.isZero(S(0));
     row.target = -half * (is_angular ? row.angular_b.dot(turning.angular)
                                      : row.direction.dot(turning.linear));
@@ -12053,7 +11974,7 @@ JointGap<S> joint_gap(const Joint<S>& joint, const Constraints<S>& constraints) 
   const std::size_t count = locked_rows(joint.def.kind);
   if (count == 0) return {};
   const std::span<const ConstraintRow<S>> rows = constraints.rows;
-  return detail::gap_of(rows.subspan(constraints.blocks[joint.first_block].first, count));
+  return gap_of(rows.subspan(constraints.blocks[joint.first_block].first, count));
 }
 
 template <Scalar S>
@@ -12064,28 +11985,27 @@ JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S
   const JointPose<S> pose = joint_pose(joint, a.center_pose, b.center_pose);
   std::array<ConstraintRow<S>, 6> rows;
   std::size_t count = 0;
-  detail::for_each_locked_row(kind, pose,
-                              [&](const ConstraintRow<S>& row) { rows[count++] = row; });
-  const JointGap<S> gap = detail::gap_of(std::span<const ConstraintRow<S>>(rows.data(), count));
+  for_each_locked_row(kind, pose, [&](const ConstraintRow<S>& row) { rows[count++] = row; });
+  const JointGap<S> gap = gap_of(std::span<const ConstraintRow<S>>(rows.data(), count));
   reading.gap = gap.distance;
   // Opposite axes have no shortest turn, and so no rows that close them.
   reading.tilt = kind == JointKind::revolute ? S(value_of(joint_swing(pose))) : gap.angle;
   if (!has_free_axis(kind) && !has_angle(kind)) return reading;
   reading.position = joint_position(kind, pose, joint.angle);
   reading.velocity = position_row(kind, pose).velocity(a.twist, b.twist);
-  reading.drive_force = joint.impulses[detail::drive_impulse] / dt;
+  reading.motor_force = joint.impulses[motor_impulse] / dt;
   if (kind == JointKind::cone_twist) {
     reading.swing = joint_swing(pose);
   }
   return reading;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/world/world_state.hpp
 
 /// @file
-/// What a world holds, and what its stages share. Users meet `World`.
+/// The state of a world, which its stages share.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/world/report.hpp
@@ -12110,7 +12030,7 @@ struct StepReport {
   std::uint64_t patches = 0;
   std::uint64_t patches_near = 0;
   /// [-] Rays cast (a ray counts once per shape it is asked of; those that meshes are asked in
-  /// bundles with others are not counted), sensors skipped because nothing was in reach of them or
+  /// nodes with others are not counted), sensors skipped because nothing was in reach of them or
   /// all of it sleeps, and sensors that touch. Patches that are switched off count as patches, and
   /// as nothing else.
   std::uint64_t rays_cast = 0;
@@ -12126,7 +12046,7 @@ struct StepReport {
   std::uint64_t sweeps = 0;
   std::uint64_t factorisations = 0;
   /// [-] Evaluations of accelerations in the smooth motion of mechanisms.
-  std::uint64_t flow_evaluations = 0;
+  std::uint64_t mechanism_evaluations = 0;
   /// [m] Largest distance between the frames of a joint of bodies that are awake, and [rad] largest
   /// angle, that the joint does not allow, when the step began; limits do not count, nor do hinges
   /// whose axes are opposite. The step closes what it can of them, however wide they are, by
@@ -12154,9 +12074,11 @@ struct StepReport {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-#include <algorithm>
-#include <optional>
-#include <vector>
+// === bristle/world/world_def.hpp
+
+/// @file
+/// Settings of a world.
+// SPDX-License-Identifier: BSD-3-Clause
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -12191,6 +12113,14 @@ struct WorldDef {
   /// [-] Runs independent tasks, on threads of the host if it likes; the results are the same.
   ParallelFor parallel_for = serial_for;
 };
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A shape on a body.
 template <Scalar S, typename Backend>
@@ -12230,8 +12160,8 @@ struct WorldState {
   /// Bodies asleep, and whether all is: then a step has nothing to do.
   std::uint32_t sleeping_bodies = 0;
   bool is_idle = false;
-  /// Whether a caller may have changed any body since the last step (`BodySleep::is_stirred`).
-  bool is_any_stirred = false;
+  /// Whether a caller may have changed any body since the last step (`BodySleep::is_disturbed`).
+  bool is_any_disturbed = false;
   /// [-] Steps so far in which anything could move.
   std::uint64_t steps = 0;
 
@@ -12245,7 +12175,7 @@ struct WorldState {
   /// Whether a body may move in this step, or was changed by the caller since the last one.
   [[nodiscard]] bool is_active(std::uint32_t slot) const {
     const Body<S>& body = bodies.at(slot);
-    if (body.sleep.is_stirred) return true;
+    if (body.sleep.is_disturbed) return true;
     if (body.is_dynamic()) return !body.is_asleep();
     return !body.twist.linear.isZero(S(0)) || !body.twist.angular.isZero(S(0));
   }
@@ -12267,11 +12197,11 @@ struct WorldState {
   }
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <cstdint>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A body as its surroundings let it move.
 template <Scalar S>
@@ -12283,14 +12213,14 @@ struct HeldMobility {
   bool is_held = false;
   /// Whether it hit something in the last step, so that forces of that step say little of the next.
   bool was_hit = false;
-  /// [-] How the step finds its position: sensors, drives and stops ask for symplectic Euler.
+  /// [-] How the step finds its position: sensors, motors and stops ask for symplectic Euler.
   Integrator integrator = Integrator::trapezoidal;
 };
 
 /// Finds the mobility of bodies from the state that a step left behind.
 ///
 /// Contacts that carried load stop the body along their normal, and across it where they stick;
-/// joints stop it along their locked axes, along a driven one while the drive has force to spare;
+/// joints stop it along their locked axes, along a driven one while the motor has force to spare;
 /// patches of the world and springs add their stiffness and damping over a step. What is on the
 /// other side counts as immovable.
 template <Scalar S, typename Backend>
@@ -12334,7 +12264,7 @@ class HeldMobilityFinder {
       for (const PatchPair<S>& pair : patch.pairs) {
         if (pair.count == 0 || (!is_own && pair.body_b != slot)) continue;
         Mat6<S> K, D;
-        detail::sum_stiffness(patch, pair, K, D);
+        sum_stiffness(patch, pair, K, D);
         soften(dt * dt * K + dt * D, is_own ? pair.arm_a : pair.arm_b, held);
       }
     }
@@ -12418,17 +12348,17 @@ class HeldMobilityFinder {
   Constraints<S> rows_;
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// A body as the ticks of a `HapticLoop` see it. Between steps of the world it moves by
+/// A body as the substeps of a `HapticLoop` see it. Between steps of the world it moves by
 ///
 ///     v' = v + h W f + W sum of impulses,
 ///
 /// W being its `HeldMobility` and f what else acted on it in the last step. Impulses of all patches
 /// that touch it are solved together and implicitly, so that stiff sensors on a light body are
-/// stable at any rate of ticks.
+/// stable at any rate of substeps.
 template <Scalar S>
 class HapticBody {
  public:
@@ -12448,8 +12378,8 @@ class HapticBody {
   /// Where the body is predicted to be.
   [[nodiscard]] const Body<S>& body() const { return body_; }
   [[nodiscard]] const HeldMobility<S>& held() const { return held_; }
-  /// [N s, N m s] What all ticks gave it about its centre of mass, world axes.
-  [[nodiscard]] const Wrench<S>& impulse() const { return given_; }
+  /// [N s, N m s] What all substeps gave it about its centre of mass, world axes.
+  [[nodiscard]] const Wrench<S>& impulse() const { return applied_; }
 
   /// [kg m/s, kg m^2/s] Momentum of a body about its centre of mass.
   [[nodiscard]] static Vec6<S> momentum(const Body<S>& body) {
@@ -12458,8 +12388,8 @@ class HapticBody {
     return p;
   }
 
-  /// Prepares for one tick.
-  void begin_tick() {
+  /// Prepares for one substep.
+  void begin_substep() {
     if (held_.is_held || !body_.moves()) return;
     held_.matrix.template bottomRightCorner<3, 3>() = body_.inverse_inertia_W();
   }
@@ -12480,7 +12410,7 @@ class HapticBody {
     matrix_ += G.transpose() * block.matrix * G;
     offset_ += G.transpose() * (block.offset + block.matrix * motion_a);
   }
-  /// Finds the twist at the end of the tick: (1 + W Q) v' = v + W (h f + q).
+  /// Finds the twist at the end of the substep: (1 + W Q) v' = v + W (h f + q).
   void solve(S h) {
     Vec6<S> start;
     start << body_.twist.linear, body_.twist.angular;
@@ -12494,18 +12424,18 @@ class HapticBody {
   [[nodiscard]] Vec6<S> motion_at(const Vec3<S>& arm) const { return shift_matrix<S>(arm) * end_; }
 
   /// Counts an impulse about the centre of mass.
-  /// @param left  [s] From the start of the tick to the end of the step: as long as it moves the
+  /// @param left  [s] From the start of the substep to the end of the step: as long as it moves the
   ///              body.
-  void push(const Wrench<S>& impulse, S left) {
+  void apply_impulse(const Wrench<S>& impulse, S left) {
     const S carry = left - share_;
-    given_ += impulse;
+    applied_ += impulse;
     carried_ += carry * impulse;
   }
-  /// Moves the body by one tick.
-  void end_tick(S h) {
+  /// Moves the body by one substep.
+  void end_substep(S h) {
     if (body_.moves()) {
       // Forces known from the start accelerate it evenly; by what the world's integrator makes of
-      // them all ticks are equally off.
+      // them all substeps are equally off.
       const Vec6<S> motion = end_ + (spread_ - S(0.5) * h) * (held_.matrix * other_force_);
       body_.twist = {end_.template head<3>(), end_.template tail<3>()};
       step_pose(body_, Twist<S>{motion.template head<3>(), motion.template tail<3>()}, h);
@@ -12514,8 +12444,8 @@ class HapticBody {
     }
   }
 
-  /// [m, rad] By how much farther than a constant force the impulses of the ticks moved the body,
-  /// since they came when they came.
+  /// [m, rad] By how much farther than a constant force the impulses of the substeps moved the
+  /// body, since they came when they came.
   [[nodiscard]] Twist<S> carried() const {
     Vec6<S> moment;
     moment << carried_.force, carried_.torque;
@@ -12535,14 +12465,14 @@ class HapticBody {
   /// the step, or all of it; and how much more than half that is.
   S share_ = S(0);
   S spread_ = S(0);
-  Wrench<S> given_{};
+  Wrench<S> applied_{};
   Wrench<S> carried_{};  // [N s^2, N m s^2]
   Mat6<S> matrix_ = Mat6<S>::Zero();
   Vec6<S> offset_ = Vec6<S>::Zero();
   Vec6<S> end_ = Vec6<S>::Zero();
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/world/kernels.hpp
 
@@ -12567,6 +12497,10 @@ class ProximityArray;
 template <Scalar S, typename Backend = AnalyticBackend>
 class HapticLoop;
 
+}  // namespace bristle::inline BRISTLE_ABI
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
 /// The functions of a world that are compiled for each instruction set. None of them throws.
 template <Scalar S, typename Backend>
 struct WorldKernels {
@@ -12586,7 +12520,7 @@ struct WorldKernels {
 template <Scalar S, typename Backend>
 struct HapticKernels {
   /// One tick of a loop that is open and has one left.
-  void (*tick)(HapticLoop<S, Backend>& loop);
+  void (*substep)(HapticLoop<S, Backend>& loop);
 };
 
 /// The tables that are used from here on.
@@ -12595,7 +12529,7 @@ template <Scalar S, typename Backend>
 template <Scalar S, typename Backend>
 [[nodiscard]] const HapticKernels<S, Backend>& haptic_kernels();
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/world/patch_rays.hpp
 
@@ -12607,7 +12541,7 @@ template <Scalar S, typename Backend>
 #include <cstdint>
 #include <span>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A shape that the rays of a patch on A may meet within a step.
 template <Scalar S, typename Backend>
@@ -12631,7 +12565,8 @@ struct ShapeInReach {
     return normal.dot(rays.center()) - normal.cwiseAbs().dot(rays.half_extents()) <= offset;
   }
   /// The same of the boxes with these corners.
-  [[nodiscard]] BRISTLE_INLINE Mask<S> is_near(const Pack3<S>& lower, const Pack3<S>& upper) const {
+  [[nodiscard]] BRISTLE_FORCE_INLINE Mask<S> is_near(const Pack3<S>& lower,
+                                                     const Pack3<S>& upper) const {
     if (!collider->half_space) {
       return (lower.x <= Pack<S>(box.upper.x())) & (lower.y <= Pack<S>(box.upper.y())) &
              (lower.z <= Pack<S>(box.upper.z())) & (upper.x >= Pack<S>(box.lower.x())) &
@@ -12652,7 +12587,7 @@ template <Scalar S, typename Backend>
                                                       const Collider<S, Backend>& collider,
                                                       const Transform<S>& X_AB, S approach);
 
-/// Fills `patch.near` and the hits of these tiles.
+/// Fills `patch.near` and the hits of these packets.
 /// @param shapes  By ascending tags.
 /// @param is_due  Whether it is the patch's turn to cast its rays.
 /// @return [-] Number of rays cast, one a sensor and shape.
@@ -12665,29 +12600,27 @@ std::uint64_t find_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, B
 /// Decides whether rays are to be cast, and fills `patch.near` if so. Before they are, hits there
 /// are to be forgotten (`SensorPatch::reset_near_hits`).
 template <Scalar S, typename Backend>
-[[nodiscard]] bool wants_rays(SensorPatch<S>& patch,
+[[nodiscard]] bool needs_rays(SensorPatch<S>& patch,
                               std::span<const ShapeInReach<S, Backend>> shapes, bool is_due);
 
-/// Casts the rays of a slice at one of the shapes, which are asked by ascending tags. Where slices
-/// are not runs of sensors, all of them before the next shape is.
+/// Casts the rays of a range at one of the shapes, which are asked by ascending tags. Where ranges
+/// are not packets of sensors, all of them before the next shape is.
 template <Scalar S, typename Backend>
-void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S, Backend>& shape, RaySlice slice);
+void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S, Backend>& shape, RayRange range);
 
 /// Keeps what was met, where rays are not cast in every step, and carries it on.
 template <Scalar S, typename Backend>
-void carry_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
-                bool has_cast);
+void extrapolate_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
+                      bool has_cast);
 
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
-
 /// Whether the sensors of a patch take notice of a shape.
 template <Scalar S, typename Backend>
-[[nodiscard]] bool sees(const WorldState<S, Backend>& state, const SensorPatch<S>& patch,
-                        const Collider<S, Backend>& c) {
+[[nodiscard]] bool sense_mask(const WorldState<S, Backend>& state, const SensorPatch<S>& patch,
+                              const Collider<S, Backend>& c) {
   if (c.body == patch.body) return false;
-  if ((patch.def.sees & state.body_of(c).filter.category) == 0) return false;
+  if ((patch.def.sense_mask & state.body_of(c).filter.category) == 0) return false;
   return std::find(patch.def.excluded.begin(), patch.def.excluded.end(), c.body) ==
          patch.def.excluded.end();
 }
@@ -12702,8 +12635,6 @@ template <Scalar S>
   const Vec3<S> v = a.at(center) - b.at(center - p_ab);
   return v.norm() + (a.angular - b.angular).norm() * box.half_extents().norm();
 }
-
-}  // namespace detail
 
 template <Scalar S, typename Backend>
 ShapeInReach<S, Backend> shape_in_reach(const SensorPatch<S>& patch, ShapeId id,
@@ -12731,13 +12662,11 @@ ShapeInReach<S, Backend> shape_in_reach(const SensorPatch<S>& patch, ShapeId id,
   return shape;
 }
 
-namespace detail {
-
 /// Whether what was met when the rays were cast last still serves.
 template <Scalar S, typename Backend>
 [[nodiscard]] bool serves(const SensorPatch<S>& patch,
                           std::span<const ShapeInReach<S, Backend>> shapes) {
-  const std::vector<KeptShape<S>>& kept = patch.kept.shapes;
+  const std::vector<PlaneCacheShape<S>>& kept = patch.kept.shapes;
   if (kept.size() != shapes.size()) return false;
   for (std::size_t i = 0; i < kept.size(); ++i) {
     const ShapeInReach<S, Backend>& shape = shapes[i];
@@ -12760,19 +12689,17 @@ template <Scalar S, typename Backend>
   });
 }
 
-}  // namespace detail
-
 template <Scalar S, typename Backend>
-bool wants_rays(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
+bool needs_rays(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
                 bool is_due) {
-  if (patch.def.cast_every > 1 && !is_due && detail::serves(patch, shapes)) return false;
+  if (patch.def.cast_every > 1 && !is_due && serves(patch, shapes)) return false;
   // What met nothing in the last step mostly meets nothing now, and a look tells more quickly than
-  // asking every tile.
-  if (patch.contacts.empty() && detail::are_clear<S, Backend>(patch, shapes)) {
+  // asking every packet.
+  if (patch.contacts.empty() && are_clear<S, Backend>(patch, shapes)) {
     patch.near.clear();
     return true;
   }
-  patch.tile_boxes.find(
+  patch.packet_boxes.find(
       [&](const Pack3<S>& lower, const Pack3<S>& upper) {
         Mask<S> near = Mask<S>::first(0);
         for (const auto& shape : shapes) near = near | shape.is_near(lower, upper);
@@ -12783,17 +12710,17 @@ bool wants_rays(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>>
 }
 
 template <Scalar S, typename Backend>
-void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S, Backend>& shape, RaySlice slice) {
+void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S, Backend>& shape, RayRange range) {
   RayBatch<S> rays = patch.near_rays(shape.extra_length);
-  rays.slice = slice;
+  rays.range = range;
   rays.kept = &patch.candidates;
   rays.shape_life = shape.generation;
   Backend::cast_rays(shape.collider->shape, shape.X_AS, rays, shape.tag, patch.hits);
 }
 
 template <Scalar S, typename Backend>
-void carry_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
-                bool has_cast) {
+void extrapolate_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
+                      bool has_cast) {
   if (patch.def.cast_every == 1) return;
   if (has_cast) {
     patch.kept.shapes.clear();
@@ -12817,17 +12744,17 @@ void carry_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>>
 template <Scalar S, typename Backend>
 std::uint64_t find_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
                         bool is_due) {
-  const bool casts = wants_rays<S, Backend>(patch, shapes, is_due);
+  const bool casts = needs_rays<S, Backend>(patch, shapes, is_due);
   const std::uint64_t rays = casts ? patch.near_count() * shapes.size() : 0;
   if (rays > 0) {
     patch.reset_near_hits();
     for (const ShapeInReach<S, Backend>& shape : shapes) cast_rays_at<S>(patch, shape, {});
   }
-  carry_hits<S, Backend>(patch, shapes, casts);
+  extrapolate_hits<S, Backend>(patch, shapes, casts);
   return rays;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <cstdint>
 #include <optional>
@@ -12839,14 +12766,14 @@ std::uint64_t find_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, B
 namespace bristle::inline BRISTLE_ABI {
 namespace detail {
 template <Scalar S, typename Backend>
-class HapticTick;
+class HapticSubstep;
 }  // namespace detail
 
 /// Settings of a haptic loop.
 template <Scalar S>
 struct HapticDef {
-  /// [-] Ticks in a step of the world, >= 1.
-  std::uint32_t ticks = 16;
+  /// [-] Substeps in a step of the world, >= 1.
+  std::uint32_t substeps = 16;
   /// [m/s] Fastest that any point of a tool moves, >= 0. What a tool could not reach at that speed
   /// within a step is not felt before the next one.
   S max_speed = S(1);
@@ -12857,7 +12784,7 @@ struct ToolId {
   std::uint32_t index = 0xffffffffu;
 };
 /// Names a patch of a haptic loop.
-struct TickedPatchId {
+struct ToolPatchId {
   std::uint32_t index = 0xffffffffu;
 };
 
@@ -12871,13 +12798,13 @@ class HapticLoop {
  public:
   /// @throws InvalidArgument naming the field.
   explicit HapticLoop(const HapticDef<S>& def) : def_(def) {
-    detail::require(def.ticks > 0, "HapticDef::ticks", def.ticks, "must be > 0");
+    detail::require(def.substeps > 0, "HapticDef::substeps", def.substeps, "must be > 0");
     detail::require_not_negative("HapticDef::max_speed", def.max_speed);
   }
 
   /// Adds a tool: a kinematic body of the world, which `World::open` and `World::step` check. Steps
-  /// move it to where the ticks left it; until it is moved for the first time it is where its body
-  /// is.
+  /// move it to where the substeps left it; until it is moved for the first time it is where its
+  /// body is.
   ToolId add_tool(BodyId body) {
     tools_.emplace_back().body = body;
     return {static_cast<std::uint32_t>(tools_.size() - 1)};
@@ -12885,21 +12812,21 @@ class HapticLoop {
   /// Adds sensors to a tool, in the frame of its body. They feel from the next `World::open` or
   /// `World::step` on.
   /// @throws InvalidArgument naming the field; the law must be the paper's.
-  TickedPatchId add_patch(ToolId tool, PatchDef<S> def) {
+  ToolPatchId add_patch(ToolId tool, PatchDef<S> def) {
     const Tool& owner = tool_of(tool);
     detail::require(def.options.law == Law::paper, "LawOptions::law", "ambf",
                     "must be the paper's");
     def.integration = Integration::implicit;
-    Skin skin;
+    Skin tool_patch;
     // About the origin of the body frame, which is the device's.
-    skin.patch = make_patch(std::move(def), owner.body, Vec3<S>(Vec3<S>::Zero()));
-    skin.tool = tool.index;
-    skins_.push_back(std::move(skin));
-    return {static_cast<std::uint32_t>(skins_.size() - 1)};
+    tool_patch.patch = detail::make_patch(std::move(def), owner.body, Vec3<S>(Vec3<S>::Zero()));
+    tool_patch.tool = tool.index;
+    tool_patches_.push_back(std::move(tool_patch));
+    return {static_cast<std::uint32_t>(tool_patches_.size() - 1)};
   }
 
-  /// Says where a tool is now; its velocity is that since the last tick, zero in the first tick
-  /// after `World::open`. Of several calls between two ticks the last one counts.
+  /// Says where a tool is now; its velocity is that since the last substep, zero in the first
+  /// substep after `World::open`. Of several calls between two substeps the last one counts.
   /// @param X_WT  [m] Pose of the body frame in the world.
   /// @throws InvalidArgument when it is not finite or no rotation; the loop is unchanged then.
   void move(ToolId tool, const Transform<S>& X_WT) {
@@ -12924,29 +12851,30 @@ class HapticLoop {
     set_motion(t, X_WT, twist);
   }
 
-  /// Senses and moves the bodies near the tools on by one tick. A tool that was not moved since the
-  /// last tick stands still.
-  /// @throws InvalidArgument when `World::open` was not called, or all ticks of the step are done.
-  void tick();
+  /// Senses and moves the bodies near the tools on by one substep. A tool that was not moved since
+  /// the last substep stands still.
+  /// @throws InvalidArgument when `World::open` was not called, or all substeps of the step are
+  /// done.
+  void substep();
 
-  /// [N, N m] What the sensors of a tool felt in the last tick, about the origin of its body frame,
-  /// world axes: the mean over the tick that begins, if the tool keeps its velocity.
+  /// [N, N m] What the sensors of a tool felt in the last substep, about the origin of its body
+  /// frame, world axes: the mean over the substep that begins, if the tool keeps its velocity.
   [[nodiscard]] const Wrench<S>& wrench(ToolId tool) const {
     require_tool(tool);
     return tools_[tool.index].wrench;
   }
-  /// What a patch felt in the last tick; valid until the next one.
-  [[nodiscard]] PatchReading<S> reading(TickedPatchId id) const {
-    detail::require(id.index < skins_.size(), "TickedPatchId", id.index, "must name a patch");
-    return skins_[id.index].patch.readings.view();
+  /// What a patch felt in the last substep; valid until the next one.
+  [[nodiscard]] PatchReading<S> reading(ToolPatchId id) const {
+    detail::require(id.index < tool_patches_.size(), "ToolPatchId", id.index, "must name a patch");
+    return tool_patches_[id.index].patch.readings.view();
   }
-  /// Bodies near the tools, as predicted by the ticks so far.
-  [[nodiscard]] std::span<const HapticBody<S>> bodies() const { return bodies_; }
-  /// [s] Length of a tick; 0 before `World::open`.
-  [[nodiscard]] S tick_length() const { return h_; }
-  /// [-] Ticks since the last step.
-  [[nodiscard]] std::uint32_t ticks_done() const { return done_; }
-  /// [-] Rays that were cast in the last tick, one a sensor and shape.
+  /// Bodies near the tools, as predicted by the substeps so far.
+  [[nodiscard]] std::span<const detail::HapticBody<S>> bodies() const { return bodies_; }
+  /// [s] Length of a substep; 0 before `World::open`.
+  [[nodiscard]] S substep_length() const { return h_; }
+  /// [-] Substeps since the last step.
+  [[nodiscard]] std::uint32_t substeps_done() const { return done_; }
+  /// [-] Rays that were cast in the last substep, one a sensor and shape.
   [[nodiscard]] std::uint64_t rays_cast() const { return rays_cast_; }
   [[nodiscard]] const HapticDef<S>& def() const { return def_; }
 
@@ -12954,40 +12882,40 @@ class HapticLoop {
   template <Scalar T, typename B>
   requires ShapeBackend<B, T>
   friend class World;
-  friend class detail::HapticTick<S, Backend>;
+  friend class detail::HapticSubstep<S, Backend>;
 
   struct Tool {
     BodyId body{};
     Transform<S> pose{};
     Twist<S> twist{};
     Wrench<S> wrench{};
-    /// [m] Where `move` had it in the last tick since the loop was opened.
+    /// [m] Where `move` had it in the last substep since the loop was opened.
     std::optional<Transform<S>> last_pose;
-    /// Whether `move` ever said where it is; and since the last tick.
+    /// Whether `move` ever said where it is; and since the last substep.
     bool is_placed = false;
     bool is_moved = false;
 
-    /// [m] Where it is a tick of length h [s] after the last one began.
+    /// [m] Where it is a substep of length h [s] after the last one began.
     [[nodiscard]] Transform<S> end_pose(S h) const {
       if (is_moved) return pose;
       return {step_rotation<S>(pose.rotation, twist.angular, h),
               Vec3<S>(pose.translation + h * twist.linear)};
     }
   };
-  /// A shape near the tools. Its own copy, so that ticks need no world.
+  /// A shape near the tools. Its own copy, so that substeps need no world.
   struct NearShape {
     ShapeId id{};
-    Collider<S, Backend> collider{};
+    detail::Collider<S, Backend> collider{};
     std::uint32_t body = 0;
   };
   struct Skin {
-    SensorPatch<S> patch{};
+    detail::SensorPatch<S> patch{};
     std::uint32_t tool = 0;
     /// [-] Which of the near shapes it may meet within the step.
     std::vector<std::uint32_t> near;
-    std::vector<ShapeInReach<S, Backend>> in_reach;
+    std::vector<detail::ShapeInReach<S, Backend>> in_reach;
     /// One for each pair, and the body that it pushes.
-    std::vector<SoftBlock<S>> blocks;
+    std::vector<detail::SoftBlock<S>> blocks;
     std::vector<std::uint32_t> touched;
   };
 
@@ -13009,39 +12937,39 @@ class HapticLoop {
   }
 
   void require_open() const {
-    detail::require(h_ > S(0), "HapticLoop: tick_length", h_,
+    detail::require(h_ > S(0), "HapticLoop: substep_length", h_,
                     "must be > 0: call World::open first");
   }
 
   // What the world calls.
-  void require_ticked() const {
+  void require_tool_patch() const {
     require_open();
-    detail::require(done_ == def_.ticks, "HapticLoop: ticks", done_,
-                    "must be HapticDef::ticks before a step");
+    detail::require(done_ == def_.substeps, "HapticLoop: substeps", done_,
+                    "must be HapticDef::substeps before a step");
   }
   void forget();
-  void observe(const WorldState<S, Backend>& state);
-  void find_near(const WorldState<S, Backend>& state, Skin& skin, S fastest);
+  void observe(const detail::WorldState<S, Backend>& state);
+  void find_near(const detail::WorldState<S, Backend>& state, Skin& tool_patch, S fastest);
   /// [m/s] Fastest that any point of a shape moves; of a half-space, its body.
-  [[nodiscard]] static S speed_of(const WorldState<S, Backend>& state,
-                                  const Collider<S, Backend>& c) {
+  [[nodiscard]] static S speed_of(const detail::WorldState<S, Backend>& state,
+                                  const detail::Collider<S, Backend>& c) {
     const Twist<S>& twist = state.body_of(c).twist;
     return twist.linear.norm() + (c.half_space ? S(0) : twist.angular.norm() * c.radius);
   }
-  [[nodiscard]] std::uint32_t add_body(const WorldState<S, Backend>& state, BodyId id);
-  [[nodiscard]] Vec6<S> other_force(const WorldState<S, Backend>& state, BodyId id,
-                                    const HeldMobility<S>& held) const;
+  [[nodiscard]] std::uint32_t add_body(const detail::WorldState<S, Backend>& state, BodyId id);
+  [[nodiscard]] Vec6<S> other_force(const detail::WorldState<S, Backend>& state, BodyId id,
+                                    const detail::HeldMobility<S>& held) const;
 
-  const HapticKernels<S, Backend>* kernels_ = &haptic_kernels<S, Backend>();
+  const detail::HapticKernels<S, Backend>* kernels_ = &detail::haptic_kernels<S, Backend>();
   HapticDef<S> def_;
   std::vector<Tool> tools_;
-  std::vector<Skin> skins_;
+  std::vector<Skin> tool_patches_;
   std::vector<NearShape> shapes_;
-  std::vector<HapticBody<S>> bodies_, last_bodies_;
-  HeldMobilityFinder<S, Backend> finder_;
+  std::vector<detail::HapticBody<S>> bodies_, last_bodies_;
+  detail::HeldMobilityFinder<S, Backend> finder_;
   S h_ = S(0);
   std::uint32_t done_ = 0;
-  std::uint64_t ticks_ = 0;
+  std::uint64_t substeps_ = 0;
   std::uint64_t rays_cast_ = 0;
 };
 
@@ -13067,7 +12995,7 @@ namespace bristle::inline BRISTLE_ABI {
 /// Whom sensors of distance see.
 struct ProximityFilter {
   /// [-] Categories of the bodies that are seen.
-  std::uint32_t sees = 0xffffffffu;
+  std::uint32_t sense_mask = 0xffffffffu;
   /// [-] Bodies that are not seen, besides the one that carries the sensors.
   std::vector<BodyId> excluded{};
 };
@@ -13089,7 +13017,7 @@ class ProximityArray {
       box_.include(rays_.start[i]);
       box_.include(rays_.start[i] + rays_.length[i] * rays_.direction[i]);
     }
-    bundles_ = RayBundles<S>(batch(nullptr));
+    ray_tree_ = detail::RayTree<S>(batch(nullptr));
     hits_.reset(rays_.size());
     body_.resize(rays_.size());
   }
@@ -13114,25 +13042,25 @@ class ProximityArray {
 
   /// What `World::sense` calls.
   template <typename Backend>
-  void sense(const WorldState<S, Backend>& state, BodyId carrier);
+  void sense(const detail::WorldState<S, Backend>& state, BodyId carrier);
 
  private:
   template <typename Backend>
-  [[nodiscard]] bool sees(const WorldState<S, Backend>& state, BodyId carrier,
-                          const Collider<S, Backend>& c) const {
-    return c.body != carrier && (filter_.sees & state.body_of(c).filter.category) != 0 &&
+  [[nodiscard]] bool sense_mask(const detail::WorldState<S, Backend>& state, BodyId carrier,
+                                const detail::Collider<S, Backend>& c) const {
+    return c.body != carrier && (filter_.sense_mask & state.body_of(c).filter.category) != 0 &&
            std::find(filter_.excluded.begin(), filter_.excluded.end(), c.body) ==
                filter_.excluded.end();
   }
 
-  [[nodiscard]] RayBatch<S> batch(const RayBundles<S>* bundles) const {
+  [[nodiscard]] RayBatch<S> batch(const detail::RayTree<S>* ray_tree) const {
     RayBatch<S> batch = rays_.rays();
-    batch.bundles = bundles;
+    batch.ray_tree = ray_tree;
     return batch;
   }
 
   SensorLayout<S> rays_;
-  RayBundles<S> bundles_;
+  detail::RayTree<S> ray_tree_;
   ProximityFilter filter_;
   Aabb<S> box_{};
   RayHits<S> hits_;
@@ -13340,7 +13268,7 @@ class World {
   /// Whether there is such a joint.
   [[nodiscard]] bool contains(JointId id) const noexcept { return state_.joints.contains(id); }
   /// Changes what drives a joint.
-  void set_drive(JointId id, const JointDrive<S>& drive);
+  void set_motor(JointId id, const JointMotor<S>& motor);
   /// Position, velocity and forces of a joint in the last step.
   [[nodiscard]] JointReading<S> reading(JointId id) const;
 
@@ -13365,7 +13293,7 @@ class World {
   [[nodiscard]] PatchReading<S> reading(PatchId id) const;
   /// Whether there is such a patch.
   [[nodiscard]] bool contains(PatchId id) const noexcept { return state_.patches.contains(id); }
-  [[nodiscard]] const SensorPatch<S>& patch(PatchId id) const {
+  [[nodiscard]] const detail::SensorPatch<S>& patch(PatchId id) const {
     return state_.patches.get(id, "PatchId");
   }
 
@@ -13450,7 +13378,7 @@ class World {
   [[nodiscard]] const StepReport<S>& report() const noexcept { return state_.report; }
   /// Contacts of the last step, by the slots of their shapes, with their impulses (N s; after
   /// `set_time_step`, scaled to the new step), as the solver keeps them. See `for_each_contact`.
-  [[nodiscard]] const ContactCache<S>& contacts() const noexcept { return state_.contacts; }
+  [[nodiscard]] const detail::ContactCache<S>& contacts() const noexcept { return state_.contacts; }
 
  private:
   /// Senses with a world that mirrors somebody else's engine.
@@ -13458,30 +13386,32 @@ class World {
   /// Steps worlds in scratch memory that they share, and resets them in place.
   friend class WorldBatch<S, Backend>;
 
-  using State = WorldState<S, Backend>;
+  using State = detail::WorldState<S, Backend>;
   using Prepared = typename Backend::template Collidable<S>;
 
   void require_known_contacts(BodyId id, bool is_dynamic, const CollisionFilter& filter,
                               ShapeKind kind) const;
-  [[nodiscard]] static Collider<S, Backend> make_collider(const Body<S>& body, Prepared prepared,
-                                                          const Shape<S>& shape,
-                                                          const Transform<S>& X_BS,
-                                                          const Material<S>& material);
-  ShapeId insert_shape(BodyId id, Collider<S, Backend> collider);
+  [[nodiscard]] static detail::Collider<S, Backend> make_collider(const Body<S>& body,
+                                                                  Prepared prepared,
+                                                                  const Shape<S>& shape,
+                                                                  const Transform<S>& X_BS,
+                                                                  const Material<S>& material);
+  ShapeId insert_shape(BodyId id, detail::Collider<S, Backend> collider);
   template <typename Visit>
   void for_each_shape_of(BodyId id, Visit&& visit) const;
   void refresh_box(std::uint32_t tag);
   void set_twist(BodyId id, const Twist<S>& twist);
   /// Velocity that brings a kinematic body to a pose within a step.
   [[nodiscard]] Twist<S> twist_to(BodyId id, const Transform<S>& X_WB) const;
-  void push(const HapticBody<S>& pushed);
+  void push(const detail::HapticBody<S>& pushed);
   template <typename Visit>
   static void for_each_impulse(State& state, Visit&& visit);
   void require_tools(const HapticLoop<S, Backend>& loop) const;
   void erase_joint(std::uint32_t index);
 
   State state_;
-  detail::KernelScratch<WorldKernels<S, Backend>> stepper_{world_kernels<S, Backend>()};
+  detail::KernelScratch<detail::WorldKernels<S, Backend>> stepper_{
+      detail::world_kernels<S, Backend>()};
 };
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -13499,7 +13429,8 @@ requires ShapeBackend<Backend, S>
 template <typename Visit>
 void World<S, Backend>::for_each_contact_event(Visit&& visit) const {
   for (const ContactEvent& event : state_.ended) visit(event);
-  detail::for_each_touch(state_.contacts, [&](ShapePair shapes, bool touched, bool touches) {
+  detail::for_each_touch(state_.contacts, [&](detail::ShapePair shapes, bool touched,
+                                              bool touches) {
     const ContactPhase phase = !touched  ? ContactPhase::begin
                                : touches ? ContactPhase::persist
                                          : ContactPhase::end;
@@ -13512,9 +13443,9 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 template <typename Visit>
 void World<S, Backend>::for_each_contact(Visit&& visit) const {
-  const std::vector<CachedManifold<S>>& manifolds = state_.contacts.manifolds();
+  const std::vector<detail::CachedManifold<S>>& manifolds = state_.contacts.manifolds();
   for (std::size_t i = 0; i < manifolds.size();) {
-    const std::span<const CachedManifold<S>> pair = detail::same_pair(manifolds, i);
+    const std::span<const detail::CachedManifold<S>> pair = detail::same_pair(manifolds, i);
     ContactReading<S> reading(pair, state_.contacts.points());
     reading.shape_a = state_.colliders.handle(manifolds[i].shapes.a);
     reading.shape_b = state_.colliders.handle(manifolds[i].shapes.b);
@@ -13579,12 +13510,12 @@ template <typename S>
 class CollisionGeometry;
 }  // namespace fcl
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// FCL geometry that nobody changes any more, shared by all who use it.
 using FclGeometry = std::shared_ptr<const fcl::CollisionGeometry<double>>;
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <cstdint>
 #include <memory>
@@ -13604,7 +13535,7 @@ struct FclBackend {
   template <Scalar S>
   class Collidable;
 
-  static constexpr bool asks_slices = true;
+  static constexpr bool asks_ranges = true;
 
   /// @throws InvalidArgument as `validate` and `to_fcl` do.
   template <Scalar S>
@@ -13647,7 +13578,7 @@ class FclBackend::Collidable {
   Collidable() = default;
 
   /// The FCL geometry, for whoever wants to hand it to FCL.
-  [[nodiscard]] const FclGeometry& geometry() const;
+  [[nodiscard]] const detail::FclGeometry& geometry() const;
 
  private:
   friend struct FclBackend;
@@ -13678,12 +13609,12 @@ BRISTLE_BACKEND_FUNCTIONS(extern template, FclBackend, double)
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
 namespace bristle::inline BRISTLE_ABI {
 
-#define BRISTLE_COMPILED_WORLD(S, Backend)                       \
-  template <>                                                    \
-  const WorldKernels<S, Backend>& world_kernels<S, Backend>();   \
-  template <>                                                    \
-  const HapticKernels<S, Backend>& haptic_kernels<S, Backend>(); \
-  extern template class World<S, Backend>;                       \
+#define BRISTLE_COMPILED_WORLD(S, Backend)                                       \
+  template <>                                                                    \
+  const detail::WorldKernels<S, Backend>& detail::world_kernels<S, Backend>();   \
+  template <>                                                                    \
+  const detail::HapticKernels<S, Backend>& detail::haptic_kernels<S, Backend>(); \
+  extern template class World<S, Backend>;                                       \
   extern template class HapticLoop<S, Backend>;
 BRISTLE_COMPILED_WORLD(float, AnalyticBackend)
 BRISTLE_COMPILED_WORLD(double, AnalyticBackend)
@@ -13759,7 +13690,7 @@ concept CastsRays = requires(const H& view, BodyId id, const RayBatch<S>& rays, 
 /// @param inverse_inertia_W  [1/(kg m^2)] World axes.
 template <Scalar S>
 [[nodiscard]] Mat6<S> free_mobility(const Vec3<S>& inverse_mass, const Mat3<S>& inverse_inertia_W) {
-  return mobility<S>(inverse_mass, inverse_inertia_W, Vec3<S>::Zero());
+  return detail::mobility<S>(inverse_mass, inverse_inertia_W, Vec3<S>::Zero());
 }
 template <Scalar S>
 [[nodiscard]] Mat6<S> free_mobility(S inverse_mass, const Mat3<S>& inverse_inertia_W) {
@@ -13782,6 +13713,8 @@ struct HostReport {
 template <Scalar S, typename Backend = AnalyticBackend>
 class HostSensors;
 
+namespace detail {
+
 /// The functions of `HostSensors` that are compiled for each instruction set, as `WorldKernels`.
 template <Scalar S, typename Backend>
 struct HostKernels {
@@ -13794,9 +13727,11 @@ struct HostKernels {
   void (*solve)(void* stage, HostSensors<S, Backend>& sensors);
 };
 
+}  // namespace detail
+
 /// The table that is used from here on.
 template <Scalar S, typename Backend>
-[[nodiscard]] const HostKernels<S, Backend>& host_kernels();
+[[nodiscard]] const detail::HostKernels<S, Backend>& host_kernels();
 
 namespace detail {
 
@@ -13877,7 +13812,7 @@ class HostSensors {
 
  private:
   friend class detail::HostStage<S, Backend>;
-  using State = WorldState<S, Backend>;
+  using State = detail::WorldState<S, Backend>;
 
   [[nodiscard]] State& state() noexcept { return world_.state_; }
 
@@ -13896,7 +13831,7 @@ class HostSensors {
   void add_hits_of(const Host& host) {
     for (std::uint32_t i = 0; i < state().patches.slot_count(); ++i) {
       if (!is_sensing(i)) continue;
-      SensorPatch<S>& patch = state().patches.at(i);
+      detail::SensorPatch<S>& patch = state().patches.at(i);
       host_hits_.reset(patch.size());
       host.cast_rays(patch.body, patch.rays(host_reach(patch)), host_hits_);
       take_hits(patch);
@@ -13929,7 +13864,7 @@ class HostSensors {
   }
 
   /// [m] By how much longer the engine is to cast the rays of a patch: what may come closer.
-  [[nodiscard]] S host_reach(const SensorPatch<S>& patch) const {
+  [[nodiscard]] S host_reach(const detail::SensorPatch<S>& patch) const {
     const Twist<S>& own = bodies_[patch.body.index].free;
     return world_.time_step() * (own.linear.norm() + own.angular.norm() * patch.reach + fastest_);
   }
@@ -13937,7 +13872,7 @@ class HostSensors {
   void begin_observing();
   void place(std::uint32_t slot, const std::optional<HostBody<S>>& found);
   void end_observing();
-  void take_hits(SensorPatch<S>& patch);
+  void take_hits(detail::SensorPatch<S>& patch);
 
   World<S, Backend> world_{};
   /// By slots of mirrored bodies.
@@ -13950,7 +13885,7 @@ class HostSensors {
   std::vector<detail::HostMobility<S>> mobilities_;
   std::vector<detail::HostWrench<S>> wrenches_;
   HostReport report_{};
-  detail::KernelScratch<HostKernels<S, Backend>> stage_{host_kernels<S, Backend>()};
+  detail::KernelScratch<detail::HostKernels<S, Backend>> stage_{host_kernels<S, Backend>()};
 };
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -13960,9 +13895,9 @@ class HostSensors {
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
 namespace bristle::inline BRISTLE_ABI {
 
-#define BRISTLE_COMPILED_HOSTS(S, Backend)                   \
-  template <>                                                \
-  const HostKernels<S, Backend>& host_kernels<S, Backend>(); \
+#define BRISTLE_COMPILED_HOSTS(S, Backend)                           \
+  template <>                                                        \
+  const detail::HostKernels<S, Backend>& host_kernels<S, Backend>(); \
   extern template class HostSensors<S, Backend>;
 BRISTLE_COMPILED_HOSTS(float, AnalyticBackend)
 BRISTLE_COMPILED_HOSTS(double, AnalyticBackend)
@@ -14221,7 +14156,7 @@ void Recorder<S>::add_body(BodyId id, const BodyDef<S>& def, std::string name, S
 template <Scalar S>
 template <typename Backend>
 void Recorder<S>::add_patch(const World<S, Backend>& world, PatchId id, std::string name) {
-  const SensorPatch<S>& sensors = world.patch(id);
+  const detail::SensorPatch<S>& sensors = world.patch(id);
   detail::require(std::find(patches_.begin(), patches_.end(), id) == patches_.end(),
                   "Recorder: PatchId", id.index, "must not be recorded already");
   typename Recording<S>::Patch patch;
@@ -14871,14 +14806,10 @@ std::string write_stl(const TriangleMesh<S>& mesh) {
 #include <string_view>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
-
-namespace detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 inline constexpr double smallest_plotted = 1e-150;
 inline constexpr double largest_plotted = 1e150;
-
-}  // namespace detail
 
 /// A mark on an axis; the minor ones of a logarithmic axis have no label.
 struct PlotTick {
@@ -14897,8 +14828,7 @@ class PlotAxis {
   /// Whether a value has a place on the axis: finite, and > 0 on a logarithmic one; not so near the
   /// ends of what a double holds that steps between ticks would leave its range.
   [[nodiscard]] bool shows(double value) const {
-    return std::abs(value) < detail::largest_plotted &&
-           (!is_logarithmic_ || value > detail::smallest_plotted);
+    return std::abs(value) < largest_plotted && (!is_logarithmic_ || value > smallest_plotted);
   }
 
   /// Widens the range to a value; those without a place are ignored.
@@ -14950,8 +14880,6 @@ class PlotAxis {
 
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
-
 /// 10^exponent in Unicode superscripts.
 [[nodiscard]] inline std::string power_of_ten(int exponent) {
   static constexpr const char* digits[] = {"\u2070", "\u00b9", "\u00b2", "\u00b3", "\u2074",
@@ -14970,10 +14898,8 @@ namespace detail {
   return text.starts_with('-') ? "\u2212" + std::string(text.substr(1)) : std::string(text);
 }
 
-}  // namespace detail
-
 inline std::string PlotAxis::caption(const std::string& name) const {
-  return exponent_ == 0 ? name : name + " \u00d7 " + detail::power_of_ten(exponent_);
+  return exponent_ == 0 ? name : name + " \u00d7 " + power_of_ten(exponent_);
 }
 
 inline void PlotAxis::finish(const Fit& fit) {
@@ -15005,8 +14931,8 @@ inline void PlotAxis::set_range(const Fit& fit) {
     high_ = fit.high.value_or(high_ + extra);
     // A constant shows as a line in the middle, whatever round-off is on it.
     const double size = std::max(std::abs(low_), std::abs(high_));
-    if (!(high_ - low_ > std::max(1e-12 * size, detail::smallest_plotted))) {
-      const double half = size > detail::smallest_plotted ? 0.5 * size : 0.5;
+    if (!(high_ - low_ > std::max(1e-12 * size, smallest_plotted))) {
+      const double half = size > smallest_plotted ? 0.5 * size : 0.5;
       if (!fit.low) low_ = high_ - half;
       if (!fit.high || fit.low) high_ = low_ + 2 * half;
     }
@@ -15034,7 +14960,7 @@ inline void PlotAxis::set_linear_ticks(double room) {
   const double first = std::ceil((low_ - slack) / step);
   for (double k = first; k * step <= high_ + slack; k += 1) {
     const double value = k == 0 ? 0.0 : k * step;  // no minus zero
-    ticks_.push_back({value, detail::fixed_text(value / unit, decimals)});
+    ticks_.push_back({value, fixed_text(value / unit, decimals)});
   }
 }
 
@@ -15051,12 +14977,12 @@ inline void PlotAxis::set_logarithmic_ticks(double room) {
           digit == 1 ? decade % stride == 0 : spread < 2 && (digit == 2 || digit == 5);
       const std::string factor = digit == 1 ? "" : std::to_string(digit) + "\u00b7";
       if (digit > 1 && stride > 1) continue;
-      ticks_.push_back({value, has_label ? factor + detail::power_of_ten(decade) : ""});
+      ticks_.push_back({value, has_label ? factor + power_of_ten(decade) : ""});
     }
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/io/svg_writer.hpp
 
@@ -16028,7 +15954,7 @@ SensorParameters<S> ElasticSkin<S>::parameters() const {
 #include <string>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// The numbers of a layout's sensors, neighbours after neighbours: four rows of four, four such
 /// squares, and so on, as far as their number and places allow.
@@ -16058,12 +15984,12 @@ template <Scalar S>
 template <Scalar S>
 std::vector<std::uint32_t> neighbour_order(const SensorLayout<S>& layout) {
   layout.validate();
-  const RayBundles<S> bundles(layout.rays());
+  const RayTree<S> ray_tree(layout.rays());
   std::vector<std::uint32_t> order(layout.size());
-  if (bundles.is_empty()) {
-    detail::fill_numbers(order);  // No sensors, or rays without an end.
+  if (ray_tree.is_empty()) {
+    fill_numbers(order);  // No sensors, or rays without an end.
   } else {
-    std::copy_n(bundles.rays_from(0), order.size(), order.begin());
+    std::copy_n(ray_tree.rays_from(0), order.size(), order.begin());
   }
   return order;
 }
@@ -16074,7 +16000,7 @@ SensorLayout<S> in_order(const SensorLayout<S>& layout, std::span<const std::uin
   SensorLayout<S> result;
   for (std::size_t k = 0; k < order.size(); ++k) {
     if (order[k] >= layout.size()) {
-      detail::raise(InvalidArgument(
+      raise(InvalidArgument(
           "in_order: order[" + std::to_string(k) + "]", std::to_string(order[k]),
           "must be less than the number of sensors, " + std::to_string(layout.size())));
     }
@@ -16083,7 +16009,7 @@ SensorLayout<S> in_order(const SensorLayout<S>& layout, std::span<const std::uin
   return result;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/sensors/passivity_observer.hpp
 
@@ -16109,7 +16035,7 @@ namespace bristle::inline BRISTLE_ABI {
 /// stands between simulation and device, once a tick:
 ///
 ///     loop.move(tool, X_WT);
-///     loop.tick();
+///     loop.substep();
 ///     device.send(observer.control(loop.wrench(tool), moved, dt));
 ///
 /// where `moved` is the mean velocity since the last tick. What was sent then acted along it, and
@@ -16151,7 +16077,7 @@ class PassivityObserver {
     const S taken = -dt * power(damper_, tool);
     if (isfinite(taken)) damped_ += taken;
     sent_ = damper_ = {};
-    if (!all_finite(on_tool.force) || !all_finite(on_tool.torque)) return {};
+    if (!detail::all_finite(on_tool.force) || !detail::all_finite(on_tool.torque)) return {};
     // What the rounding of the balance owes is no debt.
     const S missing = -(energy_ - dt * power(on_tool, tool) + allowance_);
     const S speed2 = tool.linear.squaredNorm() + radius_ * radius_ * tool.angular.squaredNorm();
@@ -16728,7 +16654,7 @@ void TaxelFlaws<S>::apply(std::span<const S> in, std::span<S> out) {
 #include <span>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Sum of unit normals with their weights, and whether they leave a direction.
 template <Scalar S>
@@ -16760,8 +16686,6 @@ template <Scalar S>
 
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
-
 /// Angle [rad] of a triangle at its corner k.
 template <Scalar S>
 [[nodiscard]] S corner_angle(const TriangleMesh<S>& mesh, std::size_t triangle, std::size_t k) {
@@ -16771,8 +16695,6 @@ template <Scalar S>
   const Vec3<S> b = mesh.vertices[t[(k + 2) % 3]] - mesh.vertices[t[k]];
   return atan2(a.cross(b).norm(), a.dot(b));
 }
-
-}  // namespace detail
 
 template <Scalar S>
 std::vector<Vec3<S>> face_normals(const TriangleMesh<S>& mesh,
@@ -16793,13 +16715,13 @@ std::vector<NormalSum<S>> vertex_normals(const TriangleMesh<S>& mesh,
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     if (normals[t] == Vec3<S>::Zero()) continue;
     for (std::size_t k = 0; k < 3; ++k) {
-      sums[mesh.triangles[t][k]].add(normals[t], detail::corner_angle(mesh, t, k));
+      sums[mesh.triangles[t][k]].add(normals[t], corner_angle(mesh, t, k));
     }
   }
   return sums;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <array>
 #include <cmath>
@@ -16934,8 +16856,9 @@ template <Scalar S>
 PatchMesh<S> patch_from_mesh(const TriangleMesh<S>& mesh) {
   validate_surface(mesh);
   PatchMesh<S> patch{weld(mesh), {}};
-  const std::vector<Vec3<S>> faces = face_normals<S>(patch.mesh, degenerate_triangles(patch.mesh));
-  for (const NormalSum<S>& n : vertex_normals<S>(patch.mesh, faces)) {
+  const std::vector<Vec3<S>> faces =
+      detail::face_normals<S>(patch.mesh, degenerate_triangles(patch.mesh));
+  for (const detail::NormalSum<S>& n : detail::vertex_normals<S>(patch.mesh, faces)) {
     patch.normals.push_back(n.has_direction() ? n.sum.normalized() : Vec3<S>(Vec3<S>::Zero()));
   }
   return patch;
@@ -17073,7 +16996,7 @@ TriangleMesh<S> wrap_patch(const PatchMesh<S>& patch, const TriangleMesh<S>& sha
                            const WrapDef<S>& def, WrapReport* report) {
   detail::require_wrappable(patch, shape, def);
   const TriangleMesh<S> target = without_triangles<S>(shape, degenerate_triangles(shape));
-  const RayMesh<S> surface(target.triangles.size(), [&target](std::uint32_t t) {
+  const detail::RayMesh<S> surface(target.triangles.size(), [&target](std::uint32_t t) {
     const auto& [a, b, c] = target.triangles[t];
     return std::array<Vec3<S>, 3>{target.vertices[a], target.vertices[b], target.vertices[c]};
   });
@@ -17210,9 +17133,9 @@ class WorldBatch {
     detail::require(mask.empty() || mask.size() == size(), "WorldBatch: mask.size()", mask.size(),
                     "must be 0 or the number of worlds");
   }
-  static void require_size(std::size_t has, std::size_t wants) {
-    detail::require(has == wants, "WorldBatch: out.size()", has,
-                    "must be " + std::to_string(wants));
+  static void require_size(std::size_t has, std::size_t needs) {
+    detail::require(has == needs, "WorldBatch: out.size()", has,
+                    "must be " + std::to_string(needs));
   }
   /// Runs task(number of the task, first world, end), for all worlds.
   template <typename Task>
@@ -17233,7 +17156,7 @@ class WorldBatch {
   std::vector<World<S, Backend>> worlds_;
   std::vector<std::uint8_t> failed_;
   std::size_t per_task_;
-  std::vector<detail::KernelScratch<WorldKernels<S, Backend>>> steppers_;
+  std::vector<detail::KernelScratch<detail::WorldKernels<S, Backend>>> steppers_;
   ParallelFor parallel_for_;
 };
 
@@ -18411,7 +18334,7 @@ ConvexHull<S> convex_hull(const TriangleMesh<S>& mesh) {
 #include <numbers>
 #include <span>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Piece of a convex surface: a point, an edge of two points or a convex polygon.
 template <Scalar S>
@@ -18540,8 +18463,6 @@ template <Scalar S>
 
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
-
 /// Names of what bodies of revolution have; samples of a rim are numbered from 0.
 enum : std::uint32_t { rim_farthest = 64, apex_id = 65 };
 
@@ -18626,40 +18547,38 @@ template <Scalar S>
   return abs(edge.dot(direction)) / edge.norm();
 }
 
-}  // namespace detail
-
 template <Scalar S>
 Vec3<S> support_point(const Cylinder<S>& cylinder, const Vec3<S>& direction) {
-  return detail::rim_point(cylinder.radius,
-                           direction.z() < S(0) ? -cylinder.half_length : cylinder.half_length,
-                           detail::radial(direction));
+  return rim_point(cylinder.radius,
+                   direction.z() < S(0) ? -cylinder.half_length : cylinder.half_length,
+                   radial(direction));
 }
 
 template <Scalar S>
 Vec3<S> support_point(const Cone<S>& cone, const Vec3<S>& direction) {
-  const Vec3<S> rim = detail::rim_point(cone.radius, -cone.half_length, detail::radial(direction));
+  const Vec3<S> rim = rim_point(cone.radius, -cone.half_length, radial(direction));
   const Vec3<S> apex(S(0), S(0), cone.half_length);
   return apex.dot(direction) >= rim.dot(direction) ? apex : rim;
 }
 
 template <Scalar S>
 Vec3<S> support_point(const ConvexHull<S>& hull, const Vec3<S>& direction) {
-  return hull.vertices[detail::farthest_corner<S>(hull.vertices, direction)];
+  return hull.vertices[farthest_corner<S>(hull.vertices, direction)];
 }
 
 template <Scalar S>
 Vec3<S> support_point(const Triangle<S>& triangle, const Vec3<S>& direction) {
-  return triangle.corners[detail::farthest_corner<S>(triangle.corners, direction)];
+  return triangle.corners[farthest_corner<S>(triangle.corners, direction)];
 }
 
 template <Scalar S>
 SupportFeature<S> support_edge(const Sphere<S>& sphere, const Vec3<S>& direction) {
-  return detail::point_feature<S>(support_point(sphere, direction), 0);
+  return point_feature<S>(support_point(sphere, direction), 0);
 }
 
 template <Scalar S>
 SupportFeature<S> support_edge(const Ellipsoid<S>& ellipsoid, const Vec3<S>& direction) {
-  return detail::point_feature<S>(support_point(ellipsoid, direction), 0);
+  return point_feature<S>(support_point(ellipsoid, direction), 0);
 }
 
 // Corners of a box are numbered by the signs of their coordinates: bit i is set where coordinate i
@@ -18734,15 +18653,15 @@ SupportFeature<S> support_face(const Capsule<S>& capsule, const Vec3<S>& directi
 template <Scalar S>
 SupportFeature<S> support_edge(const Cylinder<S>& cylinder, const Vec3<S>& direction) {
   using std::abs;
-  const Vec2<S> towards = detail::radial(direction);
+  const Vec2<S> towards = radial(direction);
   const bool is_across = abs(direction.z()) <= edge_tolerance<S>;
   SupportFeature<S> feature;
   feature.is_round = !is_across;
   if (is_across || direction.z() < S(0)) {
-    feature.add(detail::rim_point(cylinder.radius, -cylinder.half_length, towards), 0);
+    feature.add(rim_point(cylinder.radius, -cylinder.half_length, towards), 0);
   }
   if (is_across || !(direction.z() < S(0))) {
-    feature.add(detail::rim_point(cylinder.radius, cylinder.half_length, towards), 1);
+    feature.add(rim_point(cylinder.radius, cylinder.half_length, towards), 1);
   }
   return feature;
 }
@@ -18752,26 +18671,26 @@ SupportFeature<S> support_face(const Cylinder<S>& cylinder, const Vec3<S>& direc
   using std::abs;
   const bool is_up = !(direction.z() < S(0));
   if (abs(direction.z()) >= direction.template head<2>().norm()) {
-    return detail::disk_feature(
-        cylinder.radius, is_up ? cylinder.half_length : -cylinder.half_length, is_up, direction);
+    return disk_feature(cylinder.radius, is_up ? cylinder.half_length : -cylinder.half_length,
+                        is_up, direction);
   }
-  const Vec2<S> towards = detail::radial(direction);
+  const Vec2<S> towards = radial(direction);
   SupportFeature<S> side;
-  side.add(detail::rim_point(cylinder.radius, -cylinder.half_length, towards), 0);
-  side.add(detail::rim_point(cylinder.radius, cylinder.half_length, towards), 1);
+  side.add(rim_point(cylinder.radius, -cylinder.half_length, towards), 0);
+  side.add(rim_point(cylinder.radius, cylinder.half_length, towards), 1);
   return side;
 }
 
 template <Scalar S>
 SupportFeature<S> support_edge(const Cone<S>& cone, const Vec3<S>& direction) {
-  const Vec3<S> rim = detail::rim_point(cone.radius, -cone.half_length, detail::radial(direction));
+  const Vec3<S> rim = rim_point(cone.radius, -cone.half_length, radial(direction));
   const Vec3<S> apex(S(0), S(0), cone.half_length);
-  const bool is_across = detail::edge_slope<S>(apex - rim, direction) <= edge_tolerance<S>;
+  const bool is_across = edge_slope<S>(apex - rim, direction) <= edge_tolerance<S>;
   const bool is_apex = apex.dot(direction) >= rim.dot(direction);
   SupportFeature<S> feature;
   feature.is_round = !is_across && !is_apex;
-  if (is_across || !is_apex) feature.add(rim, detail::rim_farthest);
-  if (is_across || is_apex) feature.add(apex, detail::apex_id);
+  if (is_across || !is_apex) feature.add(rim, rim_farthest);
+  if (is_across || is_apex) feature.add(apex, apex_id);
   return feature;
 }
 
@@ -18782,18 +18701,17 @@ SupportFeature<S> support_face(const Cone<S>& cone, const Vec3<S>& direction) {
   const S side_cosine =
       side_normal.dot(Vec2<S>(direction.template head<2>().norm(), direction.z()));
   if (-direction.z() >= side_cosine) {
-    return detail::disk_feature(cone.radius, -cone.half_length, false, direction);
+    return disk_feature(cone.radius, -cone.half_length, false, direction);
   }
   SupportFeature<S> side;
-  side.add(detail::rim_point(cone.radius, -cone.half_length, detail::radial(direction)),
-           detail::rim_farthest);
-  side.add({S(0), S(0), cone.half_length}, detail::apex_id);
+  side.add(rim_point(cone.radius, -cone.half_length, radial(direction)), rim_farthest);
+  side.add({S(0), S(0), cone.half_length}, apex_id);
   return side;
 }
 
 template <Scalar S>
 SupportFeature<S> support_edge(const ConvexHull<S>& hull, const Vec3<S>& direction) {
-  const std::uint32_t corner = detail::farthest_corner<S>(hull.vertices, direction);
+  const std::uint32_t corner = farthest_corner<S>(hull.vertices, direction);
   std::uint32_t other = corner;
   S least_slope = edge_tolerance<S>;
   for (std::size_t f = 0; f < hull.face_count(); ++f) {
@@ -18802,7 +18720,7 @@ SupportFeature<S> support_edge(const ConvexHull<S>& hull, const Vec3<S>& directi
       // The edge that leaves the corner; the face on its other side has the one that arrives.
       if (face[i] != corner) continue;
       const std::uint32_t next = face[(i + 1) % face.size()];
-      const S slope = detail::edge_slope<S>(hull.vertices[next] - hull.vertices[corner], direction);
+      const S slope = edge_slope<S>(hull.vertices[next] - hull.vertices[corner], direction);
       if (slope <= least_slope) {
         least_slope = slope;
         other = next;
@@ -18818,7 +18736,7 @@ SupportFeature<S> support_edge(const ConvexHull<S>& hull, const Vec3<S>& directi
 template <Scalar S>
 SupportFeature<S> support_face(const ConvexHull<S>& hull, const Vec3<S>& direction) {
   // A face that has the farthest corner, or what is deepest could be missed.
-  const std::uint32_t corner = detail::farthest_corner<S>(hull.vertices, direction);
+  const std::uint32_t corner = farthest_corner<S>(hull.vertices, direction);
   SupportFeature<S> feature;
   std::size_t best = 0;
   std::size_t corner_place = 0;
@@ -18847,12 +18765,11 @@ SupportFeature<S> support_face(const ConvexHull<S>& hull, const Vec3<S>& directi
 
 template <Scalar S>
 SupportFeature<S> support_edge(const Triangle<S>& triangle, const Vec3<S>& direction) {
-  const std::uint32_t corner = detail::farthest_corner<S>(triangle.corners, direction);
+  const std::uint32_t corner = farthest_corner<S>(triangle.corners, direction);
   std::uint32_t other = corner;
   S least_slope = edge_tolerance<S>;
   for (const std::uint32_t next : {(corner + 1) % 3, (corner + 2) % 3}) {
-    const S slope =
-        detail::edge_slope<S>(triangle.corners[next] - triangle.corners[corner], direction);
+    const S slope = edge_slope<S>(triangle.corners[next] - triangle.corners[corner], direction);
     if (slope <= least_slope) {
       least_slope = slope;
       other = next;
@@ -18880,7 +18797,7 @@ SupportFeature<S> support_face(const Triangle<S>& triangle, const Vec3<S>& direc
   return face;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <array>
@@ -18888,7 +18805,7 @@ SupportFeature<S> support_face(const Triangle<S>& triangle, const Vec3<S>& direc
 #include <cstdint>
 #include <span>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// The manifold of two convex shapes that meet along a given normal: all corners of the common
 /// patch with a gap of at most `margin` [m], thinned to the capacity of a manifold (to four where a
@@ -18914,8 +18831,6 @@ bool build_manifold(const ShapeA& a, const ShapeB& b, const Transform<S>& X_AB,
                     std::uint32_t key = 0);
 
 // Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
 
 /// [1] A face turned towards the normal by more than this takes part in a contact by itself: within
 /// 3 degrees.
@@ -19278,15 +19193,13 @@ template <Scalar S, typename ShapeA, typename ShapeB>
   return {S(0.5) * (on_a + on_b), normal.dot(on_b - on_a), 0};
 }
 
-}  // namespace detail
-
 template <Scalar S, typename ShapeA, typename ShapeB>
 ContactManifold<S> contact_manifold(const ShapeA& a, const ShapeB& b, const Transform<S>& X_AB,
                                     const Vec3<S>& normal, S margin) {
-  const auto features = detail::feature_pair(a, b, X_AB, normal);
-  ContactManifold<S> manifold = detail::clip_features(features.a, features.b, normal, margin);
+  const auto features = feature_pair(a, b, X_AB, normal);
+  ContactManifold<S> manifold = clip_features(features.a, features.b, normal, margin);
   if (manifold.size == 0) {
-    const ContactPoint<S> extreme = detail::extreme_contact(a, b, X_AB, normal);
+    const ContactPoint<S> extreme = extreme_contact(a, b, X_AB, normal);
     if (extreme.gap <= margin) manifold.add(extreme);
   }
   return manifold;
@@ -19302,7 +19215,7 @@ bool build_manifold(const ShapeA& a, const ShapeB& b, const Transform<S>& X_AB,
   return true;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/geometry/meshes/mesh_tree.hpp
 
@@ -19317,7 +19230,7 @@ bool build_manifold(const ShapeA& a, const ShapeB& b, const Transform<S>& X_AB,
 #include <utility>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Immutable solid: the surface of a closed mesh and all that is inside.
 template <Scalar S>
@@ -19388,7 +19301,7 @@ RayHit<S> ray_cast(const MeshTree<S>& mesh, const Ray<S>& ray) {
   return ray_cast_mesh(mesh, ray);
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/geometry/shapes/convex_view.hpp
 
@@ -19406,7 +19319,7 @@ RayHit<S> ray_cast(const MeshTree<S>& mesh, const Ray<S>& ray) {
 #include <utility>
 #include <variant>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// View of a shape that support.hpp knows. Points to the shape it is made from.
 template <Scalar S>
@@ -19430,8 +19343,6 @@ struct ConvexView {
   }
 };
 
-namespace detail {
-
 // The scalar of a shape that has a view. A parameter for templates of a Scalar would tell, too, but
 // clang 14 crashes where it writes one into a precompiled header.
 template <Scalar S>
@@ -19454,11 +19365,9 @@ S scalar_of(const Triangle<S>&);
 template <typename ConvexShape>
 using ScalarOfShape = decltype(scalar_of(std::declval<const ConvexShape&>()));
 
-}  // namespace detail
-
 /// The view of a shape, which must outlive the answer.
 template <typename ConvexShape>
-[[nodiscard]] ConvexView<detail::ScalarOfShape<ConvexShape>> convex_view(const ConvexShape& shape);
+[[nodiscard]] ConvexView<ScalarOfShape<ConvexShape>> convex_view(const ConvexShape& shape);
 
 /// Farthest point, edge and face of the whole solid, as support.hpp has them for each shape: what
 /// is done with pairs of solids is compiled once, and not for every pair of shapes.
@@ -19474,8 +19383,6 @@ template <Scalar S>
 [[nodiscard]] Aabb<S> bounds_at(const ConvexView<S>& convex, const Transform<S>& X);
 
 // Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
 
 template <Scalar S>
 [[nodiscard]] Vec3<S> support_core(const Sphere<S>&, const Vec3<S>&) {
@@ -19565,17 +19472,15 @@ void for_face_normals(const Self& shape, const Try& try_axis) {
   }
 }
 
-}  // namespace detail
-
 template <Scalar S>
 Vec3<S> ConvexView<S>::support(const Vec3<S>& direction) const {
-  return std::visit([&](const auto* s) { return detail::support_core(*s, direction); }, shape);
+  return std::visit([&](const auto* s) { return support_core(*s, direction); }, shape);
 }
 
 template <typename ConvexShape>
-ConvexView<detail::ScalarOfShape<ConvexShape>> convex_view(const ConvexShape& shape) {
-  ConvexView<detail::ScalarOfShape<ConvexShape>> convex{.shape = &shape};
-  detail::measure(convex, shape);
+ConvexView<ScalarOfShape<ConvexShape>> convex_view(const ConvexShape& shape) {
+  ConvexView<ScalarOfShape<ConvexShape>> convex{.shape = &shape};
+  measure(convex, shape);
   return convex;
 }
 
@@ -19606,7 +19511,7 @@ Aabb<S> bounds_at(const ConvexView<S>& convex, const Transform<S>& X) {
   return box;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <array>
@@ -19614,7 +19519,7 @@ Aabb<S> bounds_at(const ConvexView<S>& convex, const Transform<S>& X) {
 #include <cstddef>
 #include <cstdint>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Normal +z for concentric balls.
 template <Scalar S>
@@ -19653,8 +19558,6 @@ void collide_shapes(const HalfSpace<S>& a, const MeshTree<S>& b, const Transform
                     ContactManifolds<S>& out);
 
 // Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
 
 /// Contact of two balls of the given radii around two points.
 /// @param fallback  [1] Normal for balls with one centre.
@@ -19720,21 +19623,19 @@ class PlaneContacts {
   ClipContacts<S> contacts_;
 };
 
-}  // namespace detail
-
 template <Scalar S>
 void collide_shapes(const Sphere<S>& a, const Sphere<S>& b, const Transform<S>& X_AB, S margin,
                     ContactManifolds<S>& out) {
-  detail::collide_balls<S>(Vec3<S>::Zero(), a.radius, X_AB.translation, b.radius, Vec3<S>::UnitZ(),
-                           margin, out);
+  collide_balls<S>(Vec3<S>::Zero(), a.radius, X_AB.translation, b.radius, Vec3<S>::UnitZ(), margin,
+                   out);
 }
 
 template <Scalar S>
 void collide_shapes(const Capsule<S>& a, const Sphere<S>& b, const Transform<S>& X_AB, S margin,
                     ContactManifolds<S>& out) {
   const S height = std::clamp(X_AB.translation.z(), -a.half_length, a.half_length);
-  detail::collide_balls<S>({S(0), S(0), height}, a.radius, X_AB.translation, b.radius,
-                           Vec3<S>::UnitX(), margin, out);
+  collide_balls<S>({S(0), S(0), height}, a.radius, X_AB.translation, b.radius, Vec3<S>::UnitX(),
+                   margin, out);
 }
 
 template <Scalar S>
@@ -19743,7 +19644,7 @@ void collide_shapes(const Box<S>& a, const Sphere<S>& b, const Transform<S>& X_A
   const Vec3<S>& center = X_AB.translation;
   const Vec3<S> nearest = center.cwiseMax(-a.half_extents).cwiseMin(a.half_extents);
   if (nearest != center) {
-    detail::collide_balls<S>(nearest, S(0), center, b.radius, Vec3<S>::UnitZ(), margin, out);
+    collide_balls<S>(nearest, S(0), center, b.radius, Vec3<S>::UnitZ(), margin, out);
     return;
   }
   int axis = 0;
@@ -19762,7 +19663,7 @@ void collide_shapes(const Capsule<S>& a, const Capsule<S>& b, const Transform<S>
   using std::abs;
   const Vec3<S>& center = X_AB.translation;
   const Vec3<S> axis = X_AB.rotate(Vec3<S>::UnitZ());
-  const auto [on_a, on_b] = detail::closest_heights(a, b, center, axis);
+  const auto [on_a, on_b] = closest_heights(a, b, center, axis);
   const Vec3<S> point_a(S(0), S(0), on_a);
   const Vec3<S> point_b = center + on_b * axis;
   const Vec2<S> across = axis.template head<2>();
@@ -19776,14 +19677,14 @@ void collide_shapes(const Capsule<S>& a, const Capsule<S>& b, const Transform<S>
   const bool is_lengthwise = sine <= edge_tolerance<S> && abs(normal.z()) <= edge_tolerance<S> &&
                              abs(normal.dot(axis)) <= edge_tolerance<S>;
   if (is_lengthwise && distance - a.radius - b.radius <= margin) {
-    const auto features = detail::feature_pair(convex_view(a), convex_view(b), X_AB, normal);
-    const auto manifold = detail::clip_features(features.a, features.b, normal, margin);
+    const auto features = feature_pair(convex_view(a), convex_view(b), X_AB, normal);
+    const auto manifold = clip_features(features.a, features.b, normal, margin);
     if (manifold.size > 0) {
       out.push_back(manifold);
       return;
     }
   }
-  detail::collide_balls<S>(point_a, a.radius, point_b, b.radius, fallback, margin, out);
+  collide_balls<S>(point_a, a.radius, point_b, b.radius, fallback, margin, out);
 }
 
 template <Scalar S, SupportedShape<S> Convex>
@@ -19797,7 +19698,7 @@ void collide_shapes(const HalfSpace<S>& a, const Convex& b, const Transform<S>& 
   for (std::size_t i = 0; i < face.size; ++i) {
     extent = std::max(extent, (face.points[i] - face.points[0]).norm());
   }
-  detail::PlaneContacts<S> contacts(a, margin, extent);
+  PlaneContacts<S> contacts(a, margin, extent);
   for (std::size_t i = 0; i < face.size; ++i) contacts.add(face.points[i], face.ids[i]);
   contacts.append_to(out, face.is_round ? 4 : ContactManifold<S>::capacity);
 }
@@ -19890,14 +19791,14 @@ void collide_shapes(const HalfSpace<S>& a, const MeshTree<S>& b, const Transform
     if (next == chosen[0]) break;
     chosen[count++] = next;
   }
-  detail::PlaneContacts<S> contacts(a, margin, extent);
+  PlaneContacts<S> contacts(a, margin, extent);
   for (std::size_t i = 0; i < count; ++i) {
     contacts.add(X_AB * b.mesh().vertices[chosen[i]], chosen[i]);
   }
   contacts.append_to(out, ContactManifold<S>::capacity);
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/geometry/contacts/box_box.hpp
 
@@ -20157,7 +20058,7 @@ class BoxFacePatch {
 #include <cstddef>
 #include <cstdint>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Convex polytope of a fixed capacity. Distances of faces are signed, so the origin need not be
 /// inside.
@@ -20285,7 +20186,7 @@ void ExpandingPolytope<S>::find_nearest() {
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/geometry/contacts/gjk.hpp
 
@@ -20307,11 +20208,11 @@ void ExpandingPolytope<S>::find_nearest() {
 #include <cstddef>
 #include <utility>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// What a distance query found.
 template <Scalar S>
-struct GjkAnswer {
+struct GjkResult {
   /// False where the solids overlap or touch, to round-off; then nothing else is valid.
   bool is_apart = false;
   /// [1] Unit, from A into B.
@@ -20332,12 +20233,10 @@ struct GjkAnswer {
 ///
 /// Ends after 64 supports at the latest.
 template <Scalar S, typename Support>
-[[nodiscard]] GjkAnswer<S> gjk_distance(const Support& support, const Vec3<S>& start,
+[[nodiscard]] GjkResult<S> gjk_distance(const Support& support, const Vec3<S>& start,
                                         S far = infinity<S>, S enough = S(0));
 
 // Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
 
 /// Up to four points, and which of their hull is nearest to the origin.
 template <Scalar S>
@@ -20441,13 +20340,11 @@ class GjkSimplex {
   S nearest2_;
 };
 
-}  // namespace detail
-
 template <Scalar S, typename Support>
-GjkAnswer<S> gjk_distance(const Support& support, const Vec3<S>& start, S far, S enough) {
+GjkResult<S> gjk_distance(const Support& support, const Vec3<S>& start, S far, S enough) {
   using std::sqrt;
   constexpr int max_supports = 64;
-  detail::GjkSimplex<S> simplex(start);
+  GjkSimplex<S> simplex(start);
   S size2 = start.squaredNorm();
   for (int i = 0; i < max_supports; ++i) {
     const Vec3<S>& v = simplex.nearest();
@@ -20464,7 +20361,7 @@ GjkAnswer<S> gjk_distance(const Support& support, const Vec3<S>& start, S far, S
   return {true, simplex.nearest() / -distance, distance};
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <array>
@@ -20473,7 +20370,7 @@ GjkAnswer<S> gjk_distance(const Support& support, const Vec3<S>& start, S far, S
 #include <type_traits>
 #include <variant>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// What is known about a pair of convex solids.
 enum class Nearness {
@@ -20512,7 +20409,7 @@ struct PlacedConvex {
 /// Distance of two cores by the library's own GJK: the default method of `contact_normal`.
 struct GjkDistance {
   template <Scalar S>
-  [[nodiscard]] GjkAnswer<S> operator()(const PlacedConvex<S>& a, const PlacedConvex<S>& b,
+  [[nodiscard]] GjkResult<S> operator()(const PlacedConvex<S>& a, const PlacedConvex<S>& b,
                                         const Vec3<S>& towards, S far) const {
     const auto support = [&](const Vec3<S>& d) { return Vec3<S>(a.support(d) - b.support(-d)); };
     const bool is_curved = a.convex->is_curved() || b.convex->is_curved();
@@ -20532,7 +20429,7 @@ struct GjkDistance {
 /// Bounded: at most 64 faces of a polytope, 25 distances of at most 64 supports each, and the 9024
 /// directions of a compass search. Allocates nothing; throws only what `Distance` does.
 ///
-/// @tparam Distance  (a, b, towards, far) -> GjkAnswer: distance of two placed cores, where
+/// @tparam Distance  (a, b, towards, far) -> GjkResult: distance of two placed cores, where
 ///                   `towards` is a guess at the direction from A to B. May stop once they are
 ///                   proved to be farther apart than `far`.
 template <typename Distance = GjkDistance, Scalar S>
@@ -20540,8 +20437,6 @@ template <typename Distance = GjkDistance, Scalar S>
                                               const Transform<S>& X_AB, S margin);
 
 // Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
 
 /// The search for the direction of least overlap of one pair, in units of the larger solid.
 template <Scalar S, typename Distance>
@@ -20587,7 +20482,7 @@ class OverlapSearch {
   /// apart than `margin`. Whether it was. Cores that nearly touch have a distance that means less
   /// than its error, and so has the direction.
   bool search_apart(S margin) {
-    const GjkAnswer<S> answer =
+    const GjkResult<S> answer =
         Distance{}(a_, b_, normal_, margin < infinity<S> ? margin + rounding_ : margin);
     if (!answer.is_apart) return false;
     offer(answer.normal);
@@ -20627,7 +20522,7 @@ class OverlapSearch {
       const Vec3<S> moved = (core_witness(from).dot(from) + push) * from;
       PlacedConvex<S> b = b_;
       b.position += moved;
-      const GjkAnswer<S> answer = Distance{}(a_, b, from, infinity<S>);
+      const GjkResult<S> answer = Distance{}(a_, b, from, infinity<S>);
       const bool is_converged = answer.is_apart && residual(answer, moved) <= convergence();
       const S before = overlap_;
       if (answer.is_apart) offer(answer.normal);
@@ -20739,7 +20634,7 @@ class OverlapSearch {
   }
 
   /// Distance claimed beyond what supports along the normal prove; 0 when it is right.
-  [[nodiscard]] S residual(const GjkAnswer<S>& answer, const Vec3<S>& push) const {
+  [[nodiscard]] S residual(const GjkResult<S>& answer, const Vec3<S>& push) const {
     return answer.distance - (push - core_witness(answer.normal)).dot(answer.normal);
   }
 
@@ -20805,8 +20700,6 @@ class OverlapSearch {
   int evaluations_ = 0;
 };
 
-}  // namespace detail
-
 template <typename Distance, Scalar S>
 ContactNormal<S> contact_normal(const ConvexView<S>& a, const ConvexView<S>& b,
                                 const Transform<S>& X_AB, S margin) {
@@ -20814,7 +20707,7 @@ ContactNormal<S> contact_normal(const ConvexView<S>& a, const ConvexView<S>& b,
   BRISTLE_ASSERT(a.reach > S(0) && b.reach > S(0));
   const S scale = S(1) / std::max(a.reach, b.reach);
   const S reach = scale * margin;
-  detail::OverlapSearch<S, Distance> search(a, b, X_AB, scale);
+  OverlapSearch<S, Distance> search(a, b, X_AB, scale);
   search.try_candidates(reach);
   if (!isfinite(search.overlap())) return {};
   if (search.overlap() >= -reach && !search.search_apart(reach)) {
@@ -20826,12 +20719,12 @@ ContactNormal<S> contact_normal(const ConvexView<S>& a, const ConvexView<S>& b,
   return {gap <= margin ? Nearness::near : Nearness::apart, search.normal(), gap};
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <span>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Appends the manifold of two boxes, B standing at X_AB in A, if they overlap or come within
 /// `margin` [m].
@@ -20846,8 +20739,6 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
                     ContactManifolds<S>& out);
 
 // Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
 
 /// What separates two boxes most.
 template <Scalar S>
@@ -20995,54 +20886,51 @@ void collide_edges(const BoxPair<S>& boxes, const BoxEdges<S>& edges, const Vec3
                 box_crossing_name(box_edge(corner_a, edges.i), box_edge(corner_b, edges.j))});
 }
 
-}  // namespace detail
-
 template <Scalar S>
 void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, S margin,
                     ContactManifolds<S>& out) {
   const Mat3<S> R = X_AB.rotation_matrix();
   const Mat3<S> absolute = R.cwiseAbs();
   const Vec3<S>& p = X_AB.translation;
-  const detail::BoxPair<S> boxes{a.half_extents, b.half_extents, R, p};
+  const BoxPair<S> boxes{a.half_extents, b.half_extents, R, p};
 
-  const detail::BoxAxis<S> face_a =
-      detail::best_axis<S>(p.cwiseAbs() - a.half_extents - absolute * b.half_extents);
+  const BoxAxis<S> face_a = best_axis<S>(p.cwiseAbs() - a.half_extents - absolute * b.half_extents);
   if (face_a.gap > margin) return;
   const Vec3<S> p_B = R.transpose() * p;
-  const detail::BoxAxis<S> face_b =
-      detail::best_axis<S>(p_B.cwiseAbs() - b.half_extents - absolute.transpose() * a.half_extents);
+  const BoxAxis<S> face_b =
+      best_axis<S>(p_B.cwiseAbs() - b.half_extents - absolute.transpose() * a.half_extents);
   if (face_b.gap > margin) return;
 
   const S least_gain =
       Tolerance<S>::equal() * (a.half_extents.maxCoeff() + b.half_extents.maxCoeff());
   // Of two as good as each other the larger: what lies within a face need not be cut to it.
-  const bool is_b_larger = detail::face_area(b, face_b.axis) > detail::face_area(a, face_a.axis);
+  const bool is_b_larger = face_area(b, face_b.axis) > face_area(a, face_a.axis);
   const bool is_of_a =
       is_b_larger ? face_a.gap > face_b.bar(least_gain) : !(face_b.gap > face_a.bar(least_gain));
-  const detail::BoxAxis<S>& face = is_of_a ? face_a : face_b;
-  detail::BoxEdges<S> edges;
+  const BoxAxis<S>& face = is_of_a ? face_a : face_b;
+  BoxEdges<S> edges;
   edges.gap = face.bar(least_gain);
-  if (!detail::search_edges(boxes, absolute, margin, edges)) return;
+  if (!search_edges(boxes, absolute, margin, edges)) return;
 
   // The manifold is made where it will stay: it is large.
   ContactManifold<S>& manifold = out.emplace_back();
   const bool is_face = !(edges.sine > S(0));
   Vec3<S> normal;
   if (is_face) {
-    detail::collide_face(boxes, is_of_a, face.axis, margin, least_gain, manifold);
+    collide_face(boxes, is_of_a, face.axis, margin, least_gain, manifold);
     normal = manifold.normal;
   } else {
     normal = (edges.side / edges.sine) * Vec3<S>::Unit(edges.i).cross(R.col(edges.j));
     const Vec3<S> normal_B = R.transpose() * normal;
     const bool is_crossing = edges.sine > edge_tolerance<S> &&
-                             normal.cwiseAbs().maxCoeff() < detail::aligned_cosine<S> &&
-                             normal_B.cwiseAbs().maxCoeff() < detail::aligned_cosine<S>;
+                             normal.cwiseAbs().maxCoeff() < aligned_cosine<S> &&
+                             normal_B.cwiseAbs().maxCoeff() < aligned_cosine<S>;
     if (is_crossing) {
-      detail::collide_edges(boxes, edges, normal, normal_B, manifold);
+      collide_edges(boxes, edges, normal, normal_B, manifold);
     } else {
       // Faces or edges that nearly lie along each other touch in more than a point.
-      const auto features = detail::feature_pair(convex_view(a), convex_view(b), X_AB, normal);
-      manifold = detail::clip_features(features.a, features.b, normal, margin);
+      const auto features = feature_pair(convex_view(a), convex_view(b), X_AB, normal);
+      manifold = clip_features(features.a, features.b, normal, margin);
     }
   }
   const S gap = is_face ? face.gap : edges.gap;
@@ -21070,7 +20958,7 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
                  Vec3<S>(found.normal.template cast<S>().normalized()), margin, out);
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/geometry/contacts/shape_cast.hpp
 
@@ -21134,7 +21022,7 @@ struct ShapeCast {
 #include <cstddef>
 #include <cstdint>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Appends the manifolds of one pair to a list. Manifolds with the same key become one, and points
 /// of it that coincide too.
@@ -21267,7 +21155,7 @@ class ContactSink {
   S nearest_ = S(0);
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/geometry/contacts/mesh_contacts.hpp
 
@@ -21279,16 +21167,18 @@ class ContactSink {
 /// flat face share one manifold of at most eight points.
 ///
 /// Surfaces of two meshes that have passed through each other are looked for only where meshes cut
-/// or touch each other or one is inside the other (the first corner tells, also of meshes of several
-/// parts), within both of their boxes: bodies that are apart cost what is within the margin.
+/// or touch each other or one is inside the other (the first corner tells, also of meshes of
+/// several parts), within both of their boxes: bodies that are apart cost what is within the
+/// margin.
 ///
 /// Limits, all of them of the triangle-by-triangle view. A convex solid that the surface cuts
 /// always has a contact, but a deep one may get the normal of the nearest triangle instead of the
 /// shortest way out; one wholly inside leaves through the face nearest to its middle. Two meshes
 /// get contacts up to a depth of half the thickness of the thinner one; where they meet corner to
 /// corner, faces beside the corners may answer too (one pose in thirty in tests). Cost: a GJK for
-/// each triangle near the other solid (0.5 to 2 us), and for each near pair of two meshes; where two
-/// meshes cut each other a few operations more for each pair of triangles in both of their boxes.
+/// each triangle near the other solid (0.5 to 2 us), and for each near pair of two meshes; where
+/// two meshes cut each other a few operations more for each pair of triangles in both of their
+/// boxes.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/geometry/meshes/mesh_surface.hpp
@@ -21308,7 +21198,7 @@ class ContactSink {
 #include <utility>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// What contacts need to know of a closed mesh besides its triangles: who is whose neighbour.
 ///
@@ -21400,8 +21290,6 @@ class MeshSurface {
 
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
-
 /// [1] Cosine and sine of the angle, S(0)1 degrees, within which directions count as equal: what
 /// GJK leaves, and less than any edge of a mesh that is not meant to be flat.
 template <Scalar S>
@@ -21471,8 +21359,6 @@ void outline_face(ConvexHull<S>& face) {
   }
 }
 
-}  // namespace detail
-
 template <Scalar S, typename Tree>
 MeshSurface<S, Tree>::MeshSurface(const Tree& tree) : tree_(&tree) {
   normals_.reserve(size());
@@ -21516,7 +21402,7 @@ void MeshSurface<S, Tree>::find_neighbours() {
     const auto at = corners(a.triangle);
     const Vec3<S> far = corners(b.triangle)[(b.k + 2) % 3] - at[a.k];
     Edge kind = normals_[a.triangle].dot(far) < S(0) ? Edge::convex : Edge::hollow;
-    if (detail::is_same_plane(normals_[a.triangle], normals_[b.triangle])) kind = Edge::flat;
+    if (is_same_plane(normals_[a.triangle], normals_[b.triangle])) kind = Edge::flat;
     edges_[a.triangle][a.k] = kind;
     edges_[b.triangle][b.k] = kind;
   }
@@ -21537,7 +21423,7 @@ void MeshSurface<S, Tree>::find_patches() {
       open.pop_back();
       for (const std::uint32_t next : neighbours_[at]) {
         // Compared with the seed, or a finely curved surface would become one patch.
-        if (patches_[next] == unknown && detail::is_same_plane(normals_[next], normals_[seed])) {
+        if (patches_[next] == unknown && is_same_plane(normals_[next], normals_[seed])) {
           patches_[next] = count;
           open.push_back(next);
         }
@@ -21555,7 +21441,7 @@ void MeshSurface<S, Tree>::find_faces() {
       faces_[patches_[i]].vertices.push_back(corner);
     }
   }
-  for (ConvexHull<S>& face : faces_) detail::outline_face(face);
+  for (ConvexHull<S>& face : faces_) outline_face(face);
 }
 
 template <Scalar S, typename Tree>
@@ -21570,7 +21456,7 @@ template <Scalar S, typename Tree>
 auto MeshSurface<S, Tree>::judge(std::uint32_t triangle, const Vec3<S>& n) const -> Verdict {
   using std::abs;
   const S cosine = n.dot(normals_[triangle]);
-  if (cosine >= detail::same_direction_cosine<S>) return Verdict::face;
+  if (cosine >= same_direction_cosine<S>) return Verdict::face;
   const auto c = corners(triangle);
   // Edges that lie across n and are farthest along it; where there is none, those of the corner
   // that is.
@@ -21581,17 +21467,17 @@ auto MeshSurface<S, Tree>::judge(std::uint32_t triangle, const Vec3<S>& n) const
   std::optional<std::size_t> across;
   for (const std::size_t k : {top, (top + 2) % 3}) {
     const Vec3<S> edge = c[(k + 1) % 3] - c[k];
-    if (abs(edge.dot(n)) <= detail::same_direction_sine<S> * edge.norm()) across = k;
+    if (abs(edge.dot(n)) <= same_direction_sine<S> * edge.norm()) across = k;
   }
   bool is_over_edge = false;
   for (const std::size_t k : {top, (top + 2) % 3}) {
     if (across && *across != k) continue;
     const Vec3<S> along = c[(k + 1) % 3] - c[k];
     const Vec3<S> outwards = along.cross(normals_[triangle]).normalized();
-    if (n.dot(outwards) <= detail::same_direction_sine<S>) continue;
+    if (n.dot(outwards) <= same_direction_sine<S>) continue;
     if (edges_[triangle][k] == Edge::flat) return Verdict::inner_edge;
     if (edges_[triangle][k] == Edge::hollow) return Verdict::face;
-    if (n.dot(away_from_neighbour(triangle, k)) <= detail::same_direction_sine<S>) {
+    if (n.dot(away_from_neighbour(triangle, k)) <= same_direction_sine<S>) {
       return Verdict::none;
     }
     is_over_edge = true;
@@ -21601,14 +21487,14 @@ auto MeshSurface<S, Tree>::judge(std::uint32_t triangle, const Vec3<S>& n) const
   return Verdict::edge;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Adds the contacts of a mesh with a convex solid that stands at X_MC in the mesh's frame, with
 /// normals from the mesh to the solid.
@@ -21624,8 +21510,6 @@ void collide_meshes(const MeshSurface<Precise<S>, Tree>& a, const MeshSurface<Pr
                     const Transform<Precise<S>>& X_AB, Precise<S> margin, ContactSink<S>& sink);
 
 // Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
 
 /// The side of a contact that is a convex solid: any normal suits it.
 template <typename Surface, Scalar P>
@@ -21886,15 +21770,13 @@ class MeshConvexContacts {
   ContactNormal<P> plate_contact_{.gap = -infinity<P>};
 };
 
-}  // namespace detail
-
 template <typename Distance, Scalar S, typename Tree>
 void collide_mesh(const MeshSurface<Precise<S>, Tree>& mesh, const ConvexView<Precise<S>>& convex,
                   const Transform<Precise<S>>& X_MC, Precise<S> margin, ContactSink<S>& sink) {
   using P = Precise<S>;
   sink.set_nearest(Tolerance<P>::equal() * convex.reach);
-  detail::MeshConvexContacts<Distance, S, Tree> contacts(mesh, convex, X_MC, margin, sink);
-  contacts.add_all(detail::ConvexOpposite<MeshSurface<P, Tree>, P>{});
+  MeshConvexContacts<Distance, S, Tree> contacts(mesh, convex, X_MC, margin, sink);
+  contacts.add_all(ConvexOpposite<MeshSurface<P, Tree>, P>{});
 }
 
 template <typename Distance, Scalar S, typename Tree>
@@ -21918,9 +21800,9 @@ void collide_meshes(const MeshSurface<Precise<S>, Tree>& a, const MeshSurface<Pr
           const Triangle<P> triangle = b.triangle(i);
           const ConvexView<P> plate = convex_view(triangle);
           sink.set_nearest(Tolerance<P>::equal() * plate.reach);
-          detail::MeshConvexContacts<Distance, S, Tree> contacts(a, plate, X_AB, margin, sink);
+          MeshConvexContacts<Distance, S, Tree> contacts(a, plate, X_AB, margin, sink);
           const Vec3<P> normal = X_AB.rotate(b.normal(i));
-          use(contacts, detail::MeshOpposite<Surface, P>{b, i, X_BA, depth, normal});
+          use(contacts, MeshOpposite<Surface, P>{b, i, X_BA, depth, normal});
           return true;
         });
   };
@@ -21943,12 +21825,12 @@ void collide_meshes(const MeshSurface<Precise<S>, Tree>& a, const MeshSurface<Pr
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <cmath>
 #include <optional>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A solid prepared for contacts: one of the two is there, and points to what it was made from.
 template <Scalar S, typename Tree>
@@ -21968,8 +21850,6 @@ bool collide_solids(const SolidView<Precise<S>, Tree>& a, const SolidView<Precis
 
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
-
 template <typename Distance, Scalar S, Scalar P>
 bool collide_convex(const ConvexView<P>& a, const ConvexView<P>& b, const Transform<P>& X_AB,
                     P margin, ContactSink<S>& sink) {
@@ -21987,8 +21867,6 @@ bool collide_convex(const ConvexView<P>& a, const ConvexView<P>& b, const Transf
   return true;
 }
 
-}  // namespace detail
-
 template <typename Distance, Scalar S, typename Tree>
 bool collide_solids(const SolidView<Precise<S>, Tree>& a, const SolidView<Precise<S>, Tree>& b,
                     const Transform<Precise<S>>& X_AB, Precise<S> margin, ContactSink<S>& sink) {
@@ -22004,7 +21882,7 @@ bool collide_solids(const SolidView<Precise<S>, Tree>& a, const SolidView<Precis
   }
   if (!a.mesh && !b.mesh) {
     sink.set_frame({}, false);
-    return detail::collide_convex<Distance>(*a.convex, *b.convex, X_AB, margin, sink);
+    return collide_convex<Distance>(*a.convex, *b.convex, X_AB, margin, sink);
   }
   // In the frame of the mesh.
   const bool is_first = a.mesh.has_value();
@@ -22015,924 +21893,7 @@ bool collide_solids(const SolidView<Precise<S>, Tree>& a, const SolidView<Precis
   return true;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/geometry/rays/bundle_mesh_rays.hpp
-
-/// @file
-/// Bundles of rays against a solid mesh: one search for many rays, triangles against rays in lanes.
-///
-/// Answers are those of `ray_cast_mesh` for each ray alone, to round-off: what the lanes cannot
-/// tell with certainty is asked again that way.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/geometry/rays/bundle_leaves.hpp
-
-/// @file
-/// Which leaves of a tree of triangles the box of a bundle of rays meets.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <array>
-#include <bit>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// A box in a frame G that stands in the frame C of a tree, against boxes of the tree. Six of the
-/// fifteen axes along which two boxes may be apart are looked at: of what is left, triangles are
-/// looked at more closely anyway.
-template <Scalar S>
-class BoxInTree {
- public:
-  /// @param R_GC, p_GC  Pose of C in G.
-  BoxInTree(const Mat3<S>& R_GC, const Vec3<S>& p_GC, const Aabb<S>& box_G)
-      : R_GC_(R_GC), p_GC_(p_GC), box_G_(box_G) {
-    const Vec3<S> center = box_G.center() - p_GC;
-    const Vec3<S> half = box_G.half_extents();
-    using std::abs;
-    for (int i = 0; i < 3; ++i) {
-      const S middle = R_GC(0, i) * center[0] + R_GC(1, i) * center[1] + R_GC(2, i) * center[2];
-      const S reach =
-          abs(R_GC(0, i)) * half[0] + abs(R_GC(1, i)) * half[1] + abs(R_GC(2, i)) * half[2];
-      box_C_.lower[i] = middle - reach;
-      box_C_.upper[i] = middle + reach;
-    }
-  }
-
-  [[nodiscard]] const Mat3<S>& R_GC() const { return R_GC_; }
-  [[nodiscard]] const Vec3<S>& p_GC() const { return p_GC_; }
-  [[nodiscard]] const Aabb<S>& box_G() const { return box_G_; }
-  [[nodiscard]] const Aabb<S>& box_C() const { return box_C_; }
-
-  /// Which boxes in C it may overlap, of those whose coordinates are in the lanes.
-  [[nodiscard]] BRISTLE_INLINE Mask<S> overlaps(const Pack3<S>& lower,
-                                                const Pack3<S>& upper) const {
-    Mask<S> found = (lower.x <= box_C_.upper[0]) & (upper.x >= box_C_.lower[0]) &
-                    (lower.y <= box_C_.upper[1]) & (upper.y >= box_C_.lower[1]) &
-                    (lower.z <= box_C_.upper[2]) & (upper.z >= box_C_.lower[2]);
-    const Pack3<S> center = Pack<S>(S(0.5)) * (lower + upper);
-    const Pack3<S> half = Pack<S>(S(0.5)) * (upper - lower);
-    using std::abs;
-    for (int k = 0; k < 3; ++k) {
-      const Pack<S> middle =
-          p_GC_[k] + (R_GC_(k, 0) * center.x + R_GC_(k, 1) * center.y + R_GC_(k, 2) * center.z);
-      const Pack<S> reach =
-          abs(R_GC_(k, 0)) * half.x + abs(R_GC_(k, 1)) * half.y + abs(R_GC_(k, 2)) * half.z;
-      found = found & (middle - reach <= box_G_.upper[k]) & (middle + reach >= box_G_.lower[k]);
-    }
-    return found;
-  }
-
- private:
-  Mat3<S> R_GC_;
-  Vec3<S> p_GC_;
-  Aabb<S> box_G_;
-  Aabb<S> box_C_;
-};
-
-/// Leaves with their boxes, coordinate by coordinate, in whole lines of the cache.
-template <Scalar S>
-class alignas(64) LeafList {
- public:
-  static constexpr std::size_t capacity = 256;
-
-  [[nodiscard]] std::size_t size() const { return size_; }
-  [[nodiscard]] const TriangleRange& operator[](std::size_t i) const { return leaves_[i]; }
-
-  /// Makes it the leaves of a tree that a box meets.
-  /// @return False where there are too many.
-  [[nodiscard]] bool search(const WideTree<S>& tree, const BoxInTree<S>& box);
-
-  /// Makes it those of another list that a box meets.
-  void filter(const LeafList& from, const BoxInTree<S>& box) {
-    size_ = 0;
-    from.for_each(box, [&](std::size_t i) {
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        lower_[axis][size_] = from.lower_[axis][i];
-        upper_[axis][size_] = from.upper_[axis][i];
-      }
-      leaves_[size_++] = from.leaves_[i];
-      return true;
-    });
-    finish();
-  }
-
-  /// Calls visit(i) -> bool for the leaves that a box meets, until one returns false.
-  /// @return Whether none did.
-  template <typename Visit>
-  BRISTLE_INLINE bool for_each(const BoxInTree<S>& box, Visit&& visit) const {
-    for (std::size_t k = 0; k < size_; k += lanes<S>) {
-      const auto lower = Pack3<S>::load(&lower_[0][k], &lower_[1][k], &lower_[2][k]);
-      const auto upper = Pack3<S>::load(&upper_[0][k], &upper_[1][k], &upper_[2][k]);
-      const std::uint32_t there = first_bits(size_ - k);
-      for (std::uint32_t left = bits(box.overlaps(lower, upper)) & there; left != 0;
-           left &= left - 1) {
-        if (!visit(k + static_cast<std::size_t>(std::countr_zero(left)))) return false;
-      }
-    }
-    return true;
-  }
-
- private:
-  /// Gives the last pack numbers behind the last leaf, too: what memory holds may be denormal,
-  /// which costs a hundred cycles an operation.
-  void finish() {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      Pack<S>(S(0)).store(&lower_[axis][size_]);
-      Pack<S>(S(0)).store(&upper_[axis][size_]);
-    }
-  }
-
-  // A pack may be loaded from the last leaf.
-  std::array<std::array<S, capacity + 16>, 3> lower_;
-  std::array<std::array<S, capacity + 16>, 3> upper_;
-  std::array<TriangleRange, capacity> leaves_;
-  std::size_t size_ = 0;
-};
-
-template <Scalar S>
-bool LeafList<S>::search(const WideTree<S>& tree, const BoxInTree<S>& box) {
-  using Tree = WideTree<S>;
-  size_ = 0;
-  if (tree.nodes().empty()) return true;
-  std::array<std::uint32_t, Tree::stack_size> stack;
-  std::size_t count = 0;
-  stack[count++] = 0;
-  while (count > 0) {
-    const typename Tree::Node& node = tree.nodes()[stack[--count]];
-    for (std::size_t k = 0; k < node.children; k += lanes<S>) {
-      const auto lower = Pack3<S>::load(&node.lower[0][k], &node.lower[1][k], &node.lower[2][k]);
-      const auto upper = Pack3<S>::load(&node.upper[0][k], &node.upper[1][k], &node.upper[2][k]);
-      for (std::uint32_t left = bits(box.overlaps(lower, upper)); left != 0; left &= left - 1) {
-        const std::size_t i = k + static_cast<std::size_t>(std::countr_zero(left));
-        if (node.triangles[i] == 0) {
-          stack[count++] = node.first[i];
-          continue;
-        }
-        if (size_ == capacity) return false;
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          lower_[axis][size_] = node.lower[axis][i];
-          upper_[axis][size_] = node.upper[axis][i];
-        }
-        leaves_[size_++] = {node.first[i], node.triangles[i]};
-      }
-    }
-  }
-  finish();
-  return true;
-}
-
 }  // namespace bristle::inline BRISTLE_ABI::detail
-
-// === bristle/geometry/rays/bundle_triangles.hpp
-
-/// @file
-/// Triangles near a bundle of rays, in the bundle's frame, and the test of rays in lanes against
-/// them.
-///
-/// The test is that of ray_triangle.hpp in another frame. There a sign in doubt is computed again
-/// exactly; here a ray that passes an edge closer than the test's own rounding is handed back to be
-/// asked alone. Corners are where turning has put them, which is one place for all triangles there:
-/// no ray slips through between two of them.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <array>
-#include <bit>
-#include <cstddef>
-#include <cstdint>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// What rays in lanes have met so far. The rules are those of `MeshCrossings`, but for the reach:
-/// crossings beyond a ray's end are not looked at, and one bound of errors goes for all of a ray's.
-template <Scalar S>
-struct LaneCrossings {
-  /// [m] Nearest crossing of each kind, and what all of them may be wrong by.
-  Pack<S> front{infinity<S>}, back{infinity<S>};
-  Pack<S> uncertainty{S(0)};
-  /// [-] The number of the triangle that was crossed from its front; [1] its outward unit normal.
-  Pack<S> number{infinity<S>};
-  Pack3<S> normal{S(0), S(0), S(0)};
-  /// Rays that pass an edge too closely to tell.
-  Mask<S> is_doubtful = Mask<S>::first(0);
-};
-
-/// Rays in lanes, as `RayBundles::Lines` has them.
-template <Scalar S>
-struct LaneRays {
-  Pack<S> x, y, slope_x, slope_y, start, stretch, length;
-};
-
-/// Candidates for the rays of one bundle, coordinate by coordinate.
-template <Scalar S>
-class BundleTriangles {
- public:
-  static constexpr std::size_t capacity = 192;
-
-  [[nodiscard]] std::size_t size() const { return size_; }
-  void clear() { size_ = 0; }
-
-  /// Adds those triangles of a leaf that the box meets.
-  /// @return False where there is no room left; nothing but `clear` may be called then.
-  [[nodiscard]] bool add(const WideTree<S>& tree, const TriangleRange& leaf,
-                         const BoxInTree<S>& box);
-
-  /// Whether one of a leaf's triangles meets the box: to rounding, for which boxes have room.
-  [[nodiscard]] static bool is_any_in(const WideTree<S>& tree, const TriangleRange& leaf,
-                                      const BoxInTree<S>& box);
-
-  /// To be called when all have been added.
-  /// @param R_RG  From the bundle's axes to those in which normals are wanted.
-  /// @param size  [m] Of what coordinates were computed from: rounding is relative to it.
-  void finish(const RayBundle<S>& bundle, const Mat3<S>& R_RG, S size);
-
-  /// Writes to `found` which candidates' boxes meet a box; returns their number.
-  std::size_t within(const Aabb<S>& box, std::array<std::uint8_t, capacity>& found) const;
-
-  /// [m] Where the candidate begins and ends along z.
-  [[nodiscard]] S lowest(std::size_t i) const { return lower_[2][i]; }
-  [[nodiscard]] S highest(std::size_t i) const { return upper_[2][i]; }
-
-  /// Tests rays against candidate i.
-  BRISTLE_INLINE void test(std::size_t i, const LaneRays<S>& rays, LaneCrossings<S>& found) const;
-
- private:
-  // A pack may be loaded from the last candidate.
-  using Row = std::array<S, capacity + 16>;
-
-  /// [m] Corner c of the triangles of a leaf from its i-th on, in the frame of the tree.
-  [[nodiscard]] BRISTLE_INLINE static Pack3<S> corner(const WideTree<S>& tree,
-                                                      const TriangleRange& leaf, std::size_t c,
-                                                      std::size_t i) {
-    return Pack3<S>::load(tree.row(leaf, c, 0) + i, tree.row(leaf, c, 1) + i,
-                          tree.row(leaf, c, 2) + i);
-  }
-
-  /// Corners of triangles in lanes, turned into the bundle's frame, and which meet the box.
-  struct Turned {
-    Pack3<S> corners[3];
-    std::uint32_t in_box;
-  };
-  [[nodiscard]] BRISTLE_INLINE static Turned turned(const WideTree<S>& tree,
-                                                    const TriangleRange& leaf, std::size_t i,
-                                                    const BoxInTree<S>& box);
-
-  // Of each corner x, y, z; [-] the triangle's number. They lie side by side, so that `add` goes
-  // from row to row by steps of one length: kept as one long row, rays took up to 7 % more time.
-  static constexpr std::size_t number_row = 9;
-  std::array<Row, number_row + 1> rows_;
-  std::array<Row, 3> lower_, upper_;
-  std::array<Row, 3> normal_;
-  // [m^2] What a determinant of turned corners may be wrong by. Distances: [m] by this, and [m^3]
-  // this over the sum of determinants.
-  Row doubt_, along_, across_;
-  std::size_t size_ = 0;
-};
-
-// Implementation -----------------------------------------------------------------------------------
-
-template <Scalar S>
-BRISTLE_INLINE auto BundleTriangles<S>::turned(const WideTree<S>& tree, const TriangleRange& leaf,
-                                               std::size_t i, const BoxInTree<S>& box) -> Turned {
-  Turned result;
-  const Pack3<S> origin = Pack3<S>::all(box.p_GC());
-  for (std::size_t c = 0; c < 3; ++c) {
-    result.corners[c] = origin + box.R_GC() * corner(tree, leaf, c, i);
-  }
-  const auto& [a, b, c] = result.corners;
-  const Aabb<S>& limits = box.box_G();
-  const Mask<S> in_box =
-      (min(a.x, min(b.x, c.x)) <= limits.upper[0]) & (max(a.x, max(b.x, c.x)) >= limits.lower[0]) &
-      (min(a.y, min(b.y, c.y)) <= limits.upper[1]) & (max(a.y, max(b.y, c.y)) >= limits.lower[1]) &
-      (min(a.z, min(b.z, c.z)) <= limits.upper[2]) & (max(a.z, max(b.z, c.z)) >= limits.lower[2]);
-  result.in_box = bits(in_box) & first_bits(leaf.count - i);
-  return result;
-}
-
-template <Scalar S>
-bool BundleTriangles<S>::is_any_in(const WideTree<S>& tree, const TriangleRange& leaf,
-                                   const BoxInTree<S>& box) {
-  const Pack3<S> along = Pack3<S>::all(Vec3<S>(box.R_GC().row(2)));
-  const auto z = [&](std::size_t c, std::size_t i) {
-    return dot(along, corner(tree, leaf, c, i)) + box.p_GC().z();
-  };
-  for (std::size_t i = 0; i < leaf.count; i += lanes<S>) {
-    // What is near and out of reach is mostly so along the rays: one coordinate of three tells.
-    const Pack<S> a = z(0, i), b = z(1, i), c = z(2, i);
-    const Mask<S> in_z =
-        (min(a, min(b, c)) <= box.box_G().upper[2]) & (max(a, max(b, c)) >= box.box_G().lower[2]);
-    if ((bits(in_z) & first_bits(leaf.count - i)) == 0) continue;
-    if (turned(tree, leaf, i, box).in_box != 0) return true;
-  }
-  return false;
-}
-
-template <Scalar S>
-bool BundleTriangles<S>::add(const WideTree<S>& tree, const TriangleRange& leaf,
-                             const BoxInTree<S>& box) {
-  for (std::size_t i = 0; i < leaf.count; i += lanes<S>) {
-    const Turned t = turned(tree, leaf, i, box);
-    if (t.in_box == 0) continue;
-    const auto& [a, b, c] = t.corners;
-    const auto number = Pack<S>::load_integers(tree.numbers(leaf.first + i));
-    size_ += store_packed({a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z, number}, t.in_box,
-                          rows_[0].data() + size_, std::tuple_size_v<Row>);
-    if (size_ > capacity) return false;
-  }
-  return true;
-}
-
-template <Scalar S>
-void BundleTriangles<S>::finish(const RayBundle<S>& bundle, const Mat3<S>& R_RG, S size) {
-  const S round_off = Tolerance<S>::round_off();
-  const Vec3<S> half = bundle.box.lower.cwiseAbs().cwiseMax(bundle.box.upper.cwiseAbs());
-  // Behind the last candidate memory may hold denormal numbers, which are slow.
-  for (Row& row : rows_) Pack<S>(S(0)).store(&row[size_]);
-  for (std::size_t i = 0; i < size_; i += lanes<S>) {
-    Pack3<S> p[3];
-    for (std::size_t c = 0; c < 3; ++c) {
-      p[c] = Pack3<S>::load(&rows_[3 * c][i], &rows_[3 * c + 1][i], &rows_[3 * c + 2][i]);
-    }
-    const auto& [a, b, c] = p;
-    const Pack3<S> lower{min(a.x, min(b.x, c.x)), min(a.y, min(b.y, c.y)), min(a.z, min(b.z, c.z))};
-    const Pack3<S> upper{max(a.x, max(b.x, c.x)), max(a.y, max(b.y, c.y)), max(a.z, max(b.z, c.z))};
-    lower.store(&lower_[0][i], &lower_[1][i], &lower_[2][i]);
-    upper.store(&upper_[0][i], &upper_[1][i], &upper_[2][i]);
-    const Pack3<S> n = cross(b - a, c - a);
-    const Pack<S> largest = max(abs(n.x), max(abs(n.y), abs(n.z)));
-    const Pack3<S> scaled = (S(1) / largest) * n;
-    const Pack3<S> normal = R_RG * ((S(1) / sqrt(dot(scaled, scaled))) * scaled);
-    normal.store(&normal_[0][i], &normal_[1][i], &normal_[2][i]);
-    // No corner is farther than this from any ray across it, nor from its start along it, and
-    // neither is farther from the origin.
-    const Pack<S> z = max(-lower.z, upper.z) + half.z();
-    const Pack<S> x = max(-lower.x, upper.x) + half.x();
-    const Pack<S> y = max(-lower.y, upper.y) + half.y();
-    const Pack<S> aside = max(x, y) + bundle.slope * z;
-    // A corner seen from a ray is wrong by some ulp of `aside`, a determinant of two such by a few
-    // times the product. What turning did to a corner is no matter: all triangles there have it at
-    // one place, so that no ray slips through.
-    (round_off * (S(2) * aside * aside)).store(&doubt_[i]);
-    (round_off * (S(2) * z + size)).store(&along_[i]);
-    (round_off * ((S(3) * aside + S(2) * z + size) * (S(6) * aside) * (upper.z - lower.z)))
-        .store(&across_[i]);
-  }
-}
-
-template <Scalar S>
-std::size_t BundleTriangles<S>::within(const Aabb<S>& box,
-                                       std::array<std::uint8_t, capacity>& found) const {
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < size_; i += lanes<S>) {
-    Mask<S> meets = Mask<S>::first(lanes<S>);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto k = static_cast<int>(axis);
-      meets = meets & (Pack<S>::load(&lower_[axis][i]) <= box.upper[k]) &
-              (Pack<S>::load(&upper_[axis][i]) >= box.lower[k]);
-    }
-    for (std::uint32_t left = bits(meets) & first_bits(size_ - i); left != 0; left &= left - 1) {
-      found[count++] =
-          static_cast<std::uint8_t>(i + static_cast<std::size_t>(std::countr_zero(left)));
-    }
-  }
-  return count;
-}
-
-template <Scalar S>
-BRISTLE_INLINE void BundleTriangles<S>::test(std::size_t i, const LaneRays<S>& rays,
-                                             LaneCrossings<S>& found) const {
-  const auto corner = [&](std::size_t k) { return Pack<S>(rows_[k][i]); };
-  const Pack<S> az = corner(2);
-  const Pack<S> bz = corner(5);
-  const Pack<S> cz = corner(8);
-  const Pack<S> ax = corner(0) - (rays.x + rays.slope_x * az);
-  const Pack<S> ay = corner(1) - (rays.y + rays.slope_y * az);
-  const Pack<S> bx = corner(3) - (rays.x + rays.slope_x * bz);
-  const Pack<S> by = corner(4) - (rays.y + rays.slope_y * bz);
-  const Pack<S> cx = corner(6) - (rays.x + rays.slope_x * cz);
-  const Pack<S> cy = corner(7) - (rays.y + rays.slope_y * cz);
-  const Pack<S> u = cx * by - cy * bx;
-  const Pack<S> v = ax * cy - ay * cx;
-  const Pack<S> w = bx * ay - by * ax;
-  const Pack<S> least = min(u, min(v, w));
-  const Pack<S> most = max(u, max(v, w));
-  const Pack<S> doubt(doubt_[i]);
-  const Mask<S> may_pass = (least >= -doubt) | (most <= doubt);
-  // Of few rays often none passes. Of many some mostly do, and a branch that cannot be foreseen
-  // costs more than it saves.
-  constexpr bool is_wide = has_register<S> && sizeof(Pack<S>) >= 32;
-  if (!is_wide && none(may_pass)) return;
-  const Mask<S> is_front = least > doubt;
-  const Mask<S> passes = is_front | (most < -doubt);
-  found.is_doubtful = found.is_doubtful | (may_pass & !passes);
-  const Pack<S> inverse = S(1) / (u + v + w);
-  const Pack<S> distance = ((u * az + v * bz + w * cz) * inverse - rays.start) * rays.stretch;
-  const Mask<S> counts = passes & (distance >= S(0)) & (distance <= rays.length);
-  const Pack<S> uncertainty = along_[i] + across_[i] * abs(inverse);
-  found.uncertainty = select(counts, max(found.uncertainty, uncertainty), found.uncertainty);
-  const Mask<S> back = counts & !is_front;
-  found.back = select(back, min(distance, found.back), found.back);
-  const Mask<S> front = counts & is_front;
-  const Pack<S> number(rows_[number_row][i]);
-  const Mask<S> is_nearer =
-      front & ((distance < found.front) | ((distance == found.front) & (number < found.number)));
-  const Pack3<S> normal{normal_[0][i], normal_[1][i], normal_[2][i]};
-  found.front = select(is_nearer, distance, found.front);
-  found.number = select(is_nearer, number, found.number);
-  found.normal = select(is_nearer, normal, found.normal);
-}
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
-#include <algorithm>
-#include <array>
-#include <bit>
-#include <cstddef>
-#include <cstdint>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Offers to `hits` the nearest hit of each ray with a solid at X_RC, as `ShapeBackend::cast_rays`
-/// does; in bundles where the rays have them. Allocates nothing.
-template <Scalar S>
-void cast_rays_at_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays,
-                       std::uint32_t tag, RayHits<S>& hits);
-
-/// Whether no ray of a batch can meet a solid at X_RC. A look at boxes: mostly true where it is,
-/// and never where it is not. False for rays without bundles.
-template <Scalar S>
-[[nodiscard]] bool is_clear_of_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC,
-                                    const RayBatch<S>& rays);
-
-// Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
-
-/// Where the rays of a bundle start, as seen from a solid.
-enum class Side { unknown, outside, inside };
-
-/// What is known of a bundle from the one that it is a part of.
-template <Scalar S>
-struct KnownOfBundle {
-  /// Leaves that it may meet, if they were sought; [-] how many lists are in use.
-  const LeafList<S>* list = nullptr;
-  std::size_t lists = 0;
-  Side side = Side::unknown;
-  /// A box in its frame, if the whole has that frame.
-  const BoxInTree<S>* framed = nullptr;
-};
-
-/// Room for the lists of leaves that are made on the way down. Below, the last one serves.
-template <Scalar S>
-using LeafLists = std::array<LeafList<S>, 4>;
-
-/// One query.
-template <Scalar S>
-class BundleMeshQuery {
- public:
-  /// @param hits  Null where it is only asked whether there is anything to meet.
-  BundleMeshQuery(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays,
-                  std::uint32_t tag, RayHits<S>* hits, LeafLists<S>& lists)
-      : mesh_(mesh),
-        rays_(rays),
-        lists_(lists),
-        tag_(tag),
-        hits_(hits),
-        R_RC_(X_RC.rotation_matrix()),
-        R_CR_(R_RC_.transpose()),
-        p_RC_(X_RC.translation) {
-    const Aabb<S> box = mesh.root_box();
-    mesh_size_ = box.lower.cwiseAbs().cwiseMax(box.upper.cwiseAbs()).sum() + p_RC_.cwiseAbs().sum();
-  }
-
-  void run() {
-    if (rays_.bundles == nullptr || rays_.bundles->is_empty()) {
-      const std::size_t end = std::min<std::size_t>(rays_.slice.end, rays_.size());
-      for (std::size_t i = rays_.slice.first; i < end; ++i) cast_alone(i);
-    } else {
-      visit(0, {});
-    }
-  }
-
-  [[nodiscard]] bool is_clear() {
-    if (rays_.bundles == nullptr || rays_.bundles->is_empty()) return false;
-    visit(0, {});
-    return !may_meet_;
-  }
-
- private:
-  using Bundle = RayBundle<S>;
-  using Bundles = RayBundles<S>;
-  using Known = KnownOfBundle<S>;
-  using Candidates = std::array<std::uint8_t, BundleTriangles<S>::capacity>;
-  /// Rays of a block, as bits.
-  using BlockBits = std::uint16_t;
-
-  /// [-] A list of so few leaves is not worth shortening.
-  static constexpr std::size_t short_list = 24;
-  /// [-] Of how many leaves at most the triangles are sought for a bundle that is asked as a whole.
-  static constexpr std::size_t most_leaves = 48;
-  /// [1] With more triangles than this for each ray, rays have too little in common.
-  static constexpr S sparse_from = S(10);
-  /// [-] A divided bundle is asked as a whole if at most about so many triangles lie across its
-  /// box.
-  static constexpr S few_triangles = S(64);
-  /// [-] Rays of a bundle that is worth finding out where they all start.
-  static constexpr std::size_t fewest_to_ask = 65;
-
-  /// What the rays of a block have met.
-  struct BlockFindings {
-    /// [-] Which of them have met nothing, and so do not tell where they start.
-    BlockBits unmet = 0;
-    /// Where one starts that has met something.
-    Side side = Side::unknown;
-  };
-
-  void visit(std::size_t id, Known known);
-  [[nodiscard]] bool cast_together(const Bundle& bundle, const BoxInTree<S>& box,
-                                   const LeafList<S>& list, Side side);
-  void cast_undivided(const Bundle& bundle, const BoxInTree<S>& box, const LeafList<S>* list,
-                      Side side);
-  void cast_blocks(const Bundle& bundle, std::size_t first, std::size_t end, Side side);
-  [[nodiscard]] Side common_side(const Bundle& bundle, const BoxInTree<S>& box,
-                                 const LeafList<S>* list);
-  BRISTLE_INLINE void settle(std::size_t place, std::size_t count, const LaneCrossings<S>& found,
-                             BlockFindings& findings);
-  BRISTLE_INLINE void offer_in_order(std::size_t first, std::uint32_t offered,
-                                     const LaneCrossings<S>& found);
-  void decide(std::size_t place, BlockBits unmet, Side& side);
-  void decide_empty(const Bundle& bundle, Side side);
-  void cast_alone(std::size_t i, Side side = Side::unknown);
-  [[nodiscard]] RayHit<S> hit_of(std::size_t i, Ray<S> ray, S best, Side side);
-  void cast_one_by_one(std::size_t first, std::size_t end, Side side);
-
-  /// Calls visit(ray, lane) for some rays from a place on, given as bits.
-  template <typename Visit>
-  void for_each_ray(std::size_t place, std::uint32_t lanes, Visit&& visit) const {
-    const std::uint32_t* const rays = rays_.bundles->rays_from(place);
-    for (; lanes != 0; lanes &= lanes - 1) {
-      const auto lane = static_cast<std::size_t>(std::countr_zero(lanes));
-      visit(rays[lane], lane);
-    }
-  }
-  /// [-] How many triangles there are in a box of rays, if the surface lies across it.
-  [[nodiscard]] S triangles_across(const Aabb<S>& box) const {
-    const Vec3<S> extent = box.upper - box.lower;
-    return extent.x() * extent.y() / mesh_.tree().mean_area();
-  }
-  /// Whether none of a bundle's rays is asked.
-  [[nodiscard]] bool is_left_out(const Bundle& bundle) const {
-    return bundle.first >= rays_.slice.end || bundle.first + bundle.count <= rays_.slice.first;
-  }
-  /// The places of a bundle's rays that are asked. What is known of a bundle is found out from all
-  /// of them, so that the answers do not depend on the slice.
-  [[nodiscard]] RaySlice asked_of(const Bundle& bundle) const {
-    return {std::max(bundle.first, rays_.slice.first),
-            std::min(bundle.first + bundle.count, rays_.slice.end)};
-  }
-  [[nodiscard]] BoxInTree<S> box_of(const Bundle& bundle, const BoxInTree<S>* framed) const;
-  /// [m] Around the rays of the block that a place of a bundle lies in, in the bundle's frame.
-  [[nodiscard]] Aabb<S> block_box(const Bundle& bundle, std::size_t place) const {
-    return bundle.lengthened(rays_.bundles->block_box(place), rays_.extra_length)
-        .inflated(margin(bundle));
-  }
-  [[nodiscard]] bool is_any_triangle_in(const BoxInTree<S>& box, const LeafList<S>& list) const;
-  [[nodiscard]] bool gather(const BoxInTree<S>& box, const LeafList<S>& list);
-  [[nodiscard]] Ray<S> ray_in_mesh(std::size_t i) const {
-    const Vec3<S> origin(rays_.origin_x[i], rays_.origin_y[i], rays_.origin_z[i]);
-    const Vec3<S> direction(rays_.direction_x[i], rays_.direction_y[i], rays_.direction_z[i]);
-    return {R_CR_ * (origin - p_RC_), R_CR_ * direction, rays_.length[i] + rays_.extra_length};
-  }
-  [[nodiscard]] Side side_of(std::size_t i) const {
-    const bool is_inside = ray_cast_mesh(mesh_, ray_in_mesh(i)).distance == S(0);
-    return is_inside ? Side::inside : Side::outside;
-  }
-  void hit_inside(std::size_t i) {
-    const Vec3<S> back(-rays_.direction_x[i], -rays_.direction_y[i], -rays_.direction_z[i]);
-    hits_->offer(i, {S(0), back}, tag_);
-  }
-  /// [m] What rounding may do to coordinates in a bundle's frame.
-  [[nodiscard]] S margin(const Bundle& bundle) const {
-    return Tolerance<S>::round_off() * size_near(bundle);
-  }
-  [[nodiscard]] S size_near(const Bundle& bundle) const {
-    return mesh_size_ + bundle.center.cwiseAbs().sum();
-  }
-
-  const RayMesh<S>& mesh_;
-  const RayBatch<S>& rays_;
-  LeafLists<S>& lists_;
-  std::uint32_t tag_;
-  RayHits<S>* hits_;
-  /// Without hits: whether something was found that rays may meet.
-  bool may_meet_ = false;
-  Mat3<S> R_RC_;
-  Mat3<S> R_CR_;
-  Vec3<S> p_RC_;
-  S mesh_size_ = S(0);
-  /// Whether what rays keep is of this mesh: only rays that walk alone ask for it.
-  bool keeps_ = false;
-  LeafList<S> start_leaves_;
-  BundleTriangles<S> triangles_;
-};
-
-template <Scalar S>
-BoxInTree<S> BundleMeshQuery<S>::box_of(const Bundle& bundle, const BoxInTree<S>* framed) const {
-  const Aabb<S> box = bundle.lengthened(bundle.box, rays_.extra_length).inflated(margin(bundle));
-  if (framed != nullptr) return {framed->R_GC(), framed->p_GC(), box};
-  return {bundle.axes * R_RC_, bundle.axes * (p_RC_ - bundle.center), box};
-}
-
-template <Scalar S>
-void BundleMeshQuery<S>::visit(std::size_t id, Known known) {
-  const Bundle& bundle = rays_.bundles->bundles()[id];
-  if (may_meet_ || is_left_out(bundle)) return;
-  const BoxInTree<S> box = box_of(bundle, known.framed);
-  // Sought where they are not known yet, and handed on to the parts.
-  const LeafList<S>*& list = known.list;
-  Side& side = known.side;
-  if (!box.box_C().overlaps(mesh_.root_box())) return;
-  // [1] How many triangles there are for a ray.
-  const S density = triangles_across(bundle.box) / S(bundle.count);
-  const bool is_sparse = density > sparse_from;
-  if (list == nullptr) {
-    const bool fits = density * S(bundle.count) < S(LeafList<S>::capacity * 8);
-    if (!is_sparse && fits && lists_[known.lists].search(mesh_.tree(), box)) {
-      list = &lists_[known.lists++];
-    }
-  } else if (list->size() > short_list && known.lists < lists_.size()) {
-    lists_[known.lists].filter(*list, box);
-    list = &lists_[known.lists++];
-  }
-  if (list != nullptr && list->size() == 0) return decide_empty(bundle, side);
-  const bool is_small = !bundle.is_divided() || density * S(bundle.count) <= few_triangles;
-  if (hits_ != nullptr && !is_sparse && list != nullptr && is_small &&
-      cast_together(bundle, box, *list, side)) {
-    return;
-  }
-  // A look at the triangles costs less than going down to all bundles below where there is nothing
-  // to be found, and ends with the first triangle where there is.
-  if (bundle.is_divided() && list != nullptr &&
-      (hits_ == nullptr || list->size() <= bundle.count / Bundles::bundle_size * 2) &&
-      !is_any_triangle_in(box, *list)) {
-    return decide_empty(bundle, side);
-  }
-  if (side == Side::unknown && bundle.is_narrow) side = common_side(bundle, box, list);
-  if (hits_ == nullptr && (is_sparse || !bundle.is_divided())) {
-    may_meet_ = list == nullptr || is_any_triangle_in(box, *list);
-    return may_meet_ ? void() : decide_empty(bundle, side);
-  }
-  if (is_sparse) {
-    const RaySlice asked = asked_of(bundle);
-    const bool asks_all = rays_.slice.first == 0 && rays_.slice.end >= rays_.size();
-    keeps_ = keeps_ || (rays_.kept != nullptr && asks_all &&
-                        rays_.kept->begin(rays_.size(), tag_, rays_.shape_life));
-    cast_one_by_one(asked.first, asked.end, side);
-    return;
-  }
-  if (!bundle.is_divided()) return cast_undivided(bundle, box, list, side);
-  known.framed = bundle.has_one_frame ? &box : nullptr;
-  visit(id + 1, known);
-  visit(bundle.second, known);
-}
-
-/// On which side all rays of a bundle start, if no triangle is between their starts.
-template <Scalar S>
-auto BundleMeshQuery<S>::common_side(const Bundle& bundle, const BoxInTree<S>& box,
-                                     const LeafList<S>* list) -> Side {
-  // Bundles of a few rays learn it from what these meet.
-  if (bundle.count < fewest_to_ask) return Side::unknown;
-  Aabb<S> starts = bundle.box.inflated(margin(bundle));
-  starts.upper.z() = bundle.highest_start + margin(bundle);
-  const BoxInTree<S> start_box(box.R_GC(), box.p_GC(), starts);
-  if (list == nullptr && !start_leaves_.search(mesh_.tree(), start_box)) return Side::unknown;
-  if (list == nullptr) list = &start_leaves_;
-  if (is_any_triangle_in(start_box, *list)) return Side::unknown;
-  return side_of(rays_.bundles->ray_at(bundle.first));
-}
-
-template <Scalar S>
-bool BundleMeshQuery<S>::is_any_triangle_in(const BoxInTree<S>& box,
-                                            const LeafList<S>& list) const {
-  return !list.for_each(box, [&](std::size_t i) {
-    return !BundleTriangles<S>::is_any_in(mesh_.tree(), list[i], box);
-  });
-}
-
-template <Scalar S>
-bool BundleMeshQuery<S>::gather(const BoxInTree<S>& box, const LeafList<S>& list) {
-  triangles_.clear();
-  return list.for_each(box,
-                       [&](std::size_t i) { return triangles_.add(mesh_.tree(), list[i], box); });
-}
-
-/// Casts all rays of a bundle at the triangles in its box, if these are few.
-/// @return Whether it has.
-template <Scalar S>
-bool BundleMeshQuery<S>::cast_together(const Bundle& bundle, const BoxInTree<S>& box,
-                                       const LeafList<S>& list, Side side) {
-  if (!bundle.has_one_frame || list.size() > most_leaves || !gather(box, list)) return false;
-  const RaySlice asked = asked_of(bundle);
-  triangles_.size() > 0 ? cast_blocks(bundle, asked.first, asked.end, side)
-                        : decide_empty(bundle, side);
-  return true;
-}
-
-/// Casts the rays of an undivided bundle that are not asked together.
-template <Scalar S>
-void BundleMeshQuery<S>::cast_undivided(const Bundle& bundle, const BoxInTree<S>& box,
-                                        const LeafList<S>* list, Side side) {
-  const std::size_t end = bundle.first + bundle.count;
-  if (list == nullptr || !bundle.is_narrow) return cast_one_by_one(bundle.first, end, side);
-  for (std::size_t place = bundle.first; place < end; place += Bundles::block_size) {
-    const Aabb<S> block = block_box(bundle, place);
-    const std::size_t block_end = std::min(end, place + Bundles::block_size);
-    // Rays that are lengthened by much fan out and leave the solid again: with twice two layers of
-    // triangles in sight, each of them alone costs less than to gather what then is too much.
-    const bool is_few = S(4) * triangles_across(block) < S(BundleTriangles<S>::capacity);
-    if (is_few && gather({box.R_GC(), box.p_GC(), block}, *list)) {
-      cast_blocks(bundle, place, block_end, side);
-    } else {
-      cast_one_by_one(place, block_end, side);
-    }
-  }
-}
-
-/// Casts the rays of some blocks of a bundle with one frame at the candidates.
-template <Scalar S>
-void BundleMeshQuery<S>::cast_blocks(const Bundle& bundle, std::size_t first, std::size_t end,
-                                     Side side) {
-  triangles_.finish(bundle, bundle.axes.transpose(), size_near(bundle));
-  const typename Bundles::Lines& lines = rays_.bundles->lines();
-  const S lowest_start = bundle.box.lower.z() - margin(bundle);
-  const S highest_start = bundle.highest_start + margin(bundle);
-  const auto is_clear_of_starts = [&](std::size_t i) {
-    return triangles_.lowest(i) > highest_start || triangles_.highest(i) < lowest_start;
-  };
-  bool is_uniform = true;
-  for (std::size_t i = 0; i < triangles_.size() && side == Side::unknown; ++i) {
-    is_uniform = is_uniform && is_clear_of_starts(i);
-  }
-  std::array<BlockBits, Bundles::frame_size / Bundles::block_size> unmet;
-  std::size_t blocks = 0;
-  for (std::size_t place = first; place < end; place += Bundles::block_size) {
-    Candidates near;
-    const std::size_t count = triangles_.within(block_box(bundle, place), near);
-    const std::size_t block_end = std::min(end, place + Bundles::block_size);
-    BlockFindings block;
-    for (std::size_t k = place; k < block_end; k += lanes<S>) {
-      const LaneRays<S> rays{Pack<S>::load(&lines.x[k]),
-                             Pack<S>::load(&lines.y[k]),
-                             Pack<S>::load(&lines.slope_x[k]),
-                             Pack<S>::load(&lines.slope_y[k]),
-                             Pack<S>::load(&lines.start[k]),
-                             Pack<S>::load(&lines.stretch[k]),
-                             Pack<S>::load(&lines.length[k]) + rays_.extra_length};
-      LaneCrossings<S> found;
-      for (std::size_t i = 0; i < count; ++i) triangles_.test(near[i], rays, found);
-      settle(k, block_end - k, found, block);
-    }
-    if (is_uniform) {
-      // What this block cannot tell another one may.
-      unmet[blocks++] = block.unmet;
-      if (block.side != Side::unknown) side = block.side;
-    } else if (std::all_of(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(count),
-                           is_clear_of_starts)) {
-      decide(place, block.unmet, block.side);
-    } else {
-      // They may start on the surface, which lanes may have seen behind them.
-      for_each_ray(place, block.unmet, [&](std::size_t i, std::size_t) { cast_alone(i); });
-    }
-  }
-  for (std::size_t k = 0; k < blocks; ++k) {
-    decide(first + k * Bundles::block_size, unmet[k], side);
-  }
-}
-
-/// Offers what rays in lanes have met.
-template <Scalar S>
-BRISTLE_INLINE void BundleMeshQuery<S>::settle(std::size_t place, std::size_t count,
-                                               const LaneCrossings<S>& found,
-                                               BlockFindings& findings) {
-  const std::uint32_t there = first_bits(std::min(count, lanes<S>));
-  const std::uint32_t met = bits(min(found.front, found.back) < Pack<S>(infinity<S>));
-  const Pack<S> apart = S(2) * found.uncertainty;
-  const std::uint32_t from_outside = bits(found.front + apart < found.back);
-  const std::uint32_t from_inside = bits(found.back + apart < found.front);
-  const std::uint32_t doubtful = bits(found.is_doubtful);
-  const std::uint32_t outside = there & from_outside & ~doubtful;
-  const std::uint32_t inside = there & from_inside & ~doubtful;
-  const std::uint32_t unmet = there & ~met & ~doubtful;
-  if (outside != 0) findings.side = Side::outside;
-  if (inside != 0) findings.side = Side::inside;
-  findings.unmet |= static_cast<BlockBits>(unmet << place % Bundles::block_size);
-  if (outside != 0 && rays_.bundles->is_in_order(place)) {
-    offer_in_order(rays_.bundles->ray_at(place), outside, found);
-  } else if (outside != 0) {
-    std::array<S, lanes<S>> distance, x, y, z;
-    found.front.store(distance.data());
-    found.normal.store(x.data(), y.data(), z.data());
-    for_each_ray(place, outside, [&](std::size_t i, std::size_t lane) {
-      hits_->offer(i, {distance[lane], {x[lane], y[lane], z[lane]}}, tag_);
-    });
-  }
-  for_each_ray(place, inside, [&](std::size_t i, std::size_t) { hit_inside(i); });
-  for_each_ray(place, there & ~(outside | inside | unmet),
-               [&](std::size_t i, std::size_t) { cast_alone(i); });
-}
-
-/// As `RayHits::offer`, for rays that follow each other.
-/// @param offered  [-] Lanes that have met something.
-template <Scalar S>
-BRISTLE_INLINE void BundleMeshQuery<S>::offer_in_order(std::size_t first, std::uint32_t offered,
-                                                       const LaneCrossings<S>& found) {
-  S* const distance = hits_->distance.data() + first;
-  const Pack<S> known = Pack<S>::load(distance);
-  const Mask<S> is_nearer = Mask<S>::from_bits(offered) & (found.front < known);
-  const auto put = [&](S* row, const Pack<S>& value) {
-    select(is_nearer, value, Pack<S>::load(row)).store(row);
-  };
-  put(distance, found.front);
-  put(hits_->normal.x.data() + first, found.normal.x);
-  put(hits_->normal.y.data() + first, found.normal.y);
-  put(hits_->normal.z.data() + first, found.normal.z);
-  const std::uint32_t nearer = bits(is_nearer);
-  std::uint32_t* const tag = hits_->tag.data() + first;
-  for (std::uint32_t i = 0; i < lanes<S>; ++i) tag[i] = (nearer >> i & 1u) != 0 ? tag_ : tag[i];
-}
-
-/// Finds out where rays start that have met nothing within their reach, with no triangle between
-/// their starts.
-/// @param side  Where they all start, found out if it is not known.
-template <Scalar S>
-void BundleMeshQuery<S>::decide(std::size_t place, BlockBits unmet, Side& side) {
-  if (unmet == 0 || side == Side::outside) return;
-  if (side == Side::unknown) {
-    const auto first = static_cast<std::size_t>(std::countr_zero(unmet));
-    side = side_of(rays_.bundles->ray_at(place + first));
-  }
-  if (side == Side::outside) return;
-  for_each_ray(place, unmet, [&](std::size_t i, std::size_t) { hit_inside(i); });
-}
-
-/// The same for all rays of a bundle whose box holds no triangle.
-template <Scalar S>
-void BundleMeshQuery<S>::decide_empty(const Bundle& bundle, Side side) {
-  if (side == Side::unknown) side = side_of(rays_.bundles->ray_at(bundle.first));
-  if (side == Side::outside) return;
-  if (hits_ == nullptr) {
-    may_meet_ = true;
-    return;
-  }
-  const RaySlice asked = asked_of(bundle);
-  for (std::size_t k = asked.first; k < asked.end; ++k) hit_inside(rays_.bundles->ray_at(k));
-}
-
-template <Scalar S>
-void BundleMeshQuery<S>::cast_alone(std::size_t i, Side side) {
-  const S best = hits_->distance[i];
-  if (!(best > S(0))) return;
-  if (side == Side::inside) return hit_inside(i);
-  const RayHit<S> hit = hit_of(i, ray_in_mesh(i), best, side);
-  if (hit.distance < best) {
-    hits_->offer(i, {hit.distance, R_RC_ * hit.normal}, tag_);
-  }
-}
-
-/// The hit of a ray if it is nearer than `best`: by what the ray kept, or by a walk.
-template <Scalar S>
-RayHit<S> BundleMeshQuery<S>::hit_of(std::size_t i, Ray<S> ray, S best, Side side) {
-  const S reach = std::min(ray.length, best);
-  if (keeps_ && (side == Side::outside || !mesh_.root_box().contains(ray.origin))) {
-    if (const auto hit = rays_.kept->cast(mesh_, i, ray, reach)) return *hit;
-  }
-  ray.length = reach;
-  return side == Side::outside ? ray_cast_mesh_from_outside(mesh_, ray) : ray_cast_mesh(mesh_, ray);
-}
-
-template <Scalar S>
-void BundleMeshQuery<S>::cast_one_by_one(std::size_t first, std::size_t end, Side side) {
-  for (std::size_t k = first; k < end; ++k) cast_alone(rays_.bundles->ray_at(k), side);
-}
-
-}  // namespace detail
-
-template <Scalar S>
-void cast_rays_at_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays,
-                       std::uint32_t tag, RayHits<S>& hits) {
-  detail::LeafLists<S> lists;
-  detail::BundleMeshQuery<S>(mesh, X_RC, rays, tag, &hits, lists).run();
-}
-
-template <Scalar S>
-bool is_clear_of_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays) {
-  detail::LeafLists<S> lists;
-  return detail::BundleMeshQuery<S>(mesh, X_RC, rays, 0, nullptr, lists).is_clear();
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/geometry/rays/ray_lanes.hpp
 
@@ -22946,7 +21907,7 @@ bool is_clear_of_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const Ra
 #include <cstdint>
 #include <type_traits>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A ray for each lane, in the shape's frame.
 template <Scalar S>
@@ -22970,20 +21931,18 @@ void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, cons
 
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
-
 /// A hit at `distance` where `is_hit` and the ray reaches it, at the start where `is_inside`.
 template <Scalar S>
-BRISTLE_INLINE RayHitLanes<S> hit_lanes(const RayLanes<S>& ray, const Mask<S>& is_inside,
-                                        const Mask<S>& is_hit, const Pack<S>& distance,
-                                        const Pack3<S>& normal) {
+BRISTLE_FORCE_INLINE RayHitLanes<S> hit_mask(const RayLanes<S>& ray, const Mask<S>& is_inside,
+                                             const Mask<S>& is_hit, const Pack<S>& distance,
+                                             const Pack3<S>& normal) {
   const Mask<S> counts = is_hit & (distance <= ray.length) & (distance < Pack<S>(infinity<S>));
   const Pack<S> there = select(counts, max(distance, Pack<S>(S(0))), Pack<S>(infinity<S>));
   return {select(is_inside, Pack<S>(S(0)), there), select(is_inside, -ray.direction, normal)};
 }
 
 template <Scalar S>
-BRISTLE_INLINE RayHitLanes<S> no_hits() {
+BRISTLE_FORCE_INLINE RayHitLanes<S> no_hits() {
   const Pack<S> zero(S(0));
   return {Pack<S>(infinity<S>), {zero, zero, zero}};
 }
@@ -22994,22 +21953,22 @@ BRISTLE_INLINE RayHitLanes<S> no_hits() {
 /// @param radius  [m] How far around the core the shape reaches.
 /// @param extent  [m] How far from the shape's origin: rounding is relative to it, too.
 template <Scalar S>
-BRISTLE_INLINE Mask<S> may_reach(const RayLanes<S>& ray, const Pack<S>& apart2, S radius,
-                                 S extent) {
+BRISTLE_FORCE_INLINE Mask<S> may_reach(const RayLanes<S>& ray, const Pack<S>& apart2, S radius,
+                                       S extent) {
   constexpr S slack = Tolerance<S>::round_off();
   const Pack<S> reach = (S(1) + slack) * (ray.length + radius) + slack * extent;
   return apart2 <= reach * reach;
 }
 
 template <Scalar S>
-BRISTLE_INLINE Pack3<S> normalized(const Pack3<S>& v) {
+BRISTLE_FORCE_INLINE Pack3<S> normalized(const Pack3<S>& v) {
   return (S(1) / sqrt(dot(v, v))) * v;
 }
 
 /// Unit vectors from vectors that are that to round-off, without root and division: of the square
 /// 1 + e, which becomes 1 - 3/4 e^2. In full where that would show in a lane that matters.
 template <Scalar S>
-BRISTLE_INLINE Pack3<S> renormalized(const Pack3<S>& v, const Mask<S>& matters) {
+BRISTLE_FORCE_INLINE Pack3<S> renormalized(const Pack3<S>& v, const Mask<S>& matters) {
   const Pack<S> excess = dot(v, v) - S(1);
   if (any(matters & !(abs(excess) <= Pack<S>(Tolerance<S>::equal())))) return normalized(v);
   return (S(1) - S(0.5) * excess) * v;
@@ -23021,14 +21980,14 @@ struct ChordLanes {
   Pack<S> enter{-infinity<S>};
   Pack<S> leave{infinity<S>};
 
-  [[nodiscard]] BRISTLE_INLINE Mask<S> is_ahead() const {
+  [[nodiscard]] BRISTLE_FORCE_INLINE Mask<S> is_ahead() const {
     return (enter <= leave) & (enter + leave >= Pack<S>(S(0)));
   }
 };
 
 template <Scalar S>
-BRISTLE_INLINE ChordLanes<S> slab_chord(const Pack<S>& origin, const Pack<S>& direction, S low,
-                                        S high) {
+BRISTLE_FORCE_INLINE ChordLanes<S> slab_chord(const Pack<S>& origin, const Pack<S>& direction,
+                                              S low, S high) {
   const Pack<S> inverse = S(1) / direction;
   const Pack<S> to_low = (low - origin) * inverse;
   const Pack<S> to_high = (high - origin) * inverse;
@@ -23041,8 +22000,8 @@ BRISTLE_INLINE ChordLanes<S> slab_chord(const Pack<S>& origin, const Pack<S>& di
 /// The slab of a box about the axis of one coordinate. Mostly all of the rays keep between two of
 /// the pairs of planes, which then bound nothing, and need not be divided by.
 template <Scalar S>
-BRISTLE_INLINE ChordLanes<S> box_chord(const Pack<S>& origin, const Pack<S>& direction,
-                                       const Pack<S>& length, S half) {
+BRISTLE_FORCE_INLINE ChordLanes<S> box_chord(const Pack<S>& origin, const Pack<S>& direction,
+                                             const Pack<S>& length, S half) {
   const Pack<S> end = origin + length * direction;
   if (all((abs(origin) < Pack<S>(half)) & (abs(end) < Pack<S>(half)))) return {};
   return slab_chord(origin, direction, -half, half);
@@ -23050,8 +22009,8 @@ BRISTLE_INLINE ChordLanes<S> box_chord(const Pack<S>& origin, const Pack<S>& dir
 
 /// `Roots` in lanes, in order.
 template <Scalar S>
-BRISTLE_INLINE ChordLanes<S> roots(const Pack<S>& a, const Pack<S>& b, const Pack<S>& c,
-                                   const Pack<S>& root) {
+BRISTLE_FORCE_INLINE ChordLanes<S> roots(const Pack<S>& a, const Pack<S>& b, const Pack<S>& c,
+                                         const Pack<S>& root) {
   const Pack<S> zero(S(0));
   const Pack<S> far(infinity<S>);
   const Pack<S> q = select(b < zero, b - root, b + root);
@@ -23061,8 +22020,8 @@ BRISTLE_INLINE ChordLanes<S> roots(const Pack<S>& a, const Pack<S>& b, const Pac
 }
 
 template <Scalar S>
-BRISTLE_INLINE ChordLanes<S> tube_chord(const Pack3<S>& origin, const Pack3<S>& direction,
-                                        S radius) {
+BRISTLE_FORCE_INLINE ChordLanes<S> tube_chord(const Pack3<S>& origin, const Pack3<S>& direction,
+                                              S radius) {
   const Pack<S> zero(S(0));
   const Pack<S> far(infinity<S>);
   const Pack<S> a = direction.x * direction.x + direction.y * direction.y;
@@ -23085,7 +22044,7 @@ struct ApproachLanes {
   Pack3<S> origin;
   Mask<S> is_near;
 
-  BRISTLE_INLINE ApproachLanes(const RayLanes<S>& ray, S radius) {
+  BRISTLE_FORCE_INLINE ApproachLanes(const RayLanes<S>& ray, S radius) {
     const Pack<S> closest = -dot(ray.origin, ray.direction);
     skipped = select(closest > Pack<S>(radius), closest - radius, Pack<S>(S(0)));
     origin = ray.origin + skipped * ray.direction;
@@ -23095,7 +22054,7 @@ struct ApproachLanes {
 };
 
 template <Scalar S>
-BRISTLE_INLINE RayHitLanes<S> ray_cast(const Sphere<S>& sphere, const RayLanes<S>& ray) {
+BRISTLE_FORCE_INLINE RayHitLanes<S> ray_cast(const Sphere<S>& sphere, const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
   const Pack<S> radius2(sphere.radius * sphere.radius);
   const Pack<S> apart2 = dot(ray.origin, ray.origin);
@@ -23106,12 +22065,12 @@ BRISTLE_INLINE RayHitLanes<S> ray_cast(const Sphere<S>& sphere, const RayLanes<S
   const Pack<S> half = sqrt(max(half2, zero));
   const Pack3<S> point = foot - half * ray.direction;
   const Mask<S> may_hit = (closest >= zero) & (half2 >= zero);
-  return hit_lanes(ray, apart2 <= radius2, may_hit, closest - half,
-                   renormalized((S(1) / sphere.radius) * point, may_hit));
+  return hit_mask(ray, apart2 <= radius2, may_hit, closest - half,
+                  renormalized((S(1) / sphere.radius) * point, may_hit));
 }
 
 template <Scalar S>
-BRISTLE_INLINE RayHitLanes<S> ray_cast(const Box<S>& box, const RayLanes<S>& ray) {
+BRISTLE_FORCE_INLINE RayHitLanes<S> ray_cast(const Box<S>& box, const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
   const Vec3<S>& half = box.half_extents;
   const ChordLanes<S> x = box_chord(ray.origin.x, ray.direction.x, ray.length, half.x());
@@ -23130,7 +22089,7 @@ BRISTLE_INLINE RayHitLanes<S> ray_cast(const Box<S>& box, const RayLanes<S>& ray
   const Mask<S> is_inside = (abs(ray.origin.x) <= Pack<S>(half.x())) &
                             (abs(ray.origin.y) <= Pack<S>(half.y())) &
                             (abs(ray.origin.z) <= Pack<S>(half.z()));
-  return hit_lanes(ray, is_inside, chord.is_ahead(), chord.enter, normal);
+  return hit_mask(ray, is_inside, chord.is_ahead(), chord.enter, normal);
 }
 
 /// Where rays enter a cylinder without ends about the z axis: the nearer end of `tube_chord`.
@@ -23141,7 +22100,7 @@ struct TubeEntry {
   /// axis, of which the start is on this side.
   Mask<S> is_met, is_ahead;
 
-  BRISTLE_INLINE TubeEntry(const Pack3<S>& origin, const Pack3<S>& direction, S radius) {
+  BRISTLE_FORCE_INLINE TubeEntry(const Pack3<S>& origin, const Pack3<S>& direction, S radius) {
     const Pack<S> zero(S(0));
     const Pack<S> radius2(radius * radius);
     const Pack<S> a = direction.x * direction.x + direction.y * direction.y;
@@ -23159,7 +22118,7 @@ struct TubeEntry {
 };
 
 template <Scalar S>
-BRISTLE_INLINE RayHitLanes<S> ray_cast(const Capsule<S>& capsule, const RayLanes<S>& ray) {
+BRISTLE_FORCE_INLINE RayHitLanes<S> ray_cast(const Capsule<S>& capsule, const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
   const Pack<S> half(capsule.half_length);
   const Pack<S> radius2(capsule.radius * capsule.radius);
@@ -23189,9 +22148,9 @@ BRISTLE_INLINE RayHitLanes<S> ray_cast(const Capsule<S>& capsule, const RayLanes
   const Mask<S> is_inside = apart2 <= radius2;
   const Pack<S> inverse_radius(S(1) / capsule.radius);
   const RayHitLanes<S> side =
-      hit_lanes(ray, is_inside, may_hit & is_side, near.skipped + tube.distance,
-                renormalized(Pack3<S>{inverse_radius * point.x, inverse_radius * point.y, zero},
-                             may_hit & is_side));
+      hit_mask(ray, is_inside, may_hit & is_side, near.skipped + tube.distance,
+               renormalized(Pack3<S>{inverse_radius * point.x, inverse_radius * point.y, zero},
+                            may_hit & is_side));
   const Mask<S> takes_end = may_hit & !is_side & !is_inside;
   if (none(takes_end)) return side;
   const RayHitLanes<S> end = against_end(select(z < zero, -half, half));
@@ -23200,7 +22159,7 @@ BRISTLE_INLINE RayHitLanes<S> ray_cast(const Capsule<S>& capsule, const RayLanes
 }
 
 template <Scalar S>
-BRISTLE_INLINE RayHitLanes<S> ray_cast(const Cylinder<S>& cylinder, const RayLanes<S>& ray) {
+BRISTLE_FORCE_INLINE RayHitLanes<S> ray_cast(const Cylinder<S>& cylinder, const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
   const S half = cylinder.half_length;
   const Pack3<S>& o = ray.origin;
@@ -23213,13 +22172,13 @@ BRISTLE_INLINE RayHitLanes<S> ray_cast(const Cylinder<S>& cylinder, const RayLan
                             near.skipped + min(tube.leave, slab.leave)};
   const Pack3<S> point = near.origin + tube.enter * ray.direction;
   const Pack3<S> cap{zero, zero, select(ray.direction.z > zero, Pack<S>(S(-1)), Pack<S>(S(1)))};
-  return hit_lanes(
+  return hit_mask(
       ray, is_inside, near.is_near & chord.is_ahead(), chord.enter,
       select(slab.enter >= tube.enter, cap, normalized(Pack3<S>{point.x, point.y, zero})));
 }
 
 template <Scalar S>
-BRISTLE_INLINE RayHitLanes<S> ray_cast(const Cone<S>& cone, const RayLanes<S>& ray) {
+BRISTLE_FORCE_INLINE RayHitLanes<S> ray_cast(const Cone<S>& cone, const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
   const Pack<S> one(S(1));
   const Pack<S> far(infinity<S>);
@@ -23255,12 +22214,13 @@ BRISTLE_INLINE RayHitLanes<S> ray_cast(const Cone<S>& cone, const RayLanes<S>& r
   const Pack3<S> on_side = select(is_apex, Pack3<S>{zero, zero, one}, normalized(gradient));
   const Pack3<S> base{zero, zero, select(is_down, one, -one)};
   const Mask<S> may_hit = near.is_near & !((discriminant < zero) & is_shallow);
-  return hit_lanes(ray, is_inside, may_hit & chord.is_ahead(), chord.enter,
-                   select(slab.enter >= side.enter, base, on_side));
+  return hit_mask(ray, is_inside, may_hit & chord.is_ahead(), chord.enter,
+                  select(slab.enter >= side.enter, base, on_side));
 }
 
 template <Scalar S>
-BRISTLE_INLINE RayHitLanes<S> ray_cast(const Ellipsoid<S>& ellipsoid, const RayLanes<S>& ray) {
+BRISTLE_FORCE_INLINE RayHitLanes<S> ray_cast(const Ellipsoid<S>& ellipsoid,
+                                             const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
   const Vec3<S> scale = ellipsoid.radii.cwiseInverse();
   const auto scaled = [&](const Pack3<S>& v) {
@@ -23275,22 +22235,23 @@ BRISTLE_INLINE RayHitLanes<S> ray_cast(const Ellipsoid<S>& ellipsoid, const RayL
   const Pack3<S> foot = o + closest * d;
   const Pack<S> half2 = (S(1) - dot(foot, foot)) / speed2;
   const Pack<S> half = sqrt(max(half2, zero));
-  return hit_lanes(ray, dot(start, start) <= Pack<S>(S(1)),
-                   near.is_near & (near.skipped + closest >= zero) & (half2 >= zero),
-                   near.skipped + (closest - half), normalized(scaled(foot - half * d)));
+  return hit_mask(ray, dot(start, start) <= Pack<S>(S(1)),
+                  near.is_near & (near.skipped + closest >= zero) & (half2 >= zero),
+                  near.skipped + (closest - half), normalized(scaled(foot - half * d)));
 }
 
 template <Scalar S>
-BRISTLE_INLINE RayHitLanes<S> ray_cast(const HalfSpace<S>& half_space, const RayLanes<S>& ray) {
+BRISTLE_FORCE_INLINE RayHitLanes<S> ray_cast(const HalfSpace<S>& half_space,
+                                             const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
   const Pack3<S> normal = Pack3<S>::all(half_space.normal);
   const Pack<S> height = dot(normal, ray.origin) - half_space.offset;
   const Pack<S> speed = dot(normal, ray.direction);
-  return hit_lanes(ray, height <= zero, speed < zero, height / -speed, normal);
+  return hit_mask(ray, height <= zero, speed < zero, height / -speed, normal);
 }
 
 template <Scalar S>
-BRISTLE_INLINE RayHitLanes<S> ray_cast(const ConvexHull<S>& hull, const RayLanes<S>& ray) {
+BRISTLE_FORCE_INLINE RayHitLanes<S> ray_cast(const ConvexHull<S>& hull, const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
   ChordLanes<S> chord;
   Pack3<S> normal{zero, zero, zero};
@@ -23308,10 +22269,8 @@ BRISTLE_INLINE RayHitLanes<S> ray_cast(const ConvexHull<S>& hull, const RayLanes
     chord.leave = select(speed > zero, min(at, chord.leave), chord.leave);
     is_passed = is_passed | ((speed == zero) & (height > zero));
   }
-  return hit_lanes(ray, is_inside, chord.is_ahead() & !is_passed, chord.enter, normal);
+  return hit_mask(ray, is_inside, chord.is_ahead() & !is_passed, chord.enter, normal);
 }
-
-}  // namespace detail
 
 template <Scalar S, typename ConvexShape>
 void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, const RayBatch<S>& rays,
@@ -23319,7 +22278,7 @@ void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, cons
   const Mat3<S> R_RC = X_RC.rotation_matrix();
   const Mat3<S> R_CR = R_RC.transpose();
   const Pack3<S> p_RC = Pack3<S>::all(X_RC.translation);
-  const std::size_t n = std::min<std::size_t>(rays.slice.end, rays.size());
+  const std::size_t n = std::min<std::size_t>(rays.range.end, rays.size());
   const auto cast = [&](std::size_t i, auto count, const auto& load, const auto& store) {
     const Pack<S> best = load(hits.distance.data() + i);
     const Pack3<S> origin{load(rays.origin_x.data() + i), load(rays.origin_y.data() + i),
@@ -23327,8 +22286,8 @@ void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, cons
     const Pack3<S> direction{load(rays.direction_x.data() + i), load(rays.direction_y.data() + i),
                              load(rays.direction_z.data() + i)};
     const Pack<S> length = load(rays.length.data() + i) + rays.extra_length;
-    const RayHitLanes<S> hit = detail::ray_cast(
-        shape, RayLanes<S>{R_CR * (origin - p_RC), R_CR * direction, min(length, best)});
+    const RayHitLanes<S> hit =
+        ray_cast(shape, RayLanes<S>{R_CR * (origin - p_RC), R_CR * direction, min(length, best)});
     const Mask<S> is_nearer = hit.distance < best;
     if (none(is_nearer)) return;
     const Pack3<S> normal = R_RC * hit.normal;
@@ -23364,16 +22323,16 @@ void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, cons
         [&](const S* p) { return Pack<S>::load_first(p, end - i, S(0)); },
         [&](S* p, const Pack<S>& value) { value.store_first(p, end - i); });
   };
-  if (rays.near_runs == nullptr) return cast_from(rays.slice.first, n);
-  auto run = std::lower_bound(rays.near_runs->begin(), rays.near_runs->end(),
-                              rays.slice.first / ray_run_size);
-  for (; run != rays.near_runs->end() && *run * ray_run_size < n; ++run) {
-    const std::size_t first = *run * ray_run_size;
-    cast_from(first, std::min(n, first + ray_run_size));
+  if (rays.near_packets == nullptr) return cast_from(rays.range.first, n);
+  auto run = std::lower_bound(rays.near_packets->begin(), rays.near_packets->end(),
+                              rays.range.first / packet_size);
+  for (; run != rays.near_packets->end() && *run * packet_size < n; ++run) {
+    const std::size_t first = *run * packet_size;
+    cast_from(first, std::min(n, first + packet_size));
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/geometry/rays/ray_shapes.hpp
 
@@ -23726,6 +22685,921 @@ RayHit<S> ray_cast(const ConvexHull<S>& hull, const Ray<S>& ray) {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
+// === bristle/geometry/rays/ray_tree_mesh_query.hpp
+
+/// @file
+/// Nodes of rays against a solid mesh: one search for many rays, triangles against rays in lanes.
+///
+/// Answers are those of `ray_cast_mesh` for each ray alone, to round-off: what the lanes cannot
+/// tell with certainty is asked again that way.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/geometry/rays/node_triangles.hpp
+
+/// @file
+/// Triangles near a node of rays, in the node's frame, and the test of rays in lanes against
+/// them.
+///
+/// The test is that of ray_triangle.hpp in another frame. There a sign in doubt is computed again
+/// exactly; here a ray that passes an edge closer than the test's own rounding is handed back to be
+/// asked alone. Corners are where turning has put them, which is one place for all triangles there:
+/// no ray slips through between two of them.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/geometry/rays/ray_tree_leaves.hpp
+
+/// @file
+/// Which leaves of a tree of triangles the box of a node of rays meets.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// A box in a frame G that stands in the frame C of a tree, against boxes of the tree. Six of the
+/// fifteen axes along which two boxes may be apart are looked at: of what is left, triangles are
+/// looked at more closely anyway.
+template <Scalar S>
+class BoxInTree {
+ public:
+  /// @param R_GC, p_GC  Pose of C in G.
+  BoxInTree(const Mat3<S>& R_GC, const Vec3<S>& p_GC, const Aabb<S>& box_G)
+      : R_GC_(R_GC), p_GC_(p_GC), box_G_(box_G) {
+    const Vec3<S> center = box_G.center() - p_GC;
+    const Vec3<S> half = box_G.half_extents();
+    using std::abs;
+    for (int i = 0; i < 3; ++i) {
+      const S middle = R_GC(0, i) * center[0] + R_GC(1, i) * center[1] + R_GC(2, i) * center[2];
+      const S reach =
+          abs(R_GC(0, i)) * half[0] + abs(R_GC(1, i)) * half[1] + abs(R_GC(2, i)) * half[2];
+      box_C_.lower[i] = middle - reach;
+      box_C_.upper[i] = middle + reach;
+    }
+  }
+
+  [[nodiscard]] const Mat3<S>& R_GC() const { return R_GC_; }
+  [[nodiscard]] const Vec3<S>& p_GC() const { return p_GC_; }
+  [[nodiscard]] const Aabb<S>& box_G() const { return box_G_; }
+  [[nodiscard]] const Aabb<S>& box_C() const { return box_C_; }
+
+  /// Which boxes in C it may overlap, of those whose coordinates are in the lanes.
+  [[nodiscard]] BRISTLE_FORCE_INLINE Mask<S> overlaps(const Pack3<S>& lower,
+                                                      const Pack3<S>& upper) const {
+    Mask<S> found = (lower.x <= box_C_.upper[0]) & (upper.x >= box_C_.lower[0]) &
+                    (lower.y <= box_C_.upper[1]) & (upper.y >= box_C_.lower[1]) &
+                    (lower.z <= box_C_.upper[2]) & (upper.z >= box_C_.lower[2]);
+    const Pack3<S> center = Pack<S>(S(0.5)) * (lower + upper);
+    const Pack3<S> half = Pack<S>(S(0.5)) * (upper - lower);
+    using std::abs;
+    for (int k = 0; k < 3; ++k) {
+      const Pack<S> middle =
+          p_GC_[k] + (R_GC_(k, 0) * center.x + R_GC_(k, 1) * center.y + R_GC_(k, 2) * center.z);
+      const Pack<S> reach =
+          abs(R_GC_(k, 0)) * half.x + abs(R_GC_(k, 1)) * half.y + abs(R_GC_(k, 2)) * half.z;
+      found = found & (middle - reach <= box_G_.upper[k]) & (middle + reach >= box_G_.lower[k]);
+    }
+    return found;
+  }
+
+ private:
+  Mat3<S> R_GC_;
+  Vec3<S> p_GC_;
+  Aabb<S> box_G_;
+  Aabb<S> box_C_;
+};
+
+/// Leaves with their boxes, coordinate by coordinate, in whole lines of the cache.
+template <Scalar S>
+class alignas(64) LeafList {
+ public:
+  static constexpr std::size_t capacity = 256;
+
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] const TriangleRange& operator[](std::size_t i) const { return leaves_[i]; }
+
+  /// Makes it the leaves of a tree that a box meets.
+  /// @return False where there are too many.
+  [[nodiscard]] bool search(const WideTree<S>& tree, const BoxInTree<S>& box);
+
+  /// Makes it those of another list that a box meets.
+  void filter(const LeafList& from, const BoxInTree<S>& box) {
+    size_ = 0;
+    from.for_each(box, [&](std::size_t i) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        lower_[axis][size_] = from.lower_[axis][i];
+        upper_[axis][size_] = from.upper_[axis][i];
+      }
+      leaves_[size_++] = from.leaves_[i];
+      return true;
+    });
+    finish();
+  }
+
+  /// Calls visit(i) -> bool for the leaves that a box meets, until one returns false.
+  /// @return Whether none did.
+  template <typename Visit>
+  BRISTLE_FORCE_INLINE bool for_each(const BoxInTree<S>& box, Visit&& visit) const {
+    for (std::size_t k = 0; k < size_; k += lanes<S>) {
+      const auto lower = Pack3<S>::load(&lower_[0][k], &lower_[1][k], &lower_[2][k]);
+      const auto upper = Pack3<S>::load(&upper_[0][k], &upper_[1][k], &upper_[2][k]);
+      const std::uint32_t there = first_bits(size_ - k);
+      for (std::uint32_t left = bits(box.overlaps(lower, upper)) & there; left != 0;
+           left &= left - 1) {
+        if (!visit(k + static_cast<std::size_t>(std::countr_zero(left)))) return false;
+      }
+    }
+    return true;
+  }
+
+ private:
+  /// Gives the last pack numbers behind the last leaf, too: what memory holds may be denormal,
+  /// which costs a hundred cycles an operation.
+  void finish() {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      Pack<S>(S(0)).store(&lower_[axis][size_]);
+      Pack<S>(S(0)).store(&upper_[axis][size_]);
+    }
+  }
+
+  // A pack may be loaded from the last leaf.
+  std::array<std::array<S, capacity + 16>, 3> lower_;
+  std::array<std::array<S, capacity + 16>, 3> upper_;
+  std::array<TriangleRange, capacity> leaves_;
+  std::size_t size_ = 0;
+};
+
+template <Scalar S>
+bool LeafList<S>::search(const WideTree<S>& tree, const BoxInTree<S>& box) {
+  using Tree = WideTree<S>;
+  size_ = 0;
+  if (tree.nodes().empty()) return true;
+  std::array<std::uint32_t, Tree::stack_size> stack;
+  std::size_t count = 0;
+  stack[count++] = 0;
+  while (count > 0) {
+    const typename Tree::Node& node = tree.nodes()[stack[--count]];
+    for (std::size_t k = 0; k < node.children; k += lanes<S>) {
+      const auto lower = Pack3<S>::load(&node.lower[0][k], &node.lower[1][k], &node.lower[2][k]);
+      const auto upper = Pack3<S>::load(&node.upper[0][k], &node.upper[1][k], &node.upper[2][k]);
+      for (std::uint32_t left = bits(box.overlaps(lower, upper)); left != 0; left &= left - 1) {
+        const std::size_t i = k + static_cast<std::size_t>(std::countr_zero(left));
+        if (node.triangles[i] == 0) {
+          stack[count++] = node.first[i];
+          continue;
+        }
+        if (size_ == capacity) return false;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          lower_[axis][size_] = node.lower[axis][i];
+          upper_[axis][size_] = node.upper[axis][i];
+        }
+        leaves_[size_++] = {node.first[i], node.triangles[i]};
+      }
+    }
+  }
+  finish();
+  return true;
+}
+
+/// Where the rays of a node start, as seen from a solid.
+enum class Side { unknown, outside, inside };
+
+/// What is known of a node from the one that it is a part of.
+template <Scalar S>
+struct KnownOfNode {
+  /// Leaves that it may meet, if they were sought; [-] how many lists are in use.
+  const LeafList<S>* list = nullptr;
+  std::size_t lists = 0;
+  Side side = Side::unknown;
+  /// A box in its frame, if the whole has that frame.
+  const BoxInTree<S>* framed = nullptr;
+};
+
+/// Room for the lists of leaves that are made on the way down. Below, the last one serves.
+template <Scalar S>
+using LeafLists = std::array<LeafList<S>, 4>;
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// What rays in lanes have met so far. The rules are those of `MeshCrossings`, but for the reach:
+/// crossings beyond a ray's end are not looked at, and one bound of errors goes for all of a ray's.
+template <Scalar S>
+struct LaneCrossings {
+  /// [m] Nearest crossing of each kind, and what all of them may be wrong by.
+  Pack<S> front{infinity<S>}, back{infinity<S>};
+  Pack<S> uncertainty{S(0)};
+  /// [-] The number of the triangle that was crossed from its front; [1] its outward unit normal.
+  Pack<S> number{infinity<S>};
+  Pack3<S> normal{S(0), S(0), S(0)};
+  /// Rays that pass an edge too closely to tell.
+  Mask<S> is_doubtful = Mask<S>::first(0);
+};
+
+/// Rays in lanes, as `RayTree::Lines` has them.
+template <Scalar S>
+struct LaneRays {
+  Pack<S> x, y, slope_x, slope_y, start, stretch, length;
+};
+
+/// Candidates for the rays of one node, coordinate by coordinate.
+template <Scalar S>
+class NodeTriangles {
+ public:
+  static constexpr std::size_t capacity = 192;
+
+  [[nodiscard]] std::size_t size() const { return size_; }
+  void clear() { size_ = 0; }
+
+  /// Adds those triangles of a leaf that the box meets.
+  /// @return False where there is no room left; nothing but `clear` may be called then.
+  [[nodiscard]] bool add(const WideTree<S>& tree, const TriangleRange& leaf,
+                         const BoxInTree<S>& box);
+
+  /// Whether one of a leaf's triangles meets the box: to rounding, for which boxes have room.
+  [[nodiscard]] static bool is_any_in(const WideTree<S>& tree, const TriangleRange& leaf,
+                                      const BoxInTree<S>& box);
+
+  /// To be called when all have been added.
+  /// @param R_RG  From the node's axes to those in which normals are wanted.
+  /// @param size  [m] Of what coordinates were computed from: rounding is relative to it.
+  void finish(const RayTreeNode<S>& node, const Mat3<S>& R_RG, S size);
+
+  /// Writes to `found` which candidates' boxes meet a box; returns their number.
+  std::size_t within(const Aabb<S>& box, std::array<std::uint8_t, capacity>& found) const;
+
+  /// [m] Where the candidate begins and ends along z.
+  [[nodiscard]] S lowest(std::size_t i) const { return lower_[2][i]; }
+  [[nodiscard]] S highest(std::size_t i) const { return upper_[2][i]; }
+
+  /// Tests rays against candidate i.
+  BRISTLE_FORCE_INLINE void test(std::size_t i, const LaneRays<S>& rays,
+                                 LaneCrossings<S>& found) const;
+
+ private:
+  // A pack may be loaded from the last candidate.
+  using Row = std::array<S, capacity + 16>;
+
+  /// [m] Corner c of the triangles of a leaf from its i-th on, in the frame of the tree.
+  [[nodiscard]] BRISTLE_FORCE_INLINE static Pack3<S> corner(const WideTree<S>& tree,
+                                                            const TriangleRange& leaf,
+                                                            std::size_t c, std::size_t i) {
+    return Pack3<S>::load(tree.row(leaf, c, 0) + i, tree.row(leaf, c, 1) + i,
+                          tree.row(leaf, c, 2) + i);
+  }
+
+  /// Corners of triangles in lanes, turned into the node's frame, and which meet the box.
+  struct Turned {
+    Pack3<S> corners[3];
+    std::uint32_t in_box;
+  };
+  [[nodiscard]] BRISTLE_FORCE_INLINE static Turned turned(const WideTree<S>& tree,
+                                                          const TriangleRange& leaf, std::size_t i,
+                                                          const BoxInTree<S>& box);
+
+  // Of each corner x, y, z; [-] the triangle's number. They lie side by side, so that `add` goes
+  // from row to row by steps of one length: kept as one long row, rays took up to 7 % more time.
+  static constexpr std::size_t number_row = 9;
+  std::array<Row, number_row + 1> rows_;
+  std::array<Row, 3> lower_, upper_;
+  std::array<Row, 3> normal_;
+  // [m^2] What a determinant of turned corners may be wrong by. Distances: [m] by this, and [m^3]
+  // this over the sum of determinants.
+  Row doubt_, along_, across_;
+  std::size_t size_ = 0;
+};
+
+// Implementation -----------------------------------------------------------------------------------
+
+template <Scalar S>
+BRISTLE_FORCE_INLINE auto NodeTriangles<S>::turned(const WideTree<S>& tree,
+                                                   const TriangleRange& leaf, std::size_t i,
+                                                   const BoxInTree<S>& box) -> Turned {
+  Turned result;
+  const Pack3<S> origin = Pack3<S>::all(box.p_GC());
+  for (std::size_t c = 0; c < 3; ++c) {
+    result.corners[c] = origin + box.R_GC() * corner(tree, leaf, c, i);
+  }
+  const auto& [a, b, c] = result.corners;
+  const Aabb<S>& limits = box.box_G();
+  const Mask<S> in_box =
+      (min(a.x, min(b.x, c.x)) <= limits.upper[0]) & (max(a.x, max(b.x, c.x)) >= limits.lower[0]) &
+      (min(a.y, min(b.y, c.y)) <= limits.upper[1]) & (max(a.y, max(b.y, c.y)) >= limits.lower[1]) &
+      (min(a.z, min(b.z, c.z)) <= limits.upper[2]) & (max(a.z, max(b.z, c.z)) >= limits.lower[2]);
+  result.in_box = bits(in_box) & first_bits(leaf.count - i);
+  return result;
+}
+
+template <Scalar S>
+bool NodeTriangles<S>::is_any_in(const WideTree<S>& tree, const TriangleRange& leaf,
+                                 const BoxInTree<S>& box) {
+  const Pack3<S> along = Pack3<S>::all(Vec3<S>(box.R_GC().row(2)));
+  const auto z = [&](std::size_t c, std::size_t i) {
+    return dot(along, corner(tree, leaf, c, i)) + box.p_GC().z();
+  };
+  for (std::size_t i = 0; i < leaf.count; i += lanes<S>) {
+    // What is near and out of reach is mostly so along the rays: one coordinate of three tells.
+    const Pack<S> a = z(0, i), b = z(1, i), c = z(2, i);
+    const Mask<S> in_z =
+        (min(a, min(b, c)) <= box.box_G().upper[2]) & (max(a, max(b, c)) >= box.box_G().lower[2]);
+    if ((bits(in_z) & first_bits(leaf.count - i)) == 0) continue;
+    if (turned(tree, leaf, i, box).in_box != 0) return true;
+  }
+  return false;
+}
+
+template <Scalar S>
+bool NodeTriangles<S>::add(const WideTree<S>& tree, const TriangleRange& leaf,
+                           const BoxInTree<S>& box) {
+  for (std::size_t i = 0; i < leaf.count; i += lanes<S>) {
+    const Turned t = turned(tree, leaf, i, box);
+    if (t.in_box == 0) continue;
+    const auto& [a, b, c] = t.corners;
+    const auto number = Pack<S>::load_integers(tree.numbers(leaf.first + i));
+    size_ += store_packed({a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z, number}, t.in_box,
+                          rows_[0].data() + size_, std::tuple_size_v<Row>);
+    if (size_ > capacity) return false;
+  }
+  return true;
+}
+
+template <Scalar S>
+void NodeTriangles<S>::finish(const RayTreeNode<S>& node, const Mat3<S>& R_RG, S size) {
+  const S round_off = Tolerance<S>::round_off();
+  const Vec3<S> half = node.box.lower.cwiseAbs().cwiseMax(node.box.upper.cwiseAbs());
+  // Behind the last candidate memory may hold denormal numbers, which are slow.
+  for (Row& row : rows_) Pack<S>(S(0)).store(&row[size_]);
+  for (std::size_t i = 0; i < size_; i += lanes<S>) {
+    Pack3<S> p[3];
+    for (std::size_t c = 0; c < 3; ++c) {
+      p[c] = Pack3<S>::load(&rows_[3 * c][i], &rows_[3 * c + 1][i], &rows_[3 * c + 2][i]);
+    }
+    const auto& [a, b, c] = p;
+    const Pack3<S> lower{min(a.x, min(b.x, c.x)), min(a.y, min(b.y, c.y)), min(a.z, min(b.z, c.z))};
+    const Pack3<S> upper{max(a.x, max(b.x, c.x)), max(a.y, max(b.y, c.y)), max(a.z, max(b.z, c.z))};
+    lower.store(&lower_[0][i], &lower_[1][i], &lower_[2][i]);
+    upper.store(&upper_[0][i], &upper_[1][i], &upper_[2][i]);
+    const Pack3<S> n = cross(b - a, c - a);
+    const Pack<S> largest = max(abs(n.x), max(abs(n.y), abs(n.z)));
+    const Pack3<S> scaled = (S(1) / largest) * n;
+    const Pack3<S> normal = R_RG * ((S(1) / sqrt(dot(scaled, scaled))) * scaled);
+    normal.store(&normal_[0][i], &normal_[1][i], &normal_[2][i]);
+    // No corner is farther than this from any ray across it, nor from its start along it, and
+    // neither is farther from the origin.
+    const Pack<S> z = max(-lower.z, upper.z) + half.z();
+    const Pack<S> x = max(-lower.x, upper.x) + half.x();
+    const Pack<S> y = max(-lower.y, upper.y) + half.y();
+    const Pack<S> aside = max(x, y) + node.slope * z;
+    // A corner seen from a ray is wrong by some ulp of `aside`, a determinant of two such by a few
+    // times the product. What turning did to a corner is no matter: all triangles there have it at
+    // one place, so that no ray slips through.
+    (round_off * (S(2) * aside * aside)).store(&doubt_[i]);
+    (round_off * (S(2) * z + size)).store(&along_[i]);
+    (round_off * ((S(3) * aside + S(2) * z + size) * (S(6) * aside) * (upper.z - lower.z)))
+        .store(&across_[i]);
+  }
+}
+
+template <Scalar S>
+std::size_t NodeTriangles<S>::within(const Aabb<S>& box,
+                                     std::array<std::uint8_t, capacity>& found) const {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < size_; i += lanes<S>) {
+    Mask<S> meets = Mask<S>::first(lanes<S>);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto k = static_cast<int>(axis);
+      meets = meets & (Pack<S>::load(&lower_[axis][i]) <= box.upper[k]) &
+              (Pack<S>::load(&upper_[axis][i]) >= box.lower[k]);
+    }
+    for (std::uint32_t left = bits(meets) & first_bits(size_ - i); left != 0; left &= left - 1) {
+      found[count++] =
+          static_cast<std::uint8_t>(i + static_cast<std::size_t>(std::countr_zero(left)));
+    }
+  }
+  return count;
+}
+
+template <Scalar S>
+BRISTLE_FORCE_INLINE void NodeTriangles<S>::test(std::size_t i, const LaneRays<S>& rays,
+                                                 LaneCrossings<S>& found) const {
+  const auto corner = [&](std::size_t k) { return Pack<S>(rows_[k][i]); };
+  const Pack<S> az = corner(2);
+  const Pack<S> bz = corner(5);
+  const Pack<S> cz = corner(8);
+  const Pack<S> ax = corner(0) - (rays.x + rays.slope_x * az);
+  const Pack<S> ay = corner(1) - (rays.y + rays.slope_y * az);
+  const Pack<S> bx = corner(3) - (rays.x + rays.slope_x * bz);
+  const Pack<S> by = corner(4) - (rays.y + rays.slope_y * bz);
+  const Pack<S> cx = corner(6) - (rays.x + rays.slope_x * cz);
+  const Pack<S> cy = corner(7) - (rays.y + rays.slope_y * cz);
+  const Pack<S> u = cx * by - cy * bx;
+  const Pack<S> v = ax * cy - ay * cx;
+  const Pack<S> w = bx * ay - by * ax;
+  const Pack<S> least = min(u, min(v, w));
+  const Pack<S> most = max(u, max(v, w));
+  const Pack<S> doubt(doubt_[i]);
+  const Mask<S> may_pass = (least >= -doubt) | (most <= doubt);
+  // Of few rays often none passes. Of many some mostly do, and a branch that cannot be foreseen
+  // costs more than it saves.
+  constexpr bool is_wide = has_register<S> && sizeof(Pack<S>) >= 32;
+  if (!is_wide && none(may_pass)) return;
+  const Mask<S> is_front = least > doubt;
+  const Mask<S> passes = is_front | (most < -doubt);
+  found.is_doubtful = found.is_doubtful | (may_pass & !passes);
+  const Pack<S> inverse = S(1) / (u + v + w);
+  const Pack<S> distance = ((u * az + v * bz + w * cz) * inverse - rays.start) * rays.stretch;
+  const Mask<S> counts = passes & (distance >= S(0)) & (distance <= rays.length);
+  const Pack<S> uncertainty = along_[i] + across_[i] * abs(inverse);
+  found.uncertainty = select(counts, max(found.uncertainty, uncertainty), found.uncertainty);
+  const Mask<S> back = counts & !is_front;
+  found.back = select(back, min(distance, found.back), found.back);
+  const Mask<S> front = counts & is_front;
+  const Pack<S> number(rows_[number_row][i]);
+  const Mask<S> is_nearer =
+      front & ((distance < found.front) | ((distance == found.front) & (number < found.number)));
+  const Pack3<S> normal{normal_[0][i], normal_[1][i], normal_[2][i]};
+  found.front = select(is_nearer, distance, found.front);
+  found.number = select(is_nearer, number, found.number);
+  found.normal = select(is_nearer, normal, found.normal);
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Offers to `hits` the nearest hit of each ray with a solid at X_RC, as `ShapeBackend::cast_rays`
+/// does; in nodes where the rays have them. Allocates nothing.
+template <Scalar S>
+void cast_rays_at_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays,
+                       std::uint32_t tag, RayHits<S>& hits);
+
+/// Whether no ray of a batch can meet a solid at X_RC. A look at boxes: mostly true where it is,
+/// and never where it is not. False for rays without nodes.
+template <Scalar S>
+[[nodiscard]] bool is_clear_of_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC,
+                                    const RayBatch<S>& rays);
+
+// Implementation -----------------------------------------------------------------------------------
+
+/// One query.
+template <Scalar S>
+class RayTreeMeshQuery {
+ public:
+  /// @param hits  Null where it is only asked whether there is anything to meet.
+  RayTreeMeshQuery(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays,
+                   std::uint32_t tag, RayHits<S>* hits, LeafLists<S>& lists)
+      : mesh_(mesh),
+        rays_(rays),
+        lists_(lists),
+        tag_(tag),
+        hits_(hits),
+        R_RC_(X_RC.rotation_matrix()),
+        R_CR_(R_RC_.transpose()),
+        p_RC_(X_RC.translation) {
+    const Aabb<S> box = mesh.root_box();
+    mesh_size_ = box.lower.cwiseAbs().cwiseMax(box.upper.cwiseAbs()).sum() + p_RC_.cwiseAbs().sum();
+  }
+
+  void run() {
+    if (rays_.ray_tree == nullptr || rays_.ray_tree->is_empty()) {
+      const std::size_t end = std::min<std::size_t>(rays_.range.end, rays_.size());
+      for (std::size_t i = rays_.range.first; i < end; ++i) cast_alone(i);
+    } else {
+      visit(0, {});
+    }
+  }
+
+  [[nodiscard]] bool is_clear() {
+    if (rays_.ray_tree == nullptr || rays_.ray_tree->is_empty()) return false;
+    visit(0, {});
+    return !may_meet_;
+  }
+
+ private:
+  using Node = RayTreeNode<S>;
+  using Tree = RayTree<S>;
+  using Known = KnownOfNode<S>;
+  using Candidates = std::array<std::uint8_t, NodeTriangles<S>::capacity>;
+  /// Rays of a packet, as bits.
+  using PacketBits = std::uint16_t;
+
+  /// [-] A list of so few leaves is not worth shortening.
+  static constexpr std::size_t short_list = 24;
+  /// [-] Of how many leaves at most the triangles are sought for a node that is asked as a whole.
+  static constexpr std::size_t most_leaves = 48;
+  /// [1] With more triangles than this for each ray, rays have too little in common.
+  static constexpr S sparse_from = S(10);
+  /// [-] A divided node is asked as a whole if at most about so many triangles lie across its
+  /// box.
+  static constexpr S few_triangles = S(64);
+  /// [-] Rays of a node that is worth finding out where they all start.
+  static constexpr std::size_t fewest_to_ask = 65;
+
+  /// What the rays of a packet have met.
+  struct PacketFindings {
+    /// [-] Which of them have met nothing, and so do not tell where they start.
+    PacketBits unmet = 0;
+    /// Where one starts that has met something.
+    Side side = Side::unknown;
+  };
+
+  void visit(std::size_t id, Known known);
+  [[nodiscard]] bool cast_together(const Node& node, const BoxInTree<S>& box,
+                                   const LeafList<S>& list, Side side);
+  void cast_undivided(const Node& node, const BoxInTree<S>& box, const LeafList<S>* list,
+                      Side side);
+  void cast_packets(const Node& node, std::size_t first, std::size_t end, Side side);
+  [[nodiscard]] Side common_side(const Node& node, const BoxInTree<S>& box,
+                                 const LeafList<S>* list);
+  BRISTLE_FORCE_INLINE void settle(std::size_t place, std::size_t count,
+                                   const LaneCrossings<S>& found, PacketFindings& findings);
+  BRISTLE_FORCE_INLINE void offer_in_order(std::size_t first, std::uint32_t offered,
+                                           const LaneCrossings<S>& found);
+  void decide(std::size_t place, PacketBits unmet, Side& side);
+  void decide_empty(const Node& node, Side side);
+  void cast_alone(std::size_t i, Side side = Side::unknown);
+  [[nodiscard]] RayHit<S> hit_of(std::size_t i, Ray<S> ray, S best, Side side);
+  void cast_one_by_one(std::size_t first, std::size_t end, Side side);
+
+  /// Calls visit(ray, lane) for some rays from a place on, given as bits.
+  template <typename Visit>
+  void for_each_ray(std::size_t place, std::uint32_t lanes, Visit&& visit) const {
+    const std::uint32_t* const rays = rays_.ray_tree->rays_from(place);
+    for (; lanes != 0; lanes &= lanes - 1) {
+      const auto lane = static_cast<std::size_t>(std::countr_zero(lanes));
+      visit(rays[lane], lane);
+    }
+  }
+  /// [-] How many triangles there are in a box of rays, if the surface lies across it.
+  [[nodiscard]] S triangles_across(const Aabb<S>& box) const {
+    const Vec3<S> extent = box.upper - box.lower;
+    return extent.x() * extent.y() / mesh_.tree().mean_area();
+  }
+  /// Whether none of a node's rays is asked.
+  [[nodiscard]] bool is_left_out(const Node& node) const {
+    return node.first >= rays_.range.end || node.first + node.count <= rays_.range.first;
+  }
+  /// The places of a node's rays that are asked. What is known of a node is found out from all
+  /// of them, so that the answers do not depend on the range.
+  [[nodiscard]] RayRange asked_of(const Node& node) const {
+    return {std::max(node.first, rays_.range.first),
+            std::min(node.first + node.count, rays_.range.end)};
+  }
+  [[nodiscard]] BoxInTree<S> box_of(const Node& node, const BoxInTree<S>* framed) const;
+  /// [m] Around the rays of the packet that a place of a node lies in, in the node's frame.
+  [[nodiscard]] Aabb<S> packet_box(const Node& node, std::size_t place) const {
+    return node.lengthened(rays_.ray_tree->packet_box(place), rays_.extra_length)
+        .inflated(margin(node));
+  }
+  [[nodiscard]] bool is_any_triangle_in(const BoxInTree<S>& box, const LeafList<S>& list) const;
+  [[nodiscard]] bool gather(const BoxInTree<S>& box, const LeafList<S>& list);
+  [[nodiscard]] Ray<S> ray_in_mesh(std::size_t i) const {
+    const Vec3<S> origin(rays_.origin_x[i], rays_.origin_y[i], rays_.origin_z[i]);
+    const Vec3<S> direction(rays_.direction_x[i], rays_.direction_y[i], rays_.direction_z[i]);
+    return {R_CR_ * (origin - p_RC_), R_CR_ * direction, rays_.length[i] + rays_.extra_length};
+  }
+  [[nodiscard]] Side side_of(std::size_t i) const {
+    const bool is_inside = ray_cast_mesh(mesh_, ray_in_mesh(i)).distance == S(0);
+    return is_inside ? Side::inside : Side::outside;
+  }
+  void hit_inside(std::size_t i) {
+    const Vec3<S> back(-rays_.direction_x[i], -rays_.direction_y[i], -rays_.direction_z[i]);
+    hits_->offer(i, {S(0), back}, tag_);
+  }
+  /// [m] What rounding may do to coordinates in a node's frame.
+  [[nodiscard]] S margin(const Node& node) const {
+    return Tolerance<S>::round_off() * size_near(node);
+  }
+  [[nodiscard]] S size_near(const Node& node) const {
+    return mesh_size_ + node.center.cwiseAbs().sum();
+  }
+
+  const RayMesh<S>& mesh_;
+  const RayBatch<S>& rays_;
+  LeafLists<S>& lists_;
+  std::uint32_t tag_;
+  RayHits<S>* hits_;
+  /// Without hits: whether something was found that rays may meet.
+  bool may_meet_ = false;
+  Mat3<S> R_RC_;
+  Mat3<S> R_CR_;
+  Vec3<S> p_RC_;
+  S mesh_size_ = S(0);
+  /// Whether what rays keep is of this mesh: only rays that walk alone ask for it.
+  bool keeps_ = false;
+  LeafList<S> start_leaves_;
+  NodeTriangles<S> triangles_;
+};
+
+template <Scalar S>
+BoxInTree<S> RayTreeMeshQuery<S>::box_of(const Node& node, const BoxInTree<S>* framed) const {
+  const Aabb<S> box = node.lengthened(node.box, rays_.extra_length).inflated(margin(node));
+  if (framed != nullptr) return {framed->R_GC(), framed->p_GC(), box};
+  return {node.axes * R_RC_, node.axes * (p_RC_ - node.center), box};
+}
+
+template <Scalar S>
+void RayTreeMeshQuery<S>::visit(std::size_t id, Known known) {
+  const Node& node = rays_.ray_tree->nodes()[id];
+  if (may_meet_ || is_left_out(node)) return;
+  const BoxInTree<S> box = box_of(node, known.framed);
+  // Sought where they are not known yet, and handed on to the parts.
+  const LeafList<S>*& list = known.list;
+  Side& side = known.side;
+  if (!box.box_C().overlaps(mesh_.root_box())) return;
+  // [1] How many triangles there are for a ray.
+  const S density = triangles_across(node.box) / S(node.count);
+  const bool is_sparse = density > sparse_from;
+  if (list == nullptr) {
+    const bool fits = density * S(node.count) < S(LeafList<S>::capacity * 8);
+    if (!is_sparse && fits && lists_[known.lists].search(mesh_.tree(), box)) {
+      list = &lists_[known.lists++];
+    }
+  } else if (list->size() > short_list && known.lists < lists_.size()) {
+    lists_[known.lists].filter(*list, box);
+    list = &lists_[known.lists++];
+  }
+  if (list != nullptr && list->size() == 0) return decide_empty(node, side);
+  const bool is_small = !node.is_divided() || density * S(node.count) <= few_triangles;
+  if (hits_ != nullptr && !is_sparse && list != nullptr && is_small &&
+      cast_together(node, box, *list, side)) {
+    return;
+  }
+  // A look at the triangles costs less than going down to all nodes below where there is nothing
+  // to be found, and ends with the first triangle where there is.
+  if (node.is_divided() && list != nullptr &&
+      (hits_ == nullptr || list->size() <= node.count / Tree::leaf_size * 2) &&
+      !is_any_triangle_in(box, *list)) {
+    return decide_empty(node, side);
+  }
+  if (side == Side::unknown && node.is_narrow) side = common_side(node, box, list);
+  if (hits_ == nullptr && (is_sparse || !node.is_divided())) {
+    may_meet_ = list == nullptr || is_any_triangle_in(box, *list);
+    return may_meet_ ? void() : decide_empty(node, side);
+  }
+  if (is_sparse) {
+    const RayRange asked = asked_of(node);
+    const bool asks_all = rays_.range.first == 0 && rays_.range.end >= rays_.size();
+    keeps_ = keeps_ || (rays_.kept != nullptr && asks_all &&
+                        rays_.kept->begin(rays_.size(), tag_, rays_.shape_life));
+    cast_one_by_one(asked.first, asked.end, side);
+    return;
+  }
+  if (!node.is_divided()) return cast_undivided(node, box, list, side);
+  known.framed = node.has_one_frame ? &box : nullptr;
+  visit(id + 1, known);
+  visit(node.second, known);
+}
+
+/// On which side all rays of a node start, if no triangle is between their starts.
+template <Scalar S>
+auto RayTreeMeshQuery<S>::common_side(const Node& node, const BoxInTree<S>& box,
+                                      const LeafList<S>* list) -> Side {
+  // Nodes of a few rays learn it from what these meet.
+  if (node.count < fewest_to_ask) return Side::unknown;
+  Aabb<S> starts = node.box.inflated(margin(node));
+  starts.upper.z() = node.highest_start + margin(node);
+  const BoxInTree<S> start_box(box.R_GC(), box.p_GC(), starts);
+  if (list == nullptr && !start_leaves_.search(mesh_.tree(), start_box)) return Side::unknown;
+  if (list == nullptr) list = &start_leaves_;
+  if (is_any_triangle_in(start_box, *list)) return Side::unknown;
+  return side_of(rays_.ray_tree->ray_at(node.first));
+}
+
+template <Scalar S>
+bool RayTreeMeshQuery<S>::is_any_triangle_in(const BoxInTree<S>& box,
+                                             const LeafList<S>& list) const {
+  return !list.for_each(
+      box, [&](std::size_t i) { return !NodeTriangles<S>::is_any_in(mesh_.tree(), list[i], box); });
+}
+
+template <Scalar S>
+bool RayTreeMeshQuery<S>::gather(const BoxInTree<S>& box, const LeafList<S>& list) {
+  triangles_.clear();
+  return list.for_each(box,
+                       [&](std::size_t i) { return triangles_.add(mesh_.tree(), list[i], box); });
+}
+
+/// Casts all rays of a node at the triangles in its box, if these are few.
+/// @return Whether it has.
+template <Scalar S>
+bool RayTreeMeshQuery<S>::cast_together(const Node& node, const BoxInTree<S>& box,
+                                        const LeafList<S>& list, Side side) {
+  if (!node.has_one_frame || list.size() > most_leaves || !gather(box, list)) return false;
+  const RayRange asked = asked_of(node);
+  triangles_.size() > 0 ? cast_packets(node, asked.first, asked.end, side)
+                        : decide_empty(node, side);
+  return true;
+}
+
+/// Casts the rays of an undivided node that are not asked together.
+template <Scalar S>
+void RayTreeMeshQuery<S>::cast_undivided(const Node& node, const BoxInTree<S>& box,
+                                         const LeafList<S>* list, Side side) {
+  const std::size_t end = node.first + node.count;
+  if (list == nullptr || !node.is_narrow) return cast_one_by_one(node.first, end, side);
+  for (std::size_t place = node.first; place < end; place += packet_size) {
+    const Aabb<S> packet = packet_box(node, place);
+    const std::size_t packet_end = std::min(end, place + packet_size);
+    // Rays that are lengthened by much fan out and leave the solid again: with twice two layers of
+    // triangles in sight, each of them alone costs less than to gather what then is too much.
+    const bool is_few = S(4) * triangles_across(packet) < S(NodeTriangles<S>::capacity);
+    if (is_few && gather({box.R_GC(), box.p_GC(), packet}, *list)) {
+      cast_packets(node, place, packet_end, side);
+    } else {
+      cast_one_by_one(place, packet_end, side);
+    }
+  }
+}
+
+/// Casts the rays of some packets of a node with one frame at the candidates.
+template <Scalar S>
+void RayTreeMeshQuery<S>::cast_packets(const Node& node, std::size_t first, std::size_t end,
+                                       Side side) {
+  triangles_.finish(node, node.axes.transpose(), size_near(node));
+  const typename Tree::Lines& lines = rays_.ray_tree->lines();
+  const S lowest_start = node.box.lower.z() - margin(node);
+  const S highest_start = node.highest_start + margin(node);
+  const auto is_clear_of_starts = [&](std::size_t i) {
+    return triangles_.lowest(i) > highest_start || triangles_.highest(i) < lowest_start;
+  };
+  bool is_uniform = true;
+  for (std::size_t i = 0; i < triangles_.size() && side == Side::unknown; ++i) {
+    is_uniform = is_uniform && is_clear_of_starts(i);
+  }
+  std::array<PacketBits, Tree::frame_size / packet_size> unmet;
+  std::size_t packets = 0;
+  for (std::size_t place = first; place < end; place += packet_size) {
+    Candidates near;
+    const std::size_t count = triangles_.within(packet_box(node, place), near);
+    const std::size_t packet_end = std::min(end, place + packet_size);
+    PacketFindings packet;
+    for (std::size_t k = place; k < packet_end; k += lanes<S>) {
+      const LaneRays<S> rays{Pack<S>::load(&lines.x[k]),
+                             Pack<S>::load(&lines.y[k]),
+                             Pack<S>::load(&lines.slope_x[k]),
+                             Pack<S>::load(&lines.slope_y[k]),
+                             Pack<S>::load(&lines.start[k]),
+                             Pack<S>::load(&lines.stretch[k]),
+                             Pack<S>::load(&lines.length[k]) + rays_.extra_length};
+      LaneCrossings<S> found;
+      for (std::size_t i = 0; i < count; ++i) triangles_.test(near[i], rays, found);
+      settle(k, packet_end - k, found, packet);
+    }
+    if (is_uniform) {
+      // What this packet cannot tell another one may.
+      unmet[packets++] = packet.unmet;
+      if (packet.side != Side::unknown) side = packet.side;
+    } else if (std::all_of(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(count),
+                           is_clear_of_starts)) {
+      decide(place, packet.unmet, packet.side);
+    } else {
+      // They may start on the surface, which lanes may have seen behind them.
+      for_each_ray(place, packet.unmet, [&](std::size_t i, std::size_t) { cast_alone(i); });
+    }
+  }
+  for (std::size_t k = 0; k < packets; ++k) {
+    decide(first + k * packet_size, unmet[k], side);
+  }
+}
+
+/// Offers what rays in lanes have met.
+template <Scalar S>
+BRISTLE_FORCE_INLINE void RayTreeMeshQuery<S>::settle(std::size_t place, std::size_t count,
+                                                      const LaneCrossings<S>& found,
+                                                      PacketFindings& findings) {
+  const std::uint32_t there = first_bits(std::min(count, lanes<S>));
+  const std::uint32_t met = bits(min(found.front, found.back) < Pack<S>(infinity<S>));
+  const Pack<S> apart = S(2) * found.uncertainty;
+  const std::uint32_t from_outside = bits(found.front + apart < found.back);
+  const std::uint32_t from_inside = bits(found.back + apart < found.front);
+  const std::uint32_t doubtful = bits(found.is_doubtful);
+  const std::uint32_t outside = there & from_outside & ~doubtful;
+  const std::uint32_t inside = there & from_inside & ~doubtful;
+  const std::uint32_t unmet = there & ~met & ~doubtful;
+  if (outside != 0) findings.side = Side::outside;
+  if (inside != 0) findings.side = Side::inside;
+  findings.unmet |= static_cast<PacketBits>(unmet << place % packet_size);
+  if (outside != 0 && rays_.ray_tree->is_in_order(place)) {
+    offer_in_order(rays_.ray_tree->ray_at(place), outside, found);
+  } else if (outside != 0) {
+    std::array<S, lanes<S>> distance, x, y, z;
+    found.front.store(distance.data());
+    found.normal.store(x.data(), y.data(), z.data());
+    for_each_ray(place, outside, [&](std::size_t i, std::size_t lane) {
+      hits_->offer(i, {distance[lane], {x[lane], y[lane], z[lane]}}, tag_);
+    });
+  }
+  for_each_ray(place, inside, [&](std::size_t i, std::size_t) { hit_inside(i); });
+  for_each_ray(place, there & ~(outside | inside | unmet),
+               [&](std::size_t i, std::size_t) { cast_alone(i); });
+}
+
+/// As `RayHits::offer`, for rays that follow each other.
+/// @param offered  [-] Lanes that have met something.
+template <Scalar S>
+BRISTLE_FORCE_INLINE void RayTreeMeshQuery<S>::offer_in_order(std::size_t first,
+                                                              std::uint32_t offered,
+                                                              const LaneCrossings<S>& found) {
+  S* const distance = hits_->distance.data() + first;
+  const Pack<S> known = Pack<S>::load(distance);
+  const Mask<S> is_nearer = Mask<S>::from_bits(offered) & (found.front < known);
+  const auto put = [&](S* row, const Pack<S>& value) {
+    select(is_nearer, value, Pack<S>::load(row)).store(row);
+  };
+  put(distance, found.front);
+  put(hits_->normal.x.data() + first, found.normal.x);
+  put(hits_->normal.y.data() + first, found.normal.y);
+  put(hits_->normal.z.data() + first, found.normal.z);
+  const std::uint32_t nearer = bits(is_nearer);
+  std::uint32_t* const tag = hits_->tag.data() + first;
+  for (std::uint32_t i = 0; i < lanes<S>; ++i) tag[i] = (nearer >> i & 1u) != 0 ? tag_ : tag[i];
+}
+
+/// Finds out where rays start that have met nothing within their reach, with no triangle between
+/// their starts.
+/// @param side  Where they all start, found out if it is not known.
+template <Scalar S>
+void RayTreeMeshQuery<S>::decide(std::size_t place, PacketBits unmet, Side& side) {
+  if (unmet == 0 || side == Side::outside) return;
+  if (side == Side::unknown) {
+    const auto first = static_cast<std::size_t>(std::countr_zero(unmet));
+    side = side_of(rays_.ray_tree->ray_at(place + first));
+  }
+  if (side == Side::outside) return;
+  for_each_ray(place, unmet, [&](std::size_t i, std::size_t) { hit_inside(i); });
+}
+
+/// The same for all rays of a node whose box holds no triangle.
+template <Scalar S>
+void RayTreeMeshQuery<S>::decide_empty(const Node& node, Side side) {
+  if (side == Side::unknown) side = side_of(rays_.ray_tree->ray_at(node.first));
+  if (side == Side::outside) return;
+  if (hits_ == nullptr) {
+    may_meet_ = true;
+    return;
+  }
+  const RayRange asked = asked_of(node);
+  for (std::size_t k = asked.first; k < asked.end; ++k) hit_inside(rays_.ray_tree->ray_at(k));
+}
+
+template <Scalar S>
+void RayTreeMeshQuery<S>::cast_alone(std::size_t i, Side side) {
+  const S best = hits_->distance[i];
+  if (!(best > S(0))) return;
+  if (side == Side::inside) return hit_inside(i);
+  const RayHit<S> hit = hit_of(i, ray_in_mesh(i), best, side);
+  if (hit.distance < best) {
+    hits_->offer(i, {hit.distance, R_RC_ * hit.normal}, tag_);
+  }
+}
+
+/// The hit of a ray if it is nearer than `best`: by what the ray kept, or by a walk.
+template <Scalar S>
+RayHit<S> RayTreeMeshQuery<S>::hit_of(std::size_t i, Ray<S> ray, S best, Side side) {
+  const S reach = std::min(ray.length, best);
+  if (keeps_ && (side == Side::outside || !mesh_.root_box().contains(ray.origin))) {
+    if (const auto hit = rays_.kept->cast(mesh_, i, ray, reach)) return *hit;
+  }
+  ray.length = reach;
+  return side == Side::outside ? ray_cast_mesh_from_outside(mesh_, ray) : ray_cast_mesh(mesh_, ray);
+}
+
+template <Scalar S>
+void RayTreeMeshQuery<S>::cast_one_by_one(std::size_t first, std::size_t end, Side side) {
+  for (std::size_t k = first; k < end; ++k) cast_alone(rays_.ray_tree->ray_at(k), side);
+}
+
+template <Scalar S>
+void cast_rays_at_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays,
+                       std::uint32_t tag, RayHits<S>& hits) {
+  LeafLists<S> lists;
+  RayTreeMeshQuery<S>(mesh, X_RC, rays, tag, &hits, lists).run();
+}
+
+template <Scalar S>
+bool is_clear_of_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays) {
+  LeafLists<S> lists;
+  return RayTreeMeshQuery<S>(mesh, X_RC, rays, 0, nullptr, lists).is_clear();
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
 // === bristle/geometry/shapes/shape_properties.hpp
 
 /// @file
@@ -23926,6 +23800,8 @@ MassProperties<S> unit_mass_properties(const Shape<S>& shape) {
 
 namespace bristle::inline BRISTLE_ABI {
 
+namespace detail {
+
 /// A shape as `AnalyticBackend` keeps it: checked, measured, with a tree and a surface if it is a
 /// mesh, and seen as a solid.
 template <Scalar S>
@@ -23957,8 +23833,6 @@ class AnalyticShape {
   Shape<Precise<S>> precise_;
   SolidView<Precise<S>, MeshTree<S>> solid_;
 };
-
-namespace detail {
 
 /// There is a formula for A and B in this order.
 template <typename A, typename B, typename S>
@@ -24006,11 +23880,11 @@ void swap_sides(std::span<ContactManifold<S>> manifolds, const Transform<S>& X_A
 }  // namespace detail
 
 template <Scalar S>
-AnalyticShape<S>::AnalyticShape(const Shape<S>& shape)
+detail::AnalyticShape<S>::AnalyticShape(const Shape<S>& shape)
     : shape_(std::visit(
           [](const auto& s) {
             if constexpr (std::same_as<std::remove_cvref_t<decltype(s)>, TriangleMesh<S>>) {
-              return Prepared(MeshTree<S>(s));
+              return Prepared(detail::MeshTree<S>(s));
             } else {
               return Prepared(s);
             }
@@ -24018,50 +23892,51 @@ AnalyticShape<S>::AnalyticShape(const Shape<S>& shape)
           shape)),
       bounds_(local_bounds(shape)),
       mass_properties_(unit_mass_properties(shape)),
-      precise_(std::visit(detail::ShapeCast<Precise<S>, S>{}, shape)) {
-  if (const auto* tree = std::get_if<MeshTree<S>>(&shape_)) {
+      precise_(std::visit(detail::ShapeCast<detail::Precise<S>, S>{}, shape)) {
+  if (const auto* tree = std::get_if<detail::MeshTree<S>>(&shape_)) {
     solid_.mesh.emplace(*tree);
     return;
   }
   std::visit(
       [this](const auto& s) {
-        if constexpr (requires { convex_view(s); }) solid_.convex.emplace(convex_view(s));
+        if constexpr (requires { detail::convex_view(s); })
+          solid_.convex.emplace(detail::convex_view(s));
       },
       precise_);
 }
 
 template <Scalar S>
-ShapeKind AnalyticBackend::kind(const std::shared_ptr<const AnalyticShape<S>>& c) {
+ShapeKind AnalyticBackend::kind(const std::shared_ptr<const detail::AnalyticShape<S>>& c) {
   return static_cast<ShapeKind>(c->shape().index());
 }
 
 template <Scalar S>
-Aabb<S> AnalyticBackend::bounds(const std::shared_ptr<const AnalyticShape<S>>& c) {
+Aabb<S> AnalyticBackend::bounds(const std::shared_ptr<const detail::AnalyticShape<S>>& c) {
   return c->bounds();
 }
 
 template <Scalar S>
 MassProperties<S> AnalyticBackend::mass_properties(
-    const std::shared_ptr<const AnalyticShape<S>>& c) {
+    const std::shared_ptr<const detail::AnalyticShape<S>>& c) {
   return c->mass_properties();
 }
 
 template <Scalar S>
-bool AnalyticBackend::is_clear(const std::shared_ptr<const AnalyticShape<S>>& c,
+bool AnalyticBackend::is_clear(const std::shared_ptr<const detail::AnalyticShape<S>>& c,
                                const Transform<S>& X_RC, const RayBatch<S>& rays) noexcept {
-  const auto* mesh = std::get_if<MeshTree<S>>(&c->shape());
-  return mesh != nullptr && is_clear_of_mesh(mesh->for_rays(), X_RC, rays);
+  const auto* mesh = std::get_if<detail::MeshTree<S>>(&c->shape());
+  return mesh != nullptr && detail::is_clear_of_mesh(mesh->for_rays(), X_RC, rays);
 }
 
 template <Scalar S>
 auto AnalyticBackend::make(const Shape<S>& shape) -> Collidable<S> {
   validate(shape);
-  return std::make_shared<const AnalyticShape<S>>(shape);
+  return std::make_shared<const detail::AnalyticShape<S>>(shape);
 }
 
 template <Scalar S>
-ContactStatus AnalyticBackend::collide(const std::shared_ptr<const AnalyticShape<S>>& a,
-                                       const std::shared_ptr<const AnalyticShape<S>>& b,
+ContactStatus AnalyticBackend::collide(const std::shared_ptr<const detail::AnalyticShape<S>>& a,
+                                       const std::shared_ptr<const detail::AnalyticShape<S>>& b,
                                        const Transform<S>& X_AB, S margin,
                                        ContactManifolds<S>& out) noexcept {
   if (!can_collide(kind(a), kind(b))) return ContactStatus::failed;
@@ -24073,10 +23948,11 @@ ContactStatus AnalyticBackend::collide(const std::shared_ptr<const AnalyticShape
     detail::swap_sides<S>(std::span(out).subspan(before), X_AB);
     return ContactStatus::ok;
   }
-  using P = Precise<S>;
-  ContactSink<S> sink(out);
+  using P = detail::Precise<S>;
+  detail::ContactSink<S> sink(out);
   const Transform<P> X = X_AB.template cast<P>();
-  if (collide_solids<GjkDistance>(a->solid(), b->solid(), X, P(margin), sink) && sink.is_sound()) {
+  if (detail::collide_solids<detail::GjkDistance>(a->solid(), b->solid(), X, P(margin), sink) &&
+      sink.is_sound()) {
     return ContactStatus::ok;
   }
   sink.clear();
@@ -24084,16 +23960,16 @@ ContactStatus AnalyticBackend::collide(const std::shared_ptr<const AnalyticShape
 }
 
 template <Scalar S>
-void AnalyticBackend::cast_rays(const std::shared_ptr<const AnalyticShape<S>>& c,
+void AnalyticBackend::cast_rays(const std::shared_ptr<const detail::AnalyticShape<S>>& c,
                                 const Transform<S>& X_RC, const RayBatch<S>& rays,
                                 std::uint32_t tag, RayHits<S>& hits) noexcept {
   // One dispatch for the whole batch.
   std::visit(
       [&](const auto& shape) {
-        if constexpr (std::same_as<std::remove_cvref_t<decltype(shape)>, MeshTree<S>>) {
-          cast_rays_at_mesh(shape.for_rays(), X_RC, rays, tag, hits);
+        if constexpr (std::same_as<std::remove_cvref_t<decltype(shape)>, detail::MeshTree<S>>) {
+          detail::cast_rays_at_mesh(shape.for_rays(), X_RC, rays, tag, hits);
         } else {
-          cast_rays_in_lanes(shape, X_RC, rays, tag, hits);
+          detail::cast_rays_in_lanes(shape, X_RC, rays, tag, hits);
         }
       },
       c->shape());
@@ -24213,14 +24089,14 @@ void HapticLoop<S, Backend>::forget() {
     tool.wrench = {};
     tool.last_pose.reset();
   }
-  for (Skin& skin : skins_) clear_patch(skin.patch);
+  for (Skin& tool_patch : tool_patches_) clear_patch(tool_patch.patch);
   bodies_.clear();
-  ticks_ = rays_cast_ = 0;
+  substeps_ = rays_cast_ = 0;
 }
 
 template <Scalar S, typename Backend>
-void HapticLoop<S, Backend>::observe(const WorldState<S, Backend>& state) {
-  h_ = state.def.time_step / S(def_.ticks);
+void HapticLoop<S, Backend>::observe(const detail::WorldState<S, Backend>& state) {
+  h_ = state.def.time_step / S(def_.substeps);
   done_ = 0;
   std::swap(bodies_, last_bodies_);
   bodies_.clear();
@@ -24236,45 +24112,48 @@ void HapticLoop<S, Backend>::observe(const WorldState<S, Backend>& state) {
       tool.pose = state.bodies.at(tool.body.index).pose();
     }
   }
-  for (Skin& skin : skins_) find_near(state, skin, fastest);
+  for (Skin& tool_patch : tool_patches_) find_near(state, tool_patch, fastest);
 }
 
 /// Finds the shapes that a patch may meet within a step.
 template <Scalar S, typename Backend>
-void HapticLoop<S, Backend>::find_near(const WorldState<S, Backend>& state, Skin& skin, S fastest) {
-  const Tool& tool = tools_[skin.tool];
-  skin.near.clear();
+void HapticLoop<S, Backend>::find_near(const detail::WorldState<S, Backend>& state,
+                                       Skin& tool_patch, S fastest) {
+  const Tool& tool = tools_[tool_patch.tool];
+  tool_patch.near.clear();
   if (!state.bodies.contains(tool.body)) return;
   const S dt = state.def.time_step;
   const S fall = dt * state.def.gravity.norm();
-  const Aabb<S> box = transformed(skin.patch.box, tool.pose).inflated(dt * def_.max_speed);
+  const Aabb<S> box = transformed(tool_patch.patch.box, tool.pose).inflated(dt * def_.max_speed);
   state.broad_phase.overlap(box.inflated(dt * (fastest + fall)), [&](std::uint32_t tag) {
-    const Collider<S, Backend>& c = state.colliders.at(tag);
-    if (!detail::sees(state, skin.patch, c)) return true;
+    const detail::Collider<S, Backend>& c = state.colliders.at(tag);
+    if (!detail::sense_mask(state, tool_patch.patch, c)) return true;
     const Aabb<S> swept = box.inflated(dt * (speed_of(state, c) + fall));
     const bool is_near =
         c.half_space ? state.reaches(swept, c) : swept.overlaps(detail::box_of(state, c));
-    if (is_near) skin.near.push_back(tag);
+    if (is_near) tool_patch.near.push_back(tag);
     return true;
   });
-  std::sort(skin.near.begin(), skin.near.end());
-  for (std::uint32_t& near : skin.near) {
+  std::sort(tool_patch.near.begin(), tool_patch.near.end());
+  for (std::uint32_t& near : tool_patch.near) {
     const ShapeId id = state.colliders.handle(near);
     const auto known = std::find_if(shapes_.begin(), shapes_.end(),
                                     [id](const NearShape& shape) { return shape.id == id; });
     near = static_cast<std::uint32_t>(known - shapes_.begin());
     if (known != shapes_.end()) continue;
-    const Collider<S, Backend>& c = state.colliders.at(id.index);
+    const detail::Collider<S, Backend>& c = state.colliders.at(id.index);
     shapes_.push_back({id, c, add_body(state, c.body)});
   }
 }
 
 template <Scalar S, typename Backend>
-std::uint32_t HapticLoop<S, Backend>::add_body(const WorldState<S, Backend>& state, BodyId id) {
-  const auto known = std::find_if(bodies_.begin(), bodies_.end(),
-                                  [id](const HapticBody<S>& body) { return body.id() == id; });
+std::uint32_t HapticLoop<S, Backend>::add_body(const detail::WorldState<S, Backend>& state,
+                                               BodyId id) {
+  const auto known =
+      std::find_if(bodies_.begin(), bodies_.end(),
+                   [id](const detail::HapticBody<S>& body) { return body.id() == id; });
   if (known != bodies_.end()) return static_cast<std::uint32_t>(known - bodies_.begin());
-  const HeldMobility<S> held = finder_.find(state, id.index);
+  const detail::HeldMobility<S> held = finder_.find(state, id.index);
   bodies_.push_back(
       {id, state.bodies.at(id.index), held, other_force(state, id, held), state.def.time_step});
   return static_cast<std::uint32_t>(bodies_.size() - 1);
@@ -24282,11 +24161,11 @@ std::uint32_t HapticLoop<S, Backend>::add_body(const WorldState<S, Backend>& sta
 
 /// [N, N m] What acts on a body besides the loop: what did in the last step, where that is known.
 template <Scalar S, typename Backend>
-Vec6<S> HapticLoop<S, Backend>::other_force(const WorldState<S, Backend>& state, BodyId id,
-                                            const HeldMobility<S>& held) const {
+Vec6<S> HapticLoop<S, Backend>::other_force(const detail::WorldState<S, Backend>& state, BodyId id,
+                                            const detail::HeldMobility<S>& held) const {
   const Body<S>& body = state.bodies.at(id.index);
   const auto last = std::find_if(last_bodies_.begin(), last_bodies_.end(),
-                                 [id](const HapticBody<S>& b) { return b.id() == id; });
+                                 [id](const detail::HapticBody<S>& b) { return b.id() == id; });
   if (last == last_bodies_.end() || held.was_hit) {
     Vec6<S> weight = Vec6<S>::Zero();
     weight.template head<3>() = body.mass * body.gravity_scale * state.def.gravity;
@@ -24294,15 +24173,16 @@ Vec6<S> HapticLoop<S, Backend>::other_force(const WorldState<S, Backend>& state,
   }
   Vec6<S> given;
   given << last->impulse().force, last->impulse().torque;
-  return (HapticBody<S>::momentum(body) - last->start_momentum - given) / state.def.time_step;
+  return (detail::HapticBody<S>::momentum(body) - last->start_momentum - given) /
+         state.def.time_step;
 }
 
 template <Scalar S, typename Backend>
-void HapticLoop<S, Backend>::tick() {
+void HapticLoop<S, Backend>::substep() {
   require_open();
-  detail::require(done_ < def_.ticks, "HapticLoop: ticks", done_ + 1,
-                  "must be <= HapticDef::ticks between two steps");
-  kernels_->tick(*this);
+  detail::require(done_ < def_.substeps, "HapticLoop: substeps", done_ + 1,
+                  "must be <= HapticDef::substeps between two steps");
+  kernels_->substep(*this);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -24312,13 +24192,13 @@ namespace bristle::inline BRISTLE_ABI {
 
 template <Scalar S>
 template <typename Backend>
-void ProximityArray<S>::sense(const WorldState<S, Backend>& state, BodyId carrier) {
+void ProximityArray<S>::sense(const detail::WorldState<S, Backend>& state, BodyId carrier) {
   const Transform<S> X_WA = state.bodies.get(carrier, "BodyId").pose();
   const Aabb<S> box = transformed(box_, X_WA);
   near_.clear();
   state.broad_phase.overlap(box, [&](std::uint32_t tag) {
-    const Collider<S, Backend>& c = state.colliders.at(tag);
-    if (!sees(state, carrier, c)) return true;
+    const detail::Collider<S, Backend>& c = state.colliders.at(tag);
+    if (!sense_mask(state, carrier, c)) return true;
     const Transform<S> X_AS = relative_pose(X_WA, state.body_of(c).center_pose) * c.X_CmS;
     const bool is_near =
         c.half_space ? state.reaches(box, c) : transformed(box_, X_AS.inverse()).overlaps(c.bounds);
@@ -24330,9 +24210,9 @@ void ProximityArray<S>::sense(const WorldState<S, Backend>& state, BodyId carrie
   hits_.reset(size());
   rays_cast_ = near_.size() * size();
   for (const std::uint32_t tag : near_) {
-    const Collider<S, Backend>& c = state.colliders.at(tag);
+    const detail::Collider<S, Backend>& c = state.colliders.at(tag);
     Backend::cast_rays(c.shape, relative_pose(X_WA, state.body_of(c).center_pose) * c.X_CmS,
-                       batch(&bundles_), tag, hits_);
+                       batch(&ray_tree_), tag, hits_);
   }
   for (std::size_t i = 0; i < size(); ++i) {
     body_[i] = hits_.is_hit(i) ? state.colliders.at(hits_.tag[i]).body : BodyId{};
@@ -24364,17 +24244,15 @@ void ProximityArray<S>::sense(const WorldState<S, Backend>& state, BodyId carrie
 
 #include <fcl/narrowphase/detail/convexity_based_algorithm/gjk_libccd.h>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// `contact_normal<FclDistance>` may throw where FCL does.
 struct FclDistance {
-  [[nodiscard]] GjkAnswer<double> operator()(PlacedConvex<double> a, PlacedConvex<double> b,
+  [[nodiscard]] GjkResult<double> operator()(PlacedConvex<double> a, PlacedConvex<double> b,
                                              const Vec3<double>& towards, double far) const;
 };
 
 // Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
 
 /// What libccd calls: the object is a PlacedConvex.
 inline void ccd_support(const void* object, const ccd_vec3_t* direction, ccd_vec3_t* result) {
@@ -24383,10 +24261,8 @@ inline void ccd_support(const void* object, const ccd_vec3_t* direction, ccd_vec
   ccdVec3Set(result, p.x(), p.y(), p.z());
 }
 
-}  // namespace detail
-
 // FCL has no way to be told where to begin or when it is enough.
-inline GjkAnswer<double> FclDistance::operator()(PlacedConvex<double> a, PlacedConvex<double> b,
+inline GjkResult<double> FclDistance::operator()(PlacedConvex<double> a, PlacedConvex<double> b,
                                                  const Vec3<double>&, double) const {
   constexpr unsigned max_iterations = 128;
   // GJK ends when a step gains less than this. Finer only brings degenerate simplices, with answers
@@ -24394,8 +24270,8 @@ inline GjkAnswer<double> FclDistance::operator()(PlacedConvex<double> a, PlacedC
   constexpr double tolerance = 1024.0 * Tolerance<double>::round_off();
   double distance = 0.0;
   Vec3<double> on_a, on_b;
-  if (!fcl::detail::GJKDistance<double>(&a, detail::ccd_support, &b, detail::ccd_support,
-                                        max_iterations, tolerance, &distance, &on_a, &on_b)) {
+  if (!fcl::detail::GJKDistance<double>(&a, ccd_support, &b, ccd_support, max_iterations, tolerance,
+                                        &distance, &on_a, &on_b)) {
     return {};
   }
   const Vec3<double> normal = (on_b - on_a).normalized();
@@ -24403,7 +24279,7 @@ inline GjkAnswer<double> FclDistance::operator()(PlacedConvex<double> a, PlacedC
   return {normal.squaredNorm() > 0.5, normal, distance};
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/geometry/backends/fcl_rays.hpp
 
@@ -24440,7 +24316,7 @@ inline GjkAnswer<double> FclDistance::operator()(PlacedConvex<double> a, PlacedC
 #include <limits>
 #include <utility>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// The mesh type a `TriangleMesh` becomes: a tree of axis-aligned boxes with one triangle a leaf.
 /// FCL's oriented boxes take four times the memory and building time, and rays gain nothing by
@@ -24542,7 +24418,7 @@ class FclMeshTree {
   const FclMesh<S>* mesh_;
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/capsule.h>
@@ -24561,7 +24437,7 @@ class FclMeshTree {
 #include <variant>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A shape as FCL geometry, its local box computed. Axes, origin and sizes mean the same in both.
 ///
@@ -24587,8 +24463,6 @@ template <Scalar S>
 [[nodiscard]] FclView<S> from_fcl(const fcl::CollisionGeometry<S>& geometry);
 
 // Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
 
 /// One FCL geometry for each alternative of `Shape`.
 template <Scalar S>
@@ -24687,11 +24561,9 @@ template <Scalar S>
   return FclMeshTree<S>(mesh);
 }
 
-}  // namespace detail
-
 template <Scalar S>
 FclGeometry to_fcl(const Shape<S>& shape) {
-  auto geometry = std::visit(detail::FclGeometryMaker<S>{}, shape);
+  auto geometry = std::visit(FclGeometryMaker<S>{}, shape);
   geometry->computeLocalAABB();
   return geometry;
 }
@@ -24723,17 +24595,17 @@ FclView<S> from_fcl(const fcl::CollisionGeometry<S>& geometry) {
       return HalfSpace<S>{.normal = s.n, .offset = s.d};
     }
     case fcl::GEOM_CONVEX:
-      return detail::hull_from_fcl(static_cast<const fcl::Convex<S>&>(geometry));
+      return hull_from_fcl(static_cast<const fcl::Convex<S>&>(geometry));
     case fcl::BV_AABB:
-      return detail::mesh_from_fcl(static_cast<const FclMesh<S>&>(geometry));
+      return mesh_from_fcl(static_cast<const FclMesh<S>&>(geometry));
     default:
-      detail::raise(InvalidArgument("fcl::CollisionGeometry::getNodeType",
-                                    std::to_string(geometry.getNodeType()),
-                                    "must be a type that bristle has a shape for"));
+      raise(InvalidArgument("fcl::CollisionGeometry::getNodeType",
+                            std::to_string(geometry.getNodeType()),
+                            "must be a type that bristle has a shape for"));
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <array>
 #include <concepts>
@@ -24742,7 +24614,7 @@ FclView<S> from_fcl(const fcl::CollisionGeometry<S>& geometry) {
 #include <utility>
 #include <variant>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Nearest hit of a ray with an FCL mesh, as `ray_cast_mesh` finds it.
 template <Scalar S>
@@ -24797,7 +24669,7 @@ class FclRayTarget {
             return RayMesh<S>();
           }
         },
-        detail::ShapeCast<S, double>{}(view));
+        ShapeCast<S, double>{}(view));
   }
   [[nodiscard]] static Prepared prepared(const FclMeshTree<double>& mesh) {
     return RayMesh<S>(mesh.size(), [&](std::uint32_t i) {
@@ -24829,7 +24701,7 @@ void FclRayTarget<S>::cast_rays(const Transform<S>& X_RC, const RayBatch<S>& ray
       shape_);
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <optional>
 #include <type_traits>
@@ -24846,9 +24718,9 @@ struct FclBackend::Collidable<S>::Data {
   ShapeKind kind;
   Aabb<S> bounds;
   MassProperties<S> mass_properties;
-  FclRayTarget<S> rays;
+  detail::FclRayTarget<S> rays;
   // Points into `rays`; empty for a half-space.
-  SolidView<double, FclMeshTree<double>> solid;
+  detail::SolidView<double, detail::FclMeshTree<double>> solid;
 };
 
 template <Scalar S>
@@ -24856,7 +24728,7 @@ FclBackend::Collidable<S>::Collidable(const Shape<S>& shape)
     : data_(std::make_shared<const Data>(shape)) {}
 
 template <Scalar S>
-const FclGeometry& FclBackend::Collidable<S>::geometry() const {
+const detail::FclGeometry& FclBackend::Collidable<S>::geometry() const {
   return data_->rays.geometry();
 }
 
@@ -24944,14 +24816,14 @@ FclBackend::Collidable<S>::Data::Data(const Shape<S>& shape)
     : kind(kind_of(shape)),
       bounds(local_bounds(shape)),
       mass_properties(unit_mass_properties(shape)),
-      rays(to_fcl(shape)) {
+      rays(detail::to_fcl(shape)) {
   std::visit(
       [this](const auto& view) {
         using View = std::remove_cvref_t<decltype(view)>;
-        if constexpr (std::is_same_v<View, FclMeshTree<double>>) {
+        if constexpr (std::is_same_v<View, detail::FclMeshTree<double>>) {
           solid.mesh.emplace(view);
         } else if constexpr (!std::is_same_v<View, HalfSpace<double>>) {
-          solid.convex.emplace(convex_view(view));
+          solid.convex.emplace(detail::convex_view(view));
         }
       },
       rays.view());
@@ -25027,11 +24899,12 @@ ContactStatus FclBackend::collide(const Collidable<S>& a, const Collidable<S>& b
                                   ContactManifolds<S>& out) noexcept {
   using std::isfinite;
   const Transform<double> X = X_AB.template cast<double>();
-  if (!all_finite(X.translation) || !all_finite(X.rotation.coeffs()) || !isfinite(margin)) {
+  if (!detail::all_finite(X.translation) || !detail::all_finite(X.rotation.coeffs()) ||
+      !isfinite(margin)) {
     return ContactStatus::failed;
   }
   if (!can_collide(kind(a), kind(b))) return ContactStatus::failed;
-  ContactSink<S> sink(out);
+  detail::ContactSink<S> sink(out);
   try {
     using Data = typename Collidable<S>::Data;
     detail::FclContactQuery<S, Data> query(*a.data_, *b.data_, X, double(margin), sink);
@@ -25066,11 +24939,11 @@ bool FclBackend::is_clear(const Collidable<S>& c, const Transform<S>& X_RC,
 /// The kernels of a world for the instruction set that this file is compiled for.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/world/haptic_tick.hpp
+// === bristle/world/haptic_substep.hpp
 
 /// @file
-/// One tick of a haptic loop: its patches sense, all are solved together, bodies and tools get what
-/// follows.
+/// One substep of a haptic loop: its patches sense, all are solved together, bodies and tools get
+/// what follows.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/sensors/passes.hpp
@@ -25081,7 +24954,7 @@ bool FclBackend::is_clear(const Collidable<S>& c, const Transform<S>& X_RC,
 
 #include <algorithm>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// One of the solves of a step.
 struct SolvePass {
@@ -25106,7 +24979,7 @@ int solve_in_passes(int max_passes, Solve&& solve, Answer&& answer) {
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/sensors/patch_contacts.hpp
 
@@ -25136,12 +25009,12 @@ class LaneParameters {
                 def.parameters.breakaway_distance},
         own_(def.per_sensor) {}
 
-  /// Of the sensors from lane `at` of a tile; lanes behind the last sensor have its constants.
+  /// Of the sensors from lane `at` of a packet; lanes behind the last sensor have its constants.
   /// @param scratch  Where they are gathered if each sensor has its own.
-  [[nodiscard]] BRISTLE_INLINE const SensorParameters<Pack<S>>& operator()(
-      std::size_t tile, std::size_t at, SensorParameters<Pack<S>>& scratch) const {
+  [[nodiscard]] BRISTLE_FORCE_INLINE const SensorParameters<Pack<S>>& operator()(
+      std::size_t packet, std::size_t at, SensorParameters<Pack<S>>& scratch) const {
     if (own_.empty()) return shared_;
-    gather(tile * tile_size + at, scratch);
+    gather(packet * packet_size + at, scratch);
     return scratch;
   }
 
@@ -25166,7 +25039,7 @@ class LaneParameters {
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A body that a ray met.
 template <Scalar S>
@@ -25184,8 +25057,8 @@ struct CollectDef {
   bool measures_lambda = true;
   /// [-] Tag of all hits, where only one shape was asked; `any_tag` otherwise.
   std::uint32_t only_tag = any_tag;
-  /// [-] Whether `begin_hit_lanes` was called, and then `find_hit_lanes` for slices of all sensors.
-  bool knows_hit_lanes = false;
+  /// [-] Whether `begin_hit_mask` was called, and then `find_hit_mask` for ranges of all sensors.
+  bool knows_hit_mask = false;
 
   static constexpr std::uint32_t any_tag = 0xffffffffu;
 };
@@ -25198,16 +25071,16 @@ void clear_patch(SensorPatch<S>& patch);
 template <Scalar S>
 void mark_hits(SensorPatch<S>& patch);
 
-/// Keeps which lanes hit anything in the step before: once a step, before the first slice of
-/// `find_hit_lanes`.
+/// Keeps which lanes hit anything in the step before: once a step, before the first range of
+/// `find_hit_mask`.
 template <Scalar S>
-void begin_hit_lanes(SensorPatch<S>& patch);
+void begin_hit_mask(SensorPatch<S>& patch);
 
-/// Finds the lanes of the near tiles of a slice that hit anything, and lets go in those of its
-/// tiles where none does any more. `collect_contacts` does both for all sensors unless it is told
-/// that they were done: threads that share the slices have the hits of their own in their caches.
+/// Finds the lanes of the near packets of a range that hit anything, and lets go in those of its
+/// packets where none does any more. `collect_contacts` does both for all sensors unless it is told
+/// that they were done: threads that share the ranges have the hits of their own in their caches.
 template <Scalar S>
-void find_hit_lanes(SensorPatch<S>& patch, RaySlice slice);
+void find_hit_mask(SensorPatch<S>& patch, RayRange range);
 
 /// Fills `contacts` and `pairs` from `hits`; a sensor without a hit lets go of what it held. For
 /// the paper's law the bristles are advanced too, and patches that are explicit by definition give
@@ -25224,15 +25097,15 @@ void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
 
 template <Scalar S>
 void clear_patch(SensorPatch<S>& patch) {
-  for (const ContactTile<S>& c : patch.contacts) {
-    patch.tiles[c.tile].is_rooted = 0;
-    patch.hit_bits[c.tile] = 0;
+  for (const ContactPacket<S>& c : patch.contacts) {
+    patch.packets[c.packet].is_anchored = 0;
+    patch.hit_bits[c.packet] = 0;
   }
-  for (std::size_t i = 0; patch.has_felt && i < patch.felt.size(); ++i) {
-    if (patch.felt[i] != 0) patch.readings.clear_tile(i);
+  for (std::size_t i = 0; patch.was_active && i < patch.felt.size(); ++i) {
+    if (patch.felt[i] != 0) patch.readings.clear_packet(i);
     patch.felt[i] = 0;
   }
-  patch.has_felt = false;
+  patch.was_active = false;
   patch.contacts.clear();
   patch.pairs.clear();
   patch.last_impulses.clear();
@@ -25244,45 +25117,43 @@ void clear_patch(SensorPatch<S>& patch) {
 template <Scalar S>
 void mark_hits(SensorPatch<S>& patch) {
   std::fill(patch.hit_bits.begin(), patch.hit_bits.end(), LaneBits(0));
-  // Only whether any lane of a tile did is asked of the step before.
-  for (const ContactTile<S>& c : patch.contacts) patch.hit_bits[c.tile] = 0xffffu;
+  // Only whether any lane of a packet did is asked of the step before.
+  for (const ContactPacket<S>& c : patch.contacts) patch.hit_bits[c.packet] = 0xffffu;
 }
 
 template <Scalar S>
-void begin_hit_lanes(SensorPatch<S>& patch) {
+void begin_hit_mask(SensorPatch<S>& patch) {
   std::swap(patch.hit_bits, patch.hit_before);
   std::fill(patch.hit_bits.begin(), patch.hit_bits.end(), LaneBits(0));
 }
 
 template <Scalar S>
-void find_hit_lanes(SensorPatch<S>& patch, RaySlice slice) {
-  for (const std::uint32_t number : patch.near_in(slice)) {
-    const S* distance = patch.hits.distance.data() + number * tile_size;
+void find_hit_mask(SensorPatch<S>& patch, RayRange range) {
+  for (const std::uint32_t number : patch.near_in(range)) {
+    const S* distance = patch.hits.distance.data() + number * packet_size;
     std::uint32_t hit = 0;
-    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+    for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
       hit |= bits(Pack<S>::load(distance + at) < Pack<S>(infinity<S>)) << at;
     }
     patch.hit_bits[number] = static_cast<LaneBits>(hit);
   }
-  // Only what hit something has roots. Other tiles are not looked at: each is memory of its own.
-  const auto [begin, end] = patch.tiles_in(slice);
+  // Only what hit something has roots. Other packets are not looked at: each is memory of its own.
+  const auto [begin, end] = patch.packets_in(range);
   for (std::size_t i = begin; i < end; ++i) {
-    if (patch.hit_before[i] != 0 && patch.hit_bits[i] == 0) patch.tiles[i].is_rooted = 0;
+    if (patch.hit_before[i] != 0 && patch.hit_bits[i] == 0) patch.packets[i].is_anchored = 0;
   }
 }
 
-namespace detail {
-
-/// The same for all slices at once, whoever filled the hits.
+/// The same for all ranges at once, whoever filled the hits.
 template <Scalar S>
-void find_all_hit_lanes(SensorPatch<S>& patch) {
+void find_whole_hit_mask(SensorPatch<S>& patch) {
   // Hosts know of real sensors only.
-  const std::size_t padded = patch.tiles.size() * tile_size;
+  const std::size_t padded = patch.packets.size() * packet_size;
   patch.hits.distance.resize(padded, infinity<S>);
   patch.hits.normal.resize(padded);
   patch.hits.tag.resize(padded);
-  begin_hit_lanes(patch);
-  find_hit_lanes(patch, RaySlice{});
+  begin_hit_mask(patch);
+  find_hit_mask(patch, RayRange{});
 }
 
 /// Gives every body that was hit a pair and every shape that was hit a place in `patch.touched`.
@@ -25303,7 +25174,7 @@ void find_touched(SensorPatch<S>& patch, FindBody&& find, std::uint32_t only_tag
       add_shape(only_tag);
       return;
     }
-    const std::uint32_t* tags = patch.hits.tag.data() + number * tile_size;
+    const std::uint32_t* tags = patch.hits.tag.data() + number * packet_size;
     for (const TouchedShape& shape : patch.touched) {
       rest &= ~std::uint32_t(equal_lanes(tags, shape.tag));
       if (rest == 0) break;
@@ -25316,34 +25187,34 @@ void find_touched(SensorPatch<S>& patch, FindBody&& find, std::uint32_t only_tag
   }
 }
 
-/// Lanes of a tile that hit the body of a pair.
+/// Lanes of a packet that hit the body of a pair.
 template <Scalar S>
-[[nodiscard]] LaneBits hit_lanes(const SensorPatch<S>& patch, std::size_t number,
-                                 std::uint32_t pair) {
+[[nodiscard]] LaneBits hit_mask(const SensorPatch<S>& patch, std::size_t number,
+                                std::uint32_t pair) {
   const LaneBits hit = patch.hit_bits[number];
   if (hit == 0) return hit;
   std::uint32_t of_pair = 0;
   for (const TouchedShape& shape : patch.touched) {
     if (shape.pair != pair) continue;
-    of_pair |= equal_lanes(patch.hits.tag.data() + number * tile_size, shape.tag);
+    of_pair |= equal_lanes(patch.hits.tag.data() + number * packet_size, shape.tag);
   }
   return static_cast<LaneBits>(hit & of_pair);
 }
 
-/// Finds which of the near tiles are a pair's and makes room for their contacts from contact
+/// Finds which of the near packets are a pair's and makes room for their contacts from contact
 /// `first` on.
 /// @return One behind the last of them.
 template <Scalar S>
 std::uint32_t place_contacts(SensorPatch<S>& patch, std::uint32_t pair, std::uint32_t first) {
   const bool is_only = patch.pairs.size() == 1;
-  const std::size_t slice = tiles_per_slice(patch.near.size());
+  const std::size_t range = packets_per_range(patch.near.size());
   std::uint32_t next = first;
-  for (std::size_t from = 0, number = 0; from < patch.near.size(); from += slice) {
-    patch.slice_contacts[number++] = next;
-    const std::size_t to = std::min(patch.near.size(), from + slice);
+  for (std::size_t from = 0, number = 0; from < patch.near.size(); from += range) {
+    patch.range_contacts[number++] = next;
+    const std::size_t to = std::min(patch.near.size(), from + range);
     for (std::size_t k = from; k < to; ++k) {
-      const std::uint32_t tile = patch.near[k];
-      const LaneBits hit = is_only ? patch.hit_bits[tile] : hit_lanes(patch, tile, pair);
+      const std::uint32_t packet = patch.near[k];
+      const LaneBits hit = is_only ? patch.hit_bits[packet] : hit_mask(patch, packet, pair);
       patch.pair_bits[k] = hit;
       next += hit != 0 ? 1u : 0u;
     }
@@ -25397,23 +25268,22 @@ struct ContactSums {
   }
 };
 
-/// The impulses of a pack of contacts at the start of a step into its tile, and to the sums.
+/// The impulses of a pack of contacts at the start of a step into its packet, and to the sums.
 template <Scalar S>
-BRISTLE_INLINE void give_impulses(ContactTile<S>& tile, std::size_t at,
-                                  const SensorParameters<Pack<S>>& p, const LawOptions& options,
-                                  const SensorContact<Pack<S>>& contact, const Pack3<S>& stretch,
-                                  const Pack3<S>& point, const Mask<S>& is_touching, S dt,
-                                  Pack3<S>& sum, Pack3<S>& moment_sum) {
+BRISTLE_FORCE_INLINE void apply_impulses(
+    ContactPacket<S>& packet, std::size_t at, const SensorParameters<Pack<S>>& p,
+    const LawOptions& options, const SensorContact<Pack<S>>& contact, const Pack3<S>& stretch,
+    const Pack3<S>& point, const Mask<S>& is_touching, S dt, Pack3<S>& sum, Pack3<S>& moment_sum) {
   using T = Pack<S>;
   const SensorForce<T> force = sensor_force<T>(p, options, contact, stretch, dt);
   const Pack3<S> impulse = select(is_touching, T(dt) * force.total(), zero_vector<T>());
-  store_pack(tile.normal_impulse, at, select(is_touching, T(dt) * force.normal, T(S(0))));
-  store_pack(tile.impulse, at, impulse);
+  store_pack(packet.normal_impulse, at, select(is_touching, T(dt) * force.normal, T(S(0))));
+  store_pack(packet.impulse, at, impulse);
   sum += impulse;
   moment_sum += cross(point, impulse);
 }
 
-/// Makes contacts of hits: those of some tiles of one patch with one body.
+/// Makes contacts of hits: those of some packets of one patch with one body.
 template <Scalar S>
 class ContactMaker {
  public:
@@ -25427,37 +25297,39 @@ class ContactMaker {
         parameters_(parameters),
         options_(patch.def.options),
         pose_(pair.pose),
-        linear_(spread<T>(pair.start_motion.linear)),
-        angular_(spread<T>(pair.start_motion.angular)),
-        middle_(spread<T>(patch.box.center())),
-        key_b_(root_key(id_b)),
+        linear_(broadcast<T>(pair.start_motion.linear)),
+        angular_(broadcast<T>(pair.start_motion.angular)),
+        middle_(broadcast<T>(patch.box.center())),
+        key_b_(anchor_key(id_b)),
         dt_(def.dt),
         measures_lambda_(def.measures_lambda),
-        gives_(is_explicit(patch.def)) {}
+        applies_(is_explicit(patch.def)) {}
 
   /// Whether the impulses of a patch are given here.
   [[nodiscard]] static bool is_explicit(const PatchDef<S>& def) {
     return def.integration == Integration::explicit_ && def.options.law == Law::paper;
   }
 
-  /// Those of the lanes `hit` of a tile that meet the body at more than a grazing angle.
-  BRISTLE_INLINE void add_tile(std::size_t number, LaneBits hit) {
-    SensorTile<S>& tile = patch_.tiles[number];
-    ContactTile<S>& out = *next_++;
+  /// Those of the lanes `hit` of a packet that meet the body at more than a grazing angle.
+  BRISTLE_FORCE_INLINE void add_packet(std::size_t number, LaneBits hit) {
+    SensorPacket<S>& packet = patch_.packets[number];
+    ContactPacket<S>& out = *next_++;
     out.begin(static_cast<std::uint32_t>(number));
     // Who hits nothing any more lets go.
-    const auto rooted = static_cast<LaneBits>(tile.is_rooted & patch_.hit_bits[number]);
+    const auto was_anchored = static_cast<LaneBits>(packet.is_anchored & patch_.hit_bits[number]);
     const LaneBits anchored =
-        rooted == 0 ? LaneBits(0) : static_cast<LaneBits>(rooted & tile.rooted_in.lanes_in(key_b_));
-    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
-      if (pack_bits<S>(hit, at) != 0) add_pack(tile, out, at, hit, anchored);
+        was_anchored == 0
+            ? LaneBits(0)
+            : static_cast<LaneBits>(was_anchored & packet.anchored_on.lanes_in(key_b_));
+    for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
+      if (pack_bits<S>(hit, at) != 0) add_pack(packet, out, at, hit, anchored);
     }
     if (options_.law == Law::ambf) {
-      tile.is_rooted = static_cast<LaneBits>(rooted & (~hit | out.is_met));
+      packet.is_anchored = static_cast<LaneBits>(was_anchored & (~hit | out.is_met));
     } else {
       const auto fresh = static_cast<LaneBits>(out.is_touching & ~std::uint32_t(anchored));
-      if (fresh != 0) tile.rooted_in.set(fresh, key_b_, rooted != anchored);
-      tile.is_rooted = static_cast<LaneBits>((rooted & ~hit) | out.is_touching);
+      if (fresh != 0) packet.anchored_on.set(fresh, key_b_, was_anchored != anchored);
+      packet.is_anchored = static_cast<LaneBits>((was_anchored & ~hit) | out.is_touching);
     }
     sums_.count += static_cast<std::uint32_t>(std::popcount(out.is_met));
   }
@@ -25465,11 +25337,11 @@ class ContactMaker {
   [[nodiscard]] const ContactSums<S>& sums() const { return sums_; }
 
  private:
-  BRISTLE_INLINE void add_pack(SensorTile<S>& tile, ContactTile<S>& out, std::size_t at,
-                               LaneBits hit, LaneBits anchored) {
-    const TouchPack<S> touch(patch_, tile, out.tile, at, hit, true);
+  BRISTLE_FORCE_INLINE void add_pack(SensorPacket<S>& packet, ContactPacket<S>& out, std::size_t at,
+                                     LaneBits hit, LaneBits anchored) {
+    const TouchPack<S> touch(patch_, packet, out.packet, at, hit, true);
     SensorParameters<T> scratch;
-    const SensorParameters<T>& p = parameters_(out.tile, at, scratch);
+    const SensorParameters<T>& p = parameters_(out.packet, at, scratch);
     const Mask<S> is_met = touch.is_met;
     const Mask<S> is_touching = is_met & (touch.depth > T(0));
     const Pack3<S> n = touch.n, g = touch.g, point = touch.point;
@@ -25480,38 +25352,38 @@ class ContactMaker {
     store_mask(out.is_met, at, is_met);
     store_mask(out.is_touching, at, is_touching);
     if (options_.law == Law::paper) {
-      // Most bristles stay as they are. What has to be rooted is a call, and loads what it needs
+      // Most bristles stay as they are. What has to be anchored is a call, and loads what it needs
       // anew: inlined, it would push this loop's values out of the registers.
-      const Anchor<T> anchor{load_pack(tile.root_a, at), load_pack(tile.root_b, at)};
+      const Anchor<T> anchor{load_pack(packet.anchor_a, at), load_pack(packet.anchor_b, at)};
       Pack3<S> stretch = anchor_stretch<T>(anchor, pose_, n);
       const T sigma = p.breakaway_distance;
       const Mask<S> is_kept = load_mask<S>(anchored, at) & (dot(stretch, stretch) <= sigma * sigma);
       const bool is_any_moved = any(is_touching & !is_kept);
       // Where the impulses are given here, nobody else will ask for it.
-      Row3<S>& row = gives_ ? stretch_ : out.stretch;
-      if (!gives_ || is_any_moved) store_pack(row, at, stretch);
+      Row3<S>& row = applies_ ? stretch_ : out.stretch;
+      if (!applies_ || is_any_moved) store_pack(row, at, stretch);
       if (is_any_moved) {
-        root_anew(tile, out, at, anchored, sigma, row);
+        root_anew(packet, out, at, anchored, sigma, row);
         stretch = load_pack(row, at);
       }
-      if (gives_) {
-        give_impulses<S>(out, at, p, options_, {depth, inverse_length, n, g, velocity}, stretch,
-                         point, is_touching, dt_, sums_.impulse, sums_.impulse_moment);
+      if (applies_) {
+        apply_impulses<S>(out, at, p, options_, {depth, inverse_length, n, g, velocity}, stretch,
+                          point, is_touching, dt_, sums_.impulse, sums_.impulse_moment);
       }
     }
     sums_.point += select(is_met, point, zero_vector<T>());
-    if (!gives_ || measures_lambda_) {
+    if (!applies_ || measures_lambda_) {
       add_sums(p, point, depth, force, inverse_length, is_met, is_touching);
     }
   }
 
   /// Advances the bristles of the lanes that touch, and leaves those of the others alone.
-  BRISTLE_OUTLINED void root_anew(SensorTile<S>& tile, ContactTile<S>& out, std::size_t at,
+  BRISTLE_NOINLINE void root_anew(SensorPacket<S>& packet, ContactPacket<S>& out, std::size_t at,
                                   LaneBits anchored, const T& sigma, Row3<S>& row) const {
-    Anchor<T> anchor{load_pack(tile.root_a, at), load_pack(tile.root_b, at)};
+    Anchor<T> anchor{load_pack(packet.anchor_a, at), load_pack(packet.anchor_b, at)};
     const Mask<S> is_touching = load_mask<S>(out.is_touching, at);
-    const T distance = patch_.distances_of(out.tile * tile_size + at, is_touching);
-    const Pack3<S> point = load_pack(tile.start, at) + distance * load_pack(tile.direction, at);
+    const T distance = patch_.distances_of(out.packet * packet_size + at, is_touching);
+    const Pack3<S> point = load_pack(packet.start, at) + distance * load_pack(packet.direction, at);
     Mask<S> did_slip;
     // What does not touch is kept, however far it is stretched.
     Pack3<S> stretch = load_pack(row, at);
@@ -25519,13 +25391,13 @@ class ContactMaker {
                          select(is_touching, sigma, T(infinity<S>)), options_.reset, did_slip);
     store_pack(row, at, stretch);
     store_mask(out.is_slipping, at, did_slip);
-    store_pack(tile.root_a, at, anchor.q_A);
-    store_pack(tile.root_b, at, anchor.q_B);
+    store_pack(packet.anchor_a, at, anchor.q_A);
+    store_pack(packet.anchor_b, at, anchor.q_B);
   }
 
-  BRISTLE_INLINE void add_sums(const SensorParameters<T>& p, const Pack3<S>& point, const T& depth,
-                               const T& force, const T& inverse_length, const Mask<S>& is_met,
-                               const Mask<S>& is_touching) {
+  BRISTLE_FORCE_INLINE void add_sums(const SensorParameters<T>& p, const Pack3<S>& point,
+                                     const T& depth, const T& force, const T& inverse_length,
+                                     const Mask<S>& is_met, const Mask<S>& is_touching) {
     const T k_t = select(is_touching, bristle_stiffness(p, options_.scaling, force, depth), T(0));
     const T c_t = select(is_touching, p.sliding_friction, T(0));
     sums_.bristle += k_t;
@@ -25547,7 +25419,7 @@ class ContactMaker {
   }
 
   SensorPatch<S>& patch_;
-  ContactTile<S>* next_;
+  ContactPacket<S>* next_;
   const LaneParameters<S>& parameters_;
   const LawOptions options_;
   const PairPose<S> pose_;
@@ -25555,7 +25427,7 @@ class ContactMaker {
   const std::uint64_t key_b_;
   const S dt_;
   const bool measures_lambda_;
-  const bool gives_;
+  const bool applies_;
   ContactSums<S> sums_{};
   alignas(64) Row3<S> stretch_;
 };
@@ -25574,22 +25446,22 @@ std::uint32_t meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S
   pair.start_motion = {R_AW * (A.twist.linear - B.body->twist.at(-p_AB_W)),
                        R_AW * (A.twist.angular - B.body->twist.angular)};
   const std::uint32_t end = place_contacts(patch, index, first);
-  const std::size_t slice = tiles_per_slice(patch.near.size());
+  const std::size_t range = packets_per_range(patch.near.size());
   using Maker = ContactMaker<S>;
   const LaneParameters<S> parameters(patch.def);
   const auto meet = [&](std::size_t from, std::size_t to, ContactSums<S>& sums) {
-    Maker maker(patch, pair, B.id, parameters, def, patch.slice_contacts[from / slice]);
+    Maker maker(patch, pair, B.id, parameters, def, patch.range_contacts[from / range]);
     for (std::size_t k = from; k < to; ++k) {
-      if (patch.pair_bits[k] != 0) maker.add_tile(patch.near[k], patch.pair_bits[k]);
+      if (patch.pair_bits[k] != 0) maker.add_packet(patch.near[k], patch.pair_bits[k]);
     }
     sums = maker.sums();
   };
-  const auto sums = sum_in_slices<ContactSums<S>>(patch.near.size(), slice, fewest_shared_slices,
+  const auto sums = sum_in_ranges<ContactSums<S>>(patch.near.size(), range, fewest_shared_ranges,
                                                   parallel_for, meet);
   pair.stiffness = sums.stiffness();
   // Moments are taken about the middle of the contacts, where they are smallest.
   pair.center = sum_of_lanes(sums.point) / S(std::max(sums.count, 1u));
-  pair.is_given = Maker::is_explicit(patch.def);
+  pair.is_applied = Maker::is_explicit(patch.def);
   pair.given = sums.given(pair.center);
   // A body that is met at grazing angles only is not met.
   pair.first = first;
@@ -25599,28 +25471,26 @@ std::uint32_t meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S
   return end;
 }
 
-}  // namespace detail
-
 template <Scalar S, typename FindBody>
 void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
                       const CollectDef<S>& def, const ParallelFor& parallel_for) {
   patch.pairs.clear();
   // Nothing was asked, and nothing is held that could be let go.
   if (patch.near.empty() && patch.contacts.empty()) return;
-  if (!def.knows_hit_lanes) detail::find_all_hit_lanes(patch);
-  detail::find_touched(patch, find, def.only_tag);
+  if (!def.knows_hit_mask) find_whole_hit_mask(patch);
+  find_touched(patch, find, def.only_tag);
   std::uint32_t contacts = 0;
   for (std::uint32_t index = 0; index < patch.pairs.size(); ++index) {
     for (const TouchedShape& shape : patch.touched) {
       if (shape.pair != index) continue;
-      contacts = detail::meet_body(patch, index, A, find(shape.tag), def, contacts, parallel_for);
+      contacts = meet_body(patch, index, A, find(shape.tag), def, contacts, parallel_for);
       break;
     }
   }
   patch.contacts.resize(contacts);
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/sensors/patch_readings.hpp
 
@@ -25656,17 +25526,17 @@ namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Velocity of A relative to B at the arm rho from c for the motion (linear, angular) at c.
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> velocity_at(const Vector3<T>& linear,
-                                                    const Vector3<T>& angular,
-                                                    const Vector3<T>& rho) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> velocity_at(const Vector3<T>& linear,
+                                                          const Vector3<T>& angular,
+                                                          const Vector3<T>& rho) {
   return linear + cross(angular, rho);
 }
 
 /// Normal part: J_n = dt K_N e_N + a_n g.v' while touching; before, the spring and the damper act
 /// on the depth that is reached within the step only, so that nothing pushes across a gap.
 template <Value T>
-BRISTLE_INLINE void linearise_normal(const SensorParameters<T>& p, PatchContact<T>& c,
-                                     ScalarOf<T> dt) {
+BRISTLE_FORCE_INLINE void linearise_normal(const SensorParameters<T>& p, PatchContact<T>& c,
+                                           ScalarOf<T> dt) {
   const T spring = T(dt) * p.normal_stiffness;
   const T slope = spring + p.normal_damping;
   c.normal_constant = select(c.is_touching, spring, slope) * c.depth;
@@ -25676,8 +25546,8 @@ BRISTLE_INLINE void linearise_normal(const SensorParameters<T>& p, PatchContact<
 /// [N] Mean normal force of a step that ends with the velocity v, of contacts that push or not
 /// (`is_pushing`) and whose normal part is as `linearise_normal` leaves it.
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE T force_at(const PatchContact<T>& c, const Vector3<T>& v,
-                                        ScalarOf<T> dt) {
+[[nodiscard]] BRISTLE_FORCE_INLINE T force_at(const PatchContact<T>& c, const Vector3<T>& v,
+                                              ScalarOf<T> dt) {
   const T normal = c.normal_constant + c.a_normal * dot(c.g, v);
   return select(c.is_pushing, normal, T(0)) * T(ScalarOf<T>(1) / dt);
 }
@@ -25686,8 +25556,8 @@ template <Value T>
 /// the ray, the difference to n with the impulse of the last pass. (With that impulse inside, the
 /// matrix would be unsymmetric and oblique rays would be kicked.)
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> normal_constant(const PatchContact<T>& c,
-                                                        NormalDirection direction) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> normal_constant(const PatchContact<T>& c,
+                                                              NormalDirection direction) {
   Vector3<T> sum = c.normal_constant * c.g;
   if (direction == NormalDirection::ray) sum += c.normal_impulse * Vector3<T>(c.n - c.g);
   return select(c.is_pushing, sum, zero_vector<T>());
@@ -25695,10 +25565,10 @@ template <Value T>
 
 /// Friction of a bristle that sticks throughout the step.
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> linearise_stuck(const SensorParameters<T>& p,
-                                                        const LawOptions& options,
-                                                        const PatchPair<ScalarOf<T>>& pair,
-                                                        PatchContact<T>& c, ScalarOf<T> dt) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> linearise_stuck(const SensorParameters<T>& p,
+                                                              const LawOptions& options,
+                                                              const PatchPair<ScalarOf<T>>& pair,
+                                                              PatchContact<T>& c, ScalarOf<T> dt) {
   using S = ScalarOf<T>;
   const T k_t = bristle_stiffness(p, options.scaling, c.force, c.depth);
   const Vector3<T> v0 = tangential<T>(c.start_velocity, c.n);
@@ -25711,10 +25581,10 @@ template <Value T>
 
 /// Mean stretch of a bristle over a step in which it slips with the tangential velocity v.
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> mean_slip_stretch(const PatchPair<ScalarOf<T>>& pair,
-                                                          const PatchContact<T>& c,
-                                                          const Vector3<T>& v, T sigma,
-                                                          SlipReset reset, ScalarOf<T> dt) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> mean_slip_stretch(const PatchPair<ScalarOf<T>>& pair,
+                                                                const PatchContact<T>& c,
+                                                                const Vector3<T>& v, T sigma,
+                                                                SlipReset reset, ScalarOf<T> dt) {
   using std::min;
   using std::sqrt;
   const T speed = sqrt(dot(v, v));
@@ -25738,11 +25608,11 @@ template <Value T>
 
 /// Friction of a bristle that slips, linearised around the tangential velocity v.
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> linearise_slip(const SensorParameters<T>& p,
-                                                       const LawOptions& options,
-                                                       const PatchPair<ScalarOf<T>>& pair,
-                                                       PatchContact<T>& c, const Vector3<T>& v,
-                                                       ScalarOf<T> dt) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> linearise_slip(const SensorParameters<T>& p,
+                                                             const LawOptions& options,
+                                                             const PatchPair<ScalarOf<T>>& pair,
+                                                             PatchContact<T>& c,
+                                                             const Vector3<T>& v, ScalarOf<T> dt) {
   using std::max;
   using std::min;
   using std::sqrt;
@@ -25769,9 +25639,9 @@ template <Value T>
 
 /// Linear model of one contact around the tangential velocity v.
 template <Value T>
-BRISTLE_INLINE void linearise(const SensorParameters<T>& p, const LawOptions& options,
-                              const PatchPair<ScalarOf<T>>& pair, PatchContact<T>& c,
-                              const Vector3<T>& v, ScalarOf<T> dt) {
+BRISTLE_FORCE_INLINE void linearise(const SensorParameters<T>& p, const LawOptions& options,
+                                    const PatchPair<ScalarOf<T>>& pair, PatchContact<T>& c,
+                                    const Vector3<T>& v, ScalarOf<T> dt) {
   Vector3<T> friction = linearise_stuck<T>(p, options, pair, c, dt);
   if (any(c.is_slipping)) {
     PatchContact<T> slipping = c;
@@ -25789,8 +25659,8 @@ BRISTLE_INLINE void linearise(const SensorParameters<T>& p, const LawOptions& op
 
 /// Impulse of a contact's linear model at the velocity v. `a_normal` is 0 where nothing pushes.
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> model_impulse(const PatchContact<T>& c,
-                                                      const Vector3<T>& v) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> model_impulse(const PatchContact<T>& c,
+                                                            const Vector3<T>& v) {
   Vector3<T> sum =
       c.constant + c.a_across * tangential<T>(v, c.n) + T(c.a_normal * dot(c.g, v)) * c.g;
   if (any(c.is_slipping)) sum += T((c.a_along - c.a_across) * dot(c.along, v)) * c.along;
@@ -25811,7 +25681,7 @@ struct ModelSum {
   Vector3<T> linear = zero_vector<T>(), angular = zero_vector<T>();
 
   /// Adds a contact; one that does not push has `a_normal` 0.
-  BRISTLE_INLINE void add(const PatchContact<T>& c) {
+  BRISTLE_FORCE_INLINE void add(const PatchContact<T>& c) {
     const Vector3<T> ag = c.a_normal * c.g;
     const Vector3<T> an = c.a_across * c.n;
     T kxx = x(ag) * x(c.g) - x(an) * x(c.n) + c.a_across;
@@ -25894,18 +25764,18 @@ struct ModelSum {
   }
 
  private:
-  [[nodiscard]] BRISTLE_INLINE static T x(const Vector3<T>& v) { return coordinate<0>(v); }
-  [[nodiscard]] BRISTLE_INLINE static T y(const Vector3<T>& v) { return coordinate<1>(v); }
-  [[nodiscard]] BRISTLE_INLINE static T z(const Vector3<T>& v) { return coordinate<2>(v); }
+  [[nodiscard]] BRISTLE_FORCE_INLINE static T x(const Vector3<T>& v) { return coordinate<0>(v); }
+  [[nodiscard]] BRISTLE_FORCE_INLINE static T y(const Vector3<T>& v) { return coordinate<1>(v); }
+  [[nodiscard]] BRISTLE_FORCE_INLINE static T z(const Vector3<T>& v) { return coordinate<2>(v); }
   template <int axis>
-  [[nodiscard]] BRISTLE_INLINE static T coordinate(const Vector3<T>& v) {
+  [[nodiscard]] BRISTLE_FORCE_INLINE static T coordinate(const Vector3<T>& v) {
     if constexpr (Scalar<T>) {
       return v[axis];
     } else {
       return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
     }
   }
-  [[nodiscard]] BRISTLE_INLINE static Vector3<T> vector(const T& x, const T& y, const T& z) {
+  [[nodiscard]] BRISTLE_FORCE_INLINE static Vector3<T> vector(const T& x, const T& y, const T& z) {
     return {x, y, z};
   }
 };
@@ -25929,8 +25799,9 @@ struct PassChange {
 
 /// Whether the normal part of a contact acts at the velocity v that was found, and with what force.
 template <Value T>
-BRISTLE_INLINE void update_normal(PatchContact<T>& c, const Truth<T>& is_met, const Vector3<T>& v,
-                                  ScalarOf<T> dt, PassChange<T>& change) {
+BRISTLE_FORCE_INLINE void update_normal(PatchContact<T>& c, const Truth<T>& is_met,
+                                        const Vector3<T>& v, ScalarOf<T> dt,
+                                        PassChange<T>& change) {
   using std::abs;
   using std::max;
   const T normal = c.normal_constant + c.a_normal * dot(c.g, v);
@@ -25946,9 +25817,9 @@ BRISTLE_INLINE void update_normal(PatchContact<T>& c, const Truth<T>& is_met, co
 /// Whether a touching sensor slips at the tangential velocity v that was found, and whether its
 /// slip has to be damped because it turns around from pass to pass.
 template <Value T>
-BRISTLE_INLINE void update_slip(PatchContact<T>& c, const Vector3<T>& v, T sigma, SlipReset reset,
-                                ScalarOf<T> dt, int pass, bool is_last_pass,
-                                PassChange<T>& change) {
+BRISTLE_FORCE_INLINE void update_slip(PatchContact<T>& c, const Vector3<T>& v, T sigma,
+                                      SlipReset reset, ScalarOf<T> dt, int pass, bool is_last_pass,
+                                      PassChange<T>& change) {
   const Vector3<T> reached = c.stretch + T(dt) * v;
   const Truth<T> overshoots = c.is_touching & (dot(reached, reached) > sigma * sigma);
   // A released bristle has let go for this step; a dragged one may be found sticking after all.
@@ -25971,7 +25842,7 @@ BRISTLE_INLINE void update_slip(PatchContact<T>& c, const Vector3<T>& v, T sigma
 
 #include <span>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Sets the weights of the implicit scheme from x = w (dt^2 sum k_t + dt sum mu_V): for soft
 /// bristles nearly conservative and fourth-order in phase, for stiff ones implicit Euler.
@@ -25987,7 +25858,7 @@ void start_linearisation(const SensorPatch<S>& patch, PatchPair<S>& pair, S dt,
 
 /// What a pair gave at a motion.
 template <Scalar S>
-struct PairAnswer {
+struct PairResponse {
   /// [N s, N m s] Sum of its impulses on B about c.
   Wrench<S> impulse{};
   /// Whether its contacts are in another state there than they were linearised for, so that another
@@ -26000,8 +25871,8 @@ struct PairAnswer {
 /// `offset`.
 /// @param motion  u at the end of the step, as the solver found it.
 template <Scalar S>
-PairAnswer<S> answer_motion(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<S>& motion, S dt,
-                            const SolvePass& pass, const ParallelFor& parallel_for = serial_for);
+PairResponse<S> evaluate(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<S>& motion, S dt,
+                         const SolvePass& pass, const ParallelFor& parallel_for = serial_for);
 
 /// Puts the sum of the linear models of a pair's contacts into its soft block.
 template <Scalar S>
@@ -26021,19 +25892,17 @@ void set_scheme(PatchPair<S>& pair, S bristle_sum, S viscous_sum, S w, S dt) {
   pair.theta = (S(1) + pair.alpha) / S(2);
 }
 
-namespace detail {
-
-/// The contact tiles of a pair.
+/// The contact packets of a pair.
 template <typename Patch, Scalar S>
 [[nodiscard]] auto contacts_of(Patch& patch, const PatchPair<S>& pair) {
   return std::span(patch.contacts).subspan(pair.first, pair.count);
 }
 
-/// Adds up part(tiles, sum) over contact tiles, in slices that threads may share.
-template <typename Sum, typename Tile, typename Part>
-[[nodiscard]] Sum sum_of_contacts(std::span<Tile> all, const ParallelFor& parallel_for,
+/// Adds up part(packets, sum) over contact packets, in ranges that threads may share.
+template <typename Sum, typename Packet, typename Part>
+[[nodiscard]] Sum sum_of_contacts(std::span<Packet> all, const ParallelFor& parallel_for,
                                   const Part& part) {
-  return sum_in_slices<Sum>(all.size(), tiles_per_slice(all.size()), fewest_shared_slices,
+  return sum_in_ranges<Sum>(all.size(), packets_per_range(all.size()), fewest_shared_ranges,
                             parallel_for, [&](std::size_t first, std::size_t end, Sum& sum) {
                               part(all.subspan(first, end - first), sum);
                             });
@@ -26051,7 +25920,7 @@ struct LaneMotion {
       : LaneMotion(pair.R_WA.transpose() * u.template head<3>(),
                    pair.R_WA.transpose() * u.template tail<3>()) {}
 
-  [[nodiscard]] BRISTLE_INLINE Pack3<S> at(const Pack3<S>& rho) const {
+  [[nodiscard]] BRISTLE_FORCE_INLINE Pack3<S> at(const Pack3<S>& rho) const {
     return velocity_at<Pack<S>>(linear, angular, rho);
   }
 };
@@ -26075,61 +25944,62 @@ struct LaneWrench {
 
 /// Finds what is known of the contacts of a pack before anything is linearised.
 template <Scalar S>
-BRISTLE_INLINE void find_geometry(const SensorPatch<S>& patch, const ContactTile<S>& tile,
-                                  std::size_t at, const Pack3<S>& center,
-                                  PatchContact<Pack<S>>& c) {
-  const TouchPack<S> touch(patch, patch.tiles[tile.tile], tile.tile, at, tile.is_met, false);
+BRISTLE_FORCE_INLINE void find_geometry(const SensorPatch<S>& patch, const ContactPacket<S>& packet,
+                                        std::size_t at, const Pack3<S>& center,
+                                        PatchContact<Pack<S>>& c) {
+  const TouchPack<S> touch(patch, patch.packets[packet.packet], packet.packet, at, packet.is_met,
+                           false);
   c.n = touch.n;
   c.g = touch.g;
   c.rho = touch.point - center;
   c.depth = touch.depth;
   c.inverse_length = touch.inverse_length;
-  c.stretch = load_pack(tile.stretch, at);
-  c.is_touching = load_mask<S>(tile.is_touching, at);
+  c.stretch = load_pack(packet.stretch, at);
+  c.is_touching = load_mask<S>(packet.is_touching, at);
 }
 
 /// Loads what the last pass found them to do.
 template <Scalar S>
-BRISTLE_INLINE void load_states(const ContactTile<S>& tile, std::size_t at,
-                                PatchContact<Pack<S>>& c) {
-  c.is_pushing = load_mask<S>(tile.is_pushing, at);
-  c.is_slipping = load_mask<S>(tile.is_slipping, at);
-  c.is_damping_slip = load_mask<S>(tile.is_damping_slip, at);
+BRISTLE_FORCE_INLINE void load_states(const ContactPacket<S>& packet, std::size_t at,
+                                      PatchContact<Pack<S>>& c) {
+  c.is_pushing = load_mask<S>(packet.is_pushing, at);
+  c.is_slipping = load_mask<S>(packet.is_slipping, at);
+  c.is_damping_slip = load_mask<S>(packet.is_damping_slip, at);
 }
 
 /// The model of another motion, and the force that it was made for.
 template <Scalar S>
-BRISTLE_INLINE void load_model(const ContactTile<S>& tile, std::size_t at,
-                               PatchContact<Pack<S>>& c) {
-  c.constant = load_pack(tile.constant, at);
-  c.a_normal = load_pack(tile.a_normal, at);
-  c.a_across = load_pack(tile.a_across, at);
-  c.force = load_pack(tile.force, at);
+BRISTLE_FORCE_INLINE void load_model(const ContactPacket<S>& packet, std::size_t at,
+                                     PatchContact<Pack<S>>& c) {
+  c.constant = load_pack(packet.constant, at);
+  c.a_normal = load_pack(packet.a_normal, at);
+  c.a_across = load_pack(packet.a_across, at);
+  c.force = load_pack(packet.force, at);
   if (any(c.is_slipping)) {
-    c.along = load_pack(tile.along, at);
-    c.a_along = load_pack(tile.a_along, at);
+    c.along = load_pack(packet.along, at);
+    c.a_along = load_pack(packet.a_along, at);
   }
 }
 template <Scalar S>
-BRISTLE_INLINE void store_model(ContactTile<S>& tile, std::size_t at,
-                                const PatchContact<Pack<S>>& c) {
-  store_pack(tile.constant, at, c.constant);
-  store_pack(tile.a_normal, at, c.a_normal);
-  store_pack(tile.a_across, at, c.a_across);
-  store_pack(tile.force, at, c.force);
+BRISTLE_FORCE_INLINE void store_model(ContactPacket<S>& packet, std::size_t at,
+                                      const PatchContact<Pack<S>>& c) {
+  store_pack(packet.constant, at, c.constant);
+  store_pack(packet.a_normal, at, c.a_normal);
+  store_pack(packet.a_across, at, c.a_across);
+  store_pack(packet.force, at, c.force);
   if (any(c.is_slipping)) {
-    store_pack(tile.along, at, c.along);
-    store_pack(tile.a_along, at, c.a_along);
+    store_pack(packet.along, at, c.along);
+    store_pack(packet.a_along, at, c.a_along);
   }
 }
 
 /// First model of the contacts of a pack, around the motion at the start of the step. `a_normal`
 /// becomes 0 where nothing pushes, so that the evaluation need not ask.
 template <Scalar S>
-BRISTLE_INLINE void linearise_at_start(const SensorParameters<Pack<S>>& p,
-                                       const LawOptions& options, const PatchPair<S>& pair,
-                                       const LaneMotion<S>& start, const Mask<S>& is_met, S dt,
-                                       PatchContact<Pack<S>>& c) {
+BRISTLE_FORCE_INLINE void linearise_at_start(const SensorParameters<Pack<S>>& p,
+                                             const LawOptions& options, const PatchPair<S>& pair,
+                                             const LaneMotion<S>& start, const Mask<S>& is_met,
+                                             S dt, PatchContact<Pack<S>>& c) {
   using T = Pack<S>;
   c.start_velocity = start.at(c.rho);
   const T approach = dot(c.g, c.start_velocity);
@@ -26147,8 +26017,8 @@ BRISTLE_INLINE void linearise_at_start(const SensorParameters<Pack<S>>& p,
 /// Sum of the first models of some contacts.
 template <Scalar S>
 void sum_first_models(const SensorPatch<S>& patch, const PatchPair<S>& pair,
-                      std::span<const ContactTile<S>> tiles, const LaneParameters<S>& parameters,
-                      S dt, ModelSum<Pack<S>>& total) {
+                      std::span<const ContactPacket<S>> packets,
+                      const LaneParameters<S>& parameters, S dt, ModelSum<Pack<S>>& total) {
   using T = Pack<S>;
   const LawOptions options = patch.def.options;
   const PatchPair<S> scheme = pair;
@@ -26156,13 +26026,13 @@ void sum_first_models(const SensorPatch<S>& patch, const PatchPair<S>& pair,
   const Pack3<S> center = Pack3<S>::all(pair.center);
   ModelSum<T> sum;
   SensorParameters<T> scratch;
-  for (const ContactTile<S>& tile : tiles) {
-    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
-      if (pack_bits<S>(tile.is_met, at) == 0) continue;
+  for (const ContactPacket<S>& packet : packets) {
+    for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
+      if (pack_bits<S>(packet.is_met, at) == 0) continue;
       PatchContact<T> c;
-      find_geometry(patch, tile, at, center, c);
-      linearise_at_start<S>(parameters(tile.tile, at, scratch), options, scheme, start,
-                            load_mask<S>(tile.is_met, at), dt, c);
+      find_geometry(patch, packet, at, center, c);
+      linearise_at_start<S>(parameters(packet.packet, at, scratch), options, scheme, start,
+                            load_mask<S>(packet.is_met, at), dt, c);
       sum.add(c);
     }
   }
@@ -26195,8 +26065,9 @@ struct Evaluation {
 
 /// Impulse of the models of the contacts of a pack at the velocities v.
 template <Scalar S>
-BRISTLE_INLINE void give_model_impulses(const PatchContact<Pack<S>>& c, const Pack3<S>& v,
-                                        ContactTile<S>& tile, std::size_t at, LaneWrench<S>& sum) {
+BRISTLE_FORCE_INLINE void apply_model_impulses(const PatchContact<Pack<S>>& c, const Pack3<S>& v,
+                                               ContactPacket<S>& packet, std::size_t at,
+                                               LaneWrench<S>& sum) {
   using T = Pack<S>;
   Pack3<S> impulse = model_impulse<T>(c, v);
   T normal = select(c.is_pushing, dot(impulse, c.n), T(S(0)));
@@ -26206,35 +26077,35 @@ BRISTLE_INLINE void give_model_impulses(const PatchContact<Pack<S>>& c, const Pa
     impulse = select(pulls, tangential<T>(impulse, c.n), impulse);
     normal = select(pulls, T(S(0)), normal);
   }
-  store_pack(tile.impulse, at, impulse);
-  store_pack(tile.normal_impulse, at, normal);
+  store_pack(packet.impulse, at, impulse);
+  store_pack(packet.normal_impulse, at, normal);
   sum.force += impulse;
   sum.torque += cross(c.rho, impulse);
 }
 
 /// Finds out what the contacts of a pack do at the velocities v.
 template <Scalar S>
-BRISTLE_INLINE void find_changes(const SensorParameters<Pack<S>>& p, SlipReset reset,
-                                 const PassDef<S>& def, const Pack3<S>& v, ContactTile<S>& tile,
-                                 std::size_t at, PatchContact<Pack<S>>& c,
-                                 PassChange<Pack<S>>& change) {
+BRISTLE_FORCE_INLINE void find_changes(const SensorParameters<Pack<S>>& p, SlipReset reset,
+                                       const PassDef<S>& def, const Pack3<S>& v,
+                                       ContactPacket<S>& packet, std::size_t at,
+                                       PatchContact<Pack<S>>& c, PassChange<Pack<S>>& change) {
   using T = Pack<S>;
   c.last_slip = zero_vector<T>();
-  if (any(c.is_slipping)) c.last_slip = load_pack(tile.last_slip, at);
+  if (any(c.is_slipping)) c.last_slip = load_pack(packet.last_slip, at);
   linearise_normal<T>(p, c, def.dt);
-  update_normal<T>(c, load_mask<S>(tile.is_met, at), v, def.dt, change);
+  update_normal<T>(c, load_mask<S>(packet.is_met, at), v, def.dt, change);
   update_slip<T>(c, tangential<T>(v, c.n), p.breakaway_distance, reset, def.dt, def.pass.number,
                  def.pass.left == 1, change);
-  store_mask(tile.is_pushing, at, c.is_pushing);
-  if (any(c.is_slipping)) store_pack(tile.last_slip, at, c.last_slip);
-  store_mask(tile.is_slipping, at, c.is_slipping);
-  store_mask(tile.is_damping_slip, at, c.is_damping_slip);
+  store_mask(packet.is_pushing, at, c.is_pushing);
+  if (any(c.is_slipping)) store_pack(packet.last_slip, at, c.last_slip);
+  store_mask(packet.is_slipping, at, c.is_slipping);
+  store_mask(packet.is_damping_slip, at, c.is_damping_slip);
 }
 
 /// Impulses of some contacts at the motion that was found, and what they do there.
 /// @tparam is_first  Whether their models are the first ones, which are not kept.
 template <bool is_first, Scalar S>
-void evaluate(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<ContactTile<S>> tiles,
+void evaluate(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<ContactPacket<S>> packets,
               const LaneParameters<S>& parameters, const PassDef<S>& def, Evaluation<S>& total) {
   using T = Pack<S>;
   const LawOptions options = patch.def.options;
@@ -26244,22 +26115,23 @@ void evaluate(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<Contact
   const Pack3<S> center = Pack3<S>::all(pair.center);
   Evaluation<S> sum;
   SensorParameters<T> scratch;
-  for (ContactTile<S>& tile : tiles) {
-    if constexpr (is_first) tile.is_slipping = 0;
-    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
-      if (pack_bits<S>(tile.is_met, at) == 0) continue;
-      const SensorParameters<T>& p = parameters(tile.tile, at, scratch);
+  for (ContactPacket<S>& packet : packets) {
+    if constexpr (is_first) packet.is_slipping = 0;
+    for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
+      if (pack_bits<S>(packet.is_met, at) == 0) continue;
+      const SensorParameters<T>& p = parameters(packet.packet, at, scratch);
       PatchContact<T> c;
-      find_geometry(patch, tile, at, center, c);
+      find_geometry(patch, packet, at, center, c);
       if constexpr (is_first) {
-        linearise_at_start<S>(p, options, scheme, start, load_mask<S>(tile.is_met, at), def.dt, c);
+        linearise_at_start<S>(p, options, scheme, start, load_mask<S>(packet.is_met, at), def.dt,
+                              c);
       } else {
-        load_states(tile, at, c);
-        load_model(tile, at, c);
+        load_states(packet, at, c);
+        load_model(packet, at, c);
       }
       const Pack3<S> v = found.at(c.rho);
-      give_model_impulses<S>(c, v, tile, at, sum.impulse);
-      if (def.pass.left > 0) find_changes<S>(p, options.reset, def, v, tile, at, c, sum.change);
+      apply_model_impulses<S>(c, v, packet, at, sum.impulse);
+      if (def.pass.left > 0) find_changes<S>(p, options.reset, def, v, packet, at, c, sum.change);
     }
   }
   total = sum;
@@ -26284,7 +26156,7 @@ struct MovedModels {
 /// @param lagged  [s] The step, or 0 for normal forces that have not settled.
 template <Scalar S>
 void linearise_at_motion(SensorPatch<S>& patch, const PatchPair<S>& pair,
-                         std::span<ContactTile<S>> tiles, const LaneParameters<S>& parameters,
+                         std::span<ContactPacket<S>> packets, const LaneParameters<S>& parameters,
                          const PassDef<S>& def, S lagged, MovedModels<Pack<S>>& total) {
   using T = Pack<S>;
   const LawOptions options = patch.def.options;
@@ -26295,13 +26167,13 @@ void linearise_at_motion(SensorPatch<S>& patch, const PatchPair<S>& pair,
   const Pack3<S> center = Pack3<S>::all(pair.center);
   MovedModels<T> sum;
   SensorParameters<T> scratch;
-  for (ContactTile<S>& tile : tiles) {
-    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
-      if (pack_bits<S>(tile.is_met, at) == 0) continue;
+  for (ContactPacket<S>& packet : packets) {
+    for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
+      if (pack_bits<S>(packet.is_met, at) == 0) continue;
       PatchContact<T> c;
-      find_geometry(patch, tile, at, center, c);
-      load_states(tile, at, c);
-      const SensorParameters<T>& p = parameters(tile.tile, at, scratch);
+      find_geometry(patch, packet, at, center, c);
+      load_states(packet, at, c);
+      const SensorParameters<T>& p = parameters(packet.packet, at, scratch);
       const Pack3<S> v = found.at(c.rho);
       c.start_velocity = start.at(c.rho);
       linearise_normal<T>(p, c, dt);
@@ -26310,9 +26182,9 @@ void linearise_at_motion(SensorPatch<S>& patch, const PatchPair<S>& pair,
       linearise<T>(p, options, scheme, c, tangential<T>(v, c.n), dt);
       c.a_normal = select(c.is_pushing, c.a_normal, T(S(0)));
       sum.models.add(c);
-      store_model(tile, at, c);
-      const Mask<S> is_met = load_mask<S>(tile.is_met, at);
-      const Pack3<S> before = tangential<T>(load_pack(tile.impulse, at), c.n);
+      store_model(packet, at, c);
+      const Mask<S> is_met = load_mask<S>(packet.is_met, at);
+      const Pack3<S> before = tangential<T>(load_pack(packet.impulse, at), c.n);
       const Pack3<S> after = tangential<T>(model_impulse<T>(c, v), c.n);
       const Pack3<S> difference = after - before;
       sum.friction_change += select(is_met, sqrt(dot(difference, difference)), T(S(0)));
@@ -26322,42 +26194,40 @@ void linearise_at_motion(SensorPatch<S>& patch, const PatchPair<S>& pair,
   total = sum;
 }
 
-}  // namespace detail
-
 template <Scalar S>
 void start_linearisation(const SensorPatch<S>& patch, PatchPair<S>& pair, S dt,
                          const ParallelFor& parallel_for) {
-  using Sum = detail::ModelSum<Pack<S>>;
+  using Sum = ModelSum<Pack<S>>;
   pair.has_moved_models = false;
-  const detail::LaneParameters<S> parameters(patch.def);
-  const Sum sum = detail::sum_of_contacts<Sum>(
-      detail::contacts_of(patch, pair), parallel_for, [&](auto tiles, Sum& part) {
-        detail::sum_first_models<S>(patch, pair, tiles, parameters, dt, part);
+  const LaneParameters<S> parameters(patch.def);
+  const Sum sum =
+      sum_of_contacts<Sum>(contacts_of(patch, pair), parallel_for, [&](auto packets, Sum& part) {
+        sum_first_models<S>(patch, pair, packets, parameters, dt, part);
       });
   sum.get(pair.matrix, pair.offset);
 }
 
 template <Scalar S>
-PairAnswer<S> answer_motion(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<S>& motion, S dt,
-                            const SolvePass& pass, const ParallelFor& parallel_for) {
+PairResponse<S> evaluate(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<S>& motion, S dt,
+                         const SolvePass& pass, const ParallelFor& parallel_for) {
   // Changes count when they reach a thousandth of what the patch carries: friction follows the
   // normal force of the pass before.
   const S negligible = S(1e-3);
-  const detail::PassDef<S> def{motion, dt, pass};
-  const std::span<ContactTile<S>> contacts = detail::contacts_of(patch, pair);
-  using Evaluation = detail::Evaluation<S>;
-  using Moved = detail::MovedModels<Pack<S>>;
-  const detail::LaneParameters<S> parameters(patch.def);
-  const Evaluation found = detail::sum_of_contacts<Evaluation>(
-      contacts, parallel_for, [&](std::span<ContactTile<S>> tiles, Evaluation& part) {
+  const PassDef<S> def{motion, dt, pass};
+  const std::span<ContactPacket<S>> contacts = contacts_of(patch, pair);
+  using Evaluation = Evaluation<S>;
+  using Moved = MovedModels<Pack<S>>;
+  const LaneParameters<S> parameters(patch.def);
+  const Evaluation found = sum_of_contacts<Evaluation>(
+      contacts, parallel_for, [&](std::span<ContactPacket<S>> packets, Evaluation& part) {
         if (pair.has_moved_models) {
-          detail::evaluate<false, S>(patch, pair, tiles, parameters, def, part);
+          evaluate<false, S>(patch, pair, packets, parameters, def, part);
         } else {
-          detail::evaluate<true, S>(patch, pair, tiles, parameters, def, part);
+          evaluate<true, S>(patch, pair, packets, parameters, def, part);
         }
       });
   const Wrench<S> impulse = found.impulse.in_world(pair);
-  const detail::PassChange<Pack<S>>& change = found.change;
+  const PassChange<Pack<S>>& change = found.change;
   const bool has_changed = change.did_switch || sum_of_lanes(change.force_change) >
                                                     negligible * sum_of_lanes(change.force_sum);
   if (!has_changed && !change.has_slip) return {impulse, false};
@@ -26365,9 +26235,9 @@ PairAnswer<S> answer_motion(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec
   // Normal forces that have not settled by the last pass point along the gradient, which cannot
   // give energy, and not along the ray with an impulse that was wrong the pass before.
   const S lagged = pass.left == 1 && has_changed ? S(0) : dt;
-  const Moved moved = detail::sum_of_contacts<Moved>(
-      contacts, parallel_for, [&](std::span<ContactTile<S>> tiles, Moved& part) {
-        detail::linearise_at_motion<S>(patch, pair, tiles, parameters, def, lagged, part);
+  const Moved moved = sum_of_contacts<Moved>(
+      contacts, parallel_for, [&](std::span<ContactPacket<S>> packets, Moved& part) {
+        linearise_at_motion<S>(patch, pair, packets, parameters, def, lagged, part);
       });
   pair.has_moved_models = true;
   moved.models.get(pair.matrix, pair.offset);
@@ -26391,16 +26261,16 @@ void fill_block(const PatchPair<S>& pair, SoftBlock<S>& block) {
 
 template <Scalar S>
 void clear_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair) {
-  for (ContactTile<S>& tile : detail::contacts_of(patch, pair)) {
-    tile.impulse = {};
-    tile.normal_impulse = {};
-    tile.is_slipping = 0;
+  for (ContactPacket<S>& packet : contacts_of(patch, pair)) {
+    packet.impulse = {};
+    packet.normal_impulse = {};
+    packet.is_slipping = 0;
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Turns the impulses of all contacts into readings.
 /// @param origin   [m] A's centre of mass in the world.
@@ -26412,17 +26282,15 @@ void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& 
 
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
-
 /// Writes `value` into the lanes of `mask`; the others become 0 or keep what was there.
 template <Scalar S>
-BRISTLE_INLINE void put(S* row, const Mask<S>& mask, const Pack<S>& value, bool keeps) {
+BRISTLE_FORCE_INLINE void put(S* row, const Mask<S>& mask, const Pack<S>& value, bool keeps) {
   select(mask, value, keeps ? Pack<S>::load(row) : Pack<S>(S(0))).store(row);
 }
 
 /// Makes a pack of sensors read no forces.
 template <Scalar S>
-BRISTLE_INLINE void clear_pack(ReadingStore<S>& out, std::size_t i) {
+BRISTLE_FORCE_INLINE void clear_pack(ReadingStore<S>& out, std::size_t i) {
   const Pack<S> nothing = S(0);
   nothing.store(out.depth.data() + i);
   nothing.store(out.normal_force.data() + i);
@@ -26443,93 +26311,90 @@ struct ReadingSum {
   }
 };
 
-/// Readings of the contacts of one tile on the body `id`, with their forces added to `sum`.
+/// Readings of the contacts of one packet on the body `id`, with their forces added to `sum`.
 template <Scalar S>
-BRISTLE_INLINE void read_tile(SensorPatch<S>& patch, const PatchPair<S>& pair,
-                              const ContactTile<S>& tile, const Vec3<S>& origin, S per_step,
-                              BodyId id, ReadingSum<S>& sum) {
+BRISTLE_FORCE_INLINE void read_packet(SensorPatch<S>& patch, const PatchPair<S>& pair,
+                                      const ContactPacket<S>& packet, const Vec3<S>& origin,
+                                      S per_step, BodyId id, ReadingSum<S>& sum) {
   using T = Pack<S>;
-  const SensorTile<S>& sensors = patch.tiles[tile.tile];
+  const SensorPacket<S>& sensors = patch.packets[packet.packet];
   ReadingStore<S>& out = patch.readings;
-  // Two bodies can be touched by sensors of one tile.
-  const bool is_shared = patch.felt[tile.tile] != 0;
-  const std::size_t first = tile.tile * tile_size;
+  // Two bodies can be touched by sensors of one packet.
+  const bool is_shared = patch.felt[packet.packet] != 0;
+  const std::size_t first = packet.packet * packet_size;
   std::uint32_t felt = 0;
-  for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+  for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
     const std::size_t i = first + at;
-    if (pack_bits<S>(tile.is_met, at) == 0) {
+    if (pack_bits<S>(packet.is_met, at) == 0) {
       if (!is_shared) clear_pack(out, i);
       continue;
     }
     const Pack3<S> n = load_pack(sensors.direction, at);
     const Pack3<S> t1 = load_pack(sensors.tangent, at);
-    const Mask<S> is_met = load_mask<S>(tile.is_met, at);
+    const Mask<S> is_met = load_mask<S>(packet.is_met, at);
     const T distance = patch.distances_of(i, is_met);
     const Pack3<S> point = load_pack(sensors.start, at) + distance * n;
-    const Pack3<S> force = T(-per_step) * load_pack(tile.impulse, at);
-    const T normal = load_pack(tile.normal_impulse, at) * T(per_step);
+    const Pack3<S> force = T(-per_step) * load_pack(packet.impulse, at);
+    const T normal = load_pack(packet.normal_impulse, at) * T(per_step);
     const Pack3<S> shear = tangential<T>(force, n);
-    const Mask<S> is_touching = load_mask<S>(tile.is_touching, at);
+    const Mask<S> is_touching = load_mask<S>(packet.is_touching, at);
     // What gave an impulse is felt: in the step of a first touch also where the passes ran out, and
     // only what acts across the ray is left of it.
-    const Mask<S> is_felt =
+    const Mask<S> is_active_lane =
         is_touching | (is_met & ((normal > T(S(0))) | (dot(shear, shear) > T(S(0)))));
-    felt |= bits(is_felt) << at;
-    const Pack3<S> felt_force = select(is_felt, force, zero_vector<T>());
-    sum.all.force += felt_force;
-    sum.all.torque += cross(point, felt_force);
-    sum.shear += select(is_felt, shear, zero_vector<T>());
+    felt |= bits(is_active_lane) << at;
+    const Pack3<S> active_force = select(is_active_lane, force, zero_vector<T>());
+    sum.all.force += active_force;
+    sum.all.torque += cross(point, active_force);
+    sum.shear += select(is_active_lane, shear, zero_vector<T>());
     const T depth =
         select(is_touching, sensor_depth(distance, load_pack(sensors.inverse_length, at)), T(S(0)));
-    put(out.depth.data() + i, is_felt, depth, is_shared);
-    put(out.normal_force.data() + i, is_felt, normal, is_shared);
-    put(out.shear_1.data() + i, is_felt, dot(t1, shear), is_shared);
-    put(out.shear_2.data() + i, is_felt, dot(cross(n, t1), shear), is_shared);
+    put(out.depth.data() + i, is_active_lane, depth, is_shared);
+    put(out.normal_force.data() + i, is_active_lane, normal, is_shared);
+    put(out.shear_1.data() + i, is_active_lane, dot(t1, shear), is_shared);
+    put(out.shear_2.data() + i, is_active_lane, dot(cross(n, t1), shear), is_shared);
     const Pack3<S> point_W = pair.R_WA * point + Pack3<S>::all(origin);
     // Points stay where nothing is felt.
-    const bool keeps_some = !all(is_felt);
-    put(out.point.x.data() + i, is_felt, point_W.x, keeps_some);
-    put(out.point.y.data() + i, is_felt, point_W.y, keeps_some);
-    put(out.point.z.data() + i, is_felt, point_W.z, keeps_some);
+    const bool keeps_some = !all(is_active_lane);
+    put(out.point.x.data() + i, is_active_lane, point_W.x, keeps_some);
+    put(out.point.y.data() + i, is_active_lane, point_W.y, keeps_some);
+    put(out.point.z.data() + i, is_active_lane, point_W.z, keeps_some);
   }
   BodyId* body = out.body.data() + first;
   SensorState* state = out.state.data() + first;
-  for (std::size_t lane = 0; lane < tile_size; ++lane) {
-    const bool is_felt = (felt >> lane & 1u) != 0;
+  for (std::size_t lane = 0; lane < packet_size; ++lane) {
+    const bool is_active_lane = (felt >> lane & 1u) != 0;
     const SensorState own =
-        (tile.is_slipping >> lane & 1u) != 0 ? SensorState::slipping : SensorState::stuck;
+        (packet.is_slipping >> lane & 1u) != 0 ? SensorState::slipping : SensorState::stuck;
     const BodyId other_body = is_shared ? body[lane] : BodyId{};
     const SensorState other_state = is_shared ? state[lane] : SensorState::free;
-    body[lane] = is_felt ? id : other_body;
-    state[lane] = is_felt ? own : other_state;
+    body[lane] = is_active_lane ? id : other_body;
+    state[lane] = is_active_lane ? own : other_state;
   }
-  patch.felt[tile.tile] = static_cast<LaneBits>(patch.felt[tile.tile] | felt);
+  patch.felt[packet.packet] = static_cast<LaneBits>(patch.felt[packet.packet] | felt);
 }
-
-}  // namespace detail
 
 template <Scalar S, typename FindId>
 void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& find_id,
                    const ParallelFor& parallel_for) {
   ReadingStore<S>& out = patch.readings;
-  patch.has_felt = !patch.pairs.empty();
-  std::swap(patch.felt, patch.felt_before);
+  patch.was_active = !patch.pairs.empty();
+  std::swap(patch.felt, patch.active_before);
   std::fill(patch.felt.begin(), patch.felt.end(), LaneBits(0));
   out.wrench = {};
   out.shear_W.setZero();
   for (const PatchPair<S>& pair : patch.pairs) {
     const BodyId id = find_id(pair.body_b);
-    using Sum = detail::ReadingSum<S>;
+    using Sum = ReadingSum<S>;
     const auto read = [&] {
-      return detail::sum_of_contacts<Sum>(detail::contacts_of(patch, pair), parallel_for,
-                                          [&](std::span<ContactTile<S>> tiles, Sum& part) {
-                                            Sum own;
-                                            for (const ContactTile<S>& tile : tiles) {
-                                              detail::read_tile(patch, pair, tile, origin,
-                                                                S(1) / dt, id, own);
-                                            }
-                                            part = own;
-                                          });
+      return sum_of_contacts<Sum>(contacts_of(patch, pair), parallel_for,
+                                  [&](std::span<ContactPacket<S>> packets, Sum& part) {
+                                    Sum own;
+                                    for (const ContactPacket<S>& packet : packets) {
+                                      read_packet(patch, pair, packet, origin, S(1) / dt, id, own);
+                                    }
+                                    part = own;
+                                  });
     };
     Sum sum = read();
     Wrench<S> on_a = sum.all.in_world(pair);
@@ -26544,22 +26409,22 @@ void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& 
     out.shear_W += pair.R_WA * sum_of_lanes(sum.shear);
   }
   for (std::size_t i = 0; i < patch.felt.size(); ++i) {
-    if (patch.felt[i] == 0 && patch.felt_before[i] != 0) out.clear_tile(i);
+    if (patch.felt[i] == 0 && patch.active_before[i] != 0) out.clear_packet(i);
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <cstddef>
 #include <cstdint>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Does what `HapticLoop::tick` says; the loop is open and has a tick left.
+/// Does what `HapticLoop::substep` says; the loop is open and has a substep left.
 template <Scalar S, typename Backend>
-class HapticTick {
+class HapticSubstep {
  public:
-  explicit HapticTick(HapticLoop<S, Backend>& loop) : loop_(loop) {}
+  explicit HapticSubstep(HapticLoop<S, Backend>& loop) : loop_(loop) {}
 
   void run();
 
@@ -26569,15 +26434,15 @@ class HapticTick {
   using NearShape = typename Loop::NearShape;
   using Skin = typename Loop::Skin;
 
-  void sense(Skin& skin, std::uint32_t number);
-  void start(Skin& skin);
+  void sense(Skin& tool_patch, std::uint32_t number);
+  void start(Skin& tool_patch);
   void solve_once();
   [[nodiscard]] bool answer(const SolvePass& pass);
-  void deliver(Skin& skin);
+  void deliver(Skin& tool_patch);
 
   /// [m/s, rad/s] Motion of a tool at the point of a block.
-  [[nodiscard]] Vec6<S> motion_of(const Skin& skin, const SoftBlock<S>& block) const {
-    const Twist<S>& twist = loop_.tools_[skin.tool].twist;
+  [[nodiscard]] Vec6<S> motion_of(const Skin& tool_patch, const SoftBlock<S>& block) const {
+    const Twist<S>& twist = loop_.tools_[tool_patch.tool].twist;
     Vec6<S> motion;
     // By halves: g++ 12 takes the comma form for a read beyond three floats.
     motion.template head<3>() = twist.at(block.arm_a);
@@ -26597,20 +26462,20 @@ class HapticTick {
 // Implementation -----------------------------------------------------------------------------------
 
 template <Scalar S, typename Backend>
-void HapticTick<S, Backend>::run() {
+void HapticSubstep<S, Backend>::run() {
   for (Tool& tool : loop_.tools_) {
     if (!tool.is_moved) tool.twist = {};
     if (tool.is_placed) tool.last_pose = tool.pose;
     tool.is_moved = false;
     tool.wrench = {};
   }
-  for (HapticBody<S>& body : loop_.bodies_) body.begin_tick();
+  for (HapticBody<S>& body : loop_.bodies_) body.begin_substep();
   loop_.rays_cast_ = 0;
   bool has_contacts = false;
-  for (std::uint32_t i = 0; i < loop_.skins_.size(); ++i) {
-    sense(loop_.skins_[i], i);
-    start(loop_.skins_[i]);
-    has_contacts = has_contacts || !loop_.skins_[i].blocks.empty();
+  for (std::uint32_t i = 0; i < loop_.tool_patches_.size(); ++i) {
+    sense(loop_.tool_patches_[i], i);
+    start(loop_.tool_patches_[i]);
+    has_contacts = has_contacts || !loop_.tool_patches_[i].blocks.empty();
   }
   if (has_contacts) {
     solve_in_passes(
@@ -26619,93 +26484,94 @@ void HapticTick<S, Backend>::run() {
   } else {
     solve_once();
   }
-  for (Skin& skin : loop_.skins_) deliver(skin);
-  for (HapticBody<S>& body : loop_.bodies_) body.end_tick(loop_.h_);
+  for (Skin& tool_patch : loop_.tool_patches_) deliver(tool_patch);
+  for (HapticBody<S>& body : loop_.bodies_) body.end_substep(loop_.h_);
   ++loop_.done_;
-  ++loop_.ticks_;
+  ++loop_.substeps_;
 }
 
 template <Scalar S, typename Backend>
-void HapticTick<S, Backend>::sense(Skin& skin, std::uint32_t number) {
-  const Tool& tool = loop_.tools_[skin.tool];
-  SensorPatch<S>& patch = skin.patch;
-  skin.in_reach.clear();
-  for (const std::uint32_t i : skin.near) {
+void HapticSubstep<S, Backend>::sense(Skin& tool_patch, std::uint32_t number) {
+  const Tool& tool = loop_.tools_[tool_patch.tool];
+  SensorPatch<S>& patch = tool_patch.patch;
+  tool_patch.in_reach.clear();
+  for (const std::uint32_t i : tool_patch.near) {
     const NearShape& shape = loop_.shapes_[i];
     const Body<S>& body = loop_.bodies_[shape.body].body();
     const S speed =
         closing_speed(patch.box, tool.pose, tool.twist, body.center_pose.translation, body.twist);
     const auto seen = shape_in_reach(patch, shape.id, shape.collider,
                                      relative_pose(tool.pose, body.center_pose), loop_.h_ * speed);
-    if (seen.is_near(patch.box)) skin.in_reach.push_back(seen);
+    if (seen.is_near(patch.box)) tool_patch.in_reach.push_back(seen);
   }
-  if (skin.in_reach.empty()) {
+  if (tool_patch.in_reach.empty()) {
     clear_patch(patch);
     return;
   }
-  const bool is_due = (loop_.ticks_ + number) % patch.def.cast_every == 0;
-  loop_.rays_cast_ += find_hits<S, Backend>(patch, skin.in_reach, is_due);
+  const bool is_due = (loop_.substeps_ + number) % patch.def.cast_every == 0;
+  loop_.rays_cast_ += find_hits<S, Backend>(patch, tool_patch.in_reach, is_due);
   Body<S> A;
   A.center_pose = tool.pose;
   A.twist = tool.twist;
-  collect_contacts(
-      patch, A,
-      [&](std::uint32_t tag) {
-        std::size_t i = 0;
-        while (skin.in_reach[i].tag != tag) ++i;
-        const BodyId id = skin.in_reach[i].collider->body;
-        return TouchedBody<S>{&loop_.bodies_[number_of(id.index)].body(), id};
-      },
-      {.dt = loop_.h_,
-       .measures_lambda = false,
-       .only_tag = skin.in_reach.size() == 1 ? skin.in_reach.front().tag : CollectDef<S>::any_tag});
+  collect_contacts(patch, A,
+                   [&](std::uint32_t tag) {
+                     std::size_t i = 0;
+                     while (tool_patch.in_reach[i].tag != tag) ++i;
+                     const BodyId id = tool_patch.in_reach[i].collider->body;
+                     return TouchedBody<S>{&loop_.bodies_[number_of(id.index)].body(), id};
+                   },
+                   {.dt = loop_.h_,
+                    .measures_lambda = false,
+                    .only_tag = tool_patch.in_reach.size() == 1 ? tool_patch.in_reach.front().tag
+                                                                : CollectDef<S>::any_tag});
 }
 
 /// Makes a soft block of each pair.
 template <Scalar S, typename Backend>
-void HapticTick<S, Backend>::start(Skin& skin) {
-  skin.blocks.clear();
-  skin.touched.clear();
-  for (PatchPair<S>& pair : skin.patch.pairs) {
+void HapticSubstep<S, Backend>::start(Skin& tool_patch) {
+  tool_patch.blocks.clear();
+  tool_patch.touched.clear();
+  for (PatchPair<S>& pair : tool_patch.patch.pairs) {
     const std::uint32_t number = number_of(pair.body_b);
     set_scheme(pair, pair.stiffness.bristle_sum, pair.stiffness.viscous_sum,
                loop_.bodies_[number].mobility_at(pair.arm_b), loop_.h_);
-    start_linearisation(skin.patch, pair, loop_.h_);
+    start_linearisation(tool_patch.patch, pair, loop_.h_);
     SoftBlock<S> block;
     block.arm_a = pair.arm_a;
     block.arm_b = pair.arm_b;
-    skin.blocks.push_back(block);
-    skin.touched.push_back(number);
+    tool_patch.blocks.push_back(block);
+    tool_patch.touched.push_back(number);
   }
 }
 
 template <Scalar S, typename Backend>
-void HapticTick<S, Backend>::solve_once() {
+void HapticSubstep<S, Backend>::solve_once() {
   for (HapticBody<S>& body : loop_.bodies_) body.clear_system();
-  for (Skin& skin : loop_.skins_) {
-    for (std::size_t k = 0; k < skin.blocks.size(); ++k) {
-      SoftBlock<S>& block = skin.blocks[k];
-      fill_block(skin.patch.pairs[k], block);
-      loop_.bodies_[skin.touched[k]].add(block, motion_of(skin, block));
+  for (Skin& tool_patch : loop_.tool_patches_) {
+    for (std::size_t k = 0; k < tool_patch.blocks.size(); ++k) {
+      SoftBlock<S>& block = tool_patch.blocks[k];
+      fill_block(tool_patch.patch.pairs[k], block);
+      loop_.bodies_[tool_patch.touched[k]].add(block, motion_of(tool_patch, block));
     }
   }
   for (HapticBody<S>& body : loop_.bodies_) body.solve(loop_.h_);
-  for (Skin& skin : loop_.skins_) {
-    for (std::size_t k = 0; k < skin.blocks.size(); ++k) {
-      SoftBlock<S>& block = skin.blocks[k];
-      block.motion = motion_of(skin, block) - loop_.bodies_[skin.touched[k]].motion_at(block.arm_b);
+  for (Skin& tool_patch : loop_.tool_patches_) {
+    for (std::size_t k = 0; k < tool_patch.blocks.size(); ++k) {
+      SoftBlock<S>& block = tool_patch.blocks[k];
+      block.motion = motion_of(tool_patch, block) -
+                     loop_.bodies_[tool_patch.touched[k]].motion_at(block.arm_b);
     }
   }
 }
 
 template <Scalar S, typename Backend>
-bool HapticTick<S, Backend>::answer(const SolvePass& pass) {
+bool HapticSubstep<S, Backend>::answer(const SolvePass& pass) {
   bool has_changed = false;
-  for (Skin& skin : loop_.skins_) {
-    for (std::size_t k = 0; k < skin.blocks.size(); ++k) {
-      SoftBlock<S>& block = skin.blocks[k];
-      const PairAnswer<S> found =
-          answer_motion(skin.patch, skin.patch.pairs[k], block.motion, loop_.h_, pass);
+  for (Skin& tool_patch : loop_.tool_patches_) {
+    for (std::size_t k = 0; k < tool_patch.blocks.size(); ++k) {
+      SoftBlock<S>& block = tool_patch.blocks[k];
+      const PairResponse<S> found =
+          evaluate(tool_patch.patch, tool_patch.patch.pairs[k], block.motion, loop_.h_, pass);
       block.impulse.template head<3>() = found.impulse.force;
       block.impulse.template tail<3>() = found.impulse.torque;
       has_changed = found.has_changed || has_changed;
@@ -26716,21 +26582,21 @@ bool HapticTick<S, Backend>::answer(const SolvePass& pass) {
 
 /// Gives tool and bodies the impulses of a patch, and turns them into readings.
 template <Scalar S, typename Backend>
-void HapticTick<S, Backend>::deliver(Skin& skin) {
-  Tool& tool = loop_.tools_[skin.tool];
-  const S left = S(loop_.def_.ticks - loop_.done_) * loop_.h_;
-  for (std::size_t k = 0; k < skin.blocks.size(); ++k) {
-    const SoftBlock<S>& block = skin.blocks[k];
+void HapticSubstep<S, Backend>::deliver(Skin& tool_patch) {
+  Tool& tool = loop_.tools_[tool_patch.tool];
+  const S left = S(loop_.def_.substeps - loop_.done_) * loop_.h_;
+  for (std::size_t k = 0; k < tool_patch.blocks.size(); ++k) {
+    const SoftBlock<S>& block = tool_patch.blocks[k];
     if (!all_finite(block.impulse)) {
-      clear_impulses(skin.patch, skin.patch.pairs[k]);
+      clear_impulses(tool_patch.patch, tool_patch.patch.pairs[k]);
       continue;
     }
     const Wrench<S> on_b{block.impulse.template head<3>(), block.impulse.template tail<3>()};
-    loop_.bodies_[skin.touched[k]].push(on_b.shifted(-block.arm_b), left);
+    loop_.bodies_[tool_patch.touched[k]].apply_impulse(on_b.shifted(-block.arm_b), left);
     tool.wrench += (S(-1) / loop_.h_) * on_b.shifted(-block.arm_a);
   }
-  if (skin.patch.pairs.empty() && !skin.patch.has_felt) return;
-  fill_readings<S>(skin.patch, tool.pose.translation, loop_.h_,
+  if (tool_patch.patch.pairs.empty() && !tool_patch.patch.was_active) return;
+  fill_readings<S>(tool_patch.patch, tool.pose.translation, loop_.h_,
                    [&](std::uint32_t slot) { return loop_.bodies_[number_of(slot)].id(); });
 }
 
@@ -26748,7 +26614,7 @@ void HapticTick<S, Backend>::deliver(Skin& skin) {
 /// First stage of a step: who is near whom, and where they touch.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/dynamics/contacts/contact_aim.hpp
+// === bristle/dynamics/contacts/contact_target.hpp
 
 /// @file
 /// From points of contact to constraints, and what a contact aims at within one step.
@@ -26765,7 +26631,7 @@ void HapticTick<S, Backend>::deliver(Skin& skin) {
 #include <span>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Adds one constraint for every point of a manifold, warm with the impulses it has.
 template <Scalar S>
@@ -26793,10 +26659,10 @@ void add_contacts(const CachedManifold<S>& manifold, const std::vector<CachedPoi
 
 /// Takes a contact to the instant at which its impulse acts, and finds its bias.
 ///
-/// Its surfaces stay together as seen from the arms at the end of the step, r1 = rm + d, where rm is
-/// the arm in the middle of the step and d half of what it changes by: in rows with the arm rm the
-/// velocities at the end leave -w x d. The mean of the velocities at both ends leaves nothing, so
-/// that an impulse at rm does no work on what pivots: trapezoidal steps take the arms rm. With
+/// Its surfaces stay together as seen from the arms at the end of the step, r1 = rm + d, where rm
+/// is the arm in the middle of the step and d half of what it changes by: in rows with the arm rm
+/// the velocities at the end leave -w x d. The mean of the velocities at both ends leaves nothing,
+/// so that an impulse at rm does no work on what pivots: trapezoidal steps take the arms rm. With
 /// symplectic Euler the displacement follows from the velocities at the end, which are those of the
 /// middle of the step, and impulses act at its start, as in the leapfrog method of Stoermer and
 /// Verlet with constraints (SHAKE; Hairer, Lubich and Wanner, Geometric Numerical Integration,
@@ -26816,33 +26682,34 @@ void time_contact(ContactConstraint<S>& c, CachedPoint<S>& point, const S& hold,
 /// of it if nothing but free motion acted.
 template <Value T>
 struct NormalSpeeds {
-  T start, free, free_motion;
+  T start, free, free_velocity;
 };
 
 /// What a contact wants of the step, or several of them do.
 template <Value T>
-struct ContactAim {
+struct ContactTarget {
   /// As the fields of `ContactConstraint` with these names.
-  T target, bounce_share;
+  T target, restitution_share;
   Truth<T> is_impact;
 };
 /// What the velocities that a contact starts from ask of it.
 /// @param impulse         [N s] That it starts from, along the normal.
 /// @param follows_joints  Whether one of its bodies moves with a mechanism.
 template <Value T>
-BRISTLE_INLINE ContactAim<T> aim_at(const T& gap, const T& restitution, const T& impulse,
-                                    const NormalSpeeds<T>& speeds, const Truth<T>& follows_joints,
-                                    const SolveContext<ScalarOf<T>>& context);
+BRISTLE_FORCE_INLINE ContactTarget<T> target_at(const T& gap, const T& restitution,
+                                                const T& impulse, const NormalSpeeds<T>& speeds,
+                                                const Truth<T>& follows_joints,
+                                                const SolveContext<ScalarOf<T>>& context);
 /// Sets what a contact wants of the velocities at the end of the step.
 template <Scalar S>
-void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b,
-                 const SolveContext<S>& context);
+void target_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b,
+                    const SolveContext<S>& context);
 
 /// What moves the bodies of a contact within the step, or those of several contacts.
 template <Value T>
 struct ContactPlace {
   /// As the fields of `ContactConstraint` with these names.
-  T placed, least_placed;
+  T position_impulse, least_position_impulse;
   Truth<T> parts;
 };
 /// Share of the impulse that a contact will have taken when the step ends, by default and for
@@ -26851,16 +26718,17 @@ struct ContactPlace {
 /// @param impulse          [N s] Along the normal.
 /// @param normal_velocity  [m/s] At the end of the step; of no account without restitution.
 template <Value T>
-BRISTLE_INLINE ContactPlace<T> place_of(const T& impulse, const T& restitution,
-                                        const ContactAim<T>& aim, const T& normal_velocity,
-                                        const SolveContext<ScalarOf<T>>& context);
+BRISTLE_FORCE_INLINE ContactPlace<T> place_of(const T& impulse, const T& restitution,
+                                              const ContactTarget<T>& target,
+                                              const T& normal_velocity,
+                                              const SolveContext<ScalarOf<T>>& context);
 template <Scalar S>
 void place_contact(ContactConstraint<S>& c, S normal_velocity, const SolveContext<S>& context) {
-  const ContactAim<S> aim{c.parting_target(), c.bounce_share, c.is_impact};
+  const ContactTarget<S> target{c.parting_target(), c.restitution_share, c.is_impact};
   const ContactPlace<S> place =
-      place_of<S>(c.impulse[0], c.restitution, aim, normal_velocity, context);
-  c.placed = place.placed;
-  c.least_placed = place.least_placed;
+      place_of<S>(c.impulse[0], c.restitution, target, normal_velocity, context);
+  c.position_impulse = place.position_impulse;
+  c.least_position_impulse = place.least_position_impulse;
   c.parts = place.parts;
 }
 
@@ -26877,7 +26745,8 @@ template <Scalar S>
 /// larger than the way which the velocities of the start move the surfaces by: smaller ones are not
 /// known well enough where surfaces slide, and closed without any force where they approach.
 ///
-/// @return Whether any contact was found to be open or shut, so that the velocities are to be solved
+/// @return Whether any contact was found to be open or shut, so that the velocities are to be
+/// solved
 ///         anew.
 template <Scalar S>
 [[nodiscard]] bool open_contacts(const Island& island, Constraints<S>& constraints,
@@ -26886,12 +26755,10 @@ template <Scalar S>
 
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
-
 /// [1] When, as a share of the step, a gap closes that opens at the speed v0 and accelerates by a:
 /// the first root of gap + v0 t + a t^2 / 2 in units of the step (v0 and a given in metres a step).
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE T closing_time(const T& gap, const T& v0, const T& a) {
+[[nodiscard]] BRISTLE_FORCE_INLINE T closing_time(const T& gap, const T& v0, const T& a) {
   using S = ScalarOf<T>;
   using std::max;
   using std::min;
@@ -26901,8 +26768,6 @@ template <Value T>
   const T root = sqrt(max(zero, v0 * v0 - S(2) * a * gap));
   return select(gap <= zero, zero, min(T(S(1)), S(2) * gap / (root - v0)));
 }
-
-}  // namespace detail
 
 template <Scalar S>
 void time_contact(ContactConstraint<S>& c, CachedPoint<S>& point, const S& hold,
@@ -26925,9 +26790,10 @@ void time_contact(ContactConstraint<S>& c, CachedPoint<S>& point, const S& hold,
 }
 
 template <Value T>
-BRISTLE_INLINE ContactAim<T> aim_at(const T& gap, const T& restitution, const T& impulse,
-                                    const NormalSpeeds<T>& speeds, const Truth<T>& follows_joints,
-                                    const SolveContext<ScalarOf<T>>& context) {
+BRISTLE_FORCE_INLINE ContactTarget<T> target_at(const T& gap, const T& restitution,
+                                                const T& impulse, const NormalSpeeds<T>& speeds,
+                                                const Truth<T>& follows_joints,
+                                                const SolveContext<ScalarOf<T>>& context) {
   using S = ScalarOf<T>;
   using std::max;
   using std::min;
@@ -26938,17 +26804,17 @@ BRISTLE_INLINE ContactAim<T> aim_at(const T& gap, const T& restitution, const T&
   const T change = free - start;  // What forces do to the normal velocity within the step.
   const T closing_speed = gap / dt;
   const Truth<T> may_bounce = restitution > zero;
-  const Truth<T> closes = gap + dt * speeds.free_motion < zero;
+  const Truth<T> closes = gap + dt * speeds.free_velocity < zero;
   const Truth<T> bounces = may_bounce & closes & (start < T(-context.restitution_speed));
-  ContactAim<T> aim;
-  aim.bounce_share = S(-1);
-  aim.is_impact = closes & (-start > T(context.speed_change));
+  ContactTarget<T> target;
+  target.restitution_share = S(-1);
+  target.is_impact = closes & (-start > T(context.speed_change));
   // What carried a load and approaches all the same does so because sweeps were cut short.
-  if (context.is_swept) aim.is_impact = aim.is_impact & !(impulse > zero);
+  if (context.is_swept) target.is_impact = target.is_impact & !(impulse > zero);
   if (context.integrator != Integrator::trapezoidal) {
-    aim.target = select(gap > zero, -closing_speed, zero);
-    aim.target = select(bounces, max(aim.target, -restitution * start), aim.target);
-    return aim;
+    target.target = select(gap > zero, -closing_speed, zero);
+    target.target = select(bounces, max(target.target, -restitution * start), target.target);
+    return target;
   }
   // Free flight that does not touch must not feel the contact; others may still push the bodies
   // together, by the gap at most. Where they bounce the speed of approach is not lost, so they may
@@ -26956,24 +26822,24 @@ BRISTLE_INLINE ContactAim<T> aim_at(const T& gap, const T& restitution, const T&
   // give energy to whatever pushes them.
   const Truth<T> touches = closes | ((gap <= T(context.position_tolerance)) & !may_bounce);
   const T nearest = select(may_bounce, S(-2) * closing_speed - start, -closing_speed);
-  aim.target = select(touches, zero, min(free, nearest));
-  if (!any(bounces)) return aim;
-  const T time = detail::closing_time<T>(gap, dt * start, dt * change);
+  target.target = select(touches, zero, min(free, nearest));
+  if (!any(bounces)) return target;
+  const T time = closing_time<T>(gap, dt * start, dt * change);
   const T after = -restitution * (start + time * change);
   const T rest = (S(1) - time) * change;
   // A bounce too low to leave the surface within this step is none.
   const Truth<T> leaves = bounces & !follows_joints & (S(2) * after > -rest);
-  aim.target = select(leaves, after + rest, aim.target);
-  aim.bounce_share = select(leaves, S(1) - time, aim.bounce_share);
+  target.target = select(leaves, after + rest, target.target);
+  target.restitution_share = select(leaves, S(1) - time, target.restitution_share);
   // What changes the speed of a mechanism within the step depends on its speed, and must not be
   // given back to it as if it were a constant force.
-  aim.target = select(bounces & follows_joints, -restitution * free, aim.target);
-  return aim;
+  target.target = select(bounces & follows_joints, -restitution * free, target.target);
+  return target;
 }
 
 template <Scalar S>
-void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b,
-                 const SolveContext<S>& context) {
+void target_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b,
+                    const SolveContext<S>& context) {
   const Vec3<S>& n = c.axes[0];
   const Vec3<S> torque_a = c.arm_a.cross(n);
   const Vec3<S> torque_b = c.arm_b.cross(n);
@@ -26981,43 +26847,45 @@ void aim_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBo
     return n.dot(v.linear - u.linear) + (torque_b.dot(v.angular) - torque_a.dot(u.angular));
   };
   const NormalSpeeds<S> speeds{normal_part(a.start, b.start), normal_part(a.free, b.free),
-                               normal_part(a.free_motion, b.free_motion)};
+                               normal_part(a.free_velocity, b.free_velocity)};
   const bool is_trapezoidal = context.integrator == Integrator::trapezoidal;
-  c.passing = {};
+  c.transient_impulse = {};
   if (c.is_open) {
     c.target = -c.gap / context.dt;
-    c.bounce_share = S(-1);
+    c.restitution_share = S(-1);
     c.is_impact = false;
     c.impulse = {};
     return;
   }
   const S gap = is_trapezoidal ? c.gap : c.gap + context.dt * c.bias[0];
-  const ContactAim<S> aim = aim_at<S>(gap, c.restitution, c.impulse[0], speeds,
-                                      a.follows_joints || b.follows_joints, context);
-  c.target = aim.target;
+  const ContactTarget<S> target = target_at<S>(gap, c.restitution, c.impulse[0], speeds,
+                                               a.follows_joints || b.follows_joints, context);
+  c.target = target.target;
   // Surfaces that touch in a trapezoidal step stay together; those that fly on or bounce do not.
-  if (!is_trapezoidal || aim.target == S(0)) c.target += c.bias[0];
-  c.bounce_share = aim.bounce_share;
-  c.is_impact = aim.is_impact;
+  if (!is_trapezoidal || target.target == S(0)) c.target += c.bias[0];
+  c.restitution_share = target.restitution_share;
+  c.is_impact = target.is_impact;
   // An impact says nothing about the load that follows, nor the load about the impact.
   if (c.is_impact) c.impulse = {};
 }
 
 template <Value T>
-BRISTLE_INLINE ContactPlace<T> place_of(const T& impulse, const T& restitution,
-                                        const ContactAim<T>& aim, const T& normal_velocity,
-                                        const SolveContext<ScalarOf<T>>& context) {
+BRISTLE_FORCE_INLINE ContactPlace<T> place_of(const T& impulse, const T& restitution,
+                                              const ContactTarget<T>& target,
+                                              const T& normal_velocity,
+                                              const SolveContext<ScalarOf<T>>& context) {
   using S = ScalarOf<T>;
   const T zero = S(0);
-  const Truth<T> is_timed = aim.bounce_share >= zero;
+  const Truth<T> is_timed = target.restitution_share >= zero;
   const bool is_trapezoidal = context.integrator == Integrator::trapezoidal;
   ContactPlace<T> place;
-  place.placed =
-      select(is_timed, aim.bounce_share, T(usual_share<S>(context.integrator))) * impulse;
-  place.least_placed = is_trapezoidal ? select(is_timed, place.placed, zero) : place.placed;
+  place.position_impulse =
+      select(is_timed, target.restitution_share, T(usual_share<S>(context.integrator))) * impulse;
+  place.least_position_impulse =
+      is_trapezoidal ? select(is_timed, place.position_impulse, zero) : place.position_impulse;
   // Not whatever may bounce and has any speed apart: at rest round-off decides that, and heaps of
   // such bodies would sink into themselves.
-  const Truth<T> has_bounced = aim.target > zero;
+  const Truth<T> has_bounced = target.target > zero;
   const Truth<T> flies_apart = normal_velocity > T(context.restitution_speed);
   const Truth<T> may_bounce = restitution > zero;
   place.parts = may_bounce & (flies_apart | (has_bounced & (normal_velocity > zero)));
@@ -27039,7 +26907,7 @@ bool open_contacts(const Island& island, Constraints<S>& constraints,
       continue;
     }
     const bool may_open = !c.is_shut && !c.parts && c.parting_target() == S(0);
-    if (!may_open || c.placed > S(0)) continue;
+    if (!may_open || c.position_impulse > S(0)) continue;
     const SolverBody<S>& a = bodies[c.body_a];
     const SolverBody<S>& b = bodies[c.body_b];
     const S left = min(c.gap, c.gap + context.dt * c.normal_velocity(a.motion, b.motion));
@@ -27049,14 +26917,14 @@ bool open_contacts(const Island& island, Constraints<S>& constraints,
   return has_changed;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <functional>
 #include <span>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Moves the boxes of all shapes, finds the pairs that may touch, asks the backend where they do,
 /// and turns contacts between steps into rows.
@@ -27072,7 +26940,7 @@ class ContactStage {
     state.contacts.begin_step(state.def.time_step);
     const auto may_touch = [&](std::uint32_t a, std::uint32_t b) {
       if (is_dormant(state, {a, b}) || !detail::may_touch(state, a, b)) return false;
-      if (!state.broad_phase.is_coarse(a) && !state.broad_phase.is_coarse(b)) return true;
+      if (!state.broad_phase.is_loose(a) && !state.broad_phase.is_loose(b)) return true;
       refine(state, a);
       refine(state, b);
       return state.broad_phase.swept(a).overlaps(state.broad_phase.swept(b)) &&
@@ -27086,11 +26954,11 @@ class ContactStage {
   /// Adds the constraints of all contacts.
   void add_constraints(State& state) const {
     for (const CachedManifold<S>& m : state.contacts.manifolds()) {
-      if (m.is_carried) continue;
+      if (m.is_persisted) continue;
       const Collider<S, Backend>& a = state.colliders.at(m.shapes.a);
       const Collider<S, Backend>& b = state.colliders.at(m.shapes.b);
-      bristle::add_contacts(m, state.contacts.points(), combined(a.material, b.material),
-                            a.body.index, b.body.index, state.constraints);
+      detail::add_contacts(m, state.contacts.points(), combined(a.material, b.material),
+                           a.body.index, b.body.index, state.constraints);
     }
   }
 
@@ -27109,7 +26977,7 @@ class ContactStage {
       // 2 sin(angle / 4).
       const S turn = S(2) * c.radius * sqrt(turn2);
       if (state.broad_phase.settle(i, end.translation, sqrt(shift2), turn, start.reach)) continue;
-      const Aabb<S> box = detail::box_of(state, c);
+      const Aabb<S> box = box_of(state, c);
       if (!state.broad_phase.swept(i).contains(box)) state.broad_phase.move(i, box);
     }
   }
@@ -27119,11 +26987,11 @@ class ContactStage {
     std::vector<CachedPoint<S>>& points = state.contacts.points();
     std::size_t contact = 0;
     for (const CachedManifold<S>& m : state.contacts.manifolds()) {
-      if (m.is_carried) continue;
+      if (m.is_persisted) continue;
       for (std::uint32_t i = m.first; i < m.first + m.count; ++i) {
         const ContactConstraint<S>& c = state.constraints.contacts[contact++];
         points[i].impulse = c.impulse;
-        points[i].passing = c.passing;
+        points[i].transient_impulse = c.transient_impulse;
         points[i].took_impact = c.is_impact;
       }
     }
@@ -27150,8 +27018,8 @@ class ContactStage {
 
   /// Gives a shape the box of all that it can reach where only a larger one is known.
   static void refine(State& state, std::uint32_t tag) {
-    if (!state.broad_phase.is_coarse(tag)) return;
-    state.broad_phase.refine(tag, detail::swept_box(state, state.colliders.at(tag)));
+    if (!state.broad_phase.is_loose(tag)) return;
+    state.broad_phase.refine(tag, swept_box(state, state.colliders.at(tag)));
   }
 
   void sweep_boxes(State& state) {
@@ -27163,10 +27031,10 @@ class ContactStage {
       // Half-spaces belong to bodies that forces do not move, and are always listed.
       const Body<S>& body = state.body_of(c);
       if (body.motion == Motion::fixed || c.half_space || body.is_asleep()) continue;
-      const S reach = detail::reach_of(state, c, c);
+      const S reach = reach_of(state, c, c);
       const Vec3<S>& center = body.center_pose.translation;
       if (!state.broad_phase.stays(i, reach, center)) {
-        state.broad_phase.move(i, detail::box_of(state, c).inflated(reach), reach, center);
+        state.broad_phase.move(i, box_of(state, c).inflated(reach), reach, center);
       }
       // What stands still is found by those that move.
       if (!state.is_active(c.body.index)) continue;
@@ -27212,7 +27080,7 @@ class ContactStage {
                                      ContactManifolds<S>& out) {
     Found found;
     found.first = static_cast<std::uint32_t>(out.size());
-    found.has_failed = detail::collide_pair(state, pair, out) != ContactStatus::ok;
+    found.has_failed = collide_pair(state, pair, out) != ContactStatus::ok;
     if (found.has_failed) out.resize(found.first);
     found.count = static_cast<std::uint32_t>(out.size()) - found.first;
     return found;
@@ -27227,7 +27095,7 @@ class ContactStage {
     for (std::size_t i = 0; i < pairs_.size(); ++i) {
       if (found_[i].has_failed) ++state.report.backend_failures;
       if (found_[i].count == 0) continue;
-      if (has_sleepers) state.contacts.carry_before(pairs_[i], stays);
+      if (has_sleepers) state.contacts.persist_before(pairs_[i], stays);
       const Collider<S, Backend>& a = state.colliders.at(pairs_[i].a);
       const Transform<S>& X_WA = state.body_of(a).center_pose;
       const Transform<S>& X_WB = state.body_of(state.colliders.at(pairs_[i].b)).center_pose;
@@ -27238,9 +27106,9 @@ class ContactStage {
            a.is_centered ? Vec3<S>::Zero() : X_WA.rotate(a.X_CmS.translation),
            X_WB.translation - X_WA.translation, X_WA.translation});
     }
-    if (has_sleepers) state.contacts.carry_before({~0u, ~0u}, stays);
+    if (has_sleepers) state.contacts.persist_before({~0u, ~0u}, stays);
     for (const CachedManifold<S>& m : state.contacts.manifolds()) {
-      state.report.contact_points += m.is_carried ? 0 : m.count;
+      state.report.contact_points += m.is_persisted ? 0 : m.count;
     }
   }
 
@@ -27252,7 +27120,7 @@ class ContactStage {
   std::size_t most_manifolds_ = chunk_size;
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/world/sensor_stage.hpp
 
@@ -27273,13 +27141,13 @@ class ContactStage {
 ///
 /// From the behaviour of its source, 2019 to 2024: the normal damping K_D multiplies a difference
 /// that is always zero; stretches and sliding speeds below 1e-4 (in SI units) enter as their cubes;
-/// a bristle beyond sigma_a gives no friction in that step and is rooted anew in the next, again
+/// a bristle beyond sigma_a gives no friction in that step and is anchored anew in the next, again
 /// without friction; sliding is projected on the touched surface, not on the sensor's plane, and
 /// grows with the normal force. Not modelled: its additional spring-rate term (0.1 N/m by default,
 /// absent from the paper), and the one-step lag of its ray origins.
 // SPDX-License-Identifier: BSD-3-Clause
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// [m] and [m/s] Below it AMBF multiplies by a vector that it has not normalised.
 template <Scalar S>
@@ -27295,39 +27163,39 @@ template <Scalar S>
 /// Force of one sensor on B under AMBF's law, and the bristle's next state.
 ///
 /// @param m  [1] Outward unit normal of B at the hit.
-/// @param[in,out] is_rooted  Whether the bristle is rooted; cleared when it lets go.
+/// @param[in,out] is_anchored  Whether the bristle is anchored; cleared when it lets go.
 /// @param[out] did_slip      Whether it let go in this step.
 template <Scalar S>
 [[nodiscard]] SensorForce<S> ambf_sensor_force(const SensorParameters<S>& p,
                                                FrictionScaling scaling, const SensorContact<S>& c,
                                                const Vec3<S>& m, const PairPose<S>& pair,
                                                const Vec3<S>& r_A, Anchor<S>& anchor,
-                                               bool& is_rooted, bool& did_slip) {
+                                               bool& is_anchored, bool& did_slip) {
   SensorForce<S> f;
   did_slip = false;
   f.normal = p.normal_stiffness * c.depth;
   f.normal_vector = f.normal * c.n;
   const S weight = scaling == FrictionScaling::normal_force ? f.normal : S(1);
-  if (is_rooted) {
+  if (is_anchored) {
     const Vec3<S> stretch = ambf_projected<S>(anchor_stretch(anchor, pair, c.n));
     const S size2 = stretch.squaredNorm();
     if (size2 > S(0) && size2 <= p.breakaway_distance * p.breakaway_distance) {
       f.shear = (p.static_friction * weight) * stretch;
     } else {
-      is_rooted = false;
+      is_anchored = false;
       did_slip = size2 > S(0);
     }
   } else {
-    anchor = rooted<S>(pair, r_A, Vec3<S>::Zero());
-    is_rooted = true;
+    anchor = anchored<S>(pair, r_A, Vec3<S>::Zero());
+    is_anchored = true;
   }
   f.shear += (p.sliding_friction * weight) * ambf_projected<S>(tangential<S>(c.v, m));
   return f;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Measures a pair before the step: sets Lambda and the weights of the implicit scheme, from the
 /// sums over its contacts in `PatchPair::stiffness`.
@@ -27371,37 +27239,37 @@ void measure_pair(const SensorPatch<S>& patch, PatchPair<S>& pair, const SolverB
   set_scheme(pair, k.bristle_sum, k.viscous_sum, w, dt);
 }
 
-namespace detail {
-
 /// `explicit_impulses` under AMBF's law, one sensor after the other.
 template <Scalar S>
 Wrench<S> ambf_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt) {
   Wrench<S> sum;
-  for (ContactTile<S>& tile : contacts_of(patch, pair)) {
-    SensorTile<S>& sensors = patch.tiles[tile.tile];
-    tile.is_slipping = 0;
-    for (std::size_t i = 0; i < tile_size; ++i) {
+  for (ContactPacket<S>& packet : contacts_of(patch, pair)) {
+    SensorPacket<S>& sensors = patch.packets[packet.packet];
+    packet.is_slipping = 0;
+    for (std::size_t i = 0; i < packet_size; ++i) {
       const LaneBits bit = static_cast<LaneBits>(1u << i);
-      tile.impulse.set(i, Vec3<S>::Zero());
-      tile.normal_impulse[i] = S(0);
-      if ((tile.is_touching & bit) == 0) continue;
-      const auto [n, g, point, depth, inverse_length] = touch_of(patch, tile.tile * tile_size + i);
+      packet.impulse.set(i, Vec3<S>::Zero());
+      packet.normal_impulse[i] = S(0);
+      if ((packet.is_touching & bit) == 0) continue;
+      const auto [n, g, point, depth, inverse_length] =
+          touch_of(patch, packet.packet * packet_size + i);
       const SensorContact<S> contact{depth, inverse_length, n, g, pair.start_motion.at(point)};
-      Anchor<S> anchor{sensors.root_a[i], sensors.root_b[i]};
-      bool is_rooted = (sensors.is_rooted & bit) != 0 && sensors.rooted_in[i] == root_key(id_b);
+      Anchor<S> anchor{sensors.anchor_a[i], sensors.anchor_b[i]};
+      bool is_anchored =
+          (sensors.is_anchored & bit) != 0 && sensors.anchored_on[i] == anchor_key(id_b);
       bool did_slip = false;
       const SensorForce<S> force = ambf_sensor_force<S>(
-          patch.parameters(tile.tile * tile_size + i), patch.def.options.scaling, contact,
-          g.normalized() * S(-1), pair.pose, point, anchor, is_rooted, did_slip);
-      sensors.root_a.set(i, anchor.q_A);
-      sensors.root_b.set(i, anchor.q_B);
-      sensors.rooted_in.set(bit, root_key(id_b), (sensors.is_rooted & ~bit) != 0);
-      sensors.is_rooted =
-          static_cast<LaneBits>(is_rooted ? sensors.is_rooted | bit : sensors.is_rooted & ~bit);
-      if (did_slip) tile.is_slipping = static_cast<LaneBits>(tile.is_slipping | bit);
-      tile.normal_impulse[i] = dt * force.normal;
-      tile.impulse.set(i, dt * force.total());
-      sum += Wrench<S>::at(point - pair.center, tile.impulse[i]);
+          patch.parameters(packet.packet * packet_size + i), patch.def.options.scaling, contact,
+          g.normalized() * S(-1), pair.pose, point, anchor, is_anchored, did_slip);
+      sensors.anchor_a.set(i, anchor.q_A);
+      sensors.anchor_b.set(i, anchor.q_B);
+      sensors.anchored_on.set(bit, anchor_key(id_b), (sensors.is_anchored & ~bit) != 0);
+      sensors.is_anchored = static_cast<LaneBits>(is_anchored ? sensors.is_anchored | bit
+                                                              : sensors.is_anchored & ~bit);
+      if (did_slip) packet.is_slipping = static_cast<LaneBits>(packet.is_slipping | bit);
+      packet.normal_impulse[i] = dt * force.normal;
+      packet.impulse.set(i, dt * force.total());
+      sum += Wrench<S>::at(point - pair.center, packet.impulse[i]);
     }
   }
   return {pair.R_WA * sum.force, pair.R_WA * sum.torque};
@@ -27409,22 +27277,24 @@ Wrench<S> ambf_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId 
 
 /// Impulses of some contacts at the start of the step, under the paper's law.
 template <Scalar S>
-void give_at_start(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<ContactTile<S>> tiles,
-                   const LaneParameters<S>& parameters, S dt, LaneWrench<S>& total) {
+void apply_at_start(SensorPatch<S>& patch, const PatchPair<S>& pair,
+                    std::span<ContactPacket<S>> packets, const LaneParameters<S>& parameters, S dt,
+                    LaneWrench<S>& total) {
   const LawOptions options = patch.def.options;
   const LaneMotion<S> start(pair.start_motion.linear, pair.start_motion.angular);
   const Pack3<S> center = Pack3<S>::all(pair.center);
   LaneWrench<S> sum;
   SensorParameters<Pack<S>> scratch;
-  for (ContactTile<S>& tile : tiles) {
-    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
-      if (pack_bits<S>(tile.is_met, at) == 0) continue;
-      const TouchPack<S> touch(patch, patch.tiles[tile.tile], tile.tile, at, tile.is_met, false);
+  for (ContactPacket<S>& packet : packets) {
+    for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
+      if (pack_bits<S>(packet.is_met, at) == 0) continue;
+      const TouchPack<S> touch(patch, patch.packets[packet.packet], packet.packet, at,
+                               packet.is_met, false);
       const SensorContact<Pack<S>> contact{touch.depth, touch.inverse_length, touch.n, touch.g,
                                            start.at(touch.point)};
-      give_impulses<S>(tile, at, parameters(tile.tile, at, scratch), options, contact,
-                       load_pack(tile.stretch, at), touch.point - center,
-                       load_mask<S>(tile.is_touching, at), dt, sum.force, sum.torque);
+      apply_impulses<S>(packet, at, parameters(packet.packet, at, scratch), options, contact,
+                        load_pack(packet.stretch, at), touch.point - center,
+                        load_mask<S>(packet.is_touching, at), dt, sum.force, sum.torque);
     }
   }
   total = sum;
@@ -27437,32 +27307,30 @@ Wrench<S> paper_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, S dt,
   using Sum = LaneWrench<S>;
   const LaneParameters<S> parameters(patch.def);
   return sum_of_contacts<Sum>(contacts_of(patch, pair), parallel_for,
-                              [&](std::span<ContactTile<S>> tiles, Sum& part) {
-                                give_at_start<S>(patch, pair, tiles, parameters, dt, part);
+                              [&](std::span<ContactPacket<S>> packets, Sum& part) {
+                                apply_at_start<S>(patch, pair, packets, parameters, dt, part);
                               })
       .in_world(pair);
 }
 
-}  // namespace detail
-
 template <Scalar S>
 Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt,
                             const ParallelFor& parallel_for) {
-  if (pair.is_given) {
+  if (pair.is_applied) {
     return {pair.R_WA * pair.given.force, pair.R_WA * pair.given.torque};
   }
-  return patch.def.options.law == Law::ambf ? detail::ambf_impulses(patch, pair, id_b, dt)
-                                            : detail::paper_impulses(patch, pair, dt, parallel_for);
+  return patch.def.options.law == Law::ambf ? ambf_impulses(patch, pair, id_b, dt)
+                                            : paper_impulses(patch, pair, dt, parallel_for);
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <functional>
 #include <utility>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Senses with every patch, then decides for each touched body between explicit and implicit.
 template <Scalar S, typename Backend>
@@ -27483,7 +27351,7 @@ class SensorStage {
       if (state.is_sensing(i)) live_.push_back(i);
     }
     scratch_.resize(std::max(scratch_.size(), live_.size()));
-    const bool shares = asks_slices<Backend> && !is_serial(state.def.parallel_for);
+    const bool shares = asks_ranges<Backend> && !is_serial(state.def.parallel_for);
     // Patches write to themselves and to their own scratch only.
     const auto task = [this, &state, shares](std::size_t k) {
       sense_patch(state, live_[k], scratch_[k], shares);
@@ -27541,7 +27409,7 @@ class SensorStage {
       if (b.is_moving()) lambda_[pair.body_b] += pair.lambda;
     });
     for_each_pair(state, [&](SensorPatch<S>& patch, PatchPair<S>& pair, SoftOwner owner) {
-      if (!pair.is_implicit && wants_implicit(state, patch, pair)) {
+      if (!pair.is_implicit && needs_implicit(state, patch, pair)) {
         linearise(state, patch, pair, state.def.parallel_for);
       }
       if (pair.is_implicit) {
@@ -27572,8 +27440,8 @@ class SensorStage {
   bool answer(State& state, std::uint32_t soft, const SolvePass& pass) const {
     SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
     SoftBlock<S>& block = state.constraints.soft[soft];
-    const PairAnswer<S> found = answer_motion(patch, patch.pairs[owners_[soft].pair], block.motion,
-                                              state.def.time_step, pass, state.def.parallel_for);
+    const PairResponse<S> found = evaluate(patch, patch.pairs[owners_[soft].pair], block.motion,
+                                           state.def.time_step, pass, state.def.parallel_for);
     block.impulse.template head<3>() = found.impulse.force;
     block.impulse.template tail<3>() = found.impulse.torque;
     return found.has_changed;
@@ -27591,7 +27459,7 @@ class SensorStage {
     for (const std::uint32_t i : live_) {
       SensorPatch<S>& patch = state.patches.at(i);
       patch.last_impulses.clear();
-      if (patch.pairs.empty() && !patch.has_felt) continue;
+      if (patch.pairs.empty() && !patch.was_active) continue;
       for (const PatchPair<S>& pair : patch.pairs) {
         if (!pair.is_implicit) continue;
         patch.last_impulses.push_back(
@@ -27600,7 +27468,7 @@ class SensorStage {
       fill_readings<S>(
           patch, state.bodies.at(patch.body.index).center_pose.translation, state.def.time_step,
           [&](std::uint32_t slot) { return state.bodies.handle(slot); }, state.def.parallel_for);
-      state.report.sensors_touching += patch.felt_count();
+      state.report.sensors_touching += patch.active_count();
     }
   }
 
@@ -27616,19 +27484,19 @@ class SensorStage {
     bool is_shared = false;
     bool has_cast = false;
     /// Whether who casts them finds the lanes that hit, too.
-    bool knows_hit_lanes = false;
+    bool knows_hit_mask = false;
   };
 
   /// Some rays of the patch live_[owner].
   struct SharedRays {
     std::size_t owner = 0;
-    RaySlice slice{};
+    RayRange range{};
   };
 
   /// [-] Sensors of a patch from which on threads share its rays: fewer are cast in some
   /// microseconds.
   static constexpr std::size_t fewest_shared_rays = 1537;
-  static_assert(fewest_shared_rays > RayBundles<S>::slice_size);
+  static_assert(fewest_shared_rays > RayTree<S>::range_size);
 
   template <typename Visit>
   void for_each_pair(State& state, Visit&& visit) const {
@@ -27650,7 +27518,7 @@ class SensorStage {
     const Twist<S>& b = state.solver_bodies[c.body.index].free;
     const Transform<S>& X_WA = state.bodies.at(patch.body.index).center_pose;
     return state.def.time_step *
-           detail::closing_speed(patch.box, X_WA, a, state.body_of(c).center_pose.translation, b);
+           closing_speed(patch.box, X_WA, a, state.body_of(c).center_pose.translation, b);
   }
 
   /// Whether a patch keeps what it feels, since somebody sleeps in its reach and nobody moves.
@@ -27671,7 +27539,7 @@ class SensorStage {
     const Body<S>& A = state.bodies.at(patch.body.index);
     scratch.rays_cast = 0;
     scratch.is_shared = false;
-    scratch.knows_hit_lanes = false;
+    scratch.knows_hit_mask = false;
     find_near(state, patch, scratch.candidates);
     scratch.is_dormant = is_dormant(state, patch, scratch.candidates);
     if (scratch.is_dormant) return;
@@ -27688,8 +27556,8 @@ class SensorStage {
     }
     const std::span<const ShapeInReach<S, Backend>> shapes(scratch.shapes);
     const bool is_due = (state.steps + index) % patch.def.cast_every == 0;
-    if (shares && patch.size() >= fewest_shared_rays && !patch.bundles.slices().empty()) {
-      scratch.has_cast = wants_rays<S, Backend>(patch, shapes, is_due);
+    if (shares && patch.size() >= fewest_shared_rays && !patch.ray_tree.ranges().empty()) {
+      scratch.has_cast = needs_rays<S, Backend>(patch, shapes, is_due);
       scratch.sensors_asked = patch.near_count();
       scratch.rays_cast = scratch.has_cast ? patch.near_count() * shapes.size() : 0;
       scratch.is_shared = true;
@@ -27716,14 +27584,14 @@ class SensorStage {
          .measures_lambda = measures_lambda_,
          .only_tag =
              scratch.candidates.size() == 1 ? scratch.candidates.front() : CollectDef<S>::any_tag,
-         .knows_hit_lanes = scratch.knows_hit_lanes},
+         .knows_hit_mask = scratch.knows_hit_mask},
         parallel_for);
     for (PatchPair<S>& pair : patch.pairs) {
       if (pair.count == 0) continue;
       measure_pair(patch, pair, state.solver_bodies[patch.body.index],
                    state.solver_bodies[pair.body_b], state.def.time_step);
       // While the contacts are in the cache, where other patches have no say in it.
-      if (patch.def.integration == Integration::implicit && wants_implicit(state, patch, pair)) {
+      if (patch.def.integration == Integration::implicit && needs_implicit(state, patch, pair)) {
         linearise(state, patch, pair, parallel_for);
       }
     }
@@ -27735,17 +27603,17 @@ class SensorStage {
     start_linearisation(patch, pair, state.def.time_step, parallel_for);
   }
 
-  /// Casts the rays of large patches, slice by slice, and makes their contacts. Where the slices of
+  /// Casts the rays of large patches, range by range, and makes their contacts. Where the ranges of
   /// two shapes are not the same rays, at one shape after the other.
   void sense_shared(State& state) {
     for (std::size_t round = 0;; ++round) {
       shared_.clear();
       for (std::size_t k = 0; k < live_.size(); ++k) {
         const Scratch& scratch = scratch_[k];
-        const RayBundles<S>& bundles = state.patches.at(live_[k]).bundles;
-        const std::size_t rounds = bundles.has_runs_in_slices() ? 1 : scratch.shapes.size();
+        const RayTree<S>& ray_tree = state.patches.at(live_[k]).ray_tree;
+        const std::size_t rounds = ray_tree.has_packets_in_ranges() ? 1 : scratch.shapes.size();
         if (!scratch.is_shared || scratch.rays_cast == 0 || round >= rounds) continue;
-        for (const RaySlice& slice : bundles.slices()) shared_.push_back({k, slice});
+        for (const RayRange& range : ray_tree.ranges()) shared_.push_back({k, range});
       }
       if (shared_.empty()) break;
       const auto task = [this, &state, round](std::size_t i) { sense_from(state, i, round); };
@@ -27755,43 +27623,43 @@ class SensorStage {
       const Scratch& scratch = scratch_[k];
       if (!scratch.is_shared) continue;
       SensorPatch<S>& patch = state.patches.at(live_[k]);
-      carry_hits<S, Backend>(patch, scratch.shapes, scratch.has_cast);
+      extrapolate_hits<S, Backend>(patch, scratch.shapes, scratch.has_cast);
       make_contacts(state, patch, scratch, state.def.parallel_for);
     }
   }
 
-  /// Does what slices cannot do each for itself before rays are cast.
+  /// Does what ranges cannot do each for itself before rays are cast.
   static void begin_shared(SensorPatch<S>& patch, Scratch& scratch) {
-    if (!patch.bundles.has_runs_in_slices()) return patch.reset_near_hits();
+    if (!patch.ray_tree.has_packets_in_ranges()) return patch.reset_near_hits();
     // Where hits are carried on, what they become is what counts.
-    scratch.knows_hit_lanes = patch.def.cast_every == 1;
-    if (scratch.knows_hit_lanes) begin_hit_lanes(patch);
+    scratch.knows_hit_mask = patch.def.cast_every == 1;
+    if (scratch.knows_hit_mask) begin_hit_mask(patch);
   }
 
-  /// Casts the rays of one slice of a large patch.
+  /// Casts the rays of one range of a large patch.
   void sense_from(State& state, std::size_t i, std::size_t round) {
     const std::size_t owner = shared_[i].owner;
     const Scratch& scratch = scratch_[owner];
     SensorPatch<S>& patch = state.patches.at(live_[owner]);
-    if (patch.bundles.has_runs_in_slices()) {
-      sense_slice(patch, scratch, shared_[i].slice);
+    if (patch.ray_tree.has_packets_in_ranges()) {
+      sense_range(patch, scratch, shared_[i].range);
     } else {
-      cast_rays_at<S>(patch, scratch.shapes[round], shared_[i].slice);
+      cast_rays_at<S>(patch, scratch.shapes[round], shared_[i].range);
     }
   }
 
-  /// Casts the rays of a slice at all shapes, while its hits are in the cache of this thread.
-  static void sense_slice(SensorPatch<S>& patch, const Scratch& scratch, RaySlice slice) {
-    patch.reset_near_hits(slice);
-    for (const auto& shape : scratch.shapes) cast_rays_at<S>(patch, shape, slice);
-    if (scratch.knows_hit_lanes) find_hit_lanes(patch, slice);
+  /// Casts the rays of a range at all shapes, while its hits are in the cache of this thread.
+  static void sense_range(SensorPatch<S>& patch, const Scratch& scratch, RayRange range) {
+    patch.reset_near_hits(range);
+    for (const auto& shape : scratch.shapes) cast_rays_at<S>(patch, shape, range);
+    if (scratch.knows_hit_mask) find_hit_mask(patch, range);
   }
 
-  [[nodiscard]] bool wants_implicit(const State& state, const SensorPatch<S>& patch,
+  [[nodiscard]] bool needs_implicit(const State& state, const SensorPatch<S>& patch,
                                     const PatchPair<S>& pair) const {
     const PatchDef<S>& def = patch.def;
     if (def.integration == Integration::explicit_ || def.options.law == Law::ambf) return false;
-    if (!patch.can_push()) return false;
+    if (!patch.can_apply_force()) return false;
     if (!state.solver_bodies[patch.body.index].is_moving() &&
         !state.solver_bodies[pair.body_b].is_moving()) {
       return false;  // Nothing to solve for: both move as they are told.
@@ -27854,10 +27722,9 @@ void SensorStage<S, Backend>::find_near(const State& state, const SensorPatch<S>
   const Aabb<S> box = transformed(patch.box, A.center_pose);
   state.broad_phase.overlap(box.inflated(own_reach), [&](std::uint32_t tag) {
     const Collider<S, Backend>& c = state.colliders.at(tag);
-    if (!detail::sees(state, patch, c)) return true;
+    if (!sense_mask(state, patch, c)) return true;
     // What is near must not depend on how large the box in the tree happens to be.
-    if (state.broad_phase.is_coarse(tag) &&
-        !detail::swept_box(state, c).overlaps(box.inflated(own_reach))) {
+    if (state.broad_phase.is_loose(tag) && !swept_box(state, c).overlaps(box.inflated(own_reach))) {
       return true;
     }
     const S extra = approach(state, patch, c);
@@ -27871,7 +27738,7 @@ void SensorStage<S, Backend>::find_near(const State& state, const SensorPatch<S>
   std::sort(out.begin(), out.end());
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/world/sleep_stage.hpp
 
@@ -27893,7 +27760,7 @@ void SensorStage<S, Backend>::find_near(const State& state, const SensorPatch<S>
 #include <cstdint>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Union-find over [0, count). Each set is known by its lowest member, whatever the order in which
 /// members were joined. Allocates only when it grows.
@@ -27915,12 +27782,12 @@ class DisjointSets {
   }
 
   void join(std::uint32_t a, std::uint32_t b) {
-    const std::uint32_t root_a = find(a);
-    const std::uint32_t root_b = find(b);
-    if (root_a < root_b) {
-      parent_[root_b] = root_a;
+    const std::uint32_t anchor_a = find(a);
+    const std::uint32_t anchor_b = find(b);
+    if (anchor_a < anchor_b) {
+      parent_[anchor_b] = anchor_a;
     } else {
-      parent_[root_a] = root_b;
+      parent_[anchor_a] = anchor_b;
     }
   }
 
@@ -27928,7 +27795,7 @@ class DisjointSets {
   std::vector<std::uint32_t> parent_;
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/world/solve_stage.hpp
 
@@ -27946,7 +27813,7 @@ class DisjointSets {
 #include <cstdint>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Splits bodies and constraints into islands. Bodies that forces do not move belong to none, and
 /// do not connect what touches them.
@@ -28051,9 +27918,9 @@ class IslandBuilder {
   std::vector<Island> islands_;
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
-// === bristle/dynamics/contacts/passive_bounces.hpp
+// === bristle/dynamics/contacts/passive_restitution.hpp
 
 /// @file
 /// Bounces of mechanisms that give no energy.
@@ -28076,7 +27943,7 @@ class IslandBuilder {
 #include <cstddef>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Sets all impulses of an island to zero.
 template <Scalar S>
@@ -28137,7 +28004,7 @@ class SavedImpulses {
   std::vector<Soft> soft_;
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/dynamics/solver/island_energy.hpp
 
@@ -28145,7 +28012,7 @@ class SavedImpulses {
 /// Kinetic energy of an island, as found and as what it may be judged by.
 // SPDX-License-Identifier: BSD-3-Clause
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// [J] Twice the kinetic energy of an island's bodies.
 template <Scalar S>
@@ -28176,7 +28043,7 @@ template <Scalar S>
   return sum;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/dynamics/solver/island_solver.hpp
 
@@ -28204,7 +28071,7 @@ template <Scalar S>
 #include <cstddef>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Watches the derivatives of the velocities that an iteration finds. For scalars without
 /// derivatives there is nothing to watch, and nothing is compiled of it.
@@ -28264,7 +28131,7 @@ class DerivativeWatch {
   bool is_first_ = true;
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/dynamics/solver/proximal_solver.hpp
 
@@ -28308,7 +28175,7 @@ class DerivativeWatch {
 #include <cstdint>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Numbers the bodies of one island after the other. Keeps its memory.
 class IslandOrder {
@@ -28428,7 +28295,7 @@ class IslandOrder {
   std::vector<bool> is_queued_;
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <array>
@@ -28437,7 +28304,7 @@ class IslandOrder {
 #include <span>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Rows of one island after the other. Keeps its memory.
 /// @tparam Real  Scalar of the arithmetic.
@@ -28479,8 +28346,8 @@ class IslandRows {
         row.lambda = Real(c.impulse[k]);
         row.friction = Real(c.friction);
         row.kind = k == 0 ? Kind::cone : Kind::tangent;
-        row.aim = Real(k == 0 ? c.target : c.bias[k]);
-        row.target += row.aim;
+        row.bias = Real(k == 0 ? c.target : c.bias[k]);
+        row.target += row.bias;
       }
       // One response for all three, so that a circular cone stays one.
       Row* last = &rows_.back();
@@ -28512,8 +28379,8 @@ class IslandRows {
       const ContactConstraint<S>& c = constraints.contacts[i];
       Row& row = add(c, 0, bodies, motion);
       row.target -= Real(c.gap / dt);
-      row.lambda = Real(c.placed);
-      row.lower = Real(c.least_placed);
+      row.lambda = Real(c.position_impulse);
+      row.lower = Real(c.least_position_impulse);
       row.upper = c.parts ? row.lambda : infinity<Real>;
       if (c.parts) row.lower = row.lambda;
       row.kind = Kind::bounded;
@@ -28571,7 +28438,7 @@ class IslandRows {
   void add_joints(Real eps, EnvelopeMatrix<Real>& h) const {
     for (const Row& row : rows_) {
       if (row.kind != Kind::free || !(row.response > Real(0))) continue;
-      detail::add_square(h, Real(1) / (eps * row.response), row);
+      add_square(h, Real(1) / (eps * row.response), row);
     }
   }
   /// Leaves out rows whose response in a factored matrix is less than a share of what it is by
@@ -28677,7 +28544,7 @@ class IslandRows {
       ContactConstraint<S>& c = constraints.contacts[i];
       Real x = rows_[r + 1].lambda;
       Real y = rows_[r + 2].lambda;
-      detail::shrink(rows_[r].friction * rows_[r].lambda, x, y);
+      shrink(rows_[r].friction * rows_[r].lambda, x, y);
       c.impulse = {S(rows_[r].lambda), S(x), S(y)};
       r += 3;
     }
@@ -28700,8 +28567,8 @@ class IslandRows {
   /// Writes by how much the contacts' multipliers fall along the whole step of the velocities. The
   /// step knows the contacts that press: where it closes another, the penalty may make any impulse
   /// of that. A prediction above the largest impulse in the island is dropped.
-  void store_passing(Real eps, const Island& island, Constraints<S>& constraints,
-                     std::vector<Real>& scratch) const {
+  void store_transient_impulses(Real eps, const Island& island, Constraints<S>& constraints,
+                                std::vector<Real>& scratch) const {
     scratch.resize(rows_.size());
     Real largest = Real(0);
     for_each_impulse(eps, Real(0), [&](std::size_t i, Real x) {
@@ -28712,15 +28579,15 @@ class IslandRows {
     for_each_impulse(eps, Real(1), [&](std::size_t i, Real x) {
       const Row& row = rows_[i];
       if (row.kind == Kind::cone) is_likely = row.side != Side::at_bound || x <= largest;
-      constraints.contacts[island.contacts[i / 3]].passing[i % 3] =
+      constraints.contacts[island.contacts[i / 3]].transient_impulse[i % 3] =
           is_likely ? S(scratch[i] - x) : S(0);
     });
   }
   /// Writes the multipliers of the position rows back.
-  void store_placed(const Island& island, Constraints<S>& constraints) const {
+  void store_position_impulses(const Island& island, Constraints<S>& constraints) const {
     std::size_t r = 0;
     for (const std::uint32_t i : island.contacts) {
-      constraints.contacts[i].placed = S(rows_[r++].lambda);
+      constraints.contacts[i].position_impulse = S(rows_[r++].lambda);
     }
     for (const std::uint32_t i : island.blocks) {
       const ConstraintBlock<S>& block = constraints.blocks[i];
@@ -28760,7 +28627,7 @@ class IslandRows {
       }
       Real x = rows_[i + 1].proposed(eps, s);
       Real y = rows_[i + 2].proposed(eps, s);
-      detail::project_on_cone(row.friction, n, x, y);
+      project_on_cone(row.friction, n, x, y);
       use(i, n);
       use(i + 1, x);
       use(i + 2, y);
@@ -28833,15 +28700,15 @@ void IslandRows<S, Real>::add_hessian(Real eps, EnvelopeMatrix<Real>& h) {
     row.side = side_of(i, eps);
     if (row.side == Side::at_bound) continue;
     if (row.kind != Kind::cone) {
-      detail::add_square(h, stiffness, row);
+      add_square(h, stiffness, row);
       continue;
     }
     const Row& first = rows_[i + 1];
     const Row& second = rows_[i + 2];
     if (row.side == Side::inside) {
-      detail::add_square(h, stiffness, row);
-      detail::add_square(h, stiffness, first);
-      detail::add_square(h, stiffness, second);
+      add_square(h, stiffness, row);
+      add_square(h, stiffness, first);
+      add_square(h, stiffness, second);
       continue;
     }
     // On the side of the cone: along its edge, and across, where only the direction may give.
@@ -28861,18 +28728,18 @@ void IslandRows<S, Real>::add_hessian(Real eps, EnvelopeMatrix<Real>& h) {
       across.jacobian_a[k] = cosine * second.jacobian_a[k] - sine * first.jacobian_a[k];
       across.jacobian_b[k] = cosine * second.jacobian_b[k] - sine * first.jacobian_b[k];
     }
-    detail::add_square(h, stiffness / (Real(1) + mu * mu), edge);
-    if (t > Real(0)) detail::add_square(h, stiffness * mu * on_edge / t, across);
+    add_square(h, stiffness / (Real(1) + mu * mu), edge);
+    if (t > Real(0)) add_square(h, stiffness * mu * on_edge / t, across);
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <type_traits>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Scratch memory and the algorithm. One object serves many islands, one after the other. Islands
 /// of floats are solved in double: eps^-1 leaves float no digits.
@@ -28894,14 +28761,14 @@ class ProximalSolver {
     drop_locked_rows();
     // Where all is linear one step from zero is exact; from anywhere else it would leave what
     // rounding makes of stiff blocks there.
-    detail::refill(v_, rows_.unknowns(), Real(0));
+    refill(v_, rows_.unknowns(), Real(0));
     if (rows_.can_switch()) {
       for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].twist, v_);
     }
     is_stiff_ = rows_.can_switch() && !island.soft.empty();
     // What slips is taken to slip on as it did when the step began. From slip that the impulses to
     // come will stop, the iteration can end where a grip slides that could hold.
-    detail::refill(step_, rows_.unknowns(), Real(0));
+    refill(step_, rows_.unknowns(), Real(0));
     for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].start, step_);
     rows_.evaluate(step_);
     rows_.set_shifts();
@@ -28919,8 +28786,8 @@ class ProximalSolver {
     rows_.store_impulses(island, constraints);
     if (left <= tolerance && island.blocks.empty() && island.soft.empty() &&
         !rows_.has_sliding(eps_, tolerance)) {
-      find_passing(island, constraints, bodies,
-                   [this](std::vector<Real>& x) { hessian_.solve(x.data()); });
+      find_transient_impulses(island, constraints, bodies,
+                              [this](std::vector<Real>& x) { hessian_.solve(x.data()); });
     }
     store_soft(island, constraints, bodies);
     return left;
@@ -28943,7 +28810,7 @@ class ProximalSolver {
     const Real left =
         iterate(Real(context.position_tolerance / context.dt), context.settings, report);
     if (!(left < infinity<Real>)) return left;
-    rows_.store_placed(island, constraints);
+    rows_.store_position_impulses(island, constraints);
     for (const std::uint32_t slot : island.bodies) {
       bodies[slot].motion = rows_.twist(slot, v_, bodies);
     }
@@ -28971,8 +28838,9 @@ class ProximalSolver {
   void add_soft(const SoftBlock<S>& soft, std::span<const SolverBody<S>> bodies);
   void drop_locked_rows();
   template <typename SolveLinear>
-  void find_passing(const Island& island, Constraints<S>& constraints,
-                    std::span<const SolverBody<S>> bodies, const SolveLinear& solve_linear);
+  void find_transient_impulses(const Island& island, Constraints<S>& constraints,
+                               std::span<const SolverBody<S>> bodies,
+                               const SolveLinear& solve_linear);
   Real iterate(Real tolerance, const SolverDef<S>& settings, SolveReport<S>& report);
   bool minimise(Real eps, Real tolerance, int& steps, int most_steps);
   [[nodiscard]] Real mismatch() const;
@@ -29017,7 +28885,7 @@ auto ProximalSolver<S>::follow(const Island& island, Constraints<S>& constraints
       .free = &product_,
       .tolerance = Real(is_swept_first ? 0.01 : 0.1) * Real(context.velocity_tolerance),
       .speed_change = change};
-  const CoulombAnswer<Real> answer = newton_.solve(problem);
+  const CoulombResult<Real> answer = newton_.solve(problem);
   report.factorisations += answer.factorisations;
   enough_ = std::max(enough_, problem.good_enough(answer.slip));
   // Many jammed bodies that are hit have no answer that is found in bounded time. Any that takes
@@ -29036,8 +28904,8 @@ auto ProximalSolver<S>::follow(const Island& island, Constraints<S>& constraints
     eps_ = answer.eps;
     rows_.evaluate(v_);
     rows_.set_sides(eps_);
-    find_passing(island, constraints, bodies,
-                 [this](std::vector<Real>& x) { newton_.solve_linear(x); });
+    find_transient_impulses(island, constraints, bodies,
+                            [this](std::vector<Real>& x) { newton_.solve_linear(x); });
   }
   store_soft(island, constraints, bodies);
   return answer.residual;
@@ -29058,7 +28926,7 @@ void ProximalSolver<S>::store_soft(const Island& island, Constraints<S>& constra
 template <Scalar S>
 void ProximalSolver<S>::make_mass(const Island& island, std::span<const SolverBody<S>> bodies) {
   matrix_.reset(rows_.envelope());
-  detail::refill(rhs_, rows_.unknowns(), Real(0));
+  refill(rhs_, rows_.unknowns(), Real(0));
   for (const std::uint32_t slot : island.bodies) {
     const SolverBody<S>& body = bodies[slot];
     const std::size_t u = rows_.unknown(slot);
@@ -29155,9 +29023,9 @@ void ProximalSolver<S>::drop_locked_rows() {
 /// next, and heavy bodies on light ones would never come to rest.
 template <Scalar S>
 template <typename SolveLinear>
-void ProximalSolver<S>::find_passing(const Island& island, Constraints<S>& constraints,
-                                     std::span<const SolverBody<S>> bodies,
-                                     const SolveLinear& solve_linear) {
+void ProximalSolver<S>::find_transient_impulses(const Island& island, Constraints<S>& constraints,
+                                                std::span<const SolverBody<S>> bodies,
+                                                const SolveLinear& solve_linear) {
   product_.resize(v_.size());
   step_.resize(v_.size());
   for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].start, product_);
@@ -29165,7 +29033,7 @@ void ProximalSolver<S>::find_passing(const Island& island, Constraints<S>& const
   matrix_.multiply(product_.data(), step_.data());
   solve_linear(step_);
   rows_.evaluate_step(step_);
-  rows_.store_passing(eps_, island, constraints, product_);
+  rows_.store_transient_impulses(eps_, island, constraints, product_);
 }
 
 /// The outer loop: multipliers, opening speeds, eps.
@@ -29310,7 +29178,7 @@ auto ProximalSolver<S>::search_line(Real eps) -> Real {
   return s;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/dynamics/solver/sequential_solver.hpp
 
@@ -29359,7 +29227,7 @@ auto ProximalSolver<S>::search_line(Real eps) -> Real {
 #include <cstdint>
 #include <utility>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// [-] Scalars of a row, with those at its end that nobody asks for. They are read and written too.
 inline constexpr std::size_t row_stride = 8;
@@ -29367,15 +29235,15 @@ inline constexpr std::size_t row_stride = 8;
 /// Lane i of columns[c] becomes rows[at[i] + c].
 /// @param at  [-] Of each lane, where its row begins.
 template <std::size_t count, Scalar S>
-BRISTLE_INLINE void load_rows(const S* rows, const std::uint32_t* at, Pack<S> (&columns)[count]);
+BRISTLE_FORCE_INLINE void load_rows(const S* rows, const std::uint32_t* at,
+                                    Pack<S> (&columns)[count]);
 /// The inverse. Of lanes with the same row the last one stays. What the row has behind `count`
 /// scalars may be overwritten.
 template <std::size_t count, Scalar S>
-BRISTLE_INLINE void store_rows(S* rows, const std::uint32_t* at, const Pack<S> (&columns)[count]);
+BRISTLE_FORCE_INLINE void store_rows(S* rows, const std::uint32_t* at,
+                                     const Pack<S> (&columns)[count]);
 
 // Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
 
 #if BRISTLE_HAS_SHUFFLE
 
@@ -29391,7 +29259,7 @@ inline constexpr std::size_t block_size = lanes<S> < row_stride ? lanes<S> : row
 /// Lanes whose number has the bit d, of the one register, change places with those that lack it, of
 /// the other.
 template <std::size_t d, Scalar S, std::size_t... lane>
-BRISTLE_INLINE void exchange(Pack<S>& upper, Pack<S>& lower, std::index_sequence<lane...>) {
+BRISTLE_FORCE_INLINE void exchange(Pack<S>& upper, Pack<S>& lower, std::index_sequence<lane...>) {
   constexpr std::size_t n = lanes<S>;
   const auto a = upper.get();
   const auto b = lower.get();
@@ -29400,13 +29268,14 @@ BRISTLE_INLINE void exchange(Pack<S>& upper, Pack<S>& lower, std::index_sequence
 }
 /// The same for all registers whose number lacks the bit d, with those that have it.
 template <std::size_t d, Scalar S, std::size_t... i>
-BRISTLE_INLINE void exchange_all(Pack<S> (&registers)[block_size<S>], std::index_sequence<i...>) {
+BRISTLE_FORCE_INLINE void exchange_all(Pack<S> (&registers)[block_size<S>],
+                                       std::index_sequence<i...>) {
   (exchange<d>(registers[i / d * 2 * d + i % d], registers[i / d * 2 * d + i % d + d],
                std::make_index_sequence<lanes<S>>()),
    ...);
 }
 template <Scalar S>
-BRISTLE_INLINE void transpose(Pack<S> (&registers)[block_size<S>]) {
+BRISTLE_FORCE_INLINE void transpose(Pack<S> (&registers)[block_size<S>]) {
   constexpr std::size_t n = block_size<S>;
   constexpr auto pairs = std::make_index_sequence<n / 2>();
   if constexpr (n > 4) exchange_all<4>(registers, pairs);
@@ -29415,8 +29284,8 @@ BRISTLE_INLINE void transpose(Pack<S> (&registers)[block_size<S>]) {
 }
 
 template <Scalar S, std::size_t... lane>
-BRISTLE_INLINE Pack<S> load_piece(const S* rows, const std::uint32_t* at,
-                                  std::index_sequence<lane...>) {
+BRISTLE_FORCE_INLINE Pack<S> load_piece(const S* rows, const std::uint32_t* at,
+                                        std::index_sequence<lane...>) {
   if constexpr (lanes<S> <= row_stride) {
     return Pack<S>::load(rows + *at);
   } else {
@@ -29429,7 +29298,7 @@ BRISTLE_INLINE Pack<S> load_piece(const S* rows, const std::uint32_t* at,
 }
 /// Writes a register, or one of its two rows: the one that starts at lane `first`.
 template <std::size_t first, Scalar S, std::size_t... lane>
-BRISTLE_INLINE void store_piece(const Pack<S>& piece, S* row, std::index_sequence<lane...>) {
+BRISTLE_FORCE_INLINE void store_piece(const Pack<S>& piece, S* row, std::index_sequence<lane...>) {
   if constexpr (lanes<S> <= row_stride) {
     piece.store(row);
   } else {
@@ -29440,20 +29309,19 @@ BRISTLE_INLINE void store_piece(const Pack<S>& piece, S* row, std::index_sequenc
 
 #endif
 
-}  // namespace detail
-
 template <std::size_t count, Scalar S>
-BRISTLE_INLINE void load_rows(const S* rows, const std::uint32_t* at, Pack<S> (&columns)[count]) {
+BRISTLE_FORCE_INLINE void load_rows(const S* rows, const std::uint32_t* at,
+                                    Pack<S> (&columns)[count]) {
   static_assert(count <= row_stride);
 #if BRISTLE_HAS_SHUFFLE
-  if constexpr (detail::are_rows_transposed<S>) {
-    constexpr std::size_t n = detail::block_size<S>;
+  if constexpr (are_rows_transposed<S>) {
+    constexpr std::size_t n = block_size<S>;
     for (std::size_t first = 0; first < count; first += n) {
       Pack<S> pieces[n];
       for (std::size_t i = 0; i < n; ++i) {
-        pieces[i] = detail::load_piece(rows + first, at + i, std::make_index_sequence<lanes<S>>());
+        pieces[i] = load_piece(rows + first, at + i, std::make_index_sequence<lanes<S>>());
       }
-      detail::transpose(pieces);
+      transpose(pieces);
       for (std::size_t i = 0; i < n && first + i < count; ++i) columns[first + i] = pieces[i];
     }
     return;
@@ -29463,24 +29331,25 @@ BRISTLE_INLINE void load_rows(const S* rows, const std::uint32_t* at, Pack<S> (&
 }
 
 template <std::size_t count, Scalar S>
-BRISTLE_INLINE void store_rows(S* rows, const std::uint32_t* at, const Pack<S> (&columns)[count]) {
+BRISTLE_FORCE_INLINE void store_rows(S* rows, const std::uint32_t* at,
+                                     const Pack<S> (&columns)[count]) {
   static_assert(count <= row_stride);
 #if BRISTLE_HAS_SHUFFLE
-  if constexpr (detail::are_rows_transposed<S>) {
-    constexpr std::size_t n = detail::block_size<S>;
+  if constexpr (are_rows_transposed<S>) {
+    constexpr std::size_t n = block_size<S>;
     for (std::size_t first = 0; first < count; first += n) {
       Pack<S> pieces[n];
       for (std::size_t i = 0; i < n; ++i) {
         pieces[i] = first + i < count ? columns[first + i] : Pack<S>(S(0));
       }
-      detail::transpose(pieces);
+      transpose(pieces);
       // Lane by lane, so that of those with the same row the last one stays.
       constexpr auto row = std::make_index_sequence<row_stride>();
       for (std::size_t i = 0; i < n; ++i) {
-        detail::store_piece<0>(pieces[i], rows + first + at[i], row);
+        store_piece<0>(pieces[i], rows + first + at[i], row);
       }
       for (std::size_t i = n; i < lanes<S>; ++i) {
-        detail::store_piece<n>(pieces[i - n], rows + first + at[i], row);
+        store_piece<n>(pieces[i - n], rows + first + at[i], row);
       }
     }
     return;
@@ -29489,7 +29358,7 @@ BRISTLE_INLINE void store_rows(S* rows, const std::uint32_t* at, const Pack<S> (
   for (std::size_t c = 0; c < count; ++c) columns[c].scatter(rows + c, at);
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <array>
@@ -29497,7 +29366,7 @@ BRISTLE_INLINE void store_rows(S* rows, const std::uint32_t* at, const Pack<S> (
 #include <cstdint>
 #include <span>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Velocities of bodies, close to each other, to be read and written in lanes.
 template <Scalar S>
@@ -29520,15 +29389,16 @@ class VelocityTable {
   }
   /// Linear and angular velocity of a body for each lane.
   /// @param at  [-] Number of the body times `stride`.
-  BRISTLE_INLINE void load(const std::uint32_t* at, Pack3<S>& linear, Pack3<S>& angular) const {
+  BRISTLE_FORCE_INLINE void load(const std::uint32_t* at, Pack3<S>& linear,
+                                 Pack3<S>& angular) const {
     Pack<S> columns[6];
     load_rows(numbers_.data(), at, columns);
     linear = {columns[0], columns[1], columns[2]};
     angular = {columns[3], columns[4], columns[5]};
   }
   /// The inverse. Lanes with the same body overwrite each other.
-  BRISTLE_INLINE void store(const std::uint32_t* at, const Pack3<S>& linear,
-                            const Pack3<S>& angular) {
+  BRISTLE_FORCE_INLINE void store(const std::uint32_t* at, const Pack3<S>& linear,
+                                  const Pack3<S>& angular) {
     const Pack<S> columns[] = {linear.x, linear.y, linear.z, angular.x, angular.y, angular.z};
     store_rows(numbers_.data(), at, columns);
   }
@@ -29561,7 +29431,7 @@ struct alignas(64) ManifoldPoints {
   /// Of the position problem: the velocity that closes the gap within the step, the share that
   /// moves the bodies and the least of it, and what `inverse_response` is for it; 0 where bodies
   /// part.
-  Row placing_target{}, placed{}, least_placed{}, inverse_placing{};
+  Row placing_target{}, position_impulse{}, least_position_impulse{}, inverse_placing{};
 };
 
 /// What the contacts of a block's points have beside what sweeps read again and again. Fields with
@@ -29570,7 +29440,7 @@ struct alignas(64) ManifoldPoints {
 template <Scalar S, std::size_t n = lanes<S>>
 struct alignas(64) ManifoldContacts {
   using Row = std::array<S, n>;
-  Row gap{}, restitution{}, bounce_share{};
+  Row gap{}, restitution{}, restitution_share{};
   /// [N s] Impulses along the tangents; that along the normal is `ManifoldPoints::impulse`.
   Row friction1{}, friction2{};
   /// [N s] Impulses of all parts of the step so far, along the normal and the tangents.
@@ -29654,7 +29524,7 @@ class ManifoldMotion {
   struct Load {
     T n = S(0), l1 = S(0), l2 = S(0);
 
-    BRISTLE_INLINE void add(const Points& p, const T& x) {
+    BRISTLE_FORCE_INLINE void add(const Points& p, const T& x) {
       n += x;
       l1 += x * row(p.e1);
       l2 += x * row(p.e2);
@@ -29664,26 +29534,26 @@ class ManifoldMotion {
   struct Friction {
     T along1 = S(0), along2 = S(0), spin = S(0);
 
-    BRISTLE_INLINE void add(const Points& p, const T& x1, const T& x2) {
+    BRISTLE_FORCE_INLINE void add(const Points& p, const T& x1, const T& x2) {
       along1 += x1;
       along2 += x2;
       spin -= row(p.e1) * x1 + row(p.e2) * x2;
     }
   };
-  [[nodiscard]] BRISTLE_INLINE static T row(const Row& r) { return T::load(r.data()); }
-  [[nodiscard]] BRISTLE_INLINE static Pack3<S> row(const typename Block::Row3& r) {
+  [[nodiscard]] BRISTLE_FORCE_INLINE static T row(const Row& r) { return T::load(r.data()); }
+  [[nodiscard]] BRISTLE_FORCE_INLINE static Pack3<S> row(const typename Block::Row3& r) {
     return Pack3<S>::load(r.x.data(), r.y.data(), r.z.data());
   }
-  [[nodiscard]] BRISTLE_INLINE static T speed(const Points& p, const Relative& v) {
+  [[nodiscard]] BRISTLE_FORCE_INLINE static T speed(const Points& p, const Relative& v) {
     return v.n + row(p.e1) * v.w1 + row(p.e2) * v.w2;
   }
-  [[nodiscard]] BRISTLE_INLINE Motion motion(const VelocityTable<S>& velocities) const {
+  [[nodiscard]] BRISTLE_FORCE_INLINE Motion motion(const VelocityTable<S>& velocities) const {
     Motion of;
     velocities.load(m_.a.from.data(), of.v_a, of.w_a);
     velocities.load(m_.b.from.data(), of.v_b, of.w_b);
     return of;
   }
-  [[nodiscard]] BRISTLE_INLINE Relative relative(const Motion& of) const {
+  [[nodiscard]] BRISTLE_FORCE_INLINE Relative relative(const Motion& of) const {
     const Pack3<S> v =
         (of.v_b - of.v_a) + (cross(of.w_b, row(m_.b.arm)) - cross(of.w_a, row(m_.a.arm)));
     const Pack3<S> w = of.w_b - of.w_a;
@@ -29691,17 +29561,19 @@ class ManifoldMotion {
     return {dot(n, v), dot(t1, v), dot(t2, v), dot(n, w), dot(t1, w), dot(t2, w)};
   }
   /// Gives b an impulse and an angular impulse at the centre, and a their opposites.
-  BRISTLE_INLINE void push(VelocityTable<S>& velocities, const Motion& before, const Load& load,
-                           const T& along1, const T& along2, const T& spin) const {
+  BRISTLE_FORCE_INLINE void apply_impulse(VelocityTable<S>& velocities, const Motion& before,
+                                          const Load& load, const T& along1, const T& along2,
+                                          const T& spin) const {
     const Pack3<S> n = row(m_.normal), t1 = row(m_.tangent1), t2 = row(m_.tangent2);
     const Pack3<S> force = load.n * n + along1 * t1 + along2 * t2;
     const Pack3<S> torque = spin * n + load.l1 * t1 + load.l2 * t2;
-    push(m_.a, velocities, before.v_a, before.w_a, -force, -torque);
-    push(m_.b, velocities, before.v_b, before.w_b, force, torque);
+    apply_impulse(m_.a, velocities, before.v_a, before.w_a, -force, -torque);
+    apply_impulse(m_.b, velocities, before.v_b, before.w_b, force, torque);
   }
-  BRISTLE_INLINE static void push(const typename Block::Side& side, VelocityTable<S>& velocities,
-                                  const Pack3<S>& v, const Pack3<S>& w, const Pack3<S>& force,
-                                  const Pack3<S>& torque) {
+  BRISTLE_FORCE_INLINE static void apply_impulse(const typename Block::Side& side,
+                                                 VelocityTable<S>& velocities, const Pack3<S>& v,
+                                                 const Pack3<S>& w, const Pack3<S>& force,
+                                                 const Pack3<S>& torque) {
     const Pack3<S> l = torque + cross(row(side.arm), force);
     const auto& I = side.inverse_inertia;
     Pack3<S> turn = row(I[0]) * l;
@@ -29720,7 +29592,7 @@ class ManifoldMotion {
   std::span<Points> points_;
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/dynamics/contacts/manifold_kernel.hpp
 
@@ -29733,7 +29605,7 @@ class ManifoldMotion {
 #include <type_traits>
 #include <utility>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// The turns of one block.
 template <Scalar S>
@@ -29749,25 +29621,26 @@ class ManifoldKernel : ManifoldMotion<S> {
   void apply(VelocityTable<S>& velocities) const {
     Load load;
     for (const Points& p : points_) load.add(p, row(p.impulse));
-    push(velocities, motion(velocities), load, row(m_.friction_impulse1), row(m_.friction_impulse2),
-         row(m_.torsion));
+    apply_impulse(velocities, motion(velocities), load, row(m_.friction_impulse1),
+                  row(m_.friction_impulse2), row(m_.torsion));
   }
   /// One turn of the velocity problem.
   /// @return [m/s] Largest velocity change.
-  BRISTLE_INLINE T solve(VelocityTable<S>& velocities);
+  BRISTLE_FORCE_INLINE T solve(VelocityTable<S>& velocities);
   /// One turn of the position problem.
-  BRISTLE_INLINE T place(VelocityTable<S>& displacements);
+  BRISTLE_FORCE_INLINE T place(VelocityTable<S>& displacements);
 
  private:
-  using Base::m_, Base::motion, Base::points_, Base::push, Base::relative, Base::row, Base::speed;
+  using Base::m_, Base::motion, Base::points_, Base::apply_impulse, Base::relative, Base::row,
+      Base::speed;
   using typename Base::Load, typename Base::Motion, typename Base::Relative, typename Base::Row;
 
-  /// What `detail::solve_friction` asks for.
+  /// What `solve_friction` asks for.
   struct TangentialResponse {
     T a, b, c, inverse_determinant, inverse_largest;
   };
 
-  [[nodiscard]] BRISTLE_INLINE T across(std::size_t i, const Load& load) const {
+  [[nodiscard]] BRISTLE_FORCE_INLINE T across(std::size_t i, const Load& load) const {
     return row(m_.across[i][0]) * load.n + row(m_.across[i][1]) * load.l1 +
            row(m_.across[i][2]) * load.l2;
   }
@@ -29777,15 +29650,17 @@ class ManifoldKernel : ManifoldMotion<S> {
   /// @param use  (point, x) called for each.
   /// @return [m/s] Largest velocity change.
   template <typename Least, typename Use>
-  BRISTLE_INLINE T solve_points(Relative v, Load& load, Row Points::*target, Row Points::*inverse,
-                                Row Points::*x, const Least& least, const Use& use);
-  BRISTLE_INLINE void rub(const T& most, const T& most_torsion, const Relative& v);
+  BRISTLE_FORCE_INLINE T solve_points(Relative v, Load& load, Row Points::*target,
+                                      Row Points::*inverse, Row Points::*x, const Least& least,
+                                      const Use& use);
+  BRISTLE_FORCE_INLINE void solve_point_friction(const T& most, const T& most_torsion,
+                                                 const Relative& v);
 };
 
 // Implementation -----------------------------------------------------------------------------------
 
 template <Scalar S>
-BRISTLE_INLINE Pack<S> ManifoldKernel<S>::solve(VelocityTable<S>& velocities) {
+BRISTLE_FORCE_INLINE Pack<S> ManifoldKernel<S>::solve(VelocityTable<S>& velocities) {
   const Motion before_turn = motion(velocities);
   Relative v = relative(before_turn);
   Load load;
@@ -29804,21 +29679,22 @@ BRISTLE_INLINE Pack<S> ManifoldKernel<S>::solve(VelocityTable<S>& velocities) {
   const T before1 = row(m_.friction_impulse1);
   const T before2 = row(m_.friction_impulse2);
   const T before_torsion = row(m_.torsion);
-  rub(row(m_.friction) * sum, row(m_.friction) * moment, v);
+  solve_point_friction(row(m_.friction) * sum, row(m_.friction) * moment, v);
   const T change1 = row(m_.friction_impulse1) - before1;
   const T change2 = row(m_.friction_impulse2) - before2;
   const T twist = row(m_.torsion) - before_torsion;
   largest = max(max(abs(change1), abs(change2)) * row(m_.largest_response), largest);
   largest = max(abs(twist) * row(m_.torsion_response) * row(m_.radius), largest);
-  if (any(largest > T(S(0)))) push(velocities, before_turn, load, change1, change2, twist);
+  if (any(largest > T(S(0)))) apply_impulse(velocities, before_turn, load, change1, change2, twist);
   return largest;
 }
 
 template <Scalar S>
 template <typename Least, typename Use>
-BRISTLE_INLINE Pack<S> ManifoldKernel<S>::solve_points(Relative v, Load& load, Row Points::*target,
-                                                       Row Points::*inverse, Row Points::*x,
-                                                       const Least& least, const Use& use) {
+BRISTLE_FORCE_INLINE Pack<S> ManifoldKernel<S>::solve_points(Relative v, Load& load,
+                                                             Row Points::*target,
+                                                             Row Points::*inverse, Row Points::*x,
+                                                             const Least& least, const Use& use) {
   T largest = S(0);
   for (std::size_t first = 0; first < points_.size(); first += point_group) {
     const auto points = points_.subspan(first);
@@ -29859,14 +29735,15 @@ BRISTLE_INLINE Pack<S> ManifoldKernel<S>::solve_points(Relative v, Load& load, R
 /// Friction of a manifold: force and torsion together within an ellipsoid, whose axes are the force
 /// `most` alone and the torsion `most_torsion` alone.
 template <Scalar S>
-BRISTLE_INLINE void ManifoldKernel<S>::rub(const T& most, const T& most_torsion,
-                                           const Relative& v) {
+BRISTLE_FORCE_INLINE void ManifoldKernel<S>::solve_point_friction(const T& most,
+                                                                  const T& most_torsion,
+                                                                  const Relative& v) {
   const TangentialResponse K{row(m_.response_a), row(m_.response_b), row(m_.response_c),
                              row(m_.inverse_determinant), row(m_.inverse_largest)};
   const T zero = S(0);
   T x1 = row(m_.friction_impulse1);
   T x2 = row(m_.friction_impulse2);
-  detail::solve_friction(K, v.v1, v.v2, most, x1, x2);
+  solve_friction(K, v.v1, v.v2, most, x1, x2);
   const Mask<S> twists = most_torsion > zero;
   T torsion = select(twists, row(m_.torsion) - v.spin * row(m_.inverse_torsion_response), zero);
   const T turn = select(twists, torsion / most_torsion, zero);
@@ -29885,19 +29762,19 @@ BRISTLE_INLINE void ManifoldKernel<S>::rub(const T& most, const T& most_torsion,
 }
 
 template <Scalar S>
-BRISTLE_INLINE Pack<S> ManifoldKernel<S>::place(VelocityTable<S>& displacements) {
+BRISTLE_FORCE_INLINE Pack<S> ManifoldKernel<S>::place(VelocityTable<S>& displacements) {
   const Motion before_turn = motion(displacements);
   Load load;
   const T largest = solve_points(
       relative(before_turn), load, &Points::placing_target, &Points::inverse_placing,
-      &Points::placed, [](const Points& p) { return row(p.least_placed); },
+      &Points::position_impulse, [](const Points& p) { return row(p.least_position_impulse); },
       [](const Points&, const T&) {});
   const T zero = S(0);
-  if (any(largest > zero)) push(displacements, before_turn, load, zero, zero, zero);
+  if (any(largest > zero)) apply_impulse(displacements, before_turn, load, zero, zero, zero);
   return largest;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/dynamics/contacts/manifold_mobility.hpp
 
@@ -29906,7 +29783,7 @@ BRISTLE_INLINE Pack<S> ManifoldKernel<S>::place(VelocityTable<S>& displacements)
 /// contact: once for a manifold, from which the response of each of its points follows.
 // SPDX-License-Identifier: BSD-3-Clause
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Velocity of b relative to a at a point between them, and their relative turn, along the axes of
 /// a contact, for units of force along these axes and of torque about them.
@@ -29943,7 +29820,7 @@ struct ManifoldMobility {
   Mat3<S> angular = Mat3<S>::Zero();
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/dynamics/contacts/manifold_order.hpp
 
@@ -29957,7 +29834,7 @@ struct ManifoldMobility {
 #include <span>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// The contacts of one manifold, and the bodies between which they are.
 struct ManifoldSpan {
@@ -30026,7 +29903,7 @@ class ManifoldOrder {
   std::vector<std::uint32_t> next_round_;  // By slot; 0 between two calls.
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/dynamics/contacts/manifold_part.hpp
 
@@ -30043,7 +29920,7 @@ class ManifoldOrder {
 #include <cstdint>
 #include <span>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// The contacts of one block.
 template <Scalar S>
@@ -30058,10 +29935,10 @@ class ManifoldPart : ManifoldMotion<S> {
   ManifoldPart(Block& block, std::span<Points> points, std::span<Contacts> contacts)
       : Base(block, points), contacts_(contacts.subspan(block.first_point, block.points)) {}
 
-  /// Sets what contacts aim at (`aim_at`), and starts from the impulses that they have.
+  /// Sets what contacts aim at (`target_at`), and starts from the impulses that they have.
   /// @param start, free  Velocities at the start of the part, and at its end in free motion.
-  void aim(const VelocityTable<S>& start, const VelocityTable<S>& free,
-           const SolveContext<S>& context);
+  void target(const VelocityTable<S>& start, const VelocityTable<S>& free,
+              const SolveContext<S>& context);
 
   /// Ends the sweeps. Friction is spread over the points in proportion to their normal impulses, so
   /// that its force and its torsion stay what they are, and all impulses are added to the totals.
@@ -30072,21 +29949,22 @@ class ManifoldPart : ManifoldMotion<S> {
   /// @param velocities  At the end of the part; null where nothing may bounce, and none is read.
   void start_placing(const VelocityTable<S>* velocities, const SolveContext<S>& context);
   /// Gives bodies the displacement of bounces, whose share is not the usual one.
-  void move_by_bounces(VelocityTable<S>& displacements, Integrator integrator);
+  void move_by_restitution(VelocityTable<S>& displacements, Integrator integrator);
 
   /// Goes on to the next part: gaps follow the motion of this one, and impacts leave nothing, as
   /// they say nothing about the load that follows.
   void move_on(const VelocityTable<S>& displacements, S dt);
 
  private:
-  using Base::m_, Base::motion, Base::points_, Base::push, Base::relative, Base::row, Base::speed;
+  using Base::m_, Base::motion, Base::points_, Base::apply_impulse, Base::relative, Base::row,
+      Base::speed;
   using typename Base::Friction, typename Base::Load, typename Base::Relative;
 
-  [[nodiscard]] BRISTLE_INLINE static Mask<S> mask(std::uint32_t set) {
+  [[nodiscard]] BRISTLE_FORCE_INLINE static Mask<S> mask(std::uint32_t set) {
     return Mask<S>::from_bits(set);
   }
   /// Takes back the impulses of lanes.
-  BRISTLE_INLINE static void clear(const Mask<S>& lanes_to_clear, Points& p, Contacts& c) {
+  BRISTLE_FORCE_INLINE static void clear(const Mask<S>& lanes_to_clear, Points& p, Contacts& c) {
     for (auto* impulse : {&p.impulse, &c.friction1, &c.friction2}) {
       select(lanes_to_clear, T(S(0)), row(*impulse)).store(impulse->data());
     }
@@ -30098,8 +29976,8 @@ class ManifoldPart : ManifoldMotion<S> {
 // Implementation -----------------------------------------------------------------------------------
 
 template <Scalar S>
-void ManifoldPart<S>::aim(const VelocityTable<S>& start, const VelocityTable<S>& free,
-                          const SolveContext<S>& context) {
+void ManifoldPart<S>::target(const VelocityTable<S>& start, const VelocityTable<S>& free,
+                             const SolveContext<S>& context) {
   const Relative v_start = relative(motion(start));
   const Relative v_free = relative(motion(free));
   const Mask<S> follow_joints = mask(m_.follow_joints);
@@ -30109,14 +29987,14 @@ void ManifoldPart<S>::aim(const VelocityTable<S>& start, const VelocityTable<S>&
     Points& p = points_[k];
     Contacts& c = contacts_[k];
     NormalSpeeds<T> speeds{speed(p, v_start), speed(p, v_free), zero};
-    speeds.free_motion = mean_free_motion<S>(speeds.start, speeds.free, context.integrator);
-    const ContactAim<T> aim =
-        aim_at<T>(row(c.gap), row(c.restitution), row(p.impulse), speeds, follow_joints, context);
-    aim.target.store(p.target.data());
-    aim.bounce_share.store(c.bounce_share.data());
-    c.impacts = bits(aim.is_impact);
+    speeds.free_velocity = mean_free_velocity<S>(speeds.start, speeds.free, context.integrator);
+    const ContactTarget<T> target = target_at<T>(row(c.gap), row(c.restitution), row(p.impulse),
+                                                 speeds, follow_joints, context);
+    target.target.store(p.target.data());
+    target.restitution_share.store(c.restitution_share.data());
+    c.impacts = bits(target.is_impact);
     // An impact says nothing about the load that follows, nor the load about the impact.
-    if (c.impacts != 0) clear(aim.is_impact, p, c);
+    if (c.impacts != 0) clear(target.is_impact, p, c);
     friction.add(p, row(c.friction1), row(c.friction2));
   }
   friction.along1.store(m_.friction_impulse1.data());
@@ -30177,18 +30055,19 @@ void ManifoldPart<S>::start_placing(const VelocityTable<S>* velocities,
   for (std::size_t k = 0; k < points_.size(); ++k) {
     Points& p = points_[k];
     const Contacts& c = contacts_[k];
-    const ContactAim<T> aim{row(p.target), row(c.bounce_share), mask(c.impacts)};
+    const ContactTarget<T> target{row(p.target), row(c.restitution_share), mask(c.impacts)};
     const ContactPlace<T> place =
-        place_of<T>(row(p.impulse), row(c.restitution), aim, speed(p, v), context);
+        place_of<T>(row(p.impulse), row(c.restitution), target, speed(p, v), context);
     (-row(c.gap) * per_step).store(p.placing_target.data());
-    place.placed.store(p.placed.data());
-    select(place.parts, place.placed, place.least_placed).store(p.least_placed.data());
+    place.position_impulse.store(p.position_impulse.data());
+    select(place.parts, place.position_impulse, place.least_position_impulse)
+        .store(p.least_position_impulse.data());
     select(place.parts, zero, row(p.inverse_response)).store(p.inverse_placing.data());
   }
 }
 
 template <Scalar S>
-void ManifoldPart<S>::move_by_bounces(VelocityTable<S>& displacements, Integrator integrator) {
+void ManifoldPart<S>::move_by_restitution(VelocityTable<S>& displacements, Integrator integrator) {
   const T zero = S(0);
   const T usual = usual_share<S>(integrator);
   Load load;
@@ -30197,7 +30076,7 @@ void ManifoldPart<S>::move_by_bounces(VelocityTable<S>& displacements, Integrato
   for (std::size_t k = 0; k < points_.size(); ++k) {
     const Points& p = points_[k];
     const Contacts& c = contacts_[k];
-    const T share = row(c.bounce_share);
+    const T share = row(c.restitution_share);
     const Mask<S> bounces = share >= zero;
     if (!any(bounces)) continue;
     has_bounced = true;
@@ -30206,7 +30085,8 @@ void ManifoldPart<S>::move_by_bounces(VelocityTable<S>& displacements, Integrato
     friction.add(p, more * row(c.friction1), more * row(c.friction2));
   }
   if (!has_bounced) return;
-  push(displacements, motion(displacements), load, friction.along1, friction.along2, friction.spin);
+  apply_impulse(displacements, motion(displacements), load, friction.along1, friction.along2,
+                friction.spin);
 }
 
 template <Scalar S>
@@ -30220,7 +30100,7 @@ void ManifoldPart<S>::move_on(const VelocityTable<S>& displacements, S dt) {
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <cmath>
@@ -30228,7 +30108,7 @@ void ManifoldPart<S>::move_on(const VelocityTable<S>& displacements, S dt) {
 #include <span>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Scratch memory and the sweeps. One object serves many islands, one after the other.
 template <Scalar S>
@@ -30244,14 +30124,14 @@ class ManifoldSweeps {
 
   /// Starts a part of the step, in which arms, axes and masses are those that were set up: aims the
   /// contacts, with the impulses they have, and reads the velocities of free motion. Free motion is
-  /// the mean of the velocities at both ends (`mean_free_motion`), whatever
-  /// `SolverBody::free_motion` says.
-  void aim(std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
+  /// the mean of the velocities at both ends (`mean_free_velocity`), whatever
+  /// `SolverBody::free_velocity` says.
+  void target(std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
     const auto start = [](const SolverBody<S>& body) -> const Twist<S>& { return body.start; };
     const auto free = [](const SolverBody<S>& body) -> const Twist<S>& { return body.free; };
     read(bodies, start, starts_);
     load(bodies, free);
-    for_each_block([&](Part part) { part.aim(starts_, velocities_, context); });
+    for_each_block([&](Part part) { part.target(starts_, velocities_, context); });
   }
 
   /// Reads the bodies' velocities, or their displacements. All that follows works on what was read.
@@ -30286,12 +30166,12 @@ class ManifoldSweeps {
   /// Starts the position problem: reads the bodies' displacements, to which bounces are added. The
   /// constraints never learn which shares of their impulses it finds: only displacements count.
   void start_placing(std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
-    if (bounces_) load(bodies, velocity_of);
-    const VelocityTable<S>* const velocities = bounces_ ? &velocities_ : nullptr;
+    if (restitution_) load(bodies, velocity_of);
+    const VelocityTable<S>* const velocities = restitution_ ? &velocities_ : nullptr;
     for_each_block([&](Part part) { part.start_placing(velocities, context); });
     load(bodies, motion_of);
-    if (!bounces_) return;
-    for_each_block([&](Part part) { part.move_by_bounces(velocities_, context.integrator); });
+    if (!restitution_) return;
+    for_each_block([&](Part part) { part.move_by_restitution(velocities_, context.integrator); });
   }
   /// One sweep of the position problem.
   S place(bool backwards) {
@@ -30365,7 +30245,7 @@ class ManifoldSweeps {
   std::vector<std::uint32_t> slots_;  // By place less 1.
   std::vector<std::uint32_t> place_;  // By slot; 0 where it has none.
   VelocityTable<S> velocities_, starts_;
-  bool bounces_ = false;
+  bool restitution_ = false;
   bool is_cold_ = false;
 };
 
@@ -30402,12 +30282,12 @@ template <Scalar S>
 void ManifoldSweeps<S>::find_manifolds(const Island& island, const Constraints<S>& constraints,
                                        std::span<const SolverBody<S>> bodies) {
   manifolds_.clear();
-  bounces_ = false;
+  restitution_ = false;
   std::size_t fresh = 0;
   for (std::uint32_t k = 0; k < island.contacts.size(); ++k) {
     const std::uint32_t i = island.contacts[k];
     const ContactConstraint<S>& c = constraints.contacts[i];
-    bounces_ = bounces_ || c.restitution > S(0);
+    restitution_ = restitution_ || c.restitution > S(0);
     fresh += c.is_fresh ? 1u : 0u;
     // What may bounce stands alone. The torsion of a manifold is bounded by where its points might
     // press, and one that bounces on a single of them has none: its velocities would not be those
@@ -30568,13 +30448,13 @@ void ManifoldSweeps<S>::write_back(const Island& island, Constraints<S>& constra
       });
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <array>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Scratch memory and the algorithm. One object serves many islands, one after the other.
 template <Scalar S>
@@ -30602,7 +30482,7 @@ class SequentialSolver {
   /// Starts one part of the step: arms, axes and masses stay those of its start.
   void start_part(const Island& island, Constraints<S>& constraints,
                   std::span<SolverBody<S>> bodies, const SolveContext<S>& context) {
-    manifolds_.aim(bodies, context);
+    manifolds_.target(bodies, context);
     if (shares_bodies(island)) {
       manifolds_.write_impulses(island, constraints);
       apply_impulses(island, constraints, bodies);
@@ -30814,7 +30694,7 @@ class SequentialSolver {
     for (std::size_t i = 0; i < count; ++i) {
       const S response = responses_[k](i, i, block.count);
       const S left = rows[i].error / dt + rows[i].velocity(a.motion, b.motion);
-      S wanted = rows[i].correction + detail::scalar_change(left, response);
+      S wanted = rows[i].correction + scalar_change(left, response);
       if (block.kind != BlockKind::equality) wanted = std::max(S(0), wanted);
       const S change = wanted - rows[i].correction;
       rows[i].correction = wanted;
@@ -30832,10 +30712,10 @@ class SequentialSolver {
     if (c.parts) return S(0);
     const ContactResponse<S>& response = contact_responses_[k];
     const S left = c.gap / dt + c.normal_velocity(a.motion, b.motion);
-    const S wanted = max(c.least_placed, c.placed - left * response.inverse_nn);
-    const S change = wanted - c.placed;
+    const S wanted = max(c.least_position_impulse, c.position_impulse - left * response.inverse_nn);
+    const S change = wanted - c.position_impulse;
     if (change == S(0)) return S(0);
-    c.placed = wanted;
+    c.position_impulse = wanted;
     apply_at_contact<S>(c, change * c.axes[0], a, b, motion_of);
     return abs(change) * response.nn;
   }
@@ -30847,13 +30727,13 @@ class SequentialSolver {
   std::vector<Mat6<S>> gains_;
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Scratch memory and the choice. One object serves many islands, one after the other.
 template <Scalar S>
@@ -30866,7 +30746,7 @@ class IslandSolver {
     if (is_large(context)) {
       solve_large(island, constraints, bodies, context, report);
     } else {
-      aim(island, constraints, bodies, context);
+      target(island, constraints, bodies, context);
       solve_small(island, constraints, bodies, context, report);
     }
   }
@@ -30913,11 +30793,11 @@ class IslandSolver {
   }
 
  private:
-  static void aim(const Island& island, Constraints<S>& constraints,
-                  std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
+  static void target(const Island& island, Constraints<S>& constraints,
+                     std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
     for (const std::uint32_t i : island.contacts) {
       ContactConstraint<S>& c = constraints.contacts[i];
-      aim_contact(c, bodies[c.body_a], bodies[c.body_b], context);
+      target_contact(c, bodies[c.body_a], bodies[c.body_b], context);
     }
   }
 
@@ -30925,7 +30805,7 @@ class IslandSolver {
                    std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
                    SolveReport<S>& report) {
     sequential_.start(island, constraints, bodies);
-    if (wants_even_load(island, constraints)) {
+    if (needs_even_load(island, constraints)) {
       report.residual = S(proximal_.solve(island, constraints, bodies, context, report));
       apply_impulses(island, constraints, bodies);
       if (report.residual <= S(proximal_.enough())) return;
@@ -31011,7 +30891,7 @@ class IslandSolver {
         SolverBody<S>& body = bodies[island.bodies[n]];
         body.start = k > 0 ? body.twist : body.start;
         body.free = body.start + parts_[n].change;
-        body.free_motion = mean_free_motion(body, context.integrator);
+        body.free_velocity = mean_free_velocity(body, context.integrator);
       }
       sweep_part(island, constraints, bodies, part, most, report);
       if (has_blown_up(island, bodies)) {
@@ -31046,7 +30926,7 @@ class IslandSolver {
   /// Whether cut-short sweeps have released impulses that they cannot take back: those that earlier
   /// ones piled up between bodies that should bounce and cannot part, or those of an impact in the
   /// step before. Swept from nothing they get what they ask for in this part and no more. Sensors,
-  /// drives and moving bodies hardly double the energy of a heap within one, but from rest, where
+  /// motors and moving bodies hardly double the energy of a heap within one, but from rest, where
   /// sweeps from nothing do as well.
   [[nodiscard]] static bool has_blown_up(const Island& island,
                                          std::span<const SolverBody<S>> bodies) {
@@ -31072,7 +30952,7 @@ class IslandSolver {
       const SolverBody<S>& body = bodies[island.bodies[n]];
       parts_[n].start = body.start;
       parts_[n].free = body.free;
-      parts_[n].free_motion = body.free_motion;
+      parts_[n].free_velocity = body.free_velocity;
       parts_[n].change = (S(1) / parts) * (body.free - body.start);
       parts_[n].motion = {};
     }
@@ -31085,7 +30965,7 @@ class IslandSolver {
     scale_bounds(island, constraints, S(1) / parts);
   }
 
-  /// What a drive may give in a part is its share of what it may in the step.
+  /// What a motor may give in a part is its share of what it may in the step.
   static void scale_bounds(const Island& island, Constraints<S>& constraints, S scale) {
     for (const std::uint32_t i : island.blocks) {
       ConstraintBlock<S>& block = constraints.blocks[i];
@@ -31137,7 +31017,7 @@ class IslandSolver {
       SolverBody<S>& body = bodies[island.bodies[n]];
       body.start = parts_[n].start;
       body.free = parts_[n].free;
-      body.free_motion = parts_[n].free_motion;
+      body.free_velocity = parts_[n].free_velocity;
       body.motion = parts_[n].motion;
     }
     if (!island.soft.empty()) return;
@@ -31162,7 +31042,7 @@ class IslandSolver {
                             : S(0);
       place_contact(c, parting, context);
     }
-    move_by_bounces(island, constraints, bodies, context);
+    move_by_restitution(island, constraints, bodies, context);
     if (!has_position_error(island, constraints, bodies, context)) return false;
     if (!island.blocks.empty()) {
       // Joints must not give way to what they forbid, which sweeps do not see.
@@ -31189,13 +31069,13 @@ class IslandSolver {
   }
 
   /// Gives bodies the displacement of bounces, whose share is not the usual one.
-  static void move_by_bounces(const Island& island, const Constraints<S>& constraints,
-                              std::span<SolverBody<S>> bodies, const SolveContext<S>& context) {
+  static void move_by_restitution(const Island& island, const Constraints<S>& constraints,
+                                  std::span<SolverBody<S>> bodies, const SolveContext<S>& context) {
     const S usual = usual_share<S>(context.integrator);
     for (const std::uint32_t i : island.contacts) {
       const ContactConstraint<S>& c = constraints.contacts[i];
-      if (c.bounce_share < S(0)) continue;
-      apply_at_contact<S>(c, (c.bounce_share - usual) * c.impulse_W(), bodies[c.body_a],
+      if (c.restitution_share < S(0)) continue;
+      apply_at_contact<S>(c, (c.restitution_share - usual) * c.impulse_W(), bodies[c.body_a],
                           bodies[c.body_b], motion_of);
     }
   }
@@ -31256,7 +31136,7 @@ class IslandSolver {
 
   /// Sweeps put all load on the first points they come to. Where that would decide what sensors
   /// and contacts report, or whether a grip slips, the load is spread by factorisation.
-  [[nodiscard]] static bool wants_even_load(const Island& island,
+  [[nodiscard]] static bool needs_even_load(const Island& island,
                                             const Constraints<S>& constraints) {
     if (!island.soft.empty() || !island.blocks.empty()) return true;
     return island.contacts.size() > 1 &&
@@ -31301,7 +31181,8 @@ class IslandSolver {
       if (c.parts) continue;
       const S left =
           c.gap + dt * c.normal_velocity(bodies[c.body_a].motion, bodies[c.body_b].motion);
-      if (left < -tolerance || (left > tolerance && c.placed > c.least_placed)) return true;
+      if (left < -tolerance || (left > tolerance && c.position_impulse > c.least_position_impulse))
+        return true;
     }
     for (const std::uint32_t i : island.blocks) {
       const ConstraintBlock<S>& block = constraints.blocks[i];
@@ -31326,23 +31207,23 @@ class IslandSolver {
 
   /// The whole step of a body that is solved in parts, and what one part adds to its velocity.
   struct Parts {
-    Twist<S> start, free, free_motion, change, motion;
+    Twist<S> start, free, free_velocity, change, motion;
   };
   std::vector<Parts> parts_;
   std::vector<S> row_totals_;  // Impulses of all parts.
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Scratch memory and the algorithm. One object serves many islands, one after the other.
 template <Scalar S>
-class PassiveBounces {
+class PassiveRestitution {
  public:
   /// Takes back what bounces have given the mechanisms of a solved island beyond the energy of
   /// their free motion. Islands with sensors or drives, or beside what moves by itself, are left
@@ -31384,8 +31265,9 @@ class PassiveBounces {
       const SolverBody<S>& body = bodies[slot];
       return body.moves || (body.twist.linear.isZero(S(0)) && body.twist.angular.isZero(S(0)));
     };
-    return std::any_of(island.contacts.begin(), island.contacts.end(),
-                       [&](std::uint32_t i) { return constraints.contacts[i].parting_target() > S(0); }) &&
+    return std::any_of(
+               island.contacts.begin(), island.contacts.end(),
+               [&](std::uint32_t i) { return constraints.contacts[i].parting_target() > S(0); }) &&
            std::all_of(island.contacts.begin(), island.contacts.end(),
                        [&](std::uint32_t i) {
                          const ContactConstraint<S>& c = constraints.contacts[i];
@@ -31421,7 +31303,7 @@ class PassiveBounces {
   std::vector<Twist<S>> bouncing_;
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/dynamics/solver/guarded_sweeps.hpp
 
@@ -31432,7 +31314,7 @@ class PassiveBounces {
 #include <array>
 #include <cstdint>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Sweeps over the contacts and joints of an island, from no impulses, each taken back where it
 /// would give a body a velocity whose square is not finite. A body whose masses overflow then
@@ -31455,7 +31337,7 @@ class GuardedSweeps {
     }
     for (const std::uint32_t i : island.contacts) {
       ContactConstraint<S>& c = constraints.contacts[i];
-      aim_contact(c, bodies[c.body_a], bodies[c.body_b], context);
+      target_contact(c, bodies[c.body_a], bodies[c.body_b], context);
     }
     for (int n = 0; n < context.settings.max_sweeps; ++n) {
       for (const std::uint32_t i : island.blocks) turn_block(constraints, i, bodies);
@@ -31515,7 +31397,7 @@ class GuardedSweeps {
   }
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/world/mechanism_stage.hpp
 
@@ -31523,26 +31405,9 @@ class GuardedSweeps {
 /// Part of the third stage of a step: mechanisms follow their own smooth motion, and contacts act
 /// on what comes out of it.
 ///
-/// Bodies that joints connect and nothing else pushes are moved by `JointFlow`, which keeps their
-/// energy. Where contacts touch them too, that motion is what contacts take for free motion: their
-/// impulses, and the joints' answers to them, come on top.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/dynamics/joints/joint_flow.hpp
-
-/// @file
-/// The smooth motion of mechanisms: bodies that joints connect and nothing else touches.
-///
-/// Velocity constraints solved once a step take energy out of everything that swings, some tenths
-/// of it in a few seconds at usual steps. Where nothing hits and nothing rubs, that is not needed:
-/// the motion is an ordinary differential equation. At each instant accelerations and joint
-/// wrenches follow from
-///
-///   M a = f + J^T x,   J a = -J' v        (gyroscopic torques and springs are in f)
-///
-/// and a Runge-Kutta method of fifth order follows them through the step, in as many substeps as
-/// its error asks for. What the integration leaves of gaps and of velocities across the joints is
-/// then closed by one projection each, the shortest in the metric of the masses.
+/// Bodies that joints connect and nothing else pushes are moved by `MechanismIntegrator`, which
+/// keeps their energy. Where contacts touch them too, that motion is what contacts take for free
+/// motion: their impulses, and the joints' answers to them, come on top.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/dynamics/joints/joint_projection.hpp
@@ -31591,7 +31456,7 @@ class GuardedSweeps {
 #include <cstddef>
 #include <span>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A row of six numbers.
 template <Scalar S>
@@ -31651,8 +31516,6 @@ TallQr<S> reduce_rows(std::span<Row6<S>> rows) {
   return qr;
 }
 
-namespace detail {
-
 /// Reflects x by reflection k.
 template <Scalar S>
 void reflect(const TallQr<S>& qr, std::span<const Row6<S>> rows, std::size_t k, std::span<S> x) {
@@ -31662,19 +31525,17 @@ void reflect(const TallQr<S>& qr, std::span<const Row6<S>> rows, std::size_t k, 
   for (std::size_t i = k; i < rows.size(); ++i) x[i] -= sum * rows[i][k];
 }
 
-}  // namespace detail
-
 template <Scalar S>
 void to_triangle(const TallQr<S>& qr, std::span<const Row6<S>> rows, std::span<S> x) {
-  for (std::size_t k = 0; k < 6; ++k) detail::reflect(qr, rows, k, x);
+  for (std::size_t k = 0; k < 6; ++k) reflect(qr, rows, k, x);
 }
 
 template <Scalar S>
 void from_triangle(const TallQr<S>& qr, std::span<const Row6<S>> rows, std::span<S> x) {
-  for (std::size_t k = 6; k-- > 0;) detail::reflect(qr, rows, k, x);
+  for (std::size_t k = 6; k-- > 0;) reflect(qr, rows, k, x);
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <cmath>
@@ -31683,50 +31544,50 @@ void from_triangle(const TallQr<S>& qr, std::span<const Row6<S>> rows, std::span
 #include <utility>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Joints of a mechanism by the pair of bodies that they connect. Keeps its memory.
 template <Scalar S>
 class JointGroups {
  public:
   /// @param moves  For each body, whether forces move it.
-  void build(std::span<const JointFlowJoint<S>> joints, const std::vector<bool>& moves);
+  void build(std::span<const MechanismJoint<S>> joints, const std::vector<bool>& moves);
 
   /// Copies joints with the bodies of those exchanged that are in a group and look at it from the
   /// other side. Axes that are the same then turn with the same body, and stay the same to
   /// round-off where bodies are slightly off their joints; else they would seem to hold one
   /// direction more.
-  void orient(std::span<const JointFlowJoint<S>> joints, std::vector<JointFlowJoint<S>>& out) const;
+  void orient(std::span<const MechanismJoint<S>> joints, std::vector<MechanismJoint<S>>& out) const;
   /// Whether the bodies of a joint were exchanged.
   [[nodiscard]] bool is_exchanged(std::size_t joint) const { return is_exchanged_[joint]; }
 
   [[nodiscard]] std::size_t size() const { return groups_.size(); }
   /// One joint for each group, for the order of the matrix: the only one, or one of kind `fixed`.
-  [[nodiscard]] std::span<const JointFlowJoint<S>> joints() const { return merged_; }
+  [[nodiscard]] std::span<const MechanismJoint<S>> joints() const { return merged_; }
   /// Whether a group has more than one joint.
   [[nodiscard]] bool is_merged(std::size_t group) const { return groups_[group].count > 1; }
   [[nodiscard]] bool has_merged() const { return groups_.size() < members_.size(); }
   /// Geometry of a group: that of its joint, or of its common point.
-  [[nodiscard]] const JointInstant<S>& at(std::size_t group) const { return groups_[group].at; }
+  [[nodiscard]] const JointState<S>& at(std::size_t group) const { return groups_[group].at; }
   /// T, row by row, for the motion (u, w) at the common point.
   [[nodiscard]] const Mat6<S>& triangle(std::size_t group) const { return groups_[group].triangle; }
 
   /// Finds the geometry of all joints: the arms of a joint that is one of several meet in
   /// one point, B's origin.
   template <typename Nodes>
-  void place(std::span<const JointFlowJoint<S>> joints, const Nodes& nodes,
-             std::vector<JointInstant<S>>& at);
+  void place(std::span<const MechanismJoint<S>> joints, const Nodes& nodes,
+             std::vector<JointState<S>>& at);
 
   /// Reduces groups where `place` put them.
-  void reduce(std::span<const JointFlowJoint<S>> joints, std::span<const JointInstant<S>> at);
+  void reduce(std::span<const MechanismJoint<S>> joints, std::span<const JointState<S>> at);
 
   /// What the six rows of a group shall give, if its joints shall give b.
-  void gather(std::size_t group, std::span<const JointFlowJoint<S>> joints,
+  void gather(std::size_t group, std::span<const MechanismJoint<S>> joints,
               std::span<const Twist<S>> b, Vec3<S>& linear, Vec3<S>& angular);
   /// Spreads the impulses of the six rows of a group over its joints: calls use(joint, force,
   /// torque) with what acts on each joint's B.
   template <typename Use>
-  void spread(std::size_t group, std::span<const JointFlowJoint<S>> joints, const Vec3<S>& linear,
+  void spread(std::size_t group, std::span<const MechanismJoint<S>> joints, const Vec3<S>& linear,
               const Vec3<S>& angular, const Use& use);
   /// The joint of a group that is not merged.
   [[nodiscard]] std::uint32_t joint(std::size_t group) const {
@@ -31743,7 +31604,7 @@ class JointGroups {
     std::uint32_t first = 0, count = 0;  // Of `members_`.
     std::uint32_t first_row = 0, rows = 0;
     S length = S(1);  // [m] That turns count by.
-    JointInstant<S> at{};
+    JointState<S> at{};
     Mat6<S> triangle;
     TallQr<S> qr{};
   };
@@ -31752,21 +31613,21 @@ class JointGroups {
   [[nodiscard]] std::span<const Row6<S>> rows_of(const Group& group) const {
     return std::span<const Row6<S>>(rows_).subspan(group.first_row, group.rows);
   }
-  void fill_rows(const Group& group, std::span<const JointFlowJoint<S>> joints,
-                 std::span<const JointInstant<S>> at);
+  void fill_rows(const Group& group, std::span<const MechanismJoint<S>> joints,
+                 std::span<const JointState<S>> at);
 
   std::vector<Member> members_;  // Sorted by their bodies.
   std::vector<Group> groups_;
-  std::vector<JointFlowJoint<S>> merged_;
+  std::vector<MechanismJoint<S>> merged_;
   std::vector<bool> is_exchanged_;  // By joint.
-  std::vector<Row6<S>> rows_;  // Of all groups that are merged.
-  std::vector<S> values_;      // Of the rows of one group.
+  std::vector<Row6<S>> rows_;       // Of all groups that are merged.
+  std::vector<S> values_;           // Of the rows of one group.
 };
 
 // Implementation -----------------------------------------------------------------------------------
 
 template <Scalar S>
-void JointGroups<S>::build(std::span<const JointFlowJoint<S>> joints,
+void JointGroups<S>::build(std::span<const MechanismJoint<S>> joints,
                            const std::vector<bool>& moves) {
   const auto anchor = static_cast<std::uint32_t>(moves.size());
   members_.clear();
@@ -31818,8 +31679,8 @@ void JointGroups<S>::build(std::span<const JointFlowJoint<S>> joints,
 }
 
 template <Scalar S>
-void JointGroups<S>::orient(std::span<const JointFlowJoint<S>> joints,
-                            std::vector<JointFlowJoint<S>>& out) const {
+void JointGroups<S>::orient(std::span<const MechanismJoint<S>> joints,
+                            std::vector<MechanismJoint<S>>& out) const {
   out.assign(joints.begin(), joints.end());
   for (std::size_t i = 0; i < out.size(); ++i) {
     if (!is_exchanged_[i]) continue;
@@ -31830,12 +31691,12 @@ void JointGroups<S>::orient(std::span<const JointFlowJoint<S>> joints,
 
 template <Scalar S>
 template <typename Nodes>
-void JointGroups<S>::place(std::span<const JointFlowJoint<S>> joints, const Nodes& nodes,
-                           std::vector<JointInstant<S>>& at) {
+void JointGroups<S>::place(std::span<const MechanismJoint<S>> joints, const Nodes& nodes,
+                           std::vector<JointState<S>>& at) {
   using std::max;
   using std::sqrt;
   for (std::size_t i = 0; i < joints.size(); ++i) {
-    at[i] = joint_instant(joints[i], nodes[joints[i].body_a].now, nodes[joints[i].body_b].now);
+    at[i] = joint_state(joints[i], nodes[joints[i].body_a].now, nodes[joints[i].body_b].now);
   }
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     Group& group = groups_[g];
@@ -31850,8 +31711,8 @@ void JointGroups<S>::place(std::span<const JointFlowJoint<S>> joints, const Node
     S arm2 = S(0);
     for (std::uint32_t k = 0; k < group.count; ++k) {
       const Member& member = members_[group.first + k];
-      const JointFlowJoint<S>& joint = joints[member.joint];
-      JointInstant<S>& one = at[member.joint];
+      const MechanismJoint<S>& joint = joints[member.joint];
+      JointState<S>& one = at[member.joint];
       one.arm_a = (nodes[joint.body_b].now.x - nodes[joint.body_a].now.x) + one.arm_b;
       sum += member.is_reversed ? one.arm_b : one.arm_a;
       arm2 = max(arm2, max(one.arm_a.squaredNorm(), one.arm_b.squaredNorm()));
@@ -31868,12 +31729,12 @@ void JointGroups<S>::place(std::span<const JointFlowJoint<S>> joints, const Node
 }
 
 template <Scalar S>
-void JointGroups<S>::fill_rows(const Group& group, std::span<const JointFlowJoint<S>> joints,
-                               std::span<const JointInstant<S>> at) {
+void JointGroups<S>::fill_rows(const Group& group, std::span<const MechanismJoint<S>> joints,
+                               std::span<const JointState<S>> at) {
   std::size_t row = group.first_row;
   for (std::uint32_t k = 0; k < group.count; ++k) {
     const Member& member = members_[group.first + k];
-    const JointInstant<S>& one = at[member.joint];
+    const JointState<S>& one = at[member.joint];
     const S sign = member.is_reversed ? S(-1) : S(1);
     const Vec3<S> r = (member.is_reversed ? one.arm_b : one.arm_a) - group.at.arm_a;
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
@@ -31892,8 +31753,8 @@ void JointGroups<S>::fill_rows(const Group& group, std::span<const JointFlowJoin
 }
 
 template <Scalar S>
-void JointGroups<S>::reduce(std::span<const JointFlowJoint<S>> joints,
-                            std::span<const JointInstant<S>> at) {
+void JointGroups<S>::reduce(std::span<const MechanismJoint<S>> joints,
+                            std::span<const JointState<S>> at) {
   for (Group& group : groups_) {
     if (group.count == 1) continue;
     fill_rows(group, joints, at);
@@ -31908,7 +31769,7 @@ void JointGroups<S>::reduce(std::span<const JointFlowJoint<S>> joints,
 }
 
 template <Scalar S>
-void JointGroups<S>::gather(std::size_t g, std::span<const JointFlowJoint<S>> joints,
+void JointGroups<S>::gather(std::size_t g, std::span<const MechanismJoint<S>> joints,
                             std::span<const Twist<S>> b, Vec3<S>& linear, Vec3<S>& angular) {
   const Group& group = groups_[g];
   values_.clear();
@@ -31925,7 +31786,7 @@ void JointGroups<S>::gather(std::size_t g, std::span<const JointFlowJoint<S>> jo
 
 template <Scalar S>
 template <typename Use>
-void JointGroups<S>::spread(std::size_t g, std::span<const JointFlowJoint<S>> joints,
+void JointGroups<S>::spread(std::size_t g, std::span<const MechanismJoint<S>> joints,
                             const Vec3<S>& linear, const Vec3<S>& angular, const Use& use) {
   const Group& group = groups_[g];
   values_.assign(group.rows, S(0));
@@ -31939,14 +31800,14 @@ void JointGroups<S>::spread(std::size_t g, std::span<const JointFlowJoint<S>> jo
     const std::uint32_t joint = members_[group.first + k].joint;
     const bool has_torque = !lets_turn(joints[joint].kind);
     const Vec3<S> force(x[0], x[1], x[2]);
-    const Vec3<S> torque = has_torque ? Vec3<S>(group.length * Vec3<S>(x[3], x[4], x[5]))
-                                      : Vec3<S>(Vec3<S>::Zero());
+    const Vec3<S> torque =
+        has_torque ? Vec3<S>(group.length * Vec3<S>(x[3], x[4], x[5])) : Vec3<S>(Vec3<S>::Zero());
     use(joint, force, torque);
     x += has_torque ? 6 : 3;
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/dynamics/joints/joint_order.hpp
 
@@ -31959,7 +31820,7 @@ void JointGroups<S>::spread(std::size_t g, std::span<const JointFlowJoint<S>> jo
 #include <span>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Two joints that share a body which forces move: an impulse in one changes the velocity in the
 /// other. Each joint is also coupled to itself, once for each of its bodies that move.
@@ -31979,15 +31840,15 @@ class JointOrder {
  public:
   /// @param moves  For each body, whether forces move it.
   template <Scalar S>
-  void build(std::span<const JointFlowJoint<S>> joints, const std::vector<bool>& moves);
+  void build(std::span<const MechanismJoint<S>> joints, const std::vector<bool>& moves);
 
   /// First row of three of each joint: its linear ones; its angular ones follow, if any.
   [[nodiscard]] std::uint32_t first_row(std::size_t joint) const { return first_row_[joint]; }
   /// For each row of three, the first column where the matrix may not be zero.
   [[nodiscard]] std::span<const std::uint32_t> envelope() const { return envelope_; }
   [[nodiscard]] std::span<const JointCoupling> couplings() const { return couplings_; }
-  /// [-] Multiply-adds of a factorisation of the matrix within its envelope. Where that is more than
-  /// `most_work` the order is not finished: a hub with hundreds of neighbours, say.
+  /// [-] Multiply-adds of a factorisation of the matrix within its envelope. Where that is more
+  /// than `most_work` the order is not finished: a hub with hundreds of neighbours, say.
   [[nodiscard]] std::uint64_t factor_work() const { return factor_work_; }
   [[nodiscard]] bool is_too_wide() const { return factor_work_ > most_work; }
   /// Some hundredths of a second: what is wider is left to solvers whose cost has a bound.
@@ -32021,14 +31882,12 @@ class JointOrder {
 
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
 inline constexpr std::uint32_t no_number = 0xffffffffu;
-}
 
 template <typename Visit>
 void JointOrder::for_neighbours(std::uint32_t joint, Visit visit) const {
   for (const std::uint32_t body : {body_a_[joint], body_b_[joint]}) {
-    if (body == detail::no_number) continue;
+    if (body == no_number) continue;
     for (std::uint32_t e = first_end_[body]; e < first_end_[body + 1]; ++e) visit(ends_[e].joint);
   }
 }
@@ -32039,10 +31898,10 @@ inline std::uint32_t JointOrder::root(std::uint32_t body) const {
 }
 
 inline void JointOrder::number_joints(std::size_t count) {
-  number_.assign(count, detail::no_number);
+  number_.assign(count, no_number);
   order_.clear();
   const auto take = [&](std::uint32_t joint) {
-    if (number_[joint] != detail::no_number) return;
+    if (number_[joint] != no_number) return;
     number_[joint] = static_cast<std::uint32_t>(order_.size());
     order_.push_back(joint);
   };
@@ -32053,10 +31912,10 @@ inline void JointOrder::number_joints(std::size_t count) {
   };
   for (std::size_t done = 0; order_.size() < count;) {
     // From the joint with the fewest neighbours of those left: in a chain, an end.
-    std::uint32_t start = detail::no_number;
-    std::uint32_t fewest = detail::no_number;
+    std::uint32_t start = no_number;
+    std::uint32_t fewest = no_number;
     for (std::uint32_t joint = 0; joint < count; ++joint) {
-      if (number_[joint] != detail::no_number || degree(joint) >= fewest) continue;
+      if (number_[joint] != no_number || degree(joint) >= fewest) continue;
       start = joint;
       fewest = degree(joint);
     }
@@ -32066,7 +31925,7 @@ inline void JointOrder::number_joints(std::size_t count) {
 }
 
 template <Scalar S>
-void JointOrder::build(std::span<const JointFlowJoint<S>> joints, const std::vector<bool>& moves) {
+void JointOrder::build(std::span<const MechanismJoint<S>> joints, const std::vector<bool>& moves) {
   const std::uint32_t anchor = static_cast<std::uint32_t>(moves.size());
   parent_.resize(moves.size() + 1);
   for (std::uint32_t i = 0; i <= anchor; ++i) parent_[i] = i;
@@ -32076,7 +31935,7 @@ void JointOrder::build(std::span<const JointFlowJoint<S>> joints, const std::vec
   body_b_.clear();
   const auto add_end = [&](std::uint32_t body, std::uint32_t joint, bool is_b) {
     if (moves[body]) ends_.push_back({body, joint, is_b});
-    return moves[body] ? body : detail::no_number;
+    return moves[body] ? body : no_number;
   };
   for (std::uint32_t i = 0; i < joints.size(); ++i) {
     body_a_.push_back(add_end(joints[i].body_a, i, false));
@@ -32130,7 +31989,7 @@ void JointOrder::build(std::span<const JointFlowJoint<S>> joints, const std::vec
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/math/block_envelope.hpp
 
@@ -32147,7 +32006,7 @@ void JointOrder::build(std::span<const JointFlowJoint<S>> joints, const std::vec
 #include <span>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Lower triangle of a symmetric positive definite matrix of 3x3 blocks, and its factors in the
 /// same place. Rows and columns count blocks.
@@ -32185,8 +32044,6 @@ class BlockEnvelope {
 
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
-
 /// Inverse of a symmetric positive definite matrix by elimination. The closed form by cofactors is
 /// no cheaper and loses all digits where two rows are nearly the same.
 /// @return False when a pivot is not positive or not finite.
@@ -32213,8 +32070,6 @@ template <Scalar S>
   a(0, 0) = i0 + l1 * l1 * i1 + corner * corner * i2;
   return true;
 }
-
-}  // namespace detail
 
 template <Scalar S>
 void BlockEnvelope<S>::set_shape(std::span<const std::uint32_t> first) {
@@ -32244,7 +32099,7 @@ bool BlockEnvelope<S>::factor() {
       lower.noalias() = scaled * at(j, j);
       pivot.noalias() -= lower * scaled.transpose();
     }
-    if (!detail::invert_pivot(pivot)) return false;
+    if (!invert_pivot(pivot)) return false;
   }
   return true;
 }
@@ -32260,15 +32115,15 @@ void BlockEnvelope<S>::solve(std::span<Vec3<S>> x) const {
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A body of a mechanism, at the start of a step.
 template <Scalar S>
-struct JointFlowBody {
+struct MechanismBody {
   /// [-] Whether forces move it. If not, its mass does not count and its velocity is constant.
   bool moves_by_forces = false;
   /// [kg] Mass, > 0.
@@ -32290,7 +32145,7 @@ struct JointFlowBody {
 
 /// A body of a world under the world's gravity [m/s^2] and what the caller applies.
 template <Scalar S>
-[[nodiscard]] JointFlowBody<S> joint_flow_body(const Body<S>& body, const Vec3<S>& gravity);
+[[nodiscard]] MechanismBody<S> mechanism_body(const Body<S>& body, const Vec3<S>& gravity);
 
 /// Bodies and joints at the instant that `place` set last, and the matrix that `factor` made last.
 template <Scalar S>
@@ -32298,24 +32153,24 @@ class JointSystem {
  public:
   /// A body, and what the last `solve` did to it.
   struct Node {
-    const JointFlowBody<S>* def = nullptr;
-    BodyInstant<S> now{};
+    const MechanismBody<S>* def = nullptr;
+    BodyState<S> now{};
     Vec3<S> inverse_mass = Vec3<S>::Zero();     // World axes.
     Mat3<S> inverse_inertia = Mat3<S>::Zero();  // World axes.
     Twist<S> acceleration{};                    // For the user of this class.
-    Wrench<S> push{};
+    Wrench<S> load{};
     Twist<S> change{};
     bool is_diagonal = false;  // Its axes are the principal axes: cheaper to turn.
   };
 
   /// Starts with bodies and joints, at their first instant. Bodies must stay alive while in use.
-  void set(std::span<const JointFlowBody<S>> bodies, std::span<const JointFlowJoint<S>> joints);
+  void set(std::span<const MechanismBody<S>> bodies, std::span<const MechanismJoint<S>> joints);
 
   [[nodiscard]] std::span<Node> nodes() { return nodes_; }
   [[nodiscard]] std::span<const Node> nodes() const { return nodes_; }
   /// Joints as they are solved for: `JointGroups::orient`.
-  [[nodiscard]] std::span<const JointFlowJoint<S>> joints() const { return joints_; }
-  [[nodiscard]] const JointInstant<S>& at(std::size_t joint) const { return at_[joint]; }
+  [[nodiscard]] std::span<const MechanismJoint<S>> joints() const { return joints_; }
+  [[nodiscard]] const JointState<S>& at(std::size_t joint) const { return at_[joint]; }
   /// [m] Largest arm of a joint at present, or where there are none the largest radius of gyration:
   /// the size of the mechanism's parts, by which turns count as gaps.
   [[nodiscard]] S size() const;
@@ -32335,18 +32190,18 @@ class JointSystem {
   /// J times some motion of the bodies: `motion(node)` is a twist.
   template <typename Motion>
   [[nodiscard]] Twist<S> held(std::size_t joint, const Motion& motion) const {
-    const JointFlowJoint<S>& def = joints_[joint];
-    return held_velocity(def.kind, at_[joint], motion(nodes_[def.body_a]),
-                         motion(nodes_[def.body_b]));
+    const MechanismJoint<S>& def = joints_[joint];
+    return constraint_velocity(def.kind, at_[joint], motion(nodes_[def.body_a]),
+                               motion(nodes_[def.body_b]));
   }
   [[nodiscard]] Twist<S> gap(std::size_t joint) const {
-    const JointFlowJoint<S>& def = joints_[joint];
-    return held_gap(def, at_[joint], nodes_[def.body_a].now, nodes_[def.body_b].now);
+    const MechanismJoint<S>& def = joints_[joint];
+    return constraint_error(def, at_[joint], nodes_[def.body_a].now, nodes_[def.body_b].now);
   }
 
  private:
-  [[nodiscard]] bool has_same_topology(std::span<const JointFlowBody<S>> bodies,
-                                       std::span<const JointFlowJoint<S>> joints) const;
+  [[nodiscard]] bool has_same_topology(std::span<const MechanismBody<S>> bodies,
+                                       std::span<const MechanismJoint<S>> joints) const;
   void set_inverse_inertia(Node& node) const;
   /// lever [r], and I^-1 [r].
   [[nodiscard]] static Mat3<S> linear_coupling(const Mat3<S>& lever, const Vec3<S>& r) {
@@ -32370,11 +32225,11 @@ class JointSystem {
   void add_solution(std::span<const Twist<S>> b);
   void add_wrench(std::size_t joint, const Vec3<S>& linear, const Vec3<S>& angular);
 
-  std::vector<JointFlowJoint<S>> joints_;
+  std::vector<MechanismJoint<S>> joints_;
   std::vector<Node> nodes_;
-  std::vector<JointInstant<S>> at_;
+  std::vector<JointState<S>> at_;
   JointGroups<S> groups_;
-  JointOrder order_;  // Of groups.
+  JointOrder order_;         // Of groups.
   std::vector<bool> moves_;  // The topology that `order_` was made for, with the two below.
   std::vector<JointKind> kinds_;
   std::vector<std::array<std::uint32_t, 2>> pairs_;
@@ -32388,8 +32243,8 @@ class JointSystem {
 // Implementation -----------------------------------------------------------------------------------
 
 template <Scalar S>
-JointFlowBody<S> joint_flow_body(const Body<S>& body, const Vec3<S>& gravity) {
-  JointFlowBody<S> out;
+MechanismBody<S> mechanism_body(const Body<S>& body, const Vec3<S>& gravity) {
+  MechanismBody<S> out;
   out.moves_by_forces = body.is_dynamic();
   out.center_pose = body.center_pose;
   if (body.motion != Motion::fixed) out.twist = body.twist;
@@ -32404,8 +32259,8 @@ JointFlowBody<S> joint_flow_body(const Body<S>& body, const Vec3<S>& gravity) {
 }
 
 template <Scalar S>
-bool JointSystem<S>::has_same_topology(std::span<const JointFlowBody<S>> bodies,
-                                       std::span<const JointFlowJoint<S>> joints) const {
+bool JointSystem<S>::has_same_topology(std::span<const MechanismBody<S>> bodies,
+                                       std::span<const MechanismJoint<S>> joints) const {
   if (moves_.size() != bodies.size() || kinds_.size() != joints.size()) return false;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     if (moves_[i] != bodies[i].moves_by_forces) return false;
@@ -32420,14 +32275,14 @@ bool JointSystem<S>::has_same_topology(std::span<const JointFlowBody<S>> bodies,
 }
 
 template <Scalar S>
-void JointSystem<S>::set(std::span<const JointFlowBody<S>> bodies,
-                         std::span<const JointFlowJoint<S>> joints) {
+void JointSystem<S>::set(std::span<const MechanismBody<S>> bodies,
+                         std::span<const MechanismJoint<S>> joints) {
   if (!has_same_topology(bodies, joints)) {
     moves_.clear();
     kinds_.clear();
     pairs_.clear();
-    for (const JointFlowBody<S>& body : bodies) moves_.push_back(body.moves_by_forces);
-    for (const JointFlowJoint<S>& joint : joints) {
+    for (const MechanismBody<S>& body : bodies) moves_.push_back(body.moves_by_forces);
+    for (const MechanismJoint<S>& joint : joints) {
       kinds_.push_back(joint.kind);
       pairs_.push_back({joint.body_a, joint.body_b});
     }
@@ -32439,7 +32294,7 @@ void JointSystem<S>::set(std::span<const JointFlowBody<S>> bodies,
   may_be_singular_ = order_.has_loop() || groups_.has_merged();
   nodes_.resize(bodies.size());
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    const JointFlowBody<S>& def = bodies[i];
+    const MechanismBody<S>& def = bodies[i];
     Node& node = nodes_[i];
     node = Node{};
     node.def = &def;
@@ -32468,7 +32323,7 @@ S JointSystem<S>::size() const {
   using std::max;
   using std::sqrt;
   S largest2 = S(0);
-  for (const JointInstant<S>& at : at_) {
+  for (const JointState<S>& at : at_) {
     largest2 = max(largest2, max(at.arm_a.squaredNorm(), at.arm_b.squaredNorm()));
   }
   if (largest2 > S(0)) return sqrt(largest2);
@@ -32517,8 +32372,8 @@ void JointSystem<S>::place() {
 template <Scalar S>
 void JointSystem<S>::couple(const JointCoupling& coupling, const Mat3<S>& lever) {
   const Node& node = nodes_[coupling.body];
-  const JointInstant<S>& row = groups_.at(coupling.row);
-  const JointInstant<S>& column = groups_.at(coupling.column);
+  const JointState<S>& row = groups_.at(coupling.row);
+  const JointState<S>& column = groups_.at(coupling.column);
   const bool row_slides = lets_slide(kind(coupling.row));
   const bool column_slides = lets_slide(kind(coupling.column));
   const std::size_t i = order_.first_row(coupling.row);
@@ -32564,7 +32419,7 @@ void JointSystem<S>::couple(const JointCoupling& coupling, const Mat3<S>& lever)
 template <Scalar S>
 void JointSystem<S>::couple_merged(const JointCoupling& coupling, const Mat3<S>& lever) {
   const Node& node = nodes_[coupling.body];
-  const JointInstant<S>& column = groups_.at(coupling.column);
+  const JointState<S>& column = groups_.at(coupling.column);
   const std::size_t i = order_.first_row(coupling.row);
   const std::size_t j = order_.first_row(coupling.column);
   const S sign = coupling.is_b_of_row == coupling.is_b_of_column ? S(1) : S(-1);
@@ -32577,7 +32432,7 @@ void JointSystem<S>::couple_merged(const JointCoupling& coupling, const Mat3<S>&
   block.template bottomRightCorner<3, 3>() = sign * node.inverse_inertia;
   const auto rows_of = [&](std::size_t group) -> Mat6<S> {
     if (groups_.is_merged(group)) return groups_.triangle(group);
-    const JointInstant<S>& at = groups_.at(group);
+    const JointState<S>& at = groups_.at(group);
     Mat6<S> rows = Mat6<S>::Identity();
     rows.template topLeftCorner<3, 3>() -= at.slide * at.slide.transpose();
     rows.template bottomRightCorner<3, 3>() -= at.hinge * at.hinge.transpose();
@@ -32607,9 +32462,10 @@ void JointSystem<S>::fill_free_rows() {
     const std::size_t row = order_.first_row(i);
     const std::size_t rows = lets_turn(kind) ? 1 : 2;
     // Rows of a triangle may all be zero but for the first three.
-    const S mean = groups_.is_merged(i)
-                       ? S((matrix_.at(row, row).trace() + matrix_.at(row + 1, row + 1).trace()) / S(6))
-                       : S(0);
+    const S mean =
+        groups_.is_merged(i)
+            ? S((matrix_.at(row, row).trace() + matrix_.at(row + 1, row + 1).trace()) / S(6))
+            : S(0);
     for (std::size_t r = row; r < row + rows; ++r) {
       Mat3<S>& block = matrix_.at(r, r);
       S scale = groups_.is_merged(i) ? mean : S(block.trace() / S(3));
@@ -32630,7 +32486,7 @@ bool JointSystem<S>::factor() {
   const JointCoupling* before = nullptr;
   for (const JointCoupling& coupling : order_.couplings()) {
     if (before == nullptr || before->row != coupling.row || before->body != coupling.body) {
-      const JointInstant<S>& at = groups_.at(coupling.row);
+      const JointState<S>& at = groups_.at(coupling.row);
       const Vec3<S>& s = coupling.is_b_of_row ? at.arm_b : at.arm_a;
       const Mat3<S>& inverse = nodes_[coupling.body].inverse_inertia;
       for (Eigen::Index k = 0; k < 3; ++k) lever.col(k) = inverse.col(k).cross(s);
@@ -32650,20 +32506,20 @@ bool JointSystem<S>::factor() {
 /// nothing.
 template <Scalar S>
 void JointSystem<S>::add_wrench(std::size_t i, const Vec3<S>& linear, const Vec3<S>& angular) {
-  const JointInstant<S>& at = at_[i];
+  const JointState<S>& at = at_[i];
   const JointKind kind = joints_[i].kind;
   const Vec3<S> force = lets_slide(kind) ? across(at.slide, linear) : linear;
-  Wrench<S>& push_a = nodes_[joints_[i].body_a].push;
-  Wrench<S>& push_b = nodes_[joints_[i].body_b].push;
+  Wrench<S>& load_a = nodes_[joints_[i].body_a].load;
+  Wrench<S>& load_b = nodes_[joints_[i].body_b].load;
   Wrench<S> wrench{force, Vec3<S>::Zero()};
-  push_b.force += force;
-  push_a.force -= force;
-  push_b.torque += at.arm_b.cross(force);
-  push_a.torque -= at.arm_a.cross(force);
+  load_b.force += force;
+  load_a.force -= force;
+  load_b.torque += at.arm_b.cross(force);
+  load_a.torque -= at.arm_a.cross(force);
   if (!lets_turn(kind)) {
     wrench.torque = lets_hinge(kind) ? across(at.hinge, angular) : angular;
-    push_b.torque += wrench.torque;
-    push_a.torque -= wrench.torque;
+    load_b.torque += wrench.torque;
+    load_a.torque -= wrench.torque;
   }
   if (groups_.is_exchanged(i)) {
     // On the other body about its own origin.
@@ -32687,7 +32543,7 @@ void JointSystem<S>::add_solution(std::span<const Twist<S>> b) {
     if (!lets_turn(kind(g))) rows_[row + 1] = b[groups_.joint(g)].angular;
   }
   matrix_.solve(rows_);
-  for (Node& node : nodes_) node.push = {};
+  for (Node& node : nodes_) node.load = {};
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     const std::size_t row = order_.first_row(g);
     const std::size_t last = row + (lets_turn(kind(g)) ? 0 : 1);
@@ -32702,8 +32558,8 @@ void JointSystem<S>::add_solution(std::span<const Twist<S>> b) {
   }
   for (Node& node : nodes_) {
     if (!node.def->moves_by_forces) continue;
-    node.change.linear += node.inverse_mass.cwiseProduct(node.push.force);
-    node.change.angular += node.inverse_inertia * node.push.torque;
+    node.change.linear += node.inverse_mass.cwiseProduct(node.load.force);
+    node.change.angular += node.inverse_inertia * node.load.torque;
   }
 }
 
@@ -32719,11 +32575,11 @@ void JointSystem<S>::solve(std::span<const Twist<S>> b) {
   add_solution(rest_);
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Closes what velocities and positions have left across joints. Scratch memory and the algorithm;
 /// the system's matrix must have been factored at a place nearby.
@@ -32908,7 +32764,24 @@ void set_momentum(const Vec3<S>& point, const Wrench<S>& wanted, JointSystem<S>&
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+// === bristle/dynamics/joints/mechanism_integrator.hpp
+
+/// @file
+/// The smooth motion of mechanisms: bodies that joints connect and nothing else touches.
+///
+/// Velocity constraints solved once a step take energy out of everything that swings, some tenths
+/// of it in a few seconds at usual steps. Where nothing hits and nothing rubs, that is not needed:
+/// the motion is an ordinary differential equation. At each instant accelerations and joint
+/// wrenches follow from
+///
+///   M a = f + J^T x,   J a = -J' v        (gyroscopic torques and springs are in f)
+///
+/// and a Runge-Kutta method of fifth order follows them through the step, in as many substeps as
+/// its error asks for. What the integration leaves of gaps and of velocities across the joints is
+/// then closed by one projection each, the shortest in the metric of the masses.
+// SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/math/dormand_prince.hpp
 
@@ -32928,7 +32801,7 @@ void set_momentum(const Vec3<S>& point, const Wrench<S>& wanted, JointSystem<S>&
 #include <utility>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Scratch memory and the algorithm.
 template <Scalar S>
@@ -33054,15 +32927,15 @@ bool DormandPrince<S>::advance(std::span<S> y, std::size_t state, S duration, Sy
   return true;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Settings of `JointFlow`.
+/// Settings of `MechanismIntegrator`.
 template <Scalar S>
-struct JointFlowDef {
+struct MechanismIntegratorDef {
   /// [1] Largest velocity error of a substep, in the norm of kinetic energy and relative to the
   /// velocities (seen from what carries the mechanism) plus what forces add to them in the substep;
   /// > 0.
@@ -33073,26 +32946,26 @@ struct JointFlowDef {
 
 /// @throws InvalidArgument naming the field.
 template <Scalar S>
-void validate(const JointFlowDef<S>& def);
+void validate(const MechanismIntegratorDef<S>& def);
 
 /// Scratch memory and the algorithm. One object serves many groups, one after the other, and keeps
 /// nothing of them but the order of their joints.
 template <Scalar S>
-class JointFlow {
+class MechanismIntegrator {
  public:
   /// @throws InvalidArgument if the settings are not valid.
-  explicit JointFlow(JointFlowDef<S> def = {}) : def_(def) { validate(def_); }
+  explicit MechanismIntegrator(MechanismIntegratorDef<S> def = {}) : def_(def) { validate(def_); }
 
   /// Finds the state of one connected group of bodies, one step later. Joints may be in a state
   /// that they do not allow: velocities are closed by impulses at the start, gaps at the end.
-  /// Drives and stops are not looked at.
+  /// Motors and stops are not looked at.
   ///
-  /// @param end_poses  Of all bodies, as `JointFlowBody::center_pose`.
+  /// @param end_poses  Of all bodies, as `MechanismBody::center_pose`.
   /// @param impulses  [N s, N m s] Of each joint on B about B's joint origin, along world axes.
   /// @return False, and nothing written, when the joints cannot be met (dead or infinite masses,
   /// gaps that do not close, numbers that are not finite) or substeps ran out.
-  [[nodiscard]] bool advance(std::span<const JointFlowBody<S>> bodies,
-                             std::span<const JointFlowJoint<S>> joints, S dt,
+  [[nodiscard]] bool advance(std::span<const MechanismBody<S>> bodies,
+                             std::span<const MechanismJoint<S>> joints, S dt,
                              std::span<Transform<S>> end_poses, std::span<Twist<S>> end_twists,
                              std::span<Wrench<S>> impulses);
 
@@ -33112,7 +32985,7 @@ class JointFlow {
 
   [[nodiscard]] bool has_springs() const {
     return std::any_of(system_.joints().begin(), system_.joints().end(),
-                       [](const JointFlowJoint<S>& joint) { return joint.has_spring(); });
+                       [](const MechanismJoint<S>& joint) { return joint.has_spring(); });
   }
   void choose_reference();
   [[nodiscard]] bool find_held();
@@ -33126,7 +32999,7 @@ class JointFlow {
   [[nodiscard]] bool write(std::span<Transform<S>> end_poses, std::span<Twist<S>> end_twists,
                            std::span<Wrench<S>> impulses) const;
 
-  JointFlowDef<S> def_;
+  MechanismIntegratorDef<S> def_;
   JointSystem<S> system_;
   JointProjection<S> projection_;
   DormandPrince<S> integrator_;
@@ -33147,24 +33020,25 @@ class JointFlow {
 // Implementation -----------------------------------------------------------------------------------
 
 template <Scalar S>
-void validate(const JointFlowDef<S>& def) {
-  detail::require_positive("JointFlowDef::tolerance", def.tolerance);
-  detail::require(def.max_substeps > 0, "JointFlowDef::max_substeps", def.max_substeps,
-                  "must be > 0");
+void validate(const MechanismIntegratorDef<S>& def) {
+  require_positive("MechanismIntegratorDef::tolerance", def.tolerance);
+  require(def.max_substeps > 0, "MechanismIntegratorDef::max_substeps", def.max_substeps,
+          "must be > 0");
 }
 
 template <Scalar S>
-bool JointFlow<S>::advance(std::span<const JointFlowBody<S>> bodies,
-                           std::span<const JointFlowJoint<S>> joints, S dt,
-                           std::span<Transform<S>> end_poses, std::span<Twist<S>> end_twists,
-                           std::span<Wrench<S>> impulses) {
+bool MechanismIntegrator<S>::advance(std::span<const MechanismBody<S>> bodies,
+                                     std::span<const MechanismJoint<S>> joints, S dt,
+                                     std::span<Transform<S>> end_poses,
+                                     std::span<Twist<S>> end_twists,
+                                     std::span<Wrench<S>> impulses) {
   evaluations_ = 0;
   substeps_ = 0;
   system_.set(bodies, joints);
   wanted_.resize(joints.size());
   impulses_.assign(joints.size(), Wrench<S>{});
   is_free_ = true;
-  for (const JointFlowBody<S>& body : bodies) {
+  for (const MechanismBody<S>& body : bodies) {
     const LockedAxes& locked = body.locked;
     is_free_ = is_free_ && body.moves_by_forces && !locked.any_angular() && !locked.linear[0] &&
                !locked.linear[1] && !locked.linear[2];
@@ -33178,7 +33052,7 @@ bool JointFlow<S>::advance(std::span<const JointFlowBody<S>> bodies,
 /// Errors are judged by velocities as seen from what carries the mechanism: a crane on a ship is
 /// followed as closely as one on land. Without a carrier, as seen from its own centre of mass.
 template <Scalar S>
-void JointFlow<S>::choose_reference() {
+void MechanismIntegrator<S>::choose_reference() {
   reference_velocity_.setZero();
   reference_point_.setZero();
   S weight = S(0);
@@ -33192,10 +33066,10 @@ void JointFlow<S>::choose_reference() {
     for (const Node& node : nodes) add(node.def->mass, node.now.x, node.now.twist.linear);
   } else {
     for (std::size_t i = 0; i < wanted_.size(); ++i) {
-      const JointFlowJoint<S>& joint = system_.joints()[i];
+      const MechanismJoint<S>& joint = system_.joints()[i];
       const Node& a = nodes[joint.body_a];
       const Node& b = nodes[joint.body_b];
-      const JointInstant<S>& at = system_.at(i);
+      const JointState<S>& at = system_.at(i);
       if (!a.def->moves_by_forces) add(S(1), a.now.x, a.now.twist.at(at.arm_a));
       if (!b.def->moves_by_forces) add(S(1), b.now.x, b.now.twist.at(at.arm_b));
     }
@@ -33210,11 +33084,11 @@ void JointFlow<S>::choose_reference() {
 /// turn lead from it to a body that does not. Directions are then constant, and so are arms as far
 /// as they decide linear accelerations: fingers on slides.
 template <Scalar S>
-bool JointFlow<S>::find_held() {
+bool MechanismIntegrator<S>::find_held() {
   const auto nodes = system_.nodes();
   cannot_turn_.assign(nodes.size(), false);
   for (std::size_t i = 0; i < nodes.size(); ++i) {
-    const JointFlowBody<S>& body = *nodes[i].def;
+    const MechanismBody<S>& body = *nodes[i].def;
     const auto& locked = body.locked.angular;
     const bool is_locked = !body.moves_by_forces || (locked[0] && locked[1] && locked[2]);
     cannot_turn_[i] = is_locked && body.twist.angular == Vec3<S>::Zero();
@@ -33222,7 +33096,7 @@ bool JointFlow<S>::find_held() {
   // Each round but the last finds one more body that cannot turn.
   for (bool has_changed = true; has_changed;) {
     has_changed = false;
-    for (const JointFlowJoint<S>& joint : system_.joints()) {
+    for (const MechanismJoint<S>& joint : system_.joints()) {
       if (lets_turn(joint.kind) || lets_hinge(joint.kind) ||
           cannot_turn_[joint.body_a] == cannot_turn_[joint.body_b]) {
         continue;
@@ -33242,7 +33116,7 @@ bool JointFlow<S>::find_held() {
 /// Moves bodies by a time at constant accelerations. The one evaluation is made where they would be
 /// in the middle of the step without forces, so that torques of moving arms are right on average.
 template <Scalar S>
-bool JointFlow<S>::move_straight(S dt) {
+bool MechanismIntegrator<S>::move_straight(S dt) {
   const auto nodes = system_.nodes();
   for (Node& node : nodes) node.now.x += (dt / S(2)) * node.now.twist.linear;
   system_.place();
@@ -33265,7 +33139,7 @@ bool JointFlow<S>::move_straight(S dt) {
 }
 
 template <Scalar S>
-bool JointFlow<S>::integrate(S dt) {
+bool MechanismIntegrator<S>::integrate(S dt) {
   const auto nodes = system_.nodes();
   if (projection_.has_open_velocities(system_)) {
     if (!system_.factor()) return false;
@@ -33277,7 +33151,7 @@ bool JointFlow<S>::integrate(S dt) {
   S* y = values_.data();
   for (const Node& node : nodes) {
     if (!node.def->moves_by_forces) continue;
-    const BodyInstant<S>& now = node.now;
+    const BodyState<S>& now = node.now;
     Eigen::Map<Vec3<S>> x(y), v(y + 7), w(y + 10);
     Eigen::Map<Eigen::Matrix<S, 4, 1>> q(y + 3);
     x = now.x;
@@ -33314,7 +33188,7 @@ bool JointFlow<S>::integrate(S dt) {
 
 /// Poses of the bodies that forces do not move, after a time t.
 template <Scalar S>
-void JointFlow<S>::carry(S t) {
+void MechanismIntegrator<S>::carry(S t) {
   for (Node& node : system_.nodes()) {
     if (node.def->moves_by_forces) continue;
     const Twist<S>& twist = node.def->twist;
@@ -33325,7 +33199,7 @@ void JointFlow<S>::carry(S t) {
 }
 
 template <Scalar S>
-void JointFlow<S>::read_values(const S* y) {
+void MechanismIntegrator<S>::read_values(const S* y) {
   for (Node& node : system_.nodes()) {
     if (!node.def->moves_by_forces) continue;
     node.now.x = Vec3<S>(y[0], y[1], y[2]);
@@ -33336,7 +33210,7 @@ void JointFlow<S>::read_values(const S* y) {
 }
 
 template <Scalar S>
-void JointFlow<S>::start_springs() {
+void MechanismIntegrator<S>::start_springs() {
   springs_.clear();
   if (!has_springs()) return;
   const auto joints = system_.joints();
@@ -33348,17 +33222,17 @@ void JointFlow<S>::start_springs() {
   }
 }
 
-/// Sets `Node::push` to loads and the pull of springs, a time t after the start of the step, where
+/// Sets `Node::load` to loads and the pull of springs, a time t after the start of the step, where
 /// there are any.
 template <Scalar S>
-void JointFlow<S>::add_springs(S t) {
+void MechanismIntegrator<S>::add_springs(S t) {
   if (springs_.empty()) return;
   const auto nodes = system_.nodes();
-  for (Node& node : nodes) node.push = node.def->load;
+  for (Node& node : nodes) node.load = node.def->load;
   for (std::size_t i = 0; i < springs_.size(); ++i) {
-    const JointFlowJoint<S>& joint = system_.joints()[i];
+    const MechanismJoint<S>& joint = system_.joints()[i];
     if (!joint.has_spring()) continue;
-    const JointInstant<S>& at = system_.at(i);
+    const JointState<S>& at = system_.at(i);
     Node& a = nodes[joint.body_a];
     Node& b = nodes[joint.body_b];
     // Whole turns are told apart by the rate at the start.
@@ -33367,22 +33241,22 @@ void JointFlow<S>::add_springs(S t) {
                        (axis_position(joint, at, a.now, b.now, guess) - joint.spring.rest) -
                    joint.spring.damping * axis_rate(at, a.now.twist, b.now.twist);
     springs_[i] = {pull * at.slide, pull * at.hinge};
-    b.push += Wrench<S>{springs_[i].force, springs_[i].torque + at.arm_b.cross(springs_[i].force)};
-    a.push += -Wrench<S>{springs_[i].force, springs_[i].torque + at.arm_a.cross(springs_[i].force)};
+    b.load += Wrench<S>{springs_[i].force, springs_[i].torque + at.arm_b.cross(springs_[i].force)};
+    a.load += -Wrench<S>{springs_[i].force, springs_[i].torque + at.arm_a.cross(springs_[i].force)};
   }
 }
 
 /// Accelerations of all bodies and wrenches of all joints where the bodies are, a time t after the
 /// start of the step.
 template <Scalar S>
-void JointFlow<S>::accelerate(S t) {
+void MechanismIntegrator<S>::accelerate(S t) {
   using std::sqrt;
   ++evaluations_;
   add_springs(t);
   S norm2 = S(0);
   for (Node& node : system_.nodes()) {
     if (!node.def->moves_by_forces) continue;
-    const Wrench<S>& load = springs_.empty() ? node.def->load : node.push;
+    const Wrench<S>& load = springs_.empty() ? node.def->load : node.load;
     const Mat3<S>& R = node.now.R;
     const Vec3<S>& w = node.now.twist.angular;
     const Vec3<S> L_B = node.def->inertia_B * Vec3<S>(R.transpose() * w);
@@ -33394,20 +33268,20 @@ void JointFlow<S>::accelerate(S t) {
   free_acceleration_ = sqrt(norm2);
   const auto nodes = system_.nodes();
   for (std::size_t i = 0; i < wanted_.size(); ++i) {
-    const JointFlowJoint<S>& joint = system_.joints()[i];
+    const MechanismJoint<S>& joint = system_.joints()[i];
     wanted_[i] = Twist<S>{} - system_.held(i, [](const Node& node) -> const Twist<S>& {
       return node.acceleration;
     });
-    wanted_[i] = wanted_[i] - held_acceleration_bias(joint.kind, system_.at(i),
-                                                     nodes[joint.body_a].now.twist,
-                                                     nodes[joint.body_b].now.twist);
+    wanted_[i] = wanted_[i] - constraint_acceleration_bias(joint.kind, system_.at(i),
+                                                           nodes[joint.body_a].now.twist,
+                                                           nodes[joint.body_b].now.twist);
   }
   system_.solve(wanted_);
   for (Node& node : system_.nodes()) node.acceleration = node.acceleration + node.change;
 }
 
 template <Scalar S>
-bool JointFlow<S>::derivative(S t, const S* y, S* dy) {
+bool MechanismIntegrator<S>::derivative(S t, const S* y, S* dy) {
   read_values(y);
   carry(t);
   system_.place();
@@ -33444,7 +33318,7 @@ bool JointFlow<S>::derivative(S t, const S* y, S* dy) {
 }
 
 template <Scalar S>
-S JointFlow<S>::error_ratio(const S*, const S* error, S h) {
+S MechanismIntegrator<S>::error_ratio(const S*, const S* error, S h) {
   using std::max;
   using std::sqrt;
   const auto norm2 = [](const Node& node, const Vec3<S>& v, const Vec3<S>& w) {
@@ -33470,8 +33344,9 @@ S JointFlow<S>::error_ratio(const S*, const S* error, S h) {
 }
 
 template <Scalar S>
-bool JointFlow<S>::write(std::span<Transform<S>> end_poses, std::span<Twist<S>> end_twists,
-                         std::span<Wrench<S>> impulses) const {
+bool MechanismIntegrator<S>::write(std::span<Transform<S>> end_poses,
+                                   std::span<Twist<S>> end_twists,
+                                   std::span<Wrench<S>> impulses) const {
   const auto is_finite = [](const Vec3<S>& a, const Vec3<S>& b) {
     return all_finite(a) && all_finite(b);
   };
@@ -33493,12 +33368,12 @@ bool JointFlow<S>::write(std::span<Transform<S>> end_poses, std::span<Twist<S>> 
   return true;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Moves the mechanisms of one island after the other.
 template <Scalar S, typename Backend>
@@ -33508,7 +33383,7 @@ class MechanismStage {
 
   /// Forgets the mechanisms of the last step.
   void begin_step(const State& state) {
-    has_flow_ = false;
+    has_mechanism_ = false;
     if (state.joints.size() == 0) return;
     end_poses_.resize(std::max<std::size_t>(end_poses_.size(), state.bodies.slot_count()));
     parent_.resize(std::max<std::size_t>(parent_.size(), state.bodies.slot_count()));
@@ -33516,14 +33391,14 @@ class MechanismStage {
     joint_impulses_.assign(state.joints.slot_count(), Wrench<S>{});
   }
 
-  /// Whether an island has a mechanism whose motion may be integrated: joints without drives and
+  /// Whether an island has a mechanism whose motion may be integrated: joints without motors and
   /// stops that hold, which are decisions of a step and not forces; no springs that are stiff for
   /// the step; and no sensors, whose law is integrated with symplectic Euler. Stops that are free
   /// do no harm unless contacts may push the joint there.
   [[nodiscard]] static bool applies_to(const State& state, const Island& island,
                                        const SolveContext<S>& context) {
     if (island.blocks.empty() || state.def.integrator != Integrator::trapezoidal) return false;
-    bool has_stops = false;
+    bool has_limits = false;
     std::size_t springs = 0;
     for (const std::uint32_t i : island.blocks) {
       const ConstraintBlock<S>& block = state.constraints.blocks[i];
@@ -33533,12 +33408,14 @@ class MechanismStage {
         continue;
       }
       const ConstraintRow<S>& row = state.constraints.rows[block.first];
-      const bool is_free = block.kind == BlockKind::stop && row.impulse == S(0) && row.error > S(0);
+      const bool is_free =
+          block.kind == BlockKind::limit && row.impulse == S(0) && row.error > S(0);
       if (!is_free) return false;
-      has_stops = true;
+      has_limits = true;
     }
     if (springs != island.soft.size()) return false;  // The others are stiff springs or patches.
-    if (!island.contacts.empty() && (has_stops || IslandSolver<S>::is_large(context))) return false;
+    if (!island.contacts.empty() && (has_limits || IslandSolver<S>::is_large(context)))
+      return false;
     return std::none_of(island.bodies.begin(), island.bodies.end(),
                         [&](std::uint32_t slot) { return state.solver_bodies[slot].is_sensed; });
   }
@@ -33550,7 +33427,7 @@ class MechanismStage {
     find_groups(state, island);
     saved_.clear();
     for (const std::uint32_t slot : island.bodies) saved_.push_back(state.solver_bodies[slot]);
-    if (!advance_groups(state, island) || !keeps_stops(state, island)) {
+    if (!advance_groups(state, island) || !keeps_limits(state, island)) {
       for (std::size_t k = 0; k < saved_.size(); ++k) {
         state.solver_bodies[island.bodies[k]] = saved_[k];
       }
@@ -33559,7 +33436,7 @@ class MechanismStage {
       }
       return false;
     }
-    has_flow_ = true;
+    has_mechanism_ = true;
     for (const std::uint32_t i : island.blocks) {
       if (state.constraints.blocks[i].kind != BlockKind::equality) continue;
       const Joint<S>& joint = state.joints.at(state.constraints.blocks[i].joint);
@@ -33567,7 +33444,7 @@ class MechanismStage {
       const std::uint32_t a = joint.def.body_a.index;
       const std::uint32_t b = joint.def.body_b.index;
       turn_joint_rows(joint, end_pose(state, a), end_pose(state, b),
-                      state.solver_bodies[a].free_motion, state.solver_bodies[b].free_motion,
+                      state.solver_bodies[a].free_velocity, state.solver_bodies[b].free_velocity,
                       state.def.time_step, state.constraints);
       if (!island.contacts.empty()) continue;
       for (std::uint32_t r = 0; r < state.constraints.blocks[i].count; ++r) {
@@ -33590,7 +33467,7 @@ class MechanismStage {
 
   /// Moves a body of a mechanism to where it was integrated to, and by what impulses added.
   void move(Body<S>& body, const SolverBody<S>& solved, std::uint32_t slot, S dt) const {
-    const Twist<S> rest = solved.motion - solved.free_motion;
+    const Twist<S> rest = solved.motion - solved.free_velocity;
     body.center_pose = end_poses_[slot];
     body.center_pose.translation += dt * rest.linear;
     if (rest.angular != Vec3<S>::Zero()) {
@@ -33600,7 +33477,7 @@ class MechanismStage {
 
   /// [N s, N m s] Adds what a joint gave in the smooth motion, on B about B's joint origin.
   void add_impulse(std::uint32_t joint, Wrench<S>& total) const {
-    if (has_flow_) total += joint_impulses_[joint];
+    if (has_mechanism_) total += joint_impulses_[joint];
   }
 
  private:
@@ -33633,18 +33510,18 @@ class MechanismStage {
   }
 
   /// Whether no joint has come to a stop in the motion that was found.
-  [[nodiscard]] bool keeps_stops(const State& state, const Island& island) const {
+  [[nodiscard]] bool keeps_limits(const State& state, const Island& island) const {
     return std::all_of(island.blocks.begin(), island.blocks.end(), [&](std::uint32_t i) {
       const ConstraintBlock<S>& block = state.constraints.blocks[i];
-      if (block.kind != BlockKind::stop) return true;
+      if (block.kind != BlockKind::limit) return true;
       const Joint<S>& joint = state.joints.at(block.joint);
       const SolverBody<S>& a = state.solver_bodies[block.body_a];
       const SolverBody<S>& b = state.solver_bodies[block.body_b];
       const JointPose<S> pose =
           joint_pose(joint, end_pose(state, block.body_a), end_pose(state, block.body_b));
-      const S position = followed_position(joint, pose, {a.start, a.twist}, {b.start, b.twist},
-                                           state.def.time_step);
-      return is_within_stops(joint.def, pose, position);
+      const S position = tracked_position(joint, pose, {a.start, a.twist}, {b.start, b.twist},
+                                          state.def.time_step);
+      return is_within_limits(joint.def, pose, position);
     });
   }
 
@@ -33659,7 +33536,7 @@ class MechanismStage {
       if (local_[slot] == none) {
         local_[slot] = static_cast<std::uint32_t>(slots_.size());
         slots_.push_back(slot);
-        bodies_.push_back(joint_flow_body(state.bodies.at(slot), state.def.gravity));
+        bodies_.push_back(mechanism_body(state.bodies.at(slot), state.def.gravity));
       }
       return local_[slot];
     };
@@ -33682,10 +33559,10 @@ class MechanismStage {
     poses_.resize(bodies_.size());
     twists_.resize(bodies_.size());
     impulses_.resize(joints_.size());
-    if (!flow_.advance(bodies_, joints_, state.def.time_step, poses_, twists_, impulses_)) {
+    if (!integrator_.advance(bodies_, joints_, state.def.time_step, poses_, twists_, impulses_)) {
       return false;
     }
-    state.report.flow_evaluations += static_cast<std::uint64_t>(flow_.evaluations());
+    state.report.mechanism_evaluations += static_cast<std::uint64_t>(integrator_.evaluations());
     for (std::size_t k = 0; k < slots_.size(); ++k) write(state, slots_[k], k);
     for (std::size_t k = 0; k < joint_slots_.size(); ++k) {
       joint_impulses_[joint_slots_[k]] = impulses_[k];
@@ -33699,9 +33576,9 @@ class MechanismStage {
     const Transform<S>& start = state.bodies.at(slot).center_pose;
     const S dt = state.def.time_step;
     body.free = body.twist = twists_[k];
-    body.free_motion = {(poses_[k].translation - start.translation) / dt,
-                        log_rotation<S>(poses_[k].rotation * start.rotation.conjugate()) / dt};
-    body.motion = body.free_motion;
+    body.free_velocity = {(poses_[k].translation - start.translation) / dt,
+                          log_rotation<S>(poses_[k].rotation * start.rotation.conjugate()) / dt};
+    body.motion = body.free_velocity;
     body.follows_joints = true;
     end_poses_[slot] = poses_[k];
   }
@@ -33712,7 +33589,7 @@ class MechanismStage {
            std::any_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t slot) {
              const SolverBody<S>& body = state.solver_bodies[slot];
              const Twist<S> solved =
-                 body.follows_joints ? body.motion - body.free_motion : body.motion;
+                 body.follows_joints ? body.motion - body.free_velocity : body.motion;
              return turns_far(solved, state.def.time_step);
            });
   }
@@ -33732,7 +33609,7 @@ class MechanismStage {
       SolverBody<S>& body = state.solver_bodies[slots_[k]];
       if (!body.moves) continue;
       // `move` takes it there.
-      body.motion = body.free_motion;
+      body.motion = body.free_velocity;
       body.follows_joints = true;
       const auto& found = system_.nodes()[k].now;
       end_poses_[slots_[k]] = {found.q.normalized(), found.x};
@@ -33760,28 +33637,28 @@ class MechanismStage {
     return body.center_pose;
   }
 
-  JointFlow<S> flow_{};
+  MechanismIntegrator<S> integrator_{};
   JointSystem<S> system_;
   JointProjection<S> projection_;
-  bool has_flow_ = false;
+  bool has_mechanism_ = false;
   std::vector<Transform<S>> end_poses_;        // By slot, of bodies that are carried.
   std::vector<Wrench<S>> joint_impulses_;      // By slot.
   std::vector<std::uint32_t> parent_, local_;  // By slot.
   std::vector<SolverBody<S>> saved_;
-  std::vector<JointFlowBody<S>> bodies_;
-  std::vector<JointFlowJoint<S>> joints_;
+  std::vector<MechanismBody<S>> bodies_;
+  std::vector<MechanismJoint<S>> joints_;
   std::vector<std::uint32_t> slots_, joint_slots_;
   std::vector<Transform<S>> poses_;
   std::vector<Twist<S>> twists_;
   std::vector<Wrench<S>> impulses_;
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <array>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Solves every island with the solver that suits it, and integrates.
 template <Scalar S, typename Backend>
@@ -33804,7 +33681,7 @@ class SolveStage {
     out.inverse_mass = body.inverse_mass_W();
     const std::array<bool, 3>& locked = body.locked.angular;
     out.turns = !(locked[0] && locked[1] && locked[2]);
-    out.is_isotropic = !body.locked.any_angular() && detail::is_isotropic(body.inertia_B);
+    out.is_isotropic = !body.locked.any_angular() && is_isotropic(body.inertia_B);
     if (out.is_isotropic) {
       out.inertia = body.inertia_B;
       out.inverse_inertia = body.inverse_inertia_B;
@@ -33856,7 +33733,7 @@ class SolveStage {
   }
 
   /// Adds what a joint gave in the smooth motion of its mechanism.
-  void add_flow_impulse(std::uint32_t joint, Wrench<S>& total) const {
+  void add_mechanism_impulse(std::uint32_t joint, Wrench<S>& total) const {
     mechanisms_.add_impulse(joint, total);
   }
 
@@ -33895,7 +33772,7 @@ class SolveStage {
       ++state.report.frozen_bodies;
     }
     body.twist = body.free;
-    body.motion = body.free_motion = mean_free_motion(body, integrator_of(state, body));
+    body.motion = body.free_velocity = mean_free_velocity(body, integrator_of(state, body));
   }
 
   [[nodiscard]] static Integrator integrator_of(const State& state, const SolverBody<S>& body) {
@@ -33946,11 +33823,11 @@ class SolveStage {
     for (const std::uint32_t i : island.blocks) {
       const ConstraintBlock<S>& block = state.constraints.blocks[i];
       add_impulse(block.body_a, block.body_b, state.constraints.rows[block.first].impulse);
-      // Drives and stops decide on the velocity at the end of a step, as if it had been there all
+      // Motors and stops decide on the velocity at the end of a step, as if it had been there all
       // along; the mean of two velocities would make them overshoot.
       if (block.kind == BlockKind::equality) continue;
       context.integrator = Integrator::symplectic_euler;
-      // Nothing else may act where a drive does: a hand that closes before it is weighed. Stops
+      // Nothing else may act where a motor does: a hand that closes before it is weighed. Stops
       // only answer.
       if (!(block.upper < infinity<S>) || !(block.lower > -infinity<S>)) continue;
       const ConstraintRow<S>& row = state.constraints.rows[block.first];
@@ -33979,7 +33856,7 @@ class SolveStage {
       island.soft = {};
       context.integrator = Integrator::trapezoidal;
     } else if (context.integrator == Integrator::symplectic_euler) {
-      for (const std::uint32_t slot : island.bodies) bodies[slot].free_motion = bodies[slot].free;
+      for (const std::uint32_t slot : island.bodies) bodies[slot].free_velocity = bodies[slot].free;
     }
     time_constraints(state, island, context);
     SolveReport<S> report;
@@ -34002,7 +33879,7 @@ class SolveStage {
       solve_in_passes(context.settings.max_passes, solve_once, answer);
       // What the sensors gave is the sum of their evaluated impulses.
       if (!island.soft.empty()) apply_impulses(island, constraints, bodies);
-      bounces_.calm(island, constraints, bodies, context, solver_, report);
+      restitution_.calm(island, constraints, bodies, context, solver_, report);
       if (!(report.residual < infinity<S>) || !are_finite(bodies, island)) {
         guard(state, sensors, island, context);
         return;
@@ -34025,8 +33902,7 @@ class SolveStage {
 
   /// Takes contacts and joints to the instants at which their impulses act. The rows of joints that
   /// follow the motion of their mechanism are there already.
-  static void time_constraints(State& state, const Island& island,
-                               const SolveContext<S>& context) {
+  static void time_constraints(State& state, const Island& island, const SolveContext<S>& context) {
     using std::max;
     const bool is_large = IslandSolver<S>::is_large(context);
     // An arm r of a body that turns leaves h w^2 r / 2 at most. What that does not count for pays
@@ -34134,7 +34010,7 @@ class SolveStage {
     for (const std::uint32_t slot : island.bodies) {
       const SolverBody<S>& body = state.solver_bodies[slot];
       excess += body.mass * (body.motion.linear.cross(body.twist.linear) -
-                             body.free_motion.linear.cross(body.free.linear));
+                             body.free_velocity.linear.cross(body.free.linear));
       inertia += body.inertia + point_inertia<S>(body.mass, end_of(slot) - center);
     }
     // Impulses that act in the middle of the step count from where the bodies stand at its start.
@@ -34170,10 +34046,10 @@ class SolveStage {
   IslandBuilder<S> islands_;
   MechanismStage<S, Backend> mechanisms_;
   IslandSolver<S> solver_;
-  PassiveBounces<S> bounces_;
+  PassiveRestitution<S> restitution_;
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/world/waking.hpp
 
@@ -34239,7 +34115,7 @@ void disturb(WorldState<S, Backend>& state, BodyId id) {
   wake_island(state, id.index);
   if (!body.is_dynamic()) wake_neighbours(state, id.index);
   body.sleep.rest_time = S(0);
-  body.sleep.is_stirred = state.is_any_stirred = true;
+  body.sleep.is_disturbed = state.is_any_disturbed = true;
   state.is_idle = false;
 }
 
@@ -34248,7 +34124,7 @@ void disturb(WorldState<S, Backend>& state, BodyId id) {
 #include <algorithm>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Wakes islands before the stages of a step and puts them to sleep after.
 template <Scalar S, typename Backend>
@@ -34282,14 +34158,14 @@ class SleepStage {
     state.report.sleeping_bodies = state.sleeping_bodies;
     state.report.awake_bodies -= state.sleeping_bodies - asleep;
     // Where all are awake and none was changed, there is nothing to know of each.
-    if (!state.is_any_stirred && state.sleeping_bodies == 0) return;
+    if (!state.is_any_disturbed && state.sleeping_bodies == 0) return;
     bool is_any_active = false;
     for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
       if (!state.bodies.is_live(i)) continue;
-      state.bodies.at(i).sleep.is_stirred = false;
+      state.bodies.at(i).sleep.is_disturbed = false;
       is_any_active = is_any_active || state.is_active(i);
     }
-    state.is_any_stirred = false;
+    state.is_any_disturbed = false;
     state.is_idle = state.sleeping_bodies > 0 && !is_any_active;
   }
 
@@ -34315,12 +34191,12 @@ class SleepStage {
       const auto visit = [&](std::uint32_t other) {
         const std::uint32_t slot = state.colliders.at(other).body.index;
         if (state.bodies.at(slot).is_asleep() && meets(state, i, other)) {
-          detail::wake_island(state, slot);
+          wake_island(state, slot);
         }
         return true;
       };
       if (!c.half_space) {
-        const Aabb<S> swept = detail::swept_box(state, c);
+        const Aabb<S> swept = swept_box(state, c);
         state.broad_phase.move(i, swept);
         state.broad_phase.overlap(swept, visit);
         continue;
@@ -34336,8 +34212,7 @@ class SleepStage {
     if (!detail::may_touch(state, a, b)) return false;
     ++state.report.pairs_collided;
     found_.clear();
-    return detail::collide_pair(state, {std::min(a, b), std::max(a, b)}, found_) ==
-               ContactStatus::ok &&
+    return collide_pair(state, {std::min(a, b), std::max(a, b)}, found_) == ContactStatus::ok &&
            !found_.empty();
   }
 
@@ -34345,8 +34220,8 @@ class SleepStage {
     for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
       if (!state.joints.is_live(i)) continue;
       const JointDef<S>& def = state.joints.at(i).def;
-      if (is_fresh(def.body_a.index)) detail::wake_island(state, def.body_b.index);
-      if (is_fresh(def.body_b.index)) detail::wake_island(state, def.body_a.index);
+      if (is_fresh(def.body_a.index)) wake_island(state, def.body_b.index);
+      if (is_fresh(def.body_b.index)) wake_island(state, def.body_a.index);
     }
   }
 
@@ -34361,9 +34236,9 @@ class SleepStage {
       }
       if (!is_reached) continue;
       // A patch senses all or nothing, so all that it may meet has to be awake.
-      detail::wake_island(state, patch.body.index);
+      wake_island(state, patch.body.index);
       for (const std::uint32_t tag : near_) {
-        detail::wake_island(state, state.colliders.at(tag).body.index);
+        wake_island(state, state.colliders.at(tag).body.index);
       }
     }
   }
@@ -34443,7 +34318,7 @@ class SleepStage {
     for (std::uint32_t i = 0; i < state.colliders.slot_count(); ++i) {
       if (!state.colliders.is_live(i)) continue;
       const Collider<S, Backend>& c = state.colliders.at(i);
-      if (state.body_of(c).is_asleep()) state.broad_phase.move(i, detail::box_of(state, c));
+      if (state.body_of(c).is_asleep()) state.broad_phase.move(i, box_of(state, c));
     }
   }
 
@@ -34457,12 +34332,12 @@ class SleepStage {
   ContactManifolds<S> found_;
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <cstdint>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Steps a world. It owns the scratch memory of the stages and no state: any stepper takes a world
 /// from the same state to the same bits.
@@ -34547,7 +34422,7 @@ void Stepper<S, Backend>::store_joint_impulses_of(State& state) const {
   for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
     if (!is_awake_joint(state, i)) continue;
     store_joint_impulses(state.joints.at(i), state.constraints);
-    solve_.add_flow_impulse(i, state.joints.at(i).total);
+    solve_.add_mechanism_impulse(i, state.joints.at(i).total);
   }
 }
 
@@ -34562,15 +34437,15 @@ void Stepper<S, Backend>::follow_joint_angles(State& state) {
     const Body<S>& body_a = state.bodies.at(a);
     const Body<S>& body_b = state.bodies.at(b);
     joint.angle =
-        followed_position(joint, joint_pose(joint, body_a.center_pose, body_b.center_pose),
-                          {state.solver_bodies[a].start, body_a.twist},
-                          {state.solver_bodies[b].start, body_b.twist}, state.def.time_step);
+        tracked_position(joint, joint_pose(joint, body_a.center_pose, body_b.center_pose),
+                         {state.solver_bodies[a].start, body_a.twist},
+                         {state.solver_bodies[b].start, body_b.twist}, state.def.time_step);
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// The tables of this file's instruction set.
 template <Scalar S, typename Backend>
@@ -34586,7 +34461,7 @@ template <Scalar S, typename Backend>
              std::span<WorldRayHit<S>> hits) {
             RayHits<S> scratch;
             for (std::size_t i = 0; i < rays.size(); ++i) {
-              hits[i] = detail::cast_ray(state, rays[i], filter, scratch);
+              hits[i] = cast_ray(state, rays[i], filter, scratch);
             }
           },
       .sense = [](ProximityArray<S>& array, const State& state,
@@ -34596,7 +34471,7 @@ template <Scalar S, typename Backend>
 template <Scalar S, typename Backend>
 [[nodiscard]] const HapticKernels<S, Backend>& own_haptic_kernels() {
   static constexpr HapticKernels<S, Backend> own{
-      .tick = [](HapticLoop<S, Backend>& loop) { detail::HapticTick<S, Backend>(loop).run(); }};
+      .substep = [](HapticLoop<S, Backend>& loop) { HapticSubstep<S, Backend>(loop).run(); }};
   return own;
 }
 
@@ -34609,7 +34484,7 @@ const HapticKernels<S, Backend>& haptic_kernels() {
   return own_haptic_kernels<S, Backend>();
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/world/world_bodies_impl.hpp
 
@@ -34632,7 +34507,7 @@ void World<S, Backend>::require_known_contacts(BodyId id, bool is_dynamic,
   if (meets_all) return;
   for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
     if (!state_.colliders.is_live(i)) continue;
-    const Collider<S, Backend>& other = state_.colliders.at(i);
+    const detail::Collider<S, Backend>& other = state_.colliders.at(i);
     const Body<S>& other_body = state_.body_of(other);
     if (other.body == id || (!is_dynamic && !other_body.is_dynamic()) ||
         !may_meet(filter, other_body.filter) || Backend::can_collide(kind, other.kind)) {
@@ -34647,10 +34522,10 @@ void World<S, Backend>::require_known_contacts(BodyId id, bool is_dynamic,
 }
 
 template <Scalar S, typename Backend>
-requires ShapeBackend<Backend, S> Collider<S, Backend> World<S, Backend>::make_collider(
+requires ShapeBackend<Backend, S> detail::Collider<S, Backend> World<S, Backend>::make_collider(
     const Body<S>& body, Prepared prepared, const Shape<S>& shape, const Transform<S>& X_BS,
     const Material<S>& material) {
-  Collider<S, Backend> c;
+  detail::Collider<S, Backend> c;
   c.X_CmS = X_BS;
   c.X_CmS.translation -= body.center_B;
   c.is_centered = c.X_CmS.translation == Vec3<S>::Zero() &&
@@ -34669,8 +34544,8 @@ requires ShapeBackend<Backend, S> Collider<S, Backend> World<S, Backend>::make_c
 }
 
 template <Scalar S, typename Backend>
-requires ShapeBackend<Backend, S> ShapeId World<S, Backend>::insert_shape(BodyId id,
-                                                                          Collider<S, Backend> c) {
+requires ShapeBackend<Backend, S> ShapeId
+World<S, Backend>::insert_shape(BodyId id, detail::Collider<S, Backend> c) {
   const Body<S>& body = state_.bodies.at(id.index);
   c.body = id;
   const Aabb<S> box = c.half_space ? c.bounds : transformed(c.bounds, body.center_pose * c.X_CmS);
@@ -34704,7 +34579,7 @@ requires ShapeBackend<Backend, S> BodyId World<S, Backend>::add_body(const BodyD
   for (const Prepared& shape : prepared) {
     require_known_contacts(BodyId{}, body.is_dynamic(), body.filter, Backend::kind(shape));
   }
-  std::vector<Collider<S, Backend>> colliders;
+  std::vector<detail::Collider<S, Backend>> colliders;
   auto next = prepared.begin();
   if (def.shape) {
     colliders.push_back(make_collider(body, std::move(*next++), *def.shape, {}, def.material));
@@ -34714,7 +34589,7 @@ requires ShapeBackend<Backend, S> BodyId World<S, Backend>::add_body(const BodyD
         make_collider(body, std::move(*next++), shape.shape, shape.X_BS, shape.material));
   }
   const BodyId id = state_.bodies.insert(body);
-  for (Collider<S, Backend>& collider : colliders) insert_shape(id, std::move(collider));
+  for (detail::Collider<S, Backend>& collider : colliders) insert_shape(id, std::move(collider));
   detail::disturb(state_, id);
   return id;
 }
@@ -34727,7 +34602,7 @@ requires ShapeBackend<Backend, S> ShapeId World<S, Backend>::add_shape(BodyId id
   detail::require(!body.is_dynamic() || kind_of(def.shape) != ShapeKind::half_space,
                   "ShapeDef::shape", name_of(kind_of(def.shape)),
                   "must not be on a dynamic body: it has no mass");
-  Collider<S, Backend> collider =
+  detail::Collider<S, Backend> collider =
       make_collider(body, Backend::template make<S>(def.shape), def.shape, def.X_BS, def.material);
   require_known_contacts(id, body.is_dynamic(), body.filter, kind_of(def.shape));
   detail::disturb(state_, id);
@@ -34769,7 +34644,7 @@ void World<S, Backend>::remove_body(BodyId id) {
   // What patches touched in the last step must not be looked up any more.
   for (std::uint32_t i = 0; i < state_.patches.slot_count(); ++i) {
     if (!state_.patches.is_live(i)) continue;
-    for (PatchPair<S>& pair : state_.patches.at(i).pairs) {
+    for (detail::PatchPair<S>& pair : state_.patches.at(i).pairs) {
       if (pair.body_b == id.index) pair.count = 0;
     }
   }
@@ -34779,7 +34654,7 @@ void World<S, Backend>::remove_body(BodyId id) {
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::refresh_box(std::uint32_t tag) {
-  const Collider<S, Backend>& c = state_.colliders.at(tag);
+  const detail::Collider<S, Backend>& c = state_.colliders.at(tag);
   if (c.half_space) return;
   state_.broad_phase.move(tag, transformed(c.bounds, state_.body_of(c).center_pose * c.X_CmS));
 }
@@ -35006,7 +34881,7 @@ void require_outward_rays(const WorldState<S, Backend>& state, const Vec3<S>& ce
 #include <span>
 #include <type_traits>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Whether values of a type are their bytes: without padding or addresses. Specialise it for
 /// numbers that are not built in.
@@ -35016,8 +34891,6 @@ inline constexpr bool is_plain_value = std::is_arithmetic_v<T> || std::is_enum_v
 /// What is a number, a truth value or an enumerator.
 template <typename T>
 concept PlainValue = is_plain_value<std::remove_cv_t<T>>;
-
-namespace detail {
 
 template <std::size_t Size>
 struct UnsignedOfSize;
@@ -35050,8 +34923,6 @@ template <PlainValue T>
   }
 }
 
-}  // namespace detail
-
 /// Mixes values by their bits, in order. Each value is one word w or several: h <- (h xor w) k, h
 /// <- h xor h >> 32, with the odd k = floor(2^64 / golden ratio). For a given w that is a bijection
 /// of h, and for a given h one of w: two sequences of one length that differ in one value never
@@ -35061,7 +34932,7 @@ class BitHash {
  public:
   template <PlainValue T>
   void add(const T& value) {
-    for (const std::uint64_t word : detail::bits_of(value)) {
+    for (const std::uint64_t word : bits_of(value)) {
       value_ = (value_ ^ word) * 0x9e3779b97f4a7c15u;
       value_ ^= value_ >> 32;
     }
@@ -35085,7 +34956,7 @@ class BitHash {
   return hash.value();
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/world/state_visitor.hpp
 
@@ -35105,7 +34976,7 @@ class BitHash {
 #include <type_traits>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Shows the whole state to a visitor, always in the same order. The visitor has
 ///
@@ -35124,8 +34995,6 @@ template <typename State, typename Visitor>
 void for_each_state(State& state, Visitor& visit);
 
 // Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
 
 template <typename Map, typename Visitor, typename Each>
 void visit_slots(const char* name, Map& map, Visitor& visit, Each&& each) {
@@ -35173,12 +35042,12 @@ template <Scalar S>
 
 template <Scalar S>
 [[nodiscard]] bool is_valid_state(const Joint<S>& joint) {
-  const JointDrive<S>& drive = joint.def.drive;
-  const bool is_driven = drive.mode != DriveMode::none;
-  return drive.mode >= DriveMode::none && drive.mode <= DriveMode::spring &&
-         (!is_driven || has_free_axis(joint.def.kind)) && has_finite_square(drive.target) &&
-         drive.max_force >= S(0) && drive.max_speed > S(0) && is_not_negative(drive.stiffness) &&
-         is_not_negative(drive.damping) && has_finite_square(joint.angle);
+  const JointMotor<S>& motor = joint.def.motor;
+  const bool is_driven = motor.mode != MotorMode::none;
+  return motor.mode >= MotorMode::none && motor.mode <= MotorMode::spring &&
+         (!is_driven || has_free_axis(joint.def.kind)) && has_finite_square(motor.target) &&
+         motor.max_force >= S(0) && motor.max_speed > S(0) && is_not_negative(motor.stiffness) &&
+         is_not_negative(motor.damping) && has_finite_square(joint.angle);
 }
 
 template <Scalar S>
@@ -35210,7 +35079,7 @@ template <Scalar S>
          is_positive(p.breakaway_distance);
 }
 
-/// Whether the lanes of a tile that are used hold vectors.
+/// Whether the lanes of a packet that are used hold vectors.
 template <Scalar S>
 [[nodiscard]] bool has_vectors(const Row3<S>& rows, LaneBits lanes) {
   for (std::uint32_t rest = lanes; rest != 0; rest &= rest - 1) {
@@ -35220,11 +35089,11 @@ template <Scalar S>
   return true;
 }
 
-/// Lanes of a tile of a patch that are sensors.
+/// Lanes of a packet of a patch that are sensors.
 template <Scalar S>
-[[nodiscard]] LaneBits lanes_of(const SensorPatch<S>& patch, std::size_t tile) {
-  const std::size_t left = patch.size() - tile * tile_size;
-  return left >= tile_size ? LaneBits(0xffffu) : static_cast<LaneBits>((1u << left) - 1u);
+[[nodiscard]] LaneBits lanes_of(const SensorPatch<S>& patch, std::size_t packet) {
+  const std::size_t left = patch.size() - packet * packet_size;
+  return left >= packet_size ? LaneBits(0xffffu) : static_cast<LaneBits>((1u << left) - 1u);
 }
 
 template <typename Body, typename Visitor>
@@ -35249,7 +35118,7 @@ void visit_body(Body& body, std::uint32_t slots, Visitor& visit) {
     visit.value(item.filter.group);
     visit.value(item.sleep.rest_time);
     visit.value(item.sleep.island);
-    visit.value(item.sleep.is_stirred);
+    visit.value(item.sleep.is_disturbed);
   };
   visit.item("bodies (state)", body, each, [&](const auto& item) {
     return is_valid_state(item, slots) && is_of_same_solid(item, body);
@@ -35275,12 +35144,12 @@ void visit_joint(Joint& joint, Visitor& visit) {
   visit.same("joints (body_a)", joint.def.body_a.index);
   visit.same("joints (body_b)", joint.def.body_b.index);
   const auto each = [&](auto& item) {
-    visit.value(item.def.drive.mode);
-    visit.value(item.def.drive.target);
-    visit.value(item.def.drive.max_force);
-    visit.any(item.def.drive.max_speed);
-    visit.value(item.def.drive.stiffness);
-    visit.value(item.def.drive.damping);
+    visit.value(item.def.motor.mode);
+    visit.value(item.def.motor.target);
+    visit.value(item.def.motor.max_force);
+    visit.any(item.def.motor.max_speed);
+    visit.value(item.def.motor.stiffness);
+    visit.value(item.def.motor.damping);
     visit.value(item.angle);
     visit.value(std::span(item.impulses));
     visit_wrench(item.spring_impulse, visit);
@@ -35316,30 +35185,30 @@ void visit_lane(Rows& rows, std::size_t i, Visitor& visit) {
   visit.value(rows.z[i]);
 }
 
-/// @param lanes  Those that are sensors. What is not rooted may have anything for roots.
-template <typename Tile, typename Visitor>
-void visit_bristles(Tile& tile, LaneBits lanes, Visitor& visit) {
+/// @param lanes  Those that are sensors. What is not anchored may have anything for roots.
+template <typename Packet, typename Visitor>
+void visit_bristles(Packet& packet, LaneBits lanes, Visitor& visit) {
   const auto each = [&](auto& item) {
-    visit.value(item.is_rooted);
-    for (auto* roots : {&item.root_a, &item.root_b}) {
+    visit.value(item.is_anchored);
+    for (auto* roots : {&item.anchor_a, &item.anchor_b}) {
       visit.any(std::span(roots->x));
       visit.any(std::span(roots->y));
       visit.any(std::span(roots->z));
     }
-    visit.value(item.rooted_in.common);
-    visit.value(std::span(item.rooted_in.own));
+    visit.value(item.anchored_on.common);
+    visit.value(std::span(item.anchored_on.own));
   };
-  visit.item("patches (bristles)", tile, each, [&](const auto& item) {
-    return (item.is_rooted & ~lanes) == 0 && has_vectors(item.root_a, item.is_rooted) &&
-           has_vectors(item.root_b, item.is_rooted);
+  visit.item("patches (bristles)", packet, each, [&](const auto& item) {
+    return (item.is_anchored & ~lanes) == 0 && has_vectors(item.anchor_a, item.is_anchored) &&
+           has_vectors(item.anchor_b, item.is_anchored);
   });
 }
 
 /// Of contacts and pairs, what is read between steps; the rest is one step's work.
-template <typename Tile, typename Visitor>
-void visit_contact_tile(Tile& tile, Visitor& visit) {
-  visit.value(tile.tile);
-  visit.value(tile.is_touching);
+template <typename Packet, typename Visitor>
+void visit_contact_packet(Packet& packet, Visitor& visit) {
+  visit.value(packet.packet);
+  visit.value(packet.is_touching);
 }
 
 template <typename Pair, typename Visitor>
@@ -35386,9 +35255,9 @@ void visit_readings(Readings& r, Visitor& visit) {
 /// Whether the lanes that touch have hits.
 template <Scalar S>
 [[nodiscard]] bool is_valid_state(const RayHits<S>& hits, const std::vector<LaneBits>& touching) {
-  for (std::size_t tile = 0; tile < touching.size(); ++tile) {
-    for (std::uint32_t rest = touching[tile]; rest != 0; rest &= rest - 1) {
-      const std::size_t i = tile * tile_size + static_cast<std::size_t>(std::countr_zero(rest));
+  for (std::size_t packet = 0; packet < touching.size(); ++packet) {
+    for (std::uint32_t rest = touching[packet]; rest != 0; rest &= rest - 1) {
+      const std::size_t i = packet * packet_size + static_cast<std::size_t>(std::countr_zero(rest));
       if (!is_not_negative(hits.distance[i]) || !is_unit(hits.normal[i])) return false;
     }
   }
@@ -35396,7 +35265,7 @@ template <Scalar S>
 }
 
 /// Hits of the last step: what the sensors that touched met, and anything in other places.
-/// @param touching  Lanes that touch, of each tile, where the visitor checks.
+/// @param touching  Lanes that touch, of each packet, where the visitor checks.
 template <typename Hits, typename Visitor>
 void visit_hits(Hits& hits, const std::vector<LaneBits>& touching, Visitor& visit) {
   const auto each = [&](auto& item) {
@@ -35411,7 +35280,7 @@ void visit_hits(Hits& hits, const std::vector<LaneBits>& touching, Visitor& visi
 
 /// Of patches that cast their rays every so many steps.
 template <typename Patch, typename Visitor>
-void visit_kept_hits(Patch& patch, Visitor& visit) {
+void visit_plane_cache(Patch& patch, Visitor& visit) {
   visit.same("patches (cast_every)", patch.def.cast_every);
   if (patch.def.cast_every == 1) return;
   visit.list("patches (kept shapes)", patch.kept.shapes, [&](auto& shape) {
@@ -35422,22 +35291,22 @@ void visit_kept_hits(Patch& patch, Visitor& visit) {
     visit.value(shape.reserve);
     visit.require("patches (kept shapes)", is_rotation(shape.pose.R_AB));
   });
-  std::size_t next = 0;  // Tiles ascend.
-  visit.list("patches (kept hits)", patch.kept.tiles, [&](auto& kept) {
-    visit.value(kept.tile);
+  std::size_t next = 0;  // Packets ascend.
+  visit.list("patches (plane cache)", patch.kept.packets, [&](auto& kept) {
+    visit.value(kept.packet);
     visit.value(kept.is_hit);
-    for (std::size_t i = 0; i < tile_size; ++i) {
+    for (std::size_t i = 0; i < packet_size; ++i) {
       if ((kept.is_hit >> i & 1u) == 0) continue;
       visit_lane(kept.point, i, visit);
       visit_lane(kept.normal, i, visit);
       visit.value(kept.tag[i]);
     }
-    const bool is_next = kept.tile >= next && kept.tile < patch.tiles.size();
-    visit.require("patches (kept hits)", is_next &&
-                                             (kept.is_hit & ~lanes_of(patch, kept.tile)) == 0 &&
-                                             has_vectors(kept.point, kept.is_hit) &&
-                                             has_vectors(kept.normal, kept.is_hit));
-    next = kept.tile + std::size_t(1);
+    const bool is_next = kept.packet >= next && kept.packet < patch.packets.size();
+    visit.require("patches (plane cache)", is_next &&
+                                               (kept.is_hit & ~lanes_of(patch, kept.packet)) == 0 &&
+                                               has_vectors(kept.point, kept.is_hit) &&
+                                               has_vectors(kept.normal, kept.is_hit));
+    next = kept.packet + std::size_t(1);
   });
 }
 
@@ -35449,17 +35318,18 @@ void visit_patch(const State& state, Patch& patch, Visitor& visit) {
   const std::size_t own = visit.list("patches (parameters)", patch.def.per_sensor,
                                      [&](auto& p) { visit_parameters(p, visit); });
   visit.require("patches (parameters)", own == 0 || own == patch.size());
-  for (std::size_t i = 0; i < patch.tiles.size(); ++i) {
-    visit_bristles(patch.tiles[i], lanes_of(patch, i), visit);
+  for (std::size_t i = 0; i < patch.packets.size(); ++i) {
+    visit_bristles(patch.packets[i], lanes_of(patch, i), visit);
   }
-  // Of each tile, the lanes of its contacts.
-  std::vector<LaneBits> touching(Visitor::is_checking ? patch.tiles.size() : 0);
-  const std::size_t contacts = visit.list("patches (contacts)", patch.contacts, [&](auto& tile) {
-    visit_contact_tile(tile, visit);
-    visit.require("patches (contacts)", tile.tile < patch.tiles.size() &&
-                                            (tile.is_touching & ~lanes_of(patch, tile.tile)) == 0);
+  // Of each packet, the lanes of its contacts.
+  std::vector<LaneBits> touching(Visitor::is_checking ? patch.packets.size() : 0);
+  const std::size_t contacts = visit.list("patches (contacts)", patch.contacts, [&](auto& packet) {
+    visit_contact_packet(packet, visit);
+    visit.require("patches (contacts)",
+                  packet.packet < patch.packets.size() &&
+                      (packet.is_touching & ~lanes_of(patch, packet.packet)) == 0);
     if constexpr (Visitor::is_checking) {
-      touching[tile.tile] = static_cast<LaneBits>(touching[tile.tile] | tile.is_touching);
+      touching[packet.packet] = static_cast<LaneBits>(touching[packet.packet] | packet.is_touching);
     }
   });
   visit_hits(patch.hits, touching, visit);
@@ -35476,9 +35346,9 @@ void visit_patch(const State& state, Patch& patch, Visitor& visit) {
         "patches (felt)", patch.felt[i], [&](auto& felt) { visit.value(felt); },
         [&](LaneBits felt) { return (felt & ~lanes_of(patch, i)) == 0; });
   }
-  visit.value(patch.has_felt);
+  visit.value(patch.was_active);
   visit.value(patch.is_active);
-  visit_kept_hits(patch, visit);
+  visit_plane_cache(patch, visit);
   visit_readings(patch.readings, visit);
 }
 
@@ -35508,7 +35378,7 @@ void visit_contacts(const State& state, Cache& cache, Visitor& visit) {
     visit.value(point.gap);
     visit.value(point.feature);
     visit.value(std::span(point.impulse));
-    visit.value(std::span(point.passing));
+    visit.value(std::span(point.transient_impulse));
     visit.value(point.took_impact);
     visit.value(point.acts_at_mid);
     visit.require("contacts (points)",
@@ -35533,13 +35403,11 @@ void visit_contacts(const State& state, Cache& cache, Visitor& visit) {
   visit.require("contacts (points)", next == points);
 }
 
-}  // namespace detail
-
 template <typename State, typename Visitor>
 void for_each_state(State& state, Visitor& visit) {
   visit.item(
       "time step", state.def.time_step, [&](auto& dt) { visit.value(dt); },
-      [](const auto& dt) { return detail::is_positive(dt); });
+      [](const auto& dt) { return is_positive(dt); });
   visit.item(
       "gravity", state.def.gravity, [&](auto& g) { visit.value(g); },
       [](const auto& g) { return has_finite_square(g); });
@@ -35547,19 +35415,17 @@ void for_each_state(State& state, Visitor& visit) {
   visit.same("integrator", state.def.integrator);
   visit.value(state.is_idle);
   visit.value(state.steps);
-  detail::visit_slots("bodies", state.bodies, visit, [&](auto& body) {
-    detail::visit_body(body, state.bodies.slot_count(), visit);
-  });
-  detail::visit_slots("shapes", state.colliders, visit,
-                      [&](auto& collider) { detail::visit_collider(collider, visit); });
-  detail::visit_slots("joints", state.joints, visit,
-                      [&](auto& joint) { detail::visit_joint(joint, visit); });
-  detail::visit_slots("patches", state.patches, visit,
-                      [&](auto& patch) { detail::visit_patch(state, patch, visit); });
-  detail::visit_contacts(state, state.contacts, visit);
+  visit_slots("bodies", state.bodies, visit,
+              [&](auto& body) { visit_body(body, state.bodies.slot_count(), visit); });
+  visit_slots("shapes", state.colliders, visit,
+              [&](auto& collider) { visit_collider(collider, visit); });
+  visit_slots("joints", state.joints, visit, [&](auto& joint) { visit_joint(joint, visit); });
+  visit_slots("patches", state.patches, visit,
+              [&](auto& patch) { visit_patch(state, patch, visit); });
+  visit_contacts(state, state.contacts, visit);
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <cstddef>
@@ -35891,19 +35757,19 @@ requires ShapeBackend<Backend, S> JointId World<S, Backend>::add_joint(const Joi
                   "must not equal body_a");
   detail::require(a.is_dynamic() || b.is_dynamic(), "JointDef::body_a", def.body_a,
                   "must be dynamic, or body_b must");
-  Joint<S> joint;
+  detail::Joint<S> joint;
   joint.def = def;
   joint.X_CmA_J = def.X_AJ;
   joint.X_CmA_J.translation -= a.center_B;
   joint.X_CmB_J = def.X_BJ;
   joint.X_CmB_J.translation -= b.center_B;
-  const JointPose<S> pose = joint_pose(joint, a.center_pose, b.center_pose);
-  const S angle = joint_position(def.kind, pose, S(0));
+  const detail::JointPose<S> pose = detail::joint_pose(joint, a.center_pose, b.center_pose);
+  const S angle = detail::joint_position(def.kind, pose, S(0));
   joint.angle = nearest_turn(angle, std::min(std::max(angle, def.lower_limit), def.upper_limit));
   if (!def.bodies_collide) {
-    const ShapePair pair{std::min(def.body_a.index, def.body_b.index),
-                         std::max(def.body_a.index, def.body_b.index)};
-    std::vector<ShapePair>& unpaired = state_.unpaired;
+    const detail::ShapePair pair{std::min(def.body_a.index, def.body_b.index),
+                                 std::max(def.body_a.index, def.body_b.index)};
+    std::vector<detail::ShapePair>& unpaired = state_.unpaired;
     unpaired.insert(std::lower_bound(unpaired.begin(), unpaired.end(), pair), pair);
   }
   detail::disturb(state_, def.body_a);
@@ -35918,9 +35784,9 @@ void World<S, Backend>::erase_joint(std::uint32_t index) {
   detail::disturb(state_, def.body_a);
   detail::disturb(state_, def.body_b);
   if (!def.bodies_collide) {
-    const ShapePair pair{std::min(def.body_a.index, def.body_b.index),
-                         std::max(def.body_a.index, def.body_b.index)};
-    std::vector<ShapePair>& unpaired = state_.unpaired;
+    const detail::ShapePair pair{std::min(def.body_a.index, def.body_b.index),
+                                 std::max(def.body_a.index, def.body_b.index)};
+    std::vector<detail::ShapePair>& unpaired = state_.unpaired;
     unpaired.erase(std::lower_bound(unpaired.begin(), unpaired.end(), pair));
   }
   state_.joints.erase(state_.joints.handle(index));
@@ -35935,10 +35801,10 @@ void World<S, Backend>::remove_joint(JointId id) {
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
-void World<S, Backend>::set_drive(JointId id, const JointDrive<S>& drive) {
-  Joint<S>& joint = state_.joints.get(id, "JointId");
-  validate(drive, joint.def.kind);
-  joint.def.drive = drive;
+void World<S, Backend>::set_motor(JointId id, const JointMotor<S>& motor) {
+  detail::Joint<S>& joint = state_.joints.get(id, "JointId");
+  validate(motor, joint.def.kind);
+  joint.def.motor = motor;
   detail::disturb(state_, joint.def.body_a);
   detail::disturb(state_, joint.def.body_b);
 }
@@ -35946,7 +35812,7 @@ void World<S, Backend>::set_drive(JointId id, const JointDrive<S>& drive) {
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S> JointReading<S> World<S, Backend>::reading(JointId id)
 const {
-  const Joint<S>& joint = state_.joints.get(id, "JointId");
+  const detail::Joint<S>& joint = state_.joints.get(id, "JointId");
   return read_joint(joint, state_.bodies.at(joint.def.body_a.index),
                     state_.bodies.at(joint.def.body_b.index), state_.def.time_step);
 }
@@ -35956,7 +35822,7 @@ requires ShapeBackend<Backend, S> PatchId World<S, Backend>::add_patch(BodyId bo
                                                                        PatchDef<S> def) {
   const Body<S>& owner = state_.bodies.get(body, "BodyId");
   for (const BodyId id : def.excluded) (void)state_.bodies.get(id, "PatchDef::excluded");
-  SensorPatch<S> patch = make_patch(std::move(def), body, owner.center_B);
+  detail::SensorPatch<S> patch = detail::make_patch(std::move(def), body, owner.center_B);
   if (!patch.def.may_point_inwards) {
     std::vector<std::uint32_t> shapes;
     for_each_shape_of(body, [&](std::uint32_t tag) { shapes.push_back(tag); });
@@ -35981,7 +35847,7 @@ requires ShapeBackend<Backend, S> PatchId World<S, Backend>::add_patch(BodyId bo
                                                                        const Tuning<S>& tuning) {
   PatchDef<S> def;
   def.parameters = tuning.parameters(sensors);
-  def.options.scaling = tuning.wants.scaling;
+  def.options.scaling = tuning.spec.scaling;
   def.sensors = std::move(sensors);
   return add_patch(body, std::move(def));
 }
@@ -35996,7 +35862,7 @@ void World<S, Backend>::remove_patch(PatchId id) {
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_active(PatchId id, bool is_active) {
-  SensorPatch<S>& patch = state_.patches.get(id, "PatchId");
+  detail::SensorPatch<S>& patch = state_.patches.get(id, "PatchId");
   if (patch.is_active == is_active) return;
   detail::disturb(state_, patch.body);
   patch.is_active = is_active;
@@ -36006,7 +35872,7 @@ void World<S, Backend>::set_active(PatchId id, bool is_active) {
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_parameters(PatchId id, const SensorParameters<S>& parameters) {
-  SensorPatch<S>& patch = state_.patches.get(id, "PatchId");
+  detail::SensorPatch<S>& patch = state_.patches.get(id, "PatchId");
   validate(parameters);
   patch.def.parameters = parameters;
   patch.def.per_sensor.clear();
@@ -36020,12 +35886,12 @@ const { return state_.patches.get(id, "PatchId").readings.view(); }
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S> S World<S, Backend>::largest_stable_step(PatchId id)
 const {
-  const SensorPatch<S>& patch = state_.patches.get(id, "PatchId");
-  return bristle::largest_stable_step(patch, [&](const PatchPair<S>& pair) -> Mat6<S> {
+  const detail::SensorPatch<S>& patch = state_.patches.get(id, "PatchId");
+  return bristle::largest_stable_step(patch, [&](const detail::PatchPair<S>& pair) -> Mat6<S> {
     const Body<S>& a = state_.bodies.at(patch.body.index);
     const Body<S>& b = state_.bodies.at(pair.body_b);
-    return mobility(a.inverse_mass_W(), a.inverse_inertia_W(), pair.arm_a) +
-           mobility(b.inverse_mass_W(), b.inverse_inertia_W(), pair.arm_b);
+    return detail::mobility(a.inverse_mass_W(), a.inverse_inertia_W(), pair.arm_a) +
+           detail::mobility(b.inverse_mass_W(), b.inverse_inertia_W(), pair.arm_b);
   });
 }
 
@@ -36068,17 +35934,17 @@ requires ShapeBackend<Backend, S>
 void World<S, Backend>::restore(std::span<const std::byte> bytes) {
   detail::restore_snapshot(bytes, state_);
   for (std::uint32_t i = 0; i < state_.patches.slot_count(); ++i) {
-    if (state_.patches.is_live(i)) mark_hits(state_.patches.at(i));
+    if (state_.patches.is_live(i)) detail::mark_hits(state_.patches.at(i));
   }
   state_.contacts.repeat();
   state_.ended.clear();
   state_.ended_since.clear();
   state_.sleeping_bodies = 0;
-  state_.is_any_stirred = false;
+  state_.is_any_disturbed = false;
   for (std::uint32_t i = 0; i < state_.bodies.slot_count(); ++i) {
     if (!state_.bodies.is_live(i)) continue;
     if (state_.bodies.at(i).is_asleep()) ++state_.sleeping_bodies;
-    state_.is_any_stirred = state_.is_any_stirred || state_.bodies.at(i).sleep.is_stirred;
+    state_.is_any_disturbed = state_.is_any_disturbed || state_.bodies.at(i).sleep.is_disturbed;
   }
   for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
     if (state_.colliders.is_live(i)) refresh_box(i);
@@ -36092,7 +35958,7 @@ void World<S, Backend>::set_time_step(S dt) {
   // Forces go on, so the impulses that the next step starts from follow the step.
   const S ratio = dt / state_.def.time_step;
   for_each_impulse(state_, [&](const S& impulse) {
-    if (has_finite_square(S(ratio * impulse))) return;
+    if (detail::has_finite_square(S(ratio * impulse))) return;
     detail::require(false, "dt", dt, "must be such that impulses of the last step stay finite");
   });
   detail::wake_all(state_);
@@ -36108,13 +35974,13 @@ void World<S, Backend>::for_each_impulse(State& state, Visit&& visit) {
   const auto visit_vector = [&](auto& vector) {
     for (Eigen::Index i = 0; i < vector.size(); ++i) visit(vector[i]);
   };
-  for (CachedPoint<S>& point : state.contacts.points()) {
+  for (detail::CachedPoint<S>& point : state.contacts.points()) {
     for (S& impulse : point.impulse) visit(impulse);
-    for (S& impulse : point.passing) visit(impulse);
+    for (S& impulse : point.transient_impulse) visit(impulse);
   }
   for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
     if (!state.joints.is_live(i)) continue;
-    Joint<S>& joint = state.joints.at(i);
+    detail::Joint<S>& joint = state.joints.at(i);
     for (S& impulse : joint.impulses) visit(impulse);
     for (Wrench<S>* wrench : {&joint.spring_impulse, &joint.total}) {
       visit_vector(wrench->force);
@@ -36123,7 +35989,8 @@ void World<S, Backend>::for_each_impulse(State& state, Visit&& visit) {
   }
   for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
     if (!state.patches.is_live(i)) continue;
-    for (PairImpulse<S>& last : state.patches.at(i).last_impulses) visit_vector(last.impulse);
+    for (detail::PairImpulse<S>& last : state.patches.at(i).last_impulses)
+      visit_vector(last.impulse);
   }
 }
 
@@ -36166,7 +36033,7 @@ void World<S, Backend>::open(HapticLoop<S, Backend>& loop) const {
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::step(HapticLoop<S, Backend>& loop) {
-  loop.require_ticked();
+  loop.require_tool_patch();
   require_tools(loop);
   const auto is_moved = [&](const auto& tool) { return tool.is_placed && contains(tool.body); };
   for (const auto& tool : loop.tools_) {
@@ -36176,9 +36043,9 @@ void World<S, Backend>::step(HapticLoop<S, Backend>& loop) {
   for (const auto& tool : loop.tools_) {
     if (is_moved(tool)) set_twist(tool.body, twist_to(tool.body, tool.end_pose(loop.h_)));
   }
-  for (HapticBody<S>& pushed : loop.bodies_) {
+  for (detail::HapticBody<S>& pushed : loop.bodies_) {
     if (!contains(pushed.id())) continue;
-    pushed.start_momentum = HapticBody<S>::momentum(state_.bodies.at(pushed.id().index));
+    pushed.start_momentum = detail::HapticBody<S>::momentum(state_.bodies.at(pushed.id().index));
     push(pushed);
   }
   step();
@@ -36189,7 +36056,7 @@ void World<S, Backend>::step(HapticLoop<S, Backend>& loop) {
 /// stops such bodies.
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
-void World<S, Backend>::push(const HapticBody<S>& pushed) {
+void World<S, Backend>::push(const detail::HapticBody<S>& pushed) {
   const BodyId id = pushed.id();
   Body<S>& body = state_.bodies.at(id.index);
   const Wrench<S>& impulse = pushed.impulse();
@@ -36197,9 +36064,9 @@ void World<S, Backend>::push(const HapticBody<S>& pushed) {
   body.applied += (S(1) / state_.def.time_step) * impulse;
   detail::disturb(state_, id);
   Body<S> carried = body;
-  step_pose(carried, pushed.carried(), S(1));
+  detail::step_pose(carried, pushed.carried(), S(1));
   const Transform<S> X_WB = carried.pose();
-  if (!is_pose(X_WB) || !has_finite_square<S>(carried.twist)) return;
+  if (!detail::is_pose(X_WB) || !detail::has_finite_square<S>(carried.twist)) return;
   set_pose(id, X_WB);
   set_twist(id, carried.twist);
 }
@@ -36242,7 +36109,7 @@ void World<S, Backend>::push(const HapticBody<S>& pushed) {
 #include <utility>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Solves for the motion of such bodies. Bodies are known by the order in which they were added;
 /// those that nothing connects are solved apart. Systems of floats are solved in double, since
@@ -36275,7 +36142,7 @@ class SoftSystem {
   }
   /// Adds an impulse about the centre of mass of a body that is known beforehand.
   /// @param impulse  [N s, N m s]
-  void push(std::uint32_t body, const Wrench<S>& impulse) {
+  void apply_impulse(std::uint32_t body, const Wrench<S>& impulse) {
     Vec6<S> known;
     known.template head<3>() = impulse.force;
     known.template tail<3>() = impulse.torque;
@@ -36368,10 +36235,10 @@ void SoftSystem<S>::solve_set(std::uint32_t set, std::span<const SoftBlock<S>> b
   if (members_.empty()) return;
   const auto size = static_cast<Eigen::Index>(6 * members_.size());
   const auto cells = static_cast<std::size_t>(size * size);
-  detail::refill(left_, cells, Real(0));
-  detail::refill(stiffness_, cells, Real(0));
-  detail::refill(right_, static_cast<std::size_t>(size), Real(0));
-  detail::refill(load_, static_cast<std::size_t>(size), Real(0));
+  refill(left_, cells, Real(0));
+  refill(stiffness_, cells, Real(0));
+  refill(right_, static_cast<std::size_t>(size), Real(0));
+  refill(load_, static_cast<std::size_t>(size), Real(0));
   Map left(left_.data(), size, size), Q(stiffness_.data(), size, size);
   Map right(right_.data(), size, 1), q(load_.data(), size, 1);
   for (const SoftBlock<S>& block : blocks) {
@@ -36411,15 +36278,14 @@ void SoftSystem<S>::solve_set(std::uint32_t set, std::span<const SoftBlock<S>> b
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
-namespace detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// The parts of `HostSensors::step` between which the engine is asked. It holds scratch memory
 /// only.
@@ -36478,12 +36344,10 @@ class HostStage {
   std::vector<Mat6<S>> own_mobility_;
 };
 
-}  // namespace detail
-
 /// The table of this file's instruction set.
 template <Scalar S, typename Backend>
 [[nodiscard]] const HostKernels<S, Backend>& own_host_kernels() {
-  using Own = detail::HostStage<S, Backend>;
+  using Own = HostStage<S, Backend>;
   using Sensors = HostSensors<S, Backend>;
   static constexpr HostKernels<S, Backend> own{
       .make_scratch = []() -> void* { return new Own; },
@@ -36501,8 +36365,6 @@ const HostKernels<S, Backend>& host_kernels() {
 }
 
 // Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
 
 template <Scalar S, typename Backend>
 void HostStage<S, Backend>::cast(Sensors& sensors, bool all_rays) {
@@ -36523,7 +36385,7 @@ void HostStage<S, Backend>::cast(Sensors& sensors, bool all_rays) {
       (void)find_hits<S, Backend>(patch, shapes_, is_due);
       continue;
     }
-    patch.near.resize(patch.tiles.size());
+    patch.near.resize(patch.packets.size());
     fill_numbers(patch.near);
     patch.reset_near_hits();
     for (const Shape& shape : shapes_) cast_rays_at<S, Backend>(patch, shape, {});
@@ -36545,7 +36407,7 @@ void HostStage<S, Backend>::find_shapes(Sensors& sensors, const SensorPatch<S>& 
   const Aabb<S> box = transformed(patch.box, A.center_pose).inflated(sensors.host_reach(patch));
   state.broad_phase.overlap(box, [&](std::uint32_t tag) {
     const Collider<S, Backend>& c = state.colliders.at(tag);
-    if (!sensors.bodies_[c.body.index].is_there || !sees(state, patch, c)) return true;
+    if (!sensors.bodies_[c.body.index].is_there || !sense_mask(state, patch, c)) return true;
     const Shape shape = shape_in_reach(patch, state.colliders.handle(tag), c,
                                        relative_pose(A.center_pose, state.body_of(c).center_pose),
                                        approach_of(c.body.index));
@@ -36636,11 +36498,12 @@ void HostStage<S, Backend>::add_touches(Sensors& sensors) {
     const S mobility = mean_mobility<S>(own_mobility_[a], pair.arm_a) +
                        mean_mobility<S>(own_mobility_[pair.body_b], pair.arm_b);
     pair.is_implicit = patch.def.integration != Integration::explicit_ &&
-                       patch.def.options.law == Law::paper && mobility > S(0) && patch.can_push();
+                       patch.def.options.law == Law::paper && mobility > S(0) &&
+                       patch.can_apply_force();
     if (!pair.is_implicit) {
       touch.on_b = explicit_impulses(patch, pair, state.bodies.handle(pair.body_b), dt);
-      system_.push(number_[a], -touch.on_b.shifted(-pair.arm_a));
-      system_.push(number_[pair.body_b], touch.on_b.shifted(-pair.arm_b));
+      system_.apply_impulse(number_[a], -touch.on_b.shifted(-pair.arm_a));
+      system_.apply_impulse(number_[pair.body_b], touch.on_b.shifted(-pair.arm_b));
       return;
     }
     set_scheme(pair, pair.stiffness.bristle_sum, pair.stiffness.viscous_sum, mobility, dt);
@@ -36668,8 +36531,8 @@ bool HostStage<S, Backend>::answer(S dt, const SolvePass& pass) {
   bool has_changed = false;
   for (Touch& touch : touches_) {
     if (!touch.pair->is_implicit) continue;
-    const PairAnswer<S> found =
-        answer_motion(*touch.patch, *touch.pair, blocks_[touch.pair->soft].motion, dt, pass);
+    const PairResponse<S> found =
+        evaluate(*touch.patch, *touch.pair, blocks_[touch.pair->soft].motion, dt, pass);
     touch.on_b = found.impulse;
     has_changed = found.has_changed || has_changed;
   }
@@ -36699,14 +36562,13 @@ void HostStage<S, Backend>::deliver(Sensors& sensors) {
   }
   for (const std::uint32_t i : near_something_) {
     SensorPatch<S>& patch = sensors.state().patches.at(i);
-    if (patch.contacts.empty() && !patch.has_felt) continue;
+    if (patch.contacts.empty() && !patch.was_active) continue;
     fill_readings<S>(patch, state.bodies.at(patch.body.index).center_pose.translation, dt,
                      [&](std::uint32_t slot) { return state.bodies.handle(slot); });
   }
 }
 
-}  // namespace detail
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -36741,8 +36603,9 @@ void HostSensors<S, Backend>::place(std::uint32_t slot, const std::optional<Host
   const Twist<S> twist = found->twist.shifted(entry.shift);
   entry.free = twist + state().def.time_step * found->acceleration.shifted(entry.shift);
   // What is computed with: sums and products of numbers that are finite need not be.
-  if (!has_finite_square(body.center_pose.translation) || !has_finite_square(twist.linear) ||
-      !has_finite_square(entry.free.linear) || !has_finite_square(entry.free.angular)) {
+  if (!detail::has_finite_square(body.center_pose.translation) ||
+      !detail::has_finite_square(twist.linear) || !detail::has_finite_square(entry.free.linear) ||
+      !detail::has_finite_square(entry.free.angular)) {
     body.center_pose = before;
     entry.free = {};
     ++report_.missing_bodies;
@@ -36773,14 +36636,14 @@ void HostSensors<S, Backend>::end_observing() {
 
 /// Takes over what the engine's rays met nearer than the mirrored shapes.
 template <Scalar S, typename Backend>
-void HostSensors<S, Backend>::take_hits(SensorPatch<S>& patch) {
+void HostSensors<S, Backend>::take_hits(detail::SensorPatch<S>& patch) {
   for (std::size_t i = 0; i < patch.size(); ++i) {
     if (!host_hits_.is_hit(i)) continue;
     const std::uint32_t tag = host_hits_.tag[i];
     detail::require(state().bodies.is_live(tag) && tag != patch.body.index, "hits.tag", tag,
                     "must be the index of another body that is mirrored");
     const RayHit<S> hit{host_hits_.distance[i], host_hits_.normal[i]};
-    const bool is_valid = hit.distance >= S(0) && has_finite_square(hit.normal);
+    const bool is_valid = hit.distance >= S(0) && detail::has_finite_square(hit.normal);
     if (is_valid && bodies_[tag].is_there) patch.hits.offer(i, hit, detail::first_host_tag | tag);
   }
 }
@@ -37597,7 +37460,8 @@ template <std::floating_point S, std::size_t n>
 
 /// Snapshots and hashes take it as its n + 1 numbers.
 template <std::floating_point S, std::size_t n>
-inline constexpr bool is_plain_value<Dual<S, n>> = sizeof(Dual<S, n>) == (n + 1) * sizeof(S);
+inline constexpr bool detail::is_plain_value<Dual<S, n>> = sizeof(Dual<S, n>) ==
+                                                           (n + 1) * sizeof(S);
 
 }  // namespace bristle::inline BRISTLE_ABI
 
@@ -37642,6 +37506,83 @@ struct Eigen::NumTraits<bristle::Dual<S, n>> : Eigen::GenericNumTraits<bristle::
   static constexpr int digits10() { return Eigen::NumTraits<S>::digits10(); }
 };
 
+// === bristle/sensors/sensor_wrench.hpp
+
+/// @file
+/// The whole law for one sensor, for a program that has bodies and rays of its own.
+// SPDX-License-Identifier: BSD-3-Clause
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// What one sensor remembers from step to step.
+template <Scalar S>
+struct SensorMemory {
+  /// [-] Whether the bristle is anchored.
+  bool is_anchored = false;
+  /// Its roots.
+  detail::Anchor<S> anchor{};
+};
+
+/// Pose and motion of a body about its centre of mass.
+template <Scalar S>
+struct BodyMotion {
+  /// [m] Axes of the body, centre of mass, in the world.
+  Transform<S> pose{};
+  /// [m/s, rad/s] Velocity about the centre of mass, world axes.
+  Twist<S> twist{};
+};
+
+/// One resistive sensor that met one body.
+template <Scalar S>
+struct SensorRay {
+  /// [m] Start of the ray from A's centre of mass, in A's axes.
+  Vec3<S> p_AStart = Vec3<S>::Zero();
+  /// [1] Unit direction, out of A, in A's axes.
+  Vec3<S> d_A = Vec3<S>::UnitX();
+  /// [m] Length, > 0.
+  S length = S(0.01);
+};
+
+/// Wrench of one sensor on its own body A about A's centre of mass, in world axes, and its new
+/// memory: the whole law for one sensor, for embedding by hand and for reading. Patches run the
+/// same functions over arrays.
+///
+/// @param distance  [m] Where along the ray B was hit; infinite or >= length when it was not.
+/// @param m         [1] Outward unit normal of B there, world axes.
+/// @param B         The body that was hit. Its wrench is `-wrench` about A's centre of mass.
+/// @param dt        [s] Step length, > 0.
+/// @return Exactly zero without a hit; the memory is then cleared, so a new touch starts
+/// unstretched.
+template <Scalar S>
+[[nodiscard]] Wrench<S> sensor_wrench(const SensorParameters<S>& p, const LawOptions& options,
+                                      const SensorRay<S>& ray, S distance, const Vec3<S>& m,
+                                      const BodyMotion<S>& A, const BodyMotion<S>& B, S dt,
+                                      SensorMemory<S>& memory) {
+  const Quat<S> into_A = A.pose.rotation.conjugate();
+  const Vec3<S> m_A = into_A * m;
+  if (!(distance < ray.length) || !(m_A.dot(ray.d_A) <= detail::grazing_cosine<S>)) {
+    memory.is_anchored = false;
+    return {};
+  }
+  const detail::PairPose<S> pair = detail::pair_pose(A.pose, B.pose);
+  const Vec3<S> r_A = ray.p_AStart + distance * ray.d_A;
+  const Vec3<S> r_W = A.pose.rotate(r_A);
+  const S inverse_length = S(1) / ray.length;
+  const detail::SensorContact<S> contact{
+      detail::sensor_depth(distance, inverse_length), inverse_length, ray.d_A,
+      detail::depth_gradient<S>(ray.d_A, m_A),
+      into_A * (A.twist.at(r_W) - B.twist.at(r_W - (B.pose.translation - A.pose.translation)))};
+  bool did_slip = false;
+  const Vec3<S> stretch =
+      detail::advance_anchor<S>(memory.anchor, memory.is_anchored, pair, ray.d_A, r_A,
+                                p.breakaway_distance, options.reset, did_slip);
+  memory.is_anchored = true;
+  return Wrench<S>::at(
+      r_W, -A.pose.rotate(detail::sensor_force(p, options, contact, stretch, dt).total()));
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
 #if defined(BRISTLE_WITH_FCL)
 // === bristle/geometry/backends/fcl_scene_rays.hpp
 
@@ -37661,7 +37602,7 @@ struct Eigen::NumTraits<bristle::Dual<S, n>> : Eigen::GenericNumTraits<bristle::
 #include <type_traits>
 #include <utility>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Nearest hit of a ray in an FCL scene.
 template <Scalar S>
@@ -37691,8 +37632,6 @@ template <Scalar S>
 [[nodiscard]] RayHit<S> ray_cast(const fcl::CollisionObject<S>& object, const Ray<S>& ray);
 
 // Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
 
 /// Whether this translation unit and libfcl agree on what a CollisionObject is. That of double
 /// holds 4x4 matrices, which Eigen aligns to 64 bytes where the compiler may use AVX-512 and to 32
@@ -37754,15 +37693,13 @@ void cast_below(const Node& node, S enter, const SlabTest<S>& slabs, Ray<S>& ray
   cast_below(*far, enter_far, slabs, ray, best);
 }
 
-}  // namespace detail
-
 template <Scalar S>
 RayHit<S> ray_cast(const fcl::CollisionObject<S>& object, const Ray<S>& ray) {
-  static_assert(detail::is_fcl_layout_common<S>,
+  static_assert(is_fcl_layout_common<S>,
                 "Define EIGEN_MAX_ALIGN_BYTES=16 for all code that shares fcl::CollisionObject "
                 "with a libfcl that was built without -march");
   const fcl::CollisionGeometry<S>* geometry = object.collisionGeometry().get();
-  if (!detail::is_known_to_bristle(*geometry)) return {};
+  if (!is_known_to_bristle(*geometry)) return {};
   const Mat3<S> R_WO = object.getRotation();
   const Ray<S> ray_O{R_WO.transpose() * (ray.origin - object.getTranslation()),
                      R_WO.transpose() * ray.direction, ray.length};
@@ -37781,11 +37718,11 @@ FclSceneHit<S> cast_ray(const fcl::DynamicAABBTreeCollisionManager<S>& scene, co
   shortened.length = std::min(ray.length, std::numeric_limits<S>::max() / S(2));
   const SlabTest<S> slabs(ray);
   const S enter = slabs.enter({root->bv.min_, root->bv.max_}, shortened.length);
-  detail::cast_below(*root, enter, slabs, shortened, best);
+  cast_below(*root, enter, slabs, shortened, best);
   return best;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #endif
 #if defined(BRISTLE_INSTANTIATE)
@@ -37801,22 +37738,22 @@ FclSceneHit<S> cast_ray(const fcl::DynamicAABBTreeCollisionManager<S>& scene, co
 namespace bristle::inline BRISTLE_ABI {
 
 /// @param S  float or double.
-#define BRISTLE_MAKE_WORLD(S, Backend)                            \
-  BRISTLE_BACKEND_FUNCTIONS(template, Backend, S)                 \
-  template <>                                                     \
-  const WorldKernels<S, Backend>& world_kernels<S, Backend>() {   \
-    return own_world_kernels<S, Backend>();                       \
-  }                                                               \
-  template <>                                                     \
-  const HapticKernels<S, Backend>& haptic_kernels<S, Backend>() { \
-    return own_haptic_kernels<S, Backend>();                      \
-  }                                                               \
-  template <>                                                     \
-  const HostKernels<S, Backend>& host_kernels<S, Backend>() {     \
-    return own_host_kernels<S, Backend>();                        \
-  }                                                               \
-  template class World<S, Backend>;                               \
-  template class HapticLoop<S, Backend>;                          \
+#define BRISTLE_MAKE_WORLD(S, Backend)                                            \
+  BRISTLE_BACKEND_FUNCTIONS(template, Backend, S)                                 \
+  template <>                                                                     \
+  const detail::WorldKernels<S, Backend>& detail::world_kernels<S, Backend>() {   \
+    return detail::own_world_kernels<S, Backend>();                               \
+  }                                                                               \
+  template <>                                                                     \
+  const detail::HapticKernels<S, Backend>& detail::haptic_kernels<S, Backend>() { \
+    return detail::own_haptic_kernels<S, Backend>();                              \
+  }                                                                               \
+  template <>                                                                     \
+  const detail::HostKernels<S, Backend>& host_kernels<S, Backend>() {             \
+    return detail::own_host_kernels<S, Backend>();                                \
+  }                                                                               \
+  template class World<S, Backend>;                                               \
+  template class HapticLoop<S, Backend>;                                          \
   template class HostSensors<S, Backend>;
 BRISTLE_MAKE_WORLD(BRISTLE_INSTANTIATE, AnalyticBackend)
 #if defined(BRISTLE_WITH_FCL)

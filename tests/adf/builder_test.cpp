@@ -15,6 +15,8 @@
 #include <support/temp_folder.hpp>
 
 using namespace bristle;
+
+using namespace bristle::detail;
 using bristle::test::example_scenes;
 
 namespace {

@@ -20,6 +20,8 @@
 #include <vector>
 
 using namespace bristle;
+
+using namespace bristle::detail;
 using bristle::test::damaged;
 using bristle::test::example_scenes;
 using bristle::test::Random;
@@ -27,7 +29,7 @@ using bristle::test::rounds;
 
 namespace {
 
-/// What numbers, structure and names stumble over.
+/// Words that numbers, structure and names stumble over.
 constexpr const char* words[] = {"1e308",
                                  "-1e-320",
                                  "-1",
@@ -75,7 +77,8 @@ AdfLimits small_limits() {
   return limits;
 }
 
-/// Whether a text becomes part of a world; if so, it takes a few steps, and no state is spoilt.
+/// Returns whether a text becomes part of a world. If so, the world takes a few steps, and no state
+/// is spoilt.
 bool loads(const std::string& text) {
   World<double> world({.gravity = {0, 0, -9.81}, .time_step = 1e-3});
   AdfBuildDef<double> def;

@@ -12,6 +12,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 namespace {
 
 using V = Vec3<double>;
@@ -128,7 +130,7 @@ TEST_CASE("add_adf: joints of each kind") {
   CHECK(hinge.spring.stiffness == 2.0);
   CHECK(hinge.spring.damping == 3.0);
   CHECK(hinge.spring.rest == 0.5);
-  CHECK(hinge.drive.mode == DriveMode::none);
+  CHECK(hinge.motor.mode == MotorMode::none);
   CHECK(joint_of("linear spring", ", stiffness: 2").kind == JointKind::prismatic);
   CHECK(joint_of("torsion spring", ", stiffness: 2").kind == JointKind::revolute);
 
@@ -160,7 +162,7 @@ TEST_CASE("add_adf: joints of each kind") {
   CHECK(joint_of("hinge", ", controller: {P: 1}, joint limits: {low: 6, high: 7}", held)
             .spring.rest == test::relative(0.5 + 2 * std::numbers::pi));
   const JointDef<double> motor = joint_of("hinge", ", max motor impulse: 0.02", held);
-  CHECK(motor.drive.mode == DriveMode::velocity);
-  CHECK(motor.drive.target == 0.0);
-  CHECK(motor.drive.max_force == test::relative(20.0));
+  CHECK(motor.motor.mode == MotorMode::velocity);
+  CHECK(motor.motor.target == 0.0);
+  CHECK(motor.motor.max_force == test::relative(20.0));
 }

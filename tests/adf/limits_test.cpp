@@ -1,4 +1,4 @@
-// What a description may ask for at most, and what is made once however often it is asked for.
+// Limits of a description, and items that are made once however often they are named.
 // SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/geometry/meshes/mesh_shapes.hpp>
 #include <bristle/io/adf.hpp>
@@ -13,6 +13,8 @@
 #include <support/temp_folder.hpp>
 
 using namespace bristle;
+
+using namespace bristle::detail;
 
 namespace {
 
@@ -103,7 +105,7 @@ TEST_CASE("add_adf: names that repeat one letter are not searched for ever") {
   const std::string message = limit_error(model, def);
   CHECK(message.find("scene.yaml:10: joint9/parent = BBB") == 0);
   CHECK(message.find("must be a whole name") != std::string::npos);
-  // What the default allows ends too.
+  // The default limit applies too.
   model.joints.clear();
   add_joints(AdfLimits{}.max_searched_bytes / bytes + 1);
   CHECK(limit_error(model).find("must be a whole name") != std::string::npos);

@@ -10,6 +10,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 namespace {
 
 AdfModel read(const std::string& text, const AdfLimits& limits = {}) {
@@ -273,7 +275,7 @@ TEST_CASE("read_adf: aliases, and keys merged from other maps") {
   CHECK(model.bodies[0].scale == 3.0);
   CHECK(model.bodies[1].mass == 2.0);  // the first of several sources wins
   CHECK(model.bodies[1].restitution == 0.5);
-  // What an alias names is no stray key.
+  // The target of an alias is no stray key.
   REQUIRE(model.report.notes().size() == 1);
   CHECK(model.report.notes()[0].key == "body/damping");
 }
@@ -318,7 +320,7 @@ TEST_CASE("read_adf: what is not read is reported, once each") {
   CHECK(report.text().find("line 7: unsupported: body/collision margin (2 times): ") !=
         std::string::npos);
 
-  // What a type of joint has no use for is not lost either.
+  // Values that a type of joint does not use are reported, too.
   const AdfModel joints =
       read("joints: [J, K]\nJ:\n" + pivots + "  type: cone twist\n  damping: 1\nK:\n" + pivots +
            "  type: six dof\n  controller output type: FORCE\n");
@@ -439,7 +441,7 @@ TEST_CASE("read_adf: limits hold against texts that ask for more than they are l
   CHECK(error_of("a: &a {<<: *a}\n") == "scene.yaml:1: alias within what it names");
   CHECK(error_of("a: &a 1\nb: {<<: *a}\n") == "scene.yaml:1: <<: must name maps");
 
-  // What each of many blocks would copy is short.
+  // Names are short, as each of many blocks may copy them.
   const std::string longest(1024, 'n');
   CHECK(error_of("namespace: " + longest + "\n") == "no error");
   CHECK(error_of("namespace: " + longest + "n\n").find("must not be longer than 1024 bytes") !=

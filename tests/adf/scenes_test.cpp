@@ -93,18 +93,18 @@ TEST_CASE("add_adf: a gripper from a file is, bit by bit, the gripper made by ha
       skin);
 
   CHECK(loaded.state_hash() == built.state_hash());
-  const JointDrive<double> close{
-      .mode = DriveMode::position, .target = 0.03, .max_force = 5.0, .max_speed = 0.2};
-  const JointDrive<double> raise{
-      .mode = DriveMode::position, .target = 0.1, .max_force = 50.0, .max_speed = 0.2};
-  loaded.set_drive(scene.joints.at("Left"), close);
-  loaded.set_drive(scene.joints.at("Right"), close);
-  built.set_drive(close_left, close);
-  built.set_drive(close_right, close);
+  const JointMotor<double> close{
+      .mode = MotorMode::position, .target = 0.03, .max_force = 5.0, .max_speed = 0.2};
+  const JointMotor<double> raise{
+      .mode = MotorMode::position, .target = 0.1, .max_force = 50.0, .max_speed = 0.2};
+  loaded.set_motor(scene.joints.at("Left"), close);
+  loaded.set_motor(scene.joints.at("Right"), close);
+  built.set_motor(close_left, close);
+  built.set_motor(close_right, close);
   for (int i = 0; i < 1500; ++i) {
     if (i == 500) {
-      loaded.set_drive(scene.joints.at("Lift"), raise);
-      built.set_drive(lift, raise);
+      loaded.set_motor(scene.joints.at("Lift"), raise);
+      built.set_motor(lift, raise);
     }
     loaded.step();
     built.step();
@@ -140,12 +140,12 @@ TEST_CASE("add_adf: the box on the incline stays on its sole") {
   const V before = world.pose(box).translation;
   for (int i = 0; i < 2000; ++i) world.step();
   CHECK((world.pose(box).translation - before).norm() < 1e-9);
-  const auto felt = world.reading(scene.patches.at("Box"));
-  CHECK(felt.size() == 32);
+  const auto reading = world.reading(scene.patches.at("Box"));
+  CHECK(reading.size() == 32);
   // All rays are parallel, so the two are perpendicular and carry the weight.
-  CHECK(std::hypot(felt.total_normal(), felt.total_shear()) ==
+  CHECK(std::hypot(reading.total_normal(), reading.total_shear()) ==
         test::relative(0.5 * 9.81).epsilon(1e-6));
-  CHECK(felt.total_shear() > 0.5 * 9.81 * std::sin(0.349));
+  CHECK(reading.total_shear() > 0.5 * 9.81 * std::sin(0.349));
 }
 
 TEST_CASE_TEMPLATE("add_adf: every scene runs in every scalar", S, float, double) {

@@ -1,4 +1,4 @@
-# Every field a caller fills in says its unit: in a struct *Def, *Parameters or *Wants each field has
+# Every field a caller fills in says its unit: in a struct *Def, *Parameters or *Spec each field has
 # a `///` comment that opens with a unit in brackets, `[m]`, `[N s/m]`, `[1]` dimensionless, `[-]`
 # no quantity.
 # Usage: cmake -DROOT=<tree> -P units.cmake
@@ -43,13 +43,13 @@ foreach(header IN LISTS headers)
   foreach(line IN LISTS lines)
     math(EXPR number "${number} + 1")
     if(depth EQUAL 0)
-      if(line MATCHES "^ *struct +([A-Za-z0-9_]*(Def|Parameters|Wants))[ :].*{ *$")
+      if(line MATCHES "^ *struct +([A-Za-z0-9_]*(Def|Parameters|Spec))[ :].*{ *$")
         math(EXPR struct_count "${struct_count} + 1")
         set(struct "${CMAKE_MATCH_1}")
         set(depth 1)
         set(comment "")
         set(declaration "")
-      elseif(line MATCHES "^ *struct +[A-Za-z0-9_]*(Def|Parameters|Wants)[ :].*{ *[^ }]")
+      elseif(line MATCHES "^ *struct +[A-Za-z0-9_]*(Def|Parameters|Spec)[ :].*{ *[^ }]")
         violation("${header}:${number}" "write one field a line, with its unit above it")
       endif()
       continue()

@@ -1,5 +1,5 @@
 /// @file
-/// What every shape backend must do, as one suite over all shapes.
+/// Requirements on every shape backend, as one suite over all shapes.
 ///
 /// Expectations come from `ReferenceShape`: implicit functions that know nothing of the library.
 /// Contacts of pairs that a backend does not know are left out, but it must say that it does not.
@@ -23,6 +23,8 @@
 #include <vector>
 
 namespace bristle::test {
+
+using namespace bristle::detail;
 
 /// How exact a backend has to be.
 template <Scalar S>
@@ -241,7 +243,7 @@ void check_far_rays(const ConformanceDef<S>& def) {
   }
 }
 
-/// What a batch does beyond its single rays.
+/// Requirements on a batch beyond those on its single rays.
 template <typename Backend, Scalar S>
 void check_batches(const ConformanceDef<S>& def) {
   const auto c = Backend::template make<S>(Sphere<S>{S(1)});

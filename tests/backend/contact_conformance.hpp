@@ -223,7 +223,7 @@ QueriedContacts<S> query_contacts(const typename Backend::template Collidable<S>
   return result;
 }
 
-/// What holds for every answer.
+/// Requirements on every result.
 template <Scalar S>
 void check_sane(const QueriedContacts<S>& contacts, S margin) {
   CHECK(contacts.status == ContactStatus::ok);
@@ -382,7 +382,7 @@ void check_known_pairs() {
   }
 }
 
-/// What was in the output stays there.
+/// Contacts that are in the output already stay there.
 template <typename Backend, Scalar S>
 void check_contacts_are_appended() {
   const auto ball = Backend::template make<S>(Sphere<S>{S(1)});

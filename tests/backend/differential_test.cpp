@@ -74,8 +74,8 @@ struct OneRay {
   Ray<S> ray;
 };
 
-/// Whether two answers to one ray are the same up to `tolerance` [m], along surfaces as steep as
-/// they are, and normals up to `turn` [1].
+/// Returns whether two hits of one ray agree up to `tolerance` [m], larger along steep surfaces,
+/// and their normals up to `turn` [1].
 template <Scalar S>
 bool agree(const RayHit<S>& a, const RayHit<S>& b, const Vec3<S>& direction, S tolerance, S turn) {
   const bool is_hit = a.distance < infinity<S>;
@@ -176,7 +176,7 @@ TEST_CASE_TEMPLATE("backends: rays get the same answers from both", S, float, do
 
 namespace {
 
-/// What is true of a pair for its tolerances.
+/// Properties of a pair that its tolerances depend on.
 struct PairTraits {
   PairTraits(ShapeKind a, ShapeKind b) {
     const auto has = [&](ShapeKind kind) { return a == kind || b == kind; };
@@ -196,8 +196,8 @@ S gap_tolerance(const PairTraits& pair) {
   // On a plane the analytic backend thins points first, and takes depths as equal within
   // Tolerance::equal. Mesh contacts join points within it.
   if (pair.is_on_plane || pair.is_mesh) tolerance += S(4) * Tolerance<S>::equal();
-  // What contact_normal.hpp says of curved cores: 1e-8 each, and a factor of ten in reserve, since
-  // libccd is one of the two.
+  // Accuracy of curved cores by contact_normal.hpp: 1e-8 each, and a factor of ten in reserve,
+  // since libccd is one of the two.
   if (pair.is_curved) tolerance = std::max(tolerance, S(1e-7));
   // A mesh's contacts lie where features cross, not at supports: there a gap takes the error of the
   // normal, the root of that of a depth, times the distance from the support, a tenth of the size.

@@ -14,6 +14,8 @@
 #include <vector>
 
 using namespace bristle;
+
+using namespace bristle::detail;
 using bristle::test::Random;
 
 namespace {
@@ -199,7 +201,7 @@ TEST_CASE("fcl_contact_normal: no direction nearby has less overlap, for every p
           const double overlap = overlap_along(a, b, X, found.normal);
           const double size = std::max(a.reach, b.reach);
           CHECK(std::abs(overlap + found.gap) < 1e-14 * size);
-          // What is found is a local minimum; the random search may step into another valley.
+          // The normal found is a local minimum; the random search may step into another valley.
           const double excess = overlap - least_overlap_near(random, a, b, X, found.normal);
           if (excess > tolerance * size) ++elsewhere;
         }

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/geometry/meshes/mesh_shapes.hpp>
 #include <bristle/world/world.hpp>
+
 #include <doctest/doctest.h>
 
 #include <scenes/drops.hpp>
 #include <scenes/plates.hpp>
-// What tests/physics demands of the analytic backend (rest_on_table, tunnelling), of FCL.
+// FCL passes tests of the analytic backend from tests/physics: rest_on_table, tunnelling.
 
 using namespace bristle;
 using namespace bristle::scenes;
@@ -29,7 +30,8 @@ TEST_CASE("FclBackend: fast balls and spinning rods do not pass a thin plate") {
   }
 }
 
-TEST_CASE("FclBackend: sensors that end inside their own body are refused, and all others are not") {
+TEST_CASE(
+    "FclBackend: sensors that end inside their own body are refused, and all others are not") {
   const Vec3<double> half(0.03, 0.03, 0.03);
   const Shape<double> shapes[] = {Box<double>{half}, box_mesh<double>(half)};
   for (const Shape<double>& shape : shapes) {

@@ -13,6 +13,8 @@
 #include <vector>
 
 using namespace bristle;
+
+using namespace bristle::detail;
 using bristle::test::Random;
 
 // Debian's libfcl aligns to 16 bytes. Where this build aligns to more, the header refuses to

@@ -1,5 +1,5 @@
-// What a batch of worlds costs: two pads of n x n sensors hold a part, in 1024 worlds that differ
-// in its mass.
+// Cost of a batch of worlds: two pads of n x n sensors hold a part, in 1024 worlds that differ in
+// its mass.
 //
 //   one      a single world, warm
 //   loop     a loop over worlds, one step each

@@ -1,4 +1,4 @@
-// What a contact query costs, of each backend, and by how much their gaps differ.
+// Cost of a contact query by each backend, and the difference of their gaps.
 //
 // For each pair: 64 random poses of shapes of about a metre, brought to a gap by moving B along a
 // random line: 0.1 apart within a margin of 0.2 (speculative), 1e-6 deep (resting), 0.1 deep. And

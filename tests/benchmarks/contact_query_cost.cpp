@@ -1,4 +1,4 @@
-// What one contact query of two primitive shapes costs.
+// Cost of one contact query of two primitive shapes.
 //
 // A hundred poses a case, asked again and again. Printed for each: processor time of a query, the
 // median of 11 runs, and how many points it finds. Instructions, which do not depend on what else

@@ -1,4 +1,4 @@
-// What derivatives cost: a step of World<Dual<double, n>> beside the same one of World<double>.
+// Cost of derivatives: a step of World<Dual<double, n>> beside the same one of World<double>.
 //
 // A grasp of 50 sensors at rest, by its constants and its load, and five cubes at rest on each
 // other, by their masses. Medians of eleven runs of 100 steps in turn; time of the thread.

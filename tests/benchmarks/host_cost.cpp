@@ -1,6 +1,7 @@
-// What sensors in somebody else's engine cost: a step of two pads that hold a part, the same with
-// the pads switched off, which is the engine's own and that of the mirror, and what the part creeps
-// by. The engine is the tests' own, which moves two pads and a part and nothing else.
+// Cost of sensors in somebody else's engine: a step of two pads that hold a part, and the same with
+// the pads switched off, which is the engine's own cost and that of the mirror. The creep of the
+// part is printed, too. The engine is the tests' own, which moves two pads and a part and nothing
+// else.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/toy_pinch.hpp"
 #include "thread_clock.hpp"

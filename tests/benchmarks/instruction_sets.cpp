@@ -1,8 +1,7 @@
 /// @file
-/// What the registers are worth: time of a step, and hash of the state it leads to, for each
-/// instruction set of the compiled library (preset `release`), or for the one that headers are
-/// compiled for (preset `native`). Beside each other they tell what a program that is built for
-/// every processor loses.
+/// Gain by wider registers: time of a step, and hash of the resulting state, for each instruction
+/// set of the compiled library (preset `release`), or for the one that headers are compiled for
+/// (preset `native`). Their difference is the loss of a program that is built for every processor.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "benchmarks/thread_clock.hpp"
 

@@ -1,5 +1,5 @@
-// What the law of the sensors costs without rays and solver, and how far its sums are from those of
-// plain scalars in double.
+// Cost of the sensors' law without rays and solver, and the error of its sums against plain scalars
+// in double.
 //
 // A pad of 30 x 30 mm with n sensors slides over a ball of 50 mm that about half of its rays meet,
 // 0.05 mm and 0.1 degrees a step, there and back over 16 poses; hits are made beforehand. Printed
@@ -39,6 +39,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 namespace {
 
 constexpr double dt = 1e-3;
@@ -49,8 +51,8 @@ constexpr std::size_t poses = 16;
 template <Scalar S>
 class Slide {
  public:
-  /// @param is_moving  Whether the ball has the velocity that its poses tell of, or rests in each:
-  ///                   then no sensor changes its state within a step.
+  /// @param is_moving  True if the ball has the velocity that its poses tell of. Otherwise it rests
+  ///         in each, and no sensor changes its state within a step.
   Slide(std::size_t side, Integration integration, bool is_moving) {
     PatchDef<S> def;
     def.sensors = sensor_grid<S>({.side_u = {S(0.03), 0, 0},
@@ -82,7 +84,7 @@ class Slide {
   }
 
   void collect() {
-    // What follows from the hits is found anew by all that comes after.
+    // All that comes after recomputes from the hits.
     if (next < poses) std::swap(patch.hits, hits[next]);
     next = (next + 1) % poses;
     std::swap(patch.hits, hits[next]);
@@ -103,8 +105,8 @@ class Slide {
     start_linearisation(patch, pair(), S(dt));
     fill_block(pair(), block);
   }
-  PairAnswer<S> answer(const Vec6<S>& motion) {
-    return answer_motion(patch, pair(), motion, S(dt), SolvePass{.left = 2});
+  PairResponse<S> answer(const Vec6<S>& motion) {
+    return evaluate(patch, pair(), motion, S(dt), SolvePass{.left = 2});
   }
   PatchPair<S>& pair() { return patch.pairs[0]; }
 
@@ -179,7 +181,7 @@ void measure(const char* name, std::size_t side) {
   const double n = static_cast<double>(implicit.patch.size());
   implicit.read();
   const auto cost = [n](auto&& call) { return benchmarks::median_nanoseconds(call) / n; };
-  const double touch = 100 * static_cast<double>(implicit.patch.felt_count()) / n;
+  const double touch = 100 * static_cast<double>(implicit.patch.active_count()) / n;
   const double explicit_cost = cost([&] {
     explicit_slide.collect();
     (void)explicit_slide.explicit_sum();

@@ -17,6 +17,8 @@
 
 namespace bristle::benchmarks {
 
+using namespace bristle::detail;
+
 /// [s] Of the pad's motion.
 inline constexpr double pad_time_step = 1e-3;
 
@@ -70,7 +72,8 @@ class PadPatch {
   }
 
   /// [N s, N m s] Sum of the impulses on the body that was met: at the start of the step, or of
-  /// linear models at the motion of the start. What further passes cost depends on the scene.
+  /// linear models at the motion of the start. Further passes are left out: their cost depends on
+  /// the scene.
   Wrench<S> respond() {
     const S dt = S(pad_time_step);
     if (patch.pairs.empty()) return {};
@@ -81,7 +84,7 @@ class PadPatch {
     measure_pair(patch, pair, fixed_, moving_, dt);
     start_linearisation(patch, pair, dt);
     fill_block(pair, block_);
-    return answer_motion(patch, pair, motion(pair), dt, {}).impulse;
+    return evaluate(patch, pair, motion(pair), dt, {}).impulse;
   }
 
   /// The motion at the start of the step about c; the pad's axes are the world's.
@@ -100,7 +103,7 @@ class PadPatch {
   SoftBlock<S> block_;
 };
 
-/// What the first steps should give: each ray by itself, each sensor by itself, in double.
+/// Reference of the first steps: each ray by itself, each sensor by itself, in double.
 struct PadReference {
   static constexpr int steps = 6;
 

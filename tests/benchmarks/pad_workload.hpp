@@ -28,6 +28,8 @@
 
 namespace bristle::benchmarks {
 
+using namespace bristle::detail;
+
 /// [m] Of the balls.
 inline constexpr double ball_radius = 0.05;
 /// [rad]
@@ -85,7 +87,7 @@ template <Scalar S>
   return result;
 }
 
-/// What the pad meets, and how it moves.
+/// Body that the pad meets, and its motion.
 struct Object {
   std::string name;
   Shape<double> shape;
@@ -184,9 +186,9 @@ class Reference {
   return (low + high) / 2;
 }
 
-/// Whether a distance that was found is right: within 2 um (float) or 2 pm (double), which is
-/// rounding of coordinates and of a distance along a slanting surface. `expected` may lie beyond
-/// the ray's end.
+/// Returns whether a distance is right within 2 um (float) or 2 pm (double). That is the rounding
+/// of coordinates and of a distance along a slanting surface. `expected` may lie beyond the ray's
+/// end.
 template <Scalar S>
 [[nodiscard]] bool is_right(S found, double expected, double length) {
   const double tolerance = std::is_same_v<S, float> ? 2e-6 : 2e-12;

@@ -1,10 +1,10 @@
-// What a ray of a patch costs, asked of the shape alone, and how many answers are wrong.
+// Cost of a ray of a patch, cast at the shape alone, and the number of wrong hits.
 //
 // The workload is that of pad_workload.hpp. Printed in ns a ray for each backend, scalar, shape and
 // n:
 //
-//   alone    one ray after the other         bundles  the same rays as a patch prepares them
-//   wrong    of the answers of the bundles, in ppm: hit where there is none, none where there is,
+//   alone    one ray after the other         nodes  the same rays as a patch prepares them
+//   wrong    of the answers of the nodes, in ppm: hit where there is none, none where there is,
 //            or at another distance by more than 2 um (float) or 2 pm (double)
 //
 // each the sum over all steps of a step's median over 7 runs.
@@ -25,6 +25,8 @@
 #endif
 
 using namespace bristle;
+
+using namespace bristle::detail;
 using namespace bristle::benchmarks;
 
 namespace {
@@ -38,7 +40,7 @@ double now_seconds() {
 template <Scalar S>
 struct Measured {
   double alone = 0;
-  double bundles = 0;
+  double ray_tree = 0;
   double wrong = 0;
   double hits = 0;
 };
@@ -62,16 +64,16 @@ class RayCost {
     for (int step = 0; step < steps; ++step) {
       const Transform<S> X = object_.pose(step, gap_).template cast<S>();
       RayBatch<S> batch = patch_.rays(S(0));
-      sum.bundles += median_seconds(X, batch);
+      sum.ray_tree += median_seconds(X, batch);
       if (step % 10 == 0) {
         wrong += wrong_answers(step, batch, sum.hits);
         checked += layout_.size();
       }
-      batch.bundles = nullptr;
+      batch.ray_tree = nullptr;
       sum.alone += median_seconds(X, batch);
     }
     const double rays = double(steps) * double(layout_.size());
-    sum.bundles *= 1e9 / rays;
+    sum.ray_tree *= 1e9 / rays;
     sum.alone *= 1e9 / rays;
     sum.wrong = 1e6 * double(wrong) / double(checked);
     sum.hits /= double(checked);
@@ -130,7 +132,7 @@ void measure(const char* backend, const Object& object, const Reference& referen
     const Measured<S> m = RayCost<S, Backend>(object, reference, n, gap).run();
     std::printf("%-8s  %-6s  %-8s  %5zu  %8.2f  %8.2f  %8.1f  %4.0f %%\n", backend,
                 std::is_same_v<S, float> ? "float" : "double", object.name.c_str(), n, m.alone,
-                m.bundles, m.wrong, 100 * m.hits);
+                m.ray_tree, m.wrong, 100 * m.hits);
     std::fflush(stdout);
   }
 }
@@ -138,7 +140,7 @@ void measure(const char* backend, const Object& object, const Reference& referen
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::puts("backend   scalar  shape         n     alone   bundles     wrong    hit");
+  std::puts("backend   scalar  shape         n     alone   nodes     wrong    hit");
   for (const Object& object : pad_objects(argc > 1 ? argv[1] : "")) {
     const Reference reference(object.shape);
     measure<float, AnalyticBackend>("analytic", object, reference);

@@ -1,4 +1,4 @@
-// What sensing costs while bodies move: a pad of sensors on a bumpy ball of 9680 triangles.
+// Cost of sensing while bodies move: a pad of sensors on a bumpy ball of 9680 triangles.
 //
 //   held      both stand still, and the pad would fall if it were not put back: rays are lengthened
 //             by what it would fall in a step

@@ -1,12 +1,12 @@
-// What sensing costs that is not done for all sensors in every step.
+// Cost of sensing that is not done for all sensors in every step.
 //
-//   near    a skin of 10,000 sensors under a small body: only the tiles near it are looked at
+//   near    a skin of 10,000 sensors under a small body: only the packets near it are looked at
 //   every   the same skin under a plate with a curved mesh, rays cast every k-th step
-//   tick    one tick of a haptic loop, rays cast in each or once a step
+//   substep    one substep of a haptic loop, rays cast in each or once a step
 //   off     a patch that is switched off
 //
 // Times are processor time of the thread, medians of 11 runs, in microseconds.
-// Usage: benchmark_sensing_rate_cost [near|every|tick|off]
+// Usage: benchmark_sensing_rate_cost [near|every|substep|off]
 //        benchmark_sensing_rate_cost near|near_mesh|wide|wide_mesh STEPS
 // The second takes that many steps under a small ball or one of 0.5 m and prints nothing, for
 // `valgrind --tool=callgrind`.
@@ -99,7 +99,7 @@ void measure_every(const char* scalar) {
 }
 
 template <Scalar S>
-void measure_tick(const char* scalar) {
+void measure_substep(const char* scalar) {
   for (const std::size_t side : {4u, 10u, 32u, 100u}) {
     for (const std::uint32_t every : {1u, 16u}) {
       World<S> world({.time_step = S(1) / S(60)});
@@ -109,30 +109,30 @@ void measure_tick(const char* scalar) {
                       .position = {0, 0, S(0.02)}});
       const BodyId stylus =
           world.add_body({.motion = Motion::kinematic, .position = {0, 0, S(0.046)}});
-      HapticLoop<S, AnalyticBackend> loop({.ticks = 16});
+      HapticLoop<S, AnalyticBackend> loop({.substeps = 16});
       const ToolId tool = loop.add_tool(stylus);
       PatchDef<S> pad = skin<S>(side);
       pad.cast_every = every;
       pad.parameters.normal_stiffness = S(10) / S(side * side);
-      const TickedPatchId patch = loop.add_patch(tool, pad);
+      const ToolPatchId patch = loop.add_patch(tool, pad);
       const Quat<S> upside_down(0, 1, 0, 0);
       world.open(loop);
       const auto run = [&] {
         for (int i = 0; i < 16; ++i) {
           loop.move(tool, {upside_down, {0, 0, S(0.046)}});
-          loop.tick();
+          loop.substep();
         }
       };
       run();
       world.step(loop);
       // Without the steps of the world: the loop is opened anew.
-      const double tick = benchmarks::median_nanoseconds([&] {
-                            world.open(loop);
-                            run();
-                          }) /
-                          16;
-      std::printf("tick   %-6s  %5zu sensors, rays every %2u: %.2f us, %zu touch\n", scalar,
-                  side * side, every, tick / 1000, loop.reading(patch).touching());
+      const double substep = benchmarks::median_nanoseconds([&] {
+                               world.open(loop);
+                               run();
+                             }) /
+                             16;
+      std::printf("substep   %-6s  %5zu sensors, rays every %2u: %.2f us, %zu touch\n", scalar,
+                  side * side, every, substep / 1000, loop.reading(patch).touching());
     }
   }
 }
@@ -159,9 +159,9 @@ int main(int argc, char** argv) {
     for (int i = 0; i < std::atoi(argv[2]); ++i) scene.step();
     return 0;
   }
-  const auto wants = [&](const char* name) { return only.empty() || only == name; };
-  if (wants("near")) measure_near<double>("double"), measure_near<float>("float");
-  if (wants("every")) measure_every<double>("double"), measure_every<float>("float");
-  if (wants("tick")) measure_tick<double>("double"), measure_tick<float>("float");
-  if (wants("off")) measure_off<double>("double"), measure_off<float>("float");
+  const auto is_chosen = [&](const char* name) { return only.empty() || only == name; };
+  if (is_chosen("near")) measure_near<double>("double"), measure_near<float>("float");
+  if (is_chosen("every")) measure_every<double>("double"), measure_every<float>("float");
+  if (is_chosen("substep")) measure_substep<double>("double"), measure_substep<float>("float");
+  if (is_chosen("off")) measure_off<double>("double"), measure_off<float>("float");
 }

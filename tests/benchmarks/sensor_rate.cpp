@@ -48,6 +48,8 @@
 #endif
 
 using namespace bristle;
+
+using namespace bristle::detail;
 using namespace bristle::benchmarks;
 
 namespace {
@@ -107,7 +109,7 @@ SensorCost cost_of(const Workload& work) {
   PadPatch<S> by_force(work.layout, Integration::explicit_);
   PadPatch<S> by_model(work.layout, Integration::implicit);
   const auto cast = [&](PadPatch<S>& pad, std::size_t k) {
-    pad.patch.reset_near_hits();  // As a world does, and all tiles are near.
+    pad.patch.reset_near_hits();  // As a world does, and all packets are near.
     Backend::cast_rays(shape, bodies[k].center_pose, pad.rays(bodies[k]), 0, pad.patch.hits);
   };
   const auto sense = [&](PadPatch<S>& pad, std::size_t k) {
@@ -179,7 +181,7 @@ void measure_sensors(Report& report) {
   for (const Object& object : pad_objects()) {
     const Reference reference(object.shape);
     for (const std::size_t n : {100u, 1000u, 10000u, 100000u}) {
-      // Whether the cost grows with the number is the question of two shapes.
+      // Two shapes suffice to show how the cost grows with the number.
       if (n == 100000 && object.name != "mesh10k" && object.name != "sphere") continue;
       const Workload work(object, reference, n, report.options.in_rows);
       add_sensors<AnalyticBackend>(report, table, "analytic", work);
@@ -226,9 +228,8 @@ void measure_embree(Report& report, Table& table, const Workload& work) {
   const auto* mesh = std::get_if<TriangleMesh<double>>(&work.object.shape);
   if (mesh == nullptr) return;
   EmbreeMesh embree(*mesh);
-  // In the order of the bundles, in which neighbours follow each other.
-  const RayBundles<double> order(
-      PadPatch<double>(work.layout, Integration::explicit_).patch.bundles);
+  // In the order of the nodes, in which neighbours follow each other.
+  const RayTree<double> order(PadPatch<double>(work.layout, Integration::explicit_).patch.ray_tree);
   const auto prepare = [&](int k) {
     const Transform<double> X_CR = work.object.pose(k, work.gap).inverse();
     embree.clear();
@@ -414,10 +415,10 @@ int main(int argc, char** argv) {
       return 2;
     }
   }
-  if (report.options.wants("sensors")) measure_sensors(report);
-  if (report.options.wants("peers")) measure_peers(report);
-  if (report.options.wants("worlds")) measure_worlds(report);
-  if (report.options.wants("threads")) measure_threads(report);
+  if (report.options.is_chosen("sensors")) measure_sensors(report);
+  if (report.options.is_chosen("peers")) measure_peers(report);
+  if (report.options.is_chosen("worlds")) measure_worlds(report);
+  if (report.options.is_chosen("threads")) measure_threads(report);
   Bars(report).print();
   if (!report.options.csv.empty()) write_file(report.options.csv, report.csv());
 }

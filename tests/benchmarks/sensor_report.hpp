@@ -1,5 +1,5 @@
 /// @file
-/// What the benchmark of sensors found, and what was wanted.
+/// Results of the benchmark of sensors, and their targets.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -14,15 +14,15 @@
 
 namespace bristle::benchmarks {
 
-/// What was asked for on the command line.
+/// Options of the command line.
 struct Options {
   bool is_markdown = false;
-  /// Whether the pad's sensors follow each other row by row, and not as neighbours do.
+  /// True if the pad's sensors are ordered row by row, and not as neighbours.
   bool in_rows = false;
   std::string csv;
   std::string only;
 
-  [[nodiscard]] bool wants(const char* part) const { return only.empty() || only == part; }
+  [[nodiscard]] bool is_chosen(const char* part) const { return only.empty() || only == part; }
 };
 
 /// Everything the program finds out.

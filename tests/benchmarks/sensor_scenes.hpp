@@ -16,6 +16,8 @@
 
 namespace bristle::benchmarks {
 
+using namespace bristle::detail;
+
 /// Two fingers on slides press with 10 N each on a bumpy ball of 9680 triangles and 0.5 kg. Their
 /// pads of 30 x 30 mm follow its curvature, so that all of their sensors touch.
 template <Scalar S>
@@ -42,7 +44,7 @@ struct HeldBall {
       if (!in_rows) def.sensors = in_order(def.sensors, neighbour_order(def.sensors));
       def.parameters = tuned_for<S>({.load = S(grip), .mass = S(mass)}).parameters(def.sensors);
       def.integration = Integration::implicit;
-      def.sees = 1;
+      def.sense_mask = 1;
       pads[k] = world.add_patch(finger, def);
       JointDef<S> slide;
       slide.kind = JointKind::prismatic;
@@ -52,7 +54,7 @@ struct HeldBall {
       slide.X_AJ.rotation = slide.X_BJ.rotation =
           exp_rotation<S>(Vec3<S>(0, 0, k == 0 ? S(0) : std::numbers::pi_v<S>));
       slide.X_AJ.translation = {S(side * 0.07), 0, 0};
-      slide.drive = {DriveMode::velocity, S(0.1), S(grip), infinity<S>};
+      slide.motor = {MotorMode::velocity, S(0.1), S(grip), infinity<S>};
       world.add_joint(slide);
     }
     for (int i = 0; i < 2000; ++i) world.step();

@@ -19,7 +19,7 @@ namespace bristle::benchmarks {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-/// [s] What asking costs, which the time of a single step contains once.
+/// [s] Cost of a clock query, which the time of a single step contains once.
 [[nodiscard]] inline double clock_cost() {
   double least = 1;
   for (int i = 0; i < 1000; ++i) {

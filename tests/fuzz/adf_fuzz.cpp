@@ -16,7 +16,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   try {
     const std::string_view text(reinterpret_cast<const char*>(data), size);
     (void)bristle::add_adf(
-        world, bristle::read_adf(text, BRISTLE_SCENES_DIR "/fuzz.yaml", def.limits), def);
+        world, bristle::detail::read_adf(text, BRISTLE_SCENES_DIR "/fuzz.yaml", def.limits), def);
     world.step();
   } catch (const bristle::IoError&) {
     // The one thing that bad bytes may do.

@@ -1,5 +1,5 @@
 /// @file
-/// Bytes of a fuzzer as numbers, vectors and choices. What lies past the end is zero, so that any
+/// Bytes of a fuzzer as numbers, vectors and choices. Bytes past the end are zero, so that any
 /// bytes are a whole script.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once

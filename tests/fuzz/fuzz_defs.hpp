@@ -142,15 +142,15 @@ class FuzzDefs : public FuzzBytes<S> {
     return def;
   }
 
-  JointDrive<S> drive() {
-    JointDrive<S> drive;
-    drive.mode = static_cast<DriveMode>(this->choice(4));
-    drive.target = this->number(S(2));
-    drive.max_force = this->positive(S(50));
-    if (this->once_in(2)) drive.max_speed = this->positive(S(3));
-    drive.stiffness = this->positive(S(500));
-    drive.damping = this->positive(S(20));
-    return drive;
+  JointMotor<S> motor() {
+    JointMotor<S> motor;
+    motor.mode = static_cast<MotorMode>(this->choice(4));
+    motor.target = this->number(S(2));
+    motor.max_force = this->positive(S(50));
+    if (this->once_in(2)) motor.max_speed = this->positive(S(3));
+    motor.stiffness = this->positive(S(500));
+    motor.damping = this->positive(S(20));
+    return motor;
   }
   SensorLayout<S> layout() {
     if (this->once_in(4)) {
@@ -195,7 +195,7 @@ class FuzzDefs : public FuzzBytes<S> {
     def.options.normal = static_cast<NormalDirection>(this->choice(2));
     if (this->once_in(8)) def.explicit_below = this->positive(S(5));
     if (this->once_in(4)) def.cast_every = static_cast<std::uint32_t>(this->choice(6));
-    if (this->once_in(16)) def.sees = this->byte();
+    if (this->once_in(16)) def.sense_mask = this->byte();
     return def;
   }
 };

@@ -1,5 +1,5 @@
 /// @file
-/// What loaders do with a mesh after reading it.
+/// Uses of a mesh by loaders after they read it.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 

@@ -1,8 +1,8 @@
 /// @file
-/// What holds of a world whatever was asked of it.
+/// Invariants of a world after any calls.
 ///
 ///   1. A call throws what its docstring names, and a step throws nothing.
-///   2. What has thrown has changed nothing: `state_hash` is as before.
+///   2. A call that has thrown has changed nothing: `state_hash` is as before.
 ///   3. After a step no pose, velocity or reading is infinite or NaN.
 ///   4. A world that is restored, and a copy, step on with the same bits.
 ///   5. A world that was emptied has nothing left, and is as a new one.
@@ -80,18 +80,18 @@ void look_at_state(const World<S, Backend>& world, const std::vector<BodyId>& bo
            "the state of a body is not finite");
   }
   for (const PatchId id : patches) {
-    const PatchReading<S> felt = world.reading(id);
-    bool all = is_finite(felt.wrench);
-    for (std::size_t i = 0; i < felt.size(); ++i) {
-      all = all && std::isfinite(felt.depth[i]) && std::isfinite(felt.normal_force[i]) &&
-            std::isfinite(felt.shear_1[i]) && std::isfinite(felt.shear_2[i]);
+    const PatchReading<S> reading = world.reading(id);
+    bool all = is_finite(reading.wrench);
+    for (std::size_t i = 0; i < reading.size(); ++i) {
+      all = all && std::isfinite(reading.depth[i]) && std::isfinite(reading.normal_force[i]) &&
+            std::isfinite(reading.shear_1[i]) && std::isfinite(reading.shear_2[i]);
     }
     demand(all, "the reading of a patch is not finite");
   }
   for (const JointId id : joints) {
     const JointReading<S> reading = world.reading(id);
     demand(std::isfinite(reading.position) && std::isfinite(reading.velocity) &&
-               std::isfinite(reading.drive_force) && is_finite(reading.reaction),
+               std::isfinite(reading.motor_force) && is_finite(reading.reaction),
            "the reading of a joint is not finite");
   }
   world.for_each_contact([&](const ContactReading<S>& contact) {

@@ -20,7 +20,7 @@
 
 namespace bristle::test {
 
-/// What a script did.
+/// Counts of one script.
 struct ScriptCounts {
   std::size_t calls = 0;
   std::size_t refused = 0;
@@ -130,9 +130,9 @@ class WorldScript {
         (void)call("remove_joint", [&] { world_->remove_joint(one_of(joints_)); });
         return;
       case 9:
-        (void)call("set_drive", [&] {
+        (void)call("set_motor", [&] {
           const JointId joint = one_of(joints_);
-          world_->set_drive(joint, in_.drive());
+          world_->set_motor(joint, in_.motor());
         });
         return;
       case 10:
@@ -214,7 +214,7 @@ class WorldScript {
     }
   }
 
-  // What calls are made with
+  // Arguments of calls
 
   /// Mostly one that is there.
   template <typename Id>
@@ -242,7 +242,7 @@ class WorldScript {
       def.upper_limit = in_.number(S(1));
     }
     if (in_.once_in(4)) def.swing_limit = in_.positive(S(2));
-    if (in_.once_in(2)) def.drive = in_.drive();
+    if (in_.once_in(2)) def.motor = in_.motor();
     if (in_.once_in(4)) {
       const S stiffness = in_.positive(S(500));
       const S damping = in_.positive(S(5));
@@ -310,7 +310,7 @@ class WorldScript {
       }
     });
   }
-  /// What only asks.
+  /// Makes a call that only queries.
   void ask() {
     (void)call("sense", [&] {
       const BodyId carrier = body();
@@ -352,8 +352,8 @@ class WorldScript {
   void haptic_step() {
     if (!loop_) {
       (void)call("HapticLoop", [&] {
-        const auto ticks = static_cast<std::uint32_t>(in_.choice(4));
-        loop_.emplace(HapticDef<S>{.ticks = ticks, .max_speed = in_.positive(S(2))});
+        const auto substeps = static_cast<std::uint32_t>(in_.choice(4));
+        loop_.emplace(HapticDef<S>{.substeps = substeps, .max_speed = in_.positive(S(2))});
       });
       if (!loop_) return;
     }
@@ -363,11 +363,11 @@ class WorldScript {
                  [&] { (void)loop_->add_patch(one_of(tools_), patch_def()); });
     }
     if (!call("open", [&] { world_->open(*loop_); })) return;
-    for (std::uint32_t i = 0; i < loop_->def().ticks; ++i) {
+    for (std::uint32_t i = 0; i < loop_->def().substeps; ++i) {
       for (const ToolId tool : tools_) {
         (void)call("move", [&] { loop_->move(tool, in_.pose(S(1))); });
       }
-      loop_->tick();
+      loop_->substep();
       for (const ToolId tool : tools_) {
         demand(is_finite(loop_->wrench(tool)), "a haptic tool feels what is not finite");
       }

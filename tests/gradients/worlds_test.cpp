@@ -208,7 +208,7 @@ TEST_CASE("gradients: the sag of a grasped part, by its mass and by mu_S") {
       CHECK(scene.sag().value() == test::relative(sag).epsilon(1e-5));
       CHECK(scene.sag().partial(0) == test::relative(sag / m).epsilon(1e-5));
       CHECK(scene.sag().partial(1) == test::relative(-sag / mu_S).epsilon(1e-5));
-      // What the fingers feel is the weight, whatever mu_S is.
+      // The fingers read the weight, whatever mu_S is.
       D shear = 0;
       for (const PatchId pad : scene.pads) shear += scene.world.reading(pad).shear_W.z();
       CHECK(std::abs(shear.value()) == test::relative(m * 9.81).epsilon(1e-5));

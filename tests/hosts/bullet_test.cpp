@@ -70,7 +70,7 @@ class BulletPinch : public Pinch {
           &bullet.add(pad_mass, box_, btVector3(1, 1, 1), btVector3(scalar(-side * 0.0101), 0, 0));
       pads_[k]->setLinearFactor(btVector3(1, 0, 0));
       pads_[k]->setAngularFactor(btVector3(0, 0, 0));
-      patches[k] = host->add_patch(*pads_[k], pinch_pad(side, def.wants()));
+      patches[k] = host->add_patch(*pads_[k], pinch_pad(side, def.spec()));
     }
   }
 
@@ -219,9 +219,9 @@ TEST_CASE("Bullet: what has no shape like it is refused by name, and a body is l
                        InvalidArgument);
   CHECK(pinch.host->world().state_hash() == before);
   pinch.run(0.1);
-  CHECK(pinch.felt(0).touching() == 36);
+  CHECK(pinch.reading(0).touching() == 36);
   pinch.host->forget(pinch.part_body);
   pinch.step();
-  CHECK(pinch.felt(0).touching() == 0);
+  CHECK(pinch.reading(0).touching() == 0);
   CHECK(pinch.host->mirror(*pinch.part_body) == pinch.host->mirror(*pinch.part_body));
 }

@@ -21,6 +21,8 @@
 #include <string>
 
 using namespace bristle;
+
+using namespace bristle::detail;
 using namespace bristle::scenes;
 
 namespace {
@@ -92,7 +94,7 @@ class DartPinch : public Pinch {
     host = std::make_unique<DartHost<>>(dart);
     (void)host->mirror(*part_node);
     for (std::size_t k = 0; k < 2; ++k) {
-      patches[k] = host->add_patch(*pads[k], pinch_pad(k == 0 ? 1 : -1, def.wants()));
+      patches[k] = host->add_patch(*pads[k], pinch_pad(k == 0 ? 1 : -1, def.spec()));
     }
   }
 
@@ -192,7 +194,7 @@ TEST_CASE("DART: forces of the caller stay, and what has no shape like it is ref
     pinch.part_node->addExtForce(Eigen::Vector3d(0, 0.25, 0));
     pinch.run(pinch.def.dt);
   }
-  CHECK(pinch.felt(0).wrench.force.y() + pinch.felt(1).wrench.force.y() ==
+  CHECK(pinch.reading(0).wrench.force.y() + pinch.reading(1).wrench.force.y() ==
         test::relative(0.25).epsilon(1e-6));
   const auto cone = std::make_shared<dart::dynamics::ConeShape>(0.1, 0.2);
   const auto other = dart::dynamics::Skeleton::create("other");
@@ -208,10 +210,10 @@ TEST_CASE("DART: forces of the caller stay, and what has no shape like it is ref
 TEST_CASE("DART: a part whose skeleton has left the world is let go") {
   DartPinch pinch{{}};
   pinch.run(0.1);
-  CHECK(pinch.felt(0).touching() == 36);
+  CHECK(pinch.reading(0).touching() == 36);
   const dart::dynamics::SkeletonPtr part = pinch.part_node->getSkeleton();
   pinch.dart->removeSkeleton(part);
   pinch.step();
-  CHECK(pinch.felt(0).touching() == 0);
+  CHECK(pinch.reading(0).touching() == 0);
   CHECK(pinch.missing() == 1);
 }

@@ -84,8 +84,8 @@ class MujocoPinch : public Pinch {
     mj_forward(model.get(), data.get());
     host = std::make_unique<MujocoHost<>>(*model, *data);
     (void)host->mirror("part");
-    patches = {host->add_pad("left_pad", 6, 6, def.wants()),
-               host->add_pad("right_pad", 6, 6, def.wants())};
+    patches = {host->add_pad("left_pad", 6, 6, def.spec()),
+               host->add_pad("right_pad", 6, 6, def.spec())};
   }
 
   [[nodiscard]] World<double>& world() override { return host->world(); }
@@ -180,11 +180,11 @@ TEST_CASE("MuJoCo: what a caller applies stays, and what sensors apply does not"
 TEST_CASE("MuJoCo: a body is let go, and mirrored again") {
   MujocoPinch pinch{{}};
   pinch.run(0.1);
-  CHECK(pinch.felt(0).touching() == 36);
+  CHECK(pinch.reading(0).touching() == 36);
   pinch.host->forget(pinch.part_number);
   pinch.step();
-  CHECK(pinch.felt(0).touching() == 0);
+  CHECK(pinch.reading(0).touching() == 0);
   (void)pinch.host->mirror("part");
   pinch.run(0.1);
-  CHECK(pinch.felt(0).touching() == 36);
+  CHECK(pinch.reading(0).touching() == 36);
 }

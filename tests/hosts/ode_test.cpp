@@ -158,7 +158,7 @@ class OdePinch : public Pinch {
       const dJointID slide = dJointCreateSlider(ode.id, nullptr);
       dJointAttach(slide, pads_[k], nullptr);
       dJointSetSliderAxis(slide, 1, 0, 0);
-      patches[k] = host.add_patch(pads_[k], pinch_pad(side, def.wants()));
+      patches[k] = host.add_patch(pads_[k], pinch_pad(side, def.spec()));
     }
   }
 
@@ -181,7 +181,7 @@ class OdePinch : public Pinch {
     push();
     host.step(def.dt);
   }
-  /// What acts in the next step.
+  /// Applies the forces of the next step.
   void push() {
     dBodyAddForce(pads_[0], def.squeeze, 0, 0);
     dBodyAddForce(pads_[1], -def.squeeze, 0, 0);
@@ -335,7 +335,7 @@ TEST_CASE("ODE: what a caller applies stays, and acts for one step") {
     dWorldStep(pinch.ode.id, pinch.def.dt);
     CHECK(ode_vector(dBodyGetForce(pinch.part_body)) == Vec3<double>::Zero());
   }
-  CHECK(pinch.felt(0).wrench.force.y() + pinch.felt(1).wrench.force.y() ==
+  CHECK(pinch.reading(0).wrench.force.y() + pinch.reading(1).wrench.force.y() ==
         test::relative(0.25).epsilon(1e-3));
 }
 
@@ -429,10 +429,10 @@ TEST_CASE("ODE: geoms without a shape like them are refused by name, and a body 
   dGeomTriMeshDataDestroy(mesh);
 
   pinch.run(0.1);
-  CHECK(pinch.felt(0).touching() == 36);
+  CHECK(pinch.reading(0).touching() == 36);
   pinch.host.forget(pinch.part_body);
   pinch.host.forget(pinch.part_body);
   pinch.run(pinch.def.dt);
-  CHECK(pinch.felt(0).touching() == 0);
+  CHECK(pinch.reading(0).touching() == 0);
   CHECK(pinch.host.mirror(pinch.part_body) == pinch.host.mirror(pinch.part_body));
 }

@@ -1,4 +1,4 @@
-// What a project that found the library can do with it: include all of it, compile, link and run.
+// A project that found the library can include all of it, compile, link and run.
 // SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/bristle.hpp>
 

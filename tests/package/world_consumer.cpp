@@ -1,5 +1,5 @@
-// What a project that links the compiled library can do with it: sensors that hold a box and a
-// ball, in each instruction set that there is. The box has the figures of examples/01_falling_box.
+// A project that links the compiled library gets sensors that hold a box and a ball, in each
+// instruction set that there is. The box has the figures of examples/01_falling_box.
 // SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/bristle.hpp>
 

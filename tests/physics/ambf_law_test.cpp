@@ -98,7 +98,7 @@ TEST_CASE(
   def.integration = Integration::explicit_;
   const PatchId patch = world.add_patch(body, def);
   world.set_velocity(body, {{0.3, 0, 0}, {0, 0, 0}});
-  // Rooted in step 0; stretches .3, .6, .9 mm, then 1.2 lets go, and the next step roots anew.
+  // Anchored in step 0; stretches .3, .6, .9 mm, then 1.2 lets go, and the next step roots anew.
   const double expected[] = {0, 0.3, 0.6, 0.9, 0, 0, 0.3, 0.6};
   for (const double stretch : expected) {
     world.step();

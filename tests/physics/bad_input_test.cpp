@@ -222,9 +222,9 @@ TEST_CASE("bad_input: joints") {
                      d.upper_limit = 0;
                    }),
                bad("JointDef::lower_limit", [](auto& d) { d.lower_limit = nan_; }),
-               bad("JointDrive::target", [](auto& d) { d.drive.target = nan_; }),
-               bad("JointDrive::max_force", [](auto& d) { d.drive.max_force = -1; }),
-               bad("JointDrive::max_speed", [](auto& d) { d.drive.max_speed = 0; }),
+               bad("JointMotor::target", [](auto& d) { d.motor.target = nan_; }),
+               bad("JointMotor::max_force", [](auto& d) { d.motor.max_force = -1; }),
+               bad("JointMotor::max_speed", [](auto& d) { d.motor.max_speed = 0; }),
            });
 }
 
@@ -263,7 +263,7 @@ TEST_CASE("bad_input: every call with a handle that names nothing, or nothing an
   }
   for (const JointId id : {joint, JointId{}}) {
     mistakes.push_back({"JointId", [id](World<double>& w) { w.remove_joint(id); }});
-    mistakes.push_back({"JointId", [id](World<double>& w) { w.set_drive(id, {}); }});
+    mistakes.push_back({"JointId", [id](World<double>& w) { w.set_motor(id, {}); }});
     mistakes.push_back({"JointId", [id](World<double>& w) { (void)w.reading(id); }});
   }
   for (const PatchId id : {patch, PatchId{}}) {

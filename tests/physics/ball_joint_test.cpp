@@ -1,6 +1,6 @@
 /// @file
 /// Ball joints in a world: what they hold and what they report. How well a swinging mechanism keeps
-/// its energy is tested with `JointFlow`.
+/// its energy is tested with `MechanismIntegrator`.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/momentum.hpp"
 #include "support/relative.hpp"

@@ -148,7 +148,7 @@ class Churn {
     if (def.kind == JointKind::prismatic) {
       def.lower_limit = -0.05;
       def.upper_limit = 0.05;
-      def.drive = {DriveMode::velocity, random_.uniform(-0.1, 0.1), 5, 1};
+      def.motor = {MotorMode::velocity, random_.uniform(-0.1, 0.1), 5, 1};
     }
     joints_.push_back(world_.add_joint(def));
   }
@@ -228,7 +228,7 @@ TEST_CASE("churn: a thousand operations between steps, twice with the same bits"
       CHECK((first.most_asleep() > 0) == sleeps);
       CHECK(first.sensed() > 0);
 
-      // What is empty is as good as new: nothing is tested, sensed or solved for the departed.
+      // An empty world is as good as new: it tests, senses and solves nothing for removed bodies.
       first.clear();
       first.step();
       const StepReport<double>& r = first.world().report();

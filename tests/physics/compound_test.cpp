@@ -96,7 +96,7 @@ TEST_CASE("compound: `shape` counts with `shapes`, and what overlaps counts twic
   const Body<double> twice = world.body(world.add_body(def));
   CHECK(twice.mass == test::relative(2 * one).epsilon(1e-14));
   CHECK(twice.inertia_B(0, 0) == test::relative(0.4 * 2 * one * 0.01).epsilon(1e-14));
-  // What is set stays; the rest is scaled and moved.
+  // Values that are set stay; the rest is scaled and moved.
   def.position = {2, 0, 0};
   def.mass = 3;
   def.center_of_mass = Vec3<double>(0, 0, 0.02);

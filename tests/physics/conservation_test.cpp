@@ -1,5 +1,5 @@
 /// @file
-/// What sensors give to one body they take from the other, and what they read is what they gave.
+/// Sensors take from one body what they give to the other, and their readings are what they gave.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/plate.hpp"
 #include "support/momentum.hpp"
@@ -11,6 +11,8 @@
 #include <random>
 
 using namespace bristle;
+
+using namespace bristle::detail;
 using namespace bristle::scenes;
 using test::momentum_of;
 
@@ -67,7 +69,7 @@ Collision make_impact(Way way, const Shape<double>& target, const LawOptions& op
 
 const Shape<double> targets[] = {Box<double>{{0.06, 0.06, 0.04}}, Sphere<double>{0.04}};
 
-/// What the change of momenta in a step of a collision differs from its readings by [N s, N m s].
+/// Difference of the change of momenta in a step of a collision from its readings [N s, N m s].
 double step_and_compare(Collision& c) {
   const double dt = c.world.time_step();
   const Body<double> a = c.world.body(c.bodies[0]);
@@ -75,11 +77,11 @@ double step_and_compare(Collision& c) {
   c.world.step();
   const Body<double>& a1 = c.world.body(c.bodies[0]);
   const Body<double>& b1 = c.world.body(c.bodies[1]);
-  const Wrench<double> felt = c.world.reading(c.patch).wrench;
+  const Wrench<double> reading = c.world.reading(c.patch).wrench;
   const Vec3<double> p_BA = a.center_pose.translation - b.center_pose.translation;
-  const Wrench<double> on_b = -felt.shifted(Vec3<double>(-p_BA));
-  return std::max({(a.mass * (a1.twist.linear - a.twist.linear) - dt * felt.force).norm(),
-                   (a1.angular_momentum() - a.angular_momentum() - dt * felt.torque).norm(),
+  const Wrench<double> on_b = -reading.shifted(Vec3<double>(-p_BA));
+  return std::max({(a.mass * (a1.twist.linear - a.twist.linear) - dt * reading.force).norm(),
+                   (a1.angular_momentum() - a.angular_momentum() - dt * reading.torque).norm(),
                    (b.mass * (b1.twist.linear - b.twist.linear) - dt * on_b.force).norm(),
                    (b1.angular_momentum() - b.angular_momentum() - dt * on_b.torque).norm()});
 }

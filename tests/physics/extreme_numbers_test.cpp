@@ -17,6 +17,8 @@
 #include <string>
 
 using namespace bristle;
+
+using namespace bristle::detail;
 using namespace bristle::scenes;
 
 namespace {
@@ -248,10 +250,10 @@ TEST_CASE(
   const PatchId id = world.add_patch(box, patch);
   for (int i = 0; i < 3; ++i) {
     world.step();
-    const PatchReading<double> felt = world.reading(id);
-    for (std::size_t k = 0; k < felt.size(); ++k) CHECK(std::isfinite(felt.shear_1[k]));
-    CHECK(felt.wrench.torque.allFinite());
-    CHECK(felt.wrench.force.allFinite());
+    const PatchReading<double> reading = world.reading(id);
+    for (std::size_t k = 0; k < reading.size(); ++k) CHECK(std::isfinite(reading.shear_1[k]));
+    CHECK(reading.wrench.torque.allFinite());
+    CHECK(reading.wrench.force.allFinite());
     CHECK(world.body(box).twist.angular.allFinite());
   }
 }

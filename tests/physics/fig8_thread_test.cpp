@@ -37,7 +37,7 @@ TEST_CASE("fig8_thread: a thread is wrapped, pulled over a post and handed over"
   checked(task, Phase::grip);
   checked(task, Phase::wrap);
   const Measured pulled = checked(task, Phase::pull);
-  // The hand that is pulled along feels the force of its drive.
+  // The hand that is pulled along feels the force of its motor.
   CHECK(pulled.pull[0] == bristle::test::relative(fig8b::trailing_force).epsilon(0.01));
   CHECK(pulled.pull[1] > 2 * pulled.pull[0]);
   checked(task, Phase::travel);

@@ -50,8 +50,8 @@ TEST_CASE("grasp: driven fingers of any mass grip with the force of their drive 
       scene.run(4);
       CHECK(scene.total_normal() == test::relative(20).epsilon(1e-5));
       CHECK(scene.sag() == test::relative(0.5 * 9.81 / (1e5 * 20)).epsilon(1e-5));
-      for (const JointId drive : scene.drives) {
-        CHECK(scene.world.reading(drive).drive_force == test::relative(10).epsilon(1e-9));
+      for (const JointId motor : scene.drives) {
+        CHECK(scene.world.reading(motor).motor_force == test::relative(10).epsilon(1e-9));
       }
       const double settled = scene.sag();
       scene.run(5);
@@ -85,15 +85,15 @@ TEST_CASE("grasp: a loosened grip slips when mu times the grip no longer carries
   const double start = scene.sag();
   while (grip > 0.5 && scene.sag() - start < 2e-3) {
     grip *= 0.9995;
-    for (const JointId drive : scene.drives) {
-      scene.world.set_drive(drive, {DriveMode::velocity, 10, grip, 1});
+    for (const JointId motor : scene.drives) {
+      scene.world.set_motor(motor, {MotorMode::velocity, 10, grip, 1});
     }
     scene.world.step();
   }
   CHECK(grip == test::relative(2.4525).epsilon(0.05));
   // Caught again: it stops within a few millimetres.
-  for (const JointId drive : scene.drives) {
-    scene.world.set_drive(drive, {DriveMode::velocity, 10, 10, 1});
+  for (const JointId motor : scene.drives) {
+    scene.world.set_motor(motor, {MotorMode::velocity, 10, 10, 1});
   }
   scene.run(1);
   const double caught = scene.sag();

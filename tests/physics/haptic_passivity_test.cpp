@@ -17,17 +17,18 @@ using namespace bristle::scenes;
 
 namespace {
 
-/// What a port gave and took, the force of a tick acting while the hand moves to the next one.
+/// Energy that a port gave and took. The force of a substep acts while the hand moves to the next
+/// one.
 class Port {
  public:
   explicit Port(double h) : h_(h) {}
 
-  /// The hand is at `p` now, and `felt` acts from now on.
-  void tick(const Vec3<double>& p, const Wrench<double>& felt) {
+  /// The hand is at `p` now, and `reading` acts from now on.
+  void substep(const Vec3<double>& p, const Wrench<double>& reading) {
     arrive(p);
-    felt_ = felt;
+    felt_ = reading;
   }
-  /// The hand arrived at `p` by the end of a tick.
+  /// The hand arrived at `p` by the end of a substep.
   void arrive(const Vec3<double>& p) {
     if (has_last_) observer.observe(felt_, {(p - last_) / h_, Vec3<double>::Zero()}, h_);
     last_ = p;
@@ -51,67 +52,68 @@ double pressing(double top, double times, double time) {
 
 }  // namespace
 
-// A tick's force is that of the depth and rate at its end, if the tool keeps its velocity:
+// A substep's force is that of the depth and rate at its end, if the tool keeps its velocity:
 // f_i = K (x_i + D_i) + B D_i / h with D_i = x_i - x_(i-1), and it works along D_(i+1). Where a
 // path ends at the depth at which it began, K sum x_i D_(i+1) = -K/2 sum D^2, so that
 //   E = -K/2 sum D_i^2 + (K + B/h) sum D_i D_(i+1).
 // For a sine sum D_i D_(i+1) = cos(w h) sum D_i^2: without damping the wall gives energy where
-// w h > pi/3, at a sixth of the rate of the ticks, and takes it below.
+// w h > pi/3, at a sixth of the rate of the substeps, and takes it below.
 TEST_CASE("haptic_passivity: the energy of a wall, by the closed form") {
   struct Case {
-    std::uint32_t ticks;
+    std::uint32_t substeps;
     double damping;
     double times;
     bool gives;
   };
   for (const Case& c : {Case{1, 0, 12, true}, Case{1, 0, 6, false}, Case{16, 0, 12, false},
                         Case{16, 0.005, 12, false}, Case{16, 0, 192, true}}) {
-    CAPTURE(c.ticks);
+    CAPTURE(c.substeps);
     CAPTURE(c.times);
-    StylusScene<double> scene({.ticks = c.ticks, .normal_damping = c.damping});
+    StylusScene<double> scene({.substeps = c.substeps, .normal_damping = c.damping});
     scene.world.add_body({.motion = Motion::fixed, .shape = HalfSpace<double>{}});
     const auto at = [&](int i) -> Vec3<double> {
-      return {0, 0, pressing(0, c.times, i * scene.tick_length())};
+      return {0, 0, pressing(0, c.times, i * scene.substep_length())};
     };
     scene.loop.move(scene.tool, {Quat<double>::Identity(), at(0)});
     scene.world.open(scene.loop);
-    const double h = scene.tick_length();
+    const double h = scene.substep_length();
     const double K = scene.stiffness();
     const double B = 16 * c.damping / scene.ray;
     Port port(h);
     double squares = 0;
     double products = 0;
-    const int ticks = 60 * static_cast<int>(c.ticks);  // A second: whole periods.
-    for (int i = 0; i < ticks; ++i) {
-      port.tick(at(i), scene.tick_at(at(i)));
-      if (scene.loop.ticks_done() == c.ticks) scene.world.step(scene.loop);
+    const int substeps = 60 * static_cast<int>(c.substeps);  // A second: whole periods.
+    for (int i = 0; i < substeps; ++i) {
+      port.substep(at(i), scene.tick_at(at(i)));
+      if (scene.loop.substeps_done() == c.substeps) scene.world.step(scene.loop);
       const double next = at(i + 1).z() - at(i).z();
       squares += next * next;
       products += i == 0 ? 0 : next * (at(i).z() - at(i - 1).z());
     }
-    port.arrive(at(ticks));
+    port.arrive(at(substeps));
     const double expected = -K / 2 * squares + (K + B / h) * products;
     CHECK(port.observer.energy() == test::relative(expected).epsilon(1e-6));
     CHECK((expected < 0) == c.gives);
   }
 }
 
-// On a box on a table that is stepped at 60 Hz and, dragged, slides. Pressed at 12 Hz, sensors at
-// the rate of the world give energy; ticks do not, and give it to a hand at 180 Hz. The longer, the
-// more; but not where a controller counts what it sent by the way the tool went then. What it
-// damps is wrong by what the velocity changes, force times that a tick, and is paid in the tick
-// that follows, or in the next one where the tool turned and was slow: two ticks' worth at most.
+// The box on a table is stepped at 60 Hz and, dragged, slides. Pressed at 12 Hz, sensors at the
+// rate of the world give energy. Sensors in substeps do not; they give it to a hand at 180 Hz. The
+// energy grows with time, but not with a controller that counts what it sent by the tool's motion.
+// Its damping is wrong by the change of velocity, force times that a substep. The error is paid in
+// the next substep, or in the one after where the tool turned and was slow: two substeps' worth at
+// most.
 TEST_CASE("haptic_passivity: a box that is pressed and dragged, alone and with a controller") {
   struct Outcome {
     double energy = 0;
     double lowest = 0;
     double damped = 0;
-    /// [J] The most that a controller's force did in a tick because the velocity changed.
+    /// [J] The most that a controller's force did in a substep because the velocity changed.
     double missed = 0;
   };
-  const auto run = [](std::uint32_t ticks, double drag, double times, double seconds,
+  const auto run = [](std::uint32_t substeps, double drag, double times, double seconds,
                       bool is_controlled) {
-    StylusScene<double> scene({.ticks = ticks, .normal_damping = 0});
+    StylusScene<double> scene({.substeps = substeps, .normal_damping = 0});
     scene.world.add_body({.motion = Motion::fixed, .shape = HalfSpace<double>{}});
     const BodyId box = scene.world.add_body({.mass = 0.2,
                                              .shape = Box<double>{{0.02, 0.02, 0.02}},
@@ -120,10 +122,10 @@ TEST_CASE("haptic_passivity: a box that is pressed and dragged, alone and with a
     for (int i = 0; i < 60; ++i) scene.world.step();
     const double top = scene.world.pose(box).translation.z() + 0.02;
     const auto at = [&](int i) -> Vec3<double> {
-      const double t = i * scene.tick_length();
+      const double t = i * scene.substep_length();
       return {drag * std::sin(20 * t), 0.6 * drag * std::sin(27 * t), pressing(top, times, t)};
     };
-    const double h = scene.tick_length();
+    const double h = scene.substep_length();
     scene.loop.move(scene.tool, {Quat<double>::Identity(), at(0)});
     scene.world.open(scene.loop);
     Port port(h);
@@ -137,8 +139,8 @@ TEST_CASE("haptic_passivity: a box that is pressed and dragged, alone and with a
         sent = controller.control(sent, {was / h, Vec3<double>::Zero()}, h);
         found.missed = std::max(found.missed, std::abs(sent.force.dot(at(i + 1) - at(i) - was)));
       }
-      port.tick(at(i), sent);
-      if (scene.loop.ticks_done() == ticks) scene.world.step(scene.loop);
+      port.substep(at(i), sent);
+      if (scene.loop.substeps_done() == substeps) scene.world.step(scene.loop);
     }
     port.arrive(at(count));
     if (is_controlled) {
@@ -162,11 +164,11 @@ TEST_CASE("haptic_passivity: a box that is pressed and dragged, alone and with a
   CHECK(left_alone.damped == 0);
 
   struct Case {
-    std::uint32_t ticks;
+    std::uint32_t substeps;
     double drag;
     double times;
     double seconds;
-    /// [J] What comes out without the controller, and the most that is owed with it.
+    /// [J] Energy given without the controller, and the most that is owed with it.
     double given;
     double owed;
   };
@@ -176,9 +178,9 @@ TEST_CASE("haptic_passivity: a box that is pressed and dragged, alone and with a
         Case{16, 2e-3, 180, 2, 0.337, 0.007}, Case{16, 2e-3, 180, 8, 1.35, 0.007}}) {
     CAPTURE(c.times);
     CAPTURE(c.seconds);
-    CHECK(run(c.ticks, c.drag, c.times, c.seconds, false).energy ==
+    CHECK(run(c.substeps, c.drag, c.times, c.seconds, false).energy ==
           test::relative(-c.given).epsilon(0.02));
-    const Outcome controlled = run(c.ticks, c.drag, c.times, c.seconds, true);
+    const Outcome controlled = run(c.substeps, c.drag, c.times, c.seconds, true);
     CHECK(controlled.lowest >= -2 * controlled.missed);
     CHECK(controlled.lowest > -c.owed);
     CHECK(controlled.damped > 0.8 * c.given);

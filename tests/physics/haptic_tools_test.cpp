@@ -11,10 +11,12 @@
 #include <vector>
 
 using namespace bristle;
+
+using namespace bristle::detail;
 using namespace bristle::scenes;
 
 TEST_CASE(
-    "haptic_tools: a body removed between ticks is felt to the end of the step, and no more") {
+    "haptic_tools: a body removed between substeps is felt to the end of the step, and no more") {
   StylusScene<double> scene({});
   add_table(scene.world);
   const BodyId box = add_box<double>(scene.world, 0.5);
@@ -33,7 +35,7 @@ TEST_CASE(
   run(8, 16);
   CHECK(scene.loop.wrench(scene.tool).force.z() > 1);
   scene.world.step(scene.loop);
-  // What has its slot now got nothing.
+  // The body that now has its index got nothing.
   CHECK(scene.world.body(successor).twist.linear.z() == test::relative(-9.81 / 60));
   run(0, 16);
   CHECK(scene.loop.wrench(scene.tool).force.z() == 0);
@@ -47,26 +49,27 @@ TEST_CASE(
 }
 
 // Sensors of K_N and K_D over a wall at depth d feel K d + (K h + B) v: any velocity shows.
-TEST_CASE("haptic_tools: the velocity of a tool is that since the last tick, and none at first") {
+TEST_CASE(
+    "haptic_tools: the velocity of a tool is that since the last substep, and none at first") {
   StylusScene<double> scene({});
   add_table(scene.world);
   const auto move = [&](double z) {
     scene.loop.move(scene.tool, {Quat<double>::Identity(), {0, 0, z}});
   };
-  const double h = scene.tick_length();
+  const double h = scene.substep_length();
   const double K = scene.stiffness();
   const double B = 16 * scene.def.normal_damping / scene.ray;
   const auto check_force = [&](double z, double v) {
-    scene.loop.tick();
+    scene.loop.substep();
     CHECK(scene.loop.wrench(scene.tool).force.z() ==
           test::relative(K * (scene.ray - z) + (K * h + B) * v).epsilon(1e-9));
   };
-  // Placed before and elsewhere at the first tick: it jumped.
+  // Placed before and elsewhere at the first substep: it jumped.
   move(0.012);
   scene.world.open(scene.loop);
   move(0.006);
   check_force(0.006, 0);
-  // However often it is asked for between two ticks.
+  // However often it is asked for between two substeps.
   const double v = 0.1;
   move(0.006 - 0.7 * v * h);
   move(0.006 - v * h);
@@ -74,8 +77,8 @@ TEST_CASE("haptic_tools: the velocity of a tool is that since the last tick, and
   check_force(0.006 - v * h, v);
   // Not moved, it stands still.
   check_force(0.006 - v * h, 0);
-  for (int i = 3; i < 16; ++i) scene.loop.tick();
-  // Moved on between the last tick and the step: the step ends there.
+  for (int i = 3; i < 16; ++i) scene.loop.substep();
+  // Moved on between the last substep and the step: the step ends there.
   move(0.005);
   scene.world.step(scene.loop);
   CHECK(scene.world.pose(scene.body).translation.z() == test::relative(0.005));
@@ -86,7 +89,7 @@ TEST_CASE("haptic_tools: the velocity of a tool is that since the last tick, and
   check_force(0.008, 0);
 }
 
-TEST_CASE("haptic_tools: opened again it is like a new one, and forgets the ticks so far") {
+TEST_CASE("haptic_tools: opened again it is like a new one, and forgets the substeps so far") {
   StylusScene<double> scene({.cast_every = 7});
   add_table(scene.world);
   const BodyId box = add_box<double>(scene.world, 0.2);
@@ -96,10 +99,10 @@ TEST_CASE("haptic_tools: opened again it is like a new one, and forgets the tick
     scene.loop.move(scene.tool, {Quat<double>::Identity(), wiggle(0.0)});
     scene.world.open(scene.loop);
     for (int i = 0; i < 320; ++i) {
-      const Wrench<double>& felt = scene.tick_at(wiggle(i / 960.0));
-      for (const double f : felt.force) bits.add(f);
-      for (const double t : felt.torque) bits.add(t);
-      if (scene.loop.ticks_done() == 16) scene.world.step(scene.loop);
+      const Wrench<double>& reading = scene.tick_at(wiggle(i / 960.0));
+      for (const double f : reading.force) bits.add(f);
+      for (const double t : reading.torque) bits.add(t);
+      if (scene.loop.substeps_done() == 16) scene.world.step(scene.loop);
     }
     return bits.value();
   };
@@ -110,7 +113,7 @@ TEST_CASE("haptic_tools: opened again it is like a new one, and forgets the tick
   CHECK(scene.loop.bodies()[0].impulse().force.z() < -0.01);
   scene.world.restore(start);
   scene.world.open(scene.loop);
-  CHECK(scene.loop.ticks_done() == 0);
+  CHECK(scene.loop.substeps_done() == 0);
   CHECK(scene.loop.wrench(scene.tool).force.isZero(0));
   CHECK(scene.loop.reading(scene.pad).touching() == 0);
   CHECK(scene.loop.bodies()[0].id() == box);
@@ -137,16 +140,16 @@ TEST_CASE("haptic_tools: tools that are new, wrong or gone") {
   scene.world.step(scene.loop);
   CHECK((scene.world.pose(late).translation - Vec3<double>(1, 2, 2)).norm() < 1e-12);
 
-  // What cannot be a tool is refused before anything is moved.
+  // A body that cannot be a tool is refused before anything is moved.
   auto wrong = scene.loop;
-  for (int i = 0; i < 16; ++i) wrong.tick();
+  for (int i = 0; i < 16; ++i) wrong.substep();
   wrong.move(scene.tool, {Quat<double>::Identity(), {0, 0, 0.1}});
   const ToolId box = wrong.add_tool(add_box<double>(scene.world, 0.5, 1));
   wrong.move(box, {Quat<double>::Identity(), {0, 0, 1}});
   const std::uint64_t hash = scene.world.state_hash();
   CHECK_THROWS_AS(scene.world.step(wrong), InvalidArgument);
   CHECK(scene.world.state_hash() == hash);
-  CHECK(wrong.ticks_done() == 16);
+  CHECK(wrong.substeps_done() == 16);
   HapticLoop<double, AnalyticBackend> nobody({});
   nobody.add_tool(BodyId{});
   CHECK_THROWS_AS(scene.world.open(nobody), InvalidArgument);
@@ -165,7 +168,7 @@ TEST_CASE("haptic_tools: a patch that is refused is not added") {
   StylusScene<double> scene({});
   PatchDef<double> empty;
   CHECK_THROWS_AS(scene.loop.add_patch(scene.tool, empty), InvalidArgument);
-  CHECK_THROWS_AS((void)scene.loop.reading(TickedPatchId{scene.pad.index + 1}), InvalidArgument);
+  CHECK_THROWS_AS((void)scene.loop.reading(ToolPatchId{scene.pad.index + 1}), InvalidArgument);
   const auto next = scene.loop.add_patch(scene.tool, StylusScene<double>::pad_def({}));
   CHECK(next.index == scene.pad.index + 1);
 }
@@ -176,12 +179,12 @@ TEST_CASE("haptic_tools: a step that one of the tools cannot make is refused for
   const ToolId far = scene.loop.add_tool(second);
   scene.world.open(scene.loop);
   const Quat<double> upright = Quat<double>::Identity();
-  const auto tick = [&](double x) {
+  const auto substep = [&](double x) {
     // Its velocity is said to be zero, and is more than any within the step.
     scene.loop.move(far, {upright, {x, 0, 0}}, {});
     scene.tick_at({0, 0, 0.9});
   };
-  for (int i = 0; i < 16; ++i) tick(largest_number<double>);
+  for (int i = 0; i < 16; ++i) substep(largest_number<double>);
   const std::uint64_t hash = scene.world.state_hash();
   for (int i = 0; i < 2; ++i) {
     CHECK_THROWS_AS(scene.world.step(scene.loop), InvalidArgument);
@@ -189,7 +192,7 @@ TEST_CASE("haptic_tools: a step that one of the tools cannot make is refused for
   }
   // Opened anew, the loop goes on.
   scene.world.open(scene.loop);
-  for (int i = 0; i < 16; ++i) tick(0.1);
+  for (int i = 0; i < 16; ++i) substep(0.1);
   scene.world.step(scene.loop);
   CHECK(scene.world.pose(second).translation.x() == test::relative(0.1));
   CHECK(scene.world.pose(scene.body).translation.z() == test::relative(0.9));
@@ -198,7 +201,7 @@ TEST_CASE("haptic_tools: a step that one of the tools cannot make is refused for
 TEST_CASE("haptic_tools: bad input is refused by name, and changes nothing") {
   StylusScene<double> scene({});
   add_box<double>(scene.world, 0.5);
-  CHECK_THROWS_AS(scene.loop.tick(), InvalidArgument);
+  CHECK_THROWS_AS(scene.loop.substep(), InvalidArgument);
   CHECK_THROWS_AS(scene.world.step(scene.loop), InvalidArgument);
   scene.world.open(scene.loop);
   scene.tick_at({0, 0, 0.049});
@@ -215,17 +218,17 @@ TEST_CASE("haptic_tools: bad input is refused by name, and changes nothing") {
                   InvalidArgument);
   CHECK_THROWS_AS(scene.loop.move(ToolId{7}, {upright, {0, 0, 0}}), InvalidArgument);
   CHECK_THROWS_AS((void)scene.loop.wrench(ToolId{}), InvalidArgument);
-  CHECK_THROWS_AS((void)scene.loop.reading(TickedPatchId{}), InvalidArgument);
+  CHECK_THROWS_AS((void)scene.loop.reading(ToolPatchId{}), InvalidArgument);
   CHECK(scene.loop.wrench(scene.tool).force == before.force);
-  // Too few ticks for a step, then too many.
+  // Too few substeps for a step, then too many.
   const std::uint64_t hash = scene.world.state_hash();
   CHECK_THROWS_AS(scene.world.step(scene.loop), InvalidArgument);
   CHECK(scene.world.state_hash() == hash);
   for (int i = 1; i < 16; ++i) scene.tick_at({0, 0, 0.049});
-  CHECK_THROWS_AS(scene.loop.tick(), InvalidArgument);
+  CHECK_THROWS_AS(scene.loop.substep(), InvalidArgument);
   scene.world.step(scene.loop);
 
-  CHECK_THROWS_AS((HapticLoop<double, AnalyticBackend>({.ticks = 0})), InvalidArgument);
+  CHECK_THROWS_AS((HapticLoop<double, AnalyticBackend>({.substeps = 0})), InvalidArgument);
   CHECK_THROWS_AS((HapticLoop<double, AnalyticBackend>({.max_speed = nan})), InvalidArgument);
   PatchDef<double> ambf = StylusScene<double>::pad_def({});
   ambf.options.law = Law::ambf;

@@ -9,6 +9,8 @@
 #include <cmath>
 
 using namespace bristle;
+
+using namespace bristle::detail;
 using namespace bristle::scenes;
 
 namespace {
@@ -24,7 +26,7 @@ BodyDef<double> cube(double z, double friction = 0.5) {
           .position = {0, 0, z}};
 }
 
-/// What a loop over the body finds after some steps of the world.
+/// Mobility that a loop over the body finds after some steps of the world.
 HeldMobility<double> mobility_of(StylusScene<double>& scene, BodyId body, int steps) {
   for (int i = 0; i < steps; ++i) scene.world.step();
   const Vec3<double> at = scene.world.pose(body).translation + Vec3<double>(0, 0, 0.03);
@@ -37,7 +39,7 @@ HeldMobility<double> mobility_of(StylusScene<double>& scene, BodyId body, int st
   return {};
 }
 
-/// Whether a matrix is diagonal with these numbers, relative to the free body's.
+/// Checks that a matrix is diagonal with these numbers, relative to the free body's.
 void check_diagonal(const Mat6<double>& matrix, const Vec6<double>& expected) {
   Vec6<double> scale;
   scale << Vec3<double>::Constant(1 / std::sqrt(mass)),
@@ -103,18 +105,18 @@ TEST_CASE("held_mobility: what slides is free to go on sliding, and what bounces
   CHECK(was_hit);
 }
 
-// A drive by a spring and a damper adds what it resists with over a step.
-TEST_CASE("held_mobility: a slide leaves its axis, its drive takes that, too, up to its force") {
+// A motor by a spring and a damper adds what it resists with over a step.
+TEST_CASE("held_mobility: a slide leaves its axis, its motor takes that, too, up to its force") {
   const double dt = 1.0 / 60;
   const double k = 200, d = 2;
   struct Case {
-    DriveMode mode;
+    MotorMode mode;
     double max_force, mobility;
   };
-  for (const Case& c : {Case{DriveMode::none, 0, 1 / mass}, Case{DriveMode::velocity, 1000, 0},
-                        Case{DriveMode::velocity, 0.5, 1 / mass},
-                        Case{DriveMode::spring, 1000, 1 / (mass + dt * dt * k + dt * d)},
-                        Case{DriveMode::spring, 0.1, 1 / mass}}) {
+  for (const Case& c : {Case{MotorMode::none, 0, 1 / mass}, Case{MotorMode::velocity, 1000, 0},
+                        Case{MotorMode::velocity, 0.5, 1 / mass},
+                        Case{MotorMode::spring, 1000, 1 / (mass + dt * dt * k + dt * d)},
+                        Case{MotorMode::spring, 0.1, 1 / mass}}) {
     CAPTURE(c.mobility);
     StylusScene<double> scene({});
     const BodyId frame = scene.world.add_body({.motion = Motion::fixed});
@@ -127,7 +129,7 @@ TEST_CASE("held_mobility: a slide leaves its axis, its drive takes that, too, up
     slide.X_AJ.rotation = slide.X_BJ.rotation =
         exp_rotation<double>(-0.5 * 3.14159265358979323846 * Vec3<double>::UnitY());
     slide.X_AJ.translation = {0, 0, 1};
-    slide.drive = {.mode = c.mode, .max_force = c.max_force, .stiffness = k, .damping = d};
+    slide.motor = {.mode = c.mode, .max_force = c.max_force, .stiffness = k, .damping = d};
     scene.world.add_joint(slide);
     const auto held = mobility_of(scene, box, 3);
     Vec6<double> expected = Vec6<double>::Zero();

@@ -11,6 +11,8 @@
 #include <numbers>
 
 using namespace bristle;
+
+using namespace bristle::detail;
 using bristle::test::both_integrations;
 using namespace bristle::scenes;
 

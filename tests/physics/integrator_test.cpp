@@ -59,8 +59,8 @@ Fall make_fall(const Shape<double>& shape, const Vec3<double>& position, double 
 constexpr double rates[] = {60, 100, 240, 500, 1000};
 constexpr double heights[] = {0.003, 0.05, 0.37, 1, 1.7, 3.31};
 
-/// [m] What `SolverDef::position_tolerance` leaves where several points share a load: 1e-6 of what
-/// gravity moves a body by in a step.
+/// [m] Position error that `SolverDef::position_tolerance` leaves where several points share a
+/// load: 1e-6 of the distance by which gravity moves a body in a step.
 double left_alone(double rate) { return 1e-6 * g / (rate * rate); }
 
 /// [m] Lowest corner of a box of these half sizes.

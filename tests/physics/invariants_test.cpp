@@ -1,6 +1,6 @@
 /// @file
-/// What a step must not change: momentum and angular momentum of bodies that only act on each
-/// other; and what it must not raise: the energy of anything passive.
+/// Invariants of a step: momentum and angular momentum of bodies that only act on each other stay,
+/// and the energy of anything passive does not rise.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/pile.hpp"
 #include "scenes/stack.hpp"
@@ -115,14 +115,14 @@ Group make_grip(Integrator integrator) {
     slide.body_a = palm;
     slide.body_b = finger;
     slide.X_AJ.translation = {0.052 * side, 0, -0.15};
-    slide.drive = {DriveMode::velocity, -0.5 * side, 20, 1};
+    slide.motor = {MotorMode::velocity, -0.5 * side, 20, 1};
     slide.bodies_collide = false;
     group.world.add_joint(slide);
   }
   return group;
 }
 
-/// What a run did to momentum, relative to the sum of the magnitudes over the bodies at its start.
+/// Change of momentum in a run, relative to the sum of the magnitudes over the bodies at its start.
 struct Leak {
   /// [1] Largest change of the momentum in a step.
   double linear = 0;

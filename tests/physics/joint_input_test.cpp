@@ -69,7 +69,7 @@ TEST_CASE("joint_input: limits, springs and bushings that a joint cannot have") 
   }
 }
 
-TEST_CASE("joint_input: a drive needs an axis, when a joint is made and later") {
+TEST_CASE("joint_input: a motor needs an axis, when a joint is made and later") {
   World<double> world;
   BodyDef<double> body;
   body.shape = Sphere<double>{0.1};
@@ -81,8 +81,8 @@ TEST_CASE("joint_input: a drive needs an axis, when a joint is made and later") 
     def.kind = kind;
     const JointId joint = world.add_joint(def);
     const std::uint64_t before = world.state_hash();
-    CHECK_THROWS_AS(world.set_drive(joint, {.mode = DriveMode::velocity}), InvalidArgument);
+    CHECK_THROWS_AS(world.set_motor(joint, {.mode = MotorMode::velocity}), InvalidArgument);
     CHECK(world.state_hash() == before);
-    CHECK_NOTHROW(world.set_drive(joint, {}));
+    CHECK_NOTHROW(world.set_motor(joint, {}));
   }
 }

@@ -42,7 +42,7 @@ struct Slide {
 
 /// @param axis  Direction of the slide; gravity points along -z.
 template <typename S>
-Slide<S> make_slide(const Vec3<S>& axis, const JointDrive<S>& drive, S lower = -infinity<S>,
+Slide<S> make_slide(const Vec3<S>& axis, const JointMotor<S>& motor, S lower = -infinity<S>,
                     S upper = infinity<S>, S dt = S(1e-3)) {
   WorldDef<S> world_def;
   world_def.time_step = dt;
@@ -55,7 +55,7 @@ Slide<S> make_slide(const Vec3<S>& axis, const JointDrive<S>& drive, S lower = -
   def.body_a = slide.frame;
   def.body_b = slide.body;
   def.X_AJ.rotation = def.X_BJ.rotation = exp_rotation<S>(shortest_turn<S>(Vec3<S>::UnitX(), axis));
-  def.drive = drive;
+  def.motor = motor;
   def.lower_limit = lower;
   def.upper_limit = upper;
   slide.joint = slide.world.add_joint(def);
@@ -168,7 +168,7 @@ TEST_CASE("joints: a slide falls freely along its axis and not across it") {
   const double root_half = std::numbers::sqrt2 / 2;
   CHECK(reading.velocity == test::relative(10 * root_half * 0.5).epsilon(1e-9));
   CHECK(reading.position == test::relative(10 * root_half * 0.125).epsilon(3e-3));
-  CHECK(reading.drive_force == 0);
+  CHECK(reading.motor_force == 0);
   CHECK(reading.reaction.force.isApprox(20 * root_half * Vec3<double>(1, 0, 1).normalized(), 1e-9));
   CHECK(std::abs(slide.world.pose(slide.body).translation.y()) < 1e-12);
   CHECK(log_rotation<double>(slide.world.pose(slide.body).rotation).norm() < 1e-12);
@@ -176,25 +176,25 @@ TEST_CASE("joints: a slide falls freely along its axis and not across it") {
 
 TEST_CASE("joints: a velocity drive holds its speed within its force limit") {
   // Upwards at 0.1 m/s against 20 N: 50 N suffice.
-  auto strong = make_slide<double>({0, 0, 1}, {DriveMode::velocity, 0.1, 50, 1});
+  auto strong = make_slide<double>({0, 0, 1}, {MotorMode::velocity, 0.1, 50, 1});
   run_for(strong.world, 0.5);
   CHECK(strong.world.reading(strong.joint).velocity == test::relative(0.1).epsilon(1e-12));
-  CHECK(strong.world.reading(strong.joint).drive_force == test::relative(20).epsilon(1e-9));
+  CHECK(strong.world.reading(strong.joint).motor_force == test::relative(20).epsilon(1e-9));
   // 12 N do not: it falls with (20 - 12) / 2 = 4 m/s^2.
-  auto weak = make_slide<double>({0, 0, 1}, {DriveMode::velocity, 0.1, 12, 1});
+  auto weak = make_slide<double>({0, 0, 1}, {MotorMode::velocity, 0.1, 12, 1});
   run_for(weak.world, 0.5);
   CHECK(weak.world.reading(weak.joint).velocity == test::relative(-2).epsilon(1e-9));
-  CHECK(weak.world.reading(weak.joint).drive_force == test::relative(12).epsilon(1e-12));
+  CHECK(weak.world.reading(weak.joint).motor_force == test::relative(12).epsilon(1e-12));
 }
 
 TEST_CASE("joints: a position drive arrives at its speed limit and stays") {
-  auto slide = make_slide<double>({0, 0, 1}, {DriveMode::position, 0.2, 100, 0.5});
+  auto slide = make_slide<double>({0, 0, 1}, {MotorMode::position, 0.2, 100, 0.5});
   run_for(slide.world, 0.2);
   CHECK(slide.world.reading(slide.joint).velocity == test::relative(0.5).epsilon(1e-9));
   run_for(slide.world, 0.8);
   CHECK(slide.world.reading(slide.joint).position == test::relative(0.2).epsilon(1e-9));
   CHECK(std::abs(slide.world.reading(slide.joint).velocity) < 1e-9);
-  slide.world.set_drive(slide.joint, {DriveMode::position, 0.0, 100, 0.5});
+  slide.world.set_motor(slide.joint, {MotorMode::position, 0.0, 100, 0.5});
   run_for(slide.world, 1);
   CHECK(std::abs(slide.world.reading(slide.joint).position) < 1e-9);
 }
@@ -207,8 +207,8 @@ TEST_CASE("joints: stops are met exactly and not passed") {
       slide.world.step();
       lowest = std::min(lowest, slide.world.reading(slide.joint).position);
     }
-    // What forces move a body by in a step, about 10 m/s^2 dt^2 of two bodies, to a millionth
-    // (SolverDef::position_tolerance).
+    // The tolerance is a millionth of the distance by which forces move a body in a step, about 10
+    // m/s^2 dt^2 of two bodies (SolverDef::position_tolerance).
     CHECK(lowest >= -0.1 - 1e-4 * dt * dt);
     CHECK(slide.world.reading(slide.joint).position == test::relative(-0.1).epsilon(1e-9));
     CHECK(slide.world.reading(slide.joint).reaction.force.z() == test::relative(20).epsilon(1e-9));
@@ -247,7 +247,7 @@ TEST_CASE("joints: a position drive brakes in time, with the force it has") {
   def.kind = JointKind::prismatic;
   def.body_a = base;
   def.body_b = slider;
-  def.drive = {DriveMode::position, 0.5, 10};
+  def.motor = {MotorMode::position, 0.5, 10};
   const JointId joint = world.add_joint(def);
   double highest = 0;
   // Accelerated at 10 m/s^2 and braked at 5 it takes sqrt(2 * 0.5 * (1/10 + 1/5)) = 0.55 s.
@@ -335,7 +335,7 @@ TEST_CASE("joints: how far frames are apart is told before a step closes them") 
     CHECK(world.report().joint_gap < 1e-9);
     CHECK(world.report().joint_tilt < 1e-9);
     CHECK(world.reading(joint).gap < 1e-9);
-    // What closes the gap is no motion.
+    // Closing the gap leaves no velocity.
     CHECK(world.body(tool).twist.linear.norm() < 1e-12);
   }
 }

@@ -1,5 +1,5 @@
 /// @file
-/// What rays keep of a mesh changes what a step costs, and nothing that it does.
+/// The triangle cache of rays changes the cost of a step, and none of its results.
 // SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/core/thread_pool.hpp>
 #include <bristle/geometry/meshes/mesh_shapes.hpp>

@@ -63,8 +63,8 @@ TEST_CASE("large_islands: towers stand, however many cubes they have") {
     }
     for (int i = 0; i < count; ++i) {
       const Vec3<double> p = world.pose(cubes[static_cast<std::size_t>(i)]).translation;
-      // What sweeps may leave, 1e-8 of 9.81 m/s^2 dt, adds up to 1e-9 m in two seconds, and leans
-      // the higher the tower is.
+      // Sweeps may leave an error of 1e-8 of 9.81 m/s^2 dt. It adds up to 1e-9 m in two seconds,
+      // and leans the more the higher the tower is.
       CHECK((p - Vec3<double>(0, 0, 0.1 + 0.2 * i)).norm() < 1e-9 * count);
     }
     // It is factored, and seldom.

@@ -123,7 +123,7 @@ TEST_CASE("locked_axes: contact meets the free axis, and gives no energy") {
   }
   CHECK(world.body(target).twist.linear.x() > 0.5);
   CHECK(energy < 0.9);
-  // What the finger lost along x the block has: the slide takes nothing there.
+  // The block has the momentum that the finger lost along x: the slide takes nothing there.
   CHECK(2 * world.body(finger).twist.linear.x() + world.body(target).twist.linear.x() ==
         test::relative(2).epsilon(1e-9));
 }
@@ -147,7 +147,7 @@ TEST_CASE("locked_axes: a finger pushed along its axis grips with all of its for
     }
   }
   pad.parameters = {5, 0.1, 1000, 2, 1e-3};
-  pad.sees = 1;
+  pad.sense_mask = 1;
   const PatchId patch = world.add_patch(finger, pad);
   double most = 0, travelled = 0;
   for (int i = 0; i < 3000; ++i) {
@@ -177,7 +177,7 @@ TEST_CASE("locked_axes: a velocity along a locked axis is refused") {
   CHECK_THROWS_AS(world.set_velocity(body, {{1, 0, 1e-9}, {0, 0, 0}}), InvalidArgument);
   CHECK(world.body(body).twist.linear == Vec3<double>(1, 0, 0));
   CHECK_NOTHROW(world.set_velocity(body, {{2, 0, 0}, {0, 0, 0}}));
-  // What forces do not move has no axes to lock.
+  // A body that forces do not move has no axes to lock.
   def.motion = Motion::kinematic;
   def.velocity = {0, 1, 0};
   CHECK_NOTHROW(world.add_body(def));

@@ -36,7 +36,7 @@ TEST_CASE_TEMPLATE("locked_contact: a still finger that overlaps the floor is no
       joint.body_a = hand;
       joint.body_b = finger;
       joint.X_BJ.translation.z() = palm.position.z() - def.position.z();
-      if (kind == JointKind::prismatic) joint.drive = {DriveMode::velocity, S(0), S(50)};
+      if (kind == JointKind::prismatic) joint.motor = {MotorMode::velocity, S(0), S(50)};
       world.add_joint(joint);
 
       for (int i = 0; i < 200; ++i) world.step();

@@ -37,7 +37,7 @@ TEST_CASE("messages: they show what was given") {
   CHECK(message_of([&](auto& w) { w.add_body(plane); }) ==
         "BodyDef::motion = dynamic: must not be dynamic with a HalfSpace, which has no mass");
   JointDef<double> ball{.kind = JointKind::ball, .body_a = body, .body_b = m.bodies[1]};
-  ball.drive.mode = DriveMode::velocity;
+  ball.motor.mode = MotorMode::velocity;
   CHECK(message_of([&](auto& w) { w.add_joint(ball); }) ==
         "JointDef::drive = ball: needs a revolute or prismatic joint");
 }

@@ -64,8 +64,8 @@ TEST_CASE_TEMPLATE("no_allocation: a gripper with drives, joints and pads", S, f
 }
 
 TEST_CASE_TEMPLATE("no_allocation: a chain of joints of all kinds", S, float, double) {
-  // Integrated as a mechanism, and with a drive, by the solver.
-  for (const DriveMode mode : {DriveMode::none, DriveMode::spring}) {
+  // Integrated as a mechanism, and with a motor, by the solver.
+  for (const MotorMode mode : {MotorMode::none, MotorMode::spring}) {
     World<S> world(WorldDef<S>{.time_step = S(1.0 / 240)});
     BodyId above = world.add_body({.motion = Motion::fixed});
     for (const JointKind kind : {JointKind::revolute, JointKind::ball, JointKind::cone_twist,
@@ -84,8 +84,8 @@ TEST_CASE_TEMPLATE("no_allocation: a chain of joints of all kinds", S, float, do
       if (kind == JointKind::six_dof) joint.bushing.stiffness.setConstant(S(2e3));
       if (kind == JointKind::revolute || kind == JointKind::prismatic) {
         joint.spring = {S(50), S(0.5), S(0)};
-        joint.drive = {mode, S(0.1), S(20)};
-        joint.drive.stiffness = S(30);
+        joint.motor = {mode, S(0.1), S(20)};
+        joint.motor.stiffness = S(30);
       }
       world.add_joint(joint);
       above = body;
@@ -131,7 +131,7 @@ TEST_CASE("no_allocation: a pile on a pool of threads") {
   CHECK(allocations_of(pile.world, 700, 300) == 0);
 }
 
-TEST_CASE("no_allocation: slices of a large patch on a pool of threads") {
+TEST_CASE("no_allocation: ranges of a large patch on a pool of threads") {
   ThreadPool pool(3);
   WorldDef<double> def;
   def.parallel_for = pool.hook();
@@ -164,7 +164,7 @@ TEST_CASE("no_allocation: falling asleep, sleeping and waking") {
   CHECK(test::allocations == before);
 }
 
-TEST_CASE_TEMPLATE("no_allocation: ticks of a haptic loop, and the steps between them", S, float,
+TEST_CASE_TEMPLATE("no_allocation: substeps of a haptic loop, and the steps between them", S, float,
                    double) {
   for (const std::uint32_t cast_every : {1u, 5u}) {
     StylusScene<S> scene({.cast_every = cast_every});
@@ -178,7 +178,7 @@ TEST_CASE_TEMPLATE("no_allocation: ticks of a haptic loop, and the steps between
       for (int i = 0; i < 16 * steps; ++i) {
         const S turn = S(0.01) * S(i);
         scene.tick_at({S(0.003) * std::sin(turn), 0, S(0.05) + S(0.004) * std::sin(S(2) * turn)});
-        if (scene.loop.ticks_done() == scene.def.ticks) scene.world.step(scene.loop);
+        if (scene.loop.substeps_done() == scene.def.substeps) scene.world.step(scene.loop);
       }
     };
     run(60);

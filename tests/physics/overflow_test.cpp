@@ -10,6 +10,8 @@
 #include <cstdint>
 
 using namespace bristle;
+
+using namespace bristle::detail;
 using namespace bristle::scenes;
 
 namespace {

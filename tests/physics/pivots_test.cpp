@@ -1,6 +1,6 @@
-// What pivots about a contact or a joint keeps its energy and its pivot: a plate that swings in a
-// grip, a block that topples over its edge, a pendulum with a motor, a sensor, or what is inert of
-// either; and what rolls is not taken for what pivots.
+// A body that pivots about a contact or a joint keeps its energy and its pivot: a plate that swings
+// in a grip, a block that topples over its edge, a pendulum with a motor or a sensor, or with an
+// inert one of either. A rolling body does not count as pivoting.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/numbers.hpp"
 
@@ -202,14 +202,14 @@ TEST_CASE("pivots: a ball that rolls does not pivot about what it touches") {
 
 namespace {
 
-/// What a pendulum of 1 kg and 0.3 m has beside its hinge.
-enum class Extra { nothing, drive, sensor };
+/// Addition to the hinge of a pendulum of 1 kg and 0.3 m.
+enum class Extra { nothing, motor, sensor };
 
 struct Pendulum {
   World<double> world;
   BodyId bob;
 
-  /// @param strength  [N m] Of a drive; [1] of a sensor's constants.
+  /// @param strength  [N m] Of a motor; [1] of a sensor's constants.
   Pendulum(double dt, Extra extra, double strength, Integration integration)
       : world(world_def(dt, Integrator::trapezoidal)) {
     BodyDef<double> wall;
@@ -228,9 +228,9 @@ struct Pendulum {
     const Quat<double> to_y = exp_rotation<double>({0, 0, std::acos(0.0)});
     joint.X_AJ = {to_y, {0, 0, 0}};
     joint.X_BJ = {to_y, {-0.3, 0, 0}};
-    if (extra == Extra::drive) {
-      joint.drive.mode = DriveMode::velocity;
-      joint.drive.max_force = strength;
+    if (extra == Extra::motor) {
+      joint.motor.mode = MotorMode::velocity;
+      joint.motor.max_force = strength;
     }
     world.add_joint(joint);
     if (extra != Extra::sensor) return;
@@ -267,17 +267,17 @@ TEST_CASE("pivots: what gives no force changes no bit of a pendulum's motion") {
     return out;
   };
   const std::vector<double> bare = states(Extra::nothing, Integration::automatic);
-  CHECK(states(Extra::drive, Integration::automatic) == bare);
+  CHECK(states(Extra::motor, Integration::automatic) == bare);
   for (const Integration integration :
        {Integration::automatic, Integration::implicit, Integration::explicit_}) {
     CHECK(states(Extra::sensor, integration) == bare);
   }
 }
 
-TEST_CASE("pivots: a pendulum keeps its energy under drives and sensors that hardly act") {
+TEST_CASE("pivots: a pendulum keeps its energy under motors and sensors that hardly act") {
   // Its energy swings by the order of the step, as with every symplectic scheme of first order, and
   // goes nowhere: as far off in the last second of twenty as in the first.
-  for (const Extra extra : {Extra::drive, Extra::sensor}) {
+  for (const Extra extra : {Extra::motor, Extra::sensor}) {
     CAPTURE(static_cast<int>(extra));
     Pendulum pendulum(1.0 / 240, extra, 1e-9, Integration::implicit);
     const double before = pendulum.energy();

@@ -13,6 +13,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 namespace {
 
 SensorLayout<double> full_turn(std::size_t columns, double range) {
@@ -105,7 +107,7 @@ TEST_CASE("proximity: filters, and nothing in reach casts nothing") {
   world.sense(carrier, all);
   CHECK(all.distance()[0] == test::relative(0.4));
   CHECK(all.body()[0] == a);
-  ProximityArray<double> fourth(ray, {.sees = 4});
+  ProximityArray<double> fourth(ray, {.sense_mask = 4});
   world.sense(carrier, fourth);
   CHECK(fourth.distance()[0] == test::relative(0.7));
   CHECK(fourth.body()[0] == b);

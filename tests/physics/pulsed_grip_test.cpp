@@ -32,9 +32,9 @@ double farthest(const GripSetup& setup, double dt, double duration) {
 
 // Weight, side force and the offset's torque ask for at most 0.87 of the friction there is: the
 // square root of 0.85^2 (1 + 0.1^2) and 2 % for the torque. So there are impulses that hold at
-// every moment. What slips for one step of 1/60 s and is caught in the next moves g dt^2 = 2.7 mm;
-// a hundredth of that is allowed in all. Impulses that were found from the slip of free fall lost
-// four of these grips in the first quarter of a second.
+// every moment. A part that slips for one step of 1/60 s and is caught in the next moves g dt^2 =
+// 2.7 mm; a hundredth of that is allowed in all. Impulses that were found from the slip of free
+// fall lost four of these grips in the first quarter of a second.
 TEST_CASE("pulsed grip: holds at 85 % of its least capacity") {
   for (const std::uint64_t seed : {5u, 10u, 11u, 12u, 18u, 19u}) {
     CAPTURE(seed);

@@ -22,7 +22,7 @@ namespace {
 constexpr double dt = 1.0 / 240;
 constexpr double half = 0.1;  // [m] Of all boxes.
 
-/// What happened in a part of the simulated time.
+/// Events in a part of the simulated time.
 struct Course {
   double deepest = 0;         // [m]
   double fastest = 0;         // [m/s]

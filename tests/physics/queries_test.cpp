@@ -1,9 +1,11 @@
 /// @file
-/// What rays through a world find between steps.
+/// Hits of rays through a world between steps.
 // SPDX-License-Identifier: BSD-3-Clause
 #include <doctest/doctest.h>
 
 using namespace bristle;
+
+using namespace bristle::detail;
 
 namespace {
 

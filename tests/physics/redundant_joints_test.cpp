@@ -65,7 +65,7 @@ TEST_CASE("redundant joints: joints that disagree hold a body at their mean, at 
     for (int i = 0; i < 240; ++i) {
       pair.world.step();
       const Twist<double> twist = pair.world.body(pair.b).twist;
-      // What closes disagreements leaves no velocity; 1e-8 is the solver's tolerance, of 0.04 m/s.
+      // Closing disagreements leaves no velocity; 1e-8 is the solver's tolerance, of 0.04 m/s.
       CHECK(twist.linear.norm() < 1e-8 * 9.81 / 240);
     }
     // No joint can ask for more than its own disagreement, seen over arms of 0.3 m.
@@ -99,7 +99,7 @@ TEST_CASE("redundant joints: a hub of 1000 arms steps, by the solver whose cost 
     world.add_joint(def);
   }
   world.step();
-  CHECK(world.report().flow_evaluations == 0);
+  CHECK(world.report().mechanism_evaluations == 0);
   CHECK(world.report().frozen_bodies == 0);
   CHECK(world.body(hub).twist.linear.norm() < 1e-12);
 }

@@ -1,6 +1,6 @@
 /// @file
 /// Revolute joints in a world: what they hold, how they turn, their stops and drives. Chains of
-/// them without a world are tested with `JointFlow`.
+/// them without a world are tested with `MechanismIntegrator`.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/mechanism.hpp"
 #include "support/momentum.hpp"
@@ -17,6 +17,8 @@
 #include <vector>
 
 using namespace bristle;
+
+using namespace bristle::detail;
 using bristle::test::g;
 using std::numbers::pi;
 using V = Vec3<double>;
@@ -112,7 +114,7 @@ TEST_CASE_TEMPLATE("revolute: a level rod on a stop hangs by its hinge", S, floa
   // Each step may leave a part of what gravity gives in it, for all of the second.
   const double left = static_cast<double>(world.def().solver.tolerance) * 10 / 240;
   CHECK(std::abs(static_cast<double>(reading.position)) < 4 * eps + left);
-  CHECK(reading.drive_force == S(0));
+  CHECK(reading.motor_force == S(0));
 }
 
 TEST_CASE("revolute: five rows are locked") {
@@ -163,7 +165,7 @@ TEST_CASE("revolute: whole turns are counted, and a snapshot goes on with them")
     CAPTURE(rate);
     // At 500 rad/s a step of 1/100 s turns the rod by five radians: more than half a turn.
     Hinge hinge =
-        make_hinge({.arm = 0, .dt = 0.01, .joint = {.drive = {DriveMode::velocity, rate, 1}}});
+        make_hinge({.arm = 0, .dt = 0.01, .joint = {.motor = {MotorMode::velocity, rate, 1}}});
     hinge.set_rate(rate, 0);
     hinge.run(1);
     CHECK(hinge.reading().position == test::relative(rate).epsilon(1e-6));
@@ -218,36 +220,36 @@ TEST_CASE("revolute: stops hold at any angle, whole turns and all") {
   }
 }
 
-TEST_CASE("revolute: a drive spins up at its torque limit, then holds its rate") {
-  Hinge hinge = make_hinge({.arm = 0, .joint = {.drive = {DriveMode::velocity, 6, 0.02}}});
+TEST_CASE("revolute: a motor spins up at its torque limit, then holds its rate") {
+  Hinge hinge = make_hinge({.arm = 0, .joint = {.motor = {MotorMode::velocity, 6, 0.02}}});
   // 0.02 N m on 2 (0.1^2 + 0.02^2) / 3 kg m^2.
   const double up = 0.02 / about_centre;
   hinge.run(1);
   CHECK(hinge.reading().velocity == test::relative(up).epsilon(1e-9));
-  CHECK(hinge.reading().drive_force == test::relative(0.02).epsilon(1e-12));
+  CHECK(hinge.reading().motor_force == test::relative(0.02).epsilon(1e-12));
   CHECK(hinge.reading().reaction.torque.y() == test::relative(0.02).epsilon(1e-9));
   hinge.run(1.5);
   CHECK(hinge.reading().velocity == test::relative(6).epsilon(1e-12));
-  CHECK(std::abs(hinge.reading().drive_force) < 1e-9);
+  CHECK(std::abs(hinge.reading().motor_force) < 1e-9);
 }
 
-TEST_CASE("revolute: a drive holds a rod against its weight, as far as its torque goes") {
+TEST_CASE("revolute: a motor holds a rod against its weight, as far as its torque goes") {
   // Level, at rest: 2 kg at 0.1 m.
-  Hinge strong = make_hinge({.gravity = 10, .joint = {.drive = {DriveMode::velocity, 0, 3}}});
+  Hinge strong = make_hinge({.gravity = 10, .joint = {.motor = {MotorMode::velocity, 0, 3}}});
   strong.run(1);
   CHECK(std::abs(strong.reading().position) < 1e-9);
-  CHECK(strong.reading().drive_force == test::relative(-2).epsilon(1e-9));
-  Hinge weak = make_hinge({.gravity = 10, .joint = {.drive = {DriveMode::velocity, 0, 1}}});
+  CHECK(strong.reading().motor_force == test::relative(-2).epsilon(1e-9));
+  Hinge weak = make_hinge({.gravity = 10, .joint = {.motor = {MotorMode::velocity, 0, 1}}});
   weak.run(10.0 / 240);
   // 2 N m of weight less 1 N m: for such small angles its lever is that of level.
   CHECK(weak.reading().velocity == test::relative(1 / about_end * 10 / 240).epsilon(0.02));
-  CHECK(weak.reading().drive_force == test::relative(-1).epsilon(1e-12));
+  CHECK(weak.reading().motor_force == test::relative(-1).epsilon(1e-12));
 }
 
 TEST_CASE("revolute: a position drive arrives without passing, also beyond a turn") {
   for (const double target : {1.0, -2.5, 9.0}) {
     CAPTURE(target);
-    Hinge hinge = make_hinge({.joint = {.drive = {DriveMode::position, target, 0.5}}});
+    Hinge hinge = make_hinge({.joint = {.motor = {MotorMode::position, target, 0.5}}});
     // Up at a = tau / I, down at a / 2: the highest rate is sqrt(2 a |target| / 3), the time three
     // times that by a.
     const double time = std::sqrt(6 * std::abs(target) * about_end / 0.5);
@@ -258,11 +260,11 @@ TEST_CASE("revolute: a position drive arrives without passing, also beyond a tur
     }
     CHECK(farthest < 1 + 1e-9);
     CHECK(hinge.reading().position == test::relative(target).epsilon(1e-6));
-    CHECK(std::abs(hinge.reading().drive_force) < 1e-5);
+    CHECK(std::abs(hinge.reading().motor_force) < 1e-5);
   }
 }
 
-TEST_CASE("revolute: a drive between two free bodies keeps their momentum") {
+TEST_CASE("revolute: a motor between two free bodies keeps their momentum") {
   WorldDef<double> world_def;
   world_def.gravity.setZero();
   world_def.time_step = 1e-3;
@@ -275,7 +277,7 @@ TEST_CASE("revolute: a drive between two free bodies keeps their momentum") {
   def.body_b = bodies[1];
   def.X_AJ = {about_y, {0.1, 0, 0}};
   def.X_BJ = {about_y, {-0.1, 0, 0}};
-  def.drive = {DriveMode::velocity, 5, 0.1};
+  def.motor = {MotorMode::velocity, 5, 0.1};
   const JointId joint = world.add_joint(def);
   for (int i = 0; i < 500; ++i) world.step();
   const auto after = test::momentum_of(world, std::span<const BodyId>(bodies));
@@ -309,7 +311,7 @@ TEST_CASE("revolute: a four-bar linkage stays closed") {
       def.orientation = exp_rotation<double>({0, -std::atan2(direction.z(), direction.x()), 0});
       bars.push_back(world.add_body(def));
     }
-    const auto join = [&](BodyId a, BodyId b, const V& point, const JointDrive<double>& drive) {
+    const auto join = [&](BodyId a, BodyId b, const V& point, const JointMotor<double>& motor) {
       const Transform<double> X_WJ{about_y, point};
       JointDef<double> def;
       def.kind = JointKind::revolute;
@@ -317,12 +319,12 @@ TEST_CASE("revolute: a four-bar linkage stays closed") {
       def.body_b = b;
       def.X_AJ = world.pose(a).inverse() * X_WJ;
       def.X_BJ = world.pose(b).inverse() * X_WJ;
-      def.drive = drive;
+      def.motor = motor;
       joints.push_back(def);
       return world.add_joint(def);
     };
     const JointId crank =
-        join(base, bars[0], V(0, 0, 0), {is_driven ? DriveMode::velocity : DriveMode::none, 6, 50});
+        join(base, bars[0], V(0, 0, 0), {is_driven ? MotorMode::velocity : MotorMode::none, 6, 50});
     join(bars[0], bars[1], tip, {});
     join(bars[1], bars[2], pin, {});
     join(bars[2], base, ground, {});
@@ -340,7 +342,7 @@ TEST_CASE("revolute: a four-bar linkage stays closed") {
     }
     CHECK(tilt < 1e-9);
     if (is_driven) {
-      // What its tangent leaves of the arc of the crank in a step, 6 rad/s of it.
+      // The gap is between the arc of the crank in a step, 6 rad/s of it, and its tangent.
       CHECK(gap < 0.1 * (6.0 / 240) * (6.0 / 240) / 2);
       CHECK(world.reading(crank).position == test::relative(30).epsilon(1e-3));
     } else {

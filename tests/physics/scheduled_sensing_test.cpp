@@ -42,7 +42,8 @@ struct ScheduledGrip {
         }
       }
       pad.parameters = {1.2, 0.02, 1000, 0.5, 1e-3};
-      // Between castings planes are kept: of a ball's they lean by d / R, and so would its gradient.
+      // Between castings planes are kept: of a ball's they lean by d / R, and so would its
+      // gradient.
       pad.options.normal = NormalDirection::ray;
       pad.cast_every = cast_every;
       pads[k] = world.add_patch(finger, pad);
@@ -269,7 +270,7 @@ TEST_CASE("scheduled_sensing: of a large skin only what is near is sensed") {
     world.set_pose(ball, {Quat<double>::Identity(), anywhere(0.016)});
     world.set_pose(cube, {exp_rotation<double>(anywhere(0.3) * 20), anywhere(0.008)});
     world.step();
-    // The ball covers 21 rows of at most three tiles, the cube 12 of two; both are asked of both.
+    // The ball covers 21 rows of at most three packets, the cube 12 of two; both are asked of both.
     CHECK(world.report().rays_cast <= 2 * 16 * (21 * 3 + 12 * 2));
     CHECK(world.report().rays_cast + world.report().sensors_skipped >= n);
     const PatchReading<double> reading = world.reading(patch);
@@ -290,9 +291,9 @@ TEST_CASE("scheduled_sensing: of a large skin only what is near is sensed") {
   }
 }
 
-// Tiles that are not looked at must not remember: a ball that was dragged there, taken away and put
-// back meets bristles without stretch.
-TEST_CASE("scheduled_sensing: far tiles of a large skin have let go") {
+// Packets that are not looked at must not remember: a ball that was dragged there, taken away and
+// put back meets bristles without stretch.
+TEST_CASE("scheduled_sensing: far packets of a large skin have let go") {
   World<double> world({.gravity = {0, 0, 0}, .time_step = 1e-3});
   const PatchId patch = world.add_patch(world.add_body({.motion = Motion::fixed}), skin());
   const BodyId ball = world.add_body({.motion = Motion::kinematic,

@@ -1,5 +1,5 @@
 /// @file
-/// What sensors see, what they remember, and what they read.
+/// Sensors: their sense mask, their memory, and their readings.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/plate.hpp"
 #include "support/relative.hpp"
@@ -44,7 +44,7 @@ Carriage<S> make_carriage(const PatchDef<S>& patch) {
 }
 
 template <typename S>
-void drive(Carriage<S>& c, const Vec3<S>& velocity) {
+void motor(Carriage<S>& c, const Vec3<S>& velocity) {
   c.world.set_velocity(c.body, {velocity, Vec3<S>::Zero()});
 }
 
@@ -62,7 +62,7 @@ TEST_CASE_TEMPLATE("sensing: depth, force and shear of one sensor by hand", S, f
   CHECK(r.state[0] == SensorState::stuck);
   // The carriage moves +x: the bristle pulls it back with mu_S F_N e_T, e_T known at the step's
   // start.
-  drive<S>(c, {S(0.05), 0, 0});
+  motor<S>(c, {S(0.05), 0, 0});
   for (int i = 0; i < 11; ++i) c.world.step();
   r = c.world.reading(c.patch);
   const double stretch = 10 * 0.05e-3;
@@ -76,14 +76,14 @@ TEST_CASE("sensing: sliding friction and normal damping are rates") {
   PatchDef<double> def = looking_down<double>();
   def.parameters = {2, 0.03, 0, 4, 1e-3};
   auto c = make_carriage<double>(def);
-  drive<double>(c, {0.2, -0.1, -0.05});
+  motor<double>(c, {0.2, -0.1, -0.05});
   c.world.step();
   const auto r = c.world.reading(c.patch);
   // F_N = K_N e_N + K_D v / L with 0.05 m/s into the floor; F_V = mu_V v_T. Whatever the step.
   CHECK(r.normal_force[0] == test::relative(1.2 + 0.03 * 0.05 / 0.01).epsilon(1e-9));
   CHECK(r.shear_W.isApprox(Vec3<double>(-0.8, 0.4, 0), 1e-9));
   c.world.set_time_step(1e-4);
-  drive<double>(c, {0.2, -0.1, 1});
+  motor<double>(c, {0.2, -0.1, 1});
   c.world.step();
   // Pulled away faster than the spring pushes: never adhesive.
   CHECK(c.world.reading(c.patch).normal_force[0] == 0);
@@ -94,7 +94,7 @@ TEST_CASE("sensing: a bristle lets go beyond sigma_a and keeps the remainder, or
     PatchDef<double> def = looking_down<double>();
     def.options.reset = reset;
     auto c = make_carriage<double>(def);
-    drive<double>(c, {0.3, 0, 0});
+    motor<double>(c, {0.3, 0, 0});
     // Stretch at the start of step i is 0.3 i mm: 0, .3, .6, .9, then 1.2 -> .2 or 1.
     const double expected_release[] = {0, 0.3, 0.6, 0.9, 0.2, 0.5, 0.8, 0.1};
     const double expected_drag[] = {0, 0.3, 0.6, 0.9, 1, 1, 1, 1};
@@ -112,7 +112,7 @@ TEST_CASE("sensing: a bristle lets go beyond sigma_a and keeps the remainder, or
 
 TEST_CASE("sensing: what is lost and met again is met unstretched") {
   auto c = make_carriage<double>(looking_down<double>());
-  drive<double>(c, {0.1, 0, 0});
+  motor<double>(c, {0.1, 0, 0});
   for (int i = 0; i < 5; ++i) c.world.step();
   REQUIRE(c.world.reading(c.patch).total_shear() > 0.1);
   const Transform<double> touching = c.world.pose(c.body);
@@ -128,31 +128,31 @@ TEST_CASE("sensing: what is lost and met again is met unstretched") {
   CHECK(c.world.reading(c.patch).total_shear() == 0);
 }
 
-TEST_CASE("sensing: a bristle is rooted anew in another body") {
+TEST_CASE("sensing: a bristle is anchored anew in another body") {
   auto c = make_carriage<double>(looking_down<double>());
   c.world.remove_body(c.floor);
-  BodyId tiles[2];
+  BodyId packets[2];
   for (int k = 0; k < 2; ++k) {
-    tiles[k] = c.world.add_body({.motion = Motion::fixed,
-                                 .shape = Box<double>{{0.1, 0.1, 0.1}},
-                                 .position = {k == 0 ? -0.0995 : 0.1005, 0, -0.1}});
+    packets[k] = c.world.add_body({.motion = Motion::fixed,
+                                   .shape = Box<double>{{0.1, 0.1, 0.1}},
+                                   .position = {k == 0 ? -0.0995 : 0.1005, 0, -0.1}});
   }
-  drive<double>(c, {0.1, 0, 0});
+  motor<double>(c, {0.1, 0, 0});
   // The seam is at 0.5 mm, passed after five steps of 0.1 mm.
   double stretch = 0;
   for (int i = 0; i < 12; ++i) {
     const double x = c.world.pose(c.body).translation.x();
     if (std::abs(x - 0.5e-3) < 1e-9) {
-      c.world.step();  // Exactly on the seam either tile is right.
-      stretch = c.world.reading(c.patch).body[0] == tiles[1] ? 0.1e-3 : stretch + 0.1e-3;
+      c.world.step();  // Exactly on the seam either packet is right.
+      stretch = c.world.reading(c.patch).body[0] == packets[1] ? 0.1e-3 : stretch + 0.1e-3;
       continue;
     }
     c.world.step();
     const auto r = c.world.reading(c.patch);
     REQUIRE(r.touching() == 1);
-    CHECK(r.body[0] == tiles[x < 0.5e-3 ? 0 : 1]);
+    CHECK(r.body[0] == packets[x < 0.5e-3 ? 0 : 1]);
     const double now = r.total_shear() / 1200;
-    if (i > 0 && x > 0.5e-3 && now < 1e-12) stretch = 0;  // Rooted anew.
+    if (i > 0 && x > 0.5e-3 && now < 1e-12) stretch = 0;  // Anchored anew.
     CHECK(now == test::relative(stretch).epsilon(1e-6));
     stretch += 0.1e-3;
   }
@@ -161,7 +161,7 @@ TEST_CASE("sensing: a bristle is rooted anew in another body") {
 
 TEST_CASE("sensing: a removed body is let go, and its successor is another body") {
   auto c = make_carriage<double>(looking_down<double>());
-  drive<double>(c, {0.1, 0, 0});
+  motor<double>(c, {0.1, 0, 0});
   for (int i = 0; i < 4; ++i) c.world.step();
   REQUIRE(c.world.reading(c.patch).total_shear() > 0);
   const BodyId old = c.floor;
@@ -191,7 +191,7 @@ TEST_CASE("sensing: a ray that starts inside is pressed in fully") {
 TEST_CASE("sensing: sensors never see their own body, excluded ones, or other categories") {
   for (int variant = 0; variant < 5; ++variant) {
     PatchDef<double> def = looking_down<double>();
-    if (variant == 2) def.sees = 2;
+    if (variant == 2) def.sense_mask = 2;
     auto c = make_carriage<double>(looking_down<double>());
     c.world.remove_patch(c.patch);
     if (variant == 1) def.excluded = {c.floor};
@@ -201,7 +201,7 @@ TEST_CASE("sensing: sensors never see their own body, excluded ones, or other ca
     def.may_point_inwards = true;
     c.world.add_shape(c.body, {Sphere<double>{0.02}, {}, {}});
     if (variant == 4) c.world.set_filter(c.floor, {4, 0, 0});
-    if (variant == 4) def.sees = 4;
+    if (variant == 4) def.sense_mask = 4;
     const PatchId patch = c.world.add_patch(c.body, def);
     c.world.step();
     const auto r = c.world.reading(patch);
@@ -223,7 +223,7 @@ TEST_CASE("sensing: sensors may have constants of their own") {
   def.per_sensor[1].normal_stiffness = 6;
   def.per_sensor[2].breakaway_distance = 0.25e-3;
   auto c = make_carriage<double>(def);
-  drive<double>(c, {0.1, 0, 0});
+  motor<double>(c, {0.1, 0, 0});
   for (int i = 0; i < 4; ++i) c.world.step();
   const auto r = c.world.reading(c.patch);
   CHECK(r.normal_force[0] == test::relative(1.2));
@@ -240,7 +240,7 @@ TEST_CASE("sensing: Eq. 11 scales friction with depth, for sensors that do not p
   def.options.scaling = FrictionScaling::depth;
   def.parameters.normal_stiffness = 0;
   auto c = make_carriage<double>(def);
-  drive<double>(c, {0.1, 0, 0});
+  motor<double>(c, {0.1, 0, 0});
   for (int i = 0; i < 4; ++i) c.world.step();
   const auto r = c.world.reading(c.patch);
   CHECK(r.total_normal() == 0);
@@ -268,10 +268,10 @@ TEST_CASE("sensing: with K_N = 1 N and no damping, Eq. 1 and Eq. 11 are the same
 
 TEST_CASE("sensing: constants can change while a bristle holds") {
   auto c = make_carriage<double>(looking_down<double>());
-  drive<double>(c, {0.1, 0, 0});
+  motor<double>(c, {0.1, 0, 0});
   for (int i = 0; i < 4; ++i) c.world.step();
   const double before = c.world.reading(c.patch).total_shear();
-  drive<double>(c, {0, 0, 0});
+  motor<double>(c, {0, 0, 0});
   c.world.step();
   const double held = c.world.reading(c.patch).total_shear();
   CHECK(held == test::relative(before * 4 / 3));

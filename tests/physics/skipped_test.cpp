@@ -1,5 +1,5 @@
 /// @file
-/// What a scene does not need is not done; the report shows it.
+/// A step skips work that the scene does not need; the report shows it.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/plate.hpp"
 #include "scenes/stack.hpp"
@@ -67,7 +67,7 @@ TEST_CASE_TEMPLATE("skipped: a patch beside a mesh asks none of its sensors", S,
   const StepReport<S> over = step_at(S(0.01));
   CHECK(over.rays_cast > 0);
   CHECK(over.sensors_touching > 0);
-  // What was met is asked for once more, then no longer.
+  // A body that was met is queried once more, then no longer.
   CHECK(step_at(S(0.05)).sensors_touching == 0);
   const StepReport<S> again = step_at(S(0.05));
   CHECK(again.patches_near == 1);

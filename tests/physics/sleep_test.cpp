@@ -120,14 +120,14 @@ TEST_CASE("sleep: a bit of everything falls asleep and reads what it read") {
   run(m.world, 6);
   REQUIRE(m.world.report().sleeping_bodies == m.bodies.size());
   const double normal = m.world.reading(m.patches[1]).total_normal();
-  const double drive = m.world.reading(m.joints[0]).drive_force;
+  const double motor = m.world.reading(m.joints[0]).motor_force;
   const std::uint64_t hash = m.world.state_hash();
   run(m.world, 1);
   check_idle(m.world.report());
   CHECK(m.world.state_hash() == hash);
   CHECK(m.world.reading(m.patches[1]).total_normal() == normal);
   CHECK(normal == test::relative(0.5 * 9.81).epsilon(0.01));
-  CHECK(m.world.reading(m.joints[0]).drive_force == drive);
+  CHECK(m.world.reading(m.joints[0]).motor_force == motor);
 }
 
 TEST_CASE("sleep: a snapshot holds it, and a copy sleeps on") {

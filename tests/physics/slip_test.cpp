@@ -11,6 +11,8 @@
 #include <numbers>
 
 using namespace bristle;
+
+using namespace bristle::detail;
 using bristle::test::both_integrations;
 using namespace bristle::scenes;
 
@@ -19,8 +21,8 @@ namespace {
 /// [N] mu_S sigma_a m g: what the plate's bristles hold if loaded slowly.
 constexpr double full_load = 5000 * 1e-3 * 0.5 * 9.81;
 
-/// Whether the plate, settled, holds a sudden force for 0.3 s. Undamped bristles swing at 35 Hz, so
-/// the first, largest peak comes after 14 ms.
+/// Returns whether the plate, settled, holds a sudden force for 0.3 s. Undamped bristles swing at
+/// 35 Hz, so the first, largest peak comes after 14 ms.
 bool holds_sudden(const PlateDef<double>& def, double force) {
   auto scene = make_plate<double>(def);
   scene.run(0.05);

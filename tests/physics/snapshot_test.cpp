@@ -20,6 +20,8 @@
 #include <vector>
 
 using namespace bristle;
+
+using namespace bristle::detail;
 using namespace bristle::scenes;
 
 namespace {
@@ -61,12 +63,12 @@ void check_resumes(World& original, World fresh, int before, int after) {
   CHECK(hashes_of(fresh, after) == expected);
 }
 
-/// Whether an exception names something.
+/// Returns whether an exception names something.
 bool names(const InvalidArgument& error, const std::string& what) {
   return error.field().find(what) != std::string::npos;
 }
 
-/// What `restore` objects to.
+/// Field that `restore` objects to.
 template <typename World>
 std::string refusal_of(World& world, std::span<const std::byte> snapshot) {
   const std::uint64_t before = world.state_hash();
@@ -118,7 +120,7 @@ TEST_CASE("snapshot: what callers set between steps is state") {
   auto& world = original.world;
   run_steps(world, 50);
   world.apply_force(original.bodies[0], {3, 0, 0}, {0, 0, 0.1});
-  world.set_drive(original.joints[0], {DriveMode::position, 0.02, 4, 0.1});
+  world.set_motor(original.joints[0], {MotorMode::position, 0.02, 4, 0.1});
   world.set_filter(original.bodies[3], {2, 1, 0});
   world.set_parameters(original.patches[1], {2, 0.1, 3000, 0.2, 2e-3});
   world.set_gravity({0.5, 0, -9});
@@ -155,7 +157,7 @@ TEST_CASE("snapshot: what touched can let go in a restored world") {
   fresh.world.set_pose(fresh.part, {Quat<double>::Identity(), {5, 5, 5}});
   fresh.world.step();
   fresh.world.restore(original.world.snapshot());
-  // Turned, it leaves the last tile of the right pad, which its box still meets; then it is far.
+  // Turned, it leaves the last packet of the right pad, which its box still meets; then it is far.
   const Quat<double> turned(Eigen::AngleAxisd(0.5, Vec3<double>::UnitZ()));
   for (const Transform<double>& pose :
        {Transform<double>{turned, {-0.004, 0, 0}}, Transform<double>{turned, {0, 0, 5}}}) {
@@ -240,7 +242,7 @@ TEST_CASE("snapshot: truncated, foreign and damaged bytes are refused whole") {
 
 TEST_CASE("snapshot: damage behind the door never leads out of bounds") {
   auto m = make_medley<double>();
-  // With hits that are kept, in several tiles.
+  // With hits that are kept, in several packets.
   PatchDef<double> slow;
   slow.sensors = sensor_grid<double>({.center = {0, 0, -0.015},
                                       .side_u = {0, 0.15, 0},
@@ -283,7 +285,7 @@ TEST_CASE("snapshot: damage behind the door never leads out of bounds") {
 
 TEST_CASE_TEMPLATE("snapshot: a forged one is refused whole, or leaves a world that steps on", S,
                    float, double) {
-  // A box that hangs on a hinge and rests on five sensors: most lanes of their tile are none.
+  // A box that hangs on a hinge and rests on five sensors: most lanes of their packet are none.
   World<S> world;
   BodyDef<S> def;
   def.motion = Motion::fixed;
@@ -403,7 +405,7 @@ TEST_CASE("state_hash: every kind of state counts") {
   }));
   CHECK(differs([](M& m) { m.world.apply_force(m.bodies[7], {0, 0, 1e-9}, {0, 0, 0}); }));
   CHECK(differs([](M& m) { m.world.set_filter(m.bodies[1], {1, 0xfffffffe, 0}); }));
-  CHECK(differs([](M& m) { m.world.set_drive(m.joints[0], {}); }));
+  CHECK(differs([](M& m) { m.world.set_motor(m.joints[0], {}); }));
   CHECK(differs([](M& m) { m.world.set_parameters(m.patches[0], {1, 0.05, 2000, 0.5, 1.1e-3}); }));
   CHECK(differs([](M& m) { m.world.set_gravity({0, 0, -9.8}); }));
   CHECK(differs([](M& m) { m.world.set_time_step(1e-3); }));

@@ -11,6 +11,8 @@
 #include <cmath>
 
 using namespace bristle;
+
+using namespace bristle::detail;
 using namespace bristle::scenes;
 
 namespace {
@@ -26,7 +28,7 @@ PlateDef<double> explicit_plate(double static_friction, int per_side = 4) {
   return def;
 }
 
-/// What the library says of the plate at rest.
+/// Stability limit of the plate at rest by the library.
 double predicted_limit(PlateDef<double> def) {
   def.time_step = 1e-6;
   auto scene = make_plate<double>(def);
@@ -34,7 +36,7 @@ double predicted_limit(PlateDef<double> def) {
   return scene.world.largest_stable_step(scene.patch);
 }
 
-/// Whether a nudge of 1e-9 m/s in all directions stays small for 3000 steps.
+/// Returns whether a nudge of 1e-9 m/s in all directions stays small for 3000 steps.
 bool is_stable(PlateDef<double> def, double dt) {
   def.time_step = dt;
   auto scene = make_plate<double>(def);

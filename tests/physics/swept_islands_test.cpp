@@ -41,10 +41,10 @@ struct PadStack {
       grid.count_u = grid.count_v = 3;
       grid.depth = 0.002;
       grid.range = 0.004;
-      GripWants<double> wants;
-      wants.load = 9.81 * (count - i);
-      wants.mass = count - i;
-      world.add_patch(bodies.back(), sensor_grid(grid), tuned_for(wants));
+      GripSpec<double> spec;
+      spec.load = 9.81 * (count - i);
+      spec.mass = count - i;
+      world.add_patch(bodies.back(), sensor_grid(grid), tuned_for(spec));
     }
   }
   static WorldDef<double> world_def(std::uint64_t max_direct_work) {

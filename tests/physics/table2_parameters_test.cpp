@@ -28,7 +28,7 @@ TEST_CASE("table2_parameters: every task's part is held still, as given and as t
 
 TEST_CASE("table2_parameters: K_D read in N s throws explicit parts off, and is far overcritical") {
   for (const table2::Task& task : table2::tasks) {
-    CHECK(table2::meaning(task, Reading::literal).normal_damping_ratio > 10);
+    CHECK(table2::description(task, Reading::literal).normal_damping_ratio > 10);
     const fig6::GripDef def = table2::grip_of(task, Reading::literal, 1e-3, Integration::explicit_);
     CHECK(fig6::hold(def, 0.5, 0.1).is_lost());
   }
@@ -36,8 +36,8 @@ TEST_CASE("table2_parameters: K_D read in N s throws explicit parts off, and is 
 
 TEST_CASE("table2_parameters: tuned sets want what the paper's have") {
   for (const table2::Task& task : table2::tasks) {
-    const auto given = table2::meaning(task, Reading::converted);
-    const auto tuned = table2::meaning(task, Reading::tuned);
+    const auto given = table2::description(task, Reading::converted);
+    const auto tuned = table2::description(task, Reading::tuned);
     CHECK(tuned.holding_coefficient == bristle::test::relative(given.holding_coefficient));
     CHECK(tuned.bristle_stiffness == bristle::test::relative(given.bristle_stiffness));
     CHECK(tuned.press == bristle::test::relative(0.3));

@@ -11,6 +11,8 @@
 #include <numbers>
 
 using namespace bristle;
+
+using namespace bristle::detail;
 using bristle::test::both_integrations;
 using namespace bristle::scenes;
 
@@ -33,7 +35,7 @@ double measured_frequency(PlateScene<double>& scene, double seconds) {
   double first = 0;
   double last = 0;
   int periods = -1;
-  // Away from the start, where the bristles are not rooted yet.
+  // Away from the start, where the bristles are not anchored yet.
   scene.run(0.02);
   for (long i = 0; i < steps; ++i) {
     const double before = scene.position().x();
@@ -82,7 +84,7 @@ TEST_CASE("vibration: a sudden force overshoots to twice its static stretch (R3)
   for (const Row row : {Row{1e-4, 1e-4}, Row{1e-3, 1e-2}}) {
     for (const Integration integration : both_integrations) {
       auto scene = make_plate<double>(oscillator(integration, row.dt));
-      // One step, so that the bristles are rooted where the plate stands.
+      // One step, so that the bristles are anchored where the plate stands.
       scene.world.step();
       double measured = 0;
       for (double t = 0; t < 0.03; t += row.dt) {

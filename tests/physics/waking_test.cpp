@@ -1,5 +1,5 @@
 /// @file
-/// What wakes islands, and that nobody can tell that they slept.
+/// Events that wake islands; and a world that slept has the state of one that did not.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/grasp.hpp"
 #include "scenes/tower.hpp"
@@ -131,7 +131,7 @@ TEST_CASE("waking: every call that changes an island wakes it, and none that doe
     joint.body_a = s.high;
     joint.body_b = s.hung;
     joint.X_AJ.translation = {0.15, 0, 0};
-    joint.drive = {DriveMode::position, 0, 50, 1};
+    joint.motor = {MotorMode::position, 0, 50, 1};
     s.joint = s.world.add_joint(joint);
     PatchDef<double> patch;
     patch.sensors.add({0, 0, -0.095}, {0, 0, -1}, 0.01);
@@ -166,7 +166,7 @@ TEST_CASE("waking: every call that changes an island wakes it, and none that doe
        [&](Scene& s) { s.world.set_pose(s.table, s.world.pose(s.table)); }},
       {"set_filter", [&](Scene& s) { s.world.set_filter(s.low, {}); }},
       {"set_filter of the table", [&](Scene& s) { s.world.set_filter(s.table, {}); }},
-      {"set_drive", [&](Scene& s) { s.world.set_drive(s.joint, {}); }},
+      {"set_motor", [&](Scene& s) { s.world.set_motor(s.joint, {}); }},
       {"set_parameters", [&](Scene& s) { s.world.set_parameters(s.patch, {}); }},
       {"add_shape", [&](Scene& s) { s.world.add_shape(s.high, {.shape = Sphere<double>{0.1}}); }},
       {"remove_shape of the table", [&](Scene& s) { s.world.remove_shape(s.extra); }},
@@ -352,7 +352,7 @@ TEST_CASE("waking: a sensor that comes near wakes what it will feel, and sleeper
   const PatchId touch = world.add_patch(tip, pad);
   run(world, 2);
   REQUIRE(world.is_asleep(part));
-  const double felt = world.reading(below).total_normal();
+  const double reading = world.reading(below).total_normal();
   // The pad's end is 30 mm off; it comes at 0.1 m/s.
   world.set_velocity(tip, {{0.1, 0, 0}, Vec3<double>::Zero()});
   for (int i = 0; i < 290; ++i) {
@@ -360,7 +360,7 @@ TEST_CASE("waking: a sensor that comes near wakes what it will feel, and sleeper
     CHECK(world.report().rays_cast == 0);
   }
   CHECK(world.is_asleep(part));
-  CHECK(world.reading(below).total_normal() == felt);
+  CHECK(world.reading(below).total_normal() == reading);
   run(world, 0.04);
   CHECK_FALSE(world.is_asleep(part));
   CHECK(world.reading(touch).total_normal() > 0);

@@ -59,10 +59,11 @@ TEST_CASE("wrapped patches: regions of one body have frictions of their own") {
                     .velocity = {0, 0.05, 0}});
     for (int i = 0; i < 200; ++i) world.step();
     for (std::size_t side = 0; side < 2; ++side) {
-      const PatchReading<double> felt = world.reading(strips[side]);
-      REQUIRE(felt.total_normal() > 1);
-      CHECK(felt.shear_W.y() == test::relative(friction[side] * felt.total_normal()).epsilon(1e-6));
-      CHECK(std::abs(felt.shear_W.x()) < 1e-6 * felt.shear_W.y());
+      const PatchReading<double> reading = world.reading(strips[side]);
+      REQUIRE(reading.total_normal() > 1);
+      CHECK(reading.shear_W.y() ==
+            test::relative(friction[side] * reading.total_normal()).epsilon(1e-6));
+      CHECK(std::abs(reading.shear_W.x()) < 1e-6 * reading.shear_W.y());
     }
     // The strips are mirror images, so they press alike.
     CHECK(world.reading(strips[0]).total_normal() ==

@@ -41,8 +41,8 @@ def small_grip(module=bristle):
                                 position=(-0.0415 * inwards, 0, 0))
         sensors = module.sensor_grid(center=(0.01 * inwards, 0, 0), side_u=(0, 0.03 * inwards, 0),
                                      side_v=(0, 0, 0.03), count_u=3, count_v=3)
-        wants = module.tuned_for(friction=0.8, load=10, press=0.35)
-        pads.append(world.add_patch(finger, sensors, wants.parameters(sensors)))
+        spec = module.tuned_for(friction=0.8, load=10, press=0.35)
+        pads.append(world.add_patch(finger, sensors, spec.parameters(sensors)))
     return world, part, pads
 
 

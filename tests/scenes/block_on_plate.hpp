@@ -79,10 +79,10 @@ PatchDef<S> plate_patch() {
   grid.depth = S(0);
   PatchDef<S> def;
   def.sensors = sensor_grid(grid);
-  GripWants<S> wants;
-  wants.load = S(0.5 * 9.81);
-  wants.mass = S(0.5);
-  def.parameters = tuned_for(wants).parameters(def.sensors);
+  GripSpec<S> spec;
+  spec.load = S(0.5 * 9.81);
+  spec.mass = S(0.5);
+  def.parameters = tuned_for(spec).parameters(def.sensors);
   return def;
 }
 

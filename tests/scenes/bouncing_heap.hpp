@@ -15,7 +15,7 @@
 
 namespace bristle::scenes {
 
-/// What a bouncing heap is made of.
+/// Definition of a bouncing heap.
 struct BouncingHeapDef {
   /// [-] Number of bodies, and whether every second one is a ball; all others are boxes.
   int count = 48;

@@ -37,7 +37,7 @@ struct GraspDef {
   S gravity = S(9.81);
   /// [-] Settings of the solver.
   SolverDef<S> solver{};
-  /// [-] Whether and when it sleeps.
+  /// [-] Settings of its sleep.
   SleepDef<S> sleep{};
 };
 
@@ -111,7 +111,7 @@ template <Scalar S, typename Backend = AnalyticBackend>
                       def.static_friction, def.sliding_friction, def.breakaway_distance};
     pad.options = def.options;
     pad.integration = def.integration;
-    pad.sees = 1;
+    pad.sense_mask = 1;
     scene.pads[k] = scene.world.add_patch(scene.fingers[k], pad);
 
     if (def.finger_mass > S(0)) {
@@ -122,7 +122,7 @@ template <Scalar S, typename Backend = AnalyticBackend>
       // The joint's x axis points inwards.
       const S turn = k == 0 ? S(0) : S(std::numbers::pi);
       slide.X_AJ.rotation = slide.X_BJ.rotation = exp_rotation<S>(turn * Vec3<S>::UnitZ());
-      slide.drive = {DriveMode::velocity, S(10), def.grip, infinity<S>};
+      slide.motor = {MotorMode::velocity, S(10), def.grip, infinity<S>};
       scene.drives[k] = scene.world.add_joint(slide);
     }
   }

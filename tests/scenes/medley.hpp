@@ -70,7 +70,7 @@ template <Scalar S, typename Backend = AnalyticBackend>
     slide.kind = JointKind::prismatic;
     slide.body_a = frame;
     slide.body_b = slider;
-    slide.drive = {DriveMode::velocity, S(0.1), S(5), S(1)};
+    slide.motor = {MotorMode::velocity, S(0.1), S(5), S(1)};
     slide.upper_limit = S(0.05);
     m.joints.push_back(world.add_joint(slide));
     JointDef<S> weld;

@@ -25,14 +25,14 @@ struct PinchDef {
   int substeps = 1;
   /// [1] Coulomb's coefficient.
   double friction = 0.7;
-  /// Whether both pads hang on an arm of seven joints.
+  /// True if both pads hang on an arm of seven joints.
   bool has_arm = false;
-  /// Whether one motor drives both pads against each other, as a gripper's does.
+  /// True if one motor drives both pads against each other, as a gripper's does.
   bool is_geared = false;
   /// [-] Sensors of a pad along each of its sides.
   int across = 6;
 
-  [[nodiscard]] GripWants<double> wants() const {
+  [[nodiscard]] GripSpec<double> spec() const {
     return {.friction = friction, .load = squeeze, .mass = mass, .press = 0.45};
   }
 };
@@ -40,7 +40,7 @@ struct PinchDef {
 /// Sensors over 18 x 18 mm that start 3 mm below a pad's face and reach 5 mm beyond.
 /// @param side    [1] 1 for the pad at negative x, whose face looks to positive x; else -1.
 /// @param across  [-] Sensors along y, and along z.
-[[nodiscard]] inline PatchDef<double> pinch_pad(double side, const GripWants<double>& wants,
+[[nodiscard]] inline PatchDef<double> pinch_pad(double side, const GripSpec<double>& spec,
                                                 int across = 6) {
   PatchDef<double> patch;
   const double distance = 0.018 / across;
@@ -49,11 +49,11 @@ struct PinchDef {
     const double z = distance * (i / across - 0.5 * (across - 1));
     patch.sensors.add({side * 0.002, y, z}, {side * 0.010, y, z});
   }
-  patch.parameters = tuned_for<double>(wants).parameters(patch.sensors);
+  patch.parameters = tuned_for<double>(spec).parameters(patch.sensors);
   return patch;
 }
 
-/// What tests ask of the pinch in an engine.
+/// Queries and actions of the pinch that tests need in every engine.
 class Pinch {
  public:
   static constexpr double pad_mass = 0.1;
@@ -84,10 +84,12 @@ class Pinch {
   }
   /// [m] Where the part is between the pads.
   [[nodiscard]] Vec3<double> place() const { return part() - 0.5 * (pad(0) + pad(1)); }
-  [[nodiscard]] PatchReading<double> felt(std::size_t k) { return world().reading(patches[k]); }
-  /// [N] What the pads apply to the part, or read as applied to themselves.
-  [[nodiscard]] double normal() { return felt(0).total_normal() + felt(1).total_normal(); }
-  [[nodiscard]] double weight() { return -felt(0).wrench.force.z() - felt(1).wrench.force.z(); }
+  [[nodiscard]] PatchReading<double> reading(std::size_t k) { return world().reading(patches[k]); }
+  /// [N] Force of the pads on the part, or their readings of it.
+  [[nodiscard]] double normal() { return reading(0).total_normal() + reading(1).total_normal(); }
+  [[nodiscard]] double weight() {
+    return -reading(0).wrench.force.z() - reading(1).wrench.force.z();
+  }
   /// [m] How far the part sags under its weight: m g / (mu_S sum F_N).
   [[nodiscard]] double expected_sag() {
     const double mu_S = world().patch(patches[0]).def.parameters.static_friction;

@@ -10,7 +10,7 @@
 
 namespace bristle::scenes {
 
-/// What is tilted to make an incline. Physically the same; the arithmetic is not.
+/// Tilted part of an incline. Both are physically the same; the arithmetic differs.
 enum class InclineBy {
   /// Gravity, towards +x; the surface stays in z = 0.
   gravity,
@@ -25,7 +25,7 @@ struct PlateDef {
   int per_side = 4;
   /// [rad] Angle of the incline.
   S incline = S(0);
-  /// [-] What is tilted.
+  /// [-] Tilted part.
   InclineBy incline_by = InclineBy::gravity;
   /// [s] Step.
   S time_step = S(1e-3);
@@ -44,7 +44,7 @@ struct PlateDef {
   S inertia_factor = S(1);
   /// [rad] Angle of the rays from straight down, towards +x.
   S ray_angle = S(0);
-  /// [-] Whether the plate also touches the plane by hard contact, without friction.
+  /// [-] True if the plate also touches the plane by hard contact, without friction.
   bool has_contact = false;
   /// [m] Height above rest at the start.
   S drop = S(0);

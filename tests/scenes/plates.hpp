@@ -14,6 +14,8 @@
 
 namespace bristle::scenes {
 
+using namespace bristle::detail;
+
 /// [m] Half the thickness of the plate: 1 cm in all.
 inline constexpr double plate_half_thickness = 0.005;
 
@@ -25,7 +27,7 @@ template <Scalar S>
   return Box<S>{half};
 }
 
-/// What became of a body that flew at a plate.
+/// Course of a body that flew at a plate.
 struct Flight {
   /// [m] Least height of its middle above the plate's, at any step.
   double lowest_middle = 1e300;

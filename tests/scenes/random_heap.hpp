@@ -18,9 +18,9 @@
 
 namespace bristle::scenes {
 
-/// What a random scene is made of.
+/// Kinds of parts in a random scene.
 struct HeapKind {
-  /// [-] Whether bodies may have several shapes, are joined to chains, carry sensors.
+  /// [-] True if bodies may have several shapes, are joined to chains, carry sensors.
   bool compounds = false;
   bool joints = false;
   bool sensors = false;

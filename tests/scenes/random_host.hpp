@@ -62,7 +62,7 @@ class RandomHost {
     return dt > S(0);
   }
 
-  // What the sensors ask.
+  // Interface that the sensors query.
 
   [[nodiscard]] std::optional<HostBody<S>> body(BodyId id) const { return states_[number(id)]; }
   [[nodiscard]] Mat6<S> mobility(BodyId i, BodyId j) const {

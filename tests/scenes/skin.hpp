@@ -1,6 +1,6 @@
 /// @file
 /// A large fixed patch with two bodies on it, one of them a mesh: enough sensors for several
-/// slices.
+/// ranges.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -13,6 +13,8 @@
 #include <cstdint>
 
 namespace bristle::scenes {
+
+using namespace bristle::detail;
 
 /// The built scene.
 template <Scalar S, typename Backend = AnalyticBackend>

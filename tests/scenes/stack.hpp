@@ -10,7 +10,7 @@
 
 namespace bristle::scenes {
 
-/// What the cubes of a stack stand on.
+/// Support of the cubes of a stack.
 enum class StackBy { contact, sensors };
 
 /// The stack scene. Defaults: five equal cubes of 0.2 m on hard contact.
@@ -18,7 +18,7 @@ template <Scalar S>
 struct StackDef {
   /// [kg] Masses from the bottom up.
   std::vector<S> masses{S(1), S(1), S(1), S(1), S(1)};
-  /// [-] What they stand on.
+  /// [-] Support of the cubes.
   StackBy by = StackBy::contact;
   /// [s] Step.
   S time_step = S(1) / S(60);

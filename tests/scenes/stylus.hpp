@@ -16,7 +16,7 @@ struct StylusDef {
   /// [s] Step of the world.
   S time_step = S(1) / S(60);
   /// [-] Ticks a step, and how often rays are cast.
-  std::uint32_t ticks = 16;
+  std::uint32_t substeps = 16;
   std::uint32_t cast_every = 1;
   /// [m/s^2] Gravity, downwards.
   S gravity = S(9.81);
@@ -43,10 +43,10 @@ struct StylusScene {
   HapticLoop<S, AnalyticBackend> loop;
   BodyId body{};
   ToolId tool{};
-  TickedPatchId pad{};
+  ToolPatchId pad{};
 
   explicit StylusScene(const StylusDef<S>& stylus)
-      : def(stylus), world(world_def(stylus)), loop({.ticks = stylus.ticks}) {
+      : def(stylus), world(world_def(stylus)), loop({.substeps = stylus.substeps}) {
     body = world.add_body({.motion = Motion::kinematic, .position = {0, 0, S(1)}});
     tool = loop.add_tool(body);
     pad = loop.add_patch(tool, pad_def(stylus));
@@ -75,12 +75,12 @@ struct StylusScene {
   }
   /// [N/m] Of all sensors together.
   [[nodiscard]] S stiffness() const { return S(16) * def.normal_stiffness / ray; }
-  [[nodiscard]] S tick_length() const { return def.time_step / S(def.ticks); }
+  [[nodiscard]] S substep_length() const { return def.time_step / S(def.substeps); }
 
-  /// One tick with the tip's frame at `p`.
+  /// One substep with the tip's frame at `p`.
   const Wrench<S>& tick_at(const Vec3<S>& p) {
     loop.move(tool, {Quat<S>::Identity(), p});
-    loop.tick();
+    loop.substep();
     return loop.wrench(tool);
   }
 };

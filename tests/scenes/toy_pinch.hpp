@@ -23,14 +23,14 @@ class ToyPinch : public Pinch {
   Transform<double> center{};
   /// [m/s, rad/s] Of the part, about its centre of mass.
   Twist<double> twist{};
-  /// What the pads and the part were given for the next step.
+  /// Wrenches on the pads and the part for the next step.
   std::array<Wrench<double>, 3> given{};
 
   explicit ToyPinch(const PinchDef& d) : Pinch(d) {
     const Box<double> box{{0.005, 0.01, 0.01}};
     for (std::size_t k = 0; k < 2; ++k) {
       pads[k] = world().add_body({.motion = Motion::kinematic, .shape = box});
-      patches[k] = world().add_patch(pads[k], pinch_pad(k == 0 ? 1 : -1, def.wants(), def.across));
+      patches[k] = world().add_patch(pads[k], pinch_pad(k == 0 ? 1 : -1, def.spec(), def.across));
     }
     part_id = world().add_body({.motion = Motion::kinematic, .shape = box});
     center.translation.y() = def.offset;
@@ -62,7 +62,7 @@ class ToyPinch : public Pinch {
     given = {};
   }
 
-  // What `HostSensors` asks.
+  // Interface of `HostSensors`.
 
   [[nodiscard]] std::optional<HostBody<double>> body(BodyId id) const {
     HostBody<double> b;

@@ -83,8 +83,8 @@ TEST_CASE("bouncing_heaps: boxes and balls with friction gain next to no energy"
   check_heaps(def, 2, 1.01);
 }
 
-// What bounces with all its energy and rubs on nothing never loses any: 4 % more was the most in 48
-// heaps.
+// Bodies that bounce with all their energy and without friction never lose any: 4 % more was the
+// most in 48 heaps.
 TEST_CASE("bouncing_heaps: without friction they gain little") {
   BouncingHeapDef def = swept_heap();
   def.friction = 0;

@@ -108,7 +108,7 @@ TEST_CASE("extremes: a stack comes to rest at steps from 10 us to 1/30 s") {
     scene.run(0.5);
     CHECK(height_error(scene) < 1e-7);
     for (const BodyId id : scene.cubes) {
-      // What the solver's tolerance leaves.
+      // The bound is the solver's tolerance.
       CHECK(scene.world.body(id).twist.linear.norm() < 1e-6);
     }
   }

@@ -1,5 +1,5 @@
 /// @file
-/// What stands still stands still for ever: a stack of ten for 1e5 steps, for 1e6 in the long run.
+/// A body at rest stays at rest for ever: a stack of ten for 1e5 steps, for 1e6 in the long run.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/stack.hpp"
 #include "support/counted_new.hpp"

@@ -110,7 +110,7 @@ TEST_CASE("mass_ratio: fingers of hard contact hold a part of 1 g to 1 t by fric
         slide.body_a = frame;
         slide.body_b = world.add_body(jaw);
         slide.X_AJ.translation = jaw.position;
-        slide.drive = {DriveMode::velocity, -side, 2 * mass * 9.81, 1};
+        slide.motor = {MotorMode::velocity, -side, 2 * mass * 9.81, 1};
         world.add_joint(slide);
       }
       const long steps = std::lround(2 / dt);

@@ -19,13 +19,13 @@ using namespace bristle::scenes;
 
 namespace {
 
-/// What one scene did.
+/// Findings in one scene.
 struct Findings {
   std::uint64_t frozen = 0;
   std::uint64_t discarded = 0;
   std::uint64_t backend_failures = 0;
   bool is_finite = true;
-  /// Whether no body is below the floor when it ends.
+  /// True if no body is below the floor when it ends.
   bool ends_above = true;
   /// [1] Highest energy, relative to the one at the start; both from the floor.
   double energy = 0;
@@ -39,7 +39,7 @@ struct Findings {
   }
 };
 
-/// What the scenes of a class may do.
+/// Bounds on the scenes of a class.
 struct Bounds {
   /// [1] Energy, relative to that at the start. Bounces of spinning bodies are placed by the
   /// velocity at the start of the step, so they may give a little; so may bounces with friction by

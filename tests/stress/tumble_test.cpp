@@ -83,7 +83,7 @@ struct Tumble {
 
 }  // namespace
 
-// What is above the start by the work of the weight over a tenth of a micrometre is counted.
+// An energy gain counts if it exceeds the work of the weight over a tenth of a micrometre.
 TEST_CASE("tumble: boxes with skins of up to 30 times their weight never gain energy") {
   test::Random random(5);
   int gained = 0, touched = 0;

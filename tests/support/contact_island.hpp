@@ -16,6 +16,8 @@
 
 namespace bristle::test {
 
+using namespace bristle::detail;
+
 /// Bodies on an immovable one (slot 0), each on the one before, with all their contacts.
 template <typename S>
 struct ContactIsland {

@@ -1,9 +1,10 @@
 /// @file
-/// Mechanisms without a world: bodies and joints for `JointFlow`, stepped one after the other.
+/// Mechanisms without a world: bodies and joints for `MechanismIntegrator`, stepped one after the
+/// other.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/dynamics/joints/joint_flow.hpp>
+#include <bristle/dynamics/joints/mechanism_integrator.hpp>
 #include <bristle/math/rotation.hpp>
 
 #include <algorithm>
@@ -13,23 +14,25 @@
 
 namespace bristle::test {
 
+using namespace bristle::detail;
+
 template <typename S>
 struct Mechanism {
-  JointFlow<S> flow{};
-  std::vector<JointFlowBody<S>> bodies{};
-  std::vector<JointFlowJoint<S>> joints{};
+  MechanismIntegrator<S> flow{};
+  std::vector<MechanismBody<S>> bodies{};
+  std::vector<MechanismJoint<S>> joints{};
   std::vector<Wrench<S>> impulses{};
   Vec3<S> gravity = Vec3<S>(0, 0, S(-9.81));
 
   std::uint32_t add_fixed(const Vec3<S>& position = Vec3<S>::Zero()) {
-    JointFlowBody<S> body;
+    MechanismBody<S> body;
     body.center_pose.translation = position;
     bodies.push_back(body);
     return static_cast<std::uint32_t>(bodies.size() - 1);
   }
   std::uint32_t add(S mass, const Mat3<S>& inertia, const Vec3<S>& position,
                     const Quat<S>& orientation = Quat<S>::Identity()) {
-    JointFlowBody<S> body;
+    MechanismBody<S> body;
     body.moves_by_forces = true;
     body.mass = mass;
     body.inertia_B = inertia;
@@ -66,14 +69,14 @@ struct Mechanism {
     return true;
   }
 
-  [[nodiscard]] static Vec3<S> spin_of(const JointFlowBody<S>& body) {
+  [[nodiscard]] static Vec3<S> spin_of(const MechanismBody<S>& body) {
     const Mat3<S> R = body.center_pose.rotation_matrix();
     return R * (body.inertia_B * (R.transpose() * body.twist.angular));
   }
   /// [J] Kinetic energy and energy under the (constant) forces.
   [[nodiscard]] S energy() const {
     S sum = S(0);
-    for (const JointFlowBody<S>& body : bodies) {
+    for (const MechanismBody<S>& body : bodies) {
       if (!body.moves_by_forces) continue;
       sum += S(0.5) *
              (body.mass * body.twist.linear.squaredNorm() + body.twist.angular.dot(spin_of(body)));
@@ -84,7 +87,7 @@ struct Mechanism {
   /// [N s, N m s] Momentum, and angular momentum about the world's origin.
   [[nodiscard]] Wrench<S> momentum() const {
     Wrench<S> sum;
-    for (const JointFlowBody<S>& body : bodies) {
+    for (const MechanismBody<S>& body : bodies) {
       const Vec3<S> p = body.mass * body.twist.linear;
       sum += Wrench<S>{p, body.center_pose.translation.cross(p) + spin_of(body)};
     }
@@ -93,7 +96,7 @@ struct Mechanism {
   /// [m] Largest distance of two joint origins that a joint without a slide keeps together.
   [[nodiscard]] S largest_gap() const {
     S largest = S(0);
-    for (const JointFlowJoint<S>& joint : joints) {
+    for (const MechanismJoint<S>& joint : joints) {
       if (joint.kind == JointKind::prismatic) continue;
       const Vec3<S> p = bodies[joint.body_a].center_pose * joint.X_CmA_J.translation;
       const Vec3<S> q = bodies[joint.body_b].center_pose * joint.X_CmB_J.translation;
@@ -104,7 +107,7 @@ struct Mechanism {
   /// [rad] Largest angle between the two axes of a hinge.
   [[nodiscard]] S largest_tilt() const {
     S largest = S(0);
-    for (const JointFlowJoint<S>& joint : joints) {
+    for (const MechanismJoint<S>& joint : joints) {
       if (joint.kind != JointKind::revolute) continue;
       const Vec3<S> x = Vec3<S>::UnitX();
       const Vec3<S> a = bodies[joint.body_a].center_pose.rotate(joint.X_CmA_J.rotate(x));

@@ -1,5 +1,5 @@
 /// @file
-/// What a pinch must do in every engine.
+/// Requirements on a pinch in every engine.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -107,7 +107,7 @@ void check_shaken() {
     const SensorParameters<double> p = pinch.world().patch(pinch.patches[0]).def.parameters;
     const double k = p.static_friction * pinch.normal();
     const double c = p.sliding_friction *
-                     static_cast<double>(pinch.felt(0).touching() + pinch.felt(1).touching());
+                     static_cast<double>(pinch.reading(0).touching() + pinch.reading(1).touching());
     // docs/sensors.md, section 4: a pad's weights of a step's start and end, from the mean mobility
     // of the part 5 mm beside its centre, which turns too, and of the pad, which slides along x.
     const double arm = 0.005;
@@ -180,7 +180,7 @@ void check_stranger() {
   pinch.run(0.5);
   const BodyId stranger = pinch.world().add_body(
       {.motion = Motion::kinematic, .shape = Sphere<double>{0.009}, .position = {0, 0, 0.1}});
-  PatchDef<double> patch = pinch_pad(1, pinch.def.wants());
+  PatchDef<double> patch = pinch_pad(1, pinch.def.spec());
   (void)pinch.world().add_patch(stranger, patch);
   pinch.run(0.1);
   CHECK(pinch.missing() == 1);

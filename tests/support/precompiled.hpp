@@ -1,6 +1,6 @@
 /// @file
-/// What every test includes, compiled once for each test program. Tests still include what they
-/// use: this file is only about time.
+/// Headers that every test includes, compiled once for each test program. Tests still include what
+/// they use: this file is only about time.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 

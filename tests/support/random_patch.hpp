@@ -14,12 +14,14 @@
 
 namespace bristle::test {
 
+using namespace bristle::detail;
+
 /// Sensors anywhere and hits that need not belong to any shape: the law does not ask.
 template <Scalar S>
 class RandomPatch {
  public:
   static constexpr S dt = S(1e-3);
-  /// [-] Sensors: two tiles and a bit, or three slices. So many cross a threshold now and then on
+  /// [-] Sensors: two packets and a bit, or three ranges. So many cross a threshold now and then on
   /// which lanes and scalars round differently in float.
   static constexpr std::size_t few = 37;
   static constexpr std::size_t many = std::same_as<S, float> ? few : 1300;

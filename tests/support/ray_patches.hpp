@@ -9,7 +9,7 @@
 #include <bristle/geometry/meshes/mesh_shapes.hpp>
 #include <bristle/geometry/meshes/mesh_tree.hpp>
 #include <bristle/geometry/meshes/triangle_mesh.hpp>
-#include <bristle/geometry/rays/ray_bundles.hpp>
+#include <bristle/geometry/rays/ray_tree.hpp>
 
 #include <algorithm>
 #include <array>
@@ -22,6 +22,8 @@
 #include <vector>
 
 namespace bristle::test {
+
+using namespace bristle::detail;
 
 /// The mesh as rays search it.
 template <Scalar S>
@@ -96,9 +98,9 @@ struct RayPatch {
     direction.set(i, along.template cast<S>().normalized());
     length.push_back(S(reach));
   }
-  [[nodiscard]] RayBatch<S> batch(const RayBundles<S>* bundles, S extra = S(0)) const {
+  [[nodiscard]] RayBatch<S> batch(const RayTree<S>* ray_tree, S extra = S(0)) const {
     return {start.x,     start.y, start.z, direction.x, direction.y,
-            direction.z, length,  extra,   bundles};
+            direction.z, length,  extra,   ray_tree};
   }
 };
 
@@ -133,14 +135,14 @@ RayPatch<S> make_rays(PatchKind kind, std::size_t n, double scale, Random& rando
   return rays;
 }
 
-/// The same rays in the order in which their bundles have them.
+/// The same rays in the order in which their nodes have them.
 template <Scalar S>
-RayPatch<S> in_bundle_order(const RayPatch<S>& patch) {
+RayPatch<S> in_tree_order(const RayPatch<S>& patch) {
   const RayBatch<S> rays = patch.batch(nullptr);
-  const RayBundles<S> bundles(rays);
+  const RayTree<S> ray_tree(rays);
   RayPatch<S> result = patch;
-  for (std::size_t place = 0; place < bundles.size(); ++place) {
-    const std::size_t i = bundles.ray_at(place);
+  for (std::size_t place = 0; place < ray_tree.size(); ++place) {
+    const std::size_t i = ray_tree.ray_at(place);
     result.start.set(place, patch.start[i]);
     result.direction.set(place, patch.direction[i]);
     result.length[place] = patch.length[i];
@@ -148,7 +150,7 @@ RayPatch<S> in_bundle_order(const RayPatch<S>& patch) {
   return result;
 }
 
-/// What a ray meets.
+/// Reference hit of a ray.
 struct ReferenceHit {
   double distance = infinity<double>;
   Vec3<double> normal = Vec3<double>::Zero();
@@ -184,7 +186,7 @@ class ReferenceMesh {
 
   [[nodiscard]] const std::vector<Vec3<double>>& vertices() const { return tree_.mesh().vertices; }
 
-  /// Whether an answer is that of some ray within `error` [m] of the one asked.
+  /// Returns whether a hit is that of some ray within `error` [m] of the one asked.
   [[nodiscard]] bool allows(const Ray<double>& ray, const ReferenceHit& answer,
                             double error) const {
     const ReferenceHit expected = hit(ray);
@@ -282,14 +284,14 @@ class Wanderer {
 template <Scalar S, typename Cast>
 std::size_t wrong_answers(const ReferenceMesh<S>& reference, const RayPatch<S>& patch, double scale,
                           int steps, std::uint64_t seed, Cast&& cast) {
-  const RayBundles<S> bundles(patch.batch(nullptr));
+  const RayTree<S> ray_tree(patch.batch(nullptr));
   Wanderer wanderer(scale, seed, reference.vertices());
   RayHits<S> hits;
   std::size_t wrong = 0;
   for (int step = 0; step < steps; ++step, wanderer.step()) {
     const Transform<S> X = wanderer.pose().template cast<S>();
     hits.reset(patch.length.size());
-    cast(X, patch.batch(&bundles), hits);
+    cast(X, patch.batch(&ray_tree), hits);
     // The pose as it was rounded; its rotation as a matrix, as long as S has it.
     const Mat3<double> R = X.rotation_matrix().template cast<double>();
     const Vec3<double> p = X.translation.template cast<double>();

@@ -11,22 +11,24 @@
 
 namespace bristle::test {
 
-/// The contact in lane i of a tile as one of scalars, before anything is linearised.
+using namespace bristle::detail;
+
+/// The contact in lane i of a packet as one of scalars, before anything is linearised.
 template <Scalar S>
 PatchContact<S> scalar_contact(const SensorPatch<S>& patch, const PatchPair<S>& pair,
-                               const ContactTile<S>& tile, std::size_t i) {
+                               const ContactPacket<S>& packet, std::size_t i) {
   PatchContact<S> c;
-  c.is_touching = (tile.is_touching >> i & 1u) != 0;
-  const SensorTouch<S> touch = touch_of(patch, tile.tile * tile_size + i);
+  c.is_touching = (packet.is_touching >> i & 1u) != 0;
+  const SensorTouch<S> touch = touch_of(patch, packet.packet * packet_size + i);
   c.n = touch.n;
   c.g = touch.g;
   c.rho = touch.point - pair.center;
-  c.stretch = tile.stretch[i];
+  c.stretch = packet.stretch[i];
   c.start_velocity = pair.start_motion.at(touch.point);
   c.depth = touch.depth;
   c.inverse_length = touch.inverse_length;
-  c.force = c.is_touching ? normal_force<S>(patch.parameters(tile.tile * tile_size + i), c.depth,
-                                            c.g.dot(c.start_velocity) * c.inverse_length)
+  c.force = c.is_touching ? normal_force<S>(patch.parameters(packet.packet * packet_size + i),
+                                            c.depth, c.g.dot(c.start_velocity) * c.inverse_length)
                           : S(0);
   return c;
 }
@@ -37,7 +39,7 @@ std::vector<PatchContact<S>> scalar_contacts(const SensorPatch<S>& patch,
                                              const PatchPair<S>& pair) {
   std::vector<PatchContact<S>> contacts;
   for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
-    for (std::size_t i = 0; i < tile_size; ++i) {
+    for (std::size_t i = 0; i < packet_size; ++i) {
       if ((patch.contacts[k].is_met >> i & 1u) == 0) continue;
       contacts.push_back(scalar_contact(patch, pair, patch.contacts[k], i));
     }
@@ -57,7 +59,7 @@ void linearise_start(const SensorPatch<S>& patch, const PatchPair<S>& pair, Patc
   if (!c.is_pushing) c.a_normal = S(0);
 }
 
-/// [N s, N m s] `start_linearisation` and `answer_motion` of a pair: what its contacts give
+/// [N s, N m s] `start_linearisation` and `evaluate` of a pair: what its contacts give
 /// about c at the motion u, in A's axes.
 template <Scalar S>
 Wrench<S> scalar_block_impulse(const SensorPatch<S>& patch, const PatchPair<S>& pair,

@@ -1,5 +1,5 @@
 /// @file
-/// What errors say, and what texts hold.
+/// Texts of errors, and contents of texts.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 

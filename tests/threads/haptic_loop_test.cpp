@@ -1,5 +1,5 @@
 /// @file
-/// A haptic loop: what its ticks give the bodies, and how it predicts them.
+/// A haptic loop: what its substeps give the bodies, and how it predicts them.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/stylus.hpp"
 #include "support/relative.hpp"
@@ -14,12 +14,14 @@
 #include <vector>
 
 using namespace bristle;
+
+using namespace bristle::detail;
 using namespace bristle::scenes;
 
 namespace {
 
-/// Jabs a box of 40 mm from above, within one step, and checks that steps leave it where the ticks
-/// had it, to `tolerance` [m].
+/// Jabs a box of 40 mm from above, within one step, and checks that steps leave it where the
+/// substeps had it, to `tolerance` [m].
 void check_jab(StylusScene<double>& scene, BodyId box, double tolerance) {
   double most = 0;
   for (int step = 0; step < 8; ++step) {
@@ -42,23 +44,23 @@ void check_jab(StylusScene<double>& scene, BodyId box, double tolerance) {
 
 }  // namespace
 
-// What tool and body exchange is one sum: of readings, of wrenches, and of the body's momentum.
-TEST_CASE_TEMPLATE("haptic_loop: impulses of the ticks are the momentum of the body", S, float,
+// Tool and body exchange one sum: of readings, of wrenches, and of the body's momentum.
+TEST_CASE_TEMPLATE("haptic_loop: impulses of the substeps are the momentum of the body", S, float,
                    double) {
   StylusScene<S> scene({.gravity = S(0)});
   const BodyId box = add_box<S>(scene.world, S(0.3));
   scene.world.open(scene.loop);
-  Vec3<S> felt = Vec3<S>::Zero();
+  Vec3<S> reading = Vec3<S>::Zero();
   Vec3<S> read = Vec3<S>::Zero();
   S turnover = S(0);
   S time = S(0);
   for (int step = 0; step < 12; ++step) {
-    for (int i = 0; i < 16; ++i, time += scene.tick_length()) {
+    for (int i = 0; i < 16; ++i, time += scene.substep_length()) {
       const Vec3<S> at(S(0.003) + S(0.02) * time, 0, S(0.0495) - S(0.02) * time);
       const Vec3<S> force = scene.tick_at(at).force;
-      felt += scene.tick_length() * force;
-      read += scene.tick_length() * scene.loop.reading(scene.pad).wrench.force;
-      turnover += scene.tick_length() * force.norm();
+      reading += scene.substep_length() * force;
+      read += scene.substep_length() * scene.loop.reading(scene.pad).wrench.force;
+      turnover += scene.substep_length() * force.norm();
     }
     const Wrench<S> given =
         scene.loop.bodies().empty() ? Wrench<S>{} : scene.loop.bodies()[0].impulse();
@@ -71,15 +73,15 @@ TEST_CASE_TEMPLATE("haptic_loop: impulses of the ticks are the momentum of the b
     CHECK((gained - given.force).norm() <= round_off);
     CHECK((turned - given.torque).norm() <= S(0.1) * round_off);
   }
-  REQUIRE(felt.z() > S(0.001));
+  REQUIRE(reading.z() > S(0.001));
   const S round_off = S(12 * 16) * Tolerance<S>::round_off() * turnover;
-  CHECK((felt + S(0.3) * scene.world.body(box).twist.linear).norm() <= round_off);
-  CHECK((felt - read).norm() <= round_off);
+  CHECK((reading + S(0.3) * scene.world.body(box).twist.linear).norm() <= round_off);
+  CHECK((reading - read).norm() <= round_off);
 }
 
-// A body that nothing else pushes ends the step where the ticks had it, whenever within the step
+// A body that nothing else pushes ends the step where the substeps had it, whenever within the step
 // they pushed it. It does not turn: the stylus pushes through its centre.
-TEST_CASE("haptic_loop: a free body is where the ticks predicted it") {
+TEST_CASE("haptic_loop: a free body is where the substeps predicted it") {
   for (const Integrator integrator : {Integrator::trapezoidal, Integrator::symplectic_euler}) {
     for (const double gravity : {0.0, 9.81}) {
       StylusScene<double> scene({.gravity = gravity, .integrator = integrator});
@@ -106,7 +108,7 @@ TEST_CASE("haptic_loop: a body that weak sensors or a weak drive act on is where
     scene.world.open(scene.loop);
     check_jab(scene, box, 2e-9);
   }
-  SUBCASE("a drive") {
+  SUBCASE("a motor") {
     StylusScene<double> scene({.gravity = 0.0});
     const BodyId box = add_box<double>(scene.world, 0.05);
     JointDef<double> slide;
@@ -117,7 +119,7 @@ TEST_CASE("haptic_loop: a body that weak sensors or a weak drive act on is where
     slide.X_AJ.rotation = slide.X_BJ.rotation =
         exp_rotation<double>(-0.5 * std::numbers::pi * Vec3<double>::UnitY());
     slide.X_AJ.translation = {0, 0, 0.02};
-    slide.drive = {DriveMode::velocity, 1, weak, 1};
+    slide.motor = {MotorMode::velocity, 1, weak, 1};
     scene.world.add_joint(slide);
     scene.world.step();
     scene.world.open(scene.loop);
@@ -125,7 +127,7 @@ TEST_CASE("haptic_loop: a body that weak sensors or a weak drive act on is where
   }
 }
 
-// At rest on a table a box does not give way. What the loop feels is then the sensors' own closed
+// At rest on a table a box does not give way. The loop's force is then the sensors' own closed
 // form: F = n K_N e, also within the step in which the force changes.
 TEST_CASE_TEMPLATE("haptic_loop: a box on a table stands firm within the step", S, float, double) {
   for (const S mass : {S(0.005), S(0.5)}) {
@@ -138,14 +140,14 @@ TEST_CASE_TEMPLATE("haptic_loop: a box on a table stands firm within the step", 
     const S top = scene.world.pose(box).translation.z() + S(0.02);
     for (int step = 0; step < 30; ++step) {
       for (int i = 0; i < 16; ++i) {
-        // 5 mm down in half a second. The force is that at the end of the tick: of the depth there
-        // and of the damper.
+        // 5 mm down in half a second. The force is that at the end of the substep: of the depth
+        // there and of the damper.
         const S time = (S(step) + S(i) / S(16)) * scene.def.time_step;
         const S speed = S(0.01);
         const S z = S(0.05) - speed * time;
         const S force = scene.tick_at({0, 0, z}).force.z();
         if (step == 0) continue;
-        const S depth = (top + scene.ray - z) + speed * scene.tick_length();
+        const S depth = (top + scene.ray - z) + speed * scene.substep_length();
         const S expected =
             scene.stiffness() * depth + S(16) * scene.def.normal_damping * speed / scene.ray;
         CHECK(static_cast<double>(force) ==
@@ -156,15 +158,15 @@ TEST_CASE_TEMPLATE("haptic_loop: a box on a table stands firm within the step", 
   }
 }
 
-// Two stiff fingers of 80 kN/m on a gram: explicit forces would need ticks of 0.1 ms.
+// Two stiff fingers of 80 kN/m on a gram: explicit forces would need substeps of 0.1 ms.
 TEST_CASE_TEMPLATE("haptic_loop: two stiff fingers hold a light body at any rate", S, float,
                    double) {
   StylusDef<S> def;
   def.gravity = S(0);
   def.normal_stiffness = S(50);
   def.normal_damping = S(0.01);
-  for (const std::uint32_t ticks : {1u, 4u, 64u}) {
-    def.ticks = ticks;
+  for (const std::uint32_t substeps : {1u, 4u, 64u}) {
+    def.substeps = substeps;
     StylusScene<S> scene(def);
     const BodyId other = scene.world.add_body({.motion = Motion::kinematic});
     const ToolId below = scene.loop.add_tool(other);
@@ -178,7 +180,7 @@ TEST_CASE_TEMPLATE("haptic_loop: two stiff fingers hold a light body at any rate
         scene.loop.move(below, {upside_down, {0, 0, S(-0.01) + depth}});
         scene.world.open(scene.loop);
       }
-      for (std::uint32_t i = 0; i < ticks; ++i) {
+      for (std::uint32_t i = 0; i < substeps; ++i) {
         scene.loop.move(below, {upside_down, {0, 0, S(-0.01) + depth}});
         scene.tick_at({0, 0, S(0.05) - depth});
       }
@@ -197,7 +199,7 @@ TEST_CASE_TEMPLATE("haptic_loop: two stiff fingers hold a light body at any rate
 
 // On a flat face the plane that a ray met is the face: casting once a step changes nothing but
 // rounding. On a ball of radius R it is off by d^2 / 2R after a slide by d.
-TEST_CASE("haptic_loop: rays once a step instead of once a tick") {
+TEST_CASE("haptic_loop: rays once a step instead of once a substep") {
   for (const bool is_ball : {false, true}) {
     std::vector<double> forces[2];
     std::uint64_t rays[2] = {0, 0};
@@ -212,7 +214,7 @@ TEST_CASE("haptic_loop: rays once a step instead of once a tick") {
       scene.world.open(scene.loop);
       double time = 0;
       for (int step = 0; step < 60; ++step) {
-        for (int i = 0; i < 16; ++i, time += scene.tick_length()) {
+        for (int i = 0; i < 16; ++i, time += scene.substep_length()) {
           forces[k].push_back(scene.tick_at(wiggle(time)).force.z());
           rays[k] += scene.loop.rays_cast();
         }
@@ -234,9 +236,9 @@ TEST_CASE("haptic_loop: rays once a step instead of once a tick") {
   }
 }
 
-// The same hand, sensors and box in a world that steps at the rate of the ticks, with the stylus a
-// body like any other, is what the loop stands in for.
-TEST_CASE("haptic_loop: close to a world that steps as often as the loop ticks") {
+// The same hand, sensors and box in a world that steps at the rate of the substeps, with the stylus
+// a body like any other, is what the loop stands in for.
+TEST_CASE("haptic_loop: close to a world that steps as often as the loop substeps") {
   const auto make_box = [](World<double>& world) {
     world.add_body({.motion = Motion::fixed, .shape = HalfSpace<double>{}});
     return world.add_body({.mass = 0.2,
@@ -248,7 +250,7 @@ TEST_CASE("haptic_loop: close to a world that steps as often as the loop ticks")
   const auto at = [](double time) -> Vec3<double> {
     return wiggle(time) + Vec3<double>(0.02 * std::max(time - 0.3, 0.0), 0, 0);
   };
-  constexpr int ticks = 960;
+  constexpr int substeps = 960;
   std::vector<Vec3<double>> expected;
   World<double> world({.time_step = 1.0 / 960});
   const BodyId box = make_box(world);
@@ -256,7 +258,7 @@ TEST_CASE("haptic_loop: close to a world that steps as often as the loop ticks")
   PatchDef<double> pad = StylusScene<double>::pad_def({});
   pad.integration = Integration::implicit;
   const PatchId patch = world.add_patch(stylus, pad);
-  for (int i = 0; i < ticks; ++i) {
+  for (int i = 0; i < substeps; ++i) {
     const double t = i / 960.0;
     world.set_pose(stylus, {Quat<double>::Identity(), at(t)});
     world.set_velocity(stylus, {960 * (at(t) - at(std::max(t - 1.0 / 960, 0.0))), {0, 0, 0}});
@@ -267,23 +269,23 @@ TEST_CASE("haptic_loop: close to a world that steps as often as the loop ticks")
   // The box slips under bristles that slip, whose saw-teeth come at other times: a few per cent at
   // any rate. At 60 Hz the box learns a step late that it slides, in 1/60 s by a few tenths of 3 N.
   struct Case {
-    std::uint32_t ticks;
+    std::uint32_t substeps;
     double force_error;
     double place_error;
   };
   for (const Case& c : {Case{16, 0.15, 0.1}, Case{4, 0.04, 0.01}, Case{1, 0.04, 0.01}}) {
-    CAPTURE(c.ticks);
-    StylusScene<double> scene({.time_step = c.ticks / 960.0, .ticks = c.ticks});
+    CAPTURE(c.substeps);
+    StylusScene<double> scene({.time_step = c.substeps / 960.0, .substeps = c.substeps});
     const BodyId part = make_box(scene.world);
     scene.loop.move(scene.tool, {Quat<double>::Identity(), at(0)});
     scene.world.open(scene.loop);
     double squares = 0;
     double sum = 0;
-    for (int i = 0; i < ticks; ++i) {
+    for (int i = 0; i < substeps; ++i) {
       const Vec3<double>& wanted = expected[static_cast<std::size_t>(i)];
       squares += (scene.tick_at(at(i / 960.0)).force - wanted).squaredNorm();
       sum += wanted.squaredNorm();
-      if (scene.loop.ticks_done() == c.ticks) scene.world.step(scene.loop);
+      if (scene.loop.substeps_done() == c.substeps) scene.world.step(scene.loop);
     }
     CHECK(std::sqrt(squares / sum) < c.force_error);
     CHECK(scene.world.pose(part).translation.x() ==
@@ -320,9 +322,9 @@ TEST_CASE(
     for (int step = first; step < last; ++step) {
       for (int i = 0; i < 16; ++i) {
         const double time = (step + i / 16.0) / 60;
-        const Wrench<double>& felt = scene.tick_at(wiggle(time));
-        for (const double f : felt.force) forces.add(f);
-        for (const double t : felt.torque) forces.add(t);
+        const Wrench<double>& reading = scene.tick_at(wiggle(time));
+        for (const double f : reading.force) forces.add(f);
+        for (const double t : reading.torque) forces.add(t);
       }
       scene.world.step(scene.loop);
       bits.push_back(scene.world.state_hash());

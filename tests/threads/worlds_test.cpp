@@ -12,6 +12,8 @@
 #include <vector>
 
 using namespace bristle;
+
+using namespace bristle::detail;
 using namespace bristle::scenes;
 
 TEST_CASE_TEMPLATE("threads: 1 to 8 workers give the same bits in every step", S, float, double) {
@@ -68,7 +70,7 @@ TEST_CASE("threads: a large world uses the hook for pairs and patches, a small o
   CHECK(large.world.state_hash() == serial.world.state_hash());
 }
 
-TEST_CASE_TEMPLATE("threads: slices of one patch of 10,000 sensors give the same bits", S, float,
+TEST_CASE_TEMPLATE("threads: ranges of one patch of 10,000 sensors give the same bits", S, float,
                    double) {
   constexpr int steps = 60;
   struct Case {
@@ -93,7 +95,7 @@ TEST_CASE_TEMPLATE("threads: slices of one patch of 10,000 sensors give the same
       most_touching = std::max(most_touching, serial.world.report().sensors_touching);
       rays += serial.world.report().rays_cast;
     }
-    // Both bodies are felt, by some slices each, and some tiles are near neither.
+    // Both bodies are felt, by some ranges each, and some packets are near neither.
     REQUIRE(most_touching > 2500);
     REQUIRE(rays > 2 * most_touching);
     REQUIRE(rays < 20000u * steps);
@@ -114,7 +116,7 @@ TEST_CASE_TEMPLATE("threads: slices of one patch of 10,000 sensors give the same
       ThreadPool pool(workers);
       CHECK(hashes_with(pool.hook()) == expected);
     }
-    // In any order, too, and really in slices: of rays, and of each sweep over the contacts.
+    // In any order, too, and really in ranges: of rays, and of each sweep over the contacts.
     int loops = 0;
     CHECK(hashes_with([&](std::size_t count, const std::function<void(std::size_t)>& task) {
             ++loops;
@@ -126,8 +128,8 @@ TEST_CASE_TEMPLATE("threads: slices of one patch of 10,000 sensors give the same
 
 namespace {
 
-/// Two floors of 2021 sensors, one in rows and one in neighbour order: two slices each, of which
-/// the last ends within a tile. A ball of triangles and a box slide over each.
+/// Two floors of 2021 sensors, one in rows and one in neighbour order: two ranges each, of which
+/// the last ends within a packet. A ball of triangles and a box slide over each.
 template <Scalar S>
 struct Floors {
   World<S> world;
@@ -187,7 +189,7 @@ TEST_CASE_TEMPLATE("threads: several shapes in reach of patches in rows and in n
     ThreadPool pool(workers);
     CHECK(hashes_with(pool.hook()) == expected);
   }
-  // One thread that has all slices of a patch one after the other, and one that has each by itself.
+  // One thread that has all ranges of a patch one after the other, and one that has each by itself.
   const ParallelFor forwards = [](std::size_t count, const auto& task) { serial_for(count, task); };
   const ParallelFor backwards = [](std::size_t count, const auto& task) {
     for (std::size_t i = count; i-- > 0;) task(i);

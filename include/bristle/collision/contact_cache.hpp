@@ -1,5 +1,5 @@
 /// @file
-/// Contacts of this step with the impulses of the last one: persistence of manifolds.
+/// Contact cache: contacts of this step with the impulses of the last one.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -14,31 +14,31 @@
 #include <span>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// One point of contact between two bodies.
 template <Scalar S>
 struct CachedPoint {
-  /// [m] From each centre of mass to the point at the start of the step, world axes.
+  /// [m] Arm from each centre of mass to the point at the start of the step, world axes.
   Vec3<S> arm_a = Vec3<S>::Zero();
   Vec3<S> arm_b = Vec3<S>::Zero();
-  /// [m] From these arms to those in the middle of the step: half of what they changed by in the
-  /// last one; zero for a new point.
+  /// [m] Offset from these arms to those in the middle of the step. It is half of their change in
+  /// the last step. Zero for a new point.
   Vec3<S> mid_offset_a = Vec3<S>::Zero();
   Vec3<S> mid_offset_b = Vec3<S>::Zero();
   /// [m] Distance of the surfaces; negative where they overlap.
   S gap = S(0);
-  /// [-] Features that meet here; see `ContactPoint::feature`.
+  /// [-] Pair of features in contact; see `ContactPoint::feature`.
   std::uint32_t feature = 0;
-  /// [N s] Impulse along the normal, and along the two tangents of `tangent_basis`.
+  /// [N s] Impulses along the normal, and along the two tangents of `tangent_basis`.
   std::array<S, 3> impulse{};
-  /// [N s] What of it the next step will not need; see `ContactConstraint::passing`.
-  std::array<S, 3> passing{};
-  /// Whether no contact of the last step tells what to expect of this one.
+  /// [N s] Part that the next step does not need; see `ContactConstraint::transient_impulse`.
+  std::array<S, 3> transient_impulse{};
+  /// True if no contact of the last step predicts this one.
   bool is_fresh = true;
-  /// Whether the impulse stopped an approach, and says nothing about the step to come.
+  /// True if the impulse stopped an approach. It does not predict the next step.
   bool took_impact = false;
-  /// Whether the impulse acts in the middle of the step.
+  /// True if the impulse acts in the middle of the step.
   bool acts_at_mid = false;
 
   /// [m] Arms at which the impulse acts.
@@ -46,7 +46,7 @@ struct CachedPoint {
   [[nodiscard]] Vec3<S> acting_arm_b() const { return acts_at_mid ? arm_b + mid_offset_b : arm_b; }
 };
 
-/// Points with one normal between two shapes.
+/// Contact points with a common normal between two shapes.
 template <Scalar S>
 struct CachedManifold {
   ShapePair shapes{};
@@ -54,16 +54,16 @@ struct CachedManifold {
   std::uint32_t key = 0;
   /// [1] From a to b, world axes.
   Vec3<S> normal = Vec3<S>::UnitZ();
-  /// [m] a's centre of mass in the world when the contact was found; from it `arm_a` is measured.
+  /// [m] a's centre of mass in the world when the contact was found. The arm `arm_a` starts there.
   Vec3<S> center_a = Vec3<S>::Zero();
   /// [-] Its points are [first, first + count).
   std::uint32_t first = 0;
   std::uint32_t count = 0;
-  /// [-] Whether it was carried over from the last step and has no rows in this one.
-  bool is_carried = false;
+  /// [-] True if it persists from the last step and has no rows in this one.
+  bool is_persisted = false;
 };
 
-/// [N s] Friction of a point on b, world axes.
+/// [N s] Friction impulse of a point on b, world axes.
 template <Scalar S>
 [[nodiscard]] Vec3<S> friction_impulse(const CachedManifold<S>& manifold,
                                        const CachedPoint<S>& point) {
@@ -72,14 +72,14 @@ template <Scalar S>
   return point.impulse[1] * t1 + point.impulse[2] * t2;
 }
 
-/// Two generations of manifolds, sorted by pair. The older one gives its impulses to points of the
-/// younger one with the same pair, key and feature. Where features change names while nothing moves
-/// (corners of equal boxes coincide, and either box may name them) the point in the same place is
+/// Two generations of manifolds, sorted by pair. A new point inherits the impulses of the old point
+/// with the same pair, key and feature. Features may change names while nothing moves. Corners of
+/// equal boxes coincide. Either box may name them. Then the old point in the same place is
 /// taken.
 template <Scalar S>
 class ContactCache {
  public:
-  /// Where the shapes of a pair stand when their manifolds are added.
+  /// Positions of a pair's shapes when their manifolds are added.
   struct PairFrame {
     /// [1] Axes of shape a in the world.
     Mat3<S> R_WS = Mat3<S>::Identity();
@@ -91,7 +91,7 @@ class ContactCache {
     Vec3<S> center_a = Vec3<S>::Zero();
   };
 
-  /// Starts a new generation, of a step of `dt` [s].
+  /// Starts a new generation, for a step of `dt` [s].
   void begin_step(S dt) {
     half_ = S(0.5) * (dt / last_step_);
     last_step_ = dt;
@@ -103,10 +103,10 @@ class ContactCache {
     is_repeated_ = false;
   }
 
-  /// Makes the present generation stand for one more step, in which nothing changed.
+  /// Repeats the present generation for a step without changes.
   void repeat() { is_repeated_ = true; }
 
-  /// Adds the manifolds of one pair; pairs come in ascending order.
+  /// Adds the manifolds of one pair. Pairs come in ascending order.
   void add(ShapePair shapes, std::span<const ContactManifold<S>> found, const PairFrame& frame) {
     for (const ContactManifold<S>& m : found) {
       CachedManifold<S> cached;
@@ -129,22 +129,22 @@ class ContactCache {
     }
   }
 
-  /// Takes over, as they were, the manifolds of all pairs before `end` that `keeps(shapes)` wants:
-  /// pairs that are not collided in this step, and still touch.
+  /// Persists, unchanged, the manifolds of all pairs before `end` that `keeps(shapes)` accepts.
+  /// These pairs are in contact but not collided in this step.
   template <typename Keeps>
-  void carry_before(ShapePair end, Keeps&& keeps) {
+  void persist_before(ShapePair end, Keeps&& keeps) {
     for (; cursor_ < old_manifolds_.size() && old_manifolds_[cursor_].shapes < end; ++cursor_) {
       const CachedManifold<S>& old = old_manifolds_[cursor_];
       if (!keeps(old.shapes)) continue;
       manifolds_.push_back(old);
       manifolds_.back().first = static_cast<std::uint32_t>(points_.size());
-      manifolds_.back().is_carried = true;
+      manifolds_.back().is_persisted = true;
       points_.insert(points_.end(), old_points_.begin() + old.first,
                      old_points_.begin() + old.first + old.count);
     }
   }
 
-  /// Removes the contacts of a shape, so that nothing is inherited by the next one with its tag.
+  /// Removes the contacts of a shape. The next shape with its tag then inherits nothing.
   void forget(std::uint32_t tag) {
     forget(tag, manifolds_, points_);
     forget(tag, old_manifolds_, old_points_);
@@ -155,7 +155,7 @@ class ContactCache {
   [[nodiscard]] std::vector<CachedPoint<S>>& points() { return points_; }
   [[nodiscard]] const std::vector<CachedPoint<S>>& points() const { return points_; }
 
-  /// [s] Length of the step that the present generation is of.
+  /// [s] Step length of the present generation.
   [[nodiscard]] S& last_step() { return last_step_; }
   [[nodiscard]] const S& last_step() const { return last_step_; }
 
@@ -177,11 +177,11 @@ class ContactCache {
     return nullptr;
   }
 
-  /// Carries friction over as a vector: the tangents of two nearly equal normals may be opposite.
+  /// Persists friction as a vector. The tangents of two nearly equal normals may be opposite.
   class TangentTurn {
    public:
     TangentTurn(const Vec3<S>& from, const Vec3<S>& to) {
-      // Faces at rest keep theirs to the last bit.
+      // Faces at rest keep their friction to the last bit.
       if (from == to) return;
       Vec3<S> t1, t2, u1, u2;
       tangent_basis<S>(from, t1, t2);
@@ -190,9 +190,9 @@ class ContactCache {
       t2_ = {t2.dot(u1), t2.dot(u2)};
     }
     [[nodiscard]] std::array<S, 3> operator()(const CachedPoint<S>& old) const {
-      const Vec2<S> friction =
-          (old.impulse[1] - old.passing[1]) * t1_ + (old.impulse[2] - old.passing[2]) * t2_;
-      return {old.impulse[0] - old.passing[0], friction.x(), friction.y()};
+      const Vec2<S> friction = (old.impulse[1] - old.transient_impulse[1]) * t1_ +
+                               (old.impulse[2] - old.transient_impulse[2]) * t2_;
+      return {old.impulse[0] - old.transient_impulse[0], friction.x(), friction.y()};
     }
 
    private:
@@ -200,8 +200,8 @@ class ContactCache {
     Vec2<S> t2_ = Vec2<S>::UnitY();
   };
 
-  /// Gives the points of a manifold the impulses of their predecessors: first by feature, then what
-  /// is left by place.
+  /// Passes the impulses of old points on to the points of a manifold. It matches by feature first,
+  /// then the remaining ones by place.
   void inherit(const CachedManifold<S>& old, const CachedManifold<S>& young) {
     const TangentTurn turn(old.normal, young.normal);
     std::array<bool, ContactManifold<S>::capacity> is_taken{};
@@ -209,7 +209,7 @@ class ContactCache {
     const auto match = [&](const auto& is_same) {
       for (std::uint32_t i = 0; i < young.count; ++i) {
         CachedPoint<S>& point = points_[young.first + i];
-        // Points mostly keep their order: what stood in this one's place is asked first.
+        // Points mostly keep their order. The old point of the same number is tried first.
         std::uint32_t k = i < old.count ? i : 0;
         for (std::uint32_t asked = 0; asked < old.count && point.is_fresh; ++asked) {
           const CachedPoint<S>& other = old_points_[old.first + k];
@@ -227,8 +227,8 @@ class ContactCache {
     };
     match([](const CachedPoint<S>& a, const CachedPoint<S>& b) { return a.feature == b.feature; });
     if (fresh == 0) return;
-    // A hundredth of the patch is much more than resting points move and much less than they are
-    // apart.
+    // A hundredth of the patch is much more than the motion of resting points. It is much less than
+    // their distance.
     S extent2 = S(0);
     for (std::uint32_t k = 0; k < old.count; ++k) {
       extent2 = std::max(
@@ -239,10 +239,10 @@ class ContactCache {
     });
   }
 
-  /// Half of what an arm will change by if it goes on as in the last step.
+  /// Half of the change of an arm if it goes on as in the last step.
   [[nodiscard]] Vec3<S> mid_offset(const Vec3<S>& arm, const Vec3<S>& last) const {
     const Vec3<S> offset = half_ * (arm - last);
-    // No turn moves an arm by more than this, whatever the steps' lengths say.
+    // No rotation moves an arm by more than its length, whatever the lengths of the steps.
     return offset.squaredNorm() <= arm.squaredNorm() ? offset : Vec3<S>::Zero();
   }
 
@@ -269,4 +269,4 @@ class ContactCache {
   S half_ = S(0.5);  // Half of this step as a multiple of the last one.
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,5 +1,5 @@
 /// @file
-/// Who may touch, and sense, whom.
+/// Collision filters of bodies and sensors.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -9,18 +9,19 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Categories and groups of a body. Two bodies meet when each one's mask has a bit of the other's
-/// category and they are not of the same negative group.
+/// Categories and groups of a body. Two bodies meet if each one's mask has a bit of the other's
+/// category. They must not share a negative group.
 struct CollisionFilter {
-  /// [-] Bits that say what this body is.
+  /// [-] Category bits of this body.
   std::uint32_t category = 1;
-  /// [-] Bits of the categories this body meets.
+  /// [-] Category bits of the bodies that it meets.
   std::uint32_t mask = 0xffffffffu;
-  /// [-] Bodies of one negative group never meet, whatever the bits say; 0 and positive groups mean
-  /// nothing. For the links of one hand, say.
+  /// [-] Bodies of one negative group never meet, whatever the bits say. Other groups have no
+  /// effect. For the links of one hand, say.
   std::int32_t group = 0;
 };
 
+/// Returns whether two bodies meet.
 [[nodiscard]] constexpr bool may_meet(const CollisionFilter& a, const CollisionFilter& b) {
   if (a.group < 0 && a.group == b.group) return false;
   return (a.mask & b.category) != 0 && (b.mask & a.category) != 0;

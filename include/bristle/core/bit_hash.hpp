@@ -1,5 +1,5 @@
 /// @file
-/// One number for many values: equal bits, equal number.
+/// Hash of many values: equal bits give an equal number.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -13,19 +13,18 @@
 #include <span>
 #include <type_traits>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Whether values of a type are their bytes: without padding or addresses. Specialise it for
+/// True for types whose bytes are their value, without padding or addresses. Specialise it for
 /// numbers that are not built in.
 template <typename T>
 inline constexpr bool is_plain_value = std::is_arithmetic_v<T> || std::is_enum_v<T>;
 
-/// What is a number, a truth value or an enumerator.
+/// A number, a truth value or an enumerator.
 template <typename T>
 concept PlainValue = is_plain_value<std::remove_cv_t<T>>;
 
-namespace detail {
-
+/// Unsigned integer of a given size in bytes.
 template <std::size_t Size>
 struct UnsignedOfSize;
 template <>
@@ -45,7 +44,7 @@ struct UnsignedOfSize<8> {
   using Type = std::uint64_t;
 };
 
-/// The bits of a value as the low bits of words, as many as it needs.
+/// Returns the bits of a value. They are the low bits of as many words as it needs.
 template <PlainValue T>
 [[nodiscard]] constexpr auto bits_of(const T& value) {
   if constexpr (sizeof(T) <= sizeof(std::uint64_t)) {
@@ -57,18 +56,16 @@ template <PlainValue T>
   }
 }
 
-}  // namespace detail
-
-/// Mixes values by their bits, in order. Each value is one word w or several: h <- (h xor w) k, h
-/// <- h xor h >> 32, with the odd k = floor(2^64 / golden ratio). For a given w that is a bijection
-/// of h, and for a given h one of w: two sequences of one length that differ in one value never
-/// have the same number, and others have it with a chance of 2^-64. No protection against those who
-/// want it.
+/// Mixes values by their bits, in order. Each value is one word w or several. Then h <- (h xor w)
+/// k, h <- h xor h >> 32, with the odd k = floor(2^64 / golden ratio). For a given w this maps h
+/// one to one. For a given h it maps w one to one. So sequences of one length that differ in one
+/// value never have the same hash. Other sequences collide with a chance of 2^-64. It does not
+/// protect against deliberate collisions.
 class BitHash {
  public:
   template <PlainValue T>
   void add(const T& value) {
-    for (const std::uint64_t word : detail::bits_of(value)) {
+    for (const std::uint64_t word : bits_of(value)) {
       value_ = (value_ ^ word) * 0x9e3779b97f4a7c15u;
       value_ ^= value_ >> 32;
     }
@@ -76,10 +73,10 @@ class BitHash {
   [[nodiscard]] std::uint64_t value() const { return value_; }
 
  private:
-  std::uint64_t value_ = 0x6a09e667f3bcc909u;  // Any start but 0, which 0 would leave where it is.
+  std::uint64_t value_ = 0x6a09e667f3bcc909u;  // Any start but 0, which a word 0 would not change.
 };
 
-/// The number of a block of bytes: of its size, then eight at a time, then of what is left.
+/// Hash of a block of bytes. It mixes the size, then eight bytes at a time, then the rest.
 [[nodiscard]] inline std::uint64_t hash_of(std::span<const std::byte> bytes) {
   BitHash hash;
   hash.add(bytes.size());
@@ -92,4 +89,4 @@ class BitHash {
   return hash.value();
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -7,14 +7,15 @@
 #error "bristle needs C++20: compile with -std=c++20 or later"
 #endif
 
-/// BRISTLE_COMPILED: headers declare the library and leave its definition to a compiled one; set by
-/// the CMake target `bristle::compiled`. All files of a program agree on it.
+/// BRISTLE_COMPILED: headers only declare the library; the compiled library defines it. The CMake
+/// target `bristle::compiled` sets it. All files of a program must agree on it.
 ///
-/// BRISTLE_INSTANTIATE=S: with BRISTLE_COMPILED, this file makes the library for the scalar S. For
-/// programs that use the single header without CMake; the target needs it of nobody.
+/// BRISTLE_INSTANTIATE=S: with BRISTLE_COMPILED, this file instantiates the library for the scalar
+/// S. For programs that use the single header without CMake. Programs with the target do not need
+/// it.
 ///
-/// BRISTLE_WITH_DEFINITIONS: with BRISTLE_COMPILED, this file has all definitions, too: for scalars
-/// and backends that the compiled library has not got.
+/// BRISTLE_WITH_DEFINITIONS: with BRISTLE_COMPILED, this file also has all definitions. For scalars
+/// and backends that the compiled library lacks.
 ///
 /// BRISTLE_HAS_DEFINITIONS is 1 where headers define what they declare.
 #if defined(BRISTLE_COMPILED) && !defined(BRISTLE_INSTANTIATE) && !defined(BRISTLE_WITH_DEFINITIONS)
@@ -23,7 +24,8 @@
 #define BRISTLE_HAS_DEFINITIONS 1
 #endif
 
-/// [bytes] Of the vector registers that this file is compiled for; 0 where lanes are plain arrays.
+/// [bytes] Size of the vector registers that this file is compiled for. It is 0 where lanes are
+/// plain arrays.
 #if !defined(__GNUC__) || defined(BRISTLE_NO_SIMD)
 #define BRISTLE_REGISTER_BYTES 0
 #elif defined(__AVX512F__)
@@ -34,10 +36,11 @@
 #define BRISTLE_REGISTER_BYTES 16
 #endif
 
-/// BRISTLE_ABI: the inline namespace of all of the library. Files that must not be mixed have other
-/// names for everything, so that they do not link: header-only ones and those of the compiled
-/// library, and files for registers of two widths. Widths decide how Eigen aligns what it has on
-/// the stack, and the linker keeps one copy of Eigen's functions for all files.
+/// BRISTLE_ABI: the inline namespace of the whole library. Files that must not be mixed get
+/// different names for everything. So they do not link. These are header-only files and those of
+/// the compiled library. Files for registers of two widths must not be mixed either. The width
+/// decides how Eigen aligns objects on the stack. The linker keeps one copy of Eigen's functions
+/// for all files.
 #define BRISTLE_ABI BRISTLE_ABI_OF(BRISTLE_WAY, BRISTLE_REGISTER_BYTES)
 #define BRISTLE_ABI_OF(way, bytes) BRISTLE_ABI_OF_(way, bytes)
 #define BRISTLE_ABI_OF_(way, bytes) way##_##bytes
@@ -47,31 +50,31 @@
 #define BRISTLE_WAY header_only
 #endif
 
-/// BRISTLE_ASSERT(condition): checks for errors of the library itself, never for a caller's data
-/// (that is `InvalidArgument`, in every build type). Debug builds abort; release builds skip it.
+/// BRISTLE_ASSERT(condition): checks for errors of the library itself. A caller's data is checked
+/// by `InvalidArgument`, in every build type. Debug builds abort; release builds skip it.
 #if !defined(BRISTLE_ASSERT)
 #include <cassert>
 #define BRISTLE_ASSERT(condition) assert(condition)
 #endif
 
-/// BRISTLE_WITH_FCL: defined by the CMake target `bristle::fcl`; the umbrella header then includes
-/// the FCL backend too.
+/// BRISTLE_WITH_FCL: defined by the CMake target `bristle::fcl`. The umbrella header then also
+/// includes the FCL backend.
 
-/// BRISTLE_NO_SIMD: lanes of vectors as plain arrays, for compilers and machines without
+/// BRISTLE_NO_SIMD: makes lanes plain arrays, for compilers and machines without vector registers
 /// (math/simd.hpp).
 
-/// BRISTLE_FATAL(message): what replaces a throw where exceptions are compiled away
-/// (-fno-exceptions). Must not return.
+/// BRISTLE_FATAL(message): replaces a throw where exceptions are compiled away (-fno-exceptions).
+/// Must not return.
 #if !defined(BRISTLE_FATAL)
 #include <cstdio>
 #include <cstdlib>
 #define BRISTLE_FATAL(message) (std::fprintf(stderr, "bristle: %s\n", (message)), std::abort())
 #endif
 
-/// BRISTLE_INLINE: before functions of a few instructions, which are inlined even without
-/// optimisation: what is passed through memory there costs more than what is done with it.
+/// BRISTLE_FORCE_INLINE: inlines functions of a few instructions even without optimisation. There,
+/// passing their arguments through memory costs more than the functions do.
 #if defined(__GNUC__)
-#define BRISTLE_INLINE [[gnu::always_inline]] inline
+#define BRISTLE_FORCE_INLINE [[gnu::always_inline]] inline
 #else
-#define BRISTLE_INLINE inline
+#define BRISTLE_FORCE_INLINE inline
 #endif

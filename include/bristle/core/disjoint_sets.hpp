@@ -1,5 +1,5 @@
 /// @file
-/// Numbers that fall into sets as they are joined two by two.
+/// Disjoint sets of numbers, joined two by two.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -9,10 +9,10 @@
 #include <cstdint>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Union-find over [0, count). Each set is known by its lowest member, whatever the order in which
-/// members were joined. Allocates only when it grows.
+/// Union-find over [0, count). Each set is named by its lowest member, whatever the order of joins.
+/// Allocates only when it grows.
 class DisjointSets {
  public:
   /// Makes every number a set of its own.
@@ -30,13 +30,14 @@ class DisjointSets {
     return i;
   }
 
+  /// Joins the sets of two numbers.
   void join(std::uint32_t a, std::uint32_t b) {
-    const std::uint32_t root_a = find(a);
-    const std::uint32_t root_b = find(b);
-    if (root_a < root_b) {
-      parent_[root_b] = root_a;
+    const std::uint32_t anchor_a = find(a);
+    const std::uint32_t anchor_b = find(b);
+    if (anchor_a < anchor_b) {
+      parent_[anchor_b] = anchor_a;
     } else {
-      parent_[root_a] = root_b;
+      parent_[anchor_a] = anchor_b;
     }
   }
 
@@ -44,4 +45,4 @@ class DisjointSets {
   std::vector<std::uint32_t> parent_;
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,8 +1,9 @@
 /// @file
-/// The two exceptions a caller can meet, and the checks that raise them.
+/// The two exceptions that a caller can meet, and the checks that raise them.
 ///
-/// A caller's bad data ends in `InvalidArgument` or `IoError` at the call that brought it, in every
-/// build type, before anything was changed. `World::step` and everything below it never throws.
+/// A caller's bad data ends in `InvalidArgument` or `IoError`. The call that brought it throws in
+/// every build type. It throws before it changes anything. Nothing from `World::step` down ever
+/// throws.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -44,7 +45,7 @@ class InvalidArgument : public std::invalid_argument {
 /// A file could not be read, written or understood. Reads "part.obj:12: face with 2 corners".
 class IoError : public std::runtime_error {
  public:
-  /// @param line  1-based line of a text file, or 0 where lines mean nothing.
+  /// @param line  1-based line of a text file. It is 0 where lines have no meaning.
   IoError(std::string file, std::size_t line, const std::string& what)
       : std::runtime_error(file + (line > 0 ? ":" + std::to_string(line) : "") + ": " + what),
         file_(std::move(file)),
@@ -52,7 +53,7 @@ class IoError : public std::runtime_error {
 
   /// The file as the caller named it.
   [[nodiscard]] const std::string& file() const noexcept { return file_; }
-  /// 1-based line, or 0 where lines mean nothing.
+  /// 1-based line, or 0 where lines have no meaning.
   [[nodiscard]] std::size_t line() const noexcept { return line_; }
 
  private:
@@ -60,9 +61,11 @@ class IoError : public std::runtime_error {
   std::size_t line_;
 };
 
-/// Largest number that a definition may hold, and largest inverse of one that is divided by: the
-/// squares of three of them have a finite sum, and so does any product of two. 6.7e153 in double,
-/// 9.2e18 in float.
+namespace detail {
+
+/// Largest number that a definition may hold, and largest inverse of a divisor. The squares of
+/// three such numbers have a finite sum. So has any product of two. 6.7e153 in double, 9.2e18 in
+/// float.
 template <typename S>
 inline constexpr S largest_number = [] {
   S result(1);
@@ -70,13 +73,11 @@ inline constexpr S largest_number = [] {
   return result;
 }();
 
-/// Whether a number is finite and so is its square (`largest_number`).
+/// Returns whether a number and its square are finite (`largest_number`).
 template <typename S>
 [[nodiscard]] bool has_finite_square(const S& value) {
   return value <= largest_number<S> && value >= -largest_number<S>;
 }
-
-namespace detail {
 
 /// Throws `error`, or ends the program where exceptions are compiled away.
 template <typename Exception>
@@ -96,7 +97,7 @@ template <typename S>
   return buffer;
 }
 
-/// What is text already.
+/// Text of a value: returns text unchanged.
 [[nodiscard]] inline std::string to_text(const char* value) { return value; }
 
 /// Raises InvalidArgument{field, value, rule} unless `holds`.
@@ -105,7 +106,8 @@ void require(bool holds, std::string_view field, const S& value, std::string_vie
   if (!holds) raise(InvalidArgument(std::string(field), to_text(value), std::string(rule)));
 }
 
-/// Whether a number is finite and has all its digits: it is neither zero nor next to it.
+/// Returns whether a number is finite and has all its digits. It is then neither zero nor
+/// subnormal.
 template <typename S>
 [[nodiscard]] bool is_normal(const S& value) {
   using Limits = std::numeric_limits<S>;
@@ -113,7 +115,7 @@ template <typename S>
   return size >= Limits::min() && size <= Limits::max();
 }
 
-/// Raises InvalidArgument where the square of a finite number is not finite.
+/// Raises InvalidArgument if the square of a finite number is not finite.
 template <typename S>
 void require_finite_square(std::string_view field, const S& value) {
   if (has_finite_square(value)) return;
@@ -122,7 +124,7 @@ void require_finite_square(std::string_view field, const S& value) {
       "must be at most " + to_text(largest_number<S>) + " in size: its square has to be finite"));
 }
 
-/// Finite, and its square, too.
+/// Raises InvalidArgument unless a number and its square are finite.
 template <typename S>
 void require_finite(std::string_view field, const S& value) {
   using std::isfinite;
@@ -130,7 +132,8 @@ void require_finite(std::string_view field, const S& value) {
   require_finite_square(field, value);
 }
 
-/// Finite and > 0; its square and that of its inverse are finite, too.
+/// Raises InvalidArgument unless a number is finite and > 0. Its square and that of its inverse
+/// must be finite, too.
 template <typename S>
 void require_positive(std::string_view field, const S& value) {
   using std::isfinite;
@@ -142,7 +145,7 @@ void require_positive(std::string_view field, const S& value) {
                             ": the square of its inverse has to be finite"));
 }
 
-/// Finite and >= 0; its square is finite, too.
+/// Raises InvalidArgument unless a number is finite and >= 0. Its square must be finite, too.
 template <typename S>
 void require_not_negative(std::string_view field, const S& value) {
   using std::isfinite;
@@ -150,8 +153,8 @@ void require_not_negative(std::string_view field, const S& value) {
   require_finite_square(field, value);
 }
 
-/// Every coefficient of an Eigen expression must be finite, as `require_finite` has it; the message
-/// names the first that is not.
+/// Applies `require_finite` to every coefficient of an Eigen expression. The message names the
+/// first one that fails.
 template <typename Matrix>
 void require_all_finite(std::string_view field, const Matrix& values) {
   for (int i = 0; i < values.size(); ++i) {

@@ -1,4 +1,4 @@
-// The choice of an instruction set, and of the kernels that were compiled for it.
+// Choice of an instruction set, and of the kernels that were compiled for it.
 // SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/core/error.hpp>
 #include <bristle/core/instruction_set.hpp>
@@ -32,6 +32,7 @@ constexpr InstructionSet all_sets[] = {InstructionSet::baseline, InstructionSet:
                                        InstructionSet::v4};
 constexpr const char* must_be_there = "must be one that this processor and this library have";
 
+/// Returns whether the library was built with a set and the processor has it.
 /// The choice of the environment, else the widest.
 InstructionSet first_choice() {
   const char* wanted = std::getenv("BRISTLE_INSTRUCTION_SET");
@@ -76,15 +77,15 @@ void set_instruction_set(InstructionSet set) {
 #define bristle_kernels_double_v4 bristle_kernels_double_baseline
 #endif
 
-const KernelTables& chosen_kernels_float() {
-  constexpr const KernelTables* (*of[])() = {bristle_kernels_float_baseline,
-                                             bristle_kernels_float_v3, bristle_kernels_float_v4};
+const detail::KernelTables& chosen_kernels_float() {
+  constexpr const detail::KernelTables* (*of[])() = {
+      bristle_kernels_float_baseline, bristle_kernels_float_v3, bristle_kernels_float_v4};
   return *of[static_cast<std::size_t>(instruction_set())]();
 }
 
-const KernelTables& chosen_kernels_double() {
-  constexpr const KernelTables* (*of[])() = {bristle_kernels_double_baseline,
-                                             bristle_kernels_double_v3, bristle_kernels_double_v4};
+const detail::KernelTables& chosen_kernels_double() {
+  constexpr const detail::KernelTables* (*of[])() = {
+      bristle_kernels_double_baseline, bristle_kernels_double_v3, bristle_kernels_double_v4};
   return *of[static_cast<std::size_t>(instruction_set())]();
 }
 

@@ -1,5 +1,5 @@
 /// @file
-/// Scratch memory of kernels, as those see it who only call them.
+/// Scratch memory of kernels, as seen by code that only calls them.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -9,9 +9,9 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// A table of kernels, chosen when this is made, and an object that its functions work in. It holds
-/// no state: a copy has an object of its own, made anew. What was moved from may only be destroyed
-/// or assigned to.
+/// A table of kernels, chosen at construction, and a scratch object for its functions. It holds no
+/// state: a copy makes its own scratch object. A moved-from object may only be destroyed or
+/// assigned to.
 ///
 /// @tparam Kernels  Has `make_scratch()` and `delete_scratch(scratch)`.
 template <typename Kernels>

@@ -1,5 +1,5 @@
 /// @file
-/// The hook through which a host lends its worker threads, and sums that it may share out.
+/// The hook through which a host lends its worker threads. Sums that use it.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -14,36 +14,40 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Runs task(i) once for every i in [0, count), in any order and on any threads, and returns when
-/// all are done. Tasks never write to the same place, so results do not depend on the schedule.
+/// Runs task(i) once for every i in [0, count). Any order and any threads are allowed. Returns when
+/// all are done. Tasks never write to the same place. So results do not depend on the schedule.
 using ParallelFor =
     std::function<void(std::size_t count, const std::function<void(std::size_t)>& task)>;
 
-/// The default: one after the other on the calling thread. A type of its own, by which `is_serial`
-/// knows it in every file of a program, whatever that is compiled for.
+namespace detail {
+
+/// The default hook: one task after the other on the calling thread. It has a type of its own. So
+/// `is_serial` recognises it in every file of a program, whatever the file is compiled for.
 struct SerialFor {
   void operator()(std::size_t count, const std::function<void(std::size_t)>& task) const {
     for (std::size_t i = 0; i < count; ++i) task(i);
   }
 };
-inline constexpr SerialFor serial_for{};
 
-/// Whether a hook is known to be `serial_for`: work need not be divided for it.
+}  // namespace detail
+inline constexpr detail::SerialFor serial_for{};
+
+/// Returns whether a hook is known to be `serial_for`. Work need not be divided for it.
 [[nodiscard]] bool is_serial(const ParallelFor& parallel_for);
 
-/// Adds up part(first, end, sum) over [0, count) in slices of `size`. Every slice starts from a
-/// `Sum{}` of its own and slices are added in their order, so that the rounding is the same
-/// whoever does them, one after the other or at the same time. Allocates nothing.
-/// @param fewest_shared  [-] The hook is called for no fewer slices than this.
+/// Adds up part(first, end, sum) over [0, count) in ranges of `size`. Every range starts from its
+/// own `Sum{}`, and ranges are added in their order. So the rounding is the same on one thread and
+/// on many. Allocates nothing.
+/// @param fewest_shared  [-] The hook is called for no fewer ranges than this.
 template <typename Sum, typename Part>
-[[nodiscard]] Sum sum_in_slices(std::size_t count, std::size_t size, std::size_t fewest_shared,
+[[nodiscard]] Sum sum_in_ranges(std::size_t count, std::size_t size, std::size_t fewest_shared,
                                 const ParallelFor& parallel_for, const Part& part);
 
 // Implementation -----------------------------------------------------------------------------------
 
 inline bool is_serial(const ParallelFor& parallel_for) {
 #if defined(__cpp_rtti)
-  return parallel_for.target<SerialFor>() != nullptr;
+  return parallel_for.target<detail::SerialFor>() != nullptr;
 #else
   (void)parallel_for;
   return false;
@@ -52,14 +56,14 @@ inline bool is_serial(const ParallelFor& parallel_for) {
 
 namespace detail {
 
-/// Room for a T, which is there only from `make` to `destroy`; who makes it destroys it.
+/// Room for a T, which exists only from `make` to `destroy`. The caller of `make` calls `destroy`.
 template <typename T>
-class Room {
+class Storage {
  public:
-  Room() {}
-  Room(const Room&) = delete;
-  Room& operator=(const Room&) = delete;
-  ~Room() {}
+  Storage() {}
+  Storage(const Storage&) = delete;
+  Storage& operator=(const Storage&) = delete;
+  ~Storage() {}
   T& make() { return *::new (static_cast<void*>(&value_)) T{}; }
   [[nodiscard]] const T& value() const { return value_; }
   void destroy() { std::destroy_at(&value_); }
@@ -73,28 +77,29 @@ class Room {
 }  // namespace detail
 
 template <typename Sum, typename Part>
-Sum sum_in_slices(std::size_t count, std::size_t size, std::size_t fewest_shared,
+Sum sum_in_ranges(std::size_t count, std::size_t size, std::size_t fewest_shared,
                   const ParallelFor& parallel_for, const Part& part) {
-  const std::size_t slices = (count + size - 1) / size;
-  const auto add_slice = [&](std::size_t k, Sum& sum) {
+  const std::size_t ranges = (count + size - 1) / size;
+  const auto add_range = [&](std::size_t k, Sum& sum) {
     part(k * size, std::min(count, (k + 1) * size), sum);
   };
   Sum total{};
-  if (slices <= 1) {
-    add_slice(0, total);
-  } else if (slices < fewest_shared || is_serial(parallel_for)) {
-    for (std::size_t k = 0; k < slices; ++k) {
+  if (ranges <= 1) {
+    add_range(0, total);
+  } else if (ranges < fewest_shared || is_serial(parallel_for)) {
+    for (std::size_t k = 0; k < ranges; ++k) {
       Sum sum{};
-      add_slice(k, sum);
+      add_range(k, sum);
       total += sum;
     }
   } else {
-    // As many at a time as there is room for. Who adds up a slice makes its sum: those of contacts
-    // are 44 KiB in registers of 64 bytes, which one thread would write before the others start.
-    std::array<detail::Room<Sum>, 32> sums;
-    for (std::size_t first = 0; first < slices; first += sums.size()) {
-      const std::size_t some = std::min(sums.size(), slices - first);
-      const auto task = [&](std::size_t k) { add_slice(first + k, sums[k].make()); };
+    // As many ranges at a time as there is room for. The thread that adds up a range also
+    // constructs its sum. Sums of contacts are 44 KiB in registers of 64 bytes. One thread would
+    // write them before the others start.
+    std::array<detail::Storage<Sum>, 32> sums;
+    for (std::size_t first = 0; first < ranges; first += sums.size()) {
+      const std::size_t some = std::min(sums.size(), ranges - first);
+      const auto task = [&](std::size_t k) { add_range(first + k, sums[k].make()); };
       parallel_for(some, std::cref(task));
       for (std::size_t k = 0; k < some; ++k) {
         total += sums[k].value();

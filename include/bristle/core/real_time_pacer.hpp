@@ -1,5 +1,5 @@
 /// @file
-/// Keeps a fixed-step loop in step with the clock on the wall, and says how well that goes.
+/// Paces a fixed-step loop by the wall clock. Reports how well it keeps up.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -20,16 +20,15 @@ namespace bristle::inline BRISTLE_ABI {
 ///       pacer.wait();
 ///     }
 ///
-/// Step k is due k steps after the first `wait`. A loop that is early sleeps, and spins for the
-/// last bit, since systems wake sleepers late; one that is late goes on at once and so catches up,
-/// unless it is more than `longest_debt` behind: then the rest is forgiven, the simulation stays
-/// behind the wall, and `real_time_factor` says so.
+/// Step k is due k steps after the first `wait`. An early loop sleeps. It spins for the last bit,
+/// since systems wake sleepers late. A late loop goes on at once and so catches up. A loop more
+/// than `longest_debt` behind is forgiven its delay. The simulation then stays behind the clock.
+/// The `real_time_factor` shows it.
 ///
-/// The steps themselves do not depend on it: a paced run computes the bits of one that is not.
+/// Pacing does not affect the steps. They compute the same bits with and without it.
 ///
-/// @tparam Clock  A steady clock of the standard library's shape; `sleep_until` of its own if it
-/// has
-///                one (tests do).
+/// @tparam Clock  A steady clock like those of the standard library. Its own `sleep_until` is used
+///                if it has one (tests do).
 template <typename Clock = std::chrono::steady_clock>
 class RealTimePacer {
  public:
@@ -37,8 +36,8 @@ class RealTimePacer {
   using TimePoint = typename Clock::time_point;
 
   /// @param step          [s] Simulated time of one step. Finite, > 0.
-  /// @param longest_debt  [s] Lateness that is made up for. Finite, >= 0.
-  /// @param spin          [s] Waited for without sleeping, at the end of each wait. Finite, >= 0.
+  /// @param longest_debt  [s] Longest delay that is caught up. Finite, >= 0.
+  /// @param spin          [s] Time at the end of each wait without sleep. Finite, >= 0.
   /// @throws InvalidArgument naming the argument.
   explicit RealTimePacer(double step, double longest_debt = 0.1, double spin = 200e-6)
       : step_(step), longest_debt_(longest_debt), spin_(spin) {
@@ -65,15 +64,15 @@ class RealTimePacer {
     ++late_steps_;
     worst_lateness_ = std::max(worst_lateness_, lateness);
     if (lateness > longest_debt_) {
-      // From here on steps count from now.
+      // Steps count from now.
       forgiven_ += lateness;
       origin_ = now;
       forgiven_from_ = steps_ - 1;
     }
   }
 
-  /// Simulated time over real time since the first `wait`; 1 for a loop that keeps up, and before
-  /// the second one.
+  /// Simulated time over real time since the first `wait`. It is 1 for a loop that keeps up, and
+  /// before the second `wait`.
   [[nodiscard]] double real_time_factor() const {
     if (steps_ < 2) return 1;
     const double real = seconds(Clock::now() - start_);
@@ -81,9 +80,9 @@ class RealTimePacer {
   }
   /// [-] Steps that were due before their `wait` was called.
   [[nodiscard]] std::uint64_t late_steps() const { return late_steps_; }
-  /// [s] By how much the latest of them was late.
+  /// [s] Largest delay of a step.
   [[nodiscard]] double worst_lateness() const { return worst_lateness_; }
-  /// [s] Lateness that was not made up for.
+  /// [s] Total delay that was not caught up.
   [[nodiscard]] double forgiven() const { return forgiven_; }
 
  private:

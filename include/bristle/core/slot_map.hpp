@@ -1,5 +1,5 @@
 /// @file
-/// Storage with handles that notice when what they named is gone.
+/// Storage with handles that detect when their element is gone.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -15,20 +15,22 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Handle of an element of a `SlotMap`. Default-constructed, it names nothing.
+namespace detail {
+
+/// Handle of an element of a `SlotMap`. A default-constructed handle names nothing.
 ///
 /// Ordered by slot, so sorting by handle is the same in every run.
 template <typename Tag>
 struct Id {
   /// [-] Slot number.
   std::uint32_t index = 0xffffffffu;
-  /// [-] How often the slot had been reused when this handle was given out.
+  /// [-] Number of reuses of the slot when this handle was made.
   std::uint32_t generation = 0;
 
   friend constexpr auto operator<=>(const Id&, const Id&) = default;
   friend constexpr bool operator==(const Id&, const Id&) = default;
 
-  /// Text of it in messages ("{3, 0}").
+  /// Text for messages ("{3, 0}").
   [[nodiscard]] friend std::string to_text(const Id& id) {
     std::string text("{");
     text.append(std::to_string(id.index)).append(", ");
@@ -37,8 +39,8 @@ struct Id {
   }
 };
 
-/// Elements in slots that keep their place while they live; freed slots are reused, lowest-freed
-/// last, and a handle to a former tenant is recognised as stale.
+/// Elements in slots that keep their place while they live. Freed slots are reused, last freed
+/// first. A handle to a former element is recognised as stale.
 ///
 /// Iterate with `for (i = 0; i < slot_count(); ++i) if (is_live(i)) use(at(i));` The order depends
 /// only on the sequence of insertions and erasures.
@@ -47,6 +49,7 @@ class SlotMap {
  public:
   using Handle = Id<Tag>;
 
+  /// Stores an element in the slot freed last, or in a new one.
   Handle insert(T value) {
     std::uint32_t index = 0;
     if (free_.empty()) {
@@ -73,14 +76,14 @@ class SlotMap {
     --size_;
   }
 
-  /// Whether the handle names an element that still lives here.
+  /// Returns whether the handle names an element that still exists.
   [[nodiscard]] bool contains(Handle id) const noexcept {
     return id.index < slots_.size() && slots_[id.index].is_live &&
            slots_[id.index].generation == id.generation;
   }
 
   /// The element of a handle.
-  /// @throws InvalidArgument{field} if the handle is stale or was never given out.
+  /// @throws InvalidArgument{field} if the handle is stale or was never made.
   [[nodiscard]] T& get(Handle id, std::string_view field) {
     check(id, field);
     return slots_[id.index].value;
@@ -90,7 +93,7 @@ class SlotMap {
     return slots_[id.index].value;
   }
 
-  /// The element in a slot that is known to be live.
+  /// The element in a live slot.
   [[nodiscard]] T& at(std::uint32_t index) noexcept {
     BRISTLE_ASSERT(is_live(index));
     return slots_[index].value;
@@ -100,6 +103,7 @@ class SlotMap {
     return slots_[index].value;
   }
 
+  /// Returns whether a slot holds an element.
   [[nodiscard]] bool is_live(std::uint32_t index) const noexcept {
     return index < slots_.size() && slots_[index].is_live;
   }
@@ -131,14 +135,16 @@ class SlotMap {
   std::uint32_t size_ = 0;
 };
 
+}  // namespace detail
+
 }  // namespace bristle::inline BRISTLE_ABI
 
 /// Handles are keys of unordered containers.
 template <typename Tag>
-struct std::hash<bristle::Id<Tag>> {
-  [[nodiscard]] std::size_t operator()(const bristle::Id<Tag>& id) const noexcept {
-    // One to one in 64 bits, and every bit reaches the lowest, by which tables of a power of two
-    // choose: slots are consecutive, and generations are mostly 0.
+struct std::hash<bristle::detail::Id<Tag>> {
+  [[nodiscard]] std::size_t operator()(const bristle::detail::Id<Tag>& id) const noexcept {
+    // Maps ids one to one to 64 bits. Every bit reaches the lowest ones, by which tables of a power
+    // of two choose. Slots are consecutive. Generations are mostly 0.
     const std::uint64_t bits =
         (std::uint64_t{id.generation} << 32 | id.index) * 0x9e3779b97f4a7c15u;
     return static_cast<std::size_t>(bits ^ bits >> 32);

@@ -1,7 +1,7 @@
 /// @file
 /// Worker threads for `WorldDef::parallel_for`.
 ///
-/// Who does not want threads neither compiles nor links any: no other header includes this one, and
+/// A program without threads neither compiles nor links any. No other header includes this one;
 /// `bristle.hpp` does so only where `BRISTLE_WITH_THREADS` is defined. Programs that include it
 /// link the system's threads (CMake: `Threads::Threads`).
 // SPDX-License-Identifier: BSD-3-Clause
@@ -21,20 +21,20 @@ namespace bristle::inline BRISTLE_ABI {
 
 /// A fixed number of threads that share the tasks of one loop at a time.
 ///
-/// `WorldDef::parallel_for = pool.hook()`; the pool must outlive the worlds that have its hook, and
-/// their copies. Any number of them may use it: who finds it busy, from another thread or from
-/// within a task, does its loop alone. Tasks must not throw. A loop does not allocate.
+/// Use `WorldDef::parallel_for = pool.hook()`. The pool must outlive the worlds that have its hook,
+/// and their copies. Any number of worlds may share it. A loop that finds the pool busy runs on its
+/// own thread alone. Such a loop comes from another thread, or from within a task. Tasks must not
+/// throw. A loop does not allocate.
 ///
-/// Each worker has a share of every loop, the same part of it each time, so that what it wrote in
-/// one loop is in its cache for the next; who has done with its own helps the others.
+/// Each worker has the same share of every loop. So data it wrote in one loop is in its cache for
+/// the next. A worker that is done with its own share helps the others.
 ///
-/// A step has several loops, of ten microseconds some of them, and to be woken takes a thread that
-/// long. So after a loop threads look out for the next one for a while before they sleep, and soon
-/// let others have the processor meanwhile.
+/// A step has several loops, some of ten microseconds. Waking a thread takes that long. So after a
+/// loop threads spin for a while before they sleep. They soon yield the processor meanwhile.
 class ThreadPool {
  public:
-  /// @param workers  [-] Threads that work on a loop, the calling one included; 0 and 1: only that
-  ///                 one.
+  /// @param workers  [-] Threads that work on a loop, including the calling one. At 0 and 1 it is
+  ///                 the only one.
   explicit ThreadPool(unsigned workers = std::thread::hardware_concurrency())
       : shares_(std::max(1u, workers)) {
     for (unsigned i = 1; i < workers; ++i) threads_.emplace_back([this, i] { wait_for_loops(i); });
@@ -47,16 +47,16 @@ class ThreadPool {
     for (std::thread& thread : threads_) thread.join();
   }
 
-  /// [-] Threads that work on a loop, the calling one included.
+  /// [-] Threads that work on a loop, including the calling one.
   [[nodiscard]] std::size_t workers() const noexcept { return shares_.size(); }
 
-  /// Runs task(i) once for every i in [0, count) and returns when all are done.
+  /// Runs task(i) once for every i in [0, count). Returns when all are done.
   void run(std::size_t count, const std::function<void(std::size_t)>& task) {
     if (count < 2 || threads_.empty() || is_busy_.test_and_set(std::memory_order_acquire)) {
       serial_for(count, task);
       return;
     }
-    // Several turns for each worker, so that none is left waiting for one long turn of another.
+    // Several turns for each worker: no worker waits for one long turn of another.
     const std::size_t grain = std::max<std::size_t>(1, count / (8 * workers()));
     const std::size_t turns = (count + grain - 1) / grain;
     undone_.store(turns, std::memory_order_relaxed);
@@ -79,7 +79,7 @@ class ThreadPool {
     is_busy_.clear(std::memory_order_release);
   }
 
-  /// What to give to `WorldDef::parallel_for`.
+  /// The hook for `WorldDef::parallel_for`.
   [[nodiscard]] ParallelFor hook() {
     return [this](std::size_t count, const std::function<void(std::size_t)>& task) {
       run(count, task);
@@ -90,29 +90,28 @@ class ThreadPool {
   /// Turns of a loop.
   struct Loop {
     const std::function<void(std::size_t)>* task = nullptr;
-    /// [-] Tasks of the loop and of a turn, and number of the turn behind the last.
+    /// [-] Tasks of the loop, tasks of a turn, and number behind the last turn.
     std::size_t count = 0;
     std::size_t grain = 1;
     std::size_t end = 0;
   };
 
-  /// Those that are one worker's before others help: all that has to come to it, in one line of its
-  /// cache.
+  /// Turns of one worker, before others help. All its data is in one cache line.
   struct alignas(64) Share {
-    /// [-] Turns that nobody has taken; 0 and less: none. What the loop is may be read only by who
-    /// took a turn: until that is done nobody changes it.
+    /// [-] Turns that no thread has taken; 0 and less: none. Only a thread that took a turn may
+    /// read `loop`. It does not change until the turn is done.
     std::atomic<std::ptrdiff_t> left{0};
-    /// [-] Number of the loop, written last: another one than before calls the worker.
+    /// [-] Number of the loop, written last: a new number calls the worker.
     std::atomic<std::size_t> number{0};
     Loop loop{};
   };
 
-  /// [-] How often a thread looks before it gives way, and how often it gives way before it sleeps:
-  /// some twenty and fifty microseconds of an AMD EPYC (Zen 5).
+  /// [-] Looks before a thread yields. Yields before it sleeps. They take some twenty and fifty
+  /// microseconds on an AMD EPYC (Zen 5).
   static constexpr int most_looks = 800, most_yields = 100;
 
-  /// Waits a while for what others are about to do.
-  /// @return Whether it is there.
+  /// Waits a short while for a condition that other threads are about to fulfil.
+  /// @return True if it is fulfilled.
   template <typename Condition>
   static bool look_out(const Condition& is_there) {
     for (int i = 0; i < most_looks; ++i) {
@@ -126,7 +125,7 @@ class ThreadPool {
     return false;
   }
 
-  /// Tells the processor that this thread only waits, where there is a way to say so.
+  /// Tells the processor that this thread only waits, where that is possible.
   static void rest() {
 #if defined(__GNUC__) && (defined(__x86_64__) || defined(__i386__))
     __builtin_ia32_pause();
@@ -137,7 +136,7 @@ class ThreadPool {
 
   [[nodiscard]] bool is_done() const { return undone_.load() == 0; }
 
-  /// Takes turns, from the share `own` first, until none is left.
+  /// Takes turns until none is left, first from the share `own`.
   void work(std::size_t own) {
     std::size_t done = 0;
     for (std::size_t k = 0; k < workers(); ++k) {
@@ -150,22 +149,22 @@ class ThreadPool {
         ++done;
       }
     }
-    // Who sleeps said so before it looked for the last time.
+    // A caller that sleeps announced it before its last look.
     if (done > 0 && undone_.fetch_sub(done) == done && is_caller_asleep_.load()) {
       { const std::lock_guard<std::mutex> lock(mutex_); }
       has_done_.notify_one();
     }
   }
 
-  /// @param left  [-] Turns of the share that were left with this one.
+  /// @param left  [-] Turns of the share before this one was taken.
   static void do_turn(const Loop& loop, std::size_t left) {
     const std::size_t turn = loop.end - left;
     const std::size_t end = std::min(loop.count, (turn + 1) * loop.grain);
     for (std::size_t i = turn * loop.grain; i < end; ++i) (*loop.task)(i);
   }
 
-  /// Wakes those who sleep. Who falls asleep either is counted here, or finds what was stored
-  /// before.
+  /// Wakes sleeping threads. A thread that falls asleep is counted here. Else it finds the value
+  /// stored before.
   void wake_sleepers() {
     if (sleepers_.fetch_add(0) == 0) return;
     { const std::lock_guard<std::mutex> lock(mutex_); }
@@ -191,9 +190,9 @@ class ThreadPool {
   std::vector<Share> shares_;
   std::vector<std::thread> threads_;
   std::atomic<bool> is_ending_{false};
-  // In lines of their own: what is above is looked at by all all the time.
+  // In cache lines of their own. All threads read the members above all the time.
   alignas(64) std::atomic_flag is_busy_ = ATOMIC_FLAG_INIT;
-  /// [-] Turns of the loop at hand that are not known to be done.
+  /// [-] Turns of the current loop that are not known to be done.
   alignas(64) std::atomic<std::size_t> undone_{0};
 
   alignas(64) std::mutex mutex_;

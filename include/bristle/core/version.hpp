@@ -1,5 +1,5 @@
 /// @file
-/// Version of the library. CMake reads the three numbers; nothing else repeats them.
+/// Version of the library. CMake reads these three numbers; nothing else repeats them.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -7,8 +7,8 @@
 #define BRISTLE_VERSION_MINOR 1
 #define BRISTLE_VERSION_PATCH 0
 
-/// One number to compare in an `#if`: 10000 for a major version, 100 for a minor one, 1 for a
-/// patch.
+/// One number to compare in an `#if`. It counts 10000 for a major version, 100 for a minor one, 1
+/// for a patch.
 #define BRISTLE_VERSION \
   (BRISTLE_VERSION_MAJOR * 10000 + BRISTLE_VERSION_MINOR * 100 + BRISTLE_VERSION_PATCH)
 

@@ -6,7 +6,7 @@
 ///     host.add_patch(finger, pad);
 ///     for (;;) world.stepSimulation(dt);  // each substep senses first
 ///
-/// docs/hosts.md says what this does to the order of Bullet's step.
+/// docs/hosts.md explains the resulting order of Bullet's step.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -21,10 +21,10 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// The rigid bodies of a Bullet world as `HostSensors` sees them; in double, whatever Bullet was
-/// built in. Frames are those of Bullet, about centres of mass. Axes that linear and angular
-/// factors lock are known; constraints and multibodies are not, so that a finger on a slider is
-/// told by its factors.
+/// The rigid bodies of a Bullet world as `HostSensors` sees them, in double for any build of
+/// Bullet. Frames are those of Bullet, about centres of mass. Axes that linear and angular factors
+/// lock are known. Constraints and multibodies are not: express a finger on a slider by its
+/// factors.
 template <typename Backend = AnalyticBackend>
 class BulletHost : public EngineHost<btRigidBody*, Backend>, private btActionInterface {
   using Base = EngineHost<btRigidBody*, Backend>;
@@ -33,7 +33,7 @@ class BulletHost : public EngineHost<btRigidBody*, Backend>, private btActionInt
   using Base::world;
 
   /// Takes the pre-tick callback of the world, with its user info, and adds an action. The world
-  /// must outlive this.
+  /// must outlive the host.
   explicit BulletHost(btDiscreteDynamicsWorld& engine) : engine_(&engine) {
     engine.setInternalTickCallback(
         [](btDynamicsWorld* ticking, btScalar dt) {
@@ -42,6 +42,7 @@ class BulletHost : public EngineHost<btRigidBody*, Backend>, private btActionInt
         this, true);
     engine.addAction(this);
   }
+  /// Removes the action and clears the pre-tick callback.
   ~BulletHost() override {
     engine_->removeAction(this);
     engine_->setInternalTickCallback(nullptr, nullptr, true);
@@ -49,10 +50,10 @@ class BulletHost : public EngineHost<btRigidBody*, Backend>, private btActionInt
   BulletHost(const BulletHost&) = delete;
   BulletHost& operator=(const BulletHost&) = delete;
 
-  /// Mirrors a body with its shape, whatever Bullet lets it collide with, so that sensors see it.
-  /// Hulls and cones are seen without Bullet's margin.
-  /// @return The same again for a body that is mirrored already.
-  /// @throws InvalidArgument when there is no shape like the body's.
+  /// Mirrors a body with its shape for the sensors. Bullet's collision filters do not matter. Hulls
+  /// and cones are seen without Bullet's margin.
+  /// @return The same id again for a body that is mirrored already.
+  /// @throws InvalidArgument when no shape of bristle matches the body's.
   BodyId mirror(btRigidBody& body) {
     if (const auto known = this->find(&body)) return *known;
     BodyDef<double> def;
@@ -64,13 +65,14 @@ class BulletHost : public EngineHost<btRigidBody*, Backend>, private btActionInt
     add_shapes(*body.getCollisionShape(), btTransform::getIdentity(), def);
     return this->insert(&body, def);
   }
-  /// Adds sensors to a body, in its frame.
+  /// Adds sensors to a body, in its frame. Mirrors it if needed.
   PatchId add_patch(btRigidBody& body, const PatchDef<double>& def) {
     return world().add_patch(mirror(body), def);
   }
 
-  // What `HostSensors` asks.
+  // Interface that `HostSensors` queries.
 
+  /// State of a body, with its acceleration by present forces; nothing if not mirrored.
   [[nodiscard]] std::optional<HostBody<double>> body(BodyId id) const {
     if (!this->key_of(id)) return {};
     const btRigidBody& b = **this->key_of(id);
@@ -78,11 +80,12 @@ class BulletHost : public EngineHost<btRigidBody*, Backend>, private btActionInt
     state.pose = transform(b.getWorldTransform());
     state.center = state.pose.translation;
     state.twist = {vector(b.getLinearVelocity()), vector(b.getAngularVelocity())};
-    // Before a tick gravity is among the forces.
+    // Before a tick, forces include gravity.
     state.acceleration = {vector(b.getTotalForce() * b.getInvMass()),
                           vector(b.getInvInertiaTensorWorld() * b.getTotalTorque())};
     return state;
   }
+  /// [1/kg, 1/(kg m^2)] Free mobility of a body, without its locked axes.
   [[nodiscard]] Mat6<double> mobility(BodyId id, BodyId) const {
     const btRigidBody& b = **this->key_of(id);
     if (b.isStaticOrKinematicObject()) return Mat6<double>::Zero();
@@ -94,14 +97,15 @@ class BulletHost : public EngineHost<btRigidBody*, Backend>, private btActionInt
     const Vec3<double> inverse_mass = vector(b.getLinearFactor() * b.getInvMass());
     return free_mobility<double>(inverse_mass, inverse_inertia * turns.asDiagonal());
   }
+  /// Applies a wrench [N, N m] about the centre of mass for one tick. Activates the body.
   void apply_wrench(BodyId id, const Wrench<double>& wrench) {
-    given_.push_back({*this->key_of(id), vector(wrench.force), vector(wrench.torque)});
-    give(given_.back(), 1);
-    given_.back().body->activate();
+    applied_.push_back({*this->key_of(id), vector(wrench.force), vector(wrench.torque)});
+    give(applied_.back(), 1);
+    applied_.back().body->activate();
   }
 
  private:
-  /// What a body was given for the tick at hand [N, N m].
+  /// Wrench applied to a body for the present tick [N, N m].
   struct Given {
     btRigidBody* body = nullptr;
     btVector3 force, torque;
@@ -112,10 +116,10 @@ class BulletHost : public EngineHost<btRigidBody*, Backend>, private btActionInt
     given.body->applyCentralForce(times * given.force);
     given.body->applyTorque(times * given.torque);
   }
-  /// After a tick: forces last for all ticks of a step of Bullet's, and these were for one.
+  /// Removes the wrenches after their tick: Bullet applies forces in all ticks of a step.
   void updateAction(btCollisionWorld*, btScalar) override {
-    for (const Given& given : given_) give(given, -1);
-    given_.clear();
+    for (const Given& given : applied_) give(given, -1);
+    applied_.clear();
   }
   void debugDraw(btIDebugDraw*) override {}
 
@@ -132,7 +136,7 @@ class BulletHost : public EngineHost<btRigidBody*, Backend>, private btActionInt
                                 static_cast<double>(q.y()), static_cast<double>(q.z()));
     return {rotation.normalized(), vector(X.getOrigin())};
   }
-  /// [1] From z to another axis.
+  /// [1] Rotation from z to another axis.
   [[nodiscard]] static Quat<double> axis_rotation(int axis) {
     const double half = std::sqrt(0.5);
     if (axis == 0) return {half, 0, half, 0};
@@ -140,7 +144,7 @@ class BulletHost : public EngineHost<btRigidBody*, Backend>, private btActionInt
     return {1, 0, 0, 0};
   }
 
-  /// Appends what a shape of Bullet's is like, in the frame X of the body.
+  /// Appends the match of a Bullet shape, in the frame X of the body.
   static void add_shapes(const btCollisionShape& shape, const btTransform& X,
                          BodyDef<double>& out) {
     ShapeDef<double> def;
@@ -186,7 +190,7 @@ class BulletHost : public EngineHost<btRigidBody*, Backend>, private btActionInt
   }
 
   btDiscreteDynamicsWorld* engine_;
-  std::vector<Given> given_;
+  std::vector<Given> applied_;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI

@@ -6,7 +6,7 @@
 ///     host.add_patch(*finger, pad);
 ///     for (;;) host.step();  // in the place of world->step()
 ///
-/// docs/hosts.md says what this does to the order of DART's step.
+/// docs/hosts.md explains the resulting order of DART's step.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -38,11 +38,12 @@ class DartHost : public EngineHost<dart::dynamics::BodyNode*, Backend> {
  public:
   using Base::world;
 
+  /// Shares the world, which must not be null.
   explicit DartHost(dart::simulation::WorldPtr engine) : dart_(std::move(engine)) {}
 
-  /// Mirrors a body with its shapes, whatever DART lets them collide with, so that sensors see it.
-  /// @return The same again for a body that is mirrored already.
-  /// @throws InvalidArgument when there is no shape like one of the body's.
+  /// Mirrors a body with its shapes for the sensors. DART's collision filters do not matter.
+  /// @return The same id again for a body that is mirrored already.
+  /// @throws InvalidArgument when no shape of bristle matches one of the body's.
   BodyId mirror(dart::dynamics::BodyNode& node) {
     if (const auto known = this->find(&node)) return *known;
     BodyDef<double> def;
@@ -57,13 +58,13 @@ class DartHost : public EngineHost<dart::dynamics::BodyNode*, Backend> {
     }
     return this->insert(&node, def);
   }
-  /// Adds sensors to a body, in its frame.
+  /// Adds sensors to a body, in its frame. Mirrors it if needed.
   PatchId add_patch(dart::dynamics::BodyNode& node, const PatchDef<double>& def) {
     return world().add_patch(mirror(node), def);
   }
 
-  /// A step of DART with sensors, in the place of `World::step`: their forces are external ones of
-  /// that step, beside those of the caller.
+  /// A step of DART with sensors, in the place of `World::step`. Their forces join the caller's
+  /// external forces.
   void step() {
     for (std::size_t i = 0; i < dart_->getNumSkeletons(); ++i) {
       if (dart_->getSkeleton(i)->isMobile()) dart_->getSkeleton(i)->computeForwardDynamics();
@@ -72,13 +73,14 @@ class DartHost : public EngineHost<dart::dynamics::BodyNode*, Backend> {
     dart_->step();
   }
 
-  // What `HostSensors` asks.
+  // Interface that `HostSensors` queries.
 
+  /// State of a body; nothing if it is not mirrored or its skeleton has left the world.
   [[nodiscard]] std::optional<HostBody<double>> body(BodyId id) const {
     if (!this->key_of(id)) return {};
     const dart::dynamics::BodyNode& node = **this->key_of(id);
     HostBody<double> state;
-    // All of a skeleton move each other. One that has left DART's world has no number.
+    // All bodies of a skeleton move each other. A skeleton that left DART's world has no index.
     state.mechanism = 0;
     while (state.mechanism < dart_->getNumSkeletons() &&
            dart_->getSkeleton(state.mechanism) != node.getSkeleton()) {
@@ -88,10 +90,11 @@ class DartHost : public EngineHost<dart::dynamics::BodyNode*, Backend> {
     state.pose = transform(node.getWorldTransform());
     state.center = node.getCOM();
     state.twist = {node.getCOMLinearVelocity(), node.getAngularVelocity()};
-    // From forces, springs, dampers and gravity, without constraints.
+    // Acceleration by forces, springs, dampers and gravity, without constraints.
     state.acceleration = {node.getCOMLinearAcceleration(), node.getAngularAcceleration()};
     return state;
   }
+  /// [1/kg, 1/(kg m^2)] Mobility between two bodies of one skeleton.
   [[nodiscard]] Mat6<double> mobility(BodyId i, BodyId j) const {
     const auto jacobian = [this](BodyId id) {
       const dart::dynamics::BodyNode& node = **this->key_of(id);
@@ -101,10 +104,11 @@ class DartHost : public EngineHost<dart::dynamics::BodyNode*, Backend> {
       J << turned_first.bottomRows<3>(), turned_first.topRows<3>();
       return J;
     };
-    // DART treats springs and dampers of joints implicitly: they are part of what resists.
+    // DART treats springs and dampers of joints implicitly: they are part of the resistance.
     const Eigen::MatrixXd& inverse = (*this->key_of(i))->getSkeleton()->getInvAugMassMatrix();
     return jacobian(i) * inverse * jacobian(j).transpose();
   }
+  /// Adds a wrench [N, N m] about the centre of mass, as an external force of the next step.
   void apply_wrench(BodyId id, const Wrench<double>& wrench) {
     dart::dynamics::BodyNode& node = **this->key_of(id);
     node.addExtForce(Eigen::Vector3d(wrench.force), node.getLocalCOM(), false, true);

@@ -1,5 +1,5 @@
 /// @file
-/// What the hosts of engines share: the sensors, and which mirrored body is whose.
+/// Common base of the engines' hosts: the sensors, and the map between mirrored and engine bodies.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -12,25 +12,25 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Sensors in an engine whose bodies are known by a `Key`: a pointer, or a number. In double, since
-/// engines are, or can be. Bodies that a caller adds to the mirror himself have no key: unless they
-/// are fixed, nobody sees them.
+/// Sensors in an engine that identifies bodies by a `Key`: a pointer, or a number. In double, since
+/// engines are, or can be. Bodies added to the mirror directly have no key. Nothing senses them
+/// unless they are fixed.
 template <typename Key, typename Backend>
 class EngineHost {
  public:
-  /// The sensors: what the last step did is in their report.
+  /// The sensors, with the report of the last step.
   [[nodiscard]] HostSensors<double, Backend>& sensors() noexcept { return sensors_; }
-  /// The mirror of the engine's world, with patches and readings.
+  /// Mirror of the engine's world, with patches and readings.
   [[nodiscard]] World<double, Backend>& world() noexcept { return sensors_.world(); }
 
-  /// The mirrored body of one of the engine's, if there is one.
+  /// The mirrored body of an engine body, if any.
   [[nodiscard]] std::optional<BodyId> find(Key key) const {
     const auto found = ids_.find(key);
     if (found == ids_.end() || !sensors_.world().contains(found->second)) return {};
     return found->second;
   }
-  /// Ends the mirrored body, with its patches, of a body that the engine is to lose. What sensed it
-  /// lets go.
+  /// Removes a mirrored body, with its patches, before the engine destroys the original. Sensors in
+  /// contact with it let go.
   void forget(Key key) {
     if (const auto id = find(key)) world().remove_body(*id);
     ids_.erase(key);
@@ -40,7 +40,7 @@ class EngineHost {
   EngineHost() = default;
   ~EngineHost() = default;
 
-  /// Mirrors a body of the engine that is not mirrored yet.
+  /// Mirrors an engine body that is not mirrored yet.
   BodyId insert(Key key, const BodyDef<double>& def) {
     const BodyId id = world().add_body(def);
     ids_[key] = id;
@@ -48,7 +48,7 @@ class EngineHost {
     entries_[id.index] = {id, key};
     return id;
   }
-  /// Whose mirrored body this is: nothing for one that a caller has added.
+  /// Key of the engine body of a mirrored one; nothing if a caller added it.
   [[nodiscard]] std::optional<Key> key_of(BodyId id) const {
     if (id.index >= entries_.size() || entries_[id.index].id != id) return {};
     return entries_[id.index].key;
@@ -62,7 +62,7 @@ class EngineHost {
 
   HostSensors<double, Backend> sensors_;
   std::unordered_map<Key, BodyId> ids_;
-  std::vector<Entry> entries_;  // By slots of mirrored bodies.
+  std::vector<Entry> entries_;  // By index of mirrored bodies.
 };
 
 }  // namespace bristle::inline BRISTLE_ABI

@@ -1,5 +1,5 @@
 /// @file
-/// Sensors in somebody else's engine.
+/// Sensors in an external engine.
 ///
 ///     HostSensors<double> sensors;
 ///     World<double>& mirror = sensors.world();
@@ -11,12 +11,11 @@
 ///       engine.step(dt);
 ///     }
 ///
-/// The engine keeps its bodies, its contacts and its solver. Those of its bodies that have sensors,
-/// or that sensors are to see, are mirrored in a `World` that is never stepped: it casts the rays,
-/// at shapes that are given to the mirrored bodies or by the engine, and keeps patches, readings
-/// and snapshots as any world does. A step solves all patches together, implicitly, against the
-/// motion that the engine's bodies will have, and hands out wrenches that are stable at any
-/// stiffness with a plain "add force" interface.
+/// The engine keeps its bodies, contacts and solver. Its bodies with sensors, and those to sense,
+/// are mirrored in a `World` that is never stepped. That world casts the rays, at shapes of the
+/// mirrored bodies or by the engine. Like any world, it keeps patches, readings and snapshots. A
+/// step solves all patches together, implicitly, against the motion that the engine's bodies will
+/// have. It yields wrenches that are stable at any stiffness with a plain "add force" interface.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -33,34 +32,36 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// A body of the engine as it is before the engine's step, in world axes.
+/// State of an engine body before the engine's step, in world axes.
 template <Scalar S>
 struct HostBody {
-  /// [m] Its frame, in which its shapes and sensors are given.
+  /// [m] Pose of its shapes' and sensors' frame.
   Transform<S> pose{};
-  /// [m] Its centre of mass in the world.
+  /// [m] Centre of mass in the world.
   Vec3<S> center = Vec3<S>::Zero();
-  /// [m/s, rad/s] Of the centre of mass.
+  /// [m/s, rad/s] Velocity of the centre of mass.
   Twist<S> twist{};
-  /// [m/s^2, rad/s^2] What the engine will add by itself in its next step: gravity, applied forces,
-  /// motors, what turns without torque. The patches solve for the velocity at the end of the step,
-  /// so what is left out here is taken for motion: a force f left out presses a stiff patch deeper
-  /// by about f dt over its damping.
+  /// [m/s^2, rad/s^2] Acceleration that the engine adds by itself in its next step: gravity,
+  /// applied forces, motors, gyroscopic terms. The patches solve for the velocity at the end of the
+  /// step. An omission here is taken for motion: an omitted force f presses a stiff patch deeper by
+  /// about f dt over its damping.
   Twist<S> acceleration{};
-  /// [-] Bodies of one mechanism (links of an arm) move each other; those of others do not.
+  /// [-] Mechanism of the body. Bodies of one mechanism (links of an arm) move each other; those of
+  /// others do not.
   std::uint32_t mechanism = no_mechanism;
 
+  /// [-] Mechanism of a body that is alone.
   static constexpr std::uint32_t no_mechanism = 0xffffffffu;
 };
 
-/// What sensors ask of an engine, about mirrored bodies that are not fixed.
+/// Interface of an engine that sensors query, for mirrored bodies that are not fixed.
 ///
-/// - `host.body(id)` is the present state of a body: a `HostBody<S>`, or nothing where it is gone.
-/// - `host.mobility(i, j)` is what an impulse on body j about its centre of mass adds to the twist
-///   of body i about its own: `Mat6<S>`, world axes, for i = j symmetric and positive semidefinite;
-///   zero for what forces do not move. It is asked for bodies that are touched, and for two of them
-///   where they are of one mechanism. `free_mobility` has it for free bodies.
-/// - `host.apply_wrench(id, wrench)` adds a wrench [N, N m] about the centre of mass that acts
+/// - `host.body(id)` is the present state of a body: a `HostBody<S>`, or nothing if it is gone.
+/// - `host.mobility(i, j)` maps an impulse on body j about its centre of mass to the twist change
+///   of body i about its own: `Mat6<S>`, world axes. For i = j it is symmetric and positive
+///   semidefinite. It is zero for bodies that forces do not move. It is queried for bodies in
+///   contact, and for two of them in one mechanism. `free_mobility` has it for free bodies.
+/// - `host.apply_wrench(id, wrench)` adds a wrench [N, N m] about the centre of mass. It acts
 ///   during the engine's next step.
 template <typename H, typename S>
 concept SensorHost = Scalar<S> &&
@@ -70,49 +71,56 @@ concept SensorHost = Scalar<S> &&
   host.apply_wrench(id, wrench);
 };
 
-/// An engine that casts rays at geometry which is not mirrored, too.
+namespace detail {
+
+/// An engine that also casts rays, at geometry that is not mirrored.
 ///
-/// `host.cast_rays(id, rays, hits)` offers to `hits` the nearest hit of each ray, the index of the
-/// mirrored body that was hit as tag. The rays start from the centre of mass of the mirrored body
-/// `id`, along its axes; that body itself is not to be hit. A ray that starts inside a body hits it
-/// at distance 0. Rays are as long as in the layout and `rays.extra_length` longer.
+/// `host.cast_rays(id, rays, hits)` offers to `hits` the nearest hit of each ray. Its tag is the
+/// index of the mirrored body that was hit. The rays start from the centre of mass of the mirrored
+/// body `id`, along its axes. They must not hit that body itself. A ray that starts inside a body
+/// hits it at distance 0. Rays are `rays.extra_length` longer than in the layout.
 template <typename H, typename S>
 concept CastsRays = requires(const H& view, BodyId id, const RayBatch<S>& rays, RayHits<S>& hits) {
   view.cast_rays(id, rays, hits);
 };
 
-/// [1/kg, 1/(kg m^2)] Mobility of a body that nothing holds, about its centre of mass.
-/// @param inverse_mass       [1/kg] Along each axis of the world; zero where it is locked.
+}  // namespace detail
+
+/// [1/kg, 1/(kg m^2)] Mobility of a free body, about its centre of mass.
+/// @param inverse_mass       [1/kg] Along each axis of the world; zero where locked.
 /// @param inverse_inertia_W  [1/(kg m^2)] World axes.
 template <Scalar S>
 [[nodiscard]] Mat6<S> free_mobility(const Vec3<S>& inverse_mass, const Mat3<S>& inverse_inertia_W) {
-  return mobility<S>(inverse_mass, inverse_inertia_W, Vec3<S>::Zero());
+  return detail::mobility<S>(inverse_mass, inverse_inertia_W, Vec3<S>::Zero());
 }
+/// The same for one inverse mass [1/kg] along all axes.
 template <Scalar S>
 [[nodiscard]] Mat6<S> free_mobility(S inverse_mass, const Mat3<S>& inverse_inertia_W) {
   return free_mobility<S>(Vec3<S>::Constant(inverse_mass), inverse_inertia_W);
 }
 
-/// What a step of `HostSensors` did.
+/// Figures of a step of `HostSensors`.
 struct HostReport {
-  /// [-] Mirrored bodies that the engine had no state for, or one that was not finite: nobody saw
-  /// them, and their patches let go.
+  /// [-] Mirrored bodies without a finite engine state. They were not sensed; their own patches let
+  /// go.
   std::size_t missing_bodies = 0;
-  /// [-] Bodies that a patch touched, summed over patches.
+  /// [-] Bodies in contact with a patch, summed over patches.
   std::size_t pairs = 0;
-  /// [-] Times the patches were solved, since sensors changed state.
+  /// [-] Solves of the patches: more than one if sensors changed state.
   int passes = 0;
-  /// [-] Pairs whose impulses were not finite, and were not applied.
+  /// [-] Pairs whose impulses were not finite. They were not applied.
   std::size_t discarded = 0;
 };
 
 template <Scalar S, typename Backend = AnalyticBackend>
 class HostSensors;
 
-/// The functions of `HostSensors` that are compiled for each instruction set, as `WorldKernels`.
+namespace detail {
+
+/// Functions of `HostSensors` that are compiled for each instruction set, as `WorldKernels`.
 template <Scalar S, typename Backend>
 struct HostKernels {
-  /// A new `HostStage`, and its end.
+  /// Creates a `HostStage`, and deletes it.
   void* (*make_scratch)();
   void (*delete_scratch)(void* stage);
   /// `HostStage::cast`, `collect` and `solve`.
@@ -121,9 +129,11 @@ struct HostKernels {
   void (*solve)(void* stage, HostSensors<S, Backend>& sensors);
 };
 
-/// The table that is used from here on.
+}  // namespace detail
+
+/// The table to use from here on.
 template <Scalar S, typename Backend>
-[[nodiscard]] const HostKernels<S, Backend>& host_kernels();
+[[nodiscard]] const detail::HostKernels<S, Backend>& host_kernels();
 
 namespace detail {
 
@@ -134,7 +144,7 @@ class HostStage;
 template <Scalar S>
 struct HostEntry {
   HostBody<S> host{};
-  /// [m/s, rad/s] About the mirrored centre of mass: the twist it will have without sensors.
+  /// [m/s, rad/s] Twist it will have without sensors, about the mirrored centre of mass.
   Twist<S> free{};
   /// [m] From the engine's centre of mass to the mirrored one, world axes.
   Vec3<S> shift = Vec3<S>::Zero();
@@ -142,7 +152,7 @@ struct HostEntry {
   bool has_moved = false;
 };
 
-/// What one touched body does to another.
+/// Mobility between two bodies in contact.
 template <Scalar S>
 struct HostMobility {
   std::uint32_t from = 0;
@@ -150,38 +160,38 @@ struct HostMobility {
   Mat6<S> matrix = Mat6<S>::Zero();
 };
 
-/// What a body is to be given.
+/// Wrench to apply to a body.
 template <Scalar S>
 struct HostWrench {
   std::uint32_t body = 0;
   Wrench<S> wrench{};
 };
 
-/// Tags from here on are bodies that the engine hit.
+/// First tag of bodies that the engine hit.
 inline constexpr std::uint32_t first_host_tag = 0x80000000u;
 
 }  // namespace detail
 
 /// The sensors of an engine. A value, as its world is.
 ///
-/// Patches are integrated implicitly unless their definition asks for explicit integration or for
-/// AMBF's law: `PatchDef::explicit_below` is not used.
+/// Patches are integrated implicitly unless their definition asks for explicit integration or
+/// AMBF's law. `PatchDef::explicit_below` is not used.
 template <Scalar S, typename Backend>
 class HostSensors {
  public:
   HostSensors() = default;
 
-  /// The mirrored bodies, their shapes and patches; for readings, queries and snapshots, too.
-  /// Bodies that are not fixed are asked of the engine in each step, whatever their kind of motion;
-  /// masses and joints are not used. Do not step it: the engine does.
+  /// The mirrored bodies, their shapes and patches; also for readings, queries and snapshots. The
+  /// engine is queried for bodies that are not fixed in each step, whatever their kind of motion.
+  /// Masses and joints are not used. Never step this world: the engine steps.
   [[nodiscard]] World<S, Backend>& world() noexcept { return world_; }
   [[nodiscard]] const World<S, Backend>& world() const noexcept { return world_; }
 
-  /// Senses, and gives the engine's bodies the mean force of its next step. Gives nothing that is
-  /// not finite, and allocates only until warm.
+  /// Senses, and applies the mean force of the next step to the engine's bodies. Applies only
+  /// finite forces, and allocates only until warm.
   /// @param dt  [s] Length of the engine's next step.
-  /// @throws InvalidArgument when dt is not finite and > 0, or when the engine hits what is no
-  ///         mirrored body; and whatever the engine throws. Nothing was applied then.
+  /// @throws InvalidArgument when dt is not finite and > 0, or when the engine hits a body that is
+  ///         not mirrored; and any exception of the engine. Nothing was applied then.
   template <typename Host>
   requires SensorHost<Host, S>
   void step(Host& host, S dt) {
@@ -189,8 +199,8 @@ class HostSensors {
     if (dt != world_.time_step()) world_.set_time_step(dt);
     report_ = {};
     observe(host);
-    stage_.kernels().cast(stage_.get(), *this, CastsRays<Host, S>);
-    if constexpr (CastsRays<Host, S>) add_hits_of(host);
+    stage_.kernels().cast(stage_.get(), *this, detail::CastsRays<Host, S>);
+    if constexpr (detail::CastsRays<Host, S>) add_hits_of(host);
     stage_.kernels().collect(stage_.get(), *this);
     ask_mobilities(host);
     stage_.kernels().solve(stage_.get(), *this);
@@ -199,12 +209,12 @@ class HostSensors {
     }
   }
 
-  /// What the last step did.
+  /// Figures of the last step.
   [[nodiscard]] const HostReport& report() const noexcept { return report_; }
 
  private:
   friend class detail::HostStage<S, Backend>;
-  using State = WorldState<S, Backend>;
+  using State = detail::WorldState<S, Backend>;
 
   [[nodiscard]] State& state() noexcept { return world_.state_; }
 
@@ -218,12 +228,12 @@ class HostSensors {
     }
     end_observing();
   }
-  /// Asks the engine what the rays of each patch meet.
+  /// Queries the engine for each patch's ray hits.
   template <typename Host>
   void add_hits_of(const Host& host) {
     for (std::uint32_t i = 0; i < state().patches.slot_count(); ++i) {
       if (!is_sensing(i)) continue;
-      SensorPatch<S>& patch = state().patches.at(i);
+      detail::SensorPatch<S>& patch = state().patches.at(i);
       host_hits_.reset(patch.size());
       host.cast_rays(patch.body, patch.rays(host_reach(patch)), host_hits_);
       take_hits(patch);
@@ -242,11 +252,11 @@ class HostSensors {
     }
   }
 
-  /// Whether the patch in a slot senses in this step.
+  /// Returns whether the patch in a slot senses in this step.
   [[nodiscard]] bool is_sensing(std::uint32_t slot) {
     return state().is_sensing(slot) && bodies_[state().patches.at(slot).body.index].is_there;
   }
-  /// Whether the engine moves a body.
+  /// Returns whether the engine moves a body.
   [[nodiscard]] bool is_mobile(std::uint32_t slot) {
     return state().bodies.at(slot).motion != Motion::fixed;
   }
@@ -255,8 +265,8 @@ class HostSensors {
            bodies_[i].host.mechanism == bodies_[j].host.mechanism;
   }
 
-  /// [m] By how much longer the engine is to cast the rays of a patch: what may come closer.
-  [[nodiscard]] S host_reach(const SensorPatch<S>& patch) const {
+  /// [m] Extra length of a patch's rays in the engine, for bodies that come closer.
+  [[nodiscard]] S host_reach(const detail::SensorPatch<S>& patch) const {
     const Twist<S>& own = bodies_[patch.body.index].free;
     return world_.time_step() * (own.linear.norm() + own.angular.norm() * patch.reach + fastest_);
   }
@@ -264,20 +274,20 @@ class HostSensors {
   void begin_observing();
   void place(std::uint32_t slot, const std::optional<HostBody<S>>& found);
   void end_observing();
-  void take_hits(SensorPatch<S>& patch);
+  void take_hits(detail::SensorPatch<S>& patch);
 
   World<S, Backend> world_{};
-  /// By slots of mirrored bodies.
+  /// By index of mirrored bodies.
   std::vector<detail::HostEntry<S>> bodies_;
   /// [m/s] Speed of the fastest point of any body.
   S fastest_ = S(0);
   RayHits<S> host_hits_{};
-  /// Slots of bodies that a patch touches, or that have one that does, ascending.
+  /// Indices of bodies that a patch touches, or whose own patch touches one, ascending.
   std::vector<std::uint32_t> touched_;
   std::vector<detail::HostMobility<S>> mobilities_;
   std::vector<detail::HostWrench<S>> wrenches_;
   HostReport report_{};
-  detail::KernelScratch<HostKernels<S, Backend>> stage_{host_kernels<S, Backend>()};
+  detail::KernelScratch<detail::HostKernels<S, Backend>> stage_{host_kernels<S, Backend>()};
 };
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -289,7 +299,7 @@ class HostSensors {
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Takes the fixed bodies as they are, and all others for gone.
+/// Marks fixed bodies as present, all others as gone.
 template <Scalar S, typename Backend>
 void HostSensors<S, Backend>::begin_observing() {
   bodies_.resize(state().bodies.slot_count());
@@ -303,11 +313,11 @@ void HostSensors<S, Backend>::begin_observing() {
   }
 }
 
-/// Moves a mirrored body to where the engine has it, if it says so in numbers.
+/// Moves a mirrored body to the engine's pose, if that is finite.
 template <Scalar S, typename Backend>
 void HostSensors<S, Backend>::place(std::uint32_t slot, const std::optional<HostBody<S>>& found) {
   using std::abs;
-  // A quaternion that is NaN or overflows has no such square, either.
+  // This also fails for NaN or overflowing quaternions.
   if (!found || !(abs(found->pose.rotation.squaredNorm() - S(1)) < S(0.5))) {
     ++report_.missing_bodies;
     return;
@@ -319,9 +329,10 @@ void HostSensors<S, Backend>::place(std::uint32_t slot, const std::optional<Host
   entry.shift = body.center_pose.translation - found->center;
   const Twist<S> twist = found->twist.shifted(entry.shift);
   entry.free = twist + state().def.time_step * found->acceleration.shifted(entry.shift);
-  // What is computed with: sums and products of numbers that are finite need not be.
-  if (!has_finite_square(body.center_pose.translation) || !has_finite_square(twist.linear) ||
-      !has_finite_square(entry.free.linear) || !has_finite_square(entry.free.angular)) {
+  // The step computes with these: sums and products of finite numbers may overflow.
+  if (!detail::has_finite_square(body.center_pose.translation) ||
+      !detail::has_finite_square(twist.linear) || !detail::has_finite_square(entry.free.linear) ||
+      !detail::has_finite_square(entry.free.angular)) {
     body.center_pose = before;
     entry.free = {};
     ++report_.missing_bodies;
@@ -350,16 +361,16 @@ void HostSensors<S, Backend>::end_observing() {
   }
 }
 
-/// Takes over what the engine's rays met nearer than the mirrored shapes.
+/// Takes the engine's hits that are nearer than those on mirrored shapes.
 template <Scalar S, typename Backend>
-void HostSensors<S, Backend>::take_hits(SensorPatch<S>& patch) {
+void HostSensors<S, Backend>::take_hits(detail::SensorPatch<S>& patch) {
   for (std::size_t i = 0; i < patch.size(); ++i) {
     if (!host_hits_.is_hit(i)) continue;
     const std::uint32_t tag = host_hits_.tag[i];
     detail::require(state().bodies.is_live(tag) && tag != patch.body.index, "hits.tag", tag,
                     "must be the index of another body that is mirrored");
     const RayHit<S> hit{host_hits_.distance[i], host_hits_.normal[i]};
-    const bool is_valid = hit.distance >= S(0) && has_finite_square(hit.normal);
+    const bool is_valid = hit.distance >= S(0) && detail::has_finite_square(hit.normal);
     if (is_valid && bodies_[tag].is_there) patch.hits.offer(i, hit, detail::first_host_tag | tag);
   }
 }
@@ -370,9 +381,9 @@ void HostSensors<S, Backend>::take_hits(SensorPatch<S>& patch) {
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
 namespace bristle::inline BRISTLE_ABI {
 
-#define BRISTLE_COMPILED_HOSTS(S, Backend)                   \
-  template <>                                                \
-  const HostKernels<S, Backend>& host_kernels<S, Backend>(); \
+#define BRISTLE_COMPILED_HOSTS(S, Backend)                           \
+  template <>                                                        \
+  const detail::HostKernels<S, Backend>& host_kernels<S, Backend>(); \
   extern template class HostSensors<S, Backend>;
 BRISTLE_COMPILED_HOSTS(float, AnalyticBackend)
 BRISTLE_COMPILED_HOSTS(double, AnalyticBackend)

@@ -1,6 +1,5 @@
 /// @file
-/// What the sensors of an engine do in a step: cast rays, make contacts, and solve all of them
-/// together.
+/// The step of an engine's sensors: cast rays, make contacts, and solve all of them together.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -19,20 +18,18 @@
 #include <cstdint>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
-namespace detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// The parts of `HostSensors::step` between which the engine is asked. It holds scratch memory
-/// only.
+/// The parts of `HostSensors::step` between queries of the engine. It holds only scratch memory.
 template <Scalar S, typename Backend>
 class HostStage {
  public:
   using Sensors = HostSensors<S, Backend>;
 
-  /// Finds what the rays of all patches meet of the mirrored shapes.
-  /// @param all_rays  Whether the engine will cast them, too, so that all need a place for hits.
+  /// Finds the hits of all patches' rays on the mirrored shapes.
+  /// @param all_rays  True if the engine casts them, too: all then need room for hits.
   void cast(Sensors& sensors, bool all_rays);
-  /// Makes contacts of the hits, and lists the bodies that take part.
+  /// Makes contacts from the hits, and lists the bodies that take part.
   void collect(Sensors& sensors);
   /// Solves all patches, fills readings, and lists the wrenches to apply.
   void solve(Sensors& sensors);
@@ -41,7 +38,7 @@ class HostStage {
   using State = WorldState<S, Backend>;
   using Shape = ShapeInReach<S, Backend>;
 
-  /// What touches, and what it gives: an impulse on B about c [N s, N m s].
+  /// A pair in contact, and its impulse on B about c [N s, N m s].
   struct Touch {
     SensorPatch<S>* patch = nullptr;
     PatchPair<S>* pair = nullptr;
@@ -55,7 +52,7 @@ class HostStage {
   [[nodiscard]] bool answer(S dt, const SolvePass& pass);
   void deliver(Sensors& sensors);
 
-  /// Calls visit(patch, pair) for all that touch.
+  /// Calls visit(patch, pair) for all pairs in contact.
   template <typename Visit>
   void for_each_pair(Sensors& sensors, Visit&& visit) {
     for (const std::uint32_t i : near_something_) {
@@ -67,24 +64,22 @@ class HostStage {
   }
 
   std::vector<Shape> shapes_;
-  /// Slots of the patches whose rays may meet something.
+  /// Indices of the patches whose rays may meet something.
   std::vector<std::uint32_t> near_something_;
   SoftSystem<S> system_;
   std::vector<Touch> touches_;
-  /// Of those that are implicit, by `PatchPair::soft`.
+  /// Blocks of implicit pairs, by `PatchPair::soft`.
   std::vector<SoftBlock<S>> blocks_;
-  /// By slots of mirrored bodies: their number in the system, and their own mobility about the
+  /// By index of mirrored bodies: their index in the system, and their own mobility about the
   /// mirrored centre of mass.
   std::vector<std::uint32_t> number_;
   std::vector<Mat6<S>> own_mobility_;
 };
 
-}  // namespace detail
-
 /// The table of this file's instruction set.
 template <Scalar S, typename Backend>
 [[nodiscard]] const HostKernels<S, Backend>& own_host_kernels() {
-  using Own = detail::HostStage<S, Backend>;
+  using Own = HostStage<S, Backend>;
   using Sensors = HostSensors<S, Backend>;
   static constexpr HostKernels<S, Backend> own{
       .make_scratch = []() -> void* { return new Own; },
@@ -102,8 +97,6 @@ const HostKernels<S, Backend>& host_kernels() {
 }
 
 // Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
 
 template <Scalar S, typename Backend>
 void HostStage<S, Backend>::cast(Sensors& sensors, bool all_rays) {
@@ -124,7 +117,7 @@ void HostStage<S, Backend>::cast(Sensors& sensors, bool all_rays) {
       (void)find_hits<S, Backend>(patch, shapes_, is_due);
       continue;
     }
-    patch.near.resize(patch.tiles.size());
+    patch.near.resize(patch.packets.size());
     fill_numbers(patch.near);
     patch.reset_near_hits();
     for (const Shape& shape : shapes_) cast_rays_at<S, Backend>(patch, shape, {});
@@ -132,7 +125,7 @@ void HostStage<S, Backend>::cast(Sensors& sensors, bool all_rays) {
   ++state.steps;
 }
 
-/// Finds the shapes that a patch may meet within the step.
+/// Finds shapes that a patch may meet this step.
 template <Scalar S, typename Backend>
 void HostStage<S, Backend>::find_shapes(Sensors& sensors, const SensorPatch<S>& patch) {
   const State& state = sensors.state();
@@ -146,7 +139,7 @@ void HostStage<S, Backend>::find_shapes(Sensors& sensors, const SensorPatch<S>& 
   const Aabb<S> box = transformed(patch.box, A.center_pose).inflated(sensors.host_reach(patch));
   state.broad_phase.overlap(box, [&](std::uint32_t tag) {
     const Collider<S, Backend>& c = state.colliders.at(tag);
-    if (!sensors.bodies_[c.body.index].is_there || !sees(state, patch, c)) return true;
+    if (!sensors.bodies_[c.body.index].is_there || !sense_mask(state, patch, c)) return true;
     const Shape shape = shape_in_reach(patch, state.colliders.handle(tag), c,
                                        relative_pose(A.center_pose, state.body_of(c).center_pose),
                                        approach_of(c.body.index));
@@ -201,7 +194,7 @@ void HostStage<S, Backend>::solve(Sensors& sensors) {
   deliver(sensors);
 }
 
-/// Makes the bodies that are touched those of the system.
+/// Adds the bodies in contact to the system.
 template <Scalar S, typename Backend>
 void HostStage<S, Backend>::add_bodies(const Sensors& sensors) {
   system_.clear();
@@ -222,7 +215,7 @@ void HostStage<S, Backend>::add_bodies(const Sensors& sensors) {
   }
 }
 
-/// Makes a soft block of each pair that is implicit, and finds the impulses of the others.
+/// Makes a soft block of each implicit pair, and finds the impulses of the others.
 template <Scalar S, typename Backend>
 void HostStage<S, Backend>::add_touches(Sensors& sensors) {
   const State& state = sensors.state();
@@ -237,11 +230,12 @@ void HostStage<S, Backend>::add_touches(Sensors& sensors) {
     const S mobility = mean_mobility<S>(own_mobility_[a], pair.arm_a) +
                        mean_mobility<S>(own_mobility_[pair.body_b], pair.arm_b);
     pair.is_implicit = patch.def.integration != Integration::explicit_ &&
-                       patch.def.options.law == Law::paper && mobility > S(0) && patch.can_push();
+                       patch.def.options.law == Law::paper && mobility > S(0) &&
+                       patch.can_apply_force();
     if (!pair.is_implicit) {
       touch.on_b = explicit_impulses(patch, pair, state.bodies.handle(pair.body_b), dt);
-      system_.push(number_[a], -touch.on_b.shifted(-pair.arm_a));
-      system_.push(number_[pair.body_b], touch.on_b.shifted(-pair.arm_b));
+      system_.apply_impulse(number_[a], -touch.on_b.shifted(-pair.arm_a));
+      system_.apply_impulse(number_[pair.body_b], touch.on_b.shifted(-pair.arm_b));
       return;
     }
     set_scheme(pair, pair.stiffness.bristle_sum, pair.stiffness.viscous_sum, mobility, dt);
@@ -262,22 +256,22 @@ void HostStage<S, Backend>::fill_blocks() {
   }
 }
 
-/// Evaluates all patches at the motion that was found.
-/// @return Whether any is in another state there than it was linearised for.
+/// Evaluates all patches at the solved motion.
+/// @return True if any left the state it was linearised for.
 template <Scalar S, typename Backend>
 bool HostStage<S, Backend>::answer(S dt, const SolvePass& pass) {
   bool has_changed = false;
   for (Touch& touch : touches_) {
     if (!touch.pair->is_implicit) continue;
-    const PairAnswer<S> found =
-        answer_motion(*touch.patch, *touch.pair, blocks_[touch.pair->soft].motion, dt, pass);
+    const PairResponse<S> found =
+        evaluate(*touch.patch, *touch.pair, blocks_[touch.pair->soft].motion, dt, pass);
     touch.on_b = found.impulse;
     has_changed = found.has_changed || has_changed;
   }
   return has_changed;
 }
 
-/// Turns impulses into readings and into wrenches on both bodies.
+/// Turns impulses into readings and wrenches on both bodies.
 template <Scalar S, typename Backend>
 void HostStage<S, Backend>::deliver(Sensors& sensors) {
   const State& state = sensors.state();
@@ -300,11 +294,10 @@ void HostStage<S, Backend>::deliver(Sensors& sensors) {
   }
   for (const std::uint32_t i : near_something_) {
     SensorPatch<S>& patch = sensors.state().patches.at(i);
-    if (patch.contacts.empty() && !patch.has_felt) continue;
+    if (patch.contacts.empty() && !patch.was_active) continue;
     fill_readings<S>(patch, state.bodies.at(patch.body.index).center_pose.translation, dt,
                      [&](std::uint32_t slot) { return state.bodies.handle(slot); });
   }
 }
 
-}  // namespace detail
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

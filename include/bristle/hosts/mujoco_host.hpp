@@ -3,10 +3,10 @@
 ///
 ///     MujocoHost<> host(*model, *data);
 ///     host.mirror("part");
-///     const PatchId left = host.add_pad("left_pad", 6, 6, wants);  // a site of type box
+///     const PatchId left = host.add_pad("left_pad", 6, 6, spec);  // a site of type box
 ///     for (;;) host.step();  // in the place of mj_step
 ///
-/// docs/hosts.md says what this does to the order of MuJoCo's step.
+/// docs/hosts.md explains the resulting order of MuJoCo's step.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -24,10 +24,10 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// A MuJoCo simulation as `HostSensors` sees it. All in double, as MuJoCo is by default.
+/// A MuJoCo simulation as `HostSensors` sees it. All in double, MuJoCo's default.
 ///
-/// Bodies are mirrored in their own frames. What `data.xfrc_applied` holds stays, and wrenches of
-/// sensors are added to it for the time of a step.
+/// Bodies are mirrored in their own frames. The content of `data.xfrc_applied` stays. Sensors'
+/// wrenches are added during a step.
 template <typename Backend = AnalyticBackend>
 class MujocoHost : public EngineHost<int, Backend> {
   using Base = EngineHost<int, Backend>;
@@ -35,24 +35,26 @@ class MujocoHost : public EngineHost<int, Backend> {
  public:
   using Base::world;
 
-  /// Both must outlive this. Copies of the simulation need a host of their own.
+  /// Both must outlive the host. Copies of the simulation need their own host.
   MujocoHost(const mjModel& model, mjData& data) : model_(&model), data_(&data) {
     static_assert(sizeof(mjtNum) == sizeof(double), "MuJoCo must be built in double");
   }
 
-  /// Mirrors a body with its geoms, whatever MuJoCo lets them collide with, so that sensors see it.
+  /// Mirrors a body with its geoms for the sensors. MuJoCo's collision filters do not matter.
   /// Meshes are seen as their convex hulls, as MuJoCo collides them.
-  /// @return The same again for a body that is mirrored already.
+  /// @return The same id again for a body that is mirrored already.
   /// @throws InvalidArgument when there is no such body, or a geom is a height field.
   BodyId mirror(const std::string& body) { return mirror(number_of(mjOBJ_BODY, body)); }
+  /// Mirrors all bodies of the model.
+  /// @throws InvalidArgument when a geom is a height field.
   void mirror_all() {
     for (int i = 0; i < model_->nbody; ++i) (void)mirror(i);
   }
-  /// The mirrored body of a number of MuJoCo's.
+  /// The same by MuJoCo's index of the body.
   BodyId mirror(int number) {
     if (const auto known = this->find(number)) return *known;
     BodyDef<double> def;
-    // What is welded to the world stands still, unless it is led by mocap.
+    // A body welded to the world stands still, unless mocap leads it.
     const bool is_still = model_->body_weldid[number] == 0 && model_->body_mocapid[number] < 0;
     def.motion = is_still ? Motion::fixed : Motion::kinematic;
     def.center_of_mass = vector(model_->body_ipos + 3 * number);
@@ -64,16 +66,16 @@ class MujocoHost : public EngineHost<int, Backend> {
     return this->insert(number, def);
   }
 
-  /// Adds sensors to a body, in its frame.
+  /// Adds sensors to a body, in its frame. Mirrors it if needed.
   PatchId add_patch(const std::string& body, const PatchDef<double>& def) {
     return world().add_patch(mirror(body), def);
   }
-  /// Makes a site of type box the sensors of its body: `rows` x `columns` rays over its x and y,
+  /// Turns a site of type box into sensors of its body: `rows` x `columns` rays over its x and y,
   /// from its lower face to its upper one along z. The lower face belongs inside of the body, the
   /// upper one outside.
   /// @throws InvalidArgument when there is no such site, or it is no box.
   PatchId add_pad(const std::string& site, std::uint32_t rows, std::uint32_t columns,
-                  const GripWants<double>& wants) {
+                  const GripSpec<double>& spec) {
     const int number = number_of(mjOBJ_SITE, site);
     detail::require(model_->site_type[number] == mjGEOM_BOX, "site", site.c_str(),
                     "must be of type box");
@@ -87,15 +89,16 @@ class MujocoHost : public EngineHost<int, Backend> {
         def.sensors.add(X_BS * Vec3<double>(x, y, -half.z()), X_BS * Vec3<double>(x, y, half.z()));
       }
     }
-    def.parameters = tuned_for<double>(wants).parameters(def.sensors);
+    def.parameters = tuned_for<double>(spec).parameters(def.sensors);
     return world().add_patch(mirror(model_->site_bodyid[number]), def);
   }
 
-  /// A step of MuJoCo with sensors, in the place of `mj_step`: by `mj_step1` and `mj_step2`, so
-  /// with its Euler or implicit integrator.
+  /// A step of MuJoCo with sensors, in the place of `mj_step`. It calls `mj_step1` and `mj_step2`,
+  /// so it uses MuJoCo's Euler or implicit integrator.
   void step() {
     mj_step1(model_, data_);
-    // What MuJoCo will add by itself: motors, springs, gravity and what turns, without constraints.
+    // Acceleration that MuJoCo adds by itself: motors, springs, gravity and gyroscopic terms,
+    // without constraints.
     mj_fwdActuation(model_, data_);
     mj_fwdAcceleration(model_, data_);
     mju_copy(data_->qacc, data_->qacc_smooth, model_->nv);
@@ -106,8 +109,9 @@ class MujocoHost : public EngineHost<int, Backend> {
     mju_copy(data_->xfrc_applied, own_.data(), 6 * model_->nbody);
   }
 
-  // What `HostSensors` asks.
+  // Interface that `HostSensors` queries.
 
+  /// State of a body, with its unconstrained acceleration; nothing if not mirrored.
   [[nodiscard]] std::optional<HostBody<double>> body(BodyId id) const {
     if (!this->key_of(id)) return {};
     const int number = *this->key_of(id);
@@ -118,13 +122,14 @@ class MujocoHost : public EngineHost<int, Backend> {
     body.pose = pose_of(data_->xpos, data_->xquat, number);
     body.center = vector(data_->xipos + 3 * number);
     body.twist = {vector(velocity + 3), vector(velocity)};
-    // MuJoCo's accelerations are those of a frame that falls with gravity.
+    // MuJoCo's accelerations are relative to a frame that falls with gravity.
     body.acceleration = {vector(acceleration + 3) + vector(model_->opt.gravity),
                          vector(acceleration)};
-    // All of a kinematic tree move each other.
+    // All bodies of a kinematic tree move each other.
     body.mechanism = static_cast<std::uint32_t>(model_->body_rootid[number]);
     return body;
   }
+  /// [1/kg, 1/(kg m^2)] Mobility between two bodies of one kinematic tree.
   [[nodiscard]] Mat6<double> mobility(BodyId i, BodyId j) const {
     using Jacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::RowMajor>;
     const auto jacobian = [this](BodyId id) {
@@ -137,6 +142,7 @@ class MujocoHost : public EngineHost<int, Backend> {
     mj_solveM(model_, data_, moved.data(), J.data(), 6);
     return jacobian(i) * moved.transpose();
   }
+  /// Adds a wrench [N, N m] about the centre of mass to `data.xfrc_applied`.
   void apply_wrench(BodyId id, const Wrench<double>& wrench) {
     mjtNum* applied = data_->xfrc_applied + 6 * *this->key_of(id);
     for (int k = 0; k < 3; ++k) {

@@ -6,8 +6,8 @@
 ///     const PatchId left = host.add_patch(finger, pad);
 ///     for (;;) host.step(dt);  // in the place of dWorldStep
 ///
-/// Forces are to be applied, and contact joints to be made, before. Who steps otherwise calls
-/// `host.sense(dt)` and then `dWorldQuickStep(world, dt)`.
+/// Apply forces and make contact joints first. To step in another way, call `host.sense(dt)` and
+/// then `dWorldQuickStep(world, dt)`.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -20,11 +20,12 @@ namespace bristle::inline BRISTLE_ABI {
 
 /// An ODE simulation as `HostSensors` sees it.
 ///
-/// ODE has no mass matrix. What the joints of a body leave free is found here where their other
-/// side is the world or a kinematic body: of ball, hinge, slider, fixed, universal, piston and
-/// plane joints. Left out are other joints, joints between two dynamic bodies, contacts, stops and
-/// motors of joints, damping and what joints correct: a body moves as if they were not there, and
-/// what they do in a step is met in the next. That is of first order in the step.
+/// ODE has no mass matrix. The host finds the motion that a body's joints leave free, if the other
+/// side of the joint is the world or a kinematic body. It knows ball, hinge, slider, fixed,
+/// universal, piston and plane joints. It leaves out other joints, joints between two dynamic
+/// bodies, contacts, limits and motors of joints, damping and joint error correction. A body moves
+/// as if they were not there. The next step meets their effect, which is of first order in the
+/// step.
 template <typename Backend = AnalyticBackend>
 class OdeHost : public EngineHost<void*, Backend> {
   using Base = EngineHost<void*, Backend>;
@@ -32,17 +33,17 @@ class OdeHost : public EngineHost<void*, Backend> {
  public:
   using Base::world;
 
-  /// The world must outlive this, and so must mirrored bodies that are not forgotten.
+  /// The world must outlive the host, and so must mirrored bodies that are not forgotten.
   explicit OdeHost(dWorldID engine) : ode_(engine) {
     static_assert(sizeof(dReal) == sizeof(double), "ODE must be used in double");
   }
 
-  /// Mirrors a body with its geoms as they are now, whatever ODE lets them collide with, so that
-  /// sensors see it. The body's frame is ODE's, with the centre of mass as its origin. Rays among
-  /// the geoms are left out.
-  /// @return The same again for a body that is mirrored already.
-  /// @throws InvalidArgument that names the class of a geom that is no box, sphere, capsule or
-  ///         cylinder. Of convex geoms ODE gives away no points.
+  /// Mirrors a body with its present geoms for sensors. ODE's collision filters do not matter. The
+  /// body's frame is ODE's, with the centre of mass as its origin. Rays among the geoms are left
+  /// out.
+  /// @return The same id again for a body that is mirrored already.
+  /// @throws InvalidArgument naming the class of a geom that is no box, sphere, capsule or
+  ///         cylinder. ODE does not disclose the points of convex geoms.
   BodyId mirror(dBodyID body) {
     if (const auto known = this->find(body)) return *known;
     BodyDef<double> def;
@@ -58,9 +59,9 @@ class OdeHost : public EngineHost<void*, Backend> {
     }
     return this->insert(body, def);
   }
-  /// Mirrors a geom that has no body, as a fixed body at the place where it is now. The mirrored
-  /// body of a plane has the world's frame.
-  /// @return The same again for a geom that is mirrored already.
+  /// Mirrors a geom without a body, as a fixed body at its present pose. The mirrored body of a
+  /// plane has the world's frame.
+  /// @return The same id again for a geom that is mirrored already.
   /// @throws InvalidArgument when the geom has a body, or as `mirror`.
   BodyId mirror_ground(dGeomID geom) {
     if (const auto known = this->find(geom)) return *known;
@@ -69,7 +70,7 @@ class OdeHost : public EngineHost<void*, Backend> {
     BodyDef<double> def;
     def.motion = Motion::fixed;
     def.shapes.push_back(shape(geom, {}));
-    // ODE knows no place of a plane.
+    // A plane has no pose in ODE.
     if (dGeomGetClass(geom) != dPlaneClass) {
       dQuaternion q;
       dGeomGetQuaternion(geom, q);
@@ -80,7 +81,7 @@ class OdeHost : public EngineHost<void*, Backend> {
     return this->insert(geom, def);
   }
 
-  /// Adds sensors to a body, in its frame, and mirrors it if need be.
+  /// Adds sensors to a body, in its frame. Mirrors it if needed.
   PatchId add_patch(dBodyID body, const PatchDef<double>& def) {
     return world().add_patch(mirror(body), def);
   }
@@ -91,33 +92,33 @@ class OdeHost : public EngineHost<void*, Backend> {
     sense(dt);
     dWorldStep(ode_, dt);
   }
-  /// The sensors alone. They add forces to ODE's bodies, which act in the step that is to follow.
+  /// Runs the sensors alone. They add forces to ODE's bodies, which act in the next step.
   /// @param dt  [s] Length of that step.
   void sense(double dt) {
     dt_ = dt;
     this->sensors().step(*this, dt);
   }
 
-  // What `HostSensors` asks.
+  // Interface that `HostSensors` queries.
 
-  /// The state of a body, with its acceleration by gravity and by the forces that it holds now.
+  /// State of a body, with its acceleration by gravity and its present forces.
   [[nodiscard]] std::optional<HostBody<double>> body(BodyId id) const {
     if (!this->key_of(id)) return {};
     const dBodyID from = body_of(id);
     HostBody<double> body;
     body.pose = pose_of(from);
     body.center = body.pose.translation;
-    const Vec6<double> now = twist_of(from);
+    const detail::Vec6<double> now = twist_of(from);
     body.twist = {now.head<3>(), now.tail<3>()};
-    const Vec6<double> gain = (response(from).twist - now) / dt_;
+    const detail::Vec6<double> gain = (response(from).twist - now) / dt_;
     body.acceleration = {gain.head<3>(), gain.tail<3>()};
     return body;
   }
-  /// [1/kg, 1/(kg m^2)] What a body's joints leave free. Bodies are asked about one by one.
+  /// [1/kg, 1/(kg m^2)] Mobility that a body's joints leave free. Bodies are queried one at a time.
   [[nodiscard]] Mat6<double> mobility(BodyId i, BodyId j) const {
     return i == j ? response(body_of(i)).mobility : Mat6<double>::Zero();
   }
-  /// Adds a wrench [N, N m] about the centre of mass until the end of the next step, and wakes the
+  /// Adds a wrench [N, N m] about the centre of mass until the end of the next step. Wakes the
   /// body.
   void apply_wrench(BodyId id, const Wrench<double>& wrench) {
     const dBodyID body = body_of(id);
@@ -127,37 +128,37 @@ class OdeHost : public EngineHost<void*, Backend> {
   }
 
  private:
-  /// How a body answers to impulses, and its twist at the end of the step without sensors.
+  /// Mobility of a body, and its twist at the end of the step without sensors.
   struct Response {
     Mat6<double> mobility = Mat6<double>::Zero();
-    Vec6<double> twist = Vec6<double>::Zero();
+    detail::Vec6<double> twist = detail::Vec6<double>::Zero();
     /// Diagonal of the mobility without joints.
-    Vec6<double> free = Vec6<double>::Zero();
+    detail::Vec6<double> free = detail::Vec6<double>::Zero();
 
-    /// Lets the twist along a row be what it is for `base`, by an impulse along that row.
-    void hold(const Vec3<double>& linear, const Vec3<double>& angular, const Vec6<double>& base) {
-      const Vec6<double> row = joined(linear, angular);
-      const Vec6<double> moved = mobility * row;
+    /// Sets the twist along a row to that of `base`, by an impulse along that row.
+    void hold(const Vec3<double>& linear, const Vec3<double>& angular, const detail::Vec6<double>& base) {
+      const detail::Vec6<double> row = joined(linear, angular);
+      const detail::Vec6<double> moved = mobility * row;
       const double give = row.dot(moved);
-      // Joints may hold the same twice: what is left of it is rounding.
+      // Joints may hold the same motion twice. Then only rounding is left.
       if (give <= 1e-10 * row.cwiseAbs2().dot(free)) return;
       twist -= moved * (row.dot(twist - base) / give);
       mobility -= moved * moved.transpose() / give;
     }
   };
-  /// What a joint holds, along an axis and across it: its point, and turns.
+  /// Motion that a joint holds, along an axis and across it: of its point, and turns.
   struct Hold {
     bool along = false, across = false, turn_along = false, turn_across = false;
     Vec3<double> point = Vec3<double>::Zero();
     Vec3<double> axis = Vec3<double>::UnitZ();
   };
 
-  /// Mirrored geoms without a body are fixed, and not asked about.
+  /// Mirrored geoms without body are fixed, never queried.
   [[nodiscard]] dBodyID body_of(BodyId id) const { return static_cast<dBodyID>(*this->key_of(id)); }
   [[nodiscard]] static Vec3<double> vector(const dReal* x) { return {x[0], x[1], x[2]}; }
-  [[nodiscard]] static Vec6<double> joined(const Vec3<double>& linear,
+  [[nodiscard]] static detail::Vec6<double> joined(const Vec3<double>& linear,
                                            const Vec3<double>& angular) {
-    Vec6<double> both;
+    detail::Vec6<double> both;
     both << linear, angular;
     return both;
   }
@@ -167,7 +168,7 @@ class OdeHost : public EngineHost<void*, Backend> {
   [[nodiscard]] static Transform<double> pose_of(dBodyID body) {
     return transform(dBodyGetQuaternion(body), dBodyGetPosition(body));
   }
-  [[nodiscard]] static Vec6<double> twist_of(dBodyID body) {
+  [[nodiscard]] static detail::Vec6<double> twist_of(dBodyID body) {
     return joined(vector(dBodyGetLinearVel(body)), vector(dBodyGetAngularVel(body)));
   }
   template <typename Getter, typename Of>
@@ -190,7 +191,7 @@ class OdeHost : public EngineHost<void*, Backend> {
     result.mobility = free_mobility<double>(1 / mass.mass, inertia.inverse());
     result.free = result.mobility.diagonal();
     if (dBodyGetGyroscopicMode(body)) {
-      // What turns without torque, by the momentum at the end of the step, as ODE does it.
+      // Gyroscopic turning by the momentum at the end of the step, as in ODE.
       const Vec3<double> momentum = inertia * result.twist.template tail<3>();
       result.twist.template tail<3>() = (inertia - dt_ * skew(momentum)).inverse() * momentum;
     }
@@ -200,13 +201,13 @@ class OdeHost : public EngineHost<void*, Backend> {
     for (int i = 0; i < dBodyGetNumJoints(body); ++i) hold(dBodyGetJoint(body, i), body, result);
     return result;
   }
-  /// Holds what a joint holds against the world or a kinematic body.
+  /// Holds the motion that a joint to the world or a kinematic body holds.
   static void hold(dJointID joint, dBodyID body, Response& response) {
     const dBodyID first = dJointGetBody(joint, 0);
     const dBodyID other = first == body ? dJointGetBody(joint, 1) : first;
     if (!dJointIsEnabled(joint) || (other != nullptr && !dBodyIsKinematic(other))) return;
     const Vec3<double> center = vector(dBodyGetPosition(body));
-    Vec6<double> base = Vec6<double>::Zero();
+    detail::Vec6<double> base = detail::Vec6<double>::Zero();
     if (other != nullptr) {
       base = twist_of(other);
       base.head<3>() += base.tail<3>().cross(center - vector(dBodyGetPosition(other)));
@@ -286,7 +287,7 @@ class OdeHost : public EngineHost<void*, Backend> {
   }
 
   dWorldID ode_;
-  /// [s] Length of the step that is sensed for.
+  /// [s] Length of the sensed step.
   double dt_ = 1e-3;
 };
 

@@ -1,6 +1,6 @@
 /// @file
-/// Loads scenes in AMBF's description format (ADF) into a world. Opt-in: needs yaml-cpp, which the
-/// CMake target `bristle::adf` links.
+/// Loads scenes in AMBF's description format (ADF) into a world. Opt-in: it needs yaml-cpp, which
+/// the CMake target `bristle::adf` links.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -12,20 +12,17 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Adds the bodies, joints and sensors of a description to a world (docs/adf.md says what becomes
-/// of each key).
+/// Adds the bodies, joints and sensors of a description to a world. docs/adf.md documents each key.
+/// Joints and sensors that name a missing body are left out, and reported.
 ///
-/// Joints and sensors that name a body the description has not got are left out, and reported.
-///
-/// @throws AdfError that names line, key and rule of what the world cannot take, of a mesh that is
-///         not there or cannot be understood, or of what exceeds a limit. The world is unchanged
-///         then.
+/// @throws AdfError that names line, key and rule, if the world refuses a value, a mesh is missing
+///         or invalid, or a limit is exceeded. The world is unchanged then.
 template <Scalar S, typename Backend>
-AdfScene<S> add_adf(World<S, Backend>& world, const AdfModel& model,
+AdfScene<S> add_adf(World<S, Backend>& world, const detail::AdfModel& model,
                     const AdfBuildDef<S>& def = {});
 
 /// Reads a file and adds it to a world.
-/// @throws as `load_adf` and `add_adf`.
+/// @throws IoError and AdfError as `load_adf` and `add_adf`.
 template <Scalar S, typename Backend>
 AdfScene<S> add_adf(World<S, Backend>& world, const std::filesystem::path& path,
                     const AdfBuildDef<S>& def = {});
@@ -78,7 +75,7 @@ class AdfBuilder {
  private:
   using Found = std::pair<const AdfBody*, BodyId>;
 
-  /// Does something for a block; what the world refuses is then an error of that block.
+  /// Runs an action for a block. If the world refuses it, that becomes an error of the block.
   template <typename Do>
   auto in_block(const AdfItem& item, Do&& action) {
     try {
@@ -93,8 +90,8 @@ class AdfBuilder {
     }
   }
 
-  /// The body that a joint or sensor names under a key; null where none or several match. Each name
-  /// is looked for once.
+  /// Returns the body that a joint or sensor names under a key. Null if none or several match. Each
+  /// name is searched once.
   [[nodiscard]] const Found* body_of(const AdfItem& item, const char* key,
                                      const std::string& name) {
     const auto known = looked_up_.find(name);
@@ -116,7 +113,7 @@ class AdfBuilder {
       found_.add(body, {&body, id});
     }
     if (!model_.ignore_inter_collision || scene_.bodies.size() == 0) return;
-    // The slot of the first body makes a group that no other model of the world has.
+    // The index of the first body gives a group that no other model of the world has.
     const auto first = static_cast<std::int32_t>(scene_.bodies.begin()->value.index);
     for (const auto& body : scene_.bodies) {
       CollisionFilter filter = world_.body(body.value).filter;
@@ -152,8 +149,8 @@ class AdfBuilder {
     }
   }
 
-  /// Says how far the bodies of a file stand from where a joint has them: files round what they
-  /// give, often to three digits, and axes that close a loop then contradict each other.
+  /// Reports the gap between bodies of a file at a joint. Files round values, often to three
+  /// digits, and axes that close a loop then contradict each other.
   void report_gap(const AdfJoint& joint, JointId id) {
     const JointReading<S> reading = world_.reading(id);
     const auto beyond_round_off = [](S value) {
@@ -188,7 +185,7 @@ class AdfBuilder {
             }));
         continue;
       }
-      // Blocks of sensors come first; where a body has one, the older form is a leftover.
+      // Blocks of sensors come first. If a body has one, the older form is a leftover.
       if (sensor.is_legacy_surface &&
           std::find(with_patch.begin(), with_patch.end(), id) != with_patch.end()) {
         leave_out(sensor, "its body has a sensor of today's form");
@@ -221,8 +218,9 @@ class AdfBuilder {
 }  // namespace detail
 
 template <Scalar S, typename Backend>
-AdfScene<S> add_adf(World<S, Backend>& world, const AdfModel& model, const AdfBuildDef<S>& def) {
-  // On a copy, so that a fault half way leaves nothing behind.
+AdfScene<S> add_adf(World<S, Backend>& world, const detail::AdfModel& model,
+                    const AdfBuildDef<S>& def) {
+  // Works on a copy, so that an error changes nothing.
   World<S, Backend> with_model = world;
   AdfScene<S> scene = detail::AdfBuilder<S, Backend>(with_model, model, def).build();
   world = std::move(with_model);
@@ -232,15 +230,16 @@ AdfScene<S> add_adf(World<S, Backend>& world, const AdfModel& model, const AdfBu
 template <Scalar S, typename Backend>
 AdfScene<S> add_adf(World<S, Backend>& world, const std::filesystem::path& path,
                     const AdfBuildDef<S>& def) {
-  return add_adf(world, load_adf(path, def.limits), def);
+  return add_adf(world, detail::load_adf(path, def.limits), def);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
 #endif
 
-/// Declares (`extern template`) or makes (`template`) the loaders of scenes for one kind of world.
+/// Declares (`extern template`) or defines (`template`) the loaders of scenes for one kind of
+/// world.
 #define BRISTLE_ADF_FUNCTIONS(instantiate, S, Backend)                                          \
-  instantiate AdfScene<S> add_adf<S, Backend>(World<S, Backend>&, const AdfModel&,              \
+  instantiate AdfScene<S> add_adf<S, Backend>(World<S, Backend>&, const detail::AdfModel&,      \
                                               const AdfBuildDef<S>&);                           \
   instantiate AdfScene<S> add_adf<S, Backend>(World<S, Backend>&, const std::filesystem::path&, \
                                               const AdfBuildDef<S>&);

@@ -1,5 +1,5 @@
 /// @file
-/// Whole files in and out, with errors that say what went wrong.
+/// Reads and writes whole files, with errors that name the cause.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -14,9 +14,9 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// All bytes of a file.
+/// Returns all bytes of a file.
 ///
-/// @throws IoError when there is no such file, it is a directory, or it cannot be read.
+/// @throws IoError if the file does not exist, is a directory, or cannot be read.
 [[nodiscard]] inline std::string read_file(const std::filesystem::path& path) {
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(path, error);
@@ -37,9 +37,9 @@ namespace bristle::inline BRISTLE_ABI {
   return bytes;
 }
 
-/// Writes a file, replacing one that exists.
+/// Writes a file, replacing an existing one.
 ///
-/// @throws IoError when it cannot be written in full.
+/// @throws IoError if it cannot be written in full.
 inline void write_file(const std::filesystem::path& path, std::string_view bytes) {
   std::ofstream stream(path, std::ios::binary | std::ios::trunc);
   if (!stream) detail::raise(IoError(path.string(), 0, "cannot be opened for writing"));

@@ -1,5 +1,5 @@
 /// @file
-/// Mesh files of any known kind, told apart by their names.
+/// Mesh files of any known kind, distinguished by extension.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -10,10 +10,10 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Mesh from an .stl or .obj file (in whatever case), as `read_stl` and `read_obj` describe. It may
-/// be open, inverted or degenerate; what it is used for checks that.
+/// Reads a mesh from an .stl or .obj file (in either case), as `read_stl` and `read_obj` do. It may
+/// be open, inverted or degenerate. Its users check that.
 ///
-/// @throws IoError when the file cannot be read or understood, or has another extension.
+/// @throws IoError if the file cannot be read or parsed, or has another extension.
 template <Scalar S>
 [[nodiscard]] TriangleMesh<S> load_mesh(const std::filesystem::path& path);
 

@@ -22,29 +22,28 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Mesh from the text of an OBJ file.
+/// Reads a mesh from the text of an OBJ file.
 ///
-/// Reads `v` and `f`, the latter with numbers of texture coordinates and normals or without,
-/// counted from the start or (negative) from the end; everything else is ignored. Faces with more
-/// than three corners become a fan around their first, which suits convex ones. Vertices keep their
-/// numbers; files that repeat them along seams need `weld`. Coordinates are taken as metres.
+/// Reads `v` and `f`. Everything else is ignored. Faces may have numbers of texture coordinates and
+/// normals. Numbers count from the start or (negative) from the end. Faces with more than three
+/// corners become a fan around their first, which suits convex ones. Vertices keep their numbers.
+/// Files that repeat them along seams need `weld`. Coordinates are taken as metres.
 ///
-/// @param name  Of the file, for error messages.
+/// @param name  Name of the file, for error messages.
 /// @throws IoError that names the line with a coordinate that is not a finite number, or a face
-/// with
-///         fewer than three corners or a vertex that is not defined above it; or when there is no
-///         face at all.
+///         with fewer than three corners or a vertex that is not defined above it. Also if there is
+///         no face at all.
 template <Scalar S>
 [[nodiscard]] TriangleMesh<S> read_obj(std::string_view text, std::string_view name = "OBJ");
 
-/// Text of an OBJ file; its numbers read back as the same bits.
+/// Returns the text of an OBJ file. Its numbers read back as the same bits.
 ///
-/// @throws InvalidArgument when the mesh is no valid surface.
+/// @throws InvalidArgument if the mesh is no valid surface.
 template <Scalar S>
 [[nodiscard]] std::string write_obj(const TriangleMesh<S>& mesh);
 
-/// `write_obj` to a file.
-/// @throws IoError when it cannot be written.
+/// Writes `write_obj` to a file.
+/// @throws IoError if it cannot be written.
 template <Scalar S>
 void save_obj(const std::filesystem::path& path, const TriangleMesh<S>& mesh) {
   write_file(path, write_obj(mesh));
@@ -70,7 +69,7 @@ class ObjReader {
   }
 
  private:
-  /// The next word of the statement; empty at its end, be it the line's or a comment.
+  /// Next word of the statement. Empty at the end of the line or at a comment.
   [[nodiscard]] std::string_view word() {
     const std::string_view word = scanner_.word_on_line();
     return word.starts_with('#') ? std::string_view() : word;
@@ -93,7 +92,7 @@ class ObjReader {
     }
   }
 
-  /// v, v/vt, v//vn or v/vt/vn, of which only v matters.
+  /// Parses v, v/vt, v//vn or v/vt/vn, and returns v.
   [[nodiscard]] std::uint32_t vertex_number(std::string_view word) const {
     std::string_view rest = word;
     const long long number = take_integer(rest, word);

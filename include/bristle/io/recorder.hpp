@@ -133,7 +133,7 @@ void Recorder<S>::add_body(BodyId id, const BodyDef<S>& def, std::string name, S
 template <Scalar S>
 template <typename Backend>
 void Recorder<S>::add_patch(const World<S, Backend>& world, PatchId id, std::string name) {
-  const SensorPatch<S>& sensors = world.patch(id);
+  const detail::SensorPatch<S>& sensors = world.patch(id);
   detail::require(std::find(patches_.begin(), patches_.end(), id) == patches_.end(),
                   "Recorder: PatchId", id.index, "must not be recorded already");
   typename Recording<S>::Patch patch;
@@ -181,7 +181,7 @@ void Recorder<S>::observe(const World<S, Backend>& world) {
       continue;
     }
     const PatchReading<S> felt = world.reading(patches_[k]);
-    const Vec3Array<S>& directions = world.patch(patches_[k]).direction;
+    const detail::Vec3Array<S>& directions = world.patch(patches_[k]).direction;
     for (std::size_t i = 0; i < patch.ends.size(); ++i) {
       const Vec3<S> n = directions[i];
       Vec3<S> t1, t2;

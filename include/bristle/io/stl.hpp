@@ -22,26 +22,25 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Mesh from the bytes of an STL file, binary or ASCII, with equal corners welded.
+/// Reads a mesh from the bytes of an STL file, binary or ASCII, with equal corners welded.
 ///
-/// The normals in the file are ignored; the order of the corners says what is outside. Triangles
+/// The normals in the file are ignored. The order of the corners defines the outside. Triangles
 /// keep their order, degenerate ones too. Coordinates are taken as metres.
 ///
-/// @param name  Of the file, for error messages.
-/// @throws IoError that names the line (ASCII) or byte (binary) where the file is cut short, holds
-///         something else than it should or a coordinate that is not finite, or when it has no
-///         triangle.
+/// @param name  Name of the file, for error messages.
+/// @throws IoError that names the line (ASCII) or byte (binary) of an early end, an unexpected
+///         word, or a coordinate that is not finite. Also if there is no triangle.
 template <Scalar S>
 [[nodiscard]] TriangleMesh<S> read_stl(std::string_view bytes, std::string_view name = "STL");
 
-/// Bytes of a binary STL file. Its coordinates are single precision.
+/// Returns the bytes of a binary STL file. Its coordinates are single precision.
 ///
-/// @throws InvalidArgument when the mesh is no valid surface or does not fit single precision.
+/// @throws InvalidArgument if the mesh is no valid surface or does not fit single precision.
 template <Scalar S>
 [[nodiscard]] std::string write_stl(const TriangleMesh<S>& mesh);
 
-/// `write_stl` to a file.
-/// @throws IoError when it cannot be written.
+/// Writes `write_stl` to a file.
+/// @throws IoError if it cannot be written.
 template <Scalar S>
 void save_stl(const std::filesystem::path& path, const TriangleMesh<S>& mesh) {
   write_file(path, write_stl(mesh));
@@ -51,8 +50,8 @@ void save_stl(const std::filesystem::path& path, const TriangleMesh<S>& mesh) {
 
 namespace detail {
 
-/// Layout of binary STL: an 80-byte comment, a count, and for each triangle 12 floats (normal and
-/// corners) and 2 unused bytes; all numbers little-endian.
+/// Layout of binary STL: an 80-byte comment, a count, and 50 bytes for each triangle. Those are 12
+/// floats (normal and corners) and 2 unused bytes. All numbers are little-endian.
 inline constexpr std::size_t stl_header_size = 84;
 inline constexpr std::size_t stl_triangle_size = 50;
 
@@ -76,7 +75,7 @@ void append_corner(TriangleMesh<S>& mesh, const Vec3<S>& corner) {
   mesh.vertices.push_back(corner);
 }
 
-/// The caller has checked that the size of the file fits its count.
+/// Reads binary STL. The caller has checked that the size of the file fits its count.
 template <Scalar S>
 [[nodiscard]] TriangleMesh<S> read_binary_stl(std::string_view bytes, std::string_view name) {
   TriangleMesh<S> mesh;
@@ -102,8 +101,9 @@ template <Scalar S>
   return mesh;
 }
 
-/// solid name { facet normal x y z outer loop { vertex x y z } endloop endfacet } endsolid name,
-/// once or several times; keywords in any case, line breaks anywhere but before a name's end.
+/// Reads `solid name { facet normal x y z outer loop { vertex x y z } endloop endfacet } endsolid
+/// name`, once or several times. Keywords may be in any case. Line breaks may be anywhere but
+/// before a name's end.
 template <Scalar S>
 class AsciiStlReader {
  public:
@@ -163,8 +163,8 @@ TriangleMesh<S> read_stl(std::string_view bytes, std::string_view name) {
     detail::raise(IoError(std::string(name), 0, what));
   };
   if (bytes.empty()) fail("file is empty");
-  // Binary files may begin with "solid" as well, so the size decides: for the count that four
-  // letters make, a text would have to be longer than 25 GB.
+  // Binary files may begin with "solid" as well, so the size decides. For four letters to be the
+  // count, a text would have to be longer than 25 GB.
   const bool has_header = bytes.size() >= detail::stl_header_size;
   const std::uint64_t count = has_header ? detail::get_u32(bytes, 80) : 0;
   const std::uint64_t size = detail::stl_header_size + detail::stl_triangle_size * count;

@@ -1,5 +1,5 @@
 /// @file
-/// Words and numbers of a line-oriented text file, with the line they stand on.
+/// Words and numbers of a line-oriented text file, with their line.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -15,7 +15,7 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Letters A-Z as a-z, whatever the locale.
+/// Converts A-Z to a-z, in any locale.
 [[nodiscard]] inline std::string to_lower(std::string_view text) {
   std::string lower(text);
   for (char& c : lower) {
@@ -24,40 +24,40 @@ namespace bristle::inline BRISTLE_ABI::detail {
   return lower;
 }
 
-/// Goes through a text word by word. A backslash at the end of a line joins it with the next.
-/// Numbers are read the same way under every locale.
+/// Reads a text word by word. A backslash at the end of a line joins it with the next. Numbers are
+/// read the same way in every locale.
 class TextScanner {
  public:
   /// @param file  Name for error messages.
   TextScanner(std::string_view text, std::string_view file) : text_(text), file_(file) {}
 
-  /// 1-based line of the word read last.
+  /// 1-based line of the last word.
   [[nodiscard]] std::size_t line() const { return word_line_; }
 
-  /// The next word on whatever line; empty at the end of the text.
+  /// Next word on any line. Empty at the end of the text.
   [[nodiscard]] std::string_view word() {
     while (skip_space() || skip_line_break()) {
     }
     return take_word();
   }
 
-  /// The next word on the current line; empty at its end.
+  /// Next word on the current line. Empty at its end.
   [[nodiscard]] std::string_view word_on_line() {
     while (skip_space()) {
     }
     return take_word();
   }
 
-  /// Goes to the end of the current line, whatever joins it to the next.
+  /// Skips to the end of the current line, ignoring joins.
   void skip_line() {
     while (position_ < text_.size() && text_[position_] != '\n') ++position_;
   }
 
-  /// A word as a finite number of the scalar asked for.
+  /// Parses a word as a finite number of scalar S.
   template <Scalar S>
   [[nodiscard]] S number(std::string_view word) const {
     double value = 0.0;
-    // from_chars knows no leading plus; "+-1" stays an error.
+    // from_chars rejects a leading plus; "+-1" stays an error.
     const std::string_view digits =
         word.size() > 1 && word[0] == '+' && word[1] != '-' ? word.substr(1) : word;
     const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
@@ -72,7 +72,7 @@ class TextScanner {
     raise(IoError(std::string(file_), word_line_, what));
   }
 
-  /// A word as it may stand in a message: in quotes, short, and without control characters.
+  /// A word for messages: in quotes, short, and without control characters.
   [[nodiscard]] static std::string quoted(std::string_view word) {
     std::string text("'");
     for (const char c : word.substr(0, 40)) text += c < ' ' || c > '~' ? '?' : c;
@@ -86,7 +86,7 @@ class TextScanner {
   [[nodiscard]] bool is_at_space() const {
     return is_at(' ') || is_at('\t') || is_at('\r') || is_at('\v') || is_at('\f');
   }
-  /// Length of a backslash and the line break behind it, which join two lines; 0 if there is none.
+  /// Length of a backslash and the line break after it, which join two lines; 0 if there is none.
   [[nodiscard]] std::size_t joint_size() const {
     if (!is_at('\\')) return 0;
     const std::string_view rest = text_.substr(position_ + 1, 2);
@@ -94,7 +94,7 @@ class TextScanner {
     return rest == "\r\n" ? 3 : 0;
   }
 
-  /// Whether there was something to skip.
+  /// Skips one space or line join. Returns whether there was one.
   bool skip_space() {
     const std::size_t joint = joint_size();
     if (joint > 0) {

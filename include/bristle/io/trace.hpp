@@ -19,16 +19,20 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
+namespace detail {
+
 /// One column of a trace.
 struct TraceChannel {
-  /// [-] What it is; unique in the trace.
+  /// [-] Name. Unique in the trace.
   std::string name;
-  /// [-] Its unit; empty for none.
+  /// [-] Unit. Empty for none.
   std::string unit;
 
-  /// How plots and tables call it: "height [m]", or the name alone where there is no unit.
+  /// Label in plots and tables: "height [m]", or the name alone without a unit.
   [[nodiscard]] std::string label() const { return unit.empty() ? name : name + " [" + unit + "]"; }
 };
+
+}  // namespace detail
 
 /// A table that grows by rows and is read by columns.
 ///
@@ -37,52 +41,53 @@ struct TraceChannel {
 ///     trace.write_csv("fall.csv");
 ///     const auto heights = trace.column("height");
 ///
-/// Values are kept as double, whatever the simulation computes in. A value that is not finite is
+/// Values are kept as double, whatever scalar the simulation uses. A value that is not finite is
 /// kept too, and written as `nan`, `inf` or `-inf`: a gap in a record is part of the record.
 class Trace {
  public:
   /// @throws InvalidArgument when there is no channel, or one has no name or that of another.
-  Trace(std::initializer_list<TraceChannel> channels)
-      : Trace(std::vector<TraceChannel>(channels)) {}
-  explicit Trace(std::vector<TraceChannel> channels);
+  Trace(std::initializer_list<detail::TraceChannel> channels)
+      : Trace(std::vector<detail::TraceChannel>(channels)) {}
+  explicit Trace(std::vector<detail::TraceChannel> channels);
 
   /// Appends one value per channel, in the order of the channels.
-  /// @throws InvalidArgument when there are more or fewer values than channels.
+  /// @throws InvalidArgument if there are more or fewer values than channels.
   void add_row(std::span<const double> values);
+  /// The same for a list of values.
   void add_row(std::initializer_list<double> values) {
     add_row(std::span<const double>(values.begin(), values.size()));
   }
 
-  /// Makes room for rows, so that adding them does not allocate.
+  /// Allocates memory for rows, so that adding them does not.
   void reserve(std::size_t rows) {
     for (std::vector<double>& column : columns_) column.reserve(rows);
   }
 
-  [[nodiscard]] const std::vector<TraceChannel>& channels() const noexcept { return channels_; }
+  [[nodiscard]] const std::vector<detail::TraceChannel>& channels() const noexcept { return channels_; }
   /// [-] Number of rows.
   [[nodiscard]] std::size_t size() const noexcept { return columns_.front().size(); }
 
-  /// All values of a channel, oldest first; valid until the next row is added.
-  /// @throws InvalidArgument when no channel has the name.
+  /// Returns all values of a channel, oldest first. Valid until the next row is added.
+  /// @throws InvalidArgument if no channel has the name.
   [[nodiscard]] const std::vector<double>& column(std::string_view name) const;
 
-  /// The table as comma-separated values (RFC 4180, lines ending in LF): first the labels of the
-  /// channels, then the rows.
+  /// Returns the table as comma-separated values (RFC 4180, lines ending in LF). The labels of the
+  /// channels come first, then the rows.
   ///
-  /// @param digits  [-] Significant digits, 1 to 17. 9 tell any two floats apart, 17 any two
-  /// doubles.
+  /// @param digits  [-] Significant digits, 1 to 17. 9 distinguish any two floats, 17 any two
+  ///                doubles.
   /// @note A dot is the decimal point in every locale.
-  /// @throws InvalidArgument when the digits are out of range.
+  /// @throws InvalidArgument if the digits are out of range.
   [[nodiscard]] std::string csv(int digits = 9) const;
 
-  /// `csv` to a file, replacing one that exists.
-  /// @throws IoError when it cannot be written in full.
+  /// Writes `csv` to a file, replacing an existing one.
+  /// @throws IoError if it cannot be written in full.
   void write_csv(const std::filesystem::path& path, int digits = 9) const {
     write_file(path, csv(digits));
   }
 
  private:
-  std::vector<TraceChannel> channels_;
+  std::vector<detail::TraceChannel> channels_;
   std::vector<std::vector<double>> columns_;
 };
 
@@ -90,7 +95,7 @@ class Trace {
 
 namespace detail {
 
-/// Appends a number as "%.*g" would in the C locale; a NaN without its sign.
+/// Appends a number like "%.*g" in the C locale. A NaN has no sign.
 inline void append_general(std::string& text, double value, int digits) {
   if (std::isnan(value)) {
     text += "nan";
@@ -102,7 +107,7 @@ inline void append_general(std::string& text, double value, int digits) {
   text.append(buffer, result.ptr);
 }
 
-/// Appends a field of a CSV file, in quotes where it needs them.
+/// Appends a field of a CSV file, in quotes if necessary.
 inline void append_csv_field(std::string& text, std::string_view field) {
   if (field.find_first_of(",\"\r\n") == std::string_view::npos) {
     text += field;
@@ -118,7 +123,7 @@ inline void append_csv_field(std::string& text, std::string_view field) {
 
 }  // namespace detail
 
-inline Trace::Trace(std::vector<TraceChannel> channels)
+inline Trace::Trace(std::vector<detail::TraceChannel> channels)
     : channels_(std::move(channels)), columns_(channels_.size()) {
   detail::require(!channels_.empty(), "Trace: number of channels", 0, "must be > 0");
   for (std::size_t i = 0; i < channels_.size(); ++i) {

@@ -1,9 +1,9 @@
 /// @file
 /// Factorisation of a sparse symmetric matrix of 3x3 blocks within its envelope.
 ///
-/// The same idea as `EnvelopeMatrix`, for matrices whose rows come in threes: the joints of a
-/// mechanism, say. Blocks keep the compiler in straight-line code and take one division per row
-/// instead of one per entry and a square root, which makes a chain more than three times cheaper.
+/// Like `EnvelopeMatrix`, for matrices whose rows come in threes. The joints of a mechanism are an
+/// example. Blocks keep the compiler in straight-line code. They take one division per row instead
+/// of one per entry and a square root. That makes a chain more than three times cheaper.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -14,49 +14,48 @@
 #include <span>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Lower triangle of a symmetric positive definite matrix of 3x3 blocks, and its factors in the
-/// same place. Rows and columns count blocks.
+/// Lower triangle of a symmetric positive definite matrix of 3x3 blocks. Its factors replace it.
+/// Rows and columns count blocks.
 template <Scalar S>
 class BlockEnvelope {
  public:
-  /// Sets the shape; entries are those of before, in disorder.
-  /// @param first  Column of the first block of each row, at most the row's own number.
+  /// Sets the shape. Entries keep old values, in disorder.
+  /// @param first  Column of the first block of each row. At most the row's own number.
   void set_shape(std::span<const std::uint32_t> first);
   void set_zero() {
     for (Mat3<S>& block : blocks_) block.setZero();
   }
 
   [[nodiscard]] std::size_t size() const { return first_.size(); }
-  /// Block of the lower triangle: first(i) <= j <= i. Of diagonal blocks the lower triangle counts.
+  /// Block of the lower triangle: first(i) <= j <= i. Of a diagonal block only its lower triangle
+  /// counts.
   [[nodiscard]] Mat3<S>& at(std::size_t i, std::size_t j) { return blocks_[start_[i] + j]; }
   [[nodiscard]] const Mat3<S>& at(std::size_t i, std::size_t j) const {
     return blocks_[start_[i] + j];
   }
 
-  /// Replaces the matrix A by its factors, A = L D L^T with ones on the diagonal of L and 3x3
+  /// Replaces the matrix A by its factors. A = L D L^T, with ones on the diagonal of L and 3x3
   /// blocks in D.
-  /// @return False when a pivot is not positive or not finite; the matrix is then spoilt.
+  /// @return False if a pivot is not positive or not finite. The matrix is then spoilt.
   [[nodiscard]] bool factor();
 
-  /// x := A^-1 x, once factored.
+  /// x := A^-1 x, after `factor`.
   void solve(std::span<Vec3<S>> x) const;
 
  private:
   std::vector<std::uint32_t> first_;
-  std::vector<std::size_t> start_;  // Of each row in `blocks_`, less its first column.
+  std::vector<std::size_t> start_;  // Index of each row in `blocks_`, less its first column.
   std::vector<Mat3<S>> blocks_;
-  std::vector<Mat3<S>> row_;  // Blocks of the row that is factored, times D.
+  std::vector<Mat3<S>> row_;  // Blocks of the current row, times D.
 };
 
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
-
 /// Inverse of a symmetric positive definite matrix by elimination. The closed form by cofactors is
-/// no cheaper and loses all digits where two rows are nearly the same.
-/// @return False when a pivot is not positive or not finite.
+/// no cheaper. It loses all digits where two rows are nearly the same.
+/// @return False if a pivot is not positive or not finite.
 template <Scalar S>
 [[nodiscard]] bool invert_pivot(Mat3<S>& a) {
   const S d0 = a(0, 0);
@@ -80,8 +79,6 @@ template <Scalar S>
   a(0, 0) = i0 + l1 * l1 * i1 + corner * corner * i2;
   return true;
 }
-
-}  // namespace detail
 
 template <Scalar S>
 void BlockEnvelope<S>::set_shape(std::span<const std::uint32_t> first) {
@@ -111,7 +108,7 @@ bool BlockEnvelope<S>::factor() {
       lower.noalias() = scaled * at(j, j);
       pivot.noalias() -= lower * scaled.transpose();
     }
-    if (!detail::invert_pivot(pivot)) return false;
+    if (!invert_pivot(pivot)) return false;
   }
   return true;
 }
@@ -127,4 +124,4 @@ void BlockEnvelope<S>::solve(std::span<Vec3<S>> x) const {
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,8 +1,8 @@
 /// @file
 /// Cholesky factorisation of small dense matrices in the caller's memory.
 ///
-/// Row-major lower triangles over a flat array: nothing is allocated, and sizes are known only at
-/// run time (a few bodies of an island).
+/// Row-major lower triangles over a flat array. Nothing is allocated. Sizes are known only at run
+/// time (a few bodies of an island).
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -10,15 +10,15 @@
 
 #include <cstddef>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Replaces the lower triangle of the symmetric n x n matrix `a` by its factor L, a = L L^T.
 ///
-/// @param floor  [1] Pivots below `floor` times their diagonal entry are raised to it: 0 for a
-///               matrix that is positive definite, round-off for one that may be singular
-///               (redundant constraints), whose solution then is the one of least norm to working
+/// @param floor  [1] Pivots below `floor` times their diagonal entry are raised to it. Use 0 for a
+///               matrix that is positive definite. Use round-off for one that may be singular
+///               (redundant constraints). The solution is then the one of least norm to working
 ///               precision.
-/// @return False when a pivot is not positive or not finite; `a` is then spoilt.
+/// @return False if a pivot is not positive or not finite. The matrix `a` is then spoilt.
 template <Scalar S>
 [[nodiscard]] bool factor_cholesky(S* a, std::size_t n, S floor = S(0)) {
   using std::sqrt;
@@ -40,7 +40,7 @@ template <Scalar S>
   return true;
 }
 
-/// b := L^-1 b, given that b is zero before entry `first`.
+/// b := L^-1 b, where b is zero before entry `first`.
 template <Scalar S>
 void solve_lower(const S* l, std::size_t n, S* b, std::size_t first = 0) {
   for (std::size_t i = first; i < n; ++i) {
@@ -62,4 +62,4 @@ void solve_upper(const S* l, std::size_t n, S* b) {
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

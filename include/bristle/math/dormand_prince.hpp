@@ -2,8 +2,8 @@
 /// Explicit Runge-Kutta integration of fifth order with error control.
 ///
 /// The pair of Dormand and Prince 1980, "A family of embedded Runge-Kutta formulae". Its seventh
-/// stage is the derivative at the end, which is the first of the next substep: six evaluations for
-/// each substep and one more for the whole.
+/// stage is the derivative at the end. It is also the first stage of the next substep. So each
+/// substep takes six evaluations, and the whole one more.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -17,28 +17,29 @@
 #include <utility>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Scratch memory and the algorithm.
+/// Integrator with its scratch memory.
 template <Scalar S>
 class DormandPrince {
  public:
   /// Advances y over `duration` in substeps that end exactly on it.
   ///
-  /// `system` has two members. `bool derivative(S t, const S* y, S* dy)`; false ends the
-  /// integration. `S error_ratio(const S* y, const S* error, S h)` is the error [1] of a substep
-  /// that ends in y, relative to what is allowed; it is called right after the derivative at y.
+  /// The `system` has two members. Member `bool derivative(S t, const S* y, S* dy)` computes the
+  /// derivative; false ends the integration. Member `S error_ratio(const S* y, const S* error, S
+  /// h)` is the error [1] of a substep that ends in y. It is relative to the tolerance. It is
+  /// called right after the derivative at y.
   ///
   /// @param y  Values, changed only on success.
-  /// @param state  [-] How many of them, from the first, the derivative depends on. The others are
+  /// @param state  [-] Number of leading values on which the derivative depends. The others are
   ///               integrals along the way.
   /// @param max_substeps  [-] Most substeps tried.
-  /// @return False when the system failed, an error was not a number, or the limit was met.
+  /// @return False if the system failed, an error was not a number, or the limit was reached.
   template <typename System>
   [[nodiscard]] bool advance(std::span<S> y, std::size_t state, S duration, System& system,
                              int max_substeps);
 
-  /// Substeps tried in the last call, with the rejected ones.
+  /// Substeps tried in the last call, including rejected ones.
   [[nodiscard]] int substeps() const { return substeps_; }
 
  private:
@@ -85,7 +86,7 @@ bool DormandPrince<S>::advance(std::span<S> y, std::size_t state, S duration, Sy
   const std::array<S, 5> a6{f(9017, 3168), f(-355, 33), f(46732, 5247), f(49, 176),
                             f(-5103, 18656)};
   const std::array<S, 6> b{f(35, 384), S(0), f(500, 1113), f(125, 192), f(-2187, 6784), f(11, 84)};
-  // What the fifth order adds to the fourth.
+  // Weights of the error: fifth order less fourth order.
   const std::array<S, 7> e{f(71, 57600),      S(0),       f(-71, 16695), f(71, 1920),
                            f(-17253, 339200), f(22, 525), f(-1, 40)};
 
@@ -124,13 +125,13 @@ bool DormandPrince<S>::advance(std::span<S> y, std::size_t state, S duration, Sy
       std::swap(slopes_[0], slopes_[6]);
       if (is_last) break;
     }
-    // The error of a substep grows with the fifth power of its length. Aimed a little below what is
-    // allowed, and never changed by more than five times on the word of one estimate.
-    // Where a substep ends is no matter of the state, so that derivatives are not of it either.
+    // The error of a substep grows with the fifth power of its length. The target is a little below
+    // the tolerance. One estimate changes the length by at most a factor of five. The error is
+    // taken without derivatives, so the ends of substeps carry none.
     const S error = S(value_of(ratio));
     const S factor = error > S(0) ? S(0.9) * pow(error, S(-0.2)) : S(5);
     h *= std::clamp(factor, S(0.2), is_accepted ? S(5) : S(0.9));
-    // The rest is cut into equal parts, so that no sliver is left for the last one.
+    // The rest is cut into equal parts. So the last one is no sliver.
     const S rest = duration - t;
     is_last = h >= rest;
     if (is_last) {
@@ -143,4 +144,4 @@ bool DormandPrince<S>::advance(std::span<S> y, std::size_t state, S duration, Sy
   return true;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,26 +1,24 @@
 /// @file
-/// Numbers that carry their derivatives: what is computed in them is differentiated on the way
+/// Numbers that carry their derivatives: results computed in them are differentiated on the way
 /// (forward mode; Griewank and Walther 2008, "Evaluating Derivatives", chapter 3).
 ///
-/// `Dual<double, n>` is a `Scalar`: everything here that is a template over one, the world
-/// included, gives with each number its derivatives by the n that were marked as variables.
-/// docs/gradients.md tells what can be asked so, and what derivatives mean where surfaces meet,
-/// part and slip.
+/// `Dual<double, n>` is a `Scalar`. Every template over a scalar, the world included, then computes
+/// derivatives. They are by the n numbers that were marked as variables. The page docs/gradients.md
+/// tells which questions this answers. It tells what derivatives mean where surfaces meet, part and
+/// slip.
 ///
 /// Rules that hold for all of it:
 ///
 /// - **Values are those of S**: operations on them are the same. Only sums that run in registers
-/// for
-///   S (of Eigen's products, over lanes) may add in another order.
+///   for S (of Eigen's products, over lanes) may add in another order.
 /// - **<, <=, > and >= compare values**, so a program takes the same branches as without
-///   derivatives. **== and != compare derivatives too**: what leaves work out because a number is
-///   exactly zero must not leave out its derivatives. Where the number alone decides, code asks
+///   derivatives. **== and != compare derivatives too**: code that skips work because a number is
+///   exactly zero must not skip its derivatives. Where the number alone decides, code uses
 ///   `value_of`.
-/// - **Derivatives are finite**, as long as they do not overflow. Where a function has none,
-/// because
-///   its slope is infinite or its value no number, they count as 0: of sqrt and hypot at 0 (so the
-///   length of a vector of no length stands still), of abs at 0, of a quotient by 0. Of max, min
-///   and clamp they are those of the argument that is returned.
+/// - **Derivatives are finite**, as long as they do not overflow. They count as 0 where a function
+///   has none. Its slope may be infinite, or its value no number. Examples are sqrt and hypot at 0
+///   (so the length of a vector of no length stands still), abs at 0, and a quotient by 0. Of max,
+///   min and clamp they are those of the argument that is returned.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -36,13 +34,13 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// A value and its derivatives by n variables. A plain value itself, of n + 1 numbers.
+/// A value and its derivatives by n variables. It is a plain value of n + 1 numbers.
 template <std::floating_point S, std::size_t n>
 class Dual {
  public:
   using Partials = std::array<S, n>;
 
-  /// Not set to anything, as an S would be.
+  /// Leaves the number uninitialised, like an S.
   Dual() = default;
   /// A constant.
   template <typename T>
@@ -51,7 +49,7 @@ class Dual {
       : value_(static_cast<S>(value)), partials_{} {}
   constexpr Dual(S value, const Partials& partials) : value_(value), partials_(partials) {}
 
-  /// Variable number i < n at a value: its derivative by itself is 1.
+  /// Variable number i < n with a value: its derivative by itself is 1.
   [[nodiscard]] static constexpr Dual variable(S value, std::size_t i = 0) {
     Dual x(value);
     x.partials_[i] = S(1);
@@ -63,12 +61,12 @@ class Dual {
   [[nodiscard]] constexpr S partial(std::size_t i = 0) const { return partials_[i]; }
   [[nodiscard]] constexpr const Partials& partials() const { return partials_; }
 
-  /// The value; derivatives are left behind.
+  /// The value, without derivatives.
   template <typename T>
   requires std::is_arithmetic_v<T>
   [[nodiscard]] constexpr explicit operator T() const { return static_cast<T>(value_); }
 
-  /// What a function of this is, by its value and its slope there.
+  /// Returns f(*this), given the value of f and its slope there.
   [[nodiscard]] constexpr Dual mapped(S value, S slope) const {
     Dual y(value);
     if (!is_number(value) || !is_number(slope)) return y;
@@ -87,7 +85,7 @@ class Dual {
     return difference;
   }
   [[nodiscard]] friend constexpr Dual operator*(const Dual& a, const Dual& b) {
-    // Where the product is a number both slopes are.
+    // If the product is a number, so are both slopes.
     const S product = a.value_ * b.value_;
     return joined(product, product, a, b.value_, b, a.value_);
   }
@@ -161,12 +159,12 @@ class Dual {
   [[nodiscard]] friend Dual pow(const Dual& a, const Dual& exponent) {
     const S b = exponent.value_;
     const S value = std::pow(a.value_, b);
-    // A constant exponent is no matter for the logarithm, which a power of a negative number lacks.
+    // A constant exponent needs no logarithm; the base may then be negative.
     const S by_exponent = exponent.partials_ == Partials{} ? S(0) : value * std::log(a.value_);
     const S by_base = b * std::pow(a.value_, b - S(1));
     return joined(value, by_base + by_exponent, a, by_base, exponent, by_exponent);
   }
-  /// a - q b with the whole number q = trunc(a / b), which does not change for small changes.
+  /// a - q b with the whole number q = trunc(a / b). Small changes leave q as it is.
   [[nodiscard]] friend Dual fmod(const Dual& a, const Dual& b) {
     const S rest = std::fmod(a.value_, b.value_);
     const S whole = std::round((a.value_ - rest) / b.value_);
@@ -175,14 +173,14 @@ class Dual {
   [[nodiscard]] friend Dual floor(const Dual& a) { return Dual(std::floor(a.value_)); }
   [[nodiscard]] friend Dual ceil(const Dual& a) { return Dual(std::ceil(a.value_)); }
 
-  /// Of the value.
+  /// Tests of the value alone.
   [[nodiscard]] friend bool isfinite(const Dual& a) { return std::isfinite(a.value_); }
   [[nodiscard]] friend bool isnan(const Dual& a) { return std::isnan(a.value_); }
   [[nodiscard]] friend bool isinf(const Dual& a) { return std::isinf(a.value_); }
 
  private:
-  /// What a function of two is, by its value and its slopes.
-  /// @param judge  Is a number only where value and slopes are.
+  /// Returns f(a, b), given its value and its two slopes.
+  /// @param judge  Is a number only if the value and both slopes are.
   [[nodiscard]] static constexpr Dual joined(S value, S judge, const Dual& a, S by_a, const Dual& b,
                                              S by_b) {
     Dual y(value);
@@ -202,7 +200,7 @@ class Dual {
   Partials partials_;
 };
 
-/// In single precision derivatives would have no digits left where solvers divide by 1e-6.
+/// In single precision derivatives would lose all digits where solvers divide by 1e-6.
 template <std::size_t n>
 inline constexpr bool is_scalar<Dual<double, n>> = true;
 
@@ -214,13 +212,14 @@ template <std::floating_point S, std::size_t n>
   return x.value();
 }
 
-/// Snapshots and hashes take it as its n + 1 numbers.
+/// Snapshots and hashes treat it as its n + 1 numbers.
 template <std::floating_point S, std::size_t n>
-inline constexpr bool is_plain_value<Dual<S, n>> = sizeof(Dual<S, n>) == (n + 1) * sizeof(S);
+inline constexpr bool detail::is_plain_value<Dual<S, n>> = sizeof(Dual<S, n>) ==
+                                                           (n + 1) * sizeof(S);
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-/// Those of S, as constants.
+/// The limits of S, as constants.
 template <std::floating_point S, std::size_t n>
 class std::numeric_limits<bristle::Dual<S, n>> : public std::numeric_limits<S> {
   using Dual = bristle::Dual<S, n>;
@@ -238,7 +237,7 @@ class std::numeric_limits<bristle::Dual<S, n>> : public std::numeric_limits<S> {
   static constexpr Dual denorm_min() noexcept { return Base::denorm_min(); }
 };
 
-/// What Eigen has to know of a scalar.
+/// The properties of a scalar that Eigen needs.
 template <std::floating_point S, std::size_t n>
 struct Eigen::NumTraits<bristle::Dual<S, n>> : Eigen::GenericNumTraits<bristle::Dual<S, n>> {
   using Real = bristle::Dual<S, n>;

@@ -1,5 +1,5 @@
 /// @file
-/// Linear equations with a matrix of any kind.
+/// Linear equations with a general matrix.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -8,11 +8,11 @@
 #include <cmath>
 #include <utility>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Makes B the X of A X = B, by elimination with pivots by row; A is used up. Eigen's own takes
-/// blocks, and a compiler longer than the rest of what calls it. Where A is singular X is not
-/// finite.
+/// Solves A X = B by elimination with row pivots. B becomes X; A is overwritten. Eigen's own solver
+/// works in blocks. It costs a compiler more than the rest of its caller. X is not finite if A is
+/// singular.
 template <typename MatrixA, typename MatrixB>
 void eliminate(MatrixA& A, MatrixB& B) {
   using std::abs;
@@ -40,7 +40,7 @@ void eliminate(MatrixA& A, MatrixB& B) {
   }
 }
 
-/// X of A X = B, of sizes that the compiler knows.
+/// Returns X of A X = B, of sizes known at compile time.
 template <Scalar S, int size, int columns, int options>
 [[nodiscard]] Eigen::Matrix<S, size, columns, options> solved(
     Eigen::Matrix<S, size, size, options> A, Eigen::Matrix<S, size, columns, options> B) {
@@ -48,4 +48,4 @@ template <Scalar S, int size, int columns, int options>
   return B;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

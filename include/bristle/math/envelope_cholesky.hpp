@@ -1,9 +1,9 @@
 /// @file
 /// Cholesky factorisation of a sparse symmetric matrix within its envelope.
 ///
-/// Row i is kept from its first entry that is not zero up to the diagonal; all fill of the
-/// factorisation falls inside (Jennings 1966). Stacks and chains numbered end to end give narrow
-/// envelopes, so their cost grows with their length and not with its cube.
+/// Row i is stored from its first nonzero entry to the diagonal. All fill of the factorisation
+/// falls inside (Jennings 1966). Stacks and chains numbered end to end have narrow envelopes. Their
+/// cost grows with their length and not with its cube.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -16,11 +16,9 @@
 #include <span>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-namespace detail {
-
-/// Sum of products, as four sums side by side: the compiler may not reorder one sum to fill its
+/// Sum of products, as four sums side by side. The compiler may not reorder one sum to fill its
 /// vector lanes.
 template <Scalar S>
 [[nodiscard]] S sum_of_products(const S* a, const S* b, std::size_t n) {
@@ -33,14 +31,12 @@ template <Scalar S>
   return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 
-}  // namespace detail
-
-/// Lower triangle of a symmetric positive definite matrix, and its factor in the same place.
+/// Lower triangle of a symmetric positive definite matrix, and its factor in place.
 template <Scalar S>
 class EnvelopeMatrix {
  public:
   /// Sets the shape and all entries to zero.
-  /// @param first  Column of the first entry of each row, at most the row's own number.
+  /// @param first  Column of the first entry of each row. At most the row's own number.
   void reset(std::span<const std::uint32_t> first) {
     first_.assign(first.begin(), first.end());
     start_.resize(first.size());
@@ -49,10 +45,10 @@ class EnvelopeMatrix {
       start_[i] = size - first[i];  // Wraps around; only sums with a column are used.
       size += i - first[i] + 1;
     }
-    detail::refill(values_, size, S(0));
+    refill(values_, size, S(0));
   }
 
-  /// Makes room for what another has room for, so that a copy of it allocates nothing.
+  /// Reserves as much as `other` has, so that copying it allocates nothing.
   void reserve(const EnvelopeMatrix& other) {
     first_.reserve(other.first_.capacity());
     start_.reserve(other.start_.capacity());
@@ -65,18 +61,18 @@ class EnvelopeMatrix {
   [[nodiscard]] S& at(std::size_t i, std::size_t j) { return values_[start_[i] + j]; }
   [[nodiscard]] S at(std::size_t i, std::size_t j) const { return values_[start_[i] + j]; }
 
-  /// y := A x, before it is factored.
+  /// y := A x, before `factor`.
   void multiply(const S* x, S* y) const {
     for (std::size_t i = 0; i < size(); ++i) {
       const S* row_i = row(i);
-      y[i] = detail::sum_of_products(row_i + first_[i], x + first_[i], i - first_[i] + 1);
+      y[i] = sum_of_products(row_i + first_[i], x + first_[i], i - first_[i] + 1);
       for (std::size_t k = first_[i]; k < i; ++k) y[k] += row_i[k] * x[i];
     }
   }
 
   /// Replaces the matrix A by its factor L, A = L L^T.
   /// @param floor  [1] As for `factor_cholesky`.
-  /// @return False when a pivot is not positive or not finite; the matrix is then spoilt.
+  /// @return False if a pivot is not positive or not finite. The matrix is then spoilt.
   [[nodiscard]] bool factor(S floor = S(0)) {
     using std::sqrt;
     for (std::size_t i = 0; i < size(); ++i) {
@@ -84,12 +80,10 @@ class EnvelopeMatrix {
       for (std::size_t j = first_[i]; j < i; ++j) {
         const S* row_j = row(j);
         const std::size_t from = std::max(first_[i], first_[j]);
-        row_i[j] =
-            (row_i[j] - detail::sum_of_products(row_i + from, row_j + from, j - from)) / row_j[j];
+        row_i[j] = (row_i[j] - sum_of_products(row_i + from, row_j + from, j - from)) / row_j[j];
       }
       const S diagonal = row_i[i];
-      S pivot =
-          diagonal - detail::sum_of_products(row_i + first_[i], row_i + first_[i], i - first_[i]);
+      S pivot = diagonal - sum_of_products(row_i + first_[i], row_i + first_[i], i - first_[i]);
       if (pivot < floor * diagonal) pivot = floor * diagonal;
       if (!(pivot > S(0)) || !(pivot < infinity<S>)) return false;
       row_i[i] = sqrt(pivot);
@@ -97,12 +91,11 @@ class EnvelopeMatrix {
     return true;
   }
 
-  /// x := A^-1 x, once factored.
+  /// x := A^-1 x, after `factor`.
   void solve(S* x) const {
     for (std::size_t i = 0; i < size(); ++i) {
       const S* row_i = row(i);
-      x[i] = (x[i] - detail::sum_of_products(row_i + first_[i], x + first_[i], i - first_[i])) /
-             row_i[i];
+      x[i] = (x[i] - sum_of_products(row_i + first_[i], x + first_[i], i - first_[i])) / row_i[i];
     }
     for (std::size_t i = size(); i-- > 0;) {
       const S* row_i = row(i);
@@ -117,8 +110,8 @@ class EnvelopeMatrix {
   [[nodiscard]] const S* row(std::size_t i) const { return values_.data() + start_[i]; }
 
   std::vector<std::uint32_t> first_;
-  std::vector<std::size_t> start_;  // Of each row in `values_`, less its first column.
+  std::vector<std::size_t> start_;  // Index of each row in `values_`, less its first column.
   std::vector<S> values_;
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

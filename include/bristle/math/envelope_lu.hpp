@@ -1,11 +1,11 @@
 /// @file
 /// LU factorisation of a sparse matrix of 6x6 blocks within its envelope.
 ///
-/// The pattern of the matrix is symmetric, its numbers are not. Lower blocks are kept in rows,
-/// upper blocks in columns, both from the first block that is not zero to the diagonal: all fill
-/// falls inside (Jennings 1966), and every inner product runs over contiguous memory. Pivots are
-/// chosen within the blocks of the diagonal, which single entries of the diagonal would not
-/// survive: that of a contact which slides at the friction angle is zero.
+/// The pattern of the matrix is symmetric, its numbers are not. Lower blocks are stored in rows,
+/// upper blocks in columns. Both go from the first nonzero block to the diagonal. All fill falls
+/// inside (Jennings 1966), and every inner product runs over contiguous memory. Pivots are chosen
+/// within the blocks of the diagonal. A single diagonal entry can be zero. That of a contact which
+/// slides at the friction angle is.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -21,18 +21,18 @@
 #include <utility>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A 6x6 matrix, row by row.
 template <Scalar S>
 using Block6 = std::array<S, 36>;
 
-/// The matrix, and its factors in the same place. A = L U, L with unit blocks on its diagonal.
+/// The matrix, and its factors in place. A = L U, with unit blocks on the diagonal of L.
 template <Scalar S>
 class EnvelopeLu {
  public:
-  /// Sets the shape and the numbers to those of a symmetric matrix whose rows begin at multiples of
-  /// six, not factored.
+  /// Copies the shape and the numbers of a symmetric matrix that is not factored. Its rows begin at
+  /// multiples of six.
   void assign(const EnvelopeMatrix<S>& symmetric) {
     blocks_ = symmetric.size() / 6;
     first_.resize(blocks_);
@@ -45,8 +45,8 @@ class EnvelopeLu {
         size += 6 * (i - first_[i] + 1);
       }
     }
-    detail::refill(rows_, size, S(0));
-    detail::refill(columns_, size, S(0));
+    refill(rows_, size, S(0));
+    refill(columns_, size, S(0));
     inverses_.resize(blocks_);
     for (std::size_t i = 0; i < 6 * blocks_; ++i) {
       const std::size_t diagonal = i / 6 * 6;
@@ -57,7 +57,7 @@ class EnvelopeLu {
     }
   }
 
-  /// Makes room for `assign`, so that it allocates nothing.
+  /// Reserves memory for `assign`, so that it allocates nothing.
   void reserve(const EnvelopeMatrix<S>& symmetric) {
     const std::size_t blocks = symmetric.size() / 6;
     std::size_t size = 0;
@@ -84,8 +84,7 @@ class EnvelopeLu {
   }
 
   /// Replaces the matrix by its factors.
-  /// @return False when a block of the diagonal is singular or not finite; the matrix is then
-  /// spoilt.
+  /// @return False if a block of the diagonal is singular or not finite. The matrix is then spoilt.
   [[nodiscard]] bool factor() {
     for (std::size_t i = 0; i < blocks_; ++i) {
       for (std::size_t j = first_[i]; j < i; ++j) {
@@ -95,8 +94,8 @@ class EnvelopeLu {
           S below[6];
           for (std::size_t b = 0; b < 6; ++b) {
             const std::size_t c = 6 * j + b;
-            below[b] = row(k)[c] - detail::sum_of_products(row(k) + from, column(c) + from, count);
-            column(k)[c] -= detail::sum_of_products(column(k) + from, row(c) + from, count);
+            below[b] = row(k)[c] - sum_of_products(row(k) + from, column(c) + from, count);
+            column(k)[c] -= sum_of_products(column(k) + from, row(c) + from, count);
           }
           times_inverse(below, inverses_[j], row(k) + 6 * j);
         }
@@ -108,7 +107,7 @@ class EnvelopeLu {
         for (std::size_t b = 0; b < 6; ++b) {
           pivot[6 * a + b] =
               row(6 * i + a)[6 * i + b] -
-              detail::sum_of_products(row(6 * i + a) + from, column(6 * i + b) + from, count);
+              sum_of_products(row(6 * i + a) + from, column(6 * i + b) + from, count);
         }
       }
       if (!invert(pivot, inverses_[i])) return false;
@@ -116,16 +115,16 @@ class EnvelopeLu {
     return true;
   }
 
-  /// x := A^-1 x, once factored.
+  /// x := A^-1 x, after `factor`.
   void solve(S* x) const {
     for (std::size_t i = 0; i < 6 * blocks_; ++i) {
       const std::size_t from = 6 * first_[i / 6];
-      x[i] -= detail::sum_of_products(row(i) + from, x + from, i / 6 * 6 - from);
+      x[i] -= sum_of_products(row(i) + from, x + from, i / 6 * 6 - from);
     }
     for (std::size_t i = blocks_; i-- > 0;) {
       S found[6];
       for (std::size_t a = 0; a < 6; ++a)
-        found[a] = detail::sum_of_products(&inverses_[i][6 * a], x + 6 * i, 6);
+        found[a] = sum_of_products(&inverses_[i][6 * a], x + 6 * i, 6);
       for (std::size_t a = 0; a < 6; ++a) {
         x[6 * i + a] = found[a];
         const S* above = column(6 * i + a);
@@ -135,13 +134,14 @@ class EnvelopeLu {
   }
 
  private:
-  /// Pointers such that row(i)[j] is entry (i, j) for j up to the end of the diagonal's block, and
-  /// column(i)[j] is entry (j, i) above it.
+  /// Pointer row(i) gives entry (i, j) at j, up to the end of the diagonal block. Pointer column(i)
+  /// gives entry (j, i) at j, above that block.
   [[nodiscard]] S* row(std::size_t i) { return rows_.data() + start_[i]; }
   [[nodiscard]] const S* row(std::size_t i) const { return rows_.data() + start_[i]; }
   [[nodiscard]] S* column(std::size_t i) { return columns_.data() + start_[i]; }
   [[nodiscard]] const S* column(std::size_t i) const { return columns_.data() + start_[i]; }
 
+  /// out := x times `inverse`, for a row x.
   static void times_inverse(const S (&x)[6], const Block6<S>& inverse, S* out) {
     for (std::size_t b = 0; b < 6; ++b) {
       S sum = S(0);
@@ -150,7 +150,7 @@ class EnvelopeLu {
     }
   }
 
-  /// Inverse by Gauss and Jordan, with the largest pivot of each column.
+  /// Inverse by Gauss-Jordan elimination, with the largest pivot of each column. False if singular.
   [[nodiscard]] static bool invert(Block6<S>& m, Block6<S>& inverse) {
     using std::abs;
     inverse.fill(S(0));
@@ -187,10 +187,10 @@ class EnvelopeLu {
   }
 
   std::size_t blocks_ = 0;
-  std::vector<std::size_t> first_;   // Of each block row, in blocks.
-  std::vector<std::size_t> start_;   // Of each row in `rows_`, less its first column.
-  std::vector<S> rows_, columns_;    // Lower blocks with the diagonal, upper blocks.
-  std::vector<Block6<S>> inverses_;  // Of the blocks on the diagonal of U.
+  std::vector<std::size_t> first_;   // First block of each block row.
+  std::vector<std::size_t> start_;   // Index of each row in `rows_`, less its first column.
+  std::vector<S> rows_, columns_;    // Lower blocks with the diagonal; upper blocks.
+  std::vector<Block6<S>> inverses_;  // Inverses of the diagonal blocks of U.
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

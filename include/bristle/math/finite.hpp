@@ -1,5 +1,5 @@
 /// @file
-/// Whether vectors and matrices hold numbers that can be computed with.
+/// Tests of vectors and matrices for numbers that cannot be computed with.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -7,9 +7,9 @@
 
 #include <cmath>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Whether no entry is infinite or NaN: only of finite ones is 0 times the entry 0.
+/// Returns whether no entry is infinite or NaN. Only a finite entry times 0 is 0.
 template <Scalar S, int rows, int columns, int options>
 [[nodiscard]] inline bool all_finite(const Eigen::Matrix<S, rows, columns, options>& m) {
   S sum = S(0);
@@ -17,14 +17,14 @@ template <Scalar S, int rows, int columns, int options>
   return sum == S(0);
 }
 
-/// Whether its length squared is finite: then no component is NaN, nor so large that what is
-/// computed from it may overflow (`largest_number`).
+/// Returns whether the squared length is finite. Then no component is NaN. None is so large that a
+/// result may overflow (`largest_number`).
 template <Scalar S>
 [[nodiscard]] inline bool has_finite_square(const Vec3<S>& v) {
   return (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) * S(0) == S(0);
 }
 
-/// Whether a vector has the length 1. One that is not finite has not.
+/// Returns whether a vector has length 1. False if it is not finite.
 template <typename Vector>
 [[nodiscard]] bool is_unit(const Vector& v) {
   using S = typename Vector::Scalar;
@@ -32,4 +32,4 @@ template <typename Vector>
   return abs(v.squaredNorm() - S(1)) <= Tolerance<S>::equal();
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,6 +1,6 @@
 /// @file
-/// The registers under `Pack` and `Mask` (simd.hpp): their width, the array that stands for one
-/// where there is none, and how they are compared.
+/// The registers under `Pack` and `Mask` (simd.hpp), their width and their comparisons. An array
+/// replaces a register where there is none.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -13,7 +13,8 @@
 
 #if BRISTLE_REGISTER_BYTES > 0
 #define BRISTLE_HAS_SIMD 1
-// All of the instruction sets is 36,000 lines, a quarter of what a user's file would compile.
+// <immintrin.h> is 36,000 lines for all sets. That is a quarter of what a user's file would
+// compile.
 #if defined(__AVX__)
 #include <immintrin.h>
 #elif defined(__SSE2__)
@@ -23,7 +24,7 @@
 #define BRISTLE_HAS_SIMD 0
 #endif
 
-// Whether the lanes of registers are put in any order by one expression (GCC from 12 on).
+// 1 if one expression can reorder the lanes of registers (GCC from 12 on). Else 0.
 #define BRISTLE_HAS_SHUFFLE 0
 #if BRISTLE_HAS_SIMD
 #if __has_builtin(__builtin_shufflevector)
@@ -32,35 +33,28 @@
 #endif
 #endif
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// [bytes] Of a register.
+/// [bytes] Size of a register.
 inline constexpr std::size_t simd_bytes = BRISTLE_HAS_SIMD ? BRISTLE_REGISTER_BYTES : 16;
 
-namespace detail {
-
-/// Whether S comes in registers.
+/// True if S has vector registers.
 template <Scalar S>
 inline constexpr bool has_register = BRISTLE_HAS_SIMD != 0 &&
                                      (std::same_as<S, float> || std::same_as<S, double>);
 
-}  // namespace detail
-
 /// [-] Lanes of a Pack<S>, at most 16.
 template <Scalar S>
-inline constexpr std::size_t lanes = detail::has_register<S> ? simd_bytes / sizeof(S) : 4;
+inline constexpr std::size_t lanes = has_register<S> ? simd_bytes / sizeof(S) : 4;
 
-// What a loop over packs needs rarely is not inlined, lest its values take the registers of the
-// rest.
+// Keeps rare parts of a loop over packs out of line. Inlined, they would take its registers.
 #if defined(__GNUC__)
-#define BRISTLE_OUTLINED [[gnu::noinline]]
+#define BRISTLE_NOINLINE [[gnu::noinline]]
 #else
-#define BRISTLE_OUTLINED
+#define BRISTLE_NOINLINE
 #endif
 
-namespace detail {
-
-/// What stands for a register where there is none.
+/// Replaces a register where there is none.
 template <typename T>
 struct LaneArray {
   T v[4];
@@ -110,7 +104,7 @@ struct LaneArray {
   }
 };
 
-/// The register of a scalar. Its comparisons give registers of integers, all bits of a lane equal.
+/// The register of a scalar. Its comparisons give registers of integers, with equal bits in a lane.
 template <Scalar S>
 struct Register {
   using Type = LaneArray<S>;
@@ -126,23 +120,23 @@ struct Register<double> {
 };
 #endif
 
-/// Comparisons, and what is made of them.
+/// Comparisons, and operations on their results.
 template <Scalar S>
 struct Compare {
   using Lanes = typename Register<S>::Type;
   using Truth = decltype(Lanes{} < Lanes{});
 
-  BRISTLE_INLINE static Truth less(const Lanes& a, const Lanes& b) { return a < b; }
-  BRISTLE_INLINE static Truth less_equal(const Lanes& a, const Lanes& b) { return a <= b; }
-  BRISTLE_INLINE static Truth equal(const Lanes& a, const Lanes& b) { return a == b; }
-  BRISTLE_INLINE static Lanes select(const Truth& m, const Lanes& yes, const Lanes& no) {
+  BRISTLE_FORCE_INLINE static Truth less(const Lanes& a, const Lanes& b) { return a < b; }
+  BRISTLE_FORCE_INLINE static Truth less_equal(const Lanes& a, const Lanes& b) { return a <= b; }
+  BRISTLE_FORCE_INLINE static Truth equal(const Lanes& a, const Lanes& b) { return a == b; }
+  BRISTLE_FORCE_INLINE static Lanes select(const Truth& m, const Lanes& yes, const Lanes& no) {
     if constexpr (has_register<S>) {
       return m ? yes : no;
     } else {
       return Lanes::each([&](int i) { return m.v[i] ? yes.v[i] : no.v[i]; });
     }
   }
-  BRISTLE_INLINE static std::uint32_t bits(const Truth& m) {
+  BRISTLE_FORCE_INLINE static std::uint32_t bits(const Truth& m) {
 #if BRISTLE_HAS_SIMD && defined(__AVX__)
     if constexpr (std::same_as<S, float>)
       return static_cast<std::uint32_t>(_mm256_movemask_ps(std::bit_cast<__m256>(m)));
@@ -161,55 +155,54 @@ struct Compare {
 };
 
 #if BRISTLE_HAS_SIMD && defined(__AVX512F__)
-// With registers for masks of their own. GCC 12 takes comparisons that are joined and then selected
-// by apart lane by lane, so it is told.
+// AVX-512 has mask registers. GCC 12 splits joined comparisons in a `select` lane by lane. So
+// intrinsics spell them out.
 template <>
 struct Compare<float> {
   using Lanes = Register<float>::Type;
   using Truth = std::uint16_t;
 
-  BRISTLE_INLINE static Truth less(const Lanes& a, const Lanes& b) {
+  BRISTLE_FORCE_INLINE static Truth less(const Lanes& a, const Lanes& b) {
     return _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ);
   }
-  BRISTLE_INLINE static Truth less_equal(const Lanes& a, const Lanes& b) {
+  BRISTLE_FORCE_INLINE static Truth less_equal(const Lanes& a, const Lanes& b) {
     return _mm512_cmp_ps_mask(a, b, _CMP_LE_OQ);
   }
-  BRISTLE_INLINE static Truth equal(const Lanes& a, const Lanes& b) {
+  BRISTLE_FORCE_INLINE static Truth equal(const Lanes& a, const Lanes& b) {
     return _mm512_cmp_ps_mask(a, b, _CMP_EQ_OQ);
   }
-  BRISTLE_INLINE static Lanes select(Truth m, const Lanes& yes, const Lanes& no) {
+  BRISTLE_FORCE_INLINE static Lanes select(Truth m, const Lanes& yes, const Lanes& no) {
     return Lanes(_mm512_mask_blend_ps(m, no, yes));
   }
-  /// Lanes that are chosen, side by side.
-  BRISTLE_INLINE static Lanes packed(std::uint32_t chosen, const Lanes& a) {
+  /// The chosen lanes, side by side.
+  BRISTLE_FORCE_INLINE static Lanes packed(std::uint32_t chosen, const Lanes& a) {
     return Lanes(_mm512_maskz_compress_ps(static_cast<Truth>(chosen), a));
   }
-  BRISTLE_INLINE static std::uint32_t bits(Truth m) { return m; }
+  BRISTLE_FORCE_INLINE static std::uint32_t bits(Truth m) { return m; }
 };
 template <>
 struct Compare<double> {
   using Lanes = Register<double>::Type;
   using Truth = std::uint8_t;
 
-  BRISTLE_INLINE static Truth less(const Lanes& a, const Lanes& b) {
+  BRISTLE_FORCE_INLINE static Truth less(const Lanes& a, const Lanes& b) {
     return _mm512_cmp_pd_mask(a, b, _CMP_LT_OQ);
   }
-  BRISTLE_INLINE static Truth less_equal(const Lanes& a, const Lanes& b) {
+  BRISTLE_FORCE_INLINE static Truth less_equal(const Lanes& a, const Lanes& b) {
     return _mm512_cmp_pd_mask(a, b, _CMP_LE_OQ);
   }
-  BRISTLE_INLINE static Truth equal(const Lanes& a, const Lanes& b) {
+  BRISTLE_FORCE_INLINE static Truth equal(const Lanes& a, const Lanes& b) {
     return _mm512_cmp_pd_mask(a, b, _CMP_EQ_OQ);
   }
-  BRISTLE_INLINE static Lanes select(Truth m, const Lanes& yes, const Lanes& no) {
+  BRISTLE_FORCE_INLINE static Lanes select(Truth m, const Lanes& yes, const Lanes& no) {
     return Lanes(_mm512_mask_blend_pd(m, no, yes));
   }
-  /// Lanes that are chosen, side by side.
-  BRISTLE_INLINE static Lanes packed(std::uint32_t chosen, const Lanes& a) {
+  /// The chosen lanes, side by side.
+  BRISTLE_FORCE_INLINE static Lanes packed(std::uint32_t chosen, const Lanes& a) {
     return Lanes(_mm512_maskz_compress_pd(static_cast<Truth>(chosen), a));
   }
-  BRISTLE_INLINE static std::uint32_t bits(Truth m) { return m; }
+  BRISTLE_FORCE_INLINE static std::uint32_t bits(Truth m) { return m; }
 };
 #endif
 
-}  // namespace detail
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

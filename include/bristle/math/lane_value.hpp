@@ -1,10 +1,9 @@
 /// @file
-/// What lets one formula serve a single scalar and a Pack of them.
+/// Traits for formulas that serve a single scalar and a Pack of scalars.
 ///
-/// A formula over a `Value` T is written with the operators, with `dot`, `cross`, `select`, and
-/// with `any` and `all` where a branch may skip work that no lane needs. For T = S it is the plain
-/// scalar formula; for T = Pack<S> it is the same one lane by lane, so that a test of the first
-/// tests the second.
+/// A formula over a `Value` T uses the operators, `dot`, `cross` and `select`. It uses `any` and
+/// `all` where a branch may skip work that no lane needs. For T = S it is the plain scalar formula.
+/// For T = Pack<S> it is the same lane by lane. So a test of the first tests the second.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -14,10 +13,9 @@
 
 #include <cmath>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-namespace detail {
-
+/// Types that belong to a value. These are its scalar, its vector and the result of a comparison.
 template <typename T>
 struct ValueTraits {};
 
@@ -35,52 +33,50 @@ struct ValueTraits<Pack<S>> {
   using Truth = Mask<S>;
 };
 
-}  // namespace detail
-
 /// A scalar, or a scalar for each lane.
 template <typename T>
 concept Value = requires {
-  typename detail::ValueTraits<T>::One;
+  typename ValueTraits<T>::One;
 };
 
 /// The scalar of a value: S of S and of Pack<S>.
 template <Value T>
-using ScalarOf = typename detail::ValueTraits<T>::One;
-/// Three of them: Vec3<S> or Pack3<S>.
+using ScalarOf = typename ValueTraits<T>::One;
+/// Three values: Vec3<S> or Pack3<S>.
 template <Value T>
-using Vector3 = typename detail::ValueTraits<T>::Vector;
-/// What comparing two of them gives: bool or Mask<S>.
+using Vector3 = typename ValueTraits<T>::Vector;
+/// Result of a comparison: bool or Mask<S>.
 template <Value T>
-using Truth = typename detail::ValueTraits<T>::Truth;
+using Truth = typename ValueTraits<T>::Truth;
 
-// Of single values, what simd.hpp and pack3.hpp have for lanes.
-[[nodiscard]] BRISTLE_INLINE bool any(bool m) { return m; }
-[[nodiscard]] BRISTLE_INLINE bool all(bool m) { return m; }
+// The functions of simd.hpp and pack3.hpp, for single values.
+[[nodiscard]] BRISTLE_FORCE_INLINE bool any(bool m) { return m; }
+[[nodiscard]] BRISTLE_FORCE_INLINE bool all(bool m) { return m; }
 template <Scalar S>
-[[nodiscard]] BRISTLE_INLINE S select(bool m, S yes, S no) {
+[[nodiscard]] BRISTLE_FORCE_INLINE S select(bool m, S yes, S no) {
   return m ? yes : no;
 }
 template <typename A, typename B>
-[[nodiscard]] BRISTLE_INLINE Vec3<typename A::Scalar> select(bool m,
-                                                             const Eigen::MatrixBase<A>& yes,
-                                                             const Eigen::MatrixBase<B>& no) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Vec3<typename A::Scalar> select(bool m,
+                                                                   const Eigen::MatrixBase<A>& yes,
+                                                                   const Eigen::MatrixBase<B>& no) {
   if (m) return yes;
   return no;
 }
 template <typename A, typename B>
-[[nodiscard]] BRISTLE_INLINE typename A::Scalar dot(const Eigen::MatrixBase<A>& a,
-                                                    const Eigen::MatrixBase<B>& b) {
+[[nodiscard]] BRISTLE_FORCE_INLINE typename A::Scalar dot(const Eigen::MatrixBase<A>& a,
+                                                          const Eigen::MatrixBase<B>& b) {
   return a.dot(b);
 }
 template <typename A, typename B>
-[[nodiscard]] BRISTLE_INLINE Vec3<typename A::Scalar> cross(const Eigen::MatrixBase<A>& a,
-                                                            const Eigen::MatrixBase<B>& b) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Vec3<typename A::Scalar> cross(const Eigen::MatrixBase<A>& a,
+                                                                  const Eigen::MatrixBase<B>& b) {
   return a.cross(b);
 }
 
-/// A vector without length.
+/// The zero vector.
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> zero_vector() {
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> zero_vector() {
   if constexpr (Scalar<T>) {
     return Vec3<T>::Zero();
   } else {
@@ -90,7 +86,7 @@ template <Value T>
 
 /// The same vector for all lanes.
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> spread(const Vec3<ScalarOf<T>>& v) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> broadcast(const Vec3<ScalarOf<T>>& v) {
   if constexpr (Scalar<T>) {
     return v;
   } else {
@@ -100,18 +96,18 @@ template <Value T>
 
 /// Sum over the lanes.
 template <Scalar S>
-[[nodiscard]] BRISTLE_INLINE S sum_of_lanes(S a) {
+[[nodiscard]] BRISTLE_FORCE_INLINE S sum_of_lanes(S a) {
   return a;
 }
 template <Scalar S>
-[[nodiscard]] BRISTLE_INLINE Vec3<S> sum_of_lanes(const Pack3<S>& a) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Vec3<S> sum_of_lanes(const Pack3<S>& a) {
   return {sum_of_lanes(a.x), sum_of_lanes(a.y), sum_of_lanes(a.z)};
 }
 
-/// The remainder of a / b, of the sign of a, exactly. Where no lane has more than one b in a that
-/// is a difference, which is exact there (Sterbenz); else lane by lane.
+/// The remainder of a / b, with the sign of a, exactly. If every a is in [0, 2 b), it is a
+/// difference. That is exact there (Sterbenz). Else it is computed lane by lane.
 template <Scalar S>
-[[nodiscard]] BRISTLE_INLINE Pack<S> fmod(const Pack<S>& a, const Pack<S>& b) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Pack<S> fmod(const Pack<S>& a, const Pack<S>& b) {
   using std::fmod;
   if (all((a >= Pack<S>(S(0))) & (a < b + b))) return select(a < b, a, a - b);
   S rest[lanes<S>];
@@ -119,4 +115,4 @@ template <Scalar S>
   return Pack<S>::load(rest);
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

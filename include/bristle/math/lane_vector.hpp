@@ -1,5 +1,5 @@
 /// @file
-/// Long arrays that registers are loaded from.
+/// Long arrays for loads of whole registers.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -9,10 +9,10 @@
 #include <new>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Allocates at the beginnings of cache lines. `std::allocator` begins 16 bytes behind one, where
-/// every load of a whole register crosses lines.
+/// Allocates at the beginnings of cache lines. Memory of `std::allocator` begins 16 bytes behind
+/// one. Every load of a whole register then crosses lines.
 template <typename T>
 struct LineAllocator {
   using value_type = T;
@@ -22,7 +22,7 @@ struct LineAllocator {
   template <typename U>  // NOLINTNEXTLINE(google-explicit-constructor): containers convert.
   LineAllocator(const LineAllocator<U>&) noexcept {}
 
-  /// @param n  [-] At most what addresses reach, as vectors see to.
+  /// @param n  [-] Small enough for its bytes to be addressed. Vectors see to that.
   [[nodiscard]] T* allocate(std::size_t n) {
     return static_cast<T*>(::operator new(n * sizeof(T), line));
   }
@@ -33,8 +33,8 @@ struct LineAllocator {
   }
 };
 
-/// A std::vector whose registers are loaded from one cache line each.
+/// A std::vector in which each register is loaded from one cache line.
 template <typename T>
 using LaneVector = std::vector<T, LineAllocator<T>>;
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

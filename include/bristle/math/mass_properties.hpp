@@ -1,5 +1,5 @@
 /// @file
-/// Mass, centre of mass and inertia of a rigid body, and how they add up.
+/// Mass, centre of mass and inertia of a rigid body, and their sums.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -14,7 +14,7 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// What a rigid body weighs and how it resists turning, in one frame.
+/// Mass, centre of mass and inertia of a rigid body, in one frame.
 template <Scalar S>
 struct MassProperties {
   /// [kg] Mass.
@@ -29,14 +29,14 @@ struct MassProperties {
     return {factor * mass, center, factor * inertia};
   }
 
-  /// The same body seen from frame A, where its own frame has the pose `X_AB`.
+  /// The same body in frame A, where its own frame has the pose `X_AB`.
   [[nodiscard]] MassProperties transformed(const Transform<S>& X_AB) const {
     const Mat3<S> R = X_AB.rotation_matrix();
     return {mass, X_AB * center, R * inertia * R.transpose()};
   }
 };
 
-/// Inertia of a point mass `m` [kg] at `r` [m]: what the parallel-axis theorem adds.
+/// Inertia of a point mass `m` [kg] at `r` [m]: the term of the parallel-axis theorem.
 template <Scalar S>
 [[nodiscard]] Mat3<S> point_inertia(S m, const Vec3<S>& r) {
   return m * (r.squaredNorm() * Mat3<S>::Identity() - r * r.transpose());
@@ -62,17 +62,17 @@ template <Scalar S>
 
 /// [1/(kg m^2)] Inverse of an inertia, or the other way round.
 ///
-/// By cofactors of the matrix over a power of two near its trace: the determinant, which goes with
-/// the third power, then neither overflows nor vanishes, whatever the size of the body. No bit
-/// depends on the power.
+/// Uses cofactors of the matrix over a power of two near its trace. The determinant, a third power,
+/// then neither overflows nor vanishes. That holds for any size of the body. No bit depends on the
+/// power.
 template <Scalar S>
 [[nodiscard]] Mat3<S> inverse_inertia(const Mat3<S>& inertia) {
   const S unit = S(1) / detail::power_of_two_below(S(inertia.trace()));
   return unit * Mat3<S>(unit * inertia).inverse();
 }
 
-/// [1/(kg m^2)] The same of the axes that are not locked, among which alone torques turn a body:
-/// rows and columns of the others are zero.
+/// [1/(kg m^2)] Inverse inertia of a body that torques turn only about its free axes. Rows and
+/// columns of locked axes are zero.
 template <Scalar S>
 [[nodiscard]] Mat3<S> inverse_inertia(Mat3<S> inertia, const std::array<bool, 3>& is_locked) {
   const S scale = detail::power_of_two_below(S(inertia.trace()));

@@ -1,15 +1,15 @@
 /// @file
 /// Sums and products of small vectors and matrices, as values.
 ///
-/// The operators of Eigen give expressions: a type of its own for each formula, with some hundred
-/// functions that a compiler makes, looks at and inlines. They were more than half of what it did
-/// with this library. Inside the namespace `bristle` the operators below are the better match where
-/// sizes are known: both sides are evaluated, and the result is a matrix. Sums are made in the
-/// order in which Eigen makes them, so that either way gives the same bits.
+/// The operators of Eigen give expressions. Each formula has a type of its own, with some hundred
+/// functions to make and inline. That was more than half of a compiler's work on this library.
+/// Inside the namespace `bristle` the operators below are the better match where sizes are known.
+/// Both sides are evaluated, and the result is a matrix. Sums have the order of Eigen's, so that
+/// the bits are the same.
 ///
-/// A member function of Eigen refers to what it is called on, so what it makes of a sum must not be
-/// kept: `const auto size = (a - b).cwiseAbs()` refers to a difference that is gone;
-/// `const Vec3<S> size` does not.
+/// A member function of Eigen refers to its object. So its result on a temporary must not be kept.
+/// In `const auto size = (a - b).cwiseAbs()` it refers to a difference that is gone. With `const
+/// Vec3<S> size` it does not.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -24,19 +24,20 @@ namespace bristle::inline BRISTLE_ABI {
 
 namespace detail {
 
-/// A matrix of Eigen, or an expression of one, whose size the compiler knows.
+/// An Eigen matrix, or an expression of one, whose size is known at compile time.
 template <typename M>
 concept SmallMatrix = std::is_base_of_v<Eigen::MatrixBase<M>, M> && M::SizeAtCompileTime >
 0;
 
+/// Two matrices of one size and scalar.
 template <typename A, typename B>
 concept SameSize =
     SmallMatrix<A> && SmallMatrix<B> && std::same_as<typename A::Scalar, typename B::Scalar> &&
         int{A::RowsAtCompileTime} == int{B::RowsAtCompileTime} &&
     int{A::ColsAtCompileTime} == int{B::ColsAtCompileTime};
 
-/// The matrix that holds results of arithmetic: `Vec3`, `Mat3`, ..., and unaligned like `Vec6` and
-/// `Mat6` from six on.
+/// Matrix type of results: `Vec3`, `Mat3`, ... From six rows or columns on it is unaligned, like
+/// `Vec6` and `Mat6`.
 template <typename S, int rows, int columns>
 using SmallResult = Eigen::Matrix<S, rows, columns,
                                   (rows < 6 && columns < 6 ? 0 : int{Eigen::DontAlign}) |
@@ -44,9 +45,9 @@ using SmallResult = Eigen::Matrix<S, rows, columns,
 template <typename M>
 using ValueOf = SmallResult<typename M::Scalar, M::RowsAtCompileTime, M::ColsAtCompileTime>;
 
-/// The matrix itself where its entries lie in memory, else its value.
+/// The matrix itself if its entries are in memory, else its value.
 template <SmallMatrix M>
-[[nodiscard]] BRISTLE_INLINE decltype(auto) stored(const M& m) {
+[[nodiscard]] BRISTLE_FORCE_INLINE decltype(auto) stored(const M& m) {
   if constexpr ((int{M::Flags} & int{Eigen::DirectAccessBit}) != 0) {
     return (m);
   } else {
@@ -54,9 +55,9 @@ template <SmallMatrix M>
   }
 }
 
-/// Entry of a matrix that lies in memory.
+/// Entry of a matrix that is in memory.
 template <SmallMatrix M>
-[[nodiscard]] BRISTLE_INLINE const typename M::Scalar& entry(const M& m, int row, int column) {
+[[nodiscard]] BRISTLE_FORCE_INLINE const typename M::Scalar& entry(const M& m, int row, int column) {
   if constexpr (M::IsRowMajor) {
     return m.data()[row * m.outerStride() + column * m.innerStride()];
   } else {
@@ -66,7 +67,7 @@ template <SmallMatrix M>
 
 /// The matrix whose entries are `make(row, column)`.
 template <typename Value, typename Make>
-[[nodiscard]] BRISTLE_INLINE Value matrix_of(const Make& make) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Value matrix_of(const Make& make) {
   constexpr int rows = Value::RowsAtCompileTime;
   constexpr int columns = Value::ColsAtCompileTime;
   if constexpr (rows == 3 && columns == 1) {
@@ -84,7 +85,7 @@ template <typename Value, typename Make>
 
 template <typename A, typename B>
 requires detail::SameSize<A, B>
-[[nodiscard]] BRISTLE_INLINE detail::ValueOf<A> operator+(const A& a, const B& b) {
+[[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> operator+(const A& a, const B& b) {
   decltype(auto) x = detail::stored(a);
   decltype(auto) y = detail::stored(b);
   return detail::matrix_of<detail::ValueOf<A>>(
@@ -93,7 +94,7 @@ requires detail::SameSize<A, B>
 
 template <typename A, typename B>
 requires detail::SameSize<A, B>
-[[nodiscard]] BRISTLE_INLINE detail::ValueOf<A> operator-(const A& a, const B& b) {
+[[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> operator-(const A& a, const B& b) {
   decltype(auto) x = detail::stored(a);
   decltype(auto) y = detail::stored(b);
   return detail::matrix_of<detail::ValueOf<A>>(
@@ -101,38 +102,38 @@ requires detail::SameSize<A, B>
 }
 
 template <detail::SmallMatrix A>
-[[nodiscard]] BRISTLE_INLINE detail::ValueOf<A> operator-(const A& a) {
+[[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> operator-(const A& a) {
   decltype(auto) x = detail::stored(a);
   return detail::matrix_of<detail::ValueOf<A>>(
       [&](int i, int j) { return -detail::entry(x, i, j); });
 }
 
 template <detail::SmallMatrix A, std::same_as<typename A::Scalar> S>
-[[nodiscard]] BRISTLE_INLINE detail::ValueOf<A> operator*(const S& k, const A& a) {
+[[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> operator*(const S& k, const A& a) {
   decltype(auto) x = detail::stored(a);
   return detail::matrix_of<detail::ValueOf<A>>(
       [&](int i, int j) { return k * detail::entry(x, i, j); });
 }
 
 template <detail::SmallMatrix A, std::same_as<typename A::Scalar> S>
-[[nodiscard]] BRISTLE_INLINE detail::ValueOf<A> operator*(const A& a, const S& k) {
+[[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> operator*(const A& a, const S& k) {
   decltype(auto) x = detail::stored(a);
   return detail::matrix_of<detail::ValueOf<A>>(
       [&](int i, int j) { return detail::entry(x, i, j) * k; });
 }
 
 template <detail::SmallMatrix A, std::same_as<typename A::Scalar> S>
-[[nodiscard]] BRISTLE_INLINE detail::ValueOf<A> operator/(const A& a, const S& k) {
+[[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> operator/(const A& a, const S& k) {
   decltype(auto) x = detail::stored(a);
   return detail::matrix_of<detail::ValueOf<A>>(
       [&](int i, int j) { return detail::entry(x, i, j) / k; });
 }
 
-/// Not of a row and a column: Eigen's inner product turns into a number by itself.
+/// Not for a row times a column: Eigen's inner product converts to a number by itself.
 template <detail::SmallMatrix A, detail::SmallMatrix B>
 requires(int{A::ColsAtCompileTime} == int{B::RowsAtCompileTime} &&
          (int{A::RowsAtCompileTime} > 1 || int{B::ColsAtCompileTime} > 1) &&
-         std::same_as<typename A::Scalar, typename B::Scalar>) [[nodiscard]] BRISTLE_INLINE auto
+         std::same_as<typename A::Scalar, typename B::Scalar>) [[nodiscard]] BRISTLE_FORCE_INLINE auto
 operator*(const A& a, const B& b) {
   using S = typename A::Scalar;
   constexpr int inner = A::ColsAtCompileTime;
@@ -146,7 +147,9 @@ operator*(const A& a, const B& b) {
       });
 }
 
-/// R M R^T of a symmetric M, of which six entries are enough.
+namespace detail {
+
+/// R M R^T of a symmetric M: only six entries are computed.
 template <typename S>
 [[nodiscard]] inline Eigen::Matrix<S, 3, 3> rotated(const Eigen::Matrix<S, 3, 3>& R,
                                                     const Eigen::Matrix<S, 3, 3>& M) {
@@ -160,5 +163,7 @@ template <typename S>
   }
   return result;
 }
+
+}  // namespace detail
 
 }  // namespace bristle::inline BRISTLE_ABI

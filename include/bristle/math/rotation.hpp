@@ -10,17 +10,17 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Quaternion of the rotation vector phi [rad]: turn by |phi| about phi. Exact for every |phi|, 0
-/// included.
+/// Quaternion of the rotation vector phi [rad]: rotation by |phi| about phi. Exact for every |phi|,
+/// including 0.
 template <Scalar S>
 [[nodiscard]] Quat<S> exp_rotation(const Vec3<S>& phi) {
   using std::cos;
   using std::sin;
   using std::sqrt;
   const S angle2 = phi.squaredNorm();
-  // Most bodies turn by little in a step. Up to a quarter of a radian the series of the cosine and
-  // of sin(a/2)/a in y = (a/2)^2 are exact to the last bit: the terms left out, y^6 / 12! and
-  // y^5 / 11!, are below 3e-17.
+  // Most bodies turn by little in a step. Up to a quarter of a radian, two series in y = (a/2)^2
+  // are exact to the last bit. They are those of the cosine and of sin(a/2)/a. The omitted terms,
+  // y^6 / 12! and y^5 / 11!, are below 3e-17.
   if (angle2 < S(0.0625)) {
     const S y = S(0.25) * angle2;
     const S cosine =
@@ -36,7 +36,8 @@ template <Scalar S>
   return Quat<S>(cos(angle / S(2)), k * phi.x(), k * phi.y(), k * phi.z());
 }
 
-/// Rotation vector [rad] of a unit quaternion, of length <= pi: the inverse of `exp_rotation`.
+/// Rotation vector [rad] of a unit quaternion, of length <= pi. It is the inverse of
+/// `exp_rotation`.
 template <Scalar S>
 [[nodiscard]] Vec3<S> log_rotation(const Quat<S>& q) {
   using std::atan2;
@@ -47,8 +48,8 @@ template <Scalar S>
   return (S(2) * atan2(sine, sign * q.w()) / sine) * v;
 }
 
-/// Rotation vector [rad] of the shortest turn from the unit vector a to the unit vector b; zero for
-/// opposite ones, where it has no direction.
+/// Rotation vector [rad] of the shortest rotation from the unit vector a to the unit vector b. Zero
+/// for opposite vectors, where it has no direction.
 template <Scalar S>
 [[nodiscard]] Vec3<S> shortest_turn(const Vec3<S>& a, const Vec3<S>& b) {
   using std::atan2;
@@ -65,41 +66,39 @@ template <Scalar S>
   using std::floor;
   const S turn = S(2 * std::numbers::pi);
   const S turns = (guess - angle) / turn;
-  // What turns so fast that no step can count it does not count at all.
+  // The angle stays as it is if round-off reaches a whole turn.
   if (!(abs(turns) * Tolerance<S>::round_off() < S(1))) return angle;
   return angle + turn * floor(turns + S(0.5));
 }
 
-/// The rotation p q, of length 1 to round-off: what products of many unit quaternions lose of it is
-/// put right in each.
+/// The rotation p q, of length 1 to round-off. Each product corrects the length that it loses.
 template <Scalar S>
 [[nodiscard]] Quat<S> unit_product(const Quat<S>& p, const Quat<S>& q) {
   using std::abs;
-  // In scalars: four of them that go through memory as two halves and come back as a whole cost as
-  // much as all the rest.
+  // In scalars. A quaternion that is stored as two halves and loaded as a whole is slow. That costs
+  // as much as all the rest.
   const S x = (p.w() * q.x() + p.x() * q.w()) + (p.y() * q.z() - p.z() * q.y());
   const S y = (p.w() * q.y() + p.y() * q.w()) + (p.z() * q.x() - p.x() * q.z());
   const S z = (p.w() * q.z() + p.z() * q.w()) + (p.x() * q.y() - p.y() * q.x());
   const S w = (p.w() * q.w() - p.x() * q.x()) - (p.y() * q.y() + p.z() * q.z());
   const S norm2 = (x * x + y * y) + (z * z + w * w);
-  // Of a length that is 1 but for round-off one step of Newton's method for 1 / |p q| is exact to
-  // round-off.
+  // Where the length is 1 but for round-off, one Newton step for 1 / |p q| is exact.
   if (!(abs(norm2 - S(1)) < Tolerance<S>::equal())) return Quat<S>(w, x, y, z).normalized();
   const S scale = S(0.5) * (S(3) - norm2);
   return Quat<S>(scale * w, scale * x, scale * y, scale * z);
 }
 
-/// Attitude after turning for `dt` with the constant world-frame angular velocity `w_W` [rad/s].
+/// Attitude after rotation for `dt` with the constant world-frame angular velocity `w_W` [rad/s].
 template <Scalar S>
 [[nodiscard]] Quat<S> step_rotation(const Quat<S>& q, const Vec3<S>& w_W, S dt) {
   return unit_product(exp_rotation<S>(dt * w_W), q);
 }
 
-/// Two unit vectors that complete the unit vector n to a right-handed orthonormal basis
-/// (t1, t2, n).
+/// Two unit vectors that complete the unit vector n to a right-handed orthonormal basis (t1, t2,
+/// n).
 ///
 /// Continuous except where n.z changes its sign (Duff et al. 2017, "Building an Orthonormal Basis,
-/// Revisited"): what is stored along t1 and t2 must not outlive a change of n.
+/// Revisited"). So components along t1 and t2 must not outlive a change of n.
 template <Scalar S>
 void tangent_basis(const Vec3<S>& n, Vec3<S>& t1, Vec3<S>& t2) {
   const S sign = n.z() < S(0) ? S(-1) : S(1);

@@ -30,7 +30,7 @@ struct Twist {
   friend Twist operator*(S k, const Twist& a) { return {k * a.linear, k * a.angular}; }
 };
 
-/// Force and torque about a reference point; also used for their impulses (then [N s, N m s]).
+/// Force and torque about a reference point. Also used for impulses [N s, N m s].
 template <Scalar S>
 struct Wrench {
   /// [N] Force.

@@ -1,9 +1,9 @@
 /// @file
 /// Orthogonal reduction of many rows in few unknowns (Householder 1958).
 ///
-/// Rows R of six unknowns are Q T, with orthonormal columns in Q and a triangle T of six rows: the
-/// rows beyond six say nothing new. No pivot is divided by and no rank is decided, so that rows
-/// which repeat each other, nearly or exactly, need no care.
+/// Rows R of six unknowns are Q T. Q has orthonormal columns, and the triangle T has six rows. Rows
+/// beyond six add no information. No pivot is divided by and no rank is decided. So rows that
+/// repeat each other, nearly or exactly, need no care.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -14,18 +14,18 @@
 #include <cstddef>
 #include <span>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A row of six numbers.
 template <Scalar S>
 using Row6 = std::array<S, 6>;
 
-/// The triangle T, and what Q needs beside the reflections.
+/// The triangle T, and the scales of the reflections in Q.
 template <Scalar S>
 struct TallQr {
-  /// [-] Row k has its first entry in column k.
+  /// [-] Triangle T: row k has its first entry in column k.
   std::array<Row6<S>, 6> triangle{};
-  /// [1] Of each reflection I - scale v v^T, 0 where there is nothing to reflect.
+  /// [1] Scale of each reflection I - scale v v^T. It is 0 if there is nothing to reflect.
   std::array<S, 6> scale{};
 };
 
@@ -34,12 +34,12 @@ struct TallQr {
 template <Scalar S>
 [[nodiscard]] TallQr<S> reduce_rows(std::span<Row6<S>> rows);
 
-/// x := Q^T x, of which the first six belong to the rows of the triangle. What stands in the others
-/// no unknowns can change.
+/// x := Q^T x. The first six entries belong to the rows of the triangle. No unknowns can change the
+/// others.
 template <Scalar S>
 void to_triangle(const TallQr<S>& qr, std::span<const Row6<S>> rows, std::span<S> x);
 
-/// x := Q x, for x that is zero but for the first six.
+/// x := Q x, for x that is zero beyond the first six entries.
 template <Scalar S>
 void from_triangle(const TallQr<S>& qr, std::span<const Row6<S>> rows, std::span<S> x);
 
@@ -52,11 +52,11 @@ TallQr<S> reduce_rows(std::span<Row6<S>> rows) {
   for (std::size_t k = 0; k < 6; ++k) {
     S square = S(0);
     for (std::size_t i = k; i < rows.size(); ++i) square += rows[i][k] * rows[i][k];
-    // A length of zero has no derivative, and nothing is left to reflect.
+    // A length of zero has no derivative, and leaves nothing to reflect.
     if (square > S(0)) {
       const S head = rows[k][k];
       const S length = head > S(0) ? S(-sqrt(square)) : S(sqrt(square));
-      // v = x - length e_k; the sign of the length keeps its head from cancelling.
+      // v = x - length e_k. The sign of the length keeps its head from cancelling.
       rows[k][k] = head - length;
       qr.scale[k] = S(-1) / (length * rows[k][k]);
       Row6<S> sums{};
@@ -74,8 +74,6 @@ TallQr<S> reduce_rows(std::span<Row6<S>> rows) {
   return qr;
 }
 
-namespace detail {
-
 /// Reflects x by reflection k.
 template <Scalar S>
 void reflect(const TallQr<S>& qr, std::span<const Row6<S>> rows, std::size_t k, std::span<S> x) {
@@ -85,16 +83,14 @@ void reflect(const TallQr<S>& qr, std::span<const Row6<S>> rows, std::size_t k, 
   for (std::size_t i = k; i < rows.size(); ++i) x[i] -= sum * rows[i][k];
 }
 
-}  // namespace detail
-
 template <Scalar S>
 void to_triangle(const TallQr<S>& qr, std::span<const Row6<S>> rows, std::span<S> x) {
-  for (std::size_t k = 0; k < 6; ++k) detail::reflect(qr, rows, k, x);
+  for (std::size_t k = 0; k < 6; ++k) reflect(qr, rows, k, x);
 }
 
 template <Scalar S>
 void from_triangle(const TallQr<S>& qr, std::span<const Row6<S>> rows, std::span<S> x) {
-  for (std::size_t k = 6; k-- > 0;) detail::reflect(qr, rows, k, x);
+  for (std::size_t k = 6; k-- > 0;) reflect(qr, rows, k, x);
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,5 +1,5 @@
 /// @file
-/// Rigid transform: where one frame stands in another.
+/// Rigid transform: the pose of one frame in another.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -11,11 +11,11 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Pose X_AB of a frame B in a frame A: maps coordinates in B to coordinates in A.
+/// Pose X_AB of a frame B in a frame A. It maps coordinates in B to coordinates in A.
 ///
-/// `X_AC = X_AB * X_BC`, `p_AP = X_AB * p_BP`, and names tell when frames do not meet. What is left
-/// out is the identity, as in `{.rotation = r}`; `{r, {}}` is not, since Eigen leaves the numbers of
-/// a vector that is made from `{}` as memory has them.
+/// `X_AC = X_AB * X_BC`, `p_AP = X_AB * p_BP`: names show when frames do not match. An omitted
+/// member is the identity, as in `{.rotation = r}`. `{r, {}}` is not: Eigen leaves a vector made
+/// from `{}` uninitialised.
 template <Scalar S>
 struct Transform {
   /// [1] R_AB as a unit quaternion.
@@ -29,7 +29,7 @@ struct Transform {
     return {r, -(r * translation)};
   }
 
-  /// A free vector (direction, velocity, force) of B, expressed in A.
+  /// A free vector (direction, velocity, force) of B, in the axes of A.
   [[nodiscard]] Vec3<S> rotate(const Vec3<S>& v_B) const { return rotation * v_B; }
 
   /// R_AB as a matrix: cheaper than the quaternion from the second vector on.
@@ -49,8 +49,8 @@ struct Transform {
   }
 };
 
-/// X_AB from X_WA and X_WB. The two origins are subtracted first, so nothing is lost far from the
-/// world's origin: the error is relative to the distance of the two frames.
+/// X_AB from X_WA and X_WB. The two origins are subtracted first. So no digits are lost far from
+/// the world's origin. The error is relative to the distance of the two frames.
 template <Scalar S>
 [[nodiscard]] Transform<S> relative_pose(const Transform<S>& X_WA, const Transform<S>& X_WB) {
   const Quat<S> R_AW = X_WA.rotation.conjugate();
@@ -59,7 +59,7 @@ template <Scalar S>
 
 namespace detail {
 
-/// Raises InvalidArgument unless the pose is finite and its rotation of length 1.
+/// Raises InvalidArgument unless the pose is finite and its rotation has length 1.
 template <Scalar S>
 void require_pose(const std::string& field, const Transform<S>& X) {
   using std::abs;

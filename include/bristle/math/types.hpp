@@ -1,5 +1,5 @@
 /// @file
-/// Scalar concept and the vector types every other header speaks in.
+/// Scalar concept and the vector types of all other headers.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -17,32 +17,36 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Opens the library to scalars other than the built-in ones (dual.hpp has one): specialise it to
-/// true for a type that has std::numeric_limits, arithmetic, `value_of`, and the functions of
-/// <cmath> found by ADL.
+/// Opens the library to scalars that are not built in (dual.hpp has one). Specialise it to true for
+/// a type that has std::numeric_limits, arithmetic and `value_of`. ADL must find the functions of
+/// <cmath>.
 template <typename S>
 inline constexpr bool is_scalar = std::floating_point<S>;
 
-/// [-] How many derivatives a scalar carries with its value.
+/// [-] Number of derivatives that a scalar carries.
 template <typename S>
 inline constexpr std::size_t derivatives_of = 0;
 
-/// The number that a scalar stands for, for decisions that no derivative may change.
+/// The number without derivatives, for decisions that no derivative may change.
 template <std::floating_point S>
 [[nodiscard]] constexpr S value_of(S x) {
   return x;
 }
 
-/// What a simulation may be computed in: float, double, or a type that `is_scalar` names.
+/// Number type of a simulation: float, double, or a type with `is_scalar`.
 template <typename S>
 concept Scalar = is_scalar<S>;
 
+namespace detail {
 template <Scalar S>
 using Vec2 = Eigen::Matrix<S, 2, 1>;
+}  // namespace detail
 template <Scalar S>
 using Vec3 = Eigen::Matrix<S, 3, 1>;
+namespace detail {
 template <Scalar S>
 using Vec6 = Eigen::Matrix<S, 6, 1, Eigen::DontAlign>;
+}  // namespace detail
 template <Scalar S>
 using Mat3 = Eigen::Matrix<S, 3, 3>;
 /// Unaligned, so that structs holding one have the same layout under every -march.
@@ -52,23 +56,27 @@ using Mat6 = Eigen::Matrix<S, 6, 6, Eigen::DontAlign>;
 template <Scalar S>
 using Quat = Eigen::Quaternion<S, Eigen::DontAlign>;
 
-/// The only source of tolerances in library code. All are relative: multiply by the size of the
-/// things compared, so that a scene and its copy at x0.01 or x100 behave alike.
+/// The only source of tolerances in library code. All are relative. Multiply by the size of the
+/// compared things. Then a scene and its copy at x0.01 or x100 behave alike.
 template <Scalar S>
 struct Tolerance {
-  /// [1] Error of a handful of arithmetic operations.
+  /// [1] Error of a few arithmetic operations.
   static constexpr S round_off() { return S(16) * std::numeric_limits<S>::epsilon(); }
-  /// [1] Below it two directions or lengths count as equal: the square root of the precision, where
-  /// a first-order error becomes a second-order one.
+  /// [1] Two directions or lengths closer than this count as equal. It is the square root of the
+  /// precision. A first-order error becomes a second-order one.
   static constexpr S equal() { return std::numeric_limits<S>::digits > 30 ? S(1.5e-8) : S(3.5e-4); }
 };
 
-/// What iterative geometry is computed in for a world in S: double for float, else S itself
+namespace detail {
+
+/// Number type of iterative geometry in a world in S. It is double for float, else S itself
 /// (docs/decisions/0010-one-search-for-contact-normals.md).
 template <Scalar S>
 using Precise = std::conditional_t<std::same_as<S, float>, double, S>;
 
-/// Larger than any distance; what a ray without a hit reports.
+}  // namespace detail
+
+/// Larger than any distance; the distance of a ray without a hit.
 template <Scalar S>
 inline constexpr S infinity = std::numeric_limits<S>::infinity();
 

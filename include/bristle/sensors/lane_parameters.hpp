@@ -11,7 +11,7 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Shared by all sensors, or each its own: one type, so that kernels are compiled once.
+/// Constants of all sensors, or of each one. One type for both: kernels are compiled once.
 template <Scalar S>
 class LaneParameters {
  public:
@@ -21,12 +21,12 @@ class LaneParameters {
                 def.parameters.breakaway_distance},
         own_(def.per_sensor) {}
 
-  /// Of the sensors from lane `at` of a tile; lanes behind the last sensor have its constants.
-  /// @param scratch  Where they are gathered if each sensor has its own.
-  [[nodiscard]] BRISTLE_INLINE const SensorParameters<Pack<S>>& operator()(
-      std::size_t tile, std::size_t at, SensorParameters<Pack<S>>& scratch) const {
+  /// Constants from lane `at` of a packet on. Lanes behind the last sensor repeat its constants.
+  /// @param scratch  Receives them if each sensor has its own.
+  [[nodiscard]] BRISTLE_FORCE_INLINE const SensorParameters<Pack<S>>& operator()(
+      std::size_t packet, std::size_t at, SensorParameters<Pack<S>>& scratch) const {
     if (own_.empty()) return shared_;
-    gather(tile * tile_size + at, scratch);
+    gather(packet * packet_size + at, scratch);
     return scratch;
   }
 

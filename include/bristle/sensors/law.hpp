@@ -1,14 +1,13 @@
 /// @file
 /// The law of a resistive sensor (Eqs. 1-11 of Munawar et al.) as pure functions.
 ///
-/// A sensor sits on body A, its ray runs along the unit vector n out of A and meets body B at P,
+/// A sensor sits on body A. Its ray runs along the unit vector n out of A. It meets body B at P,
 /// where B has the outward unit normal m. All vectors of one call are in the same axes; patches use
-/// those of A, where rays stand still. v is the velocity of A's point at P relative to B's; F is
-/// the force ON B; A gets -F at the same point, so momentum is conserved exactly. docs/sensors.md
+/// those of A, where rays stand still. v is the velocity of A's point at P relative to B's. F is
+/// the force ON B. A gets -F at the same point, so momentum is conserved exactly. docs/sensors.md
 /// lists where and why the printed equations are corrected.
 ///
-/// Functions over a `Value` T serve one sensor (T = S) and as many as a register has lanes
-/// (T = Pack<S>).
+/// Functions over a `Value` T serve one sensor (T = S) or one register of sensors (T = Pack<S>).
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -18,43 +17,46 @@
 #include <bristle/math/types.hpp>
 #include <bristle/sensors/sensor_parameters.hpp>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// [1] Depth e_N of a hit at `distance` [m] along a ray of length L, given as 1 / L [1/m]: 0 just
-/// touching, 1 fully pressed, negative for a surface beyond the ray's end (Eq. 4 with sign and end
-/// corrected).
+/// [1] Depth e_N of a hit at `distance` [m] along a ray of length L, given as 1 / L [1/m]. 0 at
+/// first contact, 1 fully pressed, negative for a surface beyond the ray's end. (Eq. 4, sign and
+/// end corrected.)
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE T sensor_depth(T distance, T inverse_length) {
+[[nodiscard]] BRISTLE_FORCE_INLINE T sensor_depth(T distance, T inverse_length) {
   return ScalarOf<T>(1) - distance * inverse_length;
 }
 
-/// Cosine between surface normal and ray above which a hit counts as grazing, and as no hit: the
-/// depth's gradient grows as its inverse and would make a stiff spring of a touch from the side.
+/// Cosine between surface normal and ray above which a hit is grazing and counts as none. The
+/// depth's gradient grows as the inverse of the cosine: it would make a stiff spring of a contact
+/// from the side.
 template <Scalar S>
 inline constexpr S grazing_cosine = S(-0.1);
 
-/// Gradient g = m / (m . n) of the depth times the ray's length: d e_N / dt = g . v / L. Equals n
-/// where the surface faces the ray, and g . n = 1 always.
+/// Gradient g = m / (m . n) of the depth times the ray's length: d e_N / dt = g . v / L. It equals
+/// n where the surface faces the ray. Always g . n = 1.
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> depth_gradient(const Vector3<T>& m, T cosine) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> depth_gradient(const Vector3<T>& m, T cosine) {
   return T(ScalarOf<T>(1) / cosine) * m;
 }
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> depth_gradient(const Vector3<T>& n, const Vector3<T>& m) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> depth_gradient(const Vector3<T>& n,
+                                                             const Vector3<T>& m) {
   return depth_gradient<T>(m, T(dot(m, n)));
 }
 
-/// [N] Normal force F_N of Eq. 3 from depth e_N [1] and its rate [1/s]; never adhesive.
+/// [N] Normal force F_N of Eq. 3 from depth e_N [1] and its rate [1/s]. It never pulls.
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE T normal_force(const SensorParameters<T>& p, T depth, T rate) {
+[[nodiscard]] BRISTLE_FORCE_INLINE T normal_force(const SensorParameters<T>& p, T depth, T rate) {
   const T force = p.normal_stiffness * depth + p.normal_damping * rate;
   return select(force > T(0), force, T(0));
 }
 
 /// [N/m] Stiffness k_t of the bristle against stretch (Eq. 1 or Eq. 11).
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE T bristle_stiffness(const SensorParameters<T>& p,
-                                                 FrictionScaling scaling, T normal_force, T depth) {
+[[nodiscard]] BRISTLE_FORCE_INLINE T bristle_stiffness(const SensorParameters<T>& p,
+                                                       FrictionScaling scaling, T normal_force,
+                                                       T depth) {
   switch (scaling) {
     case FrictionScaling::normal_force:
       return p.static_friction * normal_force;
@@ -68,13 +70,13 @@ template <Value T>
 
 /// Part of `a` across the unit vector n.
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> tangential(const Vector3<T>& a, const Vector3<T>& n) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> tangential(const Vector3<T>& a, const Vector3<T>& n) {
   return a - dot(n, a) * n;
 }
 
-/// [m] A stretch that lets go at each multiple of `sigma` and keeps the remainder.
+/// [m] Wraps a stretch: it lets go at each multiple of `sigma` and keeps the remainder.
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> wrapped(const Vector3<T>& stretch, T sigma) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> wrapped(const Vector3<T>& stretch, T sigma) {
   using std::fmod;
   using std::sqrt;
   const T size = sqrt(dot(stretch, stretch));
@@ -83,9 +85,9 @@ template <Value T>
   return select(is_over, (fmod(size, sigma) / size) * stretch, stretch);
 }
 
-/// [m] A stretch cut to at most `sigma`.
+/// [m] Clips a stretch to at most `sigma`.
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> clipped(const Vector3<T>& stretch, T sigma) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> clipped(const Vector3<T>& stretch, T sigma) {
   using std::sqrt;
   const T size = sqrt(dot(stretch, stretch));
   const Truth<T> is_over = size > sigma;
@@ -93,23 +95,23 @@ template <Value T>
   return select(is_over, (sigma / size) * stretch, stretch);
 }
 
-/// What a stretch becomes under a reset rule; unchanged while it is at most sigma_a (Eq. 2).
+/// Applies a reset rule to a stretch. A stretch up to sigma_a stays (Eq. 2).
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> after_reset(const Vector3<T>& stretch, T sigma,
-                                                    SlipReset reset) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> after_reset(const Vector3<T>& stretch, T sigma,
+                                                          SlipReset reset) {
   return reset == SlipReset::drag ? clipped<T>(stretch, sigma) : wrapped<T>(stretch, sigma);
 }
 
-/// Where a bristle is rooted: one point on each body.
+/// Anchor of a bristle: one point on each body.
 template <Value T>
 struct Anchor {
-  /// [m] Root on A, from A's centre of mass, in A's axes (Q_C^A).
+  /// [m] Anchor on A, from A's centre of mass, in A's axes (Q_C^A).
   Vector3<T> q_A = zero_vector<T>();
-  /// [m] Root on B, from B's centre of mass, in B's axes (Q_C^B).
+  /// [m] Anchor on B, from B's centre of mass, in B's axes (Q_C^B).
   Vector3<T> q_B = zero_vector<T>();
 };
 
-/// B as A sees it, both about their centres of mass. Positions enter only as differences, so that
+/// Pose of B relative to A, about their centres of mass. Positions enter only as differences, so
 /// float keeps its precision far from the world's origin.
 template <Scalar S>
 struct PairPose {
@@ -125,54 +127,55 @@ template <Scalar S>
   return {X_AB.rotation_matrix(), X_AB.translation};
 }
 
-/// [m] Stretch e_T of a bristle: how far its root on A has moved from its root on B, across n. In
-/// A's axes, as n.
+/// [m] Stretch e_T of a bristle: displacement of its anchor on A from its anchor on B, across n. In
+/// A's axes, like n.
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> anchor_stretch(const Anchor<T>& anchor,
-                                                       const PairPose<ScalarOf<T>>& pair,
-                                                       const Vector3<T>& n) {
-  return tangential<T>(anchor.q_A - pair.R_AB * anchor.q_B - spread<T>(pair.p_AB), n);
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> anchor_stretch(const Anchor<T>& anchor,
+                                                             const PairPose<ScalarOf<T>>& pair,
+                                                             const Vector3<T>& n) {
+  return tangential<T>(anchor.q_A - pair.R_AB * anchor.q_B - broadcast<T>(pair.p_AB), n);
 }
 
-/// Roots a bristle at P with a given stretch.
+/// Anchors a bristle at P with a given stretch.
 /// @param r_A  [m] From A's centre of mass to P, in A's axes.
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE Anchor<T> rooted(const PairPose<ScalarOf<T>>& pair,
-                                              const Vector3<T>& r_A, const Vector3<T>& stretch) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Anchor<T> anchored(const PairPose<ScalarOf<T>>& pair,
+                                                      const Vector3<T>& r_A,
+                                                      const Vector3<T>& stretch) {
   const Mat3<ScalarOf<T>> R_BA = pair.R_AB.transpose();
-  return {r_A, R_BA * Vector3<T>(r_A - spread<T>(pair.p_AB) - stretch)};
+  return {r_A, R_BA * Vector3<T>(r_A - broadcast<T>(pair.p_AB) - stretch)};
 }
 
-/// The part of `advance_anchor` that follows once the stretch is known.
+/// The part of `advance_anchor` that needs the stretch.
 ///
-/// @param[in,out] stretch  [m] e_T: as `anchor_stretch` has it; what it is after the reset rule,
-/// and
-///                         zero where the bristle is rooted newly.
+/// @param[in,out] stretch  [m] In: e_T of `anchor_stretch`. Out: e_T after the reset rule, zero
+///                         where the bristle is anchored anew.
 template <Value T>
-BRISTLE_INLINE void root_where_needed(Anchor<T>& anchor, const Truth<T>& is_anchored,
-                                      Vector3<T>& stretch, const PairPose<ScalarOf<T>>& pair,
-                                      const Vector3<T>& r_A, T sigma, SlipReset reset,
-                                      Truth<T>& did_slip) {
+BRISTLE_FORCE_INLINE void root_where_needed(Anchor<T>& anchor, const Truth<T>& is_anchored,
+                                            Vector3<T>& stretch, const PairPose<ScalarOf<T>>& pair,
+                                            const Vector3<T>& r_A, T sigma, SlipReset reset,
+                                            Truth<T>& did_slip) {
   const Truth<T> is_within = dot(stretch, stretch) <= sigma * sigma;
   const Truth<T> is_kept = is_anchored & is_within;
   did_slip = is_anchored & !is_within;
   if (all(is_kept)) return;
-  // What is rooted nowhere may be stretched by anything, and must not cost the others their ease.
+  // Unanchored lanes hold garbage; zero them so that they do not trigger the slow branch.
   const Vector3<T> held = select(is_anchored, stretch, zero_vector<T>());
   stretch = select(is_anchored, after_reset<T>(held, sigma, reset), zero_vector<T>());
-  const Anchor<T> moved = rooted<T>(pair, r_A, stretch);
+  const Anchor<T> moved = anchored<T>(pair, r_A, stretch);
   anchor.q_A = select(is_kept, anchor.q_A, moved.q_A);
   anchor.q_B = select(is_kept, anchor.q_B, moved.q_B);
 }
 
-/// Algorithm 1 with its gaps closed, once per sensor and step, before forces: roots the bristle on
-/// first touch, keeps it while its stretch is at most sigma_a, and applies the reset rule beyond.
+/// Algorithm 1 with its gaps closed, once per sensor and step, before forces. It anchors the
+/// bristle at first contact and keeps the anchor while the stretch is at most sigma_a. Beyond, it
+/// applies the reset rule.
 ///
-/// @param is_anchored  Whether `anchor` is rooted in this same body B.
-/// @param[out] did_slip  Whether the reset rule was applied.
-/// @return [m] The stretch e_T after all that.
+/// @param is_anchored  True if `anchor` is anchored in this same body B.
+/// @param[out] did_slip  True if the reset rule was applied.
+/// @return [m] The resulting stretch e_T.
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> advance_anchor(
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> advance_anchor(
     Anchor<T>& anchor, const Truth<T>& is_anchored, const PairPose<ScalarOf<T>>& pair,
     const Vector3<T>& n, const Vector3<T>& r_A, T sigma, SlipReset reset, Truth<T>& did_slip) {
   Vector3<T> stretch = anchor_stretch(anchor, pair, n);
@@ -180,7 +183,7 @@ template <Value T>
   return stretch;
 }
 
-/// Force of one sensor on the body it touches, by its parts.
+/// Force of one sensor on the body in contact, by its parts.
 template <Value T>
 struct SensorForce {
   /// [N] F_N, along the ray (or the gradient).
@@ -190,16 +193,16 @@ struct SensorForce {
   /// [N] F_S + F_V, across the ray.
   Vector3<T> shear = zero_vector<T>();
 
-  /// [N] Eq. 9: everything, on B.
-  [[nodiscard]] BRISTLE_INLINE Vector3<T> total() const { return normal_vector + shear; }
+  /// [N] Total force on B (Eq. 9).
+  [[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> total() const { return normal_vector + shear; }
 };
 
-/// One sensor's hit, as the law needs it.
+/// Hit of one sensor, as input of the law.
 template <Value T>
 struct SensorContact {
   /// [1] Depth e_N, > 0.
   T depth = T(0);
-  /// [1/m] Of the length of the ray, 1 / L.
+  /// [1/m] Inverse length of the ray, 1 / L.
   T inverse_length = T(1);
   /// [1] Direction of the ray, n.
   Vector3<T> n = zero_vector<T>();
@@ -209,23 +212,23 @@ struct SensorContact {
   Vector3<T> v = zero_vector<T>();
 };
 
-/// Force of one sensor on B at the start of a step: F = F_N n + k_t e_T + mu_V v_T (Eqs. 1, 3, 5,
-/// 8, 9).
+/// Force of one sensor on B at the start of a step (Eqs. 1, 3, 5, 8, 9): F = F_N n + k_t e_T + mu_V
+/// v_T.
 ///
 /// @param stretch  [m] e_T from `advance_anchor`.
-/// @param dt       [s] Length of the step the force will act for. A bristle that passes more than
+/// @param dt       [s] Length of the step that the force acts for. A bristle that passes more than
 ///                 one sigma_a within it (release only) counts with its mean stretch, sigma_a / 2
-///                 along the slip; otherwise friction would alias with the step.
+///                 along the slip. Otherwise friction would alias with the step.
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE SensorForce<T> sensor_force(const SensorParameters<T>& p,
-                                                         const LawOptions& options,
-                                                         const SensorContact<T>& c,
-                                                         const Vector3<T>& stretch,
-                                                         ScalarOf<T> dt) {
+[[nodiscard]] BRISTLE_FORCE_INLINE SensorForce<T> sensor_force(const SensorParameters<T>& p,
+                                                               const LawOptions& options,
+                                                               const SensorContact<T>& c,
+                                                               const Vector3<T>& stretch,
+                                                               ScalarOf<T> dt) {
   using std::sqrt;
   SensorForce<T> f;
   f.normal = normal_force(p, c.depth, T(dot(c.g, c.v) * c.inverse_length));
-  // Not a choice between c.g and c.n, which would put both into memory.
+  // Not a conditional between c.g and c.n: that would put both into memory.
   if (options.normal == NormalDirection::gradient) {
     f.normal_vector = f.normal * c.g;
   } else {
@@ -247,69 +250,4 @@ template <Value T>
   return f;
 }
 
-/// What one sensor remembers from step to step.
-template <Scalar S>
-struct SensorMemory {
-  /// [-] Whether the bristle is rooted.
-  bool is_anchored = false;
-  /// Its roots.
-  Anchor<S> anchor{};
-};
-
-/// Pose and motion of a body about its centre of mass.
-template <Scalar S>
-struct BodyMotion {
-  /// [m] Axes of the body, centre of mass, in the world.
-  Transform<S> pose{};
-  /// [m/s, rad/s] Velocity about the centre of mass, world axes.
-  Twist<S> twist{};
-};
-
-/// One resistive sensor that met one body.
-template <Scalar S>
-struct SensorRay {
-  /// [m] Start of the ray from A's centre of mass, in A's axes.
-  Vec3<S> p_AStart = Vec3<S>::Zero();
-  /// [1] Unit direction, out of A, in A's axes.
-  Vec3<S> d_A = Vec3<S>::UnitX();
-  /// [m] Length, > 0.
-  S length = S(0.01);
-};
-
-/// Wrench of one sensor on its own body A about A's centre of mass, in world axes, and its new
-/// memory: the whole law for one sensor, for embedding by hand and for reading. Patches run the
-/// same functions over arrays.
-///
-/// @param distance  [m] Where along the ray B was hit; infinite or >= length when it was not.
-/// @param m         [1] Outward unit normal of B there, world axes.
-/// @param B         The body that was hit. Its wrench is `-wrench` about A's centre of mass.
-/// @param dt        [s] Step length, > 0.
-/// @return Exactly zero without a hit; the memory is then cleared, so a new touch starts
-/// unstretched.
-template <Scalar S>
-[[nodiscard]] Wrench<S> sensor_wrench(const SensorParameters<S>& p, const LawOptions& options,
-                                      const SensorRay<S>& ray, S distance, const Vec3<S>& m,
-                                      const BodyMotion<S>& A, const BodyMotion<S>& B, S dt,
-                                      SensorMemory<S>& memory) {
-  const Quat<S> into_A = A.pose.rotation.conjugate();
-  const Vec3<S> m_A = into_A * m;
-  if (!(distance < ray.length) || !(m_A.dot(ray.d_A) <= grazing_cosine<S>)) {
-    memory.is_anchored = false;
-    return {};
-  }
-  const PairPose<S> pair = pair_pose(A.pose, B.pose);
-  const Vec3<S> r_A = ray.p_AStart + distance * ray.d_A;
-  const Vec3<S> r_W = A.pose.rotate(r_A);
-  const S inverse_length = S(1) / ray.length;
-  const SensorContact<S> contact{
-      sensor_depth(distance, inverse_length), inverse_length, ray.d_A,
-      depth_gradient<S>(ray.d_A, m_A),
-      into_A * (A.twist.at(r_W) - B.twist.at(r_W - (B.pose.translation - A.pose.translation)))};
-  bool did_slip = false;
-  const Vec3<S> stretch = advance_anchor<S>(memory.anchor, memory.is_anchored, pair, ray.d_A, r_A,
-                                            p.breakaway_distance, options.reset, did_slip);
-  memory.is_anchored = true;
-  return Wrench<S>::at(r_W, -A.pose.rotate(sensor_force(p, options, contact, stretch, dt).total()));
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

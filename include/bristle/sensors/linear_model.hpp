@@ -1,8 +1,8 @@
 /// @file
 /// The impulse of one sensor as an affine function of the velocity at the end of the step.
 ///
-/// The formulas of the implicit patch (docs/sensors.md, section 4), for one contact or for as many
-/// as a register has lanes.
+/// It holds the formulas of the implicit patch (docs/sensors.md, section 4), for one contact or for
+/// one register of contacts.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -12,40 +12,40 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Velocity of A relative to B at the arm rho from c for the motion (linear, angular) at c.
+/// Velocity of A relative to B at the arm rho from c, for the motion (linear, angular) at c.
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> velocity_at(const Vector3<T>& linear,
-                                                    const Vector3<T>& angular,
-                                                    const Vector3<T>& rho) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> velocity_at(const Vector3<T>& linear,
+                                                          const Vector3<T>& angular,
+                                                          const Vector3<T>& rho) {
   return linear + cross(angular, rho);
 }
 
-/// Normal part: J_n = dt K_N e_N + a_n g.v' while touching; before, the spring and the damper act
-/// on the depth that is reached within the step only, so that nothing pushes across a gap.
+/// Normal part in contact: J_n = dt K_N e_N + a_n g.v'. Before contact, spring and damper act only
+/// on the depth reached within the step. Nothing pushes across a gap.
 template <Value T>
-BRISTLE_INLINE void linearise_normal(const SensorParameters<T>& p, PatchContact<T>& c,
-                                     ScalarOf<T> dt) {
+BRISTLE_FORCE_INLINE void linearise_normal(const SensorParameters<T>& p, PatchContact<T>& c,
+                                           ScalarOf<T> dt) {
   const T spring = T(dt) * p.normal_stiffness;
   const T slope = spring + p.normal_damping;
   c.normal_constant = select(c.is_touching, spring, slope) * c.depth;
   c.a_normal = T(dt) * slope * c.inverse_length;
 }
 
-/// [N] Mean normal force of a step that ends with the velocity v, of contacts that push or not
-/// (`is_pushing`) and whose normal part is as `linearise_normal` leaves it.
+/// [N] Mean normal force of a step that ends with the velocity v. Zero for contacts that are not
+/// loaded (`is_pushing`). The normal part is as `linearise_normal` leaves it.
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE T force_at(const PatchContact<T>& c, const Vector3<T>& v,
-                                        ScalarOf<T> dt) {
+[[nodiscard]] BRISTLE_FORCE_INLINE T force_at(const PatchContact<T>& c, const Vector3<T>& v,
+                                              ScalarOf<T> dt) {
   const T normal = c.normal_constant + c.a_normal * dot(c.g, v);
   return select(c.is_pushing, normal, T(0)) * T(ScalarOf<T>(1) / dt);
 }
 
-/// Constant part of the impulse from the normal: along g, plus, where the force shall point along
-/// the ray, the difference to n with the impulse of the last pass. (With that impulse inside, the
-/// matrix would be unsymmetric and oblique rays would be kicked.)
+/// Constant part of the normal impulse, along g. For a force along the ray, the difference to n is
+/// added, with the impulse of the last pass. With that impulse inside, the matrix would be
+/// unsymmetric and oblique rays would be kicked.
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> normal_constant(const PatchContact<T>& c,
-                                                        NormalDirection direction) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> normal_constant(const PatchContact<T>& c,
+                                                              NormalDirection direction) {
   Vector3<T> sum = c.normal_constant * c.g;
   if (direction == NormalDirection::ray) sum += c.normal_impulse * Vector3<T>(c.n - c.g);
   return select(c.is_pushing, sum, zero_vector<T>());
@@ -53,10 +53,10 @@ template <Value T>
 
 /// Friction of a bristle that sticks throughout the step.
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> linearise_stuck(const SensorParameters<T>& p,
-                                                        const LawOptions& options,
-                                                        const PatchPair<ScalarOf<T>>& pair,
-                                                        PatchContact<T>& c, ScalarOf<T> dt) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> linearise_stuck(const SensorParameters<T>& p,
+                                                              const LawOptions& options,
+                                                              const PatchPair<ScalarOf<T>>& pair,
+                                                              PatchContact<T>& c, ScalarOf<T> dt) {
   using S = ScalarOf<T>;
   const T k_t = bristle_stiffness(p, options.scaling, c.force, c.depth);
   const Vector3<T> v0 = tangential<T>(c.start_velocity, c.n);
@@ -69,10 +69,10 @@ template <Value T>
 
 /// Mean stretch of a bristle over a step in which it slips with the tangential velocity v.
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> mean_slip_stretch(const PatchPair<ScalarOf<T>>& pair,
-                                                          const PatchContact<T>& c,
-                                                          const Vector3<T>& v, T sigma,
-                                                          SlipReset reset, ScalarOf<T> dt) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> mean_slip_stretch(const PatchPair<ScalarOf<T>>& pair,
+                                                                const PatchContact<T>& c,
+                                                                const Vector3<T>& v, T sigma,
+                                                                SlipReset reset, ScalarOf<T> dt) {
   using std::min;
   using std::sqrt;
   const T speed = sqrt(dot(v, v));
@@ -84,7 +84,7 @@ template <Value T>
   if (reset == SlipReset::release) {
     return select(passes_whole_stretches, (sigma / (T(2) * speed)) * v, within);
   }
-  // Dragging: the stretch grows to sigma along the slip, then stays there.
+  // Drag: the stretch grows to sigma along the slip, then stays there.
   const Vector3<T> h = c.stretch + T(dt) * v;
   const T size = sqrt(dot(h, h));
   const T per_size = select(size > T(0), T(1) / size, T(0));
@@ -94,13 +94,13 @@ template <Value T>
   return select(passes_whole_stretches, (mean * per_size) * h, within);
 }
 
-/// Friction of a bristle that slips, linearised around the tangential velocity v.
+/// Friction of a slipping bristle, linearised around the tangential velocity v.
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> linearise_slip(const SensorParameters<T>& p,
-                                                       const LawOptions& options,
-                                                       const PatchPair<ScalarOf<T>>& pair,
-                                                       PatchContact<T>& c, const Vector3<T>& v,
-                                                       ScalarOf<T> dt) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> linearise_slip(const SensorParameters<T>& p,
+                                                             const LawOptions& options,
+                                                             const PatchPair<ScalarOf<T>>& pair,
+                                                             PatchContact<T>& c,
+                                                             const Vector3<T>& v, ScalarOf<T> dt) {
   using std::max;
   using std::min;
   using std::sqrt;
@@ -117,8 +117,8 @@ template <Value T>
   const Vector3<T> sum =
       (T(dt) * k_t) * mean + (T((S(1) - pair.theta) * dt) * p.sliding_friction) * v0;
   c.a_across = secant + viscous;
-  // Newton: friction does not grow with the speed, but turns with its direction. Or secant on all
-  // directions: pure damping, which cannot reverse the slip.
+  // Newton: friction does not grow with the speed, but turns with its direction. Otherwise a secant
+  // on all directions: pure damping, which cannot reverse the slip.
   const Truth<T> is_newton = moves & !c.is_damping_slip;
   c.a_along = select(is_newton, viscous, c.a_across);
   c.along = select(is_newton, T(T(1) / sqrt(speed2)) * v, zero_vector<T>());
@@ -127,9 +127,9 @@ template <Value T>
 
 /// Linear model of one contact around the tangential velocity v.
 template <Value T>
-BRISTLE_INLINE void linearise(const SensorParameters<T>& p, const LawOptions& options,
-                              const PatchPair<ScalarOf<T>>& pair, PatchContact<T>& c,
-                              const Vector3<T>& v, ScalarOf<T> dt) {
+BRISTLE_FORCE_INLINE void linearise(const SensorParameters<T>& p, const LawOptions& options,
+                                    const PatchPair<ScalarOf<T>>& pair, PatchContact<T>& c,
+                                    const Vector3<T>& v, ScalarOf<T> dt) {
   Vector3<T> friction = linearise_stuck<T>(p, options, pair, c, dt);
   if (any(c.is_slipping)) {
     PatchContact<T> slipping = c;
@@ -145,10 +145,10 @@ BRISTLE_INLINE void linearise(const SensorParameters<T>& p, const LawOptions& op
       normal_constant<T>(c, options.normal) + select(c.is_touching, friction, zero_vector<T>());
 }
 
-/// Impulse of a contact's linear model at the velocity v. `a_normal` is 0 where nothing pushes.
+/// Impulse of a contact's linear model at the velocity v. `a_normal` is 0 where it is not loaded.
 template <Value T>
-[[nodiscard]] BRISTLE_INLINE Vector3<T> model_impulse(const PatchContact<T>& c,
-                                                      const Vector3<T>& v) {
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> model_impulse(const PatchContact<T>& c,
+                                                            const Vector3<T>& v) {
   Vector3<T> sum =
       c.constant + c.a_across * tangential<T>(v, c.n) + T(c.a_normal * dot(c.g, v)) * c.g;
   if (any(c.is_slipping)) sum += T((c.a_along - c.a_across) * dot(c.along, v)) * c.along;
@@ -157,8 +157,8 @@ template <Value T>
 
 /// Sum of linear models about c.
 ///
-/// Each is J = constant + K v with a symmetric 3x3 matrix K at the arm rho, so with X = [rho]x it
-/// adds [K, -K X; X K, -X K X] and [constant; rho x constant].
+/// Each model is J = constant + K v with a symmetric 3x3 matrix K at the arm rho. With X = [rho]x
+/// it adds [K, -K X; X K, -X K X] and [constant; rho x constant].
 template <Value T>
 struct ModelSum {
   using S = ScalarOf<T>;
@@ -168,8 +168,8 @@ struct ModelSum {
   T low_xx = S(0), low_xy = S(0), low_xz = S(0), low_yy = S(0), low_yz = S(0), low_zz = S(0);
   Vector3<T> linear = zero_vector<T>(), angular = zero_vector<T>();
 
-  /// Adds a contact; one that does not push has `a_normal` 0.
-  BRISTLE_INLINE void add(const PatchContact<T>& c) {
+  /// Adds a contact; `a_normal` is 0 unless loaded.
+  BRISTLE_FORCE_INLINE void add(const PatchContact<T>& c) {
     const Vector3<T> ag = c.a_normal * c.g;
     const Vector3<T> an = c.a_across * c.n;
     T kxx = x(ag) * x(c.g) - x(an) * x(c.n) + c.a_across;
@@ -193,14 +193,14 @@ struct ModelSum {
     yy += kyy;
     yz += kyz;
     zz += kzz;
-    // A row k of K gives the row -k X = rho x k of the block beside it.
+    // Row k of K gives the row -k X = rho x k of the adjacent block.
     const Vector3<T> bx = cross(c.rho, vector(kxx, kxy, kxz));
     const Vector3<T> by = cross(c.rho, vector(kxy, kyy, kyz));
     const Vector3<T> bz = cross(c.rho, vector(kxz, kyz, kzz));
     top_x += bx;
     top_y += by;
     top_z += bz;
-    // X applied to the columns of that block; symmetric.
+    // X applied to the columns of that block. The result is symmetric.
     const T rx = x(c.rho), ry = y(c.rho), rz = z(c.rho);
     low_xx += ry * x(bz) - rz * x(by);
     low_xy += ry * y(bz) - rz * y(by);
@@ -252,23 +252,23 @@ struct ModelSum {
   }
 
  private:
-  [[nodiscard]] BRISTLE_INLINE static T x(const Vector3<T>& v) { return coordinate<0>(v); }
-  [[nodiscard]] BRISTLE_INLINE static T y(const Vector3<T>& v) { return coordinate<1>(v); }
-  [[nodiscard]] BRISTLE_INLINE static T z(const Vector3<T>& v) { return coordinate<2>(v); }
+  [[nodiscard]] BRISTLE_FORCE_INLINE static T x(const Vector3<T>& v) { return coordinate<0>(v); }
+  [[nodiscard]] BRISTLE_FORCE_INLINE static T y(const Vector3<T>& v) { return coordinate<1>(v); }
+  [[nodiscard]] BRISTLE_FORCE_INLINE static T z(const Vector3<T>& v) { return coordinate<2>(v); }
   template <int axis>
-  [[nodiscard]] BRISTLE_INLINE static T coordinate(const Vector3<T>& v) {
+  [[nodiscard]] BRISTLE_FORCE_INLINE static T coordinate(const Vector3<T>& v) {
     if constexpr (Scalar<T>) {
       return v[axis];
     } else {
       return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
     }
   }
-  [[nodiscard]] BRISTLE_INLINE static Vector3<T> vector(const T& x, const T& y, const T& z) {
+  [[nodiscard]] BRISTLE_FORCE_INLINE static Vector3<T> vector(const T& x, const T& y, const T& z) {
     return {x, y, z};
   }
 };
 
-/// What moving the linearisation found.
+/// Result of moving the linearisation.
 template <Value T>
 struct PassChange {
   bool did_switch = false;
@@ -285,10 +285,11 @@ struct PassChange {
   }
 };
 
-/// Whether the normal part of a contact acts at the velocity v that was found, and with what force.
+/// Decides whether the normal part of a contact acts at the velocity `v`, and with which force.
 template <Value T>
-BRISTLE_INLINE void update_normal(PatchContact<T>& c, const Truth<T>& is_met, const Vector3<T>& v,
-                                  ScalarOf<T> dt, PassChange<T>& change) {
+BRISTLE_FORCE_INLINE void update_normal(PatchContact<T>& c, const Truth<T>& is_met,
+                                        const Vector3<T>& v, ScalarOf<T> dt,
+                                        PassChange<T>& change) {
   using std::abs;
   using std::max;
   const T normal = c.normal_constant + c.a_normal * dot(c.g, v);
@@ -301,15 +302,15 @@ BRISTLE_INLINE void update_normal(PatchContact<T>& c, const Truth<T>& is_met, co
   c.force = force;
 }
 
-/// Whether a touching sensor slips at the tangential velocity v that was found, and whether its
-/// slip has to be damped because it turns around from pass to pass.
+/// Decides whether a sensor in contact slips at the tangential velocity `v`. Damps slip that
+/// reverses from pass to pass.
 template <Value T>
-BRISTLE_INLINE void update_slip(PatchContact<T>& c, const Vector3<T>& v, T sigma, SlipReset reset,
-                                ScalarOf<T> dt, int pass, bool is_last_pass,
-                                PassChange<T>& change) {
+BRISTLE_FORCE_INLINE void update_slip(PatchContact<T>& c, const Vector3<T>& v, T sigma,
+                                      SlipReset reset, ScalarOf<T> dt, int pass, bool is_last_pass,
+                                      PassChange<T>& change) {
   const Vector3<T> reached = c.stretch + T(dt) * v;
   const Truth<T> overshoots = c.is_touching & (dot(reached, reached) > sigma * sigma);
-  // A released bristle has let go for this step; a dragged one may be found sticking after all.
+  // A released bristle stays released for this step. A dragged one may turn out to stick.
   const Truth<T> is_slipping =
       reset == SlipReset::release ? overshoots | c.is_slipping : overshoots;
   change.did_switch = change.did_switch || any(is_slipping ^ c.is_slipping);

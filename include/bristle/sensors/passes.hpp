@@ -1,5 +1,5 @@
 /// @file
-/// The loop around a solve whose sensors change state within the step.
+/// The loop of solves while sensors change state.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -7,21 +7,21 @@
 
 #include <algorithm>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// One of the solves of a step.
+/// One solve of a step.
 struct SolvePass {
-  /// [-] Its number, from 1, and how many there may be after it.
+  /// [-] Its number, from 1; solves left after it.
   int number = 1;
   int left = 0;
 };
 
-/// Solves, and solves anew while sensors find themselves in another state than they were linearised
-/// for (stuck to slipping, touching to free, another normal force), at most `max_passes` times.
+/// Solves, and solves anew while sensors end in another state than they were linearised for (stuck
+/// to slipping, in contact to free, another normal force). At most `max_passes` times.
 ///
 /// @param solve   solve(): fills the soft blocks and finds velocities.
-/// @param answer  bool answer(pass), after every solve: evaluates the impulses and, if there is a
-///                solve left, says whether that is needed, with the linearisation moved to there.
+/// @param answer  bool answer(pass), after every solve: evaluates the impulses. If a solve is left,
+///                it returns whether another is needed, and moves the linearisation there.
 /// @return Number of solves.
 template <typename Solve, typename Answer>
 int solve_in_passes(int max_passes, Solve&& solve, Answer&& answer) {
@@ -32,4 +32,4 @@ int solve_in_passes(int max_passes, Solve&& solve, Answer&& answer) {
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,9 +1,10 @@
 /// @file
-/// Watches a port for energy that comes out without having gone in, and damps just that away.
+/// Observes the energy at a port and damps exactly the energy that comes out without having gone
+/// in.
 ///
-/// A hand on a haptic device feels whatever a simulation makes up. Hannaford and Ryu, *Time-domain
-/// passivity control of haptic interfaces* (2002), count the energy at the port, where force and
-/// velocity meet, and take out what is too much by a damper that is there only then.
+/// A hand on a haptic device feels any energy that a simulation makes up. The source is Hannaford
+/// and Ryu, *Time-domain passivity control of haptic interfaces* (2002). They count the energy at
+/// the port, where force and velocity meet. A damper acts only then, on the surplus.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -16,29 +17,27 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Energy that a tool has brought into whatever resists it, less what it got back.
+/// Energy that a tool has brought into whatever resists it, less the energy it got back.
 ///
-/// The sum is that of forces held over a tick: E += -dt (f . v + tau . w). It is exact where v is
-/// the mean velocity of the tick in which f acts, (x1 - x0) / dt.
+/// The sum is that of forces held over a substep: E += -dt (f . v + tau . w). It is exact if v is
+/// the mean velocity of the substep in which f acts, (x1 - x0) / dt.
 ///
-/// Either `observe` counts the ticks that are over, and leaves the forces alone; or `control`
-/// stands between simulation and device, once a tick:
+/// `observe` counts the substeps that are over and leaves the forces alone. `control` stands
+/// between simulation and device, once a substep:
 ///
 ///     loop.move(tool, X_WT);
-///     loop.tick();
+///     loop.substep();
 ///     device.send(observer.control(loop.wrench(tool), moved, dt));
 ///
-/// where `moved` is the mean velocity since the last tick. What was sent then acted along it, and
-/// is counted now; what is sent now will act along a velocity that nobody knows yet, so the damper
-/// is that for a tool that keeps its velocity, and what that misses is paid in the ticks that
-/// follow.
+/// `moved` is the mean velocity since the last substep. The wrench sent last acted along `moved`,
+/// so its energy is counted now. The wrench sent now acts along a velocity not yet known: the
+/// damper assumes that the tool keeps its velocity. The substeps that follow make up for the error.
 template <Scalar S>
 class PassivityObserver {
  public:
-  /// @param allowance  [J] Energy that may come out beyond what went in: what was stored in the
-  ///                   simulation at the start. Finite, >= 0.
-  /// @param most       [N s/m] The strongest damper of `control`: what the device can take.
-  ///                   Finite, > 0.
+  /// @param allowance  [J] Energy that may come out beyond the energy put in: the energy stored in
+  ///                   the simulation at the start. Finite, >= 0.
+  /// @param most       [N s/m] Strongest damper of `control` the device can render. > 0, finite.
   /// @param radius     [m] Turns rad/s into m/s where torques are damped. Finite, > 0.
   /// @throws InvalidArgument naming the argument.
   explicit PassivityObserver(S allowance = S(0), S most = S(10), S radius = S(0.05))
@@ -48,27 +47,27 @@ class PassivityObserver {
     detail::require_positive("PassivityObserver: radius", radius);
   }
 
-  /// Counts one tick of `dt` [s]. A wrench or motion that is not finite is not counted.
+  /// Counts one substep of `dt` [s]. Skips wrenches and motions that are not finite.
   void observe(const Wrench<S>& on_tool, const Twist<S>& tool, S dt) {
     add(-dt * power(on_tool, tool));
   }
 
-  /// Counts the tick that is over, in which the wrench that was sent last acted, and damps the next
-  /// one where it would bring the balance below minus the allowance.
-  /// @param on_tool  [N, N m] What the simulation wants to send.
-  /// @param tool     [m/s, rad/s] Mean motion of the tool in the tick that is over.
-  /// @return The wrench to send: `on_tool` - alpha times the velocity, with the least alpha that
-  ///         keeps the balance at this velocity, `most` at most. What a slow tool cannot be made to
-  ///         pay at once stays in the balance. A wrench that is not finite is not sent: zero is;
-  ///         nothing is damped by a motion that is not.
+  /// Counts the substep that is over, in which the wrench sent last acted. Damps the next one if it
+  /// would bring the balance below minus the allowance.
+  /// @param on_tool  [N, N m] Wrench that the simulation wants to send.
+  /// @param tool     [m/s, rad/s] Mean motion of the tool in the substep that is over.
+  /// @return The wrench to send: `on_tool` - alpha times the velocity. alpha is the least that
+  ///         keeps the balance at this velocity, and `most` at most. The part that a slow tool
+  ///         cannot pay at once stays in the balance. Zero replaces a wrench that is not finite. A
+  ///         motion that is not finite damps nothing.
   [[nodiscard]] Wrench<S> control(const Wrench<S>& on_tool, const Twist<S>& tool, S dt) {
     using std::isfinite;
     observe(sent_, tool, dt);
     const S taken = -dt * power(damper_, tool);
     if (isfinite(taken)) damped_ += taken;
     sent_ = damper_ = {};
-    if (!all_finite(on_tool.force) || !all_finite(on_tool.torque)) return {};
-    // What the rounding of the balance owes is no debt.
+    if (!detail::all_finite(on_tool.force) || !detail::all_finite(on_tool.torque)) return {};
+    // A debt within round-off does not count.
     const S missing = -(energy_ - dt * power(on_tool, tool) + allowance_);
     const S speed2 = tool.linear.squaredNorm() + radius_ * radius_ * tool.angular.squaredNorm();
     if (missing > Tolerance<S>::equal() * turnover_ && speed2 > S(0) && isfinite(speed2)) {
@@ -79,13 +78,13 @@ class PassivityObserver {
     return sent_;
   }
 
-  /// [J] What went in less what came out, by the end of the last tick that was counted.
+  /// [J] Energy in less energy out, by the end of the last substep that was counted.
   [[nodiscard]] S energy() const { return energy_; }
-  /// [J] The lowest that `energy` has been.
+  /// [J] Lowest value of `energy` so far.
   [[nodiscard]] S lowest_energy() const { return lowest_; }
-  /// [J] What the dampers of `control` have taken out.
+  /// [J] Energy taken out by the dampers of `control`.
   [[nodiscard]] S damped_energy() const { return damped_; }
-  /// Whether no more has come out than went in and was allowed, up to the sum's round-off.
+  /// Returns whether at most the energy put in and `allowance` came out, up to the sum's round-off.
   [[nodiscard]] bool is_passive() const {
     return lowest_ >= -allowance_ - Tolerance<S>::equal() * turnover_;
   }
@@ -107,7 +106,7 @@ class PassivityObserver {
   S energy_ = S(0);
   S lowest_ = S(0);
   S damped_ = S(0);
-  /// What `control` sent last, and the damper's part of it.
+  /// Wrench that `control` sent last; its damper part.
   Wrench<S> sent_{};
   Wrench<S> damper_{};
   /// [J] Sum of the sizes of all terms, for the round-off of their sum.

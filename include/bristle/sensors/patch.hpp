@@ -1,24 +1,23 @@
 /// @file
-/// A patch: many resistive sensors on one body, as structures of arrays, with what they remember.
+/// A patch: many resistive sensors on one body, as structures of arrays, with their state.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <bristle/core/refill.hpp>
 #include <bristle/core/slot_map.hpp>
 #include <bristle/dynamics/bodies/body.hpp>
-#include <bristle/geometry/contacts/kept_candidates.hpp>
+#include <bristle/geometry/contacts/triangle_cache.hpp>
 #include <bristle/geometry/rays/ray.hpp>
-#include <bristle/geometry/rays/ray_bundles.hpp>
+#include <bristle/geometry/rays/ray_tree.hpp>
 #include <bristle/geometry/trees/aabb.hpp>
 #include <bristle/math/lane_vector.hpp>
 #include <bristle/math/rotation.hpp>
-#include <bristle/sensors/kept_hits.hpp>
 #include <bristle/sensors/law.hpp>
-#include <bristle/sensors/reading.hpp>
-#include <bristle/sensors/sensor_layout.hpp>
-#include <bristle/sensors/sensor_parameters.hpp>
-#include <bristle/sensors/sensor_tiles.hpp>
-#include <bristle/sensors/tile_boxes.hpp>
+#include <bristle/sensors/packet_boxes.hpp>
+#include <bristle/sensors/patch_def.hpp>
+#include <bristle/sensors/plane_cache.hpp>
+#include <bristle/sensors/reading_store.hpp>
+#include <bristle/sensors/sensor_packets.hpp>
 
 #include <algorithm>
 #include <array>
@@ -28,57 +27,22 @@
 #include <string>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
-
-struct PatchTag;
-/// Names a patch of a world.
-using PatchId = Id<PatchTag>;
-
-/// Describes a patch to `World::add_patch`.
-template <Scalar S>
-struct PatchDef {
-  /// [m] Where the sensors are, in the body frame.
-  SensorLayout<S> sensors{};
-  /// [-] Constants that all sensors share.
-  SensorParameters<S> parameters{};
-  /// [-] Constants of each sensor instead, in the order of the layout; empty to share.
-  std::vector<SensorParameters<S>> per_sensor{};
-  /// [-] How the forces enter the step.
-  Integration integration = Integration::automatic;
-  /// [-] Readings of the law.
-  LawOptions options{};
-  /// [1] Below this Lambda, the stability measure of docs/sensors.md (4 is the limit of a single
-  /// mode), `automatic` integrates explicitly. 0: never.
-  S explicit_below = S(0.5);
-  /// [-] Categories of bodies the sensors see; their collision masks do not matter to sensors.
-  std::uint32_t sees = 0xffffffffu;
-  /// [-] Bodies the sensors never see, besides their own.
-  std::vector<BodyId> excluded{};
-  /// [-] Accepts rays that end inside their own body. `World::add_patch` refuses them otherwise: the
-  /// end of a ray must lie outside of all shapes that the body has then. A ray that never leaves its
-  /// body feels what comes through the body, and presses the body towards that.
-  bool may_point_inwards = false;
-  /// [-] Rays are cast in every so many-th step, >= 1; in the steps between, and in all of them the
-  /// law is evaluated, the surfaces met move on as planes (docs/sensors.md, section 8). Patches
-  /// take turns by their slots. Rays are cast sooner when another shape
-  /// comes into reach, or bodies have moved by a quarter of the shortest ray.
-  std::uint32_t cast_every = 1;
-};
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// One sensor that meets a body in this step: geometry, the linear model of its impulse, and the
-/// impulse it finally gave. In A's axes; the reference point c belongs to its `PatchPair`. Patches
-/// work on PatchContact<Pack<S>>, of which `ContactTile`s keep what cannot be found again.
+/// resulting impulse. In A's axes; c belongs to its `PatchPair`. Patches work on
+/// PatchContact<Pack<S>>. `ContactPacket`s store the values that cannot be recomputed.
 template <Value T>
 struct PatchContact {
-  /// Whether it touches at the start of the step (else it may within it), whether its normal part
-  /// acts, and whether its bristle slips in this step, damped or not.
+  /// Lanes in contact at the start of the step (else maybe within it), loaded (normal part acts),
+  /// slipping in this step, and with damped slip.
   Truth<T> is_touching{};
   Truth<T> is_pushing{};
   Truth<T> is_slipping{};
   Truth<T> is_damping_slip{};
   /// [1] Ray direction n and depth gradient g.
   Vector3<T> n, g;
-  /// [m] From c to the point of touch.
+  /// [m] From c to the contact point.
   Vector3<T> rho;
   /// [m] Stretch at the start of the step.
   Vector3<T> stretch;
@@ -86,24 +50,24 @@ struct PatchContact {
   Vector3<T> start_velocity, last_slip;
   /// [1], [1/m] Depth at the start of the step and inverse length of the ray.
   T depth, inverse_length;
-  /// [N] Normal force that sets the friction of this pass.
+  /// [N] Normal force behind this pass's friction.
   T force;
 
-  /// Impulse on B as a function of the relative velocity v at the end of the step:
-  /// constant + a_normal (g.v) g + a_across v_T + (a_along - a_across) (along.v) along,
-  /// of which the part with a_normal acts while it pushes.
+  /// Impulse on B as a function of the relative velocity v at the end of the step: constant +
+  /// a_normal (g.v) g + a_across v_T + (a_along - a_across) (along.v) along. The part with a_normal
+  /// acts under load.
   Vector3<T> constant, along;
   T normal_constant, a_normal, a_across, a_along;
 
-  /// [N s] What it gave: its normal part, and all of it on B.
+  /// [N s] Impulses on B: of the normal part, and of the whole contact.
   T normal_impulse;
   Vector3<T> impulse;
 };
 
-/// What the stiffness of a pair's contacts adds up to, about the middle of the patch's box.
+/// Sum of the stiffness of a pair's contacts, about the middle of the patch's box.
 template <Scalar S>
 struct PairStiffness {
-  /// [N/m], [N s/m] Of the bristles that touch.
+  /// [N/m], [N s/m] Of the bristles in contact.
   S bristle_sum = S(0), viscous_sum = S(0);
   /// [kg] Sums of s, of s rho, of s rho^2 (`measure_pair`), across the rays and along them.
   S tangential = S(0), normal = S(0);
@@ -111,46 +75,46 @@ struct PairStiffness {
   S tangential_second = S(0), normal_second = S(0);
 };
 
-/// All contacts of one patch with one body in one step.
+/// A patch's contacts with one body in one step.
 template <Scalar S>
 struct PatchPair {
-  /// [-] Slot of the touched body; its contact tiles are [first, first + count).
+  /// [-] Index of body B; its contact packets are [first, first + count).
   std::uint32_t body_b = 0;
   std::uint32_t first = 0;
   std::uint32_t count = 0;
-  /// [-] Axes of A in the world, and B as A sees it.
+  /// [-] Axes of A in the world, and the pose of B relative to A.
   Mat3<S> R_WA = Mat3<S>::Identity();
   PairPose<S> pose{};
-  /// [m/s, rad/s] Motion of A relative to B at the start of the step about A's centre of mass, in
+  /// [m/s, rad/s] Motion of A relative to B at the start of the step, about A's centre of mass, in
   /// A's axes.
   Twist<S> start_motion{};
-  /// [m] From A's centre of mass to the reference point c, in A's axes; from each centre of mass to
-  /// it, in the world's.
+  /// [m] Reference point c from A's centre of mass in A's axes, and from each centre of mass in
+  /// world axes.
   Vec3<S> center = Vec3<S>::Zero();
   Vec3<S> arm_a = Vec3<S>::Zero();
   Vec3<S> arm_b = Vec3<S>::Zero();
   PairStiffness<S> stiffness{};
-  /// [N s, N m s] Impulse on B about c in A's axes, where it was given with the contacts.
-  bool is_given = false;
+  /// [N s, N m s] Impulse on B about c in A's axes, if it was applied with the contacts.
+  bool is_applied = false;
   Wrench<S> given{};
-  /// [1] Lambda of these contacts alone, where anybody asks (`CollectDef`).
+  /// [1] Lambda of these contacts alone, if requested (`CollectDef`).
   S lambda = S(0);
   bool is_implicit = false;
   /// [1] Weights of the implicit scheme (docs/sensors.md).
   S alpha = S(1);
   S beta = S(0);
   S theta = S(1);
-  /// Whether its linear models were moved to a motion that was found; these its tiles keep. The
-  /// first ones, around the motion at the start of the step, follow from the hits and the stretch.
+  /// True if its linear models were moved to a solved motion; its packets keep those. The first
+  /// models, around the motion at the start of the step, follow from the hits and the stretch.
   bool has_moved_models = false;
   /// [-] Sum of the contacts' linear models about c, in A's axes: impulse = offset + matrix u.
   Mat6<S> matrix = Mat6<S>::Zero();
   Vec6<S> offset = Vec6<S>::Zero();
-  /// [-] Its block among the step's soft blocks, when implicit.
+  /// [-] Its index among soft blocks, when implicit.
   std::uint32_t soft = 0;
 };
 
-/// What an implicit pair gave in the last step: where a sweep starts from in this one.
+/// Impulse of an implicit pair in the last step: its warm start in this one.
 template <Scalar S>
 struct PairImpulse {
   BodyId body{};
@@ -173,118 +137,119 @@ struct SensorPatch {
   /// [m] Rays from A's centre of mass in A's axes; [1] unit directions; [m] lengths.
   Vec3Array<S> start, direction;
   LaneVector<S> length;
-  /// The rays as queries want them.
-  RayBundles<S> bundles{};
-  /// What they keep of a fine mesh: no part of the state, since answers do not depend on it.
-  KeptCandidates<S> candidates{};
-  /// [m] Around all rays, from A's centre of mass in A's axes.
+  /// The rays in the form that queries take.
+  RayTree<S> ray_tree{};
+  /// Triangle cache for a fine mesh. Not state: results do not depend on it.
+  TriangleCache<S> candidates{};
+  /// [m] Box around all rays, from A's centre of mass in A's axes.
   Aabb<S> box{};
 
-  /// The same sensors for the kernels, and their bristles; [0, size()) in order, then nothing.
-  std::vector<SensorTile<S>> tiles;
-  TileBoxes<S> tile_boxes{};
+  /// The same sensors for the kernels, and their bristles: [0, size()) in order, then unused lanes.
+  std::vector<SensorPacket<S>> packets;
+  PacketBoxes<S> packet_boxes{};
   /// [m] Farthest point of the rays from A's centre of mass, and the length of the shortest.
   S reach = S(0);
   S shortest = S(0);
-  /// Whether it senses at all.
+  /// False if the patch is off and senses nothing.
   bool is_active = true;
 
-  /// This step's hits, in rays, valid in the tiles that can be near anything: their numbers,
-  /// ascending. All of them until somebody knows better. And contacts and pairs.
+  /// Hits of this step, by ray. Valid in the packets that can be near anything, whose numbers are
+  /// listed in ascending order; all packets until they were tested. Also contacts and pairs.
   RayHits<S> hits{};
   std::vector<std::uint32_t> near;
-  KeptHits<S> kept{};
-  /// Which lanes of each tile hit anything in this step, and in the one before.
+  PlaneCache<S> kept{};
+  /// Lanes of each packet that hit anything in this step, and in the one before.
   std::vector<LaneBits> hit_bits, hit_before;
   std::vector<TouchedShape> touched;
-  /// Of the pair at hand: which lanes of a near tile hit its body, and the first contact of each
-  /// slice of near tiles.
+  /// Of the current pair: lanes of a near packet that hit its body, and the first contact of each
+  /// range of near packets.
   std::vector<LaneBits> pair_bits;
-  std::vector<std::uint32_t> slice_contacts;
-  std::vector<ContactTile<S>> contacts;
+  std::vector<std::uint32_t> range_contacts;
+  std::vector<ContactPacket<S>> contacts;
   std::vector<PatchPair<S>> pairs;
   std::vector<PairImpulse<S>> last_impulses;
-  /// Sensors of each tile whose readings are not zero.
-  std::vector<LaneBits> felt, felt_before;
-  bool has_felt = false;
+  /// Active sensors of each packet: those with nonzero readings.
+  std::vector<LaneBits> felt, active_before;
+  bool was_active = false;
   ReadingStore<S> readings{};
 
   [[nodiscard]] std::size_t size() const { return length.size(); }
   [[nodiscard]] const SensorParameters<S>& parameters(std::size_t sensor) const {
     return def.per_sensor.empty() ? def.parameters : def.per_sensor[sensor];
   }
-  /// Whether any sensor can give a force, whatever it touches.
-  [[nodiscard]] bool can_push() const {
-    const auto of = [&](const SensorParameters<S>& p) { return bristle::can_push(p, def.options); };
+  /// Returns whether any sensor can apply a force, whatever it is in contact with.
+  [[nodiscard]] bool can_apply_force() const {
+    const auto of = [&](const SensorParameters<S>& p) {
+      return bristle::can_apply_force(p, def.options);
+    };
     return def.per_sensor.empty() ? of(def.parameters)
                                   : std::any_of(def.per_sensor.begin(), def.per_sensor.end(), of);
   }
   [[nodiscard]] RayBatch<S> rays(S extra_length) const {
     return {start.x,     start.y, start.z,      direction.x, direction.y,
-            direction.z, length,  extra_length, &bundles};
+            direction.z, length,  extra_length, &ray_tree};
   }
-  /// The same rays, of which only those of the near tiles need to be answered.
+  /// The same rays. Only those of the near packets need a result.
   [[nodiscard]] RayBatch<S> near_rays(S extra_length) const {
     RayBatch<S> batch = rays(extra_length);
-    batch.near_runs = &near;
+    batch.near_packets = &near;
     return batch;
   }
-  /// [m] Distances of the hits from sensor `first` on; 0 in the lanes that are not asked for.
-  [[nodiscard]] BRISTLE_INLINE Pack<S> distances_of(std::size_t first, const Mask<S>& asked) const {
+  /// [m] Distances of the hits from sensor `first` on; 0 in the lanes outside `asked`.
+  [[nodiscard]] BRISTLE_FORCE_INLINE Pack<S> distances_of(std::size_t first,
+                                                          const Mask<S>& asked) const {
     return select(asked, Pack<S>::load(hits.distance.data() + first), Pack<S>(S(0)));
   }
-  /// [-] Sensors of the near tiles.
+  /// [-] Sensors of the near packets.
   [[nodiscard]] std::size_t near_count() const {
-    const std::size_t all = near.size() * tile_size;
-    // Only the last tile may be filled up.
-    const bool has_last = !near.empty() && near.back() + 1 == tiles.size();
-    return has_last ? all - (tiles.size() * tile_size - size()) : all;
+    const std::size_t all = near.size() * packet_size;
+    // Only the last packet may have unused lanes.
+    const bool has_last = !near.empty() && near.back() + 1 == packets.size();
+    return has_last ? all - (packets.size() * packet_size - size()) : all;
   }
-  /// [-] First tile of a slice, and one behind its last, which may be filled up where the slice is
-  /// not. Only of slices that are runs of sensors (`RayBundles::has_runs_in_slices`), or of all.
-  [[nodiscard]] std::array<std::size_t, 2> tiles_in(RaySlice slice) const {
-    static_assert(tile_size == ray_run_size);
-    const std::size_t end = slice.end / tile_size + (slice.end % tile_size != 0 ? 1u : 0u);
-    return {slice.first / tile_size, std::min(tiles.size(), end)};
+  /// [-] First packet of a range, and one behind its last, which may be padded where the range is
+  /// not. Only for ranges of whole packets (`RayTree::has_packets_in_ranges`), or for all sensors.
+  [[nodiscard]] std::array<std::size_t, 2> packets_in(RayRange range) const {
+    static_assert(packet_size == packet_size);
+    const std::size_t end = range.end / packet_size + (range.end % packet_size != 0 ? 1u : 0u);
+    return {range.first / packet_size, std::min(packets.size(), end)};
   }
-  /// [-] Those of them that can be near anything.
-  [[nodiscard]] std::span<const std::uint32_t> near_in(RaySlice slice) const {
-    const auto [begin, end] = tiles_in(slice);
+  /// [-] Near packets of the range.
+  [[nodiscard]] std::span<const std::uint32_t> near_in(RayRange range) const {
+    const auto [begin, end] = packets_in(range);
     const auto first = std::lower_bound(near.begin(), near.end(), begin);
     return {first, std::lower_bound(first, near.end(), end)};
   }
-  /// Forgets the hits of the near tiles of a slice.
-  void reset_near_hits(RaySlice slice = {}) {
-    for (const std::uint32_t tile : near_in(slice)) {
-      const auto first = static_cast<std::ptrdiff_t>(tile * tile_size);
-      std::fill_n(hits.distance.begin() + first, tile_size, infinity<S>);
+  /// Clears the hits of a range's near packets.
+  void reset_near_hits(RayRange range = {}) {
+    for (const std::uint32_t packet : near_in(range)) {
+      const auto first = static_cast<std::ptrdiff_t>(packet * packet_size);
+      std::fill_n(hits.distance.begin() + first, packet_size, infinity<S>);
     }
   }
-  /// [-] Sensors whose readings are not zero.
-  [[nodiscard]] std::size_t felt_count() const {
+  /// [-] Number of active sensors (nonzero readings).
+  [[nodiscard]] std::size_t active_count() const {
     std::size_t count = 0;
     for (const LaneBits bits : felt) count += static_cast<std::size_t>(std::popcount(bits));
     return count;
   }
 };
 
-/// Checks a definition and turns it into a patch of a body with its centre of mass at `center_B`
-/// [m].
+/// Checks a definition and makes a patch on a body with its centre of mass at `center_B` [m].
 /// @throws InvalidArgument naming the field.
 template <Scalar S>
 [[nodiscard]] SensorPatch<S> make_patch(PatchDef<S> def, BodyId body, const Vec3<S>& center_B) {
   def.sensors.validate();
   const std::size_t n = def.sensors.size();
-  detail::require(n > 0, "PatchDef::sensors.size()", n, "must be > 0");
+  require(n > 0, "PatchDef::sensors.size()", n, "must be > 0");
   validate(def.parameters);
   for (const SensorParameters<S>& p : def.per_sensor) validate(p);
-  detail::require(def.per_sensor.empty() || def.per_sensor.size() == n,
-                  "PatchDef::per_sensor.size()", static_cast<S>(def.per_sensor.size()),
-                  "must be 0 or the number of sensors");
-  detail::require_not_negative("PatchDef::explicit_below", def.explicit_below);
-  detail::require(def.cast_every > 0, "PatchDef::cast_every", def.cast_every, "must be > 0");
-  detail::require(def.options.law == Law::paper || def.integration != Integration::implicit,
-                  "PatchDef::integration", "implicit", "must not be implicit with the AMBF law");
+  require(def.per_sensor.empty() || def.per_sensor.size() == n, "PatchDef::per_sensor.size()",
+          static_cast<S>(def.per_sensor.size()), "must be 0 or the number of sensors");
+  require_not_negative("PatchDef::explicit_below", def.explicit_below);
+  require(def.cast_every > 0, "PatchDef::cast_every", def.cast_every, "must be > 0");
+  require(def.options.law == Law::paper || def.integration != Integration::implicit,
+          "PatchDef::integration", "implicit", "must not be implicit with the AMBF law");
 
   SensorPatch<S> patch;
   patch.body = body;
@@ -298,38 +263,38 @@ template <Scalar S>
     patch.box.include(end);
     patch.reach = std::max({patch.reach, patch.start[i].norm(), end.norm()});
   }
-  detail::require_finite("PatchDef::sensors: farthest point of a ray", patch.reach);
+  require_finite("PatchDef::sensors: farthest point of a ray", patch.reach);
   patch.shortest = *std::min_element(patch.length.begin(), patch.length.end());
-  patch.tile_boxes = TileBoxes<S>(patch.rays(S(0)));
-  patch.bundles = RayBundles<S>(patch.rays(S(0)));
-  const std::size_t tile_count = (n + tile_size - 1) / tile_size;
-  patch.tiles.resize(tile_count);
-  for (std::size_t i = 0; i < tile_count * tile_size; ++i) {
-    SensorTile<S>& tile = patch.tiles[i / tile_size];
-    const std::size_t lane = i % tile_size;
-    // Lanes behind the last sensor never hit anything; a unit direction keeps them finite.
+  patch.packet_boxes = PacketBoxes<S>(patch.rays(S(0)));
+  patch.ray_tree = RayTree<S>(patch.rays(S(0)));
+  const std::size_t packet_count = (n + packet_size - 1) / packet_size;
+  patch.packets.resize(packet_count);
+  for (std::size_t i = 0; i < packet_count * packet_size; ++i) {
+    SensorPacket<S>& packet = patch.packets[i / packet_size];
+    const std::size_t lane = i % packet_size;
+    // Lanes behind the last sensor never hit anything. A unit direction keeps them finite.
     const Vec3<S> direction = i < n ? patch.direction[i] : Vec3<S>(Vec3<S>::UnitX());
     Vec3<S> t1, t2;
     tangent_basis<S>(direction, t1, t2);
-    tile.direction.set(lane, direction);
-    tile.tangent.set(lane, t1);
-    if (i < n) tile.start.set(lane, patch.start[i]);
-    tile.inverse_length[lane] = i < n ? S(1) / patch.length[i] : S(1);
+    packet.direction.set(lane, direction);
+    packet.tangent.set(lane, t1);
+    if (i < n) packet.start.set(lane, patch.start[i]);
+    packet.inverse_length[lane] = i < n ? S(1) / patch.length[i] : S(1);
   }
-  patch.hits.reset(tile_count * tile_size);
-  patch.hit_bits.resize(tile_count);
-  patch.hit_before.resize(tile_count);
-  patch.pair_bits.resize(tile_count);
-  patch.slice_contacts.resize(slice_count(tile_count));
-  patch.near.resize(tile_count);
-  detail::fill_numbers(patch.near);
-  patch.contacts.reserve(tile_count);
-  patch.felt.resize(tile_count);
-  patch.felt_before.resize(tile_count);
+  patch.hits.reset(packet_count * packet_size);
+  patch.hit_bits.resize(packet_count);
+  patch.hit_before.resize(packet_count);
+  patch.pair_bits.resize(packet_count);
+  patch.range_contacts.resize(range_count(packet_count));
+  patch.near.resize(packet_count);
+  fill_numbers(patch.near);
+  patch.contacts.reserve(packet_count);
+  patch.felt.resize(packet_count);
+  patch.active_before.resize(packet_count);
   patch.readings.resize(n);
   def.sensors = {};  // The arrays above replace it.
   patch.def = std::move(def);
   return patch;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,12 +1,12 @@
 /// @file
-/// The implicit patch: all sensors that touch one body as one soft 6x6 constraint.
+/// The implicit patch: all sensors in contact with one body as one soft 6x6 constraint.
 ///
-/// Every sensor's impulse is made an affine function of the velocity at the end of the step; since
-/// all of them see the same relative motion of two rigid bodies, their sum is one 6x6 matrix and
-/// one 6-vector, whatever their number. Sensors that change state within the step (touch, let go,
-/// slip) are linearised anew around the last solution, a few passes at most. docs/sensors.md
-/// derives every line; the equations are numbered there. Sweeps over the contacts of a large patch
-/// are shared by the threads of `parallel_for`, with the same bits for any number of them.
+/// The impulse of a sensor is an affine function of the velocity at the end of the step. All
+/// sensors see the same relative rigid motion. So their sum is one 6x6 matrix and one 6-vector,
+/// whatever their number. Sensors may change state within the step: come into contact, let go,
+/// slip. A few passes at most linearise them anew around the last solution. docs/sensors.md derives
+/// every line and numbers the equations. Threads of `parallel_for` share sweeps over the contacts
+/// of a large patch, with the same bits for any number of them.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -20,43 +20,41 @@
 
 #include <span>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Sets the weights of the implicit scheme from x = w (dt^2 sum k_t + dt sum mu_V): for soft
-/// bristles nearly conservative and fourth-order in phase, for stiff ones implicit Euler.
+/// Sets the weights of the implicit scheme from x = w (dt^2 sum k_t + dt sum mu_V). Soft bristles
+/// get a nearly conservative scheme, fourth-order in phase; stiff ones get implicit Euler.
 /// @param w  [1/kg] Mobility of the pair at c: a third of the trace of its linear part.
 template <Scalar S>
 void set_scheme(PatchPair<S>& pair, S bristle_sum, S viscous_sum, S w, S dt);
 
 /// Linearises all contacts of a pair for the first pass, around the motion at the start of the
-/// step, and sums their models.
+/// step. Sums their models.
 template <Scalar S>
 void start_linearisation(const SensorPatch<S>& patch, PatchPair<S>& pair, S dt,
                          const ParallelFor& parallel_for = serial_for);
 
-/// What a pair gave at a motion.
+/// Impulse of a pair at a motion.
 template <Scalar S>
-struct PairAnswer {
+struct PairResponse {
   /// [N s, N m s] Sum of its impulses on B about c.
   Wrench<S> impulse{};
-  /// Whether its contacts are in another state there than they were linearised for, so that another
-  /// solve is needed.
+  /// True if its contacts left the state they were linearised for: another solve is needed.
   bool has_changed = false;
 };
 
-/// Evaluates the impulse of every contact at the motion that was found. If there is a solve left
-/// and any of them changed or slips, moves the linearisation there, which changes `matrix` and
-/// `offset`.
+/// Evaluates all contact impulses at the solved motion. If a solve is left and any contact changed
+/// or slips, it moves the linearisation there, which changes `matrix` and `offset`.
 /// @param motion  u at the end of the step, as the solver found it.
 template <Scalar S>
-PairAnswer<S> answer_motion(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<S>& motion, S dt,
-                            const SolvePass& pass, const ParallelFor& parallel_for = serial_for);
+PairResponse<S> evaluate(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<S>& motion, S dt,
+                         const SolvePass& pass, const ParallelFor& parallel_for = serial_for);
 
 /// Puts the sum of the linear models of a pair's contacts into its soft block.
 template <Scalar S>
 void fill_block(const PatchPair<S>& pair, SoftBlock<S>& block);
 
-/// Takes back what the contacts of a pair gave, and that any of them slipped.
+/// Clears a pair's contact impulses and slip states.
 template <Scalar S>
 void clear_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair);
 
@@ -70,19 +68,17 @@ void set_scheme(PatchPair<S>& pair, S bristle_sum, S viscous_sum, S w, S dt) {
   pair.theta = (S(1) + pair.alpha) / S(2);
 }
 
-namespace detail {
-
-/// The contact tiles of a pair.
+/// The contact packets of a pair.
 template <typename Patch, Scalar S>
 [[nodiscard]] auto contacts_of(Patch& patch, const PatchPair<S>& pair) {
   return std::span(patch.contacts).subspan(pair.first, pair.count);
 }
 
-/// Adds up part(tiles, sum) over contact tiles, in slices that threads may share.
-template <typename Sum, typename Tile, typename Part>
-[[nodiscard]] Sum sum_of_contacts(std::span<Tile> all, const ParallelFor& parallel_for,
+/// Sums part(packets, sum) over contact packets, in ranges that threads may share.
+template <typename Sum, typename Packet, typename Part>
+[[nodiscard]] Sum sum_of_contacts(std::span<Packet> all, const ParallelFor& parallel_for,
                                   const Part& part) {
-  return sum_in_slices<Sum>(all.size(), tiles_per_slice(all.size()), fewest_shared_slices,
+  return sum_in_ranges<Sum>(all.size(), packets_per_range(all.size()), fewest_shared_ranges,
                             parallel_for, [&](std::size_t first, std::size_t end, Sum& sum) {
                               part(all.subspan(first, end - first), sum);
                             });
@@ -100,7 +96,7 @@ struct LaneMotion {
       : LaneMotion(pair.R_WA.transpose() * u.template head<3>(),
                    pair.R_WA.transpose() * u.template tail<3>()) {}
 
-  [[nodiscard]] BRISTLE_INLINE Pack3<S> at(const Pack3<S>& rho) const {
+  [[nodiscard]] BRISTLE_FORCE_INLINE Pack3<S> at(const Pack3<S>& rho) const {
     return velocity_at<Pack<S>>(linear, angular, rho);
   }
 };
@@ -122,63 +118,64 @@ struct LaneWrench {
   }
 };
 
-/// Finds what is known of the contacts of a pack before anything is linearised.
+/// Finds the geometry of the contacts of a pack, as far as it is known before the linearisation.
 template <Scalar S>
-BRISTLE_INLINE void find_geometry(const SensorPatch<S>& patch, const ContactTile<S>& tile,
-                                  std::size_t at, const Pack3<S>& center,
-                                  PatchContact<Pack<S>>& c) {
-  const TouchPack<S> touch(patch, patch.tiles[tile.tile], tile.tile, at, tile.is_met, false);
+BRISTLE_FORCE_INLINE void find_geometry(const SensorPatch<S>& patch, const ContactPacket<S>& packet,
+                                        std::size_t at, const Pack3<S>& center,
+                                        PatchContact<Pack<S>>& c) {
+  const TouchPack<S> touch(patch, patch.packets[packet.packet], packet.packet, at, packet.is_met,
+                           false);
   c.n = touch.n;
   c.g = touch.g;
   c.rho = touch.point - center;
   c.depth = touch.depth;
   c.inverse_length = touch.inverse_length;
-  c.stretch = load_pack(tile.stretch, at);
-  c.is_touching = load_mask<S>(tile.is_touching, at);
+  c.stretch = load_pack(packet.stretch, at);
+  c.is_touching = load_mask<S>(packet.is_touching, at);
 }
 
-/// Loads what the last pass found them to do.
+/// Loads the states that the last pass found.
 template <Scalar S>
-BRISTLE_INLINE void load_states(const ContactTile<S>& tile, std::size_t at,
-                                PatchContact<Pack<S>>& c) {
-  c.is_pushing = load_mask<S>(tile.is_pushing, at);
-  c.is_slipping = load_mask<S>(tile.is_slipping, at);
-  c.is_damping_slip = load_mask<S>(tile.is_damping_slip, at);
+BRISTLE_FORCE_INLINE void load_states(const ContactPacket<S>& packet, std::size_t at,
+                                      PatchContact<Pack<S>>& c) {
+  c.is_pushing = load_mask<S>(packet.is_pushing, at);
+  c.is_slipping = load_mask<S>(packet.is_slipping, at);
+  c.is_damping_slip = load_mask<S>(packet.is_damping_slip, at);
 }
 
-/// The model of another motion, and the force that it was made for.
+/// Loads the moved model and its force.
 template <Scalar S>
-BRISTLE_INLINE void load_model(const ContactTile<S>& tile, std::size_t at,
-                               PatchContact<Pack<S>>& c) {
-  c.constant = load_pack(tile.constant, at);
-  c.a_normal = load_pack(tile.a_normal, at);
-  c.a_across = load_pack(tile.a_across, at);
-  c.force = load_pack(tile.force, at);
+BRISTLE_FORCE_INLINE void load_model(const ContactPacket<S>& packet, std::size_t at,
+                                     PatchContact<Pack<S>>& c) {
+  c.constant = load_pack(packet.constant, at);
+  c.a_normal = load_pack(packet.a_normal, at);
+  c.a_across = load_pack(packet.a_across, at);
+  c.force = load_pack(packet.force, at);
   if (any(c.is_slipping)) {
-    c.along = load_pack(tile.along, at);
-    c.a_along = load_pack(tile.a_along, at);
+    c.along = load_pack(packet.along, at);
+    c.a_along = load_pack(packet.a_along, at);
   }
 }
 template <Scalar S>
-BRISTLE_INLINE void store_model(ContactTile<S>& tile, std::size_t at,
-                                const PatchContact<Pack<S>>& c) {
-  store_pack(tile.constant, at, c.constant);
-  store_pack(tile.a_normal, at, c.a_normal);
-  store_pack(tile.a_across, at, c.a_across);
-  store_pack(tile.force, at, c.force);
+BRISTLE_FORCE_INLINE void store_model(ContactPacket<S>& packet, std::size_t at,
+                                      const PatchContact<Pack<S>>& c) {
+  store_pack(packet.constant, at, c.constant);
+  store_pack(packet.a_normal, at, c.a_normal);
+  store_pack(packet.a_across, at, c.a_across);
+  store_pack(packet.force, at, c.force);
   if (any(c.is_slipping)) {
-    store_pack(tile.along, at, c.along);
-    store_pack(tile.a_along, at, c.a_along);
+    store_pack(packet.along, at, c.along);
+    store_pack(packet.a_along, at, c.a_along);
   }
 }
 
 /// First model of the contacts of a pack, around the motion at the start of the step. `a_normal`
-/// becomes 0 where nothing pushes, so that the evaluation need not ask.
+/// becomes 0 where a contact is not loaded, so the evaluation need not test.
 template <Scalar S>
-BRISTLE_INLINE void linearise_at_start(const SensorParameters<Pack<S>>& p,
-                                       const LawOptions& options, const PatchPair<S>& pair,
-                                       const LaneMotion<S>& start, const Mask<S>& is_met, S dt,
-                                       PatchContact<Pack<S>>& c) {
+BRISTLE_FORCE_INLINE void linearise_at_start(const SensorParameters<Pack<S>>& p,
+                                             const LawOptions& options, const PatchPair<S>& pair,
+                                             const LaneMotion<S>& start, const Mask<S>& is_met,
+                                             S dt, PatchContact<Pack<S>>& c) {
   using T = Pack<S>;
   c.start_velocity = start.at(c.rho);
   const T approach = dot(c.g, c.start_velocity);
@@ -187,7 +184,7 @@ BRISTLE_INLINE void linearise_at_start(const SensorParameters<Pack<S>>& p,
   linearise_normal<T>(p, c, dt);
   c.is_pushing = is_met & (c.normal_constant + c.a_normal * approach > T(S(0)));
   c.normal_impulse = T(dt) * c.force;
-  // Nothing slips yet: the mask is empty, which the compiler sees.
+  // Nothing slips yet. The mask is constant and empty, so the compiler drops the slip code.
   c.is_slipping = c.is_damping_slip = Mask<S>::from_bits(0);
   linearise<T>(p, options, pair, c, c.start_velocity, dt);
   c.a_normal = select(c.is_pushing, c.a_normal, T(S(0)));
@@ -196,8 +193,8 @@ BRISTLE_INLINE void linearise_at_start(const SensorParameters<Pack<S>>& p,
 /// Sum of the first models of some contacts.
 template <Scalar S>
 void sum_first_models(const SensorPatch<S>& patch, const PatchPair<S>& pair,
-                      std::span<const ContactTile<S>> tiles, const LaneParameters<S>& parameters,
-                      S dt, ModelSum<Pack<S>>& total) {
+                      std::span<const ContactPacket<S>> packets,
+                      const LaneParameters<S>& parameters, S dt, ModelSum<Pack<S>>& total) {
   using T = Pack<S>;
   const LawOptions options = patch.def.options;
   const PatchPair<S> scheme = pair;
@@ -205,31 +202,31 @@ void sum_first_models(const SensorPatch<S>& patch, const PatchPair<S>& pair,
   const Pack3<S> center = Pack3<S>::all(pair.center);
   ModelSum<T> sum;
   SensorParameters<T> scratch;
-  for (const ContactTile<S>& tile : tiles) {
-    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
-      if (pack_bits<S>(tile.is_met, at) == 0) continue;
+  for (const ContactPacket<S>& packet : packets) {
+    for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
+      if (pack_bits<S>(packet.is_met, at) == 0) continue;
       PatchContact<T> c;
-      find_geometry(patch, tile, at, center, c);
-      linearise_at_start<S>(parameters(tile.tile, at, scratch), options, scheme, start,
-                            load_mask<S>(tile.is_met, at), dt, c);
+      find_geometry(patch, packet, at, center, c);
+      linearise_at_start<S>(parameters(packet.packet, at, scratch), options, scheme, start,
+                            load_mask<S>(packet.is_met, at), dt, c);
       sum.add(c);
     }
   }
   total = sum;
 }
 
-/// What a pass knows when it evaluates and moves the models.
+/// Input of a pass that evaluates and moves the models.
 template <Scalar S>
 struct PassDef {
-  /// [m/s, rad/s] u at the end of the step, as the solver found it.
+  /// [m/s, rad/s] Solved u at the end of the step.
   Vec6<S> motion = Vec6<S>::Zero();
   /// [s] The step.
   S dt = S(0);
-  /// [-] Which of the solves found it.
+  /// [-] Solve that found it.
   SolvePass pass{};
 };
 
-/// What evaluating models finds.
+/// Result of evaluating models.
 template <Scalar S>
 struct Evaluation {
   LaneWrench<S> impulse{};
@@ -244,46 +241,47 @@ struct Evaluation {
 
 /// Impulse of the models of the contacts of a pack at the velocities v.
 template <Scalar S>
-BRISTLE_INLINE void give_model_impulses(const PatchContact<Pack<S>>& c, const Pack3<S>& v,
-                                        ContactTile<S>& tile, std::size_t at, LaneWrench<S>& sum) {
+BRISTLE_FORCE_INLINE void apply_model_impulses(const PatchContact<Pack<S>>& c, const Pack3<S>& v,
+                                               ContactPacket<S>& packet, std::size_t at,
+                                               LaneWrench<S>& sum) {
   using T = Pack<S>;
   Pack3<S> impulse = model_impulse<T>(c, v);
   T normal = select(c.is_pushing, dot(impulse, c.n), T(S(0)));
   const Mask<S> pulls = normal < T(S(0));
   if (any(pulls)) {
-    // The passes ran out before these sensors were seen to part: they must not pull.
+    // The passes ran out before these sensors separated. They must not pull.
     impulse = select(pulls, tangential<T>(impulse, c.n), impulse);
     normal = select(pulls, T(S(0)), normal);
   }
-  store_pack(tile.impulse, at, impulse);
-  store_pack(tile.normal_impulse, at, normal);
+  store_pack(packet.impulse, at, impulse);
+  store_pack(packet.normal_impulse, at, normal);
   sum.force += impulse;
   sum.torque += cross(c.rho, impulse);
 }
 
-/// Finds out what the contacts of a pack do at the velocities v.
+/// Finds the states of the contacts of a pack at the velocities v.
 template <Scalar S>
-BRISTLE_INLINE void find_changes(const SensorParameters<Pack<S>>& p, SlipReset reset,
-                                 const PassDef<S>& def, const Pack3<S>& v, ContactTile<S>& tile,
-                                 std::size_t at, PatchContact<Pack<S>>& c,
-                                 PassChange<Pack<S>>& change) {
+BRISTLE_FORCE_INLINE void find_changes(const SensorParameters<Pack<S>>& p, SlipReset reset,
+                                       const PassDef<S>& def, const Pack3<S>& v,
+                                       ContactPacket<S>& packet, std::size_t at,
+                                       PatchContact<Pack<S>>& c, PassChange<Pack<S>>& change) {
   using T = Pack<S>;
   c.last_slip = zero_vector<T>();
-  if (any(c.is_slipping)) c.last_slip = load_pack(tile.last_slip, at);
+  if (any(c.is_slipping)) c.last_slip = load_pack(packet.last_slip, at);
   linearise_normal<T>(p, c, def.dt);
-  update_normal<T>(c, load_mask<S>(tile.is_met, at), v, def.dt, change);
+  update_normal<T>(c, load_mask<S>(packet.is_met, at), v, def.dt, change);
   update_slip<T>(c, tangential<T>(v, c.n), p.breakaway_distance, reset, def.dt, def.pass.number,
                  def.pass.left == 1, change);
-  store_mask(tile.is_pushing, at, c.is_pushing);
-  if (any(c.is_slipping)) store_pack(tile.last_slip, at, c.last_slip);
-  store_mask(tile.is_slipping, at, c.is_slipping);
-  store_mask(tile.is_damping_slip, at, c.is_damping_slip);
+  store_mask(packet.is_pushing, at, c.is_pushing);
+  if (any(c.is_slipping)) store_pack(packet.last_slip, at, c.last_slip);
+  store_mask(packet.is_slipping, at, c.is_slipping);
+  store_mask(packet.is_damping_slip, at, c.is_damping_slip);
 }
 
-/// Impulses of some contacts at the motion that was found, and what they do there.
-/// @tparam is_first  Whether their models are the first ones, which are not kept.
+/// Impulses and states of some contacts at the solved motion.
+/// @tparam is_first  True if the models are the first ones, which are not kept.
 template <bool is_first, Scalar S>
-void evaluate(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<ContactTile<S>> tiles,
+void evaluate(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<ContactPacket<S>> packets,
               const LaneParameters<S>& parameters, const PassDef<S>& def, Evaluation<S>& total) {
   using T = Pack<S>;
   const LawOptions options = patch.def.options;
@@ -293,28 +291,29 @@ void evaluate(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<Contact
   const Pack3<S> center = Pack3<S>::all(pair.center);
   Evaluation<S> sum;
   SensorParameters<T> scratch;
-  for (ContactTile<S>& tile : tiles) {
-    if constexpr (is_first) tile.is_slipping = 0;
-    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
-      if (pack_bits<S>(tile.is_met, at) == 0) continue;
-      const SensorParameters<T>& p = parameters(tile.tile, at, scratch);
+  for (ContactPacket<S>& packet : packets) {
+    if constexpr (is_first) packet.is_slipping = 0;
+    for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
+      if (pack_bits<S>(packet.is_met, at) == 0) continue;
+      const SensorParameters<T>& p = parameters(packet.packet, at, scratch);
       PatchContact<T> c;
-      find_geometry(patch, tile, at, center, c);
+      find_geometry(patch, packet, at, center, c);
       if constexpr (is_first) {
-        linearise_at_start<S>(p, options, scheme, start, load_mask<S>(tile.is_met, at), def.dt, c);
+        linearise_at_start<S>(p, options, scheme, start, load_mask<S>(packet.is_met, at), def.dt,
+                              c);
       } else {
-        load_states(tile, at, c);
-        load_model(tile, at, c);
+        load_states(packet, at, c);
+        load_model(packet, at, c);
       }
       const Pack3<S> v = found.at(c.rho);
-      give_model_impulses<S>(c, v, tile, at, sum.impulse);
-      if (def.pass.left > 0) find_changes<S>(p, options.reset, def, v, tile, at, c, sum.change);
+      apply_model_impulses<S>(c, v, packet, at, sum.impulse);
+      if (def.pass.left > 0) find_changes<S>(p, options.reset, def, v, packet, at, c, sum.change);
     }
   }
   total = sum;
 }
 
-/// Models around another motion, and by how much they change the friction there.
+/// Models around another motion, and their friction change.
 template <Value T>
 struct MovedModels {
   ModelSum<T> models;
@@ -329,11 +328,11 @@ struct MovedModels {
   }
 };
 
-/// Models of some contacts around the motion that was found.
+/// Models of some contacts around the solved motion.
 /// @param lagged  [s] The step, or 0 for normal forces that have not settled.
 template <Scalar S>
 void linearise_at_motion(SensorPatch<S>& patch, const PatchPair<S>& pair,
-                         std::span<ContactTile<S>> tiles, const LaneParameters<S>& parameters,
+                         std::span<ContactPacket<S>> packets, const LaneParameters<S>& parameters,
                          const PassDef<S>& def, S lagged, MovedModels<Pack<S>>& total) {
   using T = Pack<S>;
   const LawOptions options = patch.def.options;
@@ -344,13 +343,13 @@ void linearise_at_motion(SensorPatch<S>& patch, const PatchPair<S>& pair,
   const Pack3<S> center = Pack3<S>::all(pair.center);
   MovedModels<T> sum;
   SensorParameters<T> scratch;
-  for (ContactTile<S>& tile : tiles) {
-    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
-      if (pack_bits<S>(tile.is_met, at) == 0) continue;
+  for (ContactPacket<S>& packet : packets) {
+    for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
+      if (pack_bits<S>(packet.is_met, at) == 0) continue;
       PatchContact<T> c;
-      find_geometry(patch, tile, at, center, c);
-      load_states(tile, at, c);
-      const SensorParameters<T>& p = parameters(tile.tile, at, scratch);
+      find_geometry(patch, packet, at, center, c);
+      load_states(packet, at, c);
+      const SensorParameters<T>& p = parameters(packet.packet, at, scratch);
       const Pack3<S> v = found.at(c.rho);
       c.start_velocity = start.at(c.rho);
       linearise_normal<T>(p, c, dt);
@@ -359,9 +358,9 @@ void linearise_at_motion(SensorPatch<S>& patch, const PatchPair<S>& pair,
       linearise<T>(p, options, scheme, c, tangential<T>(v, c.n), dt);
       c.a_normal = select(c.is_pushing, c.a_normal, T(S(0)));
       sum.models.add(c);
-      store_model(tile, at, c);
-      const Mask<S> is_met = load_mask<S>(tile.is_met, at);
-      const Pack3<S> before = tangential<T>(load_pack(tile.impulse, at), c.n);
+      store_model(packet, at, c);
+      const Mask<S> is_met = load_mask<S>(packet.is_met, at);
+      const Pack3<S> before = tangential<T>(load_pack(packet.impulse, at), c.n);
       const Pack3<S> after = tangential<T>(model_impulse<T>(c, v), c.n);
       const Pack3<S> difference = after - before;
       sum.friction_change += select(is_met, sqrt(dot(difference, difference)), T(S(0)));
@@ -371,52 +370,50 @@ void linearise_at_motion(SensorPatch<S>& patch, const PatchPair<S>& pair,
   total = sum;
 }
 
-}  // namespace detail
-
 template <Scalar S>
 void start_linearisation(const SensorPatch<S>& patch, PatchPair<S>& pair, S dt,
                          const ParallelFor& parallel_for) {
-  using Sum = detail::ModelSum<Pack<S>>;
+  using Sum = ModelSum<Pack<S>>;
   pair.has_moved_models = false;
-  const detail::LaneParameters<S> parameters(patch.def);
-  const Sum sum = detail::sum_of_contacts<Sum>(
-      detail::contacts_of(patch, pair), parallel_for, [&](auto tiles, Sum& part) {
-        detail::sum_first_models<S>(patch, pair, tiles, parameters, dt, part);
+  const LaneParameters<S> parameters(patch.def);
+  const Sum sum =
+      sum_of_contacts<Sum>(contacts_of(patch, pair), parallel_for, [&](auto packets, Sum& part) {
+        sum_first_models<S>(patch, pair, packets, parameters, dt, part);
       });
   sum.get(pair.matrix, pair.offset);
 }
 
 template <Scalar S>
-PairAnswer<S> answer_motion(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<S>& motion, S dt,
-                            const SolvePass& pass, const ParallelFor& parallel_for) {
-  // Changes count when they reach a thousandth of what the patch carries: friction follows the
-  // normal force of the pass before.
+PairResponse<S> evaluate(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<S>& motion, S dt,
+                         const SolvePass& pass, const ParallelFor& parallel_for) {
+  // A change counts from a thousandth of the patch's load on: friction follows the normal force of
+  // the pass before.
   const S negligible = S(1e-3);
-  const detail::PassDef<S> def{motion, dt, pass};
-  const std::span<ContactTile<S>> contacts = detail::contacts_of(patch, pair);
-  using Evaluation = detail::Evaluation<S>;
-  using Moved = detail::MovedModels<Pack<S>>;
-  const detail::LaneParameters<S> parameters(patch.def);
-  const Evaluation found = detail::sum_of_contacts<Evaluation>(
-      contacts, parallel_for, [&](std::span<ContactTile<S>> tiles, Evaluation& part) {
+  const PassDef<S> def{motion, dt, pass};
+  const std::span<ContactPacket<S>> contacts = contacts_of(patch, pair);
+  using Evaluation = Evaluation<S>;
+  using Moved = MovedModels<Pack<S>>;
+  const LaneParameters<S> parameters(patch.def);
+  const Evaluation found = sum_of_contacts<Evaluation>(
+      contacts, parallel_for, [&](std::span<ContactPacket<S>> packets, Evaluation& part) {
         if (pair.has_moved_models) {
-          detail::evaluate<false, S>(patch, pair, tiles, parameters, def, part);
+          evaluate<false, S>(patch, pair, packets, parameters, def, part);
         } else {
-          detail::evaluate<true, S>(patch, pair, tiles, parameters, def, part);
+          evaluate<true, S>(patch, pair, packets, parameters, def, part);
         }
       });
   const Wrench<S> impulse = found.impulse.in_world(pair);
-  const detail::PassChange<Pack<S>>& change = found.change;
+  const PassChange<Pack<S>>& change = found.change;
   const bool has_changed = change.did_switch || sum_of_lanes(change.force_change) >
                                                     negligible * sum_of_lanes(change.force_sum);
   if (!has_changed && !change.has_slip) return {impulse, false};
 
-  // Normal forces that have not settled by the last pass point along the gradient, which cannot
-  // give energy, and not along the ray with an impulse that was wrong the pass before.
+  // Normal forces that have not settled by the last pass point along the gradient, which adds no
+  // energy. Along the ray they would use an impulse that was wrong in the pass before.
   const S lagged = pass.left == 1 && has_changed ? S(0) : dt;
-  const Moved moved = detail::sum_of_contacts<Moved>(
-      contacts, parallel_for, [&](std::span<ContactTile<S>> tiles, Moved& part) {
-        detail::linearise_at_motion<S>(patch, pair, tiles, parameters, def, lagged, part);
+  const Moved moved = sum_of_contacts<Moved>(
+      contacts, parallel_for, [&](std::span<ContactPacket<S>> packets, Moved& part) {
+        linearise_at_motion<S>(patch, pair, packets, parameters, def, lagged, part);
       });
   pair.has_moved_models = true;
   moved.models.get(pair.matrix, pair.offset);
@@ -440,11 +437,11 @@ void fill_block(const PatchPair<S>& pair, SoftBlock<S>& block) {
 
 template <Scalar S>
 void clear_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair) {
-  for (ContactTile<S>& tile : detail::contacts_of(patch, pair)) {
-    tile.impulse = {};
-    tile.normal_impulse = {};
-    tile.is_slipping = 0;
+  for (ContactPacket<S>& packet : contacts_of(patch, pair)) {
+    packet.impulse = {};
+    packet.normal_impulse = {};
+    packet.is_slipping = 0;
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,5 +1,5 @@
 /// @file
-/// From hits to contacts: sorts the hits of a patch by touched body and advances its bristles.
+/// From hits to contacts: sorts the hits of a patch by body and advances its bristles.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -8,7 +8,7 @@
 #include <bristle/sensors/patch.hpp>
 #include <bristle/sensors/patch_touch.hpp>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A body that a ray met.
 template <Scalar S>
@@ -17,43 +17,42 @@ struct TouchedBody {
   BodyId id{};
 };
 
-/// What contacts are made for.
+/// Purpose for which contacts are collected.
 template <Scalar S>
 struct CollectDef {
   /// [s] The step that follows.
   S dt = S(0);
-  /// [-] Whether anybody chooses between explicit and implicit by Lambda.
+  /// [-] True if a patch chooses between explicit and implicit by Lambda.
   bool measures_lambda = true;
-  /// [-] Tag of all hits, where only one shape was asked; `any_tag` otherwise.
+  /// [-] Tag of all hits if only one shape was queried; `any_tag` otherwise.
   std::uint32_t only_tag = any_tag;
-  /// [-] Whether `begin_hit_lanes` was called, and then `find_hit_lanes` for slices of all sensors.
-  bool knows_hit_lanes = false;
+  /// [-] True if `begin_hit_mask` and then `find_hit_mask` ran over ranges of all sensors.
+  bool knows_hit_mask = false;
 
   static constexpr std::uint32_t any_tag = 0xffffffffu;
 };
 
-/// Makes a patch read and remember nothing. Costs nothing when it does so already.
+/// Clears the readings and state of a patch. Costs nothing if they are clear already.
 template <Scalar S>
 void clear_patch(SensorPatch<S>& patch);
 
-/// Makes `hit_bits` what the contacts say that hit anything, for who sets those from outside.
+/// Rebuilds `hit_bits` from `contacts` after a snapshot is restored.
 template <Scalar S>
 void mark_hits(SensorPatch<S>& patch);
 
-/// Keeps which lanes hit anything in the step before: once a step, before the first slice of
-/// `find_hit_lanes`.
+/// Saves the hit mask of the step before. Call it once a step, before any `find_hit_mask`.
 template <Scalar S>
-void begin_hit_lanes(SensorPatch<S>& patch);
+void begin_hit_mask(SensorPatch<S>& patch);
 
-/// Finds the lanes of the near tiles of a slice that hit anything, and lets go in those of its
-/// tiles where none does any more. `collect_contacts` does both for all sensors unless it is told
-/// that they were done: threads that share the slices have the hits of their own in their caches.
+/// Finds the lanes of the near packets of a range that hit anything. Packets of the range without
+/// any hit let go. `collect_contacts` does both for all sensors unless told that they were done.
+/// Threads that share the ranges have the hits of their own ranges in cache.
 template <Scalar S>
-void find_hit_lanes(SensorPatch<S>& patch, RaySlice slice);
+void find_hit_mask(SensorPatch<S>& patch, RayRange range);
 
-/// Fills `contacts` and `pairs` from `hits`; a sensor without a hit lets go of what it held. For
-/// the paper's law the bristles are advanced too, and patches that are explicit by definition give
-/// their impulses, which spares them a second look at every contact.
+/// Fills `contacts` and `pairs` from `hits`. A sensor without a hit lets go. Under the paper's law
+/// the bristles advance, too. Patches that are explicit by definition apply their impulses here,
+/// which spares a second sweep over the contacts.
 ///
 /// @param A        The patch's own body.
 /// @param find     Callable: TouchedBody<S> find(tag), the body that owns the shape with that tag.
@@ -66,15 +65,15 @@ void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
 
 template <Scalar S>
 void clear_patch(SensorPatch<S>& patch) {
-  for (const ContactTile<S>& c : patch.contacts) {
-    patch.tiles[c.tile].is_rooted = 0;
-    patch.hit_bits[c.tile] = 0;
+  for (const ContactPacket<S>& c : patch.contacts) {
+    patch.packets[c.packet].is_anchored = 0;
+    patch.hit_bits[c.packet] = 0;
   }
-  for (std::size_t i = 0; patch.has_felt && i < patch.felt.size(); ++i) {
-    if (patch.felt[i] != 0) patch.readings.clear_tile(i);
+  for (std::size_t i = 0; patch.was_active && i < patch.felt.size(); ++i) {
+    if (patch.felt[i] != 0) patch.readings.clear_packet(i);
     patch.felt[i] = 0;
   }
-  patch.has_felt = false;
+  patch.was_active = false;
   patch.contacts.clear();
   patch.pairs.clear();
   patch.last_impulses.clear();
@@ -86,48 +85,47 @@ void clear_patch(SensorPatch<S>& patch) {
 template <Scalar S>
 void mark_hits(SensorPatch<S>& patch) {
   std::fill(patch.hit_bits.begin(), patch.hit_bits.end(), LaneBits(0));
-  // Only whether any lane of a tile did is asked of the step before.
-  for (const ContactTile<S>& c : patch.contacts) patch.hit_bits[c.tile] = 0xffffu;
+  // The next step only tests whether any lane of a packet had a hit.
+  for (const ContactPacket<S>& c : patch.contacts) patch.hit_bits[c.packet] = 0xffffu;
 }
 
 template <Scalar S>
-void begin_hit_lanes(SensorPatch<S>& patch) {
+void begin_hit_mask(SensorPatch<S>& patch) {
   std::swap(patch.hit_bits, patch.hit_before);
   std::fill(patch.hit_bits.begin(), patch.hit_bits.end(), LaneBits(0));
 }
 
 template <Scalar S>
-void find_hit_lanes(SensorPatch<S>& patch, RaySlice slice) {
-  for (const std::uint32_t number : patch.near_in(slice)) {
-    const S* distance = patch.hits.distance.data() + number * tile_size;
+void find_hit_mask(SensorPatch<S>& patch, RayRange range) {
+  for (const std::uint32_t number : patch.near_in(range)) {
+    const S* distance = patch.hits.distance.data() + number * packet_size;
     std::uint32_t hit = 0;
-    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
+    for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
       hit |= bits(Pack<S>::load(distance + at) < Pack<S>(infinity<S>)) << at;
     }
     patch.hit_bits[number] = static_cast<LaneBits>(hit);
   }
-  // Only what hit something has roots. Other tiles are not looked at: each is memory of its own.
-  const auto [begin, end] = patch.tiles_in(slice);
+  // Only packets hit in the step before hold anchors. The others are not read, which saves memory
+  // traffic.
+  const auto [begin, end] = patch.packets_in(range);
   for (std::size_t i = begin; i < end; ++i) {
-    if (patch.hit_before[i] != 0 && patch.hit_bits[i] == 0) patch.tiles[i].is_rooted = 0;
+    if (patch.hit_before[i] != 0 && patch.hit_bits[i] == 0) patch.packets[i].is_anchored = 0;
   }
 }
 
-namespace detail {
-
-/// The same for all slices at once, whoever filled the hits.
+/// Finds the hit mask of all ranges at once, for hits from any source.
 template <Scalar S>
-void find_all_hit_lanes(SensorPatch<S>& patch) {
-  // Hosts know of real sensors only.
-  const std::size_t padded = patch.tiles.size() * tile_size;
+void find_whole_hit_mask(SensorPatch<S>& patch) {
+  // Hosts fill the hits of real sensors only.
+  const std::size_t padded = patch.packets.size() * packet_size;
   patch.hits.distance.resize(padded, infinity<S>);
   patch.hits.normal.resize(padded);
   patch.hits.tag.resize(padded);
-  begin_hit_lanes(patch);
-  find_hit_lanes(patch, RaySlice{});
+  begin_hit_mask(patch);
+  find_hit_mask(patch, RayRange{});
 }
 
-/// Gives every body that was hit a pair and every shape that was hit a place in `patch.touched`.
+/// Makes a pair for every body that was hit and an entry in `patch.touched` for every shape.
 template <Scalar S, typename FindBody>
 void find_touched(SensorPatch<S>& patch, FindBody&& find, std::uint32_t only_tag) {
   patch.touched.clear();
@@ -145,7 +143,7 @@ void find_touched(SensorPatch<S>& patch, FindBody&& find, std::uint32_t only_tag
       add_shape(only_tag);
       return;
     }
-    const std::uint32_t* tags = patch.hits.tag.data() + number * tile_size;
+    const std::uint32_t* tags = patch.hits.tag.data() + number * packet_size;
     for (const TouchedShape& shape : patch.touched) {
       rest &= ~std::uint32_t(equal_lanes(tags, shape.tag));
       if (rest == 0) break;
@@ -158,44 +156,43 @@ void find_touched(SensorPatch<S>& patch, FindBody&& find, std::uint32_t only_tag
   }
 }
 
-/// Lanes of a tile that hit the body of a pair.
+/// Lanes of a packet that hit a pair's body.
 template <Scalar S>
-[[nodiscard]] LaneBits hit_lanes(const SensorPatch<S>& patch, std::size_t number,
-                                 std::uint32_t pair) {
+[[nodiscard]] LaneBits hit_mask(const SensorPatch<S>& patch, std::size_t number,
+                                std::uint32_t pair) {
   const LaneBits hit = patch.hit_bits[number];
   if (hit == 0) return hit;
   std::uint32_t of_pair = 0;
   for (const TouchedShape& shape : patch.touched) {
     if (shape.pair != pair) continue;
-    of_pair |= equal_lanes(patch.hits.tag.data() + number * tile_size, shape.tag);
+    of_pair |= equal_lanes(patch.hits.tag.data() + number * packet_size, shape.tag);
   }
   return static_cast<LaneBits>(hit & of_pair);
 }
 
-/// Finds which of the near tiles are a pair's and makes room for their contacts from contact
-/// `first` on.
+/// Finds which near packets belong to a pair. Reserves their contacts from contact `first` on.
 /// @return One behind the last of them.
 template <Scalar S>
 std::uint32_t place_contacts(SensorPatch<S>& patch, std::uint32_t pair, std::uint32_t first) {
   const bool is_only = patch.pairs.size() == 1;
-  const std::size_t slice = tiles_per_slice(patch.near.size());
+  const std::size_t range = packets_per_range(patch.near.size());
   std::uint32_t next = first;
-  for (std::size_t from = 0, number = 0; from < patch.near.size(); from += slice) {
-    patch.slice_contacts[number++] = next;
-    const std::size_t to = std::min(patch.near.size(), from + slice);
+  for (std::size_t from = 0, number = 0; from < patch.near.size(); from += range) {
+    patch.range_contacts[number++] = next;
+    const std::size_t to = std::min(patch.near.size(), from + range);
     for (std::size_t k = from; k < to; ++k) {
-      const std::uint32_t tile = patch.near[k];
-      const LaneBits hit = is_only ? patch.hit_bits[tile] : hit_lanes(patch, tile, pair);
+      const std::uint32_t packet = patch.near[k];
+      const LaneBits hit = is_only ? patch.hit_bits[packet] : hit_mask(patch, packet, pair);
       patch.pair_bits[k] = hit;
       next += hit != 0 ? 1u : 0u;
     }
   }
-  // What is there already is kept as it is, and so costs nothing.
+  // Existing entries stay as they are, which costs nothing.
   if (patch.contacts.size() < next) patch.contacts.resize(next);
   return next;
 }
 
-/// What is summed over the contacts of a pair while they are made. Lane by lane.
+/// Sums over the contacts of a pair, lane by lane, filled while they are made.
 template <Scalar S>
 struct ContactSums {
   using T = Pack<S>;
@@ -207,7 +204,7 @@ struct ContactSums {
   Pack3<S> tangential_first = zero_vector<T>();
   T normal = S(0), normal_second = S(0);
   Pack3<S> normal_first = zero_vector<T>();
-  /// Of explicit impulses, about A's centre of mass.
+  /// Explicit impulses, about A's centre of mass.
   Pack3<S> impulse = zero_vector<T>();
   Pack3<S> impulse_moment = zero_vector<T>();
 
@@ -227,7 +224,7 @@ struct ContactSums {
     return *this;
   }
 
-  /// [N s, N m s] Sum of the impulses that were given, on B about the arm `center`, A's axes.
+  /// [N s, N m s] Sum of the applied impulses on B about the arm `center`, A's axes.
   [[nodiscard]] Wrench<S> given(const Vec3<S>& center) const {
     return Wrench<S>{sum_of_lanes(impulse), sum_of_lanes(impulse_moment)}.shifted(center);
   }
@@ -239,29 +236,28 @@ struct ContactSums {
   }
 };
 
-/// The impulses of a pack of contacts at the start of a step into its tile, and to the sums.
+/// Adds the impulses of a pack of contacts at the start of a step to its packet and to the sums.
 template <Scalar S>
-BRISTLE_INLINE void give_impulses(ContactTile<S>& tile, std::size_t at,
-                                  const SensorParameters<Pack<S>>& p, const LawOptions& options,
-                                  const SensorContact<Pack<S>>& contact, const Pack3<S>& stretch,
-                                  const Pack3<S>& point, const Mask<S>& is_touching, S dt,
-                                  Pack3<S>& sum, Pack3<S>& moment_sum) {
+BRISTLE_FORCE_INLINE void apply_impulses(
+    ContactPacket<S>& packet, std::size_t at, const SensorParameters<Pack<S>>& p,
+    const LawOptions& options, const SensorContact<Pack<S>>& contact, const Pack3<S>& stretch,
+    const Pack3<S>& point, const Mask<S>& is_touching, S dt, Pack3<S>& sum, Pack3<S>& moment_sum) {
   using T = Pack<S>;
   const SensorForce<T> force = sensor_force<T>(p, options, contact, stretch, dt);
   const Pack3<S> impulse = select(is_touching, T(dt) * force.total(), zero_vector<T>());
-  store_pack(tile.normal_impulse, at, select(is_touching, T(dt) * force.normal, T(S(0))));
-  store_pack(tile.impulse, at, impulse);
+  store_pack(packet.normal_impulse, at, select(is_touching, T(dt) * force.normal, T(S(0))));
+  store_pack(packet.impulse, at, impulse);
   sum += impulse;
   moment_sum += cross(point, impulse);
 }
 
-/// Makes contacts of hits: those of some tiles of one patch with one body.
+/// Makes contacts from the hits of some packets of one patch on one body.
 template <Scalar S>
 class ContactMaker {
  public:
   using T = Pack<S>;
 
-  /// @param first  [-] Place of the first contact.
+  /// @param first  [-] Index of the first contact.
   ContactMaker(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b,
                const LaneParameters<S>& parameters, const CollectDef<S>& def, std::uint32_t first)
       : patch_(patch),
@@ -269,37 +265,39 @@ class ContactMaker {
         parameters_(parameters),
         options_(patch.def.options),
         pose_(pair.pose),
-        linear_(spread<T>(pair.start_motion.linear)),
-        angular_(spread<T>(pair.start_motion.angular)),
-        middle_(spread<T>(patch.box.center())),
-        key_b_(root_key(id_b)),
+        linear_(broadcast<T>(pair.start_motion.linear)),
+        angular_(broadcast<T>(pair.start_motion.angular)),
+        middle_(broadcast<T>(patch.box.center())),
+        key_b_(anchor_key(id_b)),
         dt_(def.dt),
         measures_lambda_(def.measures_lambda),
-        gives_(is_explicit(patch.def)) {}
+        applies_(is_explicit(patch.def)) {}
 
-  /// Whether the impulses of a patch are given here.
+  /// Returns whether a patch's impulses are applied here.
   [[nodiscard]] static bool is_explicit(const PatchDef<S>& def) {
     return def.integration == Integration::explicit_ && def.options.law == Law::paper;
   }
 
-  /// Those of the lanes `hit` of a tile that meet the body at more than a grazing angle.
-  BRISTLE_INLINE void add_tile(std::size_t number, LaneBits hit) {
-    SensorTile<S>& tile = patch_.tiles[number];
-    ContactTile<S>& out = *next_++;
+  /// Adds contacts for the lanes `hit` of a packet that meet the body at more than a grazing angle.
+  BRISTLE_FORCE_INLINE void add_packet(std::size_t number, LaneBits hit) {
+    SensorPacket<S>& packet = patch_.packets[number];
+    ContactPacket<S>& out = *next_++;
     out.begin(static_cast<std::uint32_t>(number));
-    // Who hits nothing any more lets go.
-    const auto rooted = static_cast<LaneBits>(tile.is_rooted & patch_.hit_bits[number]);
+    // A sensor without a hit lets go.
+    const auto was_anchored = static_cast<LaneBits>(packet.is_anchored & patch_.hit_bits[number]);
     const LaneBits anchored =
-        rooted == 0 ? LaneBits(0) : static_cast<LaneBits>(rooted & tile.rooted_in.lanes_in(key_b_));
-    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
-      if (pack_bits<S>(hit, at) != 0) add_pack(tile, out, at, hit, anchored);
+        was_anchored == 0
+            ? LaneBits(0)
+            : static_cast<LaneBits>(was_anchored & packet.anchored_on.lanes_in(key_b_));
+    for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
+      if (pack_bits<S>(hit, at) != 0) add_pack(packet, out, at, hit, anchored);
     }
     if (options_.law == Law::ambf) {
-      tile.is_rooted = static_cast<LaneBits>(rooted & (~hit | out.is_met));
+      packet.is_anchored = static_cast<LaneBits>(was_anchored & (~hit | out.is_met));
     } else {
       const auto fresh = static_cast<LaneBits>(out.is_touching & ~std::uint32_t(anchored));
-      if (fresh != 0) tile.rooted_in.set(fresh, key_b_, rooted != anchored);
-      tile.is_rooted = static_cast<LaneBits>((rooted & ~hit) | out.is_touching);
+      if (fresh != 0) packet.anchored_on.set(fresh, key_b_, was_anchored != anchored);
+      packet.is_anchored = static_cast<LaneBits>((was_anchored & ~hit) | out.is_touching);
     }
     sums_.count += static_cast<std::uint32_t>(std::popcount(out.is_met));
   }
@@ -307,11 +305,11 @@ class ContactMaker {
   [[nodiscard]] const ContactSums<S>& sums() const { return sums_; }
 
  private:
-  BRISTLE_INLINE void add_pack(SensorTile<S>& tile, ContactTile<S>& out, std::size_t at,
-                               LaneBits hit, LaneBits anchored) {
-    const TouchPack<S> touch(patch_, tile, out.tile, at, hit, true);
+  BRISTLE_FORCE_INLINE void add_pack(SensorPacket<S>& packet, ContactPacket<S>& out, std::size_t at,
+                                     LaneBits hit, LaneBits anchored) {
+    const TouchPack<S> touch(patch_, packet, out.packet, at, hit, true);
     SensorParameters<T> scratch;
-    const SensorParameters<T>& p = parameters_(out.tile, at, scratch);
+    const SensorParameters<T>& p = parameters_(out.packet, at, scratch);
     const Mask<S> is_met = touch.is_met;
     const Mask<S> is_touching = is_met & (touch.depth > T(0));
     const Pack3<S> n = touch.n, g = touch.g, point = touch.point;
@@ -322,52 +320,52 @@ class ContactMaker {
     store_mask(out.is_met, at, is_met);
     store_mask(out.is_touching, at, is_touching);
     if (options_.law == Law::paper) {
-      // Most bristles stay as they are. What has to be rooted is a call, and loads what it needs
-      // anew: inlined, it would push this loop's values out of the registers.
-      const Anchor<T> anchor{load_pack(tile.root_a, at), load_pack(tile.root_b, at)};
+      // Most bristles keep their anchor. Anchoring is a call that reloads its operands: inlined, it
+      // would push this loop's values out of the registers.
+      const Anchor<T> anchor{load_pack(packet.anchor_a, at), load_pack(packet.anchor_b, at)};
       Pack3<S> stretch = anchor_stretch<T>(anchor, pose_, n);
       const T sigma = p.breakaway_distance;
       const Mask<S> is_kept = load_mask<S>(anchored, at) & (dot(stretch, stretch) <= sigma * sigma);
       const bool is_any_moved = any(is_touching & !is_kept);
-      // Where the impulses are given here, nobody else will ask for it.
-      Row3<S>& row = gives_ ? stretch_ : out.stretch;
-      if (!gives_ || is_any_moved) store_pack(row, at, stretch);
+      // With the impulses applied here, nothing else reads it.
+      Row3<S>& row = applies_ ? stretch_ : out.stretch;
+      if (!applies_ || is_any_moved) store_pack(row, at, stretch);
       if (is_any_moved) {
-        root_anew(tile, out, at, anchored, sigma, row);
+        root_anew(packet, out, at, anchored, sigma, row);
         stretch = load_pack(row, at);
       }
-      if (gives_) {
-        give_impulses<S>(out, at, p, options_, {depth, inverse_length, n, g, velocity}, stretch,
-                         point, is_touching, dt_, sums_.impulse, sums_.impulse_moment);
+      if (applies_) {
+        apply_impulses<S>(out, at, p, options_, {depth, inverse_length, n, g, velocity}, stretch,
+                          point, is_touching, dt_, sums_.impulse, sums_.impulse_moment);
       }
     }
     sums_.point += select(is_met, point, zero_vector<T>());
-    if (!gives_ || measures_lambda_) {
+    if (!applies_ || measures_lambda_) {
       add_sums(p, point, depth, force, inverse_length, is_met, is_touching);
     }
   }
 
-  /// Advances the bristles of the lanes that touch, and leaves those of the others alone.
-  BRISTLE_OUTLINED void root_anew(SensorTile<S>& tile, ContactTile<S>& out, std::size_t at,
+  /// Advances the bristles of the lanes in contact. Leaves the other lanes alone.
+  BRISTLE_NOINLINE void root_anew(SensorPacket<S>& packet, ContactPacket<S>& out, std::size_t at,
                                   LaneBits anchored, const T& sigma, Row3<S>& row) const {
-    Anchor<T> anchor{load_pack(tile.root_a, at), load_pack(tile.root_b, at)};
+    Anchor<T> anchor{load_pack(packet.anchor_a, at), load_pack(packet.anchor_b, at)};
     const Mask<S> is_touching = load_mask<S>(out.is_touching, at);
-    const T distance = patch_.distances_of(out.tile * tile_size + at, is_touching);
-    const Pack3<S> point = load_pack(tile.start, at) + distance * load_pack(tile.direction, at);
+    const T distance = patch_.distances_of(out.packet * packet_size + at, is_touching);
+    const Pack3<S> point = load_pack(packet.start, at) + distance * load_pack(packet.direction, at);
     Mask<S> did_slip;
-    // What does not touch is kept, however far it is stretched.
+    // Lanes out of contact keep their anchor at any stretch.
     Pack3<S> stretch = load_pack(row, at);
     root_where_needed<T>(anchor, load_mask<S>(anchored, at) | !is_touching, stretch, pose_, point,
                          select(is_touching, sigma, T(infinity<S>)), options_.reset, did_slip);
     store_pack(row, at, stretch);
     store_mask(out.is_slipping, at, did_slip);
-    store_pack(tile.root_a, at, anchor.q_A);
-    store_pack(tile.root_b, at, anchor.q_B);
+    store_pack(packet.anchor_a, at, anchor.q_A);
+    store_pack(packet.anchor_b, at, anchor.q_B);
   }
 
-  BRISTLE_INLINE void add_sums(const SensorParameters<T>& p, const Pack3<S>& point, const T& depth,
-                               const T& force, const T& inverse_length, const Mask<S>& is_met,
-                               const Mask<S>& is_touching) {
+  BRISTLE_FORCE_INLINE void add_sums(const SensorParameters<T>& p, const Pack3<S>& point,
+                                     const T& depth, const T& force, const T& inverse_length,
+                                     const Mask<S>& is_met, const Mask<S>& is_touching) {
     const T k_t = select(is_touching, bristle_stiffness(p, options_.scaling, force, depth), T(0));
     const T c_t = select(is_touching, p.sliding_friction, T(0));
     sums_.bristle += k_t;
@@ -389,7 +387,7 @@ class ContactMaker {
   }
 
   SensorPatch<S>& patch_;
-  ContactTile<S>* next_;
+  ContactPacket<S>* next_;
   const LaneParameters<S>& parameters_;
   const LawOptions options_;
   const PairPose<S> pose_;
@@ -397,7 +395,7 @@ class ContactMaker {
   const std::uint64_t key_b_;
   const S dt_;
   const bool measures_lambda_;
-  const bool gives_;
+  const bool applies_;
   ContactSums<S> sums_{};
   alignas(64) Row3<S> stretch_;
 };
@@ -416,24 +414,24 @@ std::uint32_t meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S
   pair.start_motion = {R_AW * (A.twist.linear - B.body->twist.at(-p_AB_W)),
                        R_AW * (A.twist.angular - B.body->twist.angular)};
   const std::uint32_t end = place_contacts(patch, index, first);
-  const std::size_t slice = tiles_per_slice(patch.near.size());
+  const std::size_t range = packets_per_range(patch.near.size());
   using Maker = ContactMaker<S>;
   const LaneParameters<S> parameters(patch.def);
   const auto meet = [&](std::size_t from, std::size_t to, ContactSums<S>& sums) {
-    Maker maker(patch, pair, B.id, parameters, def, patch.slice_contacts[from / slice]);
+    Maker maker(patch, pair, B.id, parameters, def, patch.range_contacts[from / range]);
     for (std::size_t k = from; k < to; ++k) {
-      if (patch.pair_bits[k] != 0) maker.add_tile(patch.near[k], patch.pair_bits[k]);
+      if (patch.pair_bits[k] != 0) maker.add_packet(patch.near[k], patch.pair_bits[k]);
     }
     sums = maker.sums();
   };
-  const auto sums = sum_in_slices<ContactSums<S>>(patch.near.size(), slice, fewest_shared_slices,
+  const auto sums = sum_in_ranges<ContactSums<S>>(patch.near.size(), range, fewest_shared_ranges,
                                                   parallel_for, meet);
   pair.stiffness = sums.stiffness();
-  // Moments are taken about the middle of the contacts, where they are smallest.
+  // Moments are smallest about the middle of the contacts.
   pair.center = sum_of_lanes(sums.point) / S(std::max(sums.count, 1u));
-  pair.is_given = Maker::is_explicit(patch.def);
+  pair.is_applied = Maker::is_explicit(patch.def);
   pair.given = sums.given(pair.center);
-  // A body that is met at grazing angles only is not met.
+  // A body met only at grazing angles does not count.
   pair.first = first;
   pair.count = sums.count > 0 ? end - first : 0;
   pair.arm_a = pair.R_WA * pair.center;
@@ -441,25 +439,23 @@ std::uint32_t meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S
   return end;
 }
 
-}  // namespace detail
-
 template <Scalar S, typename FindBody>
 void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
                       const CollectDef<S>& def, const ParallelFor& parallel_for) {
   patch.pairs.clear();
-  // Nothing was asked, and nothing is held that could be let go.
+  // No hits to collect, and no anchor to release.
   if (patch.near.empty() && patch.contacts.empty()) return;
-  if (!def.knows_hit_lanes) detail::find_all_hit_lanes(patch);
-  detail::find_touched(patch, find, def.only_tag);
+  if (!def.knows_hit_mask) find_whole_hit_mask(patch);
+  find_touched(patch, find, def.only_tag);
   std::uint32_t contacts = 0;
   for (std::uint32_t index = 0; index < patch.pairs.size(); ++index) {
     for (const TouchedShape& shape : patch.touched) {
       if (shape.pair != index) continue;
-      contacts = detail::meet_body(patch, index, A, find(shape.tag), def, contacts, parallel_for);
+      contacts = meet_body(patch, index, A, find(shape.tag), def, contacts, parallel_for);
       break;
     }
   }
   patch.contacts.resize(contacts);
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

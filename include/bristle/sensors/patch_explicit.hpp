@@ -10,22 +10,22 @@
 #include <bristle/sensors/patch_contacts.hpp>
 #include <bristle/sensors/patch_touch.hpp>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Measures a pair before the step: sets Lambda and the weights of the implicit scheme, from the
+/// Measures a pair before the step. Sets Lambda and the weights of the implicit scheme from the
 /// sums over its contacts in `PatchPair::stiffness`.
 ///
-/// Lambda = max over tangential and normal of w sum s + w_rot sum s |rho|^2 over the sensors that
-/// touch or can reach the body within the step, with s = dt^2 k_t + 2 dt mu_V or (dt^2 K_N + 2 dt
-/// K_D) / L, and thirds of the traces of the mobility's linear and angular parts. Symplectic Euler
-/// is stable below 4 for one mode (docs/sensors.md); 0.5 leaves room for traces that one axis
-/// dominates. Zero where nothing can move.
+/// Lambda = max over tangential and normal of w sum s + w_rot sum s |rho|^2. The sums run over the
+/// sensors that are in contact or can be within the step, with s = dt^2 k_t + 2 dt mu_V or (dt^2
+/// K_N + 2 dt K_D) / L. w and w_rot are thirds of the traces of the mobility's linear and angular
+/// parts. Symplectic Euler is stable below 4 for one mode (docs/sensors.md). 0.5 leaves room for
+/// traces that one axis dominates. Lambda is zero where nothing can move.
 template <Scalar S>
 void measure_pair(const SensorPatch<S>& patch, PatchPair<S>& pair, const SolverBody<S>& a,
                   const SolverBody<S>& b, S dt);
 
-/// Evaluates every contact of a pair at the start of the step, under the law of the patch; or says
-/// what was given when they were made.
+/// Evaluates every contact of a pair at the start of the step, under the law of the patch. Returns
+/// the stored sum if the impulses were applied with the contacts.
 /// @param parallel_for  Shares the contacts of a large patch; the impulses are the same bits.
 /// @return [N s, N m s] The sum of the impulses on B about c.
 template <Scalar S>
@@ -43,7 +43,7 @@ void measure_pair(const SensorPatch<S>& patch, PatchPair<S>& pair, const SolverB
   const S w = W.template topLeftCorner<3, 3>().trace() / S(3);
   const S w_rot = W.template bottomRightCorner<3, 3>().trace() / S(3);
   const PairStiffness<S>& k = pair.stiffness;
-  // From about the middle of the patch to about c.
+  // Shifts the moments from the patch's middle to c.
   const Vec3<S> shift = pair.center - patch.box.center();
   const S tangential_moment = k.tangential_second - S(2) * shift.dot(k.tangential_first) +
                               shift.squaredNorm() * k.tangential;
@@ -54,37 +54,37 @@ void measure_pair(const SensorPatch<S>& patch, PatchPair<S>& pair, const SolverB
   set_scheme(pair, k.bristle_sum, k.viscous_sum, w, dt);
 }
 
-namespace detail {
-
 /// `explicit_impulses` under AMBF's law, one sensor after the other.
 template <Scalar S>
 Wrench<S> ambf_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt) {
   Wrench<S> sum;
-  for (ContactTile<S>& tile : contacts_of(patch, pair)) {
-    SensorTile<S>& sensors = patch.tiles[tile.tile];
-    tile.is_slipping = 0;
-    for (std::size_t i = 0; i < tile_size; ++i) {
+  for (ContactPacket<S>& packet : contacts_of(patch, pair)) {
+    SensorPacket<S>& sensors = patch.packets[packet.packet];
+    packet.is_slipping = 0;
+    for (std::size_t i = 0; i < packet_size; ++i) {
       const LaneBits bit = static_cast<LaneBits>(1u << i);
-      tile.impulse.set(i, Vec3<S>::Zero());
-      tile.normal_impulse[i] = S(0);
-      if ((tile.is_touching & bit) == 0) continue;
-      const auto [n, g, point, depth, inverse_length] = touch_of(patch, tile.tile * tile_size + i);
+      packet.impulse.set(i, Vec3<S>::Zero());
+      packet.normal_impulse[i] = S(0);
+      if ((packet.is_touching & bit) == 0) continue;
+      const auto [n, g, point, depth, inverse_length] =
+          touch_of(patch, packet.packet * packet_size + i);
       const SensorContact<S> contact{depth, inverse_length, n, g, pair.start_motion.at(point)};
-      Anchor<S> anchor{sensors.root_a[i], sensors.root_b[i]};
-      bool is_rooted = (sensors.is_rooted & bit) != 0 && sensors.rooted_in[i] == root_key(id_b);
+      Anchor<S> anchor{sensors.anchor_a[i], sensors.anchor_b[i]};
+      bool is_anchored =
+          (sensors.is_anchored & bit) != 0 && sensors.anchored_on[i] == anchor_key(id_b);
       bool did_slip = false;
       const SensorForce<S> force = ambf_sensor_force<S>(
-          patch.parameters(tile.tile * tile_size + i), patch.def.options.scaling, contact,
-          g.normalized() * S(-1), pair.pose, point, anchor, is_rooted, did_slip);
-      sensors.root_a.set(i, anchor.q_A);
-      sensors.root_b.set(i, anchor.q_B);
-      sensors.rooted_in.set(bit, root_key(id_b), (sensors.is_rooted & ~bit) != 0);
-      sensors.is_rooted =
-          static_cast<LaneBits>(is_rooted ? sensors.is_rooted | bit : sensors.is_rooted & ~bit);
-      if (did_slip) tile.is_slipping = static_cast<LaneBits>(tile.is_slipping | bit);
-      tile.normal_impulse[i] = dt * force.normal;
-      tile.impulse.set(i, dt * force.total());
-      sum += Wrench<S>::at(point - pair.center, tile.impulse[i]);
+          patch.parameters(packet.packet * packet_size + i), patch.def.options.scaling, contact,
+          g.normalized() * S(-1), pair.pose, point, anchor, is_anchored, did_slip);
+      sensors.anchor_a.set(i, anchor.q_A);
+      sensors.anchor_b.set(i, anchor.q_B);
+      sensors.anchored_on.set(bit, anchor_key(id_b), (sensors.is_anchored & ~bit) != 0);
+      sensors.is_anchored = static_cast<LaneBits>(is_anchored ? sensors.is_anchored | bit
+                                                              : sensors.is_anchored & ~bit);
+      if (did_slip) packet.is_slipping = static_cast<LaneBits>(packet.is_slipping | bit);
+      packet.normal_impulse[i] = dt * force.normal;
+      packet.impulse.set(i, dt * force.total());
+      sum += Wrench<S>::at(point - pair.center, packet.impulse[i]);
     }
   }
   return {pair.R_WA * sum.force, pair.R_WA * sum.torque};
@@ -92,22 +92,24 @@ Wrench<S> ambf_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId 
 
 /// Impulses of some contacts at the start of the step, under the paper's law.
 template <Scalar S>
-void give_at_start(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<ContactTile<S>> tiles,
-                   const LaneParameters<S>& parameters, S dt, LaneWrench<S>& total) {
+void apply_at_start(SensorPatch<S>& patch, const PatchPair<S>& pair,
+                    std::span<ContactPacket<S>> packets, const LaneParameters<S>& parameters, S dt,
+                    LaneWrench<S>& total) {
   const LawOptions options = patch.def.options;
   const LaneMotion<S> start(pair.start_motion.linear, pair.start_motion.angular);
   const Pack3<S> center = Pack3<S>::all(pair.center);
   LaneWrench<S> sum;
   SensorParameters<Pack<S>> scratch;
-  for (ContactTile<S>& tile : tiles) {
-    for (std::size_t at = 0; at < tile_size; at += lanes<S>) {
-      if (pack_bits<S>(tile.is_met, at) == 0) continue;
-      const TouchPack<S> touch(patch, patch.tiles[tile.tile], tile.tile, at, tile.is_met, false);
+  for (ContactPacket<S>& packet : packets) {
+    for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
+      if (pack_bits<S>(packet.is_met, at) == 0) continue;
+      const TouchPack<S> touch(patch, patch.packets[packet.packet], packet.packet, at,
+                               packet.is_met, false);
       const SensorContact<Pack<S>> contact{touch.depth, touch.inverse_length, touch.n, touch.g,
                                            start.at(touch.point)};
-      give_impulses<S>(tile, at, parameters(tile.tile, at, scratch), options, contact,
-                       load_pack(tile.stretch, at), touch.point - center,
-                       load_mask<S>(tile.is_touching, at), dt, sum.force, sum.torque);
+      apply_impulses<S>(packet, at, parameters(packet.packet, at, scratch), options, contact,
+                        load_pack(packet.stretch, at), touch.point - center,
+                        load_mask<S>(packet.is_touching, at), dt, sum.force, sum.torque);
     }
   }
   total = sum;
@@ -120,22 +122,20 @@ Wrench<S> paper_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, S dt,
   using Sum = LaneWrench<S>;
   const LaneParameters<S> parameters(patch.def);
   return sum_of_contacts<Sum>(contacts_of(patch, pair), parallel_for,
-                              [&](std::span<ContactTile<S>> tiles, Sum& part) {
-                                give_at_start<S>(patch, pair, tiles, parameters, dt, part);
+                              [&](std::span<ContactPacket<S>> packets, Sum& part) {
+                                apply_at_start<S>(patch, pair, packets, parameters, dt, part);
                               })
       .in_world(pair);
 }
 
-}  // namespace detail
-
 template <Scalar S>
 Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt,
                             const ParallelFor& parallel_for) {
-  if (pair.is_given) {
+  if (pair.is_applied) {
     return {pair.R_WA * pair.given.force, pair.R_WA * pair.given.torque};
   }
-  return patch.def.options.law == Law::ambf ? detail::ambf_impulses(patch, pair, id_b, dt)
-                                            : detail::paper_impulses(patch, pair, dt, parallel_for);
+  return patch.def.options.law == Law::ambf ? ambf_impulses(patch, pair, id_b, dt)
+                                            : paper_impulses(patch, pair, dt, parallel_for);
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -21,22 +21,22 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// An open surface with a normal at each vertex: M in Algorithm 3. It looks outwards, as the
-/// sensors will that are placed on it.
+/// Open surface with a normal at each vertex: M in Algorithm 3. It faces outwards, as the sensors
+/// on it will.
 template <Scalar S>
 struct PatchMesh {
   /// [m] The surface.
   TriangleMesh<S> mesh;
-  /// [1] Outward unit normal of each vertex; zero for one that has none.
+  /// [1] Outward unit normals of the vertices; zero without one.
   std::vector<Vec3<S>> normals;
 };
 
-/// Rectangle around the origin in the plane z = 0, facing +z.
+/// Rectangle around the origin in z = 0, facing +z.
 ///
 /// @param size   [m] Whole sides along x and y, > 0.
 /// @param cells  [-] Along x and y, >= 1 each; a cell is two triangles.
 template <Scalar S>
-[[nodiscard]] PatchMesh<S> plane_patch(const Vec2<S>& size,
+[[nodiscard]] PatchMesh<S> plane_patch(const detail::Vec2<S>& size,
                                        const std::array<std::uint32_t, 2>& cells);
 
 /// A cylinder's wall, or a strip of it.
@@ -58,8 +58,8 @@ struct CylinderPatchDef {
 template <Scalar S>
 [[nodiscard]] PatchMesh<S> cylinder_patch(const CylinderPatchDef<S>& def);
 
-/// Half sphere around the origin with its pole at +z, facing away from its centre: `rings` rings
-/// of vertices from the pole, the last one its rim at z = 0.
+/// Half sphere around the origin with its pole at +z, facing away from its centre. `rings` rings of
+/// vertices follow the pole. The last one is the rim at z = 0.
 ///
 /// @param radius    [m] > 0.
 /// @param rings     [-] >= 1.
@@ -67,8 +67,8 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] PatchMesh<S> half_sphere_patch(S radius, std::uint32_t rings, std::uint32_t segments);
 
-/// Any mesh, with the mean normals of its faces at its vertices, weighted by angle. Vertices with
-/// equal coordinates are welded, so that the surface does not tear along seams.
+/// Patch from any mesh. Vertex normals are angle-weighted means of face normals. Vertices with
+/// equal coordinates are welded: the surface does not tear along seams.
 /// @throws InvalidArgument when the mesh is no valid surface (see `validate_surface`).
 template <Scalar S>
 [[nodiscard]] PatchMesh<S> patch_from_mesh(const TriangleMesh<S>& mesh);
@@ -76,7 +76,7 @@ template <Scalar S>
 // Implementation -----------------------------------------------------------------------------------
 
 template <Scalar S>
-PatchMesh<S> plane_patch(const Vec2<S>& size, const std::array<std::uint32_t, 2>& cells) {
+PatchMesh<S> plane_patch(const detail::Vec2<S>& size, const std::array<std::uint32_t, 2>& cells) {
   PatchMesh<S> patch{grid_mesh<S>(size, cells), {}};
   patch.normals.assign(patch.mesh.vertices.size(), Vec3<S>::UnitZ());
   return patch;
@@ -100,7 +100,7 @@ PatchMesh<S> cylinder_patch(const CylinderPatchDef<S>& def) {
   for (Vec3<S>& p : mesh.vertices) {
     p = {def.radius * sin(p.x()), p.y(), def.radius * cos(p.x())};
   }
-  // A closed wall begins where it ends, with other rounding.
+  // A closed wall's ends coincide but for rounding.
   PatchMesh<S> patch{weld(mesh, S(16) * Tolerance<S>::round_off()), {}};
   for (const Vec3<S>& p : patch.mesh.vertices) {
     patch.normals.push_back(Vec3<S>(p.x(), S(0), p.z()).normalized());
@@ -119,7 +119,7 @@ PatchMesh<S> half_sphere_patch(S radius, std::uint32_t rings, std::uint32_t segm
   patch.normals = {Vec3<S>::UnitZ()};
   for (std::uint32_t i = 1; i <= rings; ++i) {
     const S polar = S(0.5) * S(std::numbers::pi) * S(i) / S(rings);
-    // Exactly in the plane at the rim.
+    // The rim lies exactly in the plane.
     const S height = i < rings ? S(cos(polar)) : S(0);
     for (std::uint32_t j = 0; j < segments; ++j) {
       const S turn = S(2) * S(std::numbers::pi) * S(j) / S(segments);
@@ -143,8 +143,9 @@ template <Scalar S>
 PatchMesh<S> patch_from_mesh(const TriangleMesh<S>& mesh) {
   validate_surface(mesh);
   PatchMesh<S> patch{weld(mesh), {}};
-  const std::vector<Vec3<S>> faces = face_normals<S>(patch.mesh, degenerate_triangles(patch.mesh));
-  for (const NormalSum<S>& n : vertex_normals<S>(patch.mesh, faces)) {
+  const std::vector<Vec3<S>> faces =
+      detail::face_normals<S>(patch.mesh, degenerate_triangles(patch.mesh));
+  for (const detail::NormalSum<S>& n : detail::vertex_normals<S>(patch.mesh, faces)) {
     patch.normals.push_back(n.has_direction() ? n.sum.normalized() : Vec3<S>(Vec3<S>::Zero()));
   }
   return patch;

@@ -1,7 +1,7 @@
 /// @file
-/// What the hits of a patch mean to its sensors: where they touch, how deep, and which way the
-/// depth grows. Found from the hit wherever it is wanted: that costs less than to keep it, since
-/// large patches wait for memory (docs/decisions/0023-law-in-lanes.md).
+/// The hits of a patch as its sensors use them: contact state, depth, and gradient of the depth.
+/// They are recomputed from the hit wherever needed. Large patches wait for memory, so storing them
+/// would cost more (docs/decisions/0023-law-in-lanes.md).
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -9,56 +9,53 @@
 
 #include <cstddef>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A sensor that meets a surface, in A's axes.
 template <Value T>
 struct SensorTouch {
   /// [1] Ray direction n and depth gradient g.
   Vector3<T> n, g;
-  /// [m] From A's centre of mass to the point of touch.
+  /// [m] From A's centre of mass to the contact point.
   Vector3<T> point;
   /// [1], [1/m] Depth e_N and inverse length of the ray.
   T depth, inverse_length;
 };
 
-/// The touch of sensor `i`, which has a hit.
+/// Contact geometry of sensor `i`, which has a hit.
 template <Scalar S>
 [[nodiscard]] SensorTouch<S> touch_of(const SensorPatch<S>& patch, std::size_t i) {
-  const SensorTile<S>& sensors = patch.tiles[i / tile_size];
-  const std::size_t lane = i % tile_size;
+  const SensorPacket<S>& sensors = patch.packets[i / packet_size];
+  const std::size_t lane = i % packet_size;
   const S distance = patch.hits.distance[i];
   const Vec3<S> n = sensors.direction[lane];
   return {n, depth_gradient<S>(n, patch.hits.normal[i]), sensors.start[lane] + distance * n,
           sensor_depth(distance, sensors.inverse_length[lane]), sensors.inverse_length[lane]};
 }
 
-namespace detail {
-
-/// Touches of the sensors from lane `at` of a tile, and which of them there are. Made in its place:
-/// returned by a function, it would go through memory.
+/// Contact geometry of the sensors from lane `at` of a packet, and the lanes that have one.
+/// Constructed in place: a return would go through memory.
 template <Scalar S>
 struct TouchPack : SensorTouch<Pack<S>> {
-  /// Lanes that have a contact. The others go on with a hit from ahead at the start of the ray, so
-  /// that all is finite.
+  /// Lanes that have a contact. The others use a head-on hit at the start of the ray, which keeps
+  /// them finite.
   Mask<S> is_met;
 
-  /// @param sensors  Tile `number` of the patch, which the caller has at hand and need not look up
-  ///                 again for each pack.
+  /// @param sensors  Packet `number` of the patch; passed in to avoid a look-up for each pack.
   /// @param hit      Lanes that have a hit.
-  /// @param decides  Whether a contact is what is hit at more than a grazing angle. That is decided
-  ///                 once a step; afterwards every hit counts.
-  BRISTLE_INLINE TouchPack(const SensorPatch<S>& patch, const SensorTile<S>& sensors,
-                           std::size_t number, std::size_t at, LaneBits hit, bool decides) {
+  /// @param decides  True to drop hits at a grazing angle. Dropped once a step; afterwards every
+  ///                 hit counts.
+  BRISTLE_FORCE_INLINE TouchPack(const SensorPatch<S>& patch, const SensorPacket<S>& sensors,
+                                 std::size_t number, std::size_t at, LaneBits hit, bool decides) {
     using T = Pack<S>;
-    const std::size_t first = number * tile_size + at;
+    const std::size_t first = number * packet_size + at;
     const RayHits<S>& hits = patch.hits;
     this->n = load_pack(sensors.direction, at);
     const Pack3<S> surface = Pack3<S>::load(
         hits.normal.x.data() + first, hits.normal.y.data() + first, hits.normal.z.data() + first);
     const T cosine = dot(surface, this->n);
     is_met = load_mask<S>(hit, at);
-    // False for a normal that is no number, too.
+    // Also false for a normal that is NaN.
     if (decides) is_met = is_met & (cosine <= T(grazing_cosine<S>));
     const T distance = patch.distances_of(first, is_met);
     this->inverse_length = load_pack(sensors.inverse_length, at);
@@ -69,6 +66,4 @@ struct TouchPack : SensorTouch<Pack<S>> {
   }
 };
 
-}  // namespace detail
-
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,4 +1,4 @@
-// Sensors on meshes and rectangles in the scalar BRISTLE_INSTANTIATE.
+// Instantiates sensors on meshes and rectangles for the scalar BRISTLE_INSTANTIATE.
 // SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/sensors/placement.hpp>
 

@@ -13,18 +13,18 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// How sensors sit on a mesh. The defaults put one 10 mm ray on every face, half of it below the
-/// surface.
+/// Placement of sensors on a mesh. The defaults put one 10 mm ray on every face, half of it below
+/// the surface.
 template <Scalar S>
 struct PlacementDef {
-  /// [m] How far below the surface the rays start, D in Algorithm 2. Finite, >= 0.
+  /// [m] Depth below the surface at which the rays start, D in Algorithm 2. Finite, >= 0.
   S depth = S(0.005);
-  /// [m] Length of the rays from their starts, R in Algorithm 2. Finite, > depth, so that they end
-  /// above the surface.
+  /// [m] Length of the rays from their starts, R in Algorithm 2. Finite, > depth: they end above
+  /// the surface.
   S range = S(0.010);
   /// [-] One sensor at the centroid of every face, along the face's normal.
   bool faces = true;
-  /// [-] One sensor at every vertex, along the mean of the faces' normals weighted by their angles.
+  /// [-] One sensor at every vertex, along the mean normal of its faces, weighted by their angles.
   bool vertices = false;
   /// [-] One sensor at the midpoint of every edge, along the mean normal of its faces.
   bool edges = false;
@@ -32,58 +32,58 @@ struct PlacementDef {
   Transform<S> X_AM{};
 };
 
-/// What `sensors_from_mesh` placed and what it had to leave out.
+/// Numbers of sensors that `sensors_from_mesh` placed, and of those it had to leave out.
 struct PlacementReport {
   /// [-] Sensors on faces, on vertices and on edges; they follow one another in this order.
   std::size_t face_sensors = 0;
   std::size_t vertex_sensors = 0;
   std::size_t edge_sensors = 0;
-  /// [-] Numbers of the triangles without a normal; they carry no sensor, nor do they count for the
+  /// [-] Indices of the triangles without a normal. They carry no sensor and do not count for the
   /// normals of their vertices and edges.
   std::vector<std::uint32_t> degenerate_faces;
-  /// [-] Numbers of the vertices whose faces' normals cancel (both sides of a sheet, say).
+  /// [-] Indices of the vertices whose faces' normals cancel (both sides of a sheet, say).
   std::vector<std::uint32_t> vertices_without_normal;
-  /// [-] Likewise edges, by the numbers of their two vertices.
+  /// [-] Likewise edges, by the indices of their two vertices.
   std::vector<std::array<std::uint32_t, 2>> edges_without_normal;
 };
 
 /// Sensors along the surface of a mesh, in the frame A of the body that carries them.
 ///
 /// A sensor starts `depth` below the surface and runs along the outward normal for `range`
-/// (Algorithm 2; its line 6 prints the sum of the corners for their mean, which is meant).
-/// Faces come first, in the order of the triangles; then vertices, in the order of the mesh; then
-/// edges, by their lower and then their higher vertex. Vertices with equal coordinates count as the
-/// first of them, so that a mesh with seams gets no sensor twice.
+/// (Algorithm 2; its line 6 prints the sum of the corners where their mean is meant). Faces come
+/// first, in the order of the triangles. Vertices follow in the order of the mesh; then edges, by
+/// their lower and then their higher vertex. Vertices with equal coordinates count as the first of
+/// them, so a mesh with seams gets no sensor twice.
 ///
-/// @param report  Where not null, receives what was placed and what was left out.
+/// @param report  Receives the placed and the omitted sensors. May be null.
 /// @throws InvalidArgument when the mesh is no valid surface (see `validate_surface`) or the
-///         definition breaks a rule; that includes one that asks for no sensors at all.
+///         definition breaks a rule. A definition without any sensors breaks one.
 template <Scalar S>
 [[nodiscard]] SensorLayout<S> sensors_from_mesh(const TriangleMesh<S>& mesh,
                                                 const PlacementDef<S>& def,
                                                 PlacementReport* report = nullptr);
 
-/// A regular grid of sensors on a flat rectangle, all vectors in the frame A of the body.
+/// Regular grid of sensors on a flat rectangle, all vectors in the frame A of the body.
 template <Scalar S>
 struct SensorGridDef {
   /// [m] Middle of the rectangle.
   Vec3<S> center = Vec3<S>::Zero();
   /// [m] One whole side of the rectangle. The rays point along side_u x side_v.
   Vec3<S> side_u = Vec3<S>::Zero();
-  /// [m] The other whole side; must not be parallel to side_u.
+  /// [m] The other whole side; not parallel to side_u.
   Vec3<S> side_v = Vec3<S>::Zero();
   /// [-] Number of sensors along side_u, >= 1.
   std::size_t count_u = 1;
   /// [-] Number of sensors along side_v, >= 1.
   std::size_t count_v = 1;
-  /// [m] How far below the rectangle the rays start. Finite, >= 0.
+  /// [m] Depth of the rays' starts below the rectangle. Finite, >= 0.
   S depth = S(0.005);
   /// [m] Length of the rays from their starts. Finite, > depth.
   S range = S(0.010);
 };
 
-/// One sensor in the middle of each of count_u x count_v equal cells; those along side_u follow one
-/// another.
+/// Puts one sensor into the middle of each of count_u x count_v equal cells. Those along side_u
+/// follow one another.
 ///
 /// @throws InvalidArgument when the definition breaks a rule.
 template <Scalar S>
@@ -115,7 +115,7 @@ void require_depth_and_range(const std::string& def, S depth, S range) {
           "must exceed depth = " + to_text(depth) + ", so that the ray ends above the surface");
 }
 
-/// The mesh with every triangle naming the first of the vertices at its corners' places.
+/// Returns the mesh with each corner replaced by the first vertex with equal coordinates.
 template <Scalar S>
 [[nodiscard]] TriangleMesh<S> without_seams(TriangleMesh<S> mesh) {
   const MergedPoints merged = merge_points<S>(std::span<const Vec3<S>>(mesh.vertices), S(0));
@@ -186,7 +186,7 @@ class MeshPlacement {
   const TriangleMesh<S>& mesh_;
   const PlacementDef<S>& def_;
   Mat3<S> R_AM_;
-  /// Of the faces; zero marks those that have none.
+  /// Normals of the faces; zero if degenerate.
   std::vector<Vec3<S>> normals_;
 };
 

@@ -12,8 +12,8 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// A fan in the frame A of the body that carries it. Rays lie in the middles of equal cells of
-/// azimuth and elevation, so a fan of one row and a width of 2 pi goes round without a ray twice.
+/// Fan in the frame A of its carrier. Rays lie in the middles of equal cells of azimuth and
+/// elevation. So a fan of one row and a width of 2 pi goes round without a duplicate ray.
 template <Scalar S>
 struct RayFanDef {
   /// [m] Point from which the rays spread.
@@ -30,7 +30,7 @@ struct RayFanDef {
   std::size_t columns = 1;
   /// [-] Rows, from below to above; >= 1.
   std::size_t rows = 1;
-  /// [m] Distance from the origin at which the rays start. Finite, >= 0.
+  /// [m] Distance of the rays' starts from the origin. Finite, >= 0.
   S start = S(0);
   /// [m] Length of the rays from there. Finite, > 0.
   S range = S(1);

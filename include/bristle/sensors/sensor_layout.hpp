@@ -1,5 +1,5 @@
 /// @file
-/// Where the sensors of a patch sit on their body.
+/// Rays of a patch's sensors on their body.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -15,16 +15,17 @@
 namespace bristle::inline BRISTLE_ABI {
 
 /// Rays of many sensors in the frame A of the body that carries them. Each starts inside the body
-/// and ends outside, at its reach.
+/// and ends outside.
 template <Scalar S>
 struct SensorLayout {
   /// [m] Starts of the rays, in A.
-  Vec3Array<S> start;
+  detail::Vec3Array<S> start;
   /// [1] Unit directions of the rays, in A, out of the body.
-  Vec3Array<S> direction;
+  detail::Vec3Array<S> direction;
   /// [m] Lengths of the rays, > 0.
-  LaneVector<S> length;
+  detail::LaneVector<S> length;
 
+  /// [-] Number of sensors.
   [[nodiscard]] std::size_t size() const { return length.size(); }
   /// All rays, valid until sensors are added.
   [[nodiscard]] RayBatch<S> rays() const {
@@ -37,13 +38,13 @@ struct SensorLayout {
   /// Appends a sensor by its ray's start and end [m], in A.
   void add(const Vec3<S>& p_AStart, const Vec3<S>& p_AEnd);
 
-  /// Appends all sensors of another layout on the same body.
+  /// Appends another layout on the same body.
   void add(const SensorLayout& other);
 
-  /// Checks what was put in, by `add` or by hand.
+  /// Checks all sensors, from `add` or set by hand.
   ///
-  /// @throws InvalidArgument that names the number of the first sensor whose start is not finite,
-  ///         whose ray has no length, or whose direction is not a unit vector; or the array that is
+  /// @throws InvalidArgument naming the index of the first sensor whose start is not finite, whose
+  ///         ray has no length, or whose direction is not a unit vector; or the array that is
   ///         shorter than the others.
   void validate() const;
 };
@@ -64,7 +65,7 @@ template <Scalar S>
 void SensorLayout<S>::add(const Vec3<S>& p_AStart, const Vec3<S>& p_AEnd) {
   const Vec3<S> ray = p_AEnd - p_AStart;
   const S reach = ray.stableNorm();
-  // A ray of no length keeps a zero direction, for `validate` to find.
+  // A ray without length keeps a zero direction, which `validate` reports.
   add(p_AStart, reach > S(0) ? Vec3<S>(ray / reach) : ray, reach);
 }
 
@@ -85,8 +86,8 @@ void SensorLayout<S>::add(const SensorLayout& other) {
 template <Scalar S>
 void SensorLayout<S>::validate() const {
   using std::abs;
-  for (const Vec3Array<S>* array : {&start, &direction}) {
-    for (const LaneVector<S>* axis : {&array->x, &array->y, &array->z}) {
+  for (const detail::Vec3Array<S>* array : {&start, &direction}) {
+    for (const detail::LaneVector<S>* axis : {&array->x, &array->y, &array->z}) {
       detail::require(axis->size() == size(), "SensorLayout: size of an array", axis->size(),
                       "must be the number of lengths, " + std::to_string(size()));
     }

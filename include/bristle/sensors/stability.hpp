@@ -1,9 +1,9 @@
 /// @file
-/// How long an explicit step may be.
+/// Longest stable explicit step.
 ///
 /// Symplectic Euler with an explicit damper integrates a mode of stiffness k, damping c and mass m
 /// stably if and only if k dt^2 / m + 2 c dt / m < 4 (docs/sensors.md). For a whole patch the same
-/// holds for the largest eigenvalue of W (dt^2 K + 2 dt D), W being the mobility of the two bodies.
+/// holds for the largest eigenvalue of W (dt^2 K + 2 dt D). W is the mobility of the two bodies.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -13,7 +13,7 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// [s] Longest stable explicit step of one mode; infinite without stiffness and damping.
+/// One mode and its longest stable explicit step.
 template <Scalar S>
 struct Mode {
   /// [kg] Mass that moves.
@@ -23,7 +23,8 @@ struct Mode {
   /// [N s/m] Damping.
   S damping = S(0);
 
-  /// The positive root of k dt^2 + 2 c dt = 4 m, free of cancellation.
+  /// [s] Longest stable explicit step; infinite without stiffness and damping. The positive root of
+  /// k dt^2 + 2 c dt = 4 m, free of cancellation.
   [[nodiscard]] S largest_stable_step() const {
     using std::sqrt;
     const S sum = damping + sqrt(damping * damping + S(4) * mass * stiffness);
@@ -31,30 +32,31 @@ struct Mode {
   }
 };
 
-/// [s] Longest explicit step at which symplectic Euler is stable for what the patch touches now, in
-/// all six directions of each touched body; infinite when it touches nothing that moves.
+/// [s] Longest explicit step at which symplectic Euler is stable for the present contacts of a
+/// patch, in all six directions of each body in contact. Infinite without a contact with a body
+/// that moves.
 ///
-/// Several patches on one body add up: this looks at one alone.
+/// Several patches on one body add up: this function regards one alone.
 /// @param mobility_of  Callable: Mat6<S> mobility_of(pair), the mobility of the pair's two bodies
 ///                     about its point c.
 template <Scalar S, typename MobilityOf>
-[[nodiscard]] S largest_stable_step(const SensorPatch<S>& patch, MobilityOf&& mobility_of);
+[[nodiscard]] S largest_stable_step(const detail::SensorPatch<S>& patch, MobilityOf&& mobility_of);
 
 // Implementation -----------------------------------------------------------------------------------
 
 namespace detail {
 
-/// Stiffness and damping of the contacts of a pair about c.
+/// Stiffness and damping of a pair's contacts about c.
 template <Scalar S>
 void sum_stiffness(const SensorPatch<S>& patch, const PatchPair<S>& pair, Mat6<S>& K, Mat6<S>& D) {
   K.setZero();
   D.setZero();
   for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
-    const ContactTile<S>& contacts = patch.contacts[k];
-    const SensorTile<S>& sensors = patch.tiles[contacts.tile];
-    for (std::size_t i = 0; i < tile_size; ++i) {
+    const ContactPacket<S>& contacts = patch.contacts[k];
+    const SensorPacket<S>& sensors = patch.packets[contacts.packet];
+    for (std::size_t i = 0; i < packet_size; ++i) {
       if ((contacts.is_touching >> i & 1u) == 0) continue;
-      const std::size_t sensor = contacts.tile * tile_size + i;
+      const std::size_t sensor = contacts.packet * packet_size + i;
       const SensorParameters<S>& p = patch.parameters(sensor);
       const auto [n, g, point, depth, per_length] = touch_of(patch, sensor);
       const S rate = g.dot(pair.start_motion.at(point)) * per_length;
@@ -76,8 +78,8 @@ void sum_stiffness(const SensorPatch<S>& patch, const PatchPair<S>& pair, Mat6<S
   }
 }
 
-/// L with L L^T = W for a mobility W. Axes along which nothing can move make it semidefinite; L
-/// then has columns of zeros.
+/// L with L L^T = W for a mobility W. Axes without motion make W semidefinite; L then has columns
+/// of zeros.
 template <Scalar S>
 [[nodiscard]] Mat6<S> mobility_root(const Mat6<S>& W) {
   using std::sqrt;
@@ -85,14 +87,15 @@ template <Scalar S>
   for (int j = 0; j < 6; ++j) {
     const Vec6<S> rest = W.col(j) - root.leftCols(j) * root.row(j).head(j).transpose();
     if (!(rest[j] > S(8) * Tolerance<S>::round_off() * W(j, j))) continue;
-    // Not as blocks: of unknown length, GCC 12 sees whole AVX-512 registers read and warns.
+    // No block expressions: with unknown length, GCC 12 sees whole AVX-512 registers read and
+    // warns.
     for (int i = j; i < 6; ++i) root(i, j) = rest[i] / sqrt(rest[j]);
   }
   return root;
 }
 
-/// Whether all eigenvalues of W (dt^2 K + 2 dt D) are below 4, with K and D as L^T K L and L^T D L:
-/// 4 - dt^2 K - 2 dt D is then positive definite, which a Cholesky factorisation decides.
+/// Returns whether all eigenvalues of W (dt^2 K + 2 dt D) are below 4, with K and D as L^T K L and
+/// L^T D L. 4 - dt^2 K - 2 dt D is then positive definite, which a Cholesky factorisation decides.
 template <Scalar S>
 [[nodiscard]] bool is_stable_step(const Mat6<S>& K, const Mat6<S>& D, S dt) {
   Mat6<S> rest = S(4) * Mat6<S>::Identity() - dt * dt * K - S(2) * dt * D;
@@ -102,9 +105,9 @@ template <Scalar S>
 }  // namespace detail
 
 template <Scalar S, typename MobilityOf>
-S largest_stable_step(const SensorPatch<S>& patch, MobilityOf&& mobility_of) {
+S largest_stable_step(const detail::SensorPatch<S>& patch, MobilityOf&& mobility_of) {
   S smallest = infinity<S>;
-  for (const PatchPair<S>& pair : patch.pairs) {
+  for (const detail::PatchPair<S>& pair : patch.pairs) {
     if (pair.count == 0) continue;
     Mat6<S> K, D;
     detail::sum_stiffness(patch, pair, K, D);
@@ -112,15 +115,15 @@ S largest_stable_step(const SensorPatch<S>& patch, MobilityOf&& mobility_of) {
     K = root.transpose() * K * root;
     D = root.transpose() * D * root;
     if (!(K.trace() + D.trace() > S(0))) continue;
-    // The criterion is monotone in dt: bracket by doubling, then bisect to round-off.
+    // The criterion is monotone in dt. Bracket by doubling, then bisect to round-off.
     S low = S(0);
     S high = Mode<S>{S(1), K.trace(), D.trace()}.largest_stable_step();
     for (int i = 0; i < 200 && detail::is_stable_step(K, D, high); ++i) {
       low = high;
       high *= S(2);
     }
-    // Halves once for each bit of a number where a step is stable; where none is, until `high` is
-    // 0, which takes as many more as the scalar has powers of two below it.
+    // Halves once for each bit of a number if any step is stable. If none is, it halves until
+    // `high` is 0: as many times more as the scalar has powers of two below it.
     while (high - low > Tolerance<S>::round_off() * high) {
       const S middle = S(0.5) * (low + high);
       (detail::is_stable_step(K, D, middle) ? low : high) = middle;

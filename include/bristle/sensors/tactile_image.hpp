@@ -1,5 +1,5 @@
 /// @file
-/// Readings of a patch as images, and the last few of them.
+/// Readings of a patch as images, and a history of the last ones.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -14,7 +14,7 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// What a pixel of a tactile image can show.
+/// Quantity shown by the pixels of a tactile image.
 enum class TactileChannel : std::uint8_t {
   /// [1] Depth in [0, 1].
   depth,
@@ -24,14 +24,14 @@ enum class TactileChannel : std::uint8_t {
   shear_1,
   shear_2
 };
-/// [-] How many there are.
+/// [-] Number of channels.
 inline constexpr std::size_t tactile_channel_count = 4;
 
-/// One channel of a patch, row by row. A view: valid as long as what it was made from.
+/// One channel of a patch, row by row. A view: valid as long as its source.
 ///
-/// Row r and column c is the sensor r * columns + c. `sensor_grid` numbers its sensors like that,
-/// with count_u columns along side_u and count_v rows along side_v; a patch of any other layout is
-/// an image of one row in the order of its sensors.
+/// Row r and column c is the sensor r * columns + c. `sensor_grid` numbers its sensors this way,
+/// with count_u columns along side_u and count_v rows along side_v. A patch of any other layout is
+/// an image of one row, in the order of its sensors.
 template <Scalar S>
 struct TactileImage {
   /// [-] Sensors in a column and in a row.
@@ -40,6 +40,7 @@ struct TactileImage {
   /// Pixels, row by row.
   std::span<const S> pixels{};
 
+  /// Pixel at a row and column, both from 0. Not checked.
   [[nodiscard]] S operator()(std::size_t row, std::size_t column) const {
     return pixels[row * columns + column];
   }
@@ -52,8 +53,8 @@ template <Scalar S>
 [[nodiscard]] TactileImage<S> tactile_image(const PatchReading<S>& reading, TactileChannel channel,
                                             std::size_t columns = 0);
 
-/// The last readings of a patch as one block of numbers, [frame][channel][row][column], such as a
-/// learner takes for its observation. `push` does not allocate.
+/// The last readings of a patch as one array, [frame][channel][row][column]: the observation of a
+/// learner, say. `push` does not allocate.
 template <Scalar S>
 class TactileHistory {
  public:
@@ -66,24 +67,24 @@ class TactileHistory {
     values_.resize(frames * tactile_channel_count * sensors);
   }
 
-  /// Takes a reading; the oldest is forgotten when all frames are taken.
+  /// Appends a reading. Drops the oldest one if all frames are taken.
   /// @throws InvalidArgument when it is of another number of sensors.
   void push(const PatchReading<S>& reading);
 
-  /// Forgets all: for the start of an episode.
+  /// Drops all readings, for a new episode, say.
   void clear() { size_ = 0; }
 
-  /// [-] Readings taken, at most the number of frames.
+  /// [-] Readings stored, at most the number of frames.
   [[nodiscard]] std::size_t size() const { return size_; }
 
-  /// One channel of the reading taken `age` pushes ago, 0 being the last.
+  /// One channel of the reading pushed `age` pushes ago; 0 is the last.
   /// @throws InvalidArgument when there is none that old, or as `tactile_image`.
   [[nodiscard]] TactileImage<S> image(std::size_t age, TactileChannel channel,
                                       std::size_t columns = 0) const;
 
   /// [-] Values that `copy_to` writes.
   [[nodiscard]] std::size_t value_count() const { return values_.size(); }
-  /// Writes all frames, newest first; frames not yet taken are zero.
+  /// Writes all frames, newest first. Frames not yet taken are zero.
   /// @throws InvalidArgument when `out` does not hold `value_count()`.
   void copy_to(std::span<S> out) const;
 

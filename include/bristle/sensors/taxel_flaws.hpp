@@ -1,7 +1,7 @@
 /// @file
-/// What real taxels make of a true reading: gain, hysteresis, noise, and some are dead.
+/// Flaws of real taxels, applied to a true reading: gain, hysteresis, noise and dead taxels.
 ///
-/// It comes after the physics and never feeds back into it: forces stay what was applied.
+/// Flaws follow the physics and never feed back. Forces stay as applied.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -19,44 +19,45 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// How far the taxels of an array are from perfect. The defaults are perfect.
+/// Deviations of an array of taxels from perfect ones. The defaults are perfect.
 template <Scalar S>
 struct TaxelFlawsDef {
   /// [1] Standard deviation of the taxels' gains around 1. Finite, >= 0.
   S gain_spread = S(0);
-  /// [1] Share of taxels that always read 0, in [0, 1]; which ones, the seed says.
+  /// [1] Share of dead taxels, in [0, 1]; they read 0. The seed selects them.
   S dead_share = S(0);
-  /// [unit of the channel] Half the width of the play between what acts and what is read:
-  /// the reading follows only once the input has moved on by it (Prandtl's play operator), and
-  /// stays behind by it, on the way up and on the way down. Finite, >= 0.
+  /// [unit of the channel] Half the width of the play between true value and reading (Prandtl's
+  /// play operator). The reading follows only once the input has moved on by it. It stays behind by
+  /// it, on the way up and on the way down. Finite, >= 0.
   S hysteresis = S(0);
   /// [unit of the channel] Standard deviation of the noise of each sample. Finite, >= 0. It may
   /// take a reading below 0.
   S noise = S(0);
-  /// [-] Other seeds, other flaws; equal seeds and channels, equal bits.
+  /// [-] Seed of the flaws. Equal seeds and channels give equal bits.
   std::uint64_t seed = 1;
-  /// [-] Channels of one array, of one seed: the same taxels are dead in all of them, gains and
-  /// noise are each one's own.
+  /// [-] Channel of an array with this seed. The same taxels are dead in all channels. Gains and
+  /// noise are each channel's own.
   std::uint64_t channel = 0;
 };
 
-/// The flaws of one array of taxels in one channel; it remembers where each one's play stands.
+/// Flaws of one array of taxels in one channel. Stores the state of each taxel's play.
 template <Scalar S>
 class TaxelFlaws {
  public:
   /// @throws InvalidArgument naming the field, or when there are no taxels.
   TaxelFlaws(std::size_t taxels, const TaxelFlawsDef<S>& def);
 
-  /// Turns true values into what is read; `in` and `out` may be the same. Each call is one sample.
+  /// Turns true values into readings; `in` and `out` may be the same. Each call is one sample.
   /// @throws InvalidArgument when a span is not of the number of taxels.
   void apply(std::span<const S> in, std::span<S> out);
 
-  /// Back to the first sample, at rest.
+  /// Returns to the first sample, at rest.
   void reset() {
     sample_ = 0;
     std::fill(play_.begin(), play_.end(), S(0));
   }
 
+  /// [-] Number of taxels.
   [[nodiscard]] std::size_t size() const { return gain_.size(); }
   /// [1] Gain of a taxel; 0 where it is dead.
   [[nodiscard]] S gain(std::size_t taxel) const { return gain_[taxel]; }
@@ -73,8 +74,8 @@ class TaxelFlaws {
 
 namespace detail {
 
-/// A number for each (seed, stream, index), without any state to keep: the finaliser of SplitMix64
-/// (Steele, Lea and Flood 2014) over a running sum.
+/// Random bits for each (seed, stream, index), without state: the finaliser of SplitMix64 (Steele,
+/// Lea and Flood 2014) over a running sum.
 [[nodiscard]] inline std::uint64_t random_bits(std::uint64_t seed, std::uint64_t stream,
                                                std::uint64_t index) {
   const auto mix = [](std::uint64_t z) {
@@ -116,8 +117,8 @@ TaxelFlaws<S>::TaxelFlaws(std::size_t taxels, const TaxelFlawsDef<S>& def)
   detail::require_not_negative("TaxelFlawsDef::noise", def.noise);
   gain_.resize(taxels);
   play_.resize(taxels);
-  // Streams 0 and 1 are what taxels are born with; samples have the streams from 2 on. Channels
-  // are seeds far apart (a step of SplitMix64).
+  // Streams 0 and 1 hold the fixed flaws. Samples have the streams from 2 on. Channels are seeds
+  // far apart (a step of SplitMix64).
   for (std::size_t i = 0; i < taxels; ++i) {
     const bool is_dead =
         detail::random_uniform(def.seed, 0, i) < static_cast<double>(def.dead_share);

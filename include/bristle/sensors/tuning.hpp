@@ -1,8 +1,8 @@
 /// @file
-/// Sensor constants from physical wants, and what given constants mean physically.
+/// Sensor constants from a physical spec, and the physical meaning of given constants.
 ///
-/// Nobody should tune by guessing: the closed forms behind both directions are derived in
-/// docs/sensors.md and verified by the test suite on masses from 2 g to 1000 kg.
+/// docs/sensors.md derives the closed forms of both directions. The test suite verifies them on
+/// masses from 2 g to 1000 kg.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -14,48 +14,47 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// What one wants of a patch that grips.
+/// Required behaviour of a patch that grips.
 template <Scalar S>
-struct GripWants {
-  /// [1] Static friction coefficient: shear per normal force that it shall hold. > 0.
+struct GripSpec {
+  /// [1] Static friction coefficient: shear that each newton of normal force must hold. > 0.
   S friction = S(0.8);
-  /// [m] How far the held thing has crept when it is about to slip: sigma_a. > 0.
+  /// [m] Creep of the held body when it is about to slip: sigma_a. > 0.
   S creep = S(1e-3);
   /// [N] Normal force that the whole patch carries. > 0.
   S load = S(10);
-  /// [kg] Mass that moves against the patch. 0: the heaviest that the grip holds against
-  /// 9.81 m/s^2, friction * load / 9.81.
+  /// [kg] Mass that moves against the patch. 0: the heaviest that the grip holds at 9.81 m/s^2,
+  /// friction * load / 9.81.
   S mass = S(0);
   /// [1] Depth of the sensors under the load, in (0, 1].
   S press = S(0.3);
   /// [1] Damping ratio of the normal direction, >= 0.
   S normal_damping_ratio = S(1);
-  /// [1] Damping ratio of the bristles, >= 0. 0.7 makes slip start at the same load at every step
-  /// and keeps load changes from pumping energy in; below 0.2 a sudden load slips at half the
-  /// limit.
+  /// [1] Damping ratio of the bristles, >= 0. At 0.7 slip starts at the same load for every step,
+  /// and load changes pump no energy in. Below 0.2 sudden loads slip at half the limit.
   S bristle_damping_ratio = S(0.7);
-  /// [-] What friction grows with; `none` and `depth` change the unit of the constants.
+  /// [-] Quantity that friction grows with; `none` and `depth` change the unit of the constants.
   FrictionScaling scaling = FrictionScaling::normal_force;
 };
 
-/// Wants that become constants once the number and length of the sensors are known.
+/// A spec that becomes constants once the number and length of the sensors are known.
 template <Scalar S>
 struct Tuning {
-  GripWants<S> wants{};
+  /// Spec to meet, as `tuned_for` checked it.
+  GripSpec<S> spec{};
 
   /// Constants for `count` sensors of `length` [m] that share the load.
   [[nodiscard]] SensorParameters<S> parameters(std::size_t count, S length) const;
-  /// Constants for a layout, with the mean length of its rays.
+  /// Constants for a layout, by its mean ray length.
   [[nodiscard]] SensorParameters<S> parameters(const SensorLayout<S>& layout) const;
 };
 
-/// Checks wants: `world.add_patch(body, sensors, tuned_for<double>({.friction = 0.8, .load =
-/// 20}))`.
+/// Checks a spec. Use: `world.add_patch(body, sensors, tuned_for<double>({.friction = 0.8}))`.
 /// @throws InvalidArgument naming the field.
 template <Scalar S>
-[[nodiscard]] Tuning<S> tuned_for(const GripWants<S>& wants);
+[[nodiscard]] Tuning<S> tuned_for(const GripSpec<S>& spec);
 
-/// A patch in use: what its constants are asked about.
+/// A patch in use: the input of `describe`.
 template <Scalar S>
 struct PatchUse {
   /// [-] Number of sensors in contact.
@@ -66,35 +65,35 @@ struct PatchUse {
   S load = S(10);
   /// [kg] Mass that moves against them.
   S mass = S(1);
-  /// [1] How much a lever arm stiffens the tangential mode: 1 + m h^2 / I with the height h of the
-  /// centre of mass above the patch; 1 for a patch that cannot tilt.
+  /// [1] Stiffening of the tangential mode by a lever arm: 1 + m h^2 / I with the height h of the
+  /// centre of mass above the patch. 1 for a patch that cannot tilt.
   S lever = S(1);
 };
 
-/// What constants mean physically in a given use.
+/// Physical meaning of constants in a given use.
 template <Scalar S>
-struct PatchMeaning {
-  /// [1] Shear per normal force that is held if loaded slowly: mu = mu_S sigma_a.
+struct PatchDescription {
+  /// [1] Shear per normal force that is held under slow loading: mu = mu_S sigma_a.
   S holding_coefficient = S(0);
-  /// [1] The same for a load that comes at once: the bristles overshoot by 1 + D with
-  /// D = exp(-pi z / sqrt(1 - z^2)), so it is mu / (1 + D); half of mu without damping.
+  /// [1] The same for a sudden load. The bristles overshoot by 1 + D with D = exp(-pi z / sqrt(1 -
+  /// z^2)), so it is mu / (1 + D); half of mu without damping.
   S sudden_coefficient = S(0);
   /// [1] Mean shear per normal force while sliding, without the viscous part: mu / 2 with
   /// `release`, mu with `drag`.
   S kinetic_release = S(0);
   S kinetic_drag = S(0);
-  /// [N/m] Stiffness against shear of the whole patch, and along the rays.
+  /// [N/m] Stiffness of the whole patch against shear, and along the rays.
   S bristle_stiffness = S(0);
   S normal_stiffness = S(0);
-  /// [1] Depth at the load; above 1 the sensors cannot carry it.
+  /// [1] Depth at the load. Above 1 the sensors cannot carry it.
   S press = S(0);
   /// [1] Damping ratios.
   S bristle_damping_ratio = S(0);
   S normal_damping_ratio = S(0);
   /// [1/s] Natural frequency of the bristles, as an angular frequency.
   S bristle_frequency = S(0);
-  /// [s] Longest explicit step at which all this is stable, and the one at which it is safely so:
-  /// 0.35 of it, where Lambda is about 0.5.
+  /// [s] Longest stable explicit step, and the recommended one: 0.35 of it, where Lambda is about
+  /// 0.5.
   S largest_explicit_step = S(0);
   S recommended_explicit_step = S(0);
 
@@ -105,22 +104,22 @@ struct PatchMeaning {
 /// The inverse of `tuned_for`.
 /// @throws InvalidArgument naming the field.
 template <Scalar S>
-[[nodiscard]] PatchMeaning<S> meaning_of(const SensorParameters<S>& p, const PatchUse<S>& use,
-                                         FrictionScaling scaling = FrictionScaling::normal_force);
+[[nodiscard]] PatchDescription<S> describe(const SensorParameters<S>& p, const PatchUse<S>& use,
+                                           FrictionScaling scaling = FrictionScaling::normal_force);
 
 // Implementation -----------------------------------------------------------------------------------
 
 template <Scalar S>
-Tuning<S> tuned_for(const GripWants<S>& wants) {
-  detail::require_positive("GripWants::friction", wants.friction);
-  detail::require_positive("GripWants::creep", wants.creep);
-  detail::require_positive("GripWants::load", wants.load);
-  detail::require_not_negative("GripWants::mass", wants.mass);
-  detail::require_positive("GripWants::press", wants.press);
-  detail::require(wants.press <= S(1), "GripWants::press", wants.press, "must be <= 1");
-  detail::require_not_negative("GripWants::normal_damping_ratio", wants.normal_damping_ratio);
-  detail::require_not_negative("GripWants::bristle_damping_ratio", wants.bristle_damping_ratio);
-  return {wants};
+Tuning<S> tuned_for(const GripSpec<S>& spec) {
+  detail::require_positive("GripSpec::friction", spec.friction);
+  detail::require_positive("GripSpec::creep", spec.creep);
+  detail::require_positive("GripSpec::load", spec.load);
+  detail::require_not_negative("GripSpec::mass", spec.mass);
+  detail::require_positive("GripSpec::press", spec.press);
+  detail::require(spec.press <= S(1), "GripSpec::press", spec.press, "must be <= 1");
+  detail::require_not_negative("GripSpec::normal_damping_ratio", spec.normal_damping_ratio);
+  detail::require_not_negative("GripSpec::bristle_damping_ratio", spec.bristle_damping_ratio);
+  return {spec};
 }
 
 template <Scalar S>
@@ -129,21 +128,21 @@ SensorParameters<S> Tuning<S>::parameters(std::size_t count, S length) const {
   detail::require(count > 0, "count", S(0), "must be > 0");
   detail::require_positive("length", length);
   const S n = static_cast<S>(count);
-  const S mass = wants.mass > S(0) ? wants.mass : wants.friction * wants.load / S(9.81);
-  // k_t of the whole patch, whatever it grows with: mu N at a stretch of sigma_a.
-  const S stiffness = wants.friction * wants.load / wants.creep;
+  const S mass = spec.mass > S(0) ? spec.mass : spec.friction * spec.load / S(9.81);
+  // k_t of the whole patch, for any scaling: mu N at a stretch of sigma_a.
+  const S stiffness = spec.friction * spec.load / spec.creep;
   SensorParameters<S> p;
-  p.breakaway_distance = wants.creep;
-  p.normal_stiffness = wants.load / (n * wants.press);
+  p.breakaway_distance = spec.creep;
+  p.normal_stiffness = spec.load / (n * spec.press);
   p.normal_damping =
-      S(2) * wants.normal_damping_ratio * sqrt(p.normal_stiffness * mass * length / n);
-  p.sliding_friction = S(2) * wants.bristle_damping_ratio * sqrt(stiffness * mass) / n;
-  switch (wants.scaling) {
+      S(2) * spec.normal_damping_ratio * sqrt(p.normal_stiffness * mass * length / n);
+  p.sliding_friction = S(2) * spec.bristle_damping_ratio * sqrt(stiffness * mass) / n;
+  switch (spec.scaling) {
     case FrictionScaling::normal_force:
-      p.static_friction = wants.friction / wants.creep;
+      p.static_friction = spec.friction / spec.creep;
       break;
     case FrictionScaling::depth:
-      p.static_friction = stiffness / (n * wants.press);
+      p.static_friction = stiffness / (n * spec.press);
       break;
     case FrictionScaling::none:
       p.static_friction = stiffness / n;
@@ -163,8 +162,8 @@ SensorParameters<S> Tuning<S>::parameters(const SensorLayout<S>& layout) const {
 }
 
 template <Scalar S>
-PatchMeaning<S> meaning_of(const SensorParameters<S>& p, const PatchUse<S>& use,
-                           FrictionScaling scaling) {
+PatchDescription<S> describe(const SensorParameters<S>& p, const PatchUse<S>& use,
+                             FrictionScaling scaling) {
   using std::exp;
   using std::sqrt;
   validate(p);
@@ -174,11 +173,11 @@ PatchMeaning<S> meaning_of(const SensorParameters<S>& p, const PatchUse<S>& use,
   detail::require_positive("PatchUse::mass", use.mass);
   detail::require_positive("PatchUse::lever", use.lever);
   const S n = static_cast<S>(use.count);
-  PatchMeaning<S> out;
+  PatchDescription<S> out;
   out.normal_stiffness = n * p.normal_stiffness / use.length;
   out.press = use.load / (n * p.normal_stiffness);
   out.bristle_stiffness =
-      n * bristle_stiffness(p, scaling, use.load / n, std::min(out.press, S(1)));
+      n * detail::bristle_stiffness(p, scaling, use.load / n, std::min(out.press, S(1)));
   out.holding_coefficient = out.bristle_stiffness * p.breakaway_distance / use.load;
   out.kinetic_release = out.holding_coefficient / S(2);
   out.kinetic_drag = out.holding_coefficient;

@@ -1,10 +1,10 @@
 /// @file
 /// Wraps a primitive patch around a shape (Algorithm 3).
 ///
-/// The way to sensors on a curved surface: a patch of a simple form is laid over the shape, drawn
-/// onto it vertex by vertex, and covered with sensors by Algorithm 2. It keeps its own resolution,
-/// smooths what it is coarser than, and covers only what it lies over, so one body may carry
-/// several patches with different constants.
+/// Wrapping puts sensors on a curved surface. A patch of a simple form is laid over the shape and
+/// drawn onto it vertex by vertex. Algorithm 2 covers it with sensors. The patch keeps its
+/// resolution and smooths finer detail. It covers only the part that it lies over, so one body may
+/// carry several patches with different constants.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -26,39 +26,39 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Along what a wrapped vertex is set off from the surface.
+/// Direction of a wrapped vertex's offset from the surface.
 enum class WrapOffset {
-  /// Back along its ray, as in Algorithm 3: on faces that the ray meets at an angle the clearance
-  /// is smaller than the offset, by the cosine of that angle.
+  /// Back along its ray, as in Algorithm 3. On faces that the ray meets at an angle, the clearance
+  /// is the offset times the cosine of that angle.
   ray,
-  /// Along the normal of the face it met: the clearance is the offset.
+  /// Along the normal of the face it met. The clearance is the offset.
   normal
 };
 
-/// How a patch is wrapped.
+/// Definition of a wrap.
 template <Scalar S>
 struct WrapDef {
   /// [m] Distance between the shape and its patch, p_off in Algorithm 3. Finite, >= 0.
   S offset = S(0);
-  /// [-] Along what it is measured.
+  /// [-] Direction of the offset.
   WrapOffset offset_along = WrapOffset::ray;
-  /// [m] How far a vertex looks for the shape. > 0, may be infinite.
+  /// [m] Farthest distance at which a vertex finds the shape. > 0, may be infinite.
   S reach = infinity<S>;
-  /// [m] Pose of the patch in the frame of the shape.
+  /// [m] Pose of the patch in the shape's frame.
   Transform<S> X_SM{};
 };
 
-/// What became of a patch: numbers of vertices and triangles of the patch, ascending.
+/// Result of wrapping a patch: indices of its vertices and triangles, ascending.
 struct WrapReport {
-  /// [-] Vertices discarded because their rays meet nothing within reach,
+  /// [-] Discarded vertices: their rays meet nothing in range.
   std::vector<std::uint32_t> missed;
-  /// [-] or meet a face from behind, as rays do that start inside the shape,
+  /// [-] Vertices whose rays meet a face from behind, as rays that start inside the shape do.
   std::vector<std::uint32_t> met_from_behind;
-  /// [-] or meet it closer than the offset,
+  /// [-] Vertices whose rays meet the shape closer than the offset.
   std::vector<std::uint32_t> too_near;
-  /// [-] or because they have no normal to look along.
+  /// [-] Vertices without a normal to cast along.
   std::vector<std::uint32_t> without_normal;
-  /// [-] Triangles that lost a vertex, and were dropped.
+  /// [-] Triangles dropped because they lost a vertex.
   std::vector<std::uint32_t> dropped_faces;
 
   /// [-] Number of discarded vertices.
@@ -67,20 +67,20 @@ struct WrapReport {
   }
 };
 
-/// The patch, drawn onto a shape: each vertex looks for the shape against its normal, and moves to
-/// where it meets it, less the offset. In the frame of the shape; for `sensors_from_mesh`, or for
-/// `save_obj` and `save_stl`, to be edited by hand.
+/// Draws the patch onto a shape. Each vertex is cast at it against its normal, and moves to the
+/// hit, less the offset. The result is in the frame of the shape. It suits `sensors_from_mesh`, or
+/// `save_obj` and `save_stl` to edit it by hand.
 ///
-/// Vertices that meet nothing are discarded with their faces, and with vertices that are left
-/// without a face; if none is left, the mesh is empty. The others keep their order. Normals need no
-/// care: they are those of the triangles.
+/// Vertices that meet nothing are discarded with their faces. So are vertices that are left without
+/// a face. If none is left, the mesh is empty. The others keep their order. Normals are those of
+/// the triangles.
 ///
-/// Departs from Algorithm 3 in that the patch looks outwards, like the surface it becomes, so rays
-/// run against its normals; and in that a vertex whose ray meets nothing is discarded, too, where
-/// Algorithm 3 would leave it hanging where it is.
+/// It departs from Algorithm 3 in two points. The patch faces outwards, like the surface it
+/// becomes, so rays run against its normals. A vertex whose ray meets nothing is discarded, where
+/// Algorithm 3 would leave it in place.
 ///
-/// @param shape   Any surface, open or closed; degenerate triangles are not met.
-/// @param report  Where not null, receives what was discarded.
+/// @param shape   Any surface, open or closed. Rays pass degenerate triangles.
+/// @param report  Receives the discarded vertices and triangles. May be null.
 /// @throws InvalidArgument when one of the meshes is no valid surface (see `validate_surface`), a
 ///         normal is neither zero nor of length 1, or the definition breaks a rule.
 /// @note O((v + t) log t) for v vertices and a shape of t triangles.
@@ -111,8 +111,8 @@ void require_wrappable(const PatchMesh<S>& patch, const TriangleMesh<S>& shape,
   }
 }
 
-/// The mesh of those vertices that `is_kept` and of the triangles between them, whose numbers in
-/// the old mesh are left out of `dropped`.
+/// The mesh of the vertices that `is_kept` and of the triangles between them. `dropped` receives
+/// the indices of the other triangles.
 template <Scalar S>
 [[nodiscard]] TriangleMesh<S> kept_part(const TriangleMesh<S>& mesh,
                                         const std::vector<bool>& is_kept,
@@ -146,7 +146,7 @@ TriangleMesh<S> wrap_patch(const PatchMesh<S>& patch, const TriangleMesh<S>& sha
                            const WrapDef<S>& def, WrapReport* report) {
   detail::require_wrappable(patch, shape, def);
   const TriangleMesh<S> target = without_triangles<S>(shape, degenerate_triangles(shape));
-  const RayMesh<S> surface(target.triangles.size(), [&target](std::uint32_t t) {
+  const detail::RayMesh<S> surface(target.triangles.size(), [&target](std::uint32_t t) {
     const auto& [a, b, c] = target.triangles[t];
     return std::array<Vec3<S>, 3>{target.vertices[a], target.vertices[b], target.vertices[c]};
   });

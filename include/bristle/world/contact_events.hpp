@@ -1,6 +1,6 @@
 /// @file
-/// Who touches whom, since when, and with what impulse: the contacts of the last step as callers
-/// see them. Computed when asked for, from what the solver keeps anyway.
+/// Contacts of the last step as callers see them: which bodies touch, since when, and with what
+/// impulse. Computed on request from the solver's own data.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -15,36 +15,37 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// What happened to a touch in the last step.
+/// Change of a contact in the last step.
 enum class ContactPhase {
-  /// They touch and did not in the step before.
+  /// The shapes touch, unlike in the step before.
   begin,
-  /// They touched in both.
+  /// The shapes touched in both steps.
   persist,
-  /// They touched in the step before, and do no more; also because one of them was removed.
+  /// The shapes touched in the step before and no longer do, or one of them was removed.
   end
 };
 
-/// Two shapes whose touch began, went on or ended. Shapes *touch* in a step when one of their
+/// Two shapes whose contact began, persisted or ended. Shapes *touch* in a step when one of their
 /// contacts exchanged an impulse along its normal, or had a gap <= 0 when the step began.
 struct ContactEvent {
+  /// Change of the contact.
   ContactPhase phase = ContactPhase::begin;
-  /// [-] The shapes, in the order of their slots, and their bodies. After an end, they may name
-  /// what is gone.
+  /// [-] The shapes, in the order of their indices, and their bodies. After an end they may name
+  /// removed ones.
   ShapeId shape_a{};
   ShapeId shape_b{};
   BodyId body_a{};
   BodyId body_b{};
 };
 
-/// One point where two shapes met in the last step. World axes.
+/// Contact point of two shapes in the last step. World axes.
 template <Scalar S>
 struct ContactPointReading {
-  /// [m] Where, when the step began.
+  /// [m] Position when the step began.
   Vec3<S> position = Vec3<S>::Zero();
-  /// [1] From shape a to shape b.
+  /// [1] Unit normal from shape a to shape b.
   Vec3<S> normal = Vec3<S>::UnitZ();
-  /// [m] Distance of the surfaces when the step began; negative where they overlap.
+  /// [m] Distance of the surfaces when the step began. Negative where they overlap.
   S gap = S(0);
   /// [N s] Impulse on b along the normal, >= 0.
   S normal_impulse = S(0);
@@ -56,52 +57,52 @@ struct ContactPointReading {
 template <Scalar S>
 class ContactReading {
  public:
-  /// [-] The shapes, in the order of their slots, and their bodies.
+  /// [-] The shapes, in the order of their indices, and their bodies.
   ShapeId shape_a{};
   ShapeId shape_b{};
   BodyId body_a{};
   BodyId body_b{};
 
-  /// @param manifolds  All those of the two shapes, of which there is at least one.
-  ContactReading(std::span<const CachedManifold<S>> manifolds,
-                 const std::vector<CachedPoint<S>>& points)
+  /// @param manifolds  All manifolds of the two shapes, at least one.
+  ContactReading(std::span<const detail::CachedManifold<S>> manifolds,
+                 const std::vector<detail::CachedPoint<S>>& points)
       : manifolds_(manifolds), points_(&points) {}
 
-  /// Whether they touch, as `ContactEvent` has it.
+  /// Returns whether they touch, as in `ContactEvent`.
   [[nodiscard]] bool is_touching() const;
 
   /// Calls visit(const ContactPointReading<S>&) for each point.
   template <typename Visit>
   void for_each_point(Visit&& visit) const;
 
-  /// [N s, N m s] Total impulse on b about a point [m] of the world; on a acts its negative.
+  /// [N s, N m s] Total impulse on b about a point [m] of the world. Its negative acts on a.
   [[nodiscard]] Wrench<S> impulse_about(const Vec3<S>& point) const;
 
-  /// [N s, N m s] Total impulse on body a or b about its centre of mass as it was when the step
-  /// began: by how much they changed its momentum and its angular momentum, to round-off.
+  /// [N s, N m s] Total impulse on body a or b about its centre of mass at the start of the step.
+  /// Equals its change of (angular) momentum, to round-off.
   [[nodiscard]] Wrench<S> impulse_on_a() const;
   [[nodiscard]] Wrench<S> impulse_on_b() const;
 
  private:
-  /// Sums over points with the arm that `arm_of(manifold, point)` gives.
+  /// Sums over points with the arms `arm_of(manifold, point)`.
   template <typename ArmOf>
   [[nodiscard]] Wrench<S> sum(ArmOf&& arm_of) const;
 
-  std::span<const CachedManifold<S>> manifolds_;
-  const std::vector<CachedPoint<S>>* points_;
+  std::span<const detail::CachedManifold<S>> manifolds_;
+  const std::vector<detail::CachedPoint<S>>* points_;
 };
 
 // Implementation -----------------------------------------------------------------------------------
 
 namespace detail {
 
-/// [N s] Impulse of one point on b, world axes.
+/// [N s] A point's impulse on b, world axes.
 template <Scalar S>
 [[nodiscard]] Vec3<S> point_impulse(const CachedManifold<S>& m, const CachedPoint<S>& point) {
   return point.impulse[0] * m.normal + friction_impulse(m, point);
 }
 
-/// Manifolds of the pair that the list holds from `first` on.
+/// Manifolds of the pair at index `first`.
 template <Scalar S>
 [[nodiscard]] std::span<const CachedManifold<S>> same_pair(
     const std::vector<CachedManifold<S>>& manifolds, std::size_t first) {
@@ -161,11 +162,11 @@ bool ContactReading<S>::is_touching() const {
 template <Scalar S>
 template <typename Visit>
 void ContactReading<S>::for_each_point(Visit&& visit) const {
-  for (const CachedManifold<S>& m : manifolds_) {
+  for (const detail::CachedManifold<S>& m : manifolds_) {
     for (std::uint32_t i = m.first; i < m.first + m.count; ++i) {
-      const CachedPoint<S>& point = (*points_)[i];
+      const detail::CachedPoint<S>& point = (*points_)[i];
       visit(ContactPointReading<S>{m.center_a + point.arm_a, m.normal, point.gap, point.impulse[0],
-                                   friction_impulse(m, point)});
+                                   detail::friction_impulse(m, point)});
     }
   }
 }
@@ -174,9 +175,9 @@ template <Scalar S>
 template <typename ArmOf>
 Wrench<S> ContactReading<S>::sum(ArmOf&& arm_of) const {
   Wrench<S> total;
-  for (const CachedManifold<S>& m : manifolds_) {
+  for (const detail::CachedManifold<S>& m : manifolds_) {
     for (std::uint32_t i = m.first; i < m.first + m.count; ++i) {
-      const CachedPoint<S>& point = (*points_)[i];
+      const detail::CachedPoint<S>& point = (*points_)[i];
       total += Wrench<S>::at(arm_of(m, point), detail::point_impulse(m, point));
     }
   }
@@ -185,19 +186,23 @@ Wrench<S> ContactReading<S>::sum(ArmOf&& arm_of) const {
 
 template <Scalar S>
 Wrench<S> ContactReading<S>::impulse_about(const Vec3<S>& point) const {
-  return sum([&](const CachedManifold<S>& m, const CachedPoint<S>& p) -> Vec3<S> {
+  return sum([&](const detail::CachedManifold<S>& m, const detail::CachedPoint<S>& p) -> Vec3<S> {
     return m.center_a - point + p.acting_arm_a();
   });
 }
 
 template <Scalar S>
 Wrench<S> ContactReading<S>::impulse_on_a() const {
-  return -sum([](const CachedManifold<S>&, const CachedPoint<S>& p) { return p.acting_arm_a(); });
+  return -sum([](const detail::CachedManifold<S>&, const detail::CachedPoint<S>& p) {
+    return p.acting_arm_a();
+  });
 }
 
 template <Scalar S>
 Wrench<S> ContactReading<S>::impulse_on_b() const {
-  return sum([](const CachedManifold<S>&, const CachedPoint<S>& p) { return p.acting_arm_b(); });
+  return sum([](const detail::CachedManifold<S>&, const detail::CachedPoint<S>& p) {
+    return p.acting_arm_b();
+  });
 }
 
 }  // namespace bristle::inline BRISTLE_ABI

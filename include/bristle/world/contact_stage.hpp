@@ -1,9 +1,9 @@
 /// @file
-/// First stage of a step: who is near whom, and where they touch.
+/// First stage of a step: broad phase and contacts.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/dynamics/contacts/contact_aim.hpp>
+#include <bristle/dynamics/contacts/contact_target.hpp>
 #include <bristle/world/near_shapes.hpp>
 #include <bristle/world/world_state.hpp>
 
@@ -12,10 +12,10 @@
 #include <span>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Moves the boxes of all shapes, finds the pairs that may touch, asks the backend where they do,
-/// and turns contacts between steps into rows.
+/// Moves the boxes of all shapes and finds the pairs that may touch. Queries the backend for their
+/// contacts. Turns contacts between steps into rows.
 template <Scalar S, typename Backend>
 class ContactStage {
  public:
@@ -28,7 +28,7 @@ class ContactStage {
     state.contacts.begin_step(state.def.time_step);
     const auto may_touch = [&](std::uint32_t a, std::uint32_t b) {
       if (is_dormant(state, {a, b}) || !detail::may_touch(state, a, b)) return false;
-      if (!state.broad_phase.is_coarse(a) && !state.broad_phase.is_coarse(b)) return true;
+      if (!state.broad_phase.is_loose(a) && !state.broad_phase.is_loose(b)) return true;
       refine(state, a);
       refine(state, b);
       return state.broad_phase.swept(a).overlaps(state.broad_phase.swept(b)) &&
@@ -42,16 +42,16 @@ class ContactStage {
   /// Adds the constraints of all contacts.
   void add_constraints(State& state) const {
     for (const CachedManifold<S>& m : state.contacts.manifolds()) {
-      if (m.is_carried) continue;
+      if (m.is_persisted) continue;
       const Collider<S, Backend>& a = state.colliders.at(m.shapes.a);
       const Collider<S, Backend>& b = state.colliders.at(m.shapes.b);
-      bristle::add_contacts(m, state.contacts.points(), combined(a.material, b.material),
-                            a.body.index, b.body.index, state.constraints);
+      detail::add_contacts(m, state.contacts.points(), combined(a.material, b.material),
+                           a.body.index, b.body.index, state.constraints);
     }
   }
 
-  /// Moves the boxes of shapes that impulses took out of what free motion would sweep, so that
-  /// queries between steps find them.
+  /// Moves the boxes of shapes that impulses took out of their swept boxes, so that queries between
+  /// steps find them.
   void settle_boxes(State& state) const {
     using std::sqrt;
     for (std::size_t k = 0; k < moving_.size(); ++k) {
@@ -61,53 +61,53 @@ class ContactStage {
       const Transform<S>& end = state.body_of(c).center_pose;
       const S turn2 = (end.rotation.coeffs() - start.center_pose.rotation.coeffs()).squaredNorm();
       const S shift2 = (end.translation - start.center_pose.translation).squaredNorm();
-      // A point at the distance r turns by 2 r sin(angle / 2), and unit quaternions by
-      // 2 sin(angle / 4).
+      // A point at the distance r moves by 2 r sin(angle / 2), and unit quaternions by 2 sin(angle
+      // / 4).
       const S turn = S(2) * c.radius * sqrt(turn2);
       if (state.broad_phase.settle(i, end.translation, sqrt(shift2), turn, start.reach)) continue;
-      const Aabb<S> box = detail::box_of(state, c);
+      const Aabb<S> box = box_of(state, c);
       if (!state.broad_phase.swept(i).contains(box)) state.broad_phase.move(i, box);
     }
   }
 
-  /// Keeps the impulses that the solver found.
+  /// Stores the solved impulses in the contact cache.
   void store_impulses(State& state) const {
     std::vector<CachedPoint<S>>& points = state.contacts.points();
     std::size_t contact = 0;
     for (const CachedManifold<S>& m : state.contacts.manifolds()) {
-      if (m.is_carried) continue;
+      if (m.is_persisted) continue;
       for (std::uint32_t i = m.first; i < m.first + m.count; ++i) {
         const ContactConstraint<S>& c = state.constraints.contacts[contact++];
         points[i].impulse = c.impulse;
-        points[i].passing = c.passing;
+        points[i].transient_impulse = c.transient_impulse;
         points[i].took_impact = c.is_impact;
       }
     }
   }
 
  private:
-  // A pair costs about a microsecond and waking a thread several: a chunk is work worth taking, and
-  // fewer pairs than a few chunks are done before the first thread is awake.
+  // A pair costs a microsecond, waking a thread several. So a chunk is work worth taking. A few
+  // chunks finish before a thread wakes.
   static constexpr std::size_t chunk_size = 16;
   static constexpr std::size_t fewest_shared_pairs = 64;
 
-  /// What came of a pair: its manifolds in the buffer of its chunk.
+  /// Result for a pair: manifolds in its chunk's buffer.
   struct Found {
     std::uint32_t first = 0;
     std::uint32_t count = 0;
     bool has_failed = false;
   };
 
-  /// Where a shape that moves starts from, and how far its box was grown.
+  /// Start pose of a moving shape, and the margin of its swept box.
   struct Start {
     Transform<S> center_pose;
     S reach = S(0);
   };
 
-  /// Gives a shape the box of all that it can reach where only a larger one is known.
+  /// Computes the swept box of a loose shape.
   static void refine(State& state, std::uint32_t tag) {
-    if (!state.broad_phase.is_coarse(tag)) return;
-    state.broad_phase.refine(tag, detail::swept_box(state, state.colliders.at(tag)));
+    if (!state.broad_phase.is_loose(tag)) return;
+    state.broad_phase.refine(tag, swept_box(state, state.colliders.at(tag)));
   }
 
   void sweep_boxes(State& state) {
@@ -116,36 +116,36 @@ class ContactStage {
     for (std::uint32_t i = 0; i < state.colliders.slot_count(); ++i) {
       if (!state.colliders.is_live(i)) continue;
       const Collider<S, Backend>& c = state.colliders.at(i);
-      // Half-spaces belong to bodies that forces do not move, and are always listed.
+      // Forces do not move the bodies of half-spaces. Half-spaces are always listed.
       const Body<S>& body = state.body_of(c);
       if (body.motion == Motion::fixed || c.half_space || body.is_asleep()) continue;
-      const S reach = detail::reach_of(state, c, c);
+      const S reach = reach_of(state, c, c);
       const Vec3<S>& center = body.center_pose.translation;
       if (!state.broad_phase.stays(i, reach, center)) {
-        state.broad_phase.move(i, detail::box_of(state, c).inflated(reach), reach, center);
+        state.broad_phase.move(i, box_of(state, c).inflated(reach), reach, center);
       }
-      // What stands still is found by those that move.
+      // Moving shapes find the shapes at rest.
       if (!state.is_active(c.body.index)) continue;
       moving_.push_back(i);
       starts_.push_back({body.center_pose, reach});
     }
   }
 
-  /// Whether two shapes have nothing to do with each other in this step since one sleeps on.
+  /// Returns whether two shapes skip each other in this step because one of them sleeps on.
   [[nodiscard]] static bool is_dormant(const State& state, const ShapePair& pair) {
     return state.body_of(state.colliders.at(pair.a)).is_asleep() ||
            state.body_of(state.colliders.at(pair.b)).is_asleep();
   }
 
-  /// Asks the backend about all pairs: in chunks, which are the same for any number of threads and
-  /// write to buffers of their own.
+  /// Queries the backend for all pairs, in chunks. Chunks are the same for any number of threads
+  /// and write to buffers of their own.
   void collide_pairs(State& state) {
     const std::size_t chunks = (pairs_.size() + chunk_size - 1) / chunk_size;
     found_.resize(pairs_.size());
     if (buffers_.size() < chunks) buffers_.resize(chunks);
     for (std::size_t i = 0; i < chunks; ++i) {
       buffers_[i].clear();
-      // As large as any has been: which pairs share a chunk changes, and must not allocate.
+      // Reserve the largest size so far: the pairs of a chunk change, which must not allocate.
       buffers_[i].reserve(most_manifolds_);
     }
     const auto task = [this, &state](std::size_t chunk) {
@@ -168,22 +168,22 @@ class ContactStage {
                                      ContactManifolds<S>& out) {
     Found found;
     found.first = static_cast<std::uint32_t>(out.size());
-    found.has_failed = detail::collide_pair(state, pair, out) != ContactStatus::ok;
+    found.has_failed = collide_pair(state, pair, out) != ContactStatus::ok;
     if (found.has_failed) out.resize(found.first);
     found.count = static_cast<std::uint32_t>(out.size()) - found.first;
     return found;
   }
 
-  /// Puts what the backend found into the cache, in the order of the pairs.
+  /// Puts the backend's contacts into the cache, in the order of the pairs.
   void add_contacts(State& state) {
     state.report.pairs_collided += pairs_.size();
-    // Contacts of sleepers stay as they are, in their place among the others.
+    // Contacts of sleeping bodies persist, in their position.
     const bool has_sleepers = state.sleeping_bodies > 0;
     const auto stays = [&](const ShapePair& pair) { return is_dormant(state, pair); };
     for (std::size_t i = 0; i < pairs_.size(); ++i) {
       if (found_[i].has_failed) ++state.report.backend_failures;
       if (found_[i].count == 0) continue;
-      if (has_sleepers) state.contacts.carry_before(pairs_[i], stays);
+      if (has_sleepers) state.contacts.persist_before(pairs_[i], stays);
       const Collider<S, Backend>& a = state.colliders.at(pairs_[i].a);
       const Transform<S>& X_WA = state.body_of(a).center_pose;
       const Transform<S>& X_WB = state.body_of(state.colliders.at(pairs_[i].b)).center_pose;
@@ -194,9 +194,9 @@ class ContactStage {
            a.is_centered ? Vec3<S>::Zero() : X_WA.rotate(a.X_CmS.translation),
            X_WB.translation - X_WA.translation, X_WA.translation});
     }
-    if (has_sleepers) state.contacts.carry_before({~0u, ~0u}, stays);
+    if (has_sleepers) state.contacts.persist_before({~0u, ~0u}, stays);
     for (const CachedManifold<S>& m : state.contacts.manifolds()) {
-      state.report.contact_points += m.is_carried ? 0 : m.count;
+      state.report.contact_points += m.is_persisted ? 0 : m.count;
     }
   }
 
@@ -208,4 +208,4 @@ class ContactStage {
   std::size_t most_manifolds_ = chunk_size;
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,5 +1,5 @@
 /// @file
-/// A body near a haptic tool, ahead of the world: how the ticks of a loop move it.
+/// A body near a haptic tool, predicted ahead of the world by the substeps of a loop.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -9,21 +9,21 @@
 #include <bristle/math/finite.hpp>
 #include <bristle/world/held_mobility.hpp>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// A body as the ticks of a `HapticLoop` see it. Between steps of the world it moves by
+/// A body as the substeps of a `HapticLoop` see it. Between steps of the world it moves by
 ///
 ///     v' = v + h W f + W sum of impulses,
 ///
-/// W being its `HeldMobility` and f what else acted on it in the last step. Impulses of all patches
-/// that touch it are solved together and implicitly, so that stiff sensors on a light body are
-/// stable at any rate of ticks.
+/// where W is its `HeldMobility` and f the other force on it in the last step. Impulses of all
+/// patches in contact with it are solved together and implicitly. So stiff sensors on a light body
+/// are stable at any rate of substeps.
 template <Scalar S>
 class HapticBody {
  public:
   HapticBody() = default;
-  /// @param other_force  [N, N m] What else acts on the body about its centre of mass.
-  /// @param step         [s] Of the world.
+  /// @param other_force  [N, N m] Other forces on the body, about its centre of mass.
+  /// @param step         [s] Step of the world.
   HapticBody(BodyId id, const Body<S>& body, const HeldMobility<S>& held,
              const Vec6<S>& other_force, S step)
       : id_(id),
@@ -34,11 +34,11 @@ class HapticBody {
         spread_(share_ - S(0.5) * step) {}
 
   [[nodiscard]] BodyId id() const { return id_; }
-  /// Where the body is predicted to be.
+  /// Predicted state of the body.
   [[nodiscard]] const Body<S>& body() const { return body_; }
   [[nodiscard]] const HeldMobility<S>& held() const { return held_; }
-  /// [N s, N m s] What all ticks gave it about its centre of mass, world axes.
-  [[nodiscard]] const Wrench<S>& impulse() const { return given_; }
+  /// [N s, N m s] Impulse of all substeps about its centre of mass, world axes.
+  [[nodiscard]] const Wrench<S>& impulse() const { return applied_; }
 
   /// [kg m/s, kg m^2/s] Momentum of a body about its centre of mass.
   [[nodiscard]] static Vec6<S> momentum(const Body<S>& body) {
@@ -47,8 +47,8 @@ class HapticBody {
     return p;
   }
 
-  /// Prepares for one tick.
-  void begin_tick() {
+  /// Prepares for one substep.
+  void begin_substep() {
     if (held_.is_held || !body_.moves()) return;
     held_.matrix.template bottomRightCorner<3, 3>() = body_.inverse_inertia_W();
   }
@@ -62,14 +62,14 @@ class HapticBody {
     matrix_.setZero();
     offset_.setZero();
   }
-  /// Adds a patch that pushes this body as B.
+  /// Adds a patch that acts on this body as B.
   /// @param motion_a  [m/s, rad/s] Twist of A at the point c of the block.
   void add(const SoftBlock<S>& block, const Vec6<S>& motion_a) {
     const Mat6<S> G = shift_matrix<S>(block.arm_b);
     matrix_ += G.transpose() * block.matrix * G;
     offset_ += G.transpose() * (block.offset + block.matrix * motion_a);
   }
-  /// Finds the twist at the end of the tick: (1 + W Q) v' = v + W (h f + q).
+  /// Finds the twist at the end of the substep: (1 + W Q) v' = v + W (h f + q).
   void solve(S h) {
     Vec6<S> start;
     start << body_.twist.linear, body_.twist.angular;
@@ -79,22 +79,22 @@ class HapticBody {
     end_ = solved(left, start + held_.matrix * (h * other_force_ + offset_));
     if (!all_finite(end_)) end_ = start + held_.matrix * (h * other_force_);
   }
-  /// Twist of the solution at the point c of a block.
+  /// Solved twist at the point c of a block.
   [[nodiscard]] Vec6<S> motion_at(const Vec3<S>& arm) const { return shift_matrix<S>(arm) * end_; }
 
-  /// Counts an impulse about the centre of mass.
-  /// @param left  [s] From the start of the tick to the end of the step: as long as it moves the
-  ///              body.
-  void push(const Wrench<S>& impulse, S left) {
+  /// Adds an impulse about the centre of mass.
+  /// @param left  [s] Time from the start of the substep to the end of the step, for which the
+  ///              impulse moves the body.
+  void apply_impulse(const Wrench<S>& impulse, S left) {
     const S carry = left - share_;
-    given_ += impulse;
+    applied_ += impulse;
     carried_ += carry * impulse;
   }
-  /// Moves the body by one tick.
-  void end_tick(S h) {
+  /// Moves the body by one substep.
+  void end_substep(S h) {
     if (body_.moves()) {
-      // Forces known from the start accelerate it evenly; by what the world's integrator makes of
-      // them all ticks are equally off.
+      // Forces known from the start accelerate the body evenly. All substeps share the error of the
+      // world's integrator.
       const Vec6<S> motion = end_ + (spread_ - S(0.5) * h) * (held_.matrix * other_force_);
       body_.twist = {end_.template head<3>(), end_.template tail<3>()};
       step_pose(body_, Twist<S>{motion.template head<3>(), motion.template tail<3>()}, h);
@@ -103,8 +103,8 @@ class HapticBody {
     }
   }
 
-  /// [m, rad] By how much farther than a constant force the impulses of the ticks moved the body,
-  /// since they came when they came.
+  /// [m, rad] Displacement by the substeps' impulses beyond that of a constant force, due to their
+  /// instants.
   [[nodiscard]] Twist<S> carried() const {
     Vec6<S> moment;
     moment << carried_.force, carried_.torque;
@@ -112,7 +112,7 @@ class HapticBody {
     return {shift.template head<3>(), shift.template tail<3>()};
   }
 
-  /// [kg m/s, kg m^2/s] Momentum that the world's body had when it was given the impulses.
+  /// [kg m/s, kg m^2/s] Momentum of the world's body when the impulses were applied.
   Vec6<S> start_momentum = Vec6<S>::Zero();
 
  private:
@@ -120,15 +120,15 @@ class HapticBody {
   Body<S> body_{};
   HeldMobility<S> held_{};
   Vec6<S> other_force_ = Vec6<S>::Zero();
-  /// [s] For how long the step carries the body by what a force of the whole step gives it: half
-  /// the step, or all of it; and how much more than half that is.
+  /// [s] Time over which a force of the whole step displaces the body at its velocity change: half
+  /// the step, or all of it. And the excess over half the step.
   S share_ = S(0);
   S spread_ = S(0);
-  Wrench<S> given_{};
+  Wrench<S> applied_{};
   Wrench<S> carried_{};  // [N s^2, N m s^2]
   Mat6<S> matrix_ = Mat6<S>::Zero();
   Vec6<S> offset_ = Vec6<S>::Zero();
   Vec6<S> end_ = Vec6<S>::Zero();
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,9 +1,9 @@
 /// @file
-/// How a body answers a push while what held it in the last step holds on.
+/// Response of a body to an impulse while the constraints of the last step hold on.
 ///
-/// A haptic loop runs ahead of the world. What it needs to know of the rest of the world is how the
-/// body under the tool gives way: a box in the air by its mass, the same box on a table not at all
-/// downwards, and sideways as long as it sticks no more.
+/// A haptic loop runs ahead of the world. Of the rest of the world it only needs to know how the
+/// body under the tool yields. A box in the air yields by its mass. The same box on a table does
+/// not yield downwards at all, nor sideways while it sticks.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -13,28 +13,28 @@
 
 #include <cstdint>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// A body as its surroundings let it move.
+/// Mobility of a body within its surroundings.
 template <Scalar S>
 struct HeldMobility {
-  /// [1/kg and products with 1/m] Change of its twist for an impulse about its centre of mass,
-  /// world axes: symmetric, positive semidefinite.
+  /// [1/kg and products with 1/m] Change of its twist by an impulse about its centre of mass, world
+  /// axes. Symmetric, positive semidefinite.
   Mat6<S> matrix = Mat6<S>::Zero();
-  /// Whether anything but its inertia resists.
+  /// True if anything but its inertia resists.
   bool is_held = false;
-  /// Whether it hit something in the last step, so that forces of that step say little of the next.
+  /// True if it hit something in the last step: forces of that step then say little of the next.
   bool was_hit = false;
-  /// [-] How the step finds its position: sensors, drives and stops ask for symplectic Euler.
+  /// [-] Integrator of its position: sensors, motors and limits require symplectic Euler.
   Integrator integrator = Integrator::trapezoidal;
 };
 
 /// Finds the mobility of bodies from the state that a step left behind.
 ///
-/// Contacts that carried load stop the body along their normal, and across it where they stick;
-/// joints stop it along their locked axes, along a driven one while the drive has force to spare;
-/// patches of the world and springs add their stiffness and damping over a step. What is on the
-/// other side counts as immovable.
+/// Contacts that carried load stop the body along their normal, and across it where they stick.
+/// Joints stop it along their locked axes, and along a driven axis while the motor has force to
+/// spare. Patches of the world and springs add their stiffness and damping over a step. The body on
+/// the other side counts as immovable.
 template <Scalar S, typename Backend>
 class HeldMobilityFinder {
  public:
@@ -55,14 +55,14 @@ class HeldMobilityFinder {
   }
 
  private:
-  /// Takes away all motion along a row: impulses along it find an equal answer.
+  /// Removes all motion along a row. A constraint balances impulses along it.
   void stop(const Vec3<S>& direction, const Vec3<S>& angular, HeldMobility<S>& held) const {
     Vec6<S> row;
     row << direction, angular;
     const Vec6<S> motion = held.matrix * row;
     const S response = row.dot(motion);
     held.is_held = true;
-    // Along a row that others stop already there is nothing left but rounding.
+    // A row that others stop already holds only rounding.
     if (!(response > Tolerance<S>::equal() * row.dot(free_ * row))) return;
     held.matrix -= (motion / response) * motion.transpose();
   }
@@ -76,13 +76,13 @@ class HeldMobilityFinder {
       for (const PatchPair<S>& pair : patch.pairs) {
         if (pair.count == 0 || (!is_own && pair.body_b != slot)) continue;
         Mat6<S> K, D;
-        detail::sum_stiffness(patch, pair, K, D);
+        sum_stiffness(patch, pair, K, D);
         soften(dt * dt * K + dt * D, is_own ? pair.arm_a : pair.arm_b, held);
       }
     }
   }
 
-  /// Takes away what stiffness and damping at the end of an arm hold back within a step.
+  /// Reduces the mobility by the stiffness and damping at the end of an arm within a step.
   /// @param soft  [N s^2/m and products with m] As `SoftBlock::matrix`.
   void soften(const Mat6<S>& soft, const Vec3<S>& arm, HeldMobility<S>& held) const {
     const Mat6<S> to_point = shift_matrix<S>(arm);
@@ -113,7 +113,7 @@ class HeldMobilityFinder {
         }
         const Vec3<S>& arm = a.body.index == slot ? point.arm_a : point.arm_b;
         stop(m.normal, arm.cross(m.normal), held);
-        // Close to the limit it counts as sliding: friction then goes on as a force.
+        // Close to its limit, friction counts as sliding: it goes on as a force.
         constexpr S sticks_below = S(0.999);
         if (friction_impulse(m, point).norm() >= sticks_below * friction * point.impulse[0]) {
           continue;
@@ -160,4 +160,4 @@ class HeldMobilityFinder {
   Constraints<S> rows_;
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

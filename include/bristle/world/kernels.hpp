@@ -1,10 +1,10 @@
 /// @file
-/// The door between what is compiled once and what is compiled for each instruction set.
+/// Interface between the code compiled once and the code compiled for each instruction set.
 ///
-/// All that a world computes in every step goes through a table of functions. Header-only there is
-/// one, made for what the program is compiled for; `bristle::compiled` has one for each
-/// `InstructionSet` and chooses. Both sides of the door see one layout of all types: what is stored
-/// holds arrays of scalars and unaligned matrices, never a register.
+/// A table of functions computes all that a world does in every step. Header-only there is one
+/// table, for the instruction set of the program. `bristle::compiled` has one for each
+/// `InstructionSet` and chooses. Both sides see one layout of all types: stored data are arrays of
+/// scalars and unaligned matrices, never registers.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -24,32 +24,37 @@ class ProximityArray;
 template <Scalar S, typename Backend = AnalyticBackend>
 class HapticLoop;
 
-/// The functions of a world that are compiled for each instruction set. None of them throws.
+}  // namespace bristle::inline BRISTLE_ABI
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Functions of a world, compiled for each instruction set. None of them throws.
 template <Scalar S, typename Backend>
 struct WorldKernels {
-  /// A new `Stepper`, and its end.
+  /// Creates a `Stepper`, and deletes it.
   void* (*make_scratch)();
   void (*delete_scratch)(void* stepper);
   /// `Stepper::step`.
   void (*step)(void* stepper, WorldState<S, Backend>& state);
-  /// Nearest hits of rays with all shapes. Rays are valid, and there is one hit for each.
+  /// Finds the nearest hits of rays with all shapes. Rays are valid, with one hit for each.
   void (*cast_rays)(const WorldState<S, Backend>& state, std::span<const Ray<S>> rays,
                     const RayFilter& filter, std::span<WorldRayHit<S>> hits);
-  /// `ProximityArray::sense`; the carrier is there.
+  /// `ProximityArray::sense`. The carrier exists.
   void (*sense)(ProximityArray<S>& array, const WorldState<S, Backend>& state, BodyId carrier);
 };
 
-/// The same of a haptic loop, apart, so that a header-only program without one does not compile it.
+/// Kernels of a haptic loop. They are apart, so that a header-only program without a loop does not
+/// compile them.
 template <Scalar S, typename Backend>
 struct HapticKernels {
-  /// One tick of a loop that is open and has one left.
-  void (*tick)(HapticLoop<S, Backend>& loop);
+  /// One substep of an open loop with one left.
+  void (*substep)(HapticLoop<S, Backend>& loop);
 };
 
-/// The tables that are used from here on.
+/// The tables to use from here on.
 template <Scalar S, typename Backend>
 [[nodiscard]] const WorldKernels<S, Backend>& world_kernels();
 template <Scalar S, typename Backend>
 [[nodiscard]] const HapticKernels<S, Backend>& haptic_kernels();
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,15 +1,15 @@
 /// @file
-/// The kernels of a world for the instruction set that this file is compiled for.
+/// Kernels of a world for the instruction set that this file is compiled for.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/world/haptic_tick.hpp>
+#include <bristle/world/haptic_substep.hpp>
 #include <bristle/world/kernels.hpp>
 #include <bristle/world/proximity.hpp>
 #include <bristle/world/ray_query.hpp>
 #include <bristle/world/stepper.hpp>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// The tables of this file's instruction set.
 template <Scalar S, typename Backend>
@@ -25,7 +25,7 @@ template <Scalar S, typename Backend>
              std::span<WorldRayHit<S>> hits) {
             RayHits<S> scratch;
             for (std::size_t i = 0; i < rays.size(); ++i) {
-              hits[i] = detail::cast_ray(state, rays[i], filter, scratch);
+              hits[i] = cast_ray(state, rays[i], filter, scratch);
             }
           },
       .sense = [](ProximityArray<S>& array, const State& state,
@@ -35,7 +35,7 @@ template <Scalar S, typename Backend>
 template <Scalar S, typename Backend>
 [[nodiscard]] const HapticKernels<S, Backend>& own_haptic_kernels() {
   static constexpr HapticKernels<S, Backend> own{
-      .tick = [](HapticLoop<S, Backend>& loop) { detail::HapticTick<S, Backend>(loop).run(); }};
+      .substep = [](HapticLoop<S, Backend>& loop) { HapticSubstep<S, Backend>(loop).run(); }};
   return own;
 }
 
@@ -48,4 +48,4 @@ const HapticKernels<S, Backend>& haptic_kernels() {
   return own_haptic_kernels<S, Backend>();
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,33 +1,33 @@
 /// @file
 /// Part of the third stage of a step: mechanisms follow their own smooth motion, and contacts act
-/// on what comes out of it.
+/// on the result.
 ///
-/// Bodies that joints connect and nothing else pushes are moved by `JointFlow`, which keeps their
-/// energy. Where contacts touch them too, that motion is what contacts take for free motion: their
-/// impulses, and the joints' answers to them, come on top.
+/// `MechanismIntegrator` moves bodies that only joints act on, and keeps their energy. Contacts on
+/// them take that motion as free motion. The impulses of contacts, and the joints' response to
+/// them, come on top.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/dynamics/joints/joint_flow.hpp>
 #include <bristle/dynamics/joints/joint_projection.hpp>
 #include <bristle/dynamics/joints/joint_rows.hpp>
+#include <bristle/dynamics/joints/mechanism_integrator.hpp>
 #include <bristle/dynamics/solver/island_solver.hpp>
 #include <bristle/world/world_state.hpp>
 
 #include <algorithm>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Moves the mechanisms of one island after the other.
+/// Moves the mechanisms, one island at a time.
 template <Scalar S, typename Backend>
 class MechanismStage {
  public:
   using State = WorldState<S, Backend>;
 
-  /// Forgets the mechanisms of the last step.
+  /// Clears the mechanisms of the last step.
   void begin_step(const State& state) {
-    has_flow_ = false;
+    has_mechanism_ = false;
     if (state.joints.size() == 0) return;
     end_poses_.resize(std::max<std::size_t>(end_poses_.size(), state.bodies.slot_count()));
     parent_.resize(std::max<std::size_t>(parent_.size(), state.bodies.slot_count()));
@@ -35,14 +35,14 @@ class MechanismStage {
     joint_impulses_.assign(state.joints.slot_count(), Wrench<S>{});
   }
 
-  /// Whether an island has a mechanism whose motion may be integrated: joints without drives and
-  /// stops that hold, which are decisions of a step and not forces; no springs that are stiff for
-  /// the step; and no sensors, whose law is integrated with symplectic Euler. Stops that are free
-  /// do no harm unless contacts may push the joint there.
+  /// Returns whether an island has a mechanism whose motion may be integrated. Motors and active
+  /// limits rule it out: they are decisions of a step, not forces. So do springs that are stiff for
+  /// the step, and sensors, whose law is integrated with symplectic Euler. Inactive limits are
+  /// harmless unless contacts may push there.
   [[nodiscard]] static bool applies_to(const State& state, const Island& island,
                                        const SolveContext<S>& context) {
     if (island.blocks.empty() || state.def.integrator != Integrator::trapezoidal) return false;
-    bool has_stops = false;
+    bool has_limits = false;
     std::size_t springs = 0;
     for (const std::uint32_t i : island.blocks) {
       const ConstraintBlock<S>& block = state.constraints.blocks[i];
@@ -52,24 +52,26 @@ class MechanismStage {
         continue;
       }
       const ConstraintRow<S>& row = state.constraints.rows[block.first];
-      const bool is_free = block.kind == BlockKind::stop && row.impulse == S(0) && row.error > S(0);
+      const bool is_free =
+          block.kind == BlockKind::limit && row.impulse == S(0) && row.error > S(0);
       if (!is_free) return false;
-      has_stops = true;
+      has_limits = true;
     }
     if (springs != island.soft.size()) return false;  // The others are stiff springs or patches.
-    if (!island.contacts.empty() && (has_stops || IslandSolver<S>::is_large(context))) return false;
+    if (!island.contacts.empty() && (has_limits || IslandSolver<S>::is_large(context)))
+      return false;
     return std::none_of(island.bodies.begin(), island.bodies.end(),
                         [&](std::uint32_t slot) { return state.solver_bodies[slot].is_sensed; });
   }
 
-  /// Integrates the mechanisms of an island: sets the free velocities and displacements of its
-  /// bodies, and turns the rows of its joints to where they will be.
-  /// @return False when that failed, or led beyond a stop: the island is then as before.
+  /// Integrates the mechanisms of an island. Sets the free velocities and displacements of its
+  /// bodies, and turns the rows of its joints to their end poses.
+  /// @return False when that failed or passed a limit: the island is then as before.
   bool advance(State& state, const Island& island) {
     find_groups(state, island);
     saved_.clear();
     for (const std::uint32_t slot : island.bodies) saved_.push_back(state.solver_bodies[slot]);
-    if (!advance_groups(state, island) || !keeps_stops(state, island)) {
+    if (!advance_groups(state, island) || !keeps_limits(state, island)) {
       for (std::size_t k = 0; k < saved_.size(); ++k) {
         state.solver_bodies[island.bodies[k]] = saved_[k];
       }
@@ -78,7 +80,7 @@ class MechanismStage {
       }
       return false;
     }
-    has_flow_ = true;
+    has_mechanism_ = true;
     for (const std::uint32_t i : island.blocks) {
       if (state.constraints.blocks[i].kind != BlockKind::equality) continue;
       const Joint<S>& joint = state.joints.at(state.constraints.blocks[i].joint);
@@ -86,7 +88,7 @@ class MechanismStage {
       const std::uint32_t a = joint.def.body_a.index;
       const std::uint32_t b = joint.def.body_b.index;
       turn_joint_rows(joint, end_pose(state, a), end_pose(state, b),
-                      state.solver_bodies[a].free_motion, state.solver_bodies[b].free_motion,
+                      state.solver_bodies[a].free_velocity, state.solver_bodies[b].free_velocity,
                       state.def.time_step, state.constraints);
       if (!island.contacts.empty()) continue;
       for (std::uint32_t r = 0; r < state.constraints.blocks[i].count; ++r) {
@@ -96,9 +98,10 @@ class MechanismStage {
     return true;
   }
 
-  /// Takes the bodies of an island back to their joints where the motion that was solved for throws
-  /// them off. It is a line along the directions of the start of the step; a light link that is
-  /// struck may turn by radians in one step, and ended far from its joint, through what it lies on.
+  /// Returns the bodies of an island to their joints where the solved motion throws them off. That
+  /// motion is a line along the directions of the start of the step. A light link that is struck
+  /// may turn by radians in one step. On a line it would end far from its joint, beyond the body it
+  /// lies on.
   void close_wide_gaps(State& state, const Island& island) {
     if (!has_far_turns(state, island)) return;
     find_groups(state, island);
@@ -107,9 +110,9 @@ class MechanismStage {
     }
   }
 
-  /// Moves a body of a mechanism to where it was integrated to, and by what impulses added.
+  /// Moves a body of a mechanism to its integrated pose, plus the motion that impulses added.
   void move(Body<S>& body, const SolverBody<S>& solved, std::uint32_t slot, S dt) const {
-    const Twist<S> rest = solved.motion - solved.free_motion;
+    const Twist<S> rest = solved.motion - solved.free_velocity;
     body.center_pose = end_poses_[slot];
     body.center_pose.translation += dt * rest.linear;
     if (rest.angular != Vec3<S>::Zero()) {
@@ -117,16 +120,16 @@ class MechanismStage {
     }
   }
 
-  /// [N s, N m s] Adds what a joint gave in the smooth motion, on B about B's joint origin.
+  /// [N s, N m s] Adds the impulse of a joint in the smooth motion, on B about B's joint origin.
   void add_impulse(std::uint32_t joint, Wrench<S>& total) const {
-    if (has_flow_) total += joint_impulses_[joint];
+    if (has_mechanism_) total += joint_impulses_[joint];
   }
 
  private:
   static constexpr std::uint32_t none = 0xffffffffu;
 
-  /// Joins the bodies of each mechanism: `parent_` leads to the lowest slot of its bodies that
-  /// forces move. Contacts join nothing here.
+  /// Joins the bodies of each mechanism: `parent_` leads to the lowest index of its movable bodies.
+  /// Contacts join nothing here.
   void find_groups(const State& state, const Island& island) {
     for (const std::uint32_t slot : island.bodies) parent_[slot] = slot;
     const auto root = [&](std::uint32_t slot) {
@@ -151,24 +154,24 @@ class MechanismStage {
     });
   }
 
-  /// Whether no joint has come to a stop in the motion that was found.
-  [[nodiscard]] bool keeps_stops(const State& state, const Island& island) const {
+  /// Returns whether all joints stay within their limits.
+  [[nodiscard]] bool keeps_limits(const State& state, const Island& island) const {
     return std::all_of(island.blocks.begin(), island.blocks.end(), [&](std::uint32_t i) {
       const ConstraintBlock<S>& block = state.constraints.blocks[i];
-      if (block.kind != BlockKind::stop) return true;
+      if (block.kind != BlockKind::limit) return true;
       const Joint<S>& joint = state.joints.at(block.joint);
       const SolverBody<S>& a = state.solver_bodies[block.body_a];
       const SolverBody<S>& b = state.solver_bodies[block.body_b];
       const JointPose<S> pose =
           joint_pose(joint, end_pose(state, block.body_a), end_pose(state, block.body_b));
-      const S position = followed_position(joint, pose, {a.start, a.twist}, {b.start, b.twist},
-                                           state.def.time_step);
-      return is_within_stops(joint.def, pose, position);
+      const S position = tracked_position(joint, pose, {a.start, a.twist}, {b.start, b.twist},
+                                          state.def.time_step);
+      return is_within_limits(joint.def, pose, position);
     });
   }
 
-  /// Lists the bodies and joints of a group. False where it has no joints: a lone body that
-  /// contacts connect to a mechanism.
+  /// Lists the bodies and joints of a group. False if it has no joints: a lone body that contacts
+  /// connect to a mechanism.
   bool gather(const State& state, const Island& island, std::uint32_t group) {
     bodies_.clear();
     joints_.clear();
@@ -178,7 +181,7 @@ class MechanismStage {
       if (local_[slot] == none) {
         local_[slot] = static_cast<std::uint32_t>(slots_.size());
         slots_.push_back(slot);
-        bodies_.push_back(joint_flow_body(state.bodies.at(slot), state.def.gravity));
+        bodies_.push_back(mechanism_body(state.bodies.at(slot), state.def.gravity));
       }
       return local_[slot];
     };
@@ -201,10 +204,10 @@ class MechanismStage {
     poses_.resize(bodies_.size());
     twists_.resize(bodies_.size());
     impulses_.resize(joints_.size());
-    if (!flow_.advance(bodies_, joints_, state.def.time_step, poses_, twists_, impulses_)) {
+    if (!integrator_.advance(bodies_, joints_, state.def.time_step, poses_, twists_, impulses_)) {
       return false;
     }
-    state.report.flow_evaluations += static_cast<std::uint64_t>(flow_.evaluations());
+    state.report.mechanism_evaluations += static_cast<std::uint64_t>(integrator_.evaluations());
     for (std::size_t k = 0; k < slots_.size(); ++k) write(state, slots_[k], k);
     for (std::size_t k = 0; k < joint_slots_.size(); ++k) {
       joint_impulses_[joint_slots_[k]] = impulses_[k];
@@ -218,25 +221,25 @@ class MechanismStage {
     const Transform<S>& start = state.bodies.at(slot).center_pose;
     const S dt = state.def.time_step;
     body.free = body.twist = twists_[k];
-    body.free_motion = {(poses_[k].translation - start.translation) / dt,
-                        log_rotation<S>(poses_[k].rotation * start.rotation.conjugate()) / dt};
-    body.motion = body.free_motion;
+    body.free_velocity = {(poses_[k].translation - start.translation) / dt,
+                          log_rotation<S>(poses_[k].rotation * start.rotation.conjugate()) / dt};
+    body.motion = body.free_velocity;
     body.follows_joints = true;
     end_poses_[slot] = poses_[k];
   }
 
-  /// Whether joints hold bodies of which one turns far.
+  /// Returns whether joints hold a body that turns far.
   [[nodiscard]] static bool has_far_turns(const State& state, const Island& island) {
     return !island.blocks.empty() &&
            std::any_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t slot) {
              const SolverBody<S>& body = state.solver_bodies[slot];
              const Twist<S> solved =
-                 body.follows_joints ? body.motion - body.free_motion : body.motion;
+                 body.follows_joints ? body.motion - body.free_velocity : body.motion;
              return turns_far(solved, state.def.time_step);
            });
   }
 
-  /// Closes the gaps that the gathered group will have at the end of the step, where they are wide.
+  /// Closes gaps of the gathered group at the end of the step, if they are wide.
   void close_wide_gaps(State& state) {
     for (std::size_t k = 0; k < slots_.size(); ++k) {
       bodies_[k].center_pose = end_of_step(state, slots_[k]);
@@ -245,20 +248,20 @@ class MechanismStage {
     system_.place();
     const S wide = S(3e-2) * system_.size();
     if (projection_.find_gaps(system_) <= wide) return;
-    // What is left is for the position correction of the next step.
+    // The next position correction closes the remaining gap.
     if (!projection_.close_wide_gaps(system_, S(0.1) * wide)) return;
     for (std::size_t k = 0; k < slots_.size(); ++k) {
       SolverBody<S>& body = state.solver_bodies[slots_[k]];
       if (!body.moves) continue;
-      // `move` takes it there.
-      body.motion = body.free_motion;
+      // `move` takes the body there.
+      body.motion = body.free_velocity;
       body.follows_joints = true;
       const auto& found = system_.nodes()[k].now;
       end_poses_[slots_[k]] = {found.q.normalized(), found.x};
     }
   }
 
-  /// Where a body is at the end of the step, by the motion that was solved for.
+  /// Pose of a body at the end of the step, by the solved motion.
   [[nodiscard]] Transform<S> end_of_step(const State& state, std::uint32_t slot) const {
     const SolverBody<S>& solved = state.solver_bodies[slot];
     if (!solved.moves) return end_pose(state, slot);
@@ -271,7 +274,7 @@ class MechanismStage {
     return body.center_pose;
   }
 
-  /// Where a body is at the end of the smooth motion.
+  /// Pose of a body after the smooth motion.
   [[nodiscard]] Transform<S> end_pose(const State& state, std::uint32_t slot) const {
     if (state.solver_bodies[slot].follows_joints) return end_poses_[slot];
     Body<S> body = state.bodies.at(slot);
@@ -279,20 +282,20 @@ class MechanismStage {
     return body.center_pose;
   }
 
-  JointFlow<S> flow_{};
+  MechanismIntegrator<S> integrator_{};
   JointSystem<S> system_;
   JointProjection<S> projection_;
-  bool has_flow_ = false;
-  std::vector<Transform<S>> end_poses_;        // By slot, of bodies that are carried.
-  std::vector<Wrench<S>> joint_impulses_;      // By slot.
-  std::vector<std::uint32_t> parent_, local_;  // By slot.
+  bool has_mechanism_ = false;
+  std::vector<Transform<S>> end_poses_;        // By body index, for integrated bodies.
+  std::vector<Wrench<S>> joint_impulses_;      // By joint index.
+  std::vector<std::uint32_t> parent_, local_;  // By body index.
   std::vector<SolverBody<S>> saved_;
-  std::vector<JointFlowBody<S>> bodies_;
-  std::vector<JointFlowJoint<S>> joints_;
+  std::vector<MechanismBody<S>> bodies_;
+  std::vector<MechanismJoint<S>> joints_;
   std::vector<std::uint32_t> slots_, joint_slots_;
   std::vector<Transform<S>> poses_;
   std::vector<Twist<S>> twists_;
   std::vector<Wrench<S>> impulses_;
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

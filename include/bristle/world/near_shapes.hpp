@@ -1,5 +1,5 @@
 /// @file
-/// Which shapes may touch within a step, and where they do.
+/// Shapes that may touch, and their contacts.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -9,14 +9,14 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// [m] How far any point of a shape that can meet another one can get within the step.
+/// [m] Swept margin: how far any point of a shape that can meet `other` may move within the step.
 template <Scalar S, typename Backend>
 [[nodiscard]] S reach_of(const WorldState<S, Backend>& state, const Collider<S, Backend>& c,
                          const Collider<S, Backend>& other) {
   const Twist<S>& free = state.solver_bodies[c.body.index].free;
   S radius = c.radius;
   if (c.half_space) {
-    // It has no farthest point; what counts is where the other shape is.
+    // A half-space has no farthest point. The position of the other shape counts.
     radius = other.radius + (state.body_of(other).center_pose.translation -
                              state.body_of(c).center_pose.translation)
                                 .norm();
@@ -24,7 +24,7 @@ template <Scalar S, typename Backend>
   return state.def.time_step * (free.linear.norm() + free.angular.norm() * radius);
 }
 
-/// [m] Box of a shape where it is; infinite for a half-space.
+/// [m] Present box; infinite for a half-space.
 template <Scalar S, typename Backend>
 [[nodiscard]] Aabb<S> box_of(const WorldState<S, Backend>& state, const Collider<S, Backend>& c) {
   if (c.half_space) return c.bounds;
@@ -35,7 +35,7 @@ template <Scalar S, typename Backend>
   return transformed(c.bounds, c.is_centered ? X : X * c.X_CmS);
 }
 
-/// [m] Box of all that a shape can reach within the step.
+/// [m] Box inflated by the swept margin.
 template <Scalar S, typename Backend>
 [[nodiscard]] Aabb<S> swept_box(const WorldState<S, Backend>& state,
                                 const Collider<S, Backend>& c) {
@@ -43,17 +43,17 @@ template <Scalar S, typename Backend>
   return c.half_space ? box : box.inflated(reach_of(state, c, c));
 }
 
-/// Whether a shape can get to another one within the step that is a half-space and may move, too;
-/// true for all others, whose boxes overlap.
-/// @param swept  [m] Box of all that the shape can reach.
+/// Returns whether `c` can reach the half-space `plane` within the step. True if `plane` is not a
+/// half-space: its box was tested already.
+/// @param swept  [m] Swept box of `c`.
 template <Scalar S, typename Backend>
 [[nodiscard]] bool reaches_plane(const WorldState<S, Backend>& state, const Collider<S, Backend>& c,
                                  const Aabb<S>& swept, const Collider<S, Backend>& plane) {
   return !plane.half_space || state.reaches(swept.inflated(reach_of(state, plane, c)), plane);
 }
 
-/// Whether two shapes with overlapping boxes are asked of the backend. Their boxes in the broad
-/// phase must be those of all they can reach in this step.
+/// Returns whether the backend is queried for two shapes with overlapping boxes. Their boxes in the
+/// broad phase must be swept boxes of this step.
 template <Scalar S, typename Backend>
 [[nodiscard]] bool may_touch(const WorldState<S, Backend>& state, std::uint32_t tag_a,
                              std::uint32_t tag_b) {
@@ -71,8 +71,8 @@ template <Scalar S, typename Backend>
          reaches_plane(state, b, state.broad_phase.swept(tag_b), a);
 }
 
-/// Appends the manifolds of a pair, in the frame of its first shape, with gaps of at most what can
-/// close within the step.
+/// Appends the manifolds of a pair, in the frame of its first shape. Gaps are those that can close
+/// within the step.
 template <Scalar S, typename Backend>
 ContactStatus collide_pair(const WorldState<S, Backend>& state, const ShapePair& pair,
                            ContactManifolds<S>& out) {
@@ -80,8 +80,8 @@ ContactStatus collide_pair(const WorldState<S, Backend>& state, const ShapePair&
   const Collider<S, Backend>& b = state.colliders.at(pair.b);
   const Transform<S>& X_WA = state.body_of(a).center_pose;
   const Transform<S>& X_WB = state.body_of(b).center_pose;
-  // Of each shape about its body's centre of mass, world axes. Centres of mass are subtracted
-  // first: far from the world's origin nothing else is lost.
+  // Poses about the centre of mass of each shape's body, world axes. Centres of mass are subtracted
+  // first, which keeps precision far from the world's origin.
   const auto about_center = [](const Transform<S>& X,
                                const Collider<S, Backend>& c) -> Transform<S> {
     if (c.is_centered) return {X.rotation, Vec3<S>::Zero()};

@@ -13,18 +13,18 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Checks that the tip of each ray lies outside of the shapes that its body has. Where a ray starts
-/// does not matter: deep in the body, on its surface, or behind a thin plate that it passes through.
-/// What ends outside has left the body there, and feels what comes from there. Each tip is cast at
-/// each shape once.
+/// Checks that the tip of each ray lies outside of the shapes of its own body. The start of a ray
+/// does not matter: it may lie deep in the body, on its surface, or behind a thin plate. A ray that
+/// ends outside has left the body there, and senses contacts from there. Each tip is cast at each
+/// shape once.
 ///
 /// @param shapes  Tags of the shapes of the body.
-/// @throws InvalidArgument that names the first sensor for which that is not so.
+/// @throws InvalidArgument naming the first sensor whose tip lies inside.
 template <Scalar S, typename Backend>
 void require_outward_rays(const WorldState<S, Backend>& state, const Vec3<S>& center_B,
                           const SensorPatch<S>& patch, const std::vector<std::uint32_t>& shapes) {
   if (shapes.empty()) return;
-  // About the centre of mass, as the patch has them.
+  // About the centre of mass, as in the patch.
   const std::size_t count = patch.length.size();
   SensorLayout<S> tips;
   for (std::size_t i = 0; i < count; ++i) {
@@ -32,7 +32,7 @@ void require_outward_rays(const WorldState<S, Backend>& state, const Vec3<S>& ce
     const Vec3<S> direction = patch.direction[i];
     tips.add(start + patch.length[i] * direction, direction, patch.length[i]);
   }
-  // A solid is closed: what starts inside is hit at the distance 0.
+  // A solid is closed: a ray that starts inside is hit at the distance 0.
   RayHits<S> hits;
   hits.reset(count);
   for (const std::uint32_t tag : shapes) {

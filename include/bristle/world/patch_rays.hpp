@@ -1,5 +1,5 @@
 /// @file
-/// What the rays of a patch meet: cast at the shapes in reach, or carried on since they were cast.
+/// Hits of the rays of a patch: cast at the shapes in range, or extrapolated since the last cast.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <span>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A shape that the rays of a patch on A may meet within a step.
 template <Scalar S, typename Backend>
@@ -18,13 +18,13 @@ struct ShapeInReach {
   std::uint32_t tag = 0;
   std::uint32_t generation = 0;
   const Collider<S, Backend>* collider = nullptr;
-  /// [m] The shape and its body B about their centres of mass, as A sees them.
+  /// [m] The shape and its body B, relative to A, about their centres of mass.
   Transform<S> X_AS{};
   Transform<S> X_AB{};
-  /// [m] By how much it can come closer within the step, and how much longer rays are cast.
+  /// [m] Farthest it can come closer within the step, and extra length of cast rays.
   S approach = S(0);
   S extra_length = S(0);
-  /// [m] Around what the rays may meet of it, in A; for a half-space the plane instead.
+  /// [m] Box around the part that rays may meet, in A; for a half-space the plane instead.
   Aabb<S> box{};
   Vec3<S> normal = Vec3<S>::Zero();
   S offset = S(0);
@@ -33,8 +33,9 @@ struct ShapeInReach {
     if (!collider->half_space) return box.overlaps(rays);
     return normal.dot(rays.center()) - normal.cwiseAbs().dot(rays.half_extents()) <= offset;
   }
-  /// The same of the boxes with these corners.
-  [[nodiscard]] BRISTLE_INLINE Mask<S> is_near(const Pack3<S>& lower, const Pack3<S>& upper) const {
+  /// The same for the boxes with these corners.
+  [[nodiscard]] BRISTLE_FORCE_INLINE Mask<S> is_near(const Pack3<S>& lower,
+                                                     const Pack3<S>& upper) const {
     if (!collider->half_space) {
       return (lower.x <= Pack<S>(box.upper.x())) & (lower.y <= Pack<S>(box.upper.y())) &
              (lower.z <= Pack<S>(box.upper.z())) & (upper.x >= Pack<S>(box.lower.x())) &
@@ -47,55 +48,53 @@ struct ShapeInReach {
   }
 };
 
-/// Looks at a shape from A.
-/// @param X_AB      [m] Its body about its centre of mass.
-/// @param approach  [m] By how much it can come closer within the step.
+/// Describes a shape relative to A.
+/// @param X_AB      [m] Pose of its body about its centre of mass.
+/// @param approach  [m] Farthest it can come closer within the step.
 template <Scalar S, typename Backend>
 [[nodiscard]] ShapeInReach<S, Backend> shape_in_reach(const SensorPatch<S>& patch, ShapeId id,
                                                       const Collider<S, Backend>& collider,
                                                       const Transform<S>& X_AB, S approach);
 
-/// Fills `patch.near` and the hits of these tiles.
+/// Fills `patch.near` and the hits of these packets.
 /// @param shapes  By ascending tags.
-/// @param is_due  Whether it is the patch's turn to cast its rays.
+/// @param is_due  True if the patch has to cast its rays in this step.
 /// @return [-] Number of rays cast, one a sensor and shape.
 template <Scalar S, typename Backend>
 std::uint64_t find_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
                         bool is_due);
 
-// The same in parts, for threads that share the second.
+// The same in parts. Threads share the second part.
 
-/// Decides whether rays are to be cast, and fills `patch.near` if so. Before they are, hits there
-/// are to be forgotten (`SensorPatch::reset_near_hits`).
+/// Decides whether to cast; fills `patch.near` if so. Reset the hits there before
+/// (`SensorPatch::reset_near_hits`).
 template <Scalar S, typename Backend>
-[[nodiscard]] bool wants_rays(SensorPatch<S>& patch,
+[[nodiscard]] bool needs_rays(SensorPatch<S>& patch,
                               std::span<const ShapeInReach<S, Backend>> shapes, bool is_due);
 
-/// Casts the rays of a slice at one of the shapes, which are asked by ascending tags. Where slices
-/// are not runs of sensors, all of them before the next shape is.
+/// Casts the rays of a range at one shape. Call it by ascending tags. If ranges are not packets of
+/// sensors, cast all ranges before the next shape.
 template <Scalar S, typename Backend>
-void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S, Backend>& shape, RaySlice slice);
+void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S, Backend>& shape, RayRange range);
 
-/// Keeps what was met, where rays are not cast in every step, and carries it on.
+/// Stores the hits if rays are not cast in every step, and extrapolates them.
 template <Scalar S, typename Backend>
-void carry_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
-                bool has_cast);
+void extrapolate_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
+                      bool has_cast);
 
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
-
-/// Whether the sensors of a patch take notice of a shape.
+/// Returns whether a patch's sensors sense a shape.
 template <Scalar S, typename Backend>
-[[nodiscard]] bool sees(const WorldState<S, Backend>& state, const SensorPatch<S>& patch,
-                        const Collider<S, Backend>& c) {
+[[nodiscard]] bool sense_mask(const WorldState<S, Backend>& state, const SensorPatch<S>& patch,
+                              const Collider<S, Backend>& c) {
   if (c.body == patch.body) return false;
-  if ((patch.def.sees & state.body_of(c).filter.category) == 0) return false;
+  if ((patch.def.sense_mask & state.body_of(c).filter.category) == 0) return false;
   return std::find(patch.def.excluded.begin(), patch.def.excluded.end(), c.body) ==
          patch.def.excluded.end();
 }
 
-/// [m/s] How fast a body B can come closer to any point of a box on A.
+/// [m/s] Fastest speed at which a body B can come closer to any point of a box on A.
 /// @param box  [m] From A's centre of mass, in A's axes; `center_b` is B's centre, world axes.
 template <Scalar S>
 [[nodiscard]] S closing_speed(const Aabb<S>& box, const Transform<S>& X_WA, const Twist<S>& a,
@@ -105,8 +104,6 @@ template <Scalar S>
   const Vec3<S> v = a.at(center) - b.at(center - p_ab);
   return v.norm() + (a.angular - b.angular).norm() * box.half_extents().norm();
 }
-
-}  // namespace detail
 
 template <Scalar S, typename Backend>
 ShapeInReach<S, Backend> shape_in_reach(const SensorPatch<S>& patch, ShapeId id,
@@ -119,7 +116,7 @@ ShapeInReach<S, Backend> shape_in_reach(const SensorPatch<S>& patch, ShapeId id,
   shape.X_AB = X_AB;
   shape.X_AS = X_AB * collider.X_CmS;
   shape.approach = approach;
-  // What is kept must last for a while.
+  // The cache must stay valid for several steps.
   shape.extra_length = patch.def.cast_every > 1 ? approach + patch.shortest / S(4) : approach;
   if (collider.half_space) {
     shape.normal = shape.X_AS.rotate(collider.half_space->normal);
@@ -127,20 +124,18 @@ ShapeInReach<S, Backend> shape_in_reach(const SensorPatch<S>& patch, ShapeId id,
   } else {
     shape.box = transformed(collider.bounds, shape.X_AS).inflated(shape.extra_length);
   }
-  // Boxes that touch but for their rounding do touch.
+  // Boxes that touch but for rounding count, too.
   const S size = shape.X_AS.translation.cwiseAbs().sum() + patch.reach + collider.radius;
   shape.offset += shape.extra_length + Tolerance<S>::round_off() * size;
   shape.box = shape.box.inflated(Tolerance<S>::round_off() * size);
   return shape;
 }
 
-namespace detail {
-
-/// Whether what was met when the rays were cast last still serves.
+/// Returns whether the plane cache is still valid.
 template <Scalar S, typename Backend>
 [[nodiscard]] bool serves(const SensorPatch<S>& patch,
                           std::span<const ShapeInReach<S, Backend>> shapes) {
-  const std::vector<KeptShape<S>>& kept = patch.kept.shapes;
+  const std::vector<PlaneCacheShape<S>>& kept = patch.kept.shapes;
   if (kept.size() != shapes.size()) return false;
   for (std::size_t i = 0; i < kept.size(); ++i) {
     const ShapeInReach<S, Backend>& shape = shapes[i];
@@ -153,7 +148,7 @@ template <Scalar S, typename Backend>
   return true;
 }
 
-/// Whether the rays of a patch surely meet none of the shapes.
+/// Returns whether the rays of a patch surely meet none of the shapes.
 template <Scalar S, typename Backend>
 [[nodiscard]] bool are_clear(const SensorPatch<S>& patch,
                              std::span<const ShapeInReach<S, Backend>> shapes) {
@@ -163,19 +158,17 @@ template <Scalar S, typename Backend>
   });
 }
 
-}  // namespace detail
-
 template <Scalar S, typename Backend>
-bool wants_rays(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
+bool needs_rays(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
                 bool is_due) {
-  if (patch.def.cast_every > 1 && !is_due && detail::serves(patch, shapes)) return false;
-  // What met nothing in the last step mostly meets nothing now, and a look tells more quickly than
-  // asking every tile.
-  if (patch.contacts.empty() && detail::are_clear<S, Backend>(patch, shapes)) {
+  if (patch.def.cast_every > 1 && !is_due && serves(patch, shapes)) return false;
+  // A patch without hits before mostly has none now. This early out is quicker than testing every
+  // packet.
+  if (patch.contacts.empty() && are_clear<S, Backend>(patch, shapes)) {
     patch.near.clear();
     return true;
   }
-  patch.tile_boxes.find(
+  patch.packet_boxes.find(
       [&](const Pack3<S>& lower, const Pack3<S>& upper) {
         Mask<S> near = Mask<S>::first(0);
         for (const auto& shape : shapes) near = near | shape.is_near(lower, upper);
@@ -186,17 +179,17 @@ bool wants_rays(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>>
 }
 
 template <Scalar S, typename Backend>
-void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S, Backend>& shape, RaySlice slice) {
+void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S, Backend>& shape, RayRange range) {
   RayBatch<S> rays = patch.near_rays(shape.extra_length);
-  rays.slice = slice;
+  rays.range = range;
   rays.kept = &patch.candidates;
   rays.shape_life = shape.generation;
   Backend::cast_rays(shape.collider->shape, shape.X_AS, rays, shape.tag, patch.hits);
 }
 
 template <Scalar S, typename Backend>
-void carry_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
-                bool has_cast) {
+void extrapolate_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
+                      bool has_cast) {
   if (patch.def.cast_every == 1) return;
   if (has_cast) {
     patch.kept.shapes.clear();
@@ -208,7 +201,7 @@ void carry_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>>
     }
     patch.kept.keep(patch);
   }
-  // Also where rays were just cast: all steps of a patch then look alike.
+  // Also after a cast, so that all steps of a patch are alike.
   patch.kept.advance(patch, [&](std::uint32_t tag, PairPose<S>& pose) {
     const auto same = [tag](const auto& shape) { return shape.tag == tag; };
     const ShapeInReach<S, Backend>& shape = *std::find_if(shapes.begin(), shapes.end(), same);
@@ -220,14 +213,14 @@ void carry_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>>
 template <Scalar S, typename Backend>
 std::uint64_t find_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
                         bool is_due) {
-  const bool casts = wants_rays<S, Backend>(patch, shapes, is_due);
+  const bool casts = needs_rays<S, Backend>(patch, shapes, is_due);
   const std::uint64_t rays = casts ? patch.near_count() * shapes.size() : 0;
   if (rays > 0) {
     patch.reset_near_hits();
     for (const ShapeInReach<S, Backend>& shape : shapes) cast_rays_at<S>(patch, shape, {});
   }
-  carry_hits<S, Backend>(patch, shapes, casts);
+  extrapolate_hits<S, Backend>(patch, shapes, casts);
   return rays;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -9,31 +9,33 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Whom a ray query meets.
+/// Bodies that a ray query meets.
 struct RayFilter {
-  /// [-] Categories of the bodies that are met.
+  /// [-] Categories of the bodies to meet.
   std::uint32_t categories = 0xffffffffu;
-  /// [-] A body that is not met (the one the ray starts from, say).
+  /// [-] A body not to meet: the one the ray starts from, say.
   BodyId excluded{};
 };
 
 /// Nearest hit of a ray through a world.
 template <Scalar S>
 struct WorldRayHit {
-  /// [m] Distance from the ray's start; infinite where nothing was hit, 0 where it starts inside.
+  /// [m] Distance from the ray's start. Infinite without a hit, 0 where it starts inside.
   S distance = infinity<S>;
   /// [m] Point of the hit, and [1] outward unit normal of the surface, in the world.
   Vec3<S> point = Vec3<S>::Zero();
   Vec3<S> normal = Vec3<S>::Zero();
-  /// [-] What was hit.
+  /// [-] Body and shape that were hit.
   BodyId body{};
   ShapeId shape{};
 
+  /// Returns whether the ray hit anything.
   [[nodiscard]] bool is_hit() const { return distance < infinity<S>; }
 };
 
 namespace detail {
 
+/// Checks a ray.
 /// @throws InvalidArgument when the ray is not finite, has no unit direction or no length.
 template <Scalar S>
 void require_ray(const Ray<S>& ray) {
@@ -45,7 +47,8 @@ void require_ray(const Ray<S>& ray) {
   require(ray.length > S(0), "Ray::length", ray.length, "must be > 0");
 }
 
-/// @param scratch  Room for one hit, so that many rays need it once.
+/// Nearest hit of a ray.
+/// @param scratch  Room for one hit, allocated once for many rays.
 template <Scalar S, typename Backend>
 [[nodiscard]] WorldRayHit<S> cast_ray(const WorldState<S, Backend>& state, const Ray<S>& ray,
                                       const RayFilter& filter, RayHits<S>& scratch) {
@@ -57,7 +60,7 @@ template <Scalar S, typename Backend>
     if (c.body == filter.excluded || (body.filter.category & filter.categories) == 0) {
       return nearest;
     }
-    // The ray starts in the frame of its own origin, so nothing is lost far from the world's.
+    // The frame starts at the ray's own origin, which keeps precision far from the world's.
     Transform<S> X_RS = body.center_pose * c.X_CmS;
     X_RS.translation -= ray.origin;
     const S zero = S(0);
@@ -73,8 +76,7 @@ template <Scalar S, typename Backend>
                             S(0)};
     scratch.reset(1);
     Backend::cast_rays(c.shape, X_RS, batch, tag, scratch);
-    // The order of visits is that of the tree; on equal distance the lower shape wins, as it does
-    // for sensors.
+    // Visits follow the order of the tree. Ties go to the lower tag, as for sensors.
     const S distance = scratch.distance[0];
     if (distance < best.distance ||
         (distance == best.distance && scratch.is_hit(0) && tag < best_tag)) {

@@ -1,5 +1,5 @@
 /// @file
-/// Second stage of a step: what the sensors meet, and the forces or soft blocks that come of it.
+/// Second stage of a step: hits of the sensors, and their forces or soft blocks.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -15,33 +15,33 @@
 #include <utility>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Senses with every patch, then decides for each touched body between explicit and implicit.
+/// Senses with every patch. Then chooses explicit or implicit for each touched body.
 template <Scalar S, typename Backend>
 class SensorStage {
  public:
   using State = WorldState<S, Backend>;
 
-  /// Which pair of which patch a soft block stands for.
+  /// Patch and pair of a soft block.
   struct SoftOwner {
     std::uint32_t patch = 0;
     std::uint32_t pair = 0;
   };
 
-  /// Casts the rays of all patches that have a body in reach and sorts out their contacts.
+  /// Casts the rays of all patches with a body in range and makes their contacts.
   void sense(State& state) {
     live_.clear();
     for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
       if (state.is_sensing(i)) live_.push_back(i);
     }
     scratch_.resize(std::max(scratch_.size(), live_.size()));
-    const bool shares = asks_slices<Backend> && !is_serial(state.def.parallel_for);
-    // Patches write to themselves and to their own scratch only.
+    const bool shares = asks_ranges<Backend> && !is_serial(state.def.parallel_for);
+    // Patches write only to themselves and their scratch.
     const auto task = [this, &state, shares](std::size_t k) {
       sense_patch(state, live_[k], scratch_[k], shares);
     };
-    // A sensor costs some ten nanoseconds and waking a thread microseconds.
+    // A sensor costs ten nanoseconds, waking a thread microseconds.
     constexpr std::size_t fewest_shared_sensors = 256;
     std::size_t sensors = 0;
     measures_lambda_ = false;
@@ -64,7 +64,7 @@ class SensorStage {
       state.report.rays_cast += scratch_[k].rays_cast;
       const std::size_t asked = is_skipped ? 0 : scratch_[k].sensors_asked;
       state.report.sensors_skipped += state.patches.at(live_[k]).size() - asked;
-      // From here on there are only those that were sensed with.
+      // From here on only sensed patches are listed.
       if (scratch_[k].is_dormant) continue;
       std::swap(scratch_[awake], scratch_[k]);
       live_[awake++] = live_[k];
@@ -72,29 +72,29 @@ class SensorStage {
     live_.resize(awake);
   }
 
-  /// Finds the shapes that the rays of a patch may meet within the step, by their tags, sorted.
+  /// Finds the shapes that the rays of a patch may meet within the step. Their tags are sorted.
   void find_near(const State& state, const SensorPatch<S>& patch,
                  std::vector<std::uint32_t>& out) const;
 
-  /// Calls visit(patch, tags) for each patch that was sensed with, with the shapes in its reach.
+  /// Calls visit(patch, tags) for each sensed patch, with the shapes in its range.
   template <typename Visit>
   void for_each_near(Visit&& visit) const {
     for (std::size_t k = 0; k < live_.size(); ++k) visit(live_[k], scratch_[k].candidates);
   }
 
-  /// Pushes the bodies by the impulses of explicit pairs and makes soft blocks of the others.
+  /// Applies the impulses of explicit pairs to bodies and makes soft blocks of the others.
   void apply(State& state) {
     owners_.clear();
     lambda_.assign(state.solver_bodies.size(), S(0));
     for_each_pair(state, [&](SensorPatch<S>& patch, PatchPair<S>& pair, SoftOwner) {
       const SolverBody<S>& a = state.solver_bodies[patch.body.index];
       const SolverBody<S>& b = state.solver_bodies[pair.body_b];
-      // What several patches do to one body adds up; what does not move connects nothing.
+      // Effects of several patches on one body add up. Immovable bodies connect nothing.
       if (a.is_moving()) lambda_[patch.body.index] += pair.lambda;
       if (b.is_moving()) lambda_[pair.body_b] += pair.lambda;
     });
     for_each_pair(state, [&](SensorPatch<S>& patch, PatchPair<S>& pair, SoftOwner owner) {
-      if (!pair.is_implicit && wants_implicit(state, patch, pair)) {
+      if (!pair.is_implicit && needs_implicit(state, patch, pair)) {
         linearise(state, patch, pair, state.def.parallel_for);
       }
       if (pair.is_implicit) {
@@ -105,8 +105,8 @@ class SensorStage {
     });
   }
 
-  /// Of the soft blocks of an island, in ascending order, those of patches: they come before those
-  /// of joints.
+  /// Soft blocks of patches among those of an island, which ascend. They come before those of
+  /// joints.
   [[nodiscard]] std::span<const std::uint32_t> of_patches(
       std::span<const std::uint32_t> soft) const {
     const auto end = std::lower_bound(soft.begin(), soft.end(), owners_.size());
@@ -119,20 +119,19 @@ class SensorStage {
     fill_block(patch.pairs[owners_[soft].pair], state.constraints.soft[soft]);
   }
 
-  /// Gives every sensor of a soft block its impulse and makes their sum the impulse of the block.
-  /// @return Whether they are in another state than they were linearised for: another solve is
-  ///         needed.
+  /// Evaluates the impulses of a soft block's sensors. Their sum is the impulse of the block.
+  /// @return True if the sensors left the state they were linearised for: another solve is needed.
   bool answer(State& state, std::uint32_t soft, const SolvePass& pass) const {
     SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
     SoftBlock<S>& block = state.constraints.soft[soft];
-    const PairAnswer<S> found = answer_motion(patch, patch.pairs[owners_[soft].pair], block.motion,
-                                              state.def.time_step, pass, state.def.parallel_for);
+    const PairResponse<S> found = evaluate(patch, patch.pairs[owners_[soft].pair], block.motion,
+                                           state.def.time_step, pass, state.def.parallel_for);
     block.impulse.template head<3>() = found.impulse.force;
     block.impulse.template tail<3>() = found.impulse.torque;
     return found.has_changed;
   }
 
-  /// Takes back what the sensors of a soft block gave.
+  /// Clears the impulses of a soft block's sensors.
   void discard(State& state, std::uint32_t soft) const {
     SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
     state.constraints.soft[soft].impulse.setZero();
@@ -144,7 +143,7 @@ class SensorStage {
     for (const std::uint32_t i : live_) {
       SensorPatch<S>& patch = state.patches.at(i);
       patch.last_impulses.clear();
-      if (patch.pairs.empty() && !patch.has_felt) continue;
+      if (patch.pairs.empty() && !patch.was_active) continue;
       for (const PatchPair<S>& pair : patch.pairs) {
         if (!pair.is_implicit) continue;
         patch.last_impulses.push_back(
@@ -153,7 +152,7 @@ class SensorStage {
       fill_readings<S>(
           patch, state.bodies.at(patch.body.index).center_pose.translation, state.def.time_step,
           [&](std::uint32_t slot) { return state.bodies.handle(slot); }, state.def.parallel_for);
-      state.report.sensors_touching += patch.felt_count();
+      state.report.sensors_touching += patch.active_count();
     }
   }
 
@@ -162,26 +161,26 @@ class SensorStage {
     std::vector<std::uint32_t> candidates;
     std::vector<ShapeInReach<S, Backend>> shapes;
     std::uint64_t rays_cast = 0;
-    /// [-] Sensors whose rays were cast, or carried on where they were not.
+    /// [-] Sensors whose rays were cast, or whose hits were extrapolated.
     std::size_t sensors_asked = 0;
     bool is_dormant = false;
-    /// Whether threads share its rays, and whether these are to be cast.
+    /// True if threads share its rays; and if these are to be cast.
     bool is_shared = false;
     bool has_cast = false;
-    /// Whether who casts them finds the lanes that hit, too.
-    bool knows_hit_lanes = false;
+    /// True if the thread that casts them also finds the hit mask.
+    bool knows_hit_mask = false;
   };
 
   /// Some rays of the patch live_[owner].
   struct SharedRays {
     std::size_t owner = 0;
-    RaySlice slice{};
+    RayRange range{};
   };
 
-  /// [-] Sensors of a patch from which on threads share its rays: fewer are cast in some
+  /// [-] Sensors of a patch from which on threads share its rays. Fewer are cast in some
   /// microseconds.
   static constexpr std::size_t fewest_shared_rays = 1537;
-  static_assert(fewest_shared_rays > RayBundles<S>::slice_size);
+  static_assert(fewest_shared_rays > RayTree<S>::range_size);
 
   template <typename Visit>
   void for_each_pair(State& state, Visit&& visit) const {
@@ -193,7 +192,7 @@ class SensorStage {
     }
   }
 
-  /// [m] By how much the distance of a body to any ray of a patch can shrink within the step.
+  /// [m] Farthest that a body can come closer to any ray of a patch within the step.
   [[nodiscard]] S approach(const State& state, const SensorPatch<S>& patch,
                            const Collider<S, Backend>& c) const {
     if (patch.def.integration == Integration::explicit_ || patch.def.options.law == Law::ambf) {
@@ -203,10 +202,11 @@ class SensorStage {
     const Twist<S>& b = state.solver_bodies[c.body.index].free;
     const Transform<S>& X_WA = state.bodies.at(patch.body.index).center_pose;
     return state.def.time_step *
-           detail::closing_speed(patch.box, X_WA, a, state.body_of(c).center_pose.translation, b);
+           closing_speed(patch.box, X_WA, a, state.body_of(c).center_pose.translation, b);
   }
 
-  /// Whether a patch keeps what it feels, since somebody sleeps in its reach and nobody moves.
+  /// Returns whether a patch keeps its readings. True if its body or one in its range sleeps, and
+  /// none is active.
   [[nodiscard]] bool is_dormant(const State& state, const SensorPatch<S>& patch,
                                 const std::vector<std::uint32_t>& near) const {
     if (state.sleeping_bodies == 0 || state.is_active(patch.body.index)) return false;
@@ -224,7 +224,7 @@ class SensorStage {
     const Body<S>& A = state.bodies.at(patch.body.index);
     scratch.rays_cast = 0;
     scratch.is_shared = false;
-    scratch.knows_hit_lanes = false;
+    scratch.knows_hit_mask = false;
     find_near(state, patch, scratch.candidates);
     scratch.is_dormant = is_dormant(state, patch, scratch.candidates);
     if (scratch.is_dormant) return;
@@ -241,8 +241,8 @@ class SensorStage {
     }
     const std::span<const ShapeInReach<S, Backend>> shapes(scratch.shapes);
     const bool is_due = (state.steps + index) % patch.def.cast_every == 0;
-    if (shares && patch.size() >= fewest_shared_rays && !patch.bundles.slices().empty()) {
-      scratch.has_cast = wants_rays<S, Backend>(patch, shapes, is_due);
+    if (shares && patch.size() >= fewest_shared_rays && !patch.ray_tree.ranges().empty()) {
+      scratch.has_cast = needs_rays<S, Backend>(patch, shapes, is_due);
       scratch.sensors_asked = patch.near_count();
       scratch.rays_cast = scratch.has_cast ? patch.near_count() * shapes.size() : 0;
       scratch.is_shared = true;
@@ -253,7 +253,7 @@ class SensorStage {
     scratch.sensors_asked = scratch.rays_cast > 0
                                 ? static_cast<std::size_t>(scratch.rays_cast) / shapes.size()
                                 : patch.near_count();
-    // This may be a task already, and the hook need not be ready to be called from within one.
+    // This may be a task already. The hook need not allow nested calls.
     make_contacts(state, patch, scratch, serial_);
   }
 
@@ -269,14 +269,14 @@ class SensorStage {
          .measures_lambda = measures_lambda_,
          .only_tag =
              scratch.candidates.size() == 1 ? scratch.candidates.front() : CollectDef<S>::any_tag,
-         .knows_hit_lanes = scratch.knows_hit_lanes},
+         .knows_hit_mask = scratch.knows_hit_mask},
         parallel_for);
     for (PatchPair<S>& pair : patch.pairs) {
       if (pair.count == 0) continue;
       measure_pair(patch, pair, state.solver_bodies[patch.body.index],
                    state.solver_bodies[pair.body_b], state.def.time_step);
-      // While the contacts are in the cache, where other patches have no say in it.
-      if (patch.def.integration == Integration::implicit && wants_implicit(state, patch, pair)) {
+      // Linearise while the contacts are in the cache, if other patches do not matter.
+      if (patch.def.integration == Integration::implicit && needs_implicit(state, patch, pair)) {
         linearise(state, patch, pair, parallel_for);
       }
     }
@@ -288,17 +288,17 @@ class SensorStage {
     start_linearisation(patch, pair, state.def.time_step, parallel_for);
   }
 
-  /// Casts the rays of large patches, slice by slice, and makes their contacts. Where the slices of
-  /// two shapes are not the same rays, at one shape after the other.
+  /// Casts the rays of large patches, range by range, and makes their contacts. If the ranges of
+  /// two shapes are not the same rays, it casts at one shape after the other.
   void sense_shared(State& state) {
     for (std::size_t round = 0;; ++round) {
       shared_.clear();
       for (std::size_t k = 0; k < live_.size(); ++k) {
         const Scratch& scratch = scratch_[k];
-        const RayBundles<S>& bundles = state.patches.at(live_[k]).bundles;
-        const std::size_t rounds = bundles.has_runs_in_slices() ? 1 : scratch.shapes.size();
+        const RayTree<S>& ray_tree = state.patches.at(live_[k]).ray_tree;
+        const std::size_t rounds = ray_tree.has_packets_in_ranges() ? 1 : scratch.shapes.size();
         if (!scratch.is_shared || scratch.rays_cast == 0 || round >= rounds) continue;
-        for (const RaySlice& slice : bundles.slices()) shared_.push_back({k, slice});
+        for (const RayRange& range : ray_tree.ranges()) shared_.push_back({k, range});
       }
       if (shared_.empty()) break;
       const auto task = [this, &state, round](std::size_t i) { sense_from(state, i, round); };
@@ -308,46 +308,46 @@ class SensorStage {
       const Scratch& scratch = scratch_[k];
       if (!scratch.is_shared) continue;
       SensorPatch<S>& patch = state.patches.at(live_[k]);
-      carry_hits<S, Backend>(patch, scratch.shapes, scratch.has_cast);
+      extrapolate_hits<S, Backend>(patch, scratch.shapes, scratch.has_cast);
       make_contacts(state, patch, scratch, state.def.parallel_for);
     }
   }
 
-  /// Does what slices cannot do each for itself before rays are cast.
+  /// Does the work that must precede the cast and that ranges cannot do alone.
   static void begin_shared(SensorPatch<S>& patch, Scratch& scratch) {
-    if (!patch.bundles.has_runs_in_slices()) return patch.reset_near_hits();
-    // Where hits are carried on, what they become is what counts.
-    scratch.knows_hit_lanes = patch.def.cast_every == 1;
-    if (scratch.knows_hit_lanes) begin_hit_lanes(patch);
+    if (!patch.ray_tree.has_packets_in_ranges()) return patch.reset_near_hits();
+    // If hits are extrapolated, only the extrapolated ones count.
+    scratch.knows_hit_mask = patch.def.cast_every == 1;
+    if (scratch.knows_hit_mask) begin_hit_mask(patch);
   }
 
-  /// Casts the rays of one slice of a large patch.
+  /// Casts one range of a large patch's rays.
   void sense_from(State& state, std::size_t i, std::size_t round) {
     const std::size_t owner = shared_[i].owner;
     const Scratch& scratch = scratch_[owner];
     SensorPatch<S>& patch = state.patches.at(live_[owner]);
-    if (patch.bundles.has_runs_in_slices()) {
-      sense_slice(patch, scratch, shared_[i].slice);
+    if (patch.ray_tree.has_packets_in_ranges()) {
+      sense_range(patch, scratch, shared_[i].range);
     } else {
-      cast_rays_at<S>(patch, scratch.shapes[round], shared_[i].slice);
+      cast_rays_at<S>(patch, scratch.shapes[round], shared_[i].range);
     }
   }
 
-  /// Casts the rays of a slice at all shapes, while its hits are in the cache of this thread.
-  static void sense_slice(SensorPatch<S>& patch, const Scratch& scratch, RaySlice slice) {
-    patch.reset_near_hits(slice);
-    for (const auto& shape : scratch.shapes) cast_rays_at<S>(patch, shape, slice);
-    if (scratch.knows_hit_lanes) find_hit_lanes(patch, slice);
+  /// Casts the rays of a range at all shapes, while its hits are in the cache of this thread.
+  static void sense_range(SensorPatch<S>& patch, const Scratch& scratch, RayRange range) {
+    patch.reset_near_hits(range);
+    for (const auto& shape : scratch.shapes) cast_rays_at<S>(patch, shape, range);
+    if (scratch.knows_hit_mask) find_hit_mask(patch, range);
   }
 
-  [[nodiscard]] bool wants_implicit(const State& state, const SensorPatch<S>& patch,
+  [[nodiscard]] bool needs_implicit(const State& state, const SensorPatch<S>& patch,
                                     const PatchPair<S>& pair) const {
     const PatchDef<S>& def = patch.def;
     if (def.integration == Integration::explicit_ || def.options.law == Law::ambf) return false;
-    if (!patch.can_push()) return false;
+    if (!patch.can_apply_force()) return false;
     if (!state.solver_bodies[patch.body.index].is_moving() &&
         !state.solver_bodies[pair.body_b].is_moving()) {
-      return false;  // Nothing to solve for: both move as they are told.
+      return false;  // Nothing to solve: both velocities are prescribed.
     }
     if (def.integration == Integration::implicit) return true;
     return std::max(lambda_[patch.body.index], lambda_[pair.body_b]) > def.explicit_below;
@@ -359,7 +359,7 @@ class SensorStage {
                                             state.def.time_step, state.def.parallel_for);
     SolverBody<S>& a = state.solver_bodies[patch.body.index];
     SolverBody<S>& b = state.solver_bodies[pair.body_b];
-    // Sensors that touch and give nothing change nothing.
+    // Sensors in contact that give nothing change nothing.
     if (sum.force.isZero(S(0)) && sum.torque.isZero(S(0))) return;
     const auto push = [](SolverBody<S>& body, const Vec3<S>& arm, const Wrench<S>& w) {
       body.free.linear += body.inverse_mass.cwiseProduct(w.force);
@@ -407,10 +407,9 @@ void SensorStage<S, Backend>::find_near(const State& state, const SensorPatch<S>
   const Aabb<S> box = transformed(patch.box, A.center_pose);
   state.broad_phase.overlap(box.inflated(own_reach), [&](std::uint32_t tag) {
     const Collider<S, Backend>& c = state.colliders.at(tag);
-    if (!detail::sees(state, patch, c)) return true;
-    // What is near must not depend on how large the box in the tree happens to be.
-    if (state.broad_phase.is_coarse(tag) &&
-        !detail::swept_box(state, c).overlaps(box.inflated(own_reach))) {
+    if (!sense_mask(state, patch, c)) return true;
+    // The set of shapes in range must not depend on the size of the box in the tree.
+    if (state.broad_phase.is_loose(tag) && !swept_box(state, c).overlaps(box.inflated(own_reach))) {
       return true;
     }
     const S extra = approach(state, patch, c);
@@ -424,4 +423,4 @@ void SensorStage<S, Backend>::find_near(const State& state, const SensorPatch<S>
   std::sort(out.begin(), out.end());
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,9 +1,9 @@
 /// @file
-/// Who sleeps: islands at rest stop being computed, and wake when something reaches them.
+/// Sleep: islands at rest stop being computed, and wake when a body reaches them.
 ///
-/// An island, here, is what may come to act on each other: bodies with contacts within reach of a
-/// step, joints, and patches with the bodies in reach of their rays. The same reach wakes, so an
-/// island next to a moving body does not fall asleep and wake in turns.
+/// An island, here, is a set of bodies that may come to act on each other. They do so by contacts
+/// within the reach of a step, by joints, or by patches with bodies in the range of their rays. The
+/// same reach wakes. So an island next to a moving body does not fall asleep and wake in turns.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -16,15 +16,16 @@
 #include <algorithm>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Wakes islands before the stages of a step and puts them to sleep after.
+/// Wakes islands before the stages of a step, and puts islands to sleep after them.
 template <Scalar S, typename Backend>
 class SleepStage {
  public:
   using State = WorldState<S, Backend>;
 
-  /// Wakes every island that an active body reaches in this step, and those that these reach.
+  /// Wakes every island that an active body reaches in this step, and those that it reaches in
+  /// turn.
   void wake_reached(State& state, const SolveStage<S, Backend>& solve,
                     const SensorStage<S, Backend>& sensors) {
     if (state.sleeping_bodies == 0) return;
@@ -40,7 +41,7 @@ class SleepStage {
     }
   }
 
-  /// Puts islands to sleep that have been at rest for long enough.
+  /// Puts islands to sleep that rested long enough.
   void fall_asleep(State& state, const SensorStage<S, Backend>& sensors) {
     const std::uint32_t asleep = state.sleeping_bodies;
     if (state.def.sleep.time < infinity<S> && measure_rest(state)) {
@@ -49,20 +50,20 @@ class SleepStage {
     }
     state.report.sleeping_bodies = state.sleeping_bodies;
     state.report.awake_bodies -= state.sleeping_bodies - asleep;
-    // Where all are awake and none was changed, there is nothing to know of each.
-    if (!state.is_any_stirred && state.sleeping_bodies == 0) return;
+    // If all bodies are awake and none was changed, no flag needs an update.
+    if (!state.is_any_disturbed && state.sleeping_bodies == 0) return;
     bool is_any_active = false;
     for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
       if (!state.bodies.is_live(i)) continue;
-      state.bodies.at(i).sleep.is_stirred = false;
+      state.bodies.at(i).sleep.is_disturbed = false;
       is_any_active = is_any_active || state.is_active(i);
     }
-    state.is_any_stirred = false;
+    state.is_any_disturbed = false;
     state.is_idle = state.sleeping_bodies > 0 && !is_any_active;
   }
 
  private:
-  /// Collects active bodies that were none in the last round.
+  /// Collects bodies that became active since the last round.
   [[nodiscard]] bool find_fresh(const State& state) {
     fresh_.clear();
     for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
@@ -83,12 +84,12 @@ class SleepStage {
       const auto visit = [&](std::uint32_t other) {
         const std::uint32_t slot = state.colliders.at(other).body.index;
         if (state.bodies.at(slot).is_asleep() && meets(state, i, other)) {
-          detail::wake_island(state, slot);
+          wake_island(state, slot);
         }
         return true;
       };
       if (!c.half_space) {
-        const Aabb<S> swept = detail::swept_box(state, c);
+        const Aabb<S> swept = swept_box(state, c);
         state.broad_phase.move(i, swept);
         state.broad_phase.overlap(swept, visit);
         continue;
@@ -104,8 +105,7 @@ class SleepStage {
     if (!detail::may_touch(state, a, b)) return false;
     ++state.report.pairs_collided;
     found_.clear();
-    return detail::collide_pair(state, {std::min(a, b), std::max(a, b)}, found_) ==
-               ContactStatus::ok &&
+    return collide_pair(state, {std::min(a, b), std::max(a, b)}, found_) == ContactStatus::ok &&
            !found_.empty();
   }
 
@@ -113,8 +113,8 @@ class SleepStage {
     for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
       if (!state.joints.is_live(i)) continue;
       const JointDef<S>& def = state.joints.at(i).def;
-      if (is_fresh(def.body_a.index)) detail::wake_island(state, def.body_b.index);
-      if (is_fresh(def.body_b.index)) detail::wake_island(state, def.body_a.index);
+      if (is_fresh(def.body_a.index)) wake_island(state, def.body_b.index);
+      if (is_fresh(def.body_b.index)) wake_island(state, def.body_a.index);
     }
   }
 
@@ -128,15 +128,15 @@ class SleepStage {
         is_reached = is_reached || is_fresh(state.colliders.at(tag).body.index);
       }
       if (!is_reached) continue;
-      // A patch senses all or nothing, so all that it may meet has to be awake.
-      detail::wake_island(state, patch.body.index);
+      // A patch senses all or nothing: all bodies that it may meet must be awake.
+      wake_island(state, patch.body.index);
       for (const std::uint32_t tag : near_) {
-        detail::wake_island(state, state.colliders.at(tag).body.index);
+        wake_island(state, state.colliders.at(tag).body.index);
       }
     }
   }
 
-  /// Counts for how long bodies have been at rest; returns whether any has for long enough.
+  /// Updates the rest time of bodies. Returns whether any body has rested for long enough.
   [[nodiscard]] static bool measure_rest(State& state) {
     const SleepDef<S>& def = state.def.sleep;
     bool is_any_ready = false;
@@ -172,7 +172,7 @@ class SleepStage {
       if (!state.joints.is_live(i)) continue;
       join(state.joints.at(i).def.body_a.index, state.joints.at(i).def.body_b.index);
     }
-    // All that is in reach of a patch belongs together, also when the patch itself stands still.
+    // All bodies in range of a patch belong together, also if the patch itself stands still.
     sensors.for_each_near([&](std::uint32_t patch, const std::vector<std::uint32_t>& near) {
       const std::uint32_t own = state.patches.at(patch).body.index;
       std::uint32_t anchor = own;
@@ -207,15 +207,15 @@ class SleepStage {
       has_slept = true;
     }
     if (!has_slept) return;
-    // Boxes shrink to the shapes, which stay.
+    // Boxes shrink to the shapes at rest.
     for (std::uint32_t i = 0; i < state.colliders.slot_count(); ++i) {
       if (!state.colliders.is_live(i)) continue;
       const Collider<S, Backend>& c = state.colliders.at(i);
-      if (state.body_of(c).is_asleep()) state.broad_phase.move(i, detail::box_of(state, c));
+      if (state.body_of(c).is_asleep()) state.broad_phase.move(i, box_of(state, c));
     }
   }
 
-  /// Rounds in which bodies were found active, from 1, and the one at hand.
+  /// Round, from 1, in which each body was found active; and the present round.
   std::vector<std::uint32_t> active_since_;
   std::uint32_t round_ = 0;
   std::vector<std::uint32_t> fresh_, near_;
@@ -225,4 +225,4 @@ class SleepStage {
   ContactManifolds<S> found_;
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

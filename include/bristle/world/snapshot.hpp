@@ -1,9 +1,9 @@
 /// @file
-/// The state of a world as bytes, and as one number.
+/// The state of a world as bytes or one number.
 ///
-/// A snapshot is a head and the values of `for_each_state` one after the other. The head says what
-/// wrote it, in the byte order of the machine, and ends with a hash of the rest, so that a damaged
-/// snapshot is refused whole. Reading goes over it twice; the first time nothing is changed.
+/// A snapshot is a head and the values of `for_each_state` in order. The head names the writer, in
+/// the byte order of the machine. It ends with a hash of the rest, so a damaged snapshot is refused
+/// whole. Reading passes over the bytes twice. The first pass changes nothing.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -21,20 +21,20 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Opens a snapshot. The version changes with `for_each_state`.
+/// Head of a snapshot. The version changes with `for_each_state`.
 struct SnapshotHead {
   static constexpr std::uint64_t expected_magic = 0x6c7473697262'0001u;  // "brist", and a number.
 
   std::uint64_t magic = expected_magic;
   std::uint64_t version = 6;
-  /// [-] Bytes of a scalar, and of all that follows the head.
+  /// [-] Bytes of a scalar, and of all bytes after the head.
   std::uint64_t scalar_size = 0;
   std::uint64_t payload_size = 0;
-  /// [-] Hash of what follows.
+  /// [-] Hash of the bytes after the head.
   std::uint64_t payload_hash = 0;
 };
 
-/// Turns values that are made of others into numbers: what all visitors of the state share.
+/// Splits composed values into numbers. Common base of all visitors of the state.
 /// @tparam Derived  Has `number(x)` for a PlainValue.
 template <typename Derived>
 class ValueVisitor {
@@ -64,7 +64,7 @@ class ValueVisitor {
   }
 };
 
-/// Of visitors that read a state of the library's own making.
+/// Base of visitors that read a state made by the library itself.
 template <typename Derived>
 class TrustingVisitor : public ValueVisitor<Derived> {
  public:
@@ -131,12 +131,12 @@ class StateWriter : public TrustingVisitor<StateWriter> {
   std::vector<std::byte>& out_;
 };
 
-/// Reads the state from a block of bytes; never beyond its end, whatever it holds.
+/// Reads the state from a block of bytes. It never reads beyond the end, for any bytes.
 class StateReader : public ValueVisitor<StateReader> {
  public:
   static constexpr bool is_checking = true;
 
-  /// @param is_trial  Whether to check everything and change nothing.
+  /// @param is_trial  True to check everything and change nothing.
   StateReader(std::span<const std::byte> bytes, bool is_trial)
       : bytes_(bytes), is_trial_(is_trial) {}
 
@@ -188,7 +188,7 @@ class StateReader : public ValueVisitor<StateReader> {
       items.resize(static_cast<std::size_t>(count));
       for (T& item : items) each(item);
     } else {
-      // What relies on values needs them, so a trial reads items, but keeps none.
+      // Checks that rely on values need them, so a trial reads items but keeps none.
       is_trial_ = false;
       for (std::uint64_t i = 0; i < count; ++i) {
         T item{};
@@ -201,7 +201,7 @@ class StateReader : public ValueVisitor<StateReader> {
   void require(const char* name, bool holds) {
     if (!holds) refuse(name, "a number", "must be within its bounds");
   }
-  /// Refuses bytes that are left over.
+  /// Refuses surplus bytes.
   void finish() {
     if (!bytes_.empty()) refuse("size", "too large", "must end where the state does");
   }
@@ -215,7 +215,7 @@ class StateReader : public ValueVisitor<StateReader> {
   }
 
  private:
-  /// Reads a number even in a trial, and whatever it is.
+  /// Reads any number, even in a trial.
   template <PlainValue T>
   void into(T& x) {
     const bool was_trial = std::exchange(is_trial_, false);
@@ -225,7 +225,7 @@ class StateReader : public ValueVisitor<StateReader> {
 
   std::span<const std::byte> bytes_;
   bool is_trial_;
-  /// Whether numbers need not be finite.
+  /// True if numbers need not be finite.
   bool takes_any_ = false;
 };
 
@@ -250,9 +250,9 @@ template <Scalar S, typename Backend>
   return bytes;
 }
 
-/// Gives a world the state of a snapshot; boxes in the broad phase are the caller's, and so is
-/// what patches keep beside their contacts (`mark_hits`).
-/// @throws InvalidArgument naming what differs, with the state unchanged.
+/// Puts a world into the state of a snapshot. The caller updates the boxes in the broad phase, and
+/// the data that patches keep beside their contacts (`mark_hits`).
+/// @throws InvalidArgument naming the difference, with the state unchanged.
 template <Scalar S, typename Backend>
 void restore_snapshot(std::span<const std::byte> bytes, WorldState<S, Backend>& state) {
   SnapshotHead head;

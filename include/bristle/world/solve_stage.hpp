@@ -1,12 +1,12 @@
 /// @file
-/// Third stage of a step: islands are solved and bodies move.
+/// Third stage: islands are solved and bodies move.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <bristle/dynamics/bodies/integrator.hpp>
 #include <bristle/dynamics/bodies/islands.hpp>
-#include <bristle/dynamics/contacts/contact_aim.hpp>
-#include <bristle/dynamics/contacts/passive_bounces.hpp>
+#include <bristle/dynamics/contacts/contact_target.hpp>
+#include <bristle/dynamics/contacts/passive_restitution.hpp>
 #include <bristle/dynamics/solver/guarded_sweeps.hpp>
 #include <bristle/dynamics/solver/island_solver.hpp>
 #include <bristle/sensors/passes.hpp>
@@ -17,21 +17,21 @@
 #include <algorithm>
 #include <array>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Solves every island with the solver that suits it, and integrates.
+/// Solves every island with its best solver, and integrates.
 template <Scalar S, typename Backend>
 class SolveStage {
  public:
   using State = WorldState<S, Backend>;
 
-  /// Fills the bodies as the solver sees them: masses, velocities at the start and of free motion.
+  /// Fills the solver bodies: masses, initial and free velocities.
   void prepare_bodies(State& state) const {
     state.solver_bodies.resize(state.bodies.slot_count());
     for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) prepare_body(state, i);
   }
 
-  /// How forces and impulses move a body: needed only of bodies that something acts on.
+  /// Fills the mass properties of a solver body. Only bodies under forces or impulses need them.
   static void prepare_mass(State& state, std::uint32_t slot) {
     SolverBody<S>& out = state.solver_bodies[slot];
     if (!out.moves) return;
@@ -40,7 +40,7 @@ class SolveStage {
     out.inverse_mass = body.inverse_mass_W();
     const std::array<bool, 3>& locked = body.locked.angular;
     out.turns = !(locked[0] && locked[1] && locked[2]);
-    out.is_isotropic = !body.locked.any_angular() && detail::is_isotropic(body.inertia_B);
+    out.is_isotropic = !body.locked.any_angular() && is_isotropic(body.inertia_B);
     if (out.is_isotropic) {
       out.inertia = body.inertia_B;
       out.inverse_inertia = body.inverse_inertia_B;
@@ -51,19 +51,19 @@ class SolveStage {
     out.inverse_inertia = out.turns ? body.inverse_inertia_W(R) : Mat3<S>::Zero();
   }
 
-  /// The same for one slot. Bodies asleep are to others like those that forces do not move.
+  /// The same for one body. To others, a sleeping body is like one that forces do not move.
   void prepare_body(State& state, std::uint32_t slot) const {
     SolverBody<S>& out = state.solver_bodies[slot];
     const bool is_awake = state.bodies.is_live(slot) && !state.bodies.at(slot).is_asleep();
     const bool moves = is_awake && state.bodies.at(slot).moves();
-    // What moves gets its masses where they are needed; all else must have none.
+    // Moving bodies get their masses where they are needed; all others must have none.
     if (!moves) out = SolverBody<S>{};
     if (!is_awake) return;
     const Body<S>& body = state.bodies.at(slot);
     out.moves = moves;
     out.is_sensed = out.follows_joints = false;
     out.start = body.twist;
-    // Sensors ask early what their bodies weigh.
+    // Sensors need the masses of their bodies early.
     if (state.patches.size() > 0) prepare_mass(state, slot);
     out.free = free_twist(body, state.def.gravity, state.def.time_step);
     start_from_free(state, out);
@@ -71,7 +71,7 @@ class SolveStage {
 
   /// Finds the velocities at the end of the step, and the position corrections.
   void solve(State& state, const SensorStage<S, Backend>& sensors) {
-    // Sensors that are explicit have pushed bodies since.
+    // Explicit sensors have acted on bodies since.
     if (state.report.explicit_pairs > 0) {
       for (SolverBody<S>& body : state.solver_bodies) {
         if (body.is_sensed) start_from_free(state, body);
@@ -91,13 +91,13 @@ class SolveStage {
     }
   }
 
-  /// Adds what a joint gave in the smooth motion of its mechanism.
-  void add_flow_impulse(std::uint32_t joint, Wrench<S>& total) const {
+  /// Adds the impulse of a joint in the smooth motion of its mechanism.
+  void add_mechanism_impulse(std::uint32_t joint, Wrench<S>& total) const {
     mechanisms_.add_impulse(joint, total);
   }
 
-  /// Moves all bodies. A body whose new state is none that a step can start from stays where it is,
-  /// at rest.
+  /// Moves all bodies. If a step cannot start from a body's new state, the body keeps its pose, at
+  /// rest.
   void integrate(State& state) const {
     for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
       if (!state.bodies.is_live(i)) continue;
@@ -108,7 +108,7 @@ class SolveStage {
       const SolverBody<S>& solved = state.solver_bodies[i];
       if (body.is_dynamic()) {
         body.twist = solved.twist;
-        ++state.report.awake_bodies;  // Unless it falls asleep yet.
+        ++state.report.awake_bodies;  // Unless it falls asleep in this step.
       }
       if (solved.follows_joints) {
         mechanisms_.move(body, solved, i, state.def.time_step);
@@ -123,15 +123,15 @@ class SolveStage {
   }
 
  private:
-  /// Sets what a body does if nothing acts on it, once its free velocities are known.
+  /// Sets the unconstrained motion of a body, once its free velocity is known.
   static void start_from_free(State& state, SolverBody<S>& body) {
-    // A force that overflowed must not reach others: the body stops instead.
+    // An overflowed force must not spread: the body stops.
     if (!has_finite_square<S>(body.free)) {
       body.free = {};
       ++state.report.frozen_bodies;
     }
     body.twist = body.free;
-    body.motion = body.free_motion = mean_free_motion(body, integrator_of(state, body));
+    body.motion = body.free_velocity = mean_free_velocity(body, integrator_of(state, body));
   }
 
   [[nodiscard]] static Integrator integrator_of(const State& state, const SolverBody<S>& body) {
@@ -148,7 +148,7 @@ class SolveStage {
     context.settings = state.def.solver;
     context.restitution_speed = state.def.restitution_speed;
     context.integrator = island.soft.empty() ? state.def.integrator : Integrator::symplectic_euler;
-    // What a step changes velocities by: gravity, other forces, and the impulses of the last step.
+    // Velocity change of a step: by gravity, other forces, and the impulses of the last step.
     S change = state.def.gravity.norm() * context.dt;
     S change2 = S(0);
     S speed2 = S(0);
@@ -166,7 +166,7 @@ class SolveStage {
     std::uint32_t last_b = 0;
     S mobility = S(0);
     const auto add_impulse = [&](std::uint32_t slot_a, std::uint32_t slot_b, S impulse) {
-      // The points of a manifold come one after the other.
+      // The points of a manifold are consecutive.
       if (slot_a != last_a || slot_b != last_b) {
         mobility = max(state.solver_bodies[slot_a].inverse_mass.maxCoeff(),
                        state.solver_bodies[slot_b].inverse_mass.maxCoeff());
@@ -182,19 +182,19 @@ class SolveStage {
     for (const std::uint32_t i : island.blocks) {
       const ConstraintBlock<S>& block = state.constraints.blocks[i];
       add_impulse(block.body_a, block.body_b, state.constraints.rows[block.first].impulse);
-      // Drives and stops decide on the velocity at the end of a step, as if it had been there all
-      // along; the mean of two velocities would make them overshoot.
+      // Motors and limits decide on the velocity at the end of a step as if it had lasted all step.
+      // With the mean of two velocities they would overshoot.
       if (block.kind == BlockKind::equality) continue;
       context.integrator = Integrator::symplectic_euler;
-      // Nothing else may act where a drive does: a hand that closes before it is weighed. Stops
-      // only answer.
+      // A motor may act where nothing else does: a hand that closes before it is loaded. Limits
+      // only react.
       if (!(block.upper < infinity<S>) || !(block.lower > -infinity<S>)) continue;
       const ConstraintRow<S>& row = state.constraints.rows[block.first];
       const S response =
           row_response(row, state.solver_bodies[block.body_a], state.solver_bodies[block.body_b]);
       context.driven_change = max(context.driven_change, response * abs(row.impulse));
     }
-    // Relative to that, but not below what the arithmetic of the present state resolves.
+    // Relative to that change, but not below the resolution of the present state.
     context.velocity_tolerance = max(context.settings.tolerance * context.driven_change,
                                      Tolerance<S>::round_off() * max(sqrt(speed2), change));
     context.position_tolerance =
@@ -210,12 +210,12 @@ class SolveStage {
     context.factor_work =
         solver_.factor_work(island, constraints, bodies.size(), context.settings.max_direct_work);
     if (mechanisms_.applies_to(state, island, context) && mechanisms_.advance(state, island)) {
-      // Where nothing touches the mechanism there is nothing left to solve. Springs are done.
+      // A mechanism without contacts is solved. Its springs are done, too.
       if (island.contacts.empty()) return;
       island.soft = {};
       context.integrator = Integrator::trapezoidal;
     } else if (context.integrator == Integrator::symplectic_euler) {
-      for (const std::uint32_t slot : island.bodies) bodies[slot].free_motion = bodies[slot].free;
+      for (const std::uint32_t slot : island.bodies) bodies[slot].free_velocity = bodies[slot].free;
     }
     time_constraints(state, island, context);
     SolveReport<S> report;
@@ -226,19 +226,18 @@ class SolveStage {
     };
     const auto answer = [&](const SolvePass& pass) {
       bool has_changed = false;
-      // Backwards: the last patch that was sensed with is the one that the cache still knows, and
-      // the first one is read first.
+      // Backwards: the patch sensed last is still in cache, and the first one is read first.
       for (std::size_t k = sensed.size(); k-- > 0;) {
         has_changed = sensors.answer(state, sensed[k], pass) || has_changed;
       }
       return has_changed;
     };
-    // Which contacts cannot press is known once displacements are.
+    // The displacements tell which contacts cannot press.
     for (int pass = 1;; ++pass) {
       solve_in_passes(context.settings.max_passes, solve_once, answer);
-      // What the sensors gave is the sum of their evaluated impulses.
+      // The impulse of the sensors is the sum of their evaluated impulses.
       if (!island.soft.empty()) apply_impulses(island, constraints, bodies);
-      bounces_.calm(island, constraints, bodies, context, solver_, report);
+      restitution_.calm(island, constraints, bodies, context, solver_, report);
       if (!(report.residual < infinity<S>) || !are_finite(bodies, island)) {
         guard(state, sensors, island, context);
         return;
@@ -259,21 +258,20 @@ class SolveStage {
     state.report.capped_islands += report.residual > context.velocity_tolerance ? 1u : 0u;
   }
 
-  /// Takes contacts and joints to the instants at which their impulses act. The rows of joints that
-  /// follow the motion of their mechanism are there already.
-  static void time_constraints(State& state, const Island& island,
-                               const SolveContext<S>& context) {
+  /// Moves contacts and joints to the instants at which their impulses act. Rows that follow their
+  /// mechanism are there already.
+  static void time_constraints(State& state, const Island& island, const SolveContext<S>& context) {
     using std::max;
     const bool is_large = IslandSolver<S>::is_large(context);
-    // An arm r of a body that turns leaves h w^2 r / 2 at most. What that does not count for pays
-    // nothing.
+    // An arm r of a turning body leaves an error of h w^2 r / 2 at most. Below the velocity
+    // tolerance it is not corrected.
     const S least = S(2) * context.velocity_tolerance / context.dt;
     for (std::size_t k = 0; k < island.contacts.size();) {
       const ContactConstraint<S>& first = state.constraints.contacts[island.contacts[k]];
       const SolverBody<S>& a = state.solver_bodies[first.body_a];
       const SolverBody<S>& b = state.solver_bodies[first.body_b];
       const std::size_t begin = k;
-      // How points share what their manifold carries is not unique: its sum is.
+      // The split of a manifold's impulse among its points is not unique. Its sum is.
       std::array<S, 3> impulse{};
       for (; k < island.contacts.size(); ++k) {
         const ContactConstraint<S>& c = state.constraints.contacts[island.contacts[k]];
@@ -304,10 +302,9 @@ class SolveStage {
     }
   }
 
-  /// Takes position corrections of joined bodies a part of the way where they would turn one by
-  /// more than half a radian. They are solved for along the directions of the start of the step:
-  /// beyond that they mean nothing, and where a light link stands across its chain they have no
-  /// bound.
+  /// Scales down the position corrections of joined bodies if they would turn one by more than half
+  /// a radian. They are solved along the directions of the start of the step and mean nothing
+  /// beyond that. Where a light link stands across its chain, they have no bound.
   void limit_corrections(State& state, const Island& island, const SolveContext<S>& context) const {
     using std::max;
     using std::sqrt;
@@ -327,13 +324,13 @@ class SolveStage {
     }
   }
 
-  /// Gives an island that nothing else holds back the angular momentum that its constraints took.
+  /// Restores the angular momentum of an isolated island.
   ///
-  /// They act at the arms of the start, but bodies with the velocity v at the end have moved by
-  /// dt u since: the angular momentum of their centres changes by dt m u x v, which is the doing of
-  /// outer forces only for free motion (u0, v0). Where surfaces slide or hit the difference is of
-  /// the order of the step. It is returned as one turn of the whole island about its centre of
-  /// mass, as of one rigid body, which moves nothing in it relative to anything else.
+  /// Its constraints act at the arms of the start. Since then, bodies with the velocity v at the
+  /// end have moved by dt u. The angular momentum of their centres changes by dt m u x v. Outer
+  /// forces account for that change only in free motion (u0, v0). Where surfaces slide or hit, the
+  /// difference is of the order of the step. It is returned as one turn of the whole island about
+  /// its centre of mass, as of one rigid body. That moves nothing in it relative to anything else.
   void keep_angular_momentum(State& state, const Island& island) const {
     const auto is_free = [&](std::uint32_t slot) {
       const SolverBody<S>& body = state.solver_bodies[slot];
@@ -351,8 +348,7 @@ class SolveStage {
       const ConstraintBlock<S>& block = state.constraints.blocks[i];
       if (!is_free(block.body_a) || !is_free(block.body_b)) return;
     }
-    // Where the bodies will be: what is added to velocities then adds to the angular momentum
-    // there.
+    // Positions at the end of the step: a velocity change adds to the angular momentum there.
     const S dt = state.def.time_step;
     const auto end_of = [&](std::uint32_t slot) -> Vec3<S> {
       return state.bodies.at(slot).center_pose.translation +
@@ -370,10 +366,10 @@ class SolveStage {
     for (const std::uint32_t slot : island.bodies) {
       const SolverBody<S>& body = state.solver_bodies[slot];
       excess += body.mass * (body.motion.linear.cross(body.twist.linear) -
-                             body.free_motion.linear.cross(body.free.linear));
+                             body.free_velocity.linear.cross(body.free.linear));
       inertia += body.inertia + point_inertia<S>(body.mass, end_of(slot) - center);
     }
-    // Impulses that act in the middle of the step count from where the bodies stand at its start.
+    // Impulses in the middle of the step count from the positions at its start.
     for (const std::uint32_t i : island.contacts) {
       const ContactConstraint<S>& c = state.constraints.contacts[i];
       const CachedPoint<S>& point = state.contacts.points()[c.point];
@@ -395,7 +391,7 @@ class SolveStage {
     });
   }
 
-  /// Solves an island whose solution is not finite by sweeps that leave out what overflows.
+  /// Solves an island whose solution is not finite, by sweeps that skip overflowing rows.
   static void guard(State& state, const SensorStage<S, Backend>& sensors, const Island& island,
                     const SolveContext<S>& context) {
     for (const std::uint32_t soft : sensors.of_patches(island.soft)) sensors.discard(state, soft);
@@ -406,7 +402,7 @@ class SolveStage {
   IslandBuilder<S> islands_;
   MechanismStage<S, Backend> mechanisms_;
   IslandSolver<S> solver_;
-  PassiveBounces<S> bounces_;
+  PassiveRestitution<S> restitution_;
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,10 +1,9 @@
 /// @file
-/// What the state of a world is: the one list that snapshots, their restoration and the hash
-/// follow.
+/// The state of a world: the one list that snapshots, their restoration and the hash follow.
 ///
-/// State is what a step reads and a step or a caller changes. Shapes, layouts and settings are not:
-/// they come from the calls that built the world. What of them identifies the world goes
-/// through `same`. New state is one more line here.
+/// A value is state if a step reads it and a step or a caller changes it. Shapes, layouts and
+/// settings are not state: they come from the calls that built the world. Those that identify the
+/// world go through `same`. New state is one more line here.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -18,27 +17,25 @@
 #include <type_traits>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Shows the whole state to a visitor, always in the same order. The visitor has
 ///
-/// - `same(name, value)`: not state, but must be what it was;
+/// - `same(name, value)`: not state, but must be equal;
 /// - `value(x)`: a number, truth value, enumerator, handle, matrix, or a span of such; all numbers
 ///   are finite;
-/// - `any(x)`: the same where they need not be;
-/// - `item(name, x, each, holds)`: shown by `each(x)`, and `holds(x)` is what the code relies on:
-///   bytes that come from outside may say anything;
+/// - `any(x)`: the same for numbers that need not be finite;
+/// - `item(name, x, each, holds)`: shown by `each(x)`. The code relies on `holds(x)`; bytes from
+///   outside may break it;
 /// - `list(name, items, each) -> count`: any number of items, each shown by `each(item)`;
-/// - `require(name, holds)`: what the code relies on in items of a list;
-/// - `is_checking`: whether it does anything with `holds`.
+/// - `require(name, holds)`: a rule that the code relies on in items of a list;
+/// - `is_checking`: true if it evaluates `holds`.
 ///
 /// @param state  `WorldState`, const for visitors that read only.
 template <typename State, typename Visitor>
 void for_each_state(State& state, Visitor& visit);
 
 // Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
 
 template <typename Map, typename Visitor, typename Each>
 void visit_slots(const char* name, Map& map, Visitor& visit, Each&& each) {
@@ -57,7 +54,7 @@ void visit_wrench(Wrench& wrench, Visitor& visit) {
   visit.value(wrench.torque);
 }
 
-/// Whether a number may stand where a step multiplies it.
+/// Returns whether a step may multiply by a number.
 template <Scalar S>
 [[nodiscard]] bool is_not_negative(const S& x) {
   return x >= S(0) && x <= largest_number<S>;
@@ -73,8 +70,8 @@ template <Scalar S>
          R.determinant() > S(0);
 }
 
-/// Whether a step can start from what of a body is state.
-/// @param slots  [-] Bodies there are at most.
+/// Returns whether a step can start from the state of a body.
+/// @param slots  [-] Largest number of bodies.
 template <Scalar S>
 [[nodiscard]] bool is_valid_state(const Body<S>& body, std::uint32_t slots) {
   const bool stays = body.twist.linear.isZero(S(0)) && body.twist.angular.isZero(S(0));
@@ -86,12 +83,12 @@ template <Scalar S>
 
 template <Scalar S>
 [[nodiscard]] bool is_valid_state(const Joint<S>& joint) {
-  const JointDrive<S>& drive = joint.def.drive;
-  const bool is_driven = drive.mode != DriveMode::none;
-  return drive.mode >= DriveMode::none && drive.mode <= DriveMode::spring &&
-         (!is_driven || has_free_axis(joint.def.kind)) && has_finite_square(drive.target) &&
-         drive.max_force >= S(0) && drive.max_speed > S(0) && is_not_negative(drive.stiffness) &&
-         is_not_negative(drive.damping) && has_finite_square(joint.angle);
+  const JointMotor<S>& motor = joint.def.motor;
+  const bool is_driven = motor.mode != MotorMode::none;
+  return motor.mode >= MotorMode::none && motor.mode <= MotorMode::spring &&
+         (!is_driven || has_free_axis(joint.def.kind)) && has_finite_square(motor.target) &&
+         motor.max_force >= S(0) && motor.max_speed > S(0) && is_not_negative(motor.stiffness) &&
+         is_not_negative(motor.damping) && has_finite_square(joint.angle);
 }
 
 template <Scalar S>
@@ -100,8 +97,8 @@ template <Scalar S>
          material.restitution <= S(1);
 }
 
-/// Whether mass and inertia can be those of a body after `set_mass`: of its own solid in another
-/// density, with the inverses that belong to them.
+/// Returns whether mass and inertia are possible for a body after `set_mass`: those of its own
+/// solid in another density, with matching inverses.
 template <Scalar S>
 [[nodiscard]] bool is_of_same_solid(const Body<S>& changed, const Body<S>& body) {
   if (!body.is_dynamic()) {
@@ -123,7 +120,7 @@ template <Scalar S>
          is_positive(p.breakaway_distance);
 }
 
-/// Whether the lanes of a tile that are used hold vectors.
+/// Returns whether a packet's used lanes hold vectors.
 template <Scalar S>
 [[nodiscard]] bool has_vectors(const Row3<S>& rows, LaneBits lanes) {
   for (std::uint32_t rest = lanes; rest != 0; rest &= rest - 1) {
@@ -133,11 +130,11 @@ template <Scalar S>
   return true;
 }
 
-/// Lanes of a tile of a patch that are sensors.
+/// Lanes of a patch's packet that are sensors.
 template <Scalar S>
-[[nodiscard]] LaneBits lanes_of(const SensorPatch<S>& patch, std::size_t tile) {
-  const std::size_t left = patch.size() - tile * tile_size;
-  return left >= tile_size ? LaneBits(0xffffu) : static_cast<LaneBits>((1u << left) - 1u);
+[[nodiscard]] LaneBits lanes_of(const SensorPatch<S>& patch, std::size_t packet) {
+  const std::size_t left = patch.size() - packet * packet_size;
+  return left >= packet_size ? LaneBits(0xffffu) : static_cast<LaneBits>((1u << left) - 1u);
 }
 
 template <typename Body, typename Visitor>
@@ -162,7 +159,7 @@ void visit_body(Body& body, std::uint32_t slots, Visitor& visit) {
     visit.value(item.filter.group);
     visit.value(item.sleep.rest_time);
     visit.value(item.sleep.island);
-    visit.value(item.sleep.is_stirred);
+    visit.value(item.sleep.is_disturbed);
   };
   visit.item("bodies (state)", body, each, [&](const auto& item) {
     return is_valid_state(item, slots) && is_of_same_solid(item, body);
@@ -188,12 +185,12 @@ void visit_joint(Joint& joint, Visitor& visit) {
   visit.same("joints (body_a)", joint.def.body_a.index);
   visit.same("joints (body_b)", joint.def.body_b.index);
   const auto each = [&](auto& item) {
-    visit.value(item.def.drive.mode);
-    visit.value(item.def.drive.target);
-    visit.value(item.def.drive.max_force);
-    visit.any(item.def.drive.max_speed);
-    visit.value(item.def.drive.stiffness);
-    visit.value(item.def.drive.damping);
+    visit.value(item.def.motor.mode);
+    visit.value(item.def.motor.target);
+    visit.value(item.def.motor.max_force);
+    visit.any(item.def.motor.max_speed);
+    visit.value(item.def.motor.stiffness);
+    visit.value(item.def.motor.damping);
     visit.value(item.angle);
     visit.value(std::span(item.impulses));
     visit_wrench(item.spring_impulse, visit);
@@ -229,30 +226,31 @@ void visit_lane(Rows& rows, std::size_t i, Visitor& visit) {
   visit.value(rows.z[i]);
 }
 
-/// @param lanes  Those that are sensors. What is not rooted may have anything for roots.
-template <typename Tile, typename Visitor>
-void visit_bristles(Tile& tile, LaneBits lanes, Visitor& visit) {
+/// Visits the anchors of a packet.
+/// @param lanes  Those that are sensors. Unanchored lanes may hold any anchor.
+template <typename Packet, typename Visitor>
+void visit_bristles(Packet& packet, LaneBits lanes, Visitor& visit) {
   const auto each = [&](auto& item) {
-    visit.value(item.is_rooted);
-    for (auto* roots : {&item.root_a, &item.root_b}) {
+    visit.value(item.is_anchored);
+    for (auto* roots : {&item.anchor_a, &item.anchor_b}) {
       visit.any(std::span(roots->x));
       visit.any(std::span(roots->y));
       visit.any(std::span(roots->z));
     }
-    visit.value(item.rooted_in.common);
-    visit.value(std::span(item.rooted_in.own));
+    visit.value(item.anchored_on.common);
+    visit.value(std::span(item.anchored_on.own));
   };
-  visit.item("patches (bristles)", tile, each, [&](const auto& item) {
-    return (item.is_rooted & ~lanes) == 0 && has_vectors(item.root_a, item.is_rooted) &&
-           has_vectors(item.root_b, item.is_rooted);
+  visit.item("patches (bristles)", packet, each, [&](const auto& item) {
+    return (item.is_anchored & ~lanes) == 0 && has_vectors(item.anchor_a, item.is_anchored) &&
+           has_vectors(item.anchor_b, item.is_anchored);
   });
 }
 
-/// Of contacts and pairs, what is read between steps; the rest is one step's work.
-template <typename Tile, typename Visitor>
-void visit_contact_tile(Tile& tile, Visitor& visit) {
-  visit.value(tile.tile);
-  visit.value(tile.is_touching);
+/// The part of contacts and pairs kept between steps. The rest serves one step.
+template <typename Packet, typename Visitor>
+void visit_contact_packet(Packet& packet, Visitor& visit) {
+  visit.value(packet.packet);
+  visit.value(packet.is_touching);
 }
 
 template <typename Pair, typename Visitor>
@@ -268,7 +266,7 @@ void visit_patch_pair(Pair& pair, Visitor& visit) {
   visit.any(pair.arm_b);
 }
 
-/// Whether the contacts of a pair, if it has any, are among those of the patch.
+/// Returns whether the contacts of a pair, if it has any, are among those of the patch.
 template <Scalar S, typename State>
 [[nodiscard]] bool is_valid_state(const PatchPair<S>& pair, const State& state,
                                   std::size_t contacts) {
@@ -296,20 +294,20 @@ void visit_readings(Readings& r, Visitor& visit) {
   visit.value(r.shear_W);
 }
 
-/// Whether the lanes that touch have hits.
+/// Returns whether the lanes in contact have hits.
 template <Scalar S>
 [[nodiscard]] bool is_valid_state(const RayHits<S>& hits, const std::vector<LaneBits>& touching) {
-  for (std::size_t tile = 0; tile < touching.size(); ++tile) {
-    for (std::uint32_t rest = touching[tile]; rest != 0; rest &= rest - 1) {
-      const std::size_t i = tile * tile_size + static_cast<std::size_t>(std::countr_zero(rest));
+  for (std::size_t packet = 0; packet < touching.size(); ++packet) {
+    for (std::uint32_t rest = touching[packet]; rest != 0; rest &= rest - 1) {
+      const std::size_t i = packet * packet_size + static_cast<std::size_t>(std::countr_zero(rest));
       if (!is_not_negative(hits.distance[i]) || !is_unit(hits.normal[i])) return false;
     }
   }
   return true;
 }
 
-/// Hits of the last step: what the sensors that touched met, and anything in other places.
-/// @param touching  Lanes that touch, of each tile, where the visitor checks.
+/// Last step's hits of the sensors in contact. Other entries may hold anything.
+/// @param touching  Lanes in contact of each packet, if the visitor checks.
 template <typename Hits, typename Visitor>
 void visit_hits(Hits& hits, const std::vector<LaneBits>& touching, Visitor& visit) {
   const auto each = [&](auto& item) {
@@ -322,9 +320,9 @@ void visit_hits(Hits& hits, const std::vector<LaneBits>& touching, Visitor& visi
              [&](const auto& item) { return is_valid_state(item, touching); });
 }
 
-/// Of patches that cast their rays every so many steps.
+/// The plane cache of patches that do not cast their rays in every step.
 template <typename Patch, typename Visitor>
-void visit_kept_hits(Patch& patch, Visitor& visit) {
+void visit_plane_cache(Patch& patch, Visitor& visit) {
   visit.same("patches (cast_every)", patch.def.cast_every);
   if (patch.def.cast_every == 1) return;
   visit.list("patches (kept shapes)", patch.kept.shapes, [&](auto& shape) {
@@ -335,22 +333,22 @@ void visit_kept_hits(Patch& patch, Visitor& visit) {
     visit.value(shape.reserve);
     visit.require("patches (kept shapes)", is_rotation(shape.pose.R_AB));
   });
-  std::size_t next = 0;  // Tiles ascend.
-  visit.list("patches (kept hits)", patch.kept.tiles, [&](auto& kept) {
-    visit.value(kept.tile);
+  std::size_t next = 0;  // Packets ascend.
+  visit.list("patches (plane cache)", patch.kept.packets, [&](auto& kept) {
+    visit.value(kept.packet);
     visit.value(kept.is_hit);
-    for (std::size_t i = 0; i < tile_size; ++i) {
+    for (std::size_t i = 0; i < packet_size; ++i) {
       if ((kept.is_hit >> i & 1u) == 0) continue;
       visit_lane(kept.point, i, visit);
       visit_lane(kept.normal, i, visit);
       visit.value(kept.tag[i]);
     }
-    const bool is_next = kept.tile >= next && kept.tile < patch.tiles.size();
-    visit.require("patches (kept hits)", is_next &&
-                                             (kept.is_hit & ~lanes_of(patch, kept.tile)) == 0 &&
-                                             has_vectors(kept.point, kept.is_hit) &&
-                                             has_vectors(kept.normal, kept.is_hit));
-    next = kept.tile + std::size_t(1);
+    const bool is_next = kept.packet >= next && kept.packet < patch.packets.size();
+    visit.require("patches (plane cache)", is_next &&
+                                               (kept.is_hit & ~lanes_of(patch, kept.packet)) == 0 &&
+                                               has_vectors(kept.point, kept.is_hit) &&
+                                               has_vectors(kept.normal, kept.is_hit));
+    next = kept.packet + std::size_t(1);
   });
 }
 
@@ -362,17 +360,18 @@ void visit_patch(const State& state, Patch& patch, Visitor& visit) {
   const std::size_t own = visit.list("patches (parameters)", patch.def.per_sensor,
                                      [&](auto& p) { visit_parameters(p, visit); });
   visit.require("patches (parameters)", own == 0 || own == patch.size());
-  for (std::size_t i = 0; i < patch.tiles.size(); ++i) {
-    visit_bristles(patch.tiles[i], lanes_of(patch, i), visit);
+  for (std::size_t i = 0; i < patch.packets.size(); ++i) {
+    visit_bristles(patch.packets[i], lanes_of(patch, i), visit);
   }
-  // Of each tile, the lanes of its contacts.
-  std::vector<LaneBits> touching(Visitor::is_checking ? patch.tiles.size() : 0);
-  const std::size_t contacts = visit.list("patches (contacts)", patch.contacts, [&](auto& tile) {
-    visit_contact_tile(tile, visit);
-    visit.require("patches (contacts)", tile.tile < patch.tiles.size() &&
-                                            (tile.is_touching & ~lanes_of(patch, tile.tile)) == 0);
+  // Lanes with contacts, of each packet.
+  std::vector<LaneBits> touching(Visitor::is_checking ? patch.packets.size() : 0);
+  const std::size_t contacts = visit.list("patches (contacts)", patch.contacts, [&](auto& packet) {
+    visit_contact_packet(packet, visit);
+    visit.require("patches (contacts)",
+                  packet.packet < patch.packets.size() &&
+                      (packet.is_touching & ~lanes_of(patch, packet.packet)) == 0);
     if constexpr (Visitor::is_checking) {
-      touching[tile.tile] = static_cast<LaneBits>(touching[tile.tile] | tile.is_touching);
+      touching[packet.packet] = static_cast<LaneBits>(touching[packet.packet] | packet.is_touching);
     }
   });
   visit_hits(patch.hits, touching, visit);
@@ -389,14 +388,14 @@ void visit_patch(const State& state, Patch& patch, Visitor& visit) {
         "patches (felt)", patch.felt[i], [&](auto& felt) { visit.value(felt); },
         [&](LaneBits felt) { return (felt & ~lanes_of(patch, i)) == 0; });
   }
-  visit.value(patch.has_felt);
+  visit.value(patch.was_active);
   visit.value(patch.is_active);
-  visit_kept_hits(patch, visit);
+  visit_plane_cache(patch, visit);
   visit_readings(patch.readings, visit);
 }
 
-/// Whether the manifolds of a contact cache may follow each other like that: by pairs, each of as
-/// many points as a manifold can have, all of them in order.
+/// Returns whether a cached manifold may follow `last`. Manifolds are sorted by pairs. Each has at
+/// most as many points as a manifold can hold. The points are in order.
 template <Scalar S, typename State>
 [[nodiscard]] bool is_valid_state(const CachedManifold<S>& m, const ShapePair& last,
                                   std::size_t next, std::size_t points, const State& state) {
@@ -421,7 +420,7 @@ void visit_contacts(const State& state, Cache& cache, Visitor& visit) {
     visit.value(point.gap);
     visit.value(point.feature);
     visit.value(std::span(point.impulse));
-    visit.value(std::span(point.passing));
+    visit.value(std::span(point.transient_impulse));
     visit.value(point.took_impact);
     visit.value(point.acts_at_mid);
     visit.require("contacts (points)",
@@ -446,13 +445,11 @@ void visit_contacts(const State& state, Cache& cache, Visitor& visit) {
   visit.require("contacts (points)", next == points);
 }
 
-}  // namespace detail
-
 template <typename State, typename Visitor>
 void for_each_state(State& state, Visitor& visit) {
   visit.item(
       "time step", state.def.time_step, [&](auto& dt) { visit.value(dt); },
-      [](const auto& dt) { return detail::is_positive(dt); });
+      [](const auto& dt) { return is_positive(dt); });
   visit.item(
       "gravity", state.def.gravity, [&](auto& g) { visit.value(g); },
       [](const auto& g) { return has_finite_square(g); });
@@ -460,16 +457,14 @@ void for_each_state(State& state, Visitor& visit) {
   visit.same("integrator", state.def.integrator);
   visit.value(state.is_idle);
   visit.value(state.steps);
-  detail::visit_slots("bodies", state.bodies, visit, [&](auto& body) {
-    detail::visit_body(body, state.bodies.slot_count(), visit);
-  });
-  detail::visit_slots("shapes", state.colliders, visit,
-                      [&](auto& collider) { detail::visit_collider(collider, visit); });
-  detail::visit_slots("joints", state.joints, visit,
-                      [&](auto& joint) { detail::visit_joint(joint, visit); });
-  detail::visit_slots("patches", state.patches, visit,
-                      [&](auto& patch) { detail::visit_patch(state, patch, visit); });
-  detail::visit_contacts(state, state.contacts, visit);
+  visit_slots("bodies", state.bodies, visit,
+              [&](auto& body) { visit_body(body, state.bodies.slot_count(), visit); });
+  visit_slots("shapes", state.colliders, visit,
+              [&](auto& collider) { visit_collider(collider, visit); });
+  visit_slots("joints", state.joints, visit, [&](auto& joint) { visit_joint(joint, visit); });
+  visit_slots("patches", state.patches, visit,
+              [&](auto& patch) { visit_patch(state, patch, visit); });
+  visit_contacts(state, state.contacts, visit);
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

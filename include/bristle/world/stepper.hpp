@@ -1,5 +1,5 @@
 /// @file
-/// One step of a world: the order of its stages.
+/// One step of a world: its stages in order.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -14,16 +14,16 @@
 #include <algorithm>
 #include <cstdint>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Steps a world. It owns the scratch memory of the stages and no state: any stepper takes a world
-/// from the same state to the same bits.
+/// Steps a world. It owns the stages' scratch memory and no state. Any stepper takes a world from
+/// the same state to the same bits.
 template <Scalar S, typename Backend>
 class Stepper {
  public:
   using State = WorldState<S, Backend>;
 
-  /// Advances `state` by its time step. Throws nothing; allocates only until warm.
+  /// Advances `state` by its time step. Never throws; allocates only until warm.
   void step(State& state);
 
  private:
@@ -46,7 +46,7 @@ void Stepper<S, Backend>::step(State& state) {
   state.ended.swap(state.ended_since);
   state.ended_since.clear();
   if (state.is_idle) {
-    // Nothing moves, so nothing changes; what readings and contacts say stays true.
+    // Nothing moves or changes: readings and contacts stay valid.
     state.contacts.repeat();
     state.report.sleeping_bodies = state.sleeping_bodies;
     return;
@@ -99,7 +99,7 @@ void Stepper<S, Backend>::store_joint_impulses_of(State& state) const {
   for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
     if (!is_awake_joint(state, i)) continue;
     store_joint_impulses(state.joints.at(i), state.constraints);
-    solve_.add_flow_impulse(i, state.joints.at(i).total);
+    solve_.add_mechanism_impulse(i, state.joints.at(i).total);
   }
 }
 
@@ -114,10 +114,10 @@ void Stepper<S, Backend>::follow_joint_angles(State& state) {
     const Body<S>& body_a = state.bodies.at(a);
     const Body<S>& body_b = state.bodies.at(b);
     joint.angle =
-        followed_position(joint, joint_pose(joint, body_a.center_pose, body_b.center_pose),
-                          {state.solver_bodies[a].start, body_a.twist},
-                          {state.solver_bodies[b].start, body_b.twist}, state.def.time_step);
+        tracked_position(joint, joint_pose(joint, body_a.center_pose, body_b.center_pose),
+                         {state.solver_bodies[a].start, body_a.twist},
+                         {state.solver_bodies[b].start, body_b.twist}, state.def.time_step);
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

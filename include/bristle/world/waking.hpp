@@ -1,5 +1,5 @@
 /// @file
-/// What wakes islands between steps.
+/// Events that wake islands between steps.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -7,7 +7,7 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Wakes the island of a body; nothing happens to one that is awake or has no forces to obey.
+/// Wakes the island of a body. Does nothing if the body is awake or forces do not move it.
 template <Scalar S, typename Backend>
 void wake_island(WorldState<S, Backend>& state, std::uint32_t slot) {
   if (!state.bodies.at(slot).is_asleep()) return;
@@ -30,7 +30,7 @@ void wake_all(WorldState<S, Backend>& state) {
   state.is_idle = false;
 }
 
-/// Wakes whatever touches a body, is joined to it, or is sensed by it or senses it.
+/// Wakes all bodies that touch a body, are joined to it, or are sensed by it or sense it.
 template <Scalar S, typename Backend>
 void wake_neighbours(WorldState<S, Backend>& state, std::uint32_t slot) {
   if (state.sleeping_bodies == 0) return;
@@ -55,15 +55,15 @@ void wake_neighbours(WorldState<S, Backend>& state, std::uint32_t slot) {
   }
 }
 
-/// After a caller changed a body: wakes its island, or, where it has none, its neighbours; and what
-/// it reaches now will be woken by the next step.
+/// Marks a body as changed by the caller. Wakes its island, or else its neighbours. The next step
+/// wakes bodies that it reaches.
 template <Scalar S, typename Backend>
 void disturb(WorldState<S, Backend>& state, BodyId id) {
   Body<S>& body = state.bodies.at(id.index);
   wake_island(state, id.index);
   if (!body.is_dynamic()) wake_neighbours(state, id.index);
   body.sleep.rest_time = S(0);
-  body.sleep.is_stirred = state.is_any_stirred = true;
+  body.sleep.is_disturbed = state.is_any_disturbed = true;
   state.is_idle = false;
 }
 

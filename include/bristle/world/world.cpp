@@ -5,18 +5,18 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-#define BRISTLE_WORLD(S, Backend, backend)                        \
-  template <>                                                     \
-  const WorldKernels<S, Backend>& world_kernels<S, Backend>() {   \
-    return *static_cast<const WorldKernels<S, Backend>*>(         \
-        BRISTLE_CHOSEN_KERNELS(S)().backend.world);               \
-  }                                                               \
-  template <>                                                     \
-  const HapticKernels<S, Backend>& haptic_kernels<S, Backend>() { \
-    return *static_cast<const HapticKernels<S, Backend>*>(        \
-        BRISTLE_CHOSEN_KERNELS(S)().backend.haptic);              \
-  }                                                               \
-  template class World<S, Backend>;                               \
+#define BRISTLE_WORLD(S, Backend, backend)                                        \
+  template <>                                                                     \
+  const detail::WorldKernels<S, Backend>& detail::world_kernels<S, Backend>() {   \
+    return *static_cast<const detail::WorldKernels<S, Backend>*>(                 \
+        BRISTLE_CHOSEN_KERNELS(S)().backend.world);                               \
+  }                                                                               \
+  template <>                                                                     \
+  const detail::HapticKernels<S, Backend>& detail::haptic_kernels<S, Backend>() { \
+    return *static_cast<const detail::HapticKernels<S, Backend>*>(                \
+        BRISTLE_CHOSEN_KERNELS(S)().backend.haptic);                              \
+  }                                                                               \
+  template class World<S, Backend>;                                               \
   template class HapticLoop<S, Backend>;
 
 BRISTLE_WORLD(BRISTLE_INSTANTIATE, AnalyticBackend, analytic)

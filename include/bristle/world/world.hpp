@@ -27,21 +27,22 @@ class WorldBatch;
 
 /// A minimal rigid-body world whose hands can hold things.
 ///
-/// Calls that take a definition check it and throw `InvalidArgument` before anything has changed;
-/// so do calls with a handle that names nothing any more. `step` never throws, never lets a
-/// non-finite number spread, and does not allocate once it has seen the scene's largest step.
+/// Calls that take a definition check it and throw `InvalidArgument` before anything changes. So do
+/// calls with a handle that names nothing. `step` never throws and never lets a non-finite number
+/// spread. It does not allocate once it has seen the scene's largest step.
 ///
-/// A world is a value: a copy steps on exactly as the original would, and warms up scratch memory
-/// of its own. One that was moved from may only be destroyed or assigned to. The same calls give
-/// the same bits, run to run and for any `WorldDef::parallel_for`. One thread at a time may use a
-/// world; const calls may run concurrently.
+/// A world is a value. A copy steps on exactly as the original would, and warms up scratch memory
+/// of its own. Only destroy a moved-from world, or assign to it. The same calls give the same bits,
+/// run to run and for any `WorldDef::parallel_for`. One thread at a time may use a world; const
+/// calls may run concurrently.
 ///
 /// @tparam S        Scalar: float, double, or `Dual<double, n>` (docs/gradients.md).
-/// @tparam Backend  What computes geometry; see `ShapeBackend`.
+/// @tparam Backend  Computes geometry; see `ShapeBackend`.
 template <Scalar S, typename Backend = AnalyticBackend>
 requires ShapeBackend<Backend, S>
 class World {
  public:
+  /// Creates an empty world.
   /// @throws InvalidArgument naming the field of the definition.
   explicit World(const WorldDef<S>& def = {});
   World(const World& other);
@@ -53,18 +54,21 @@ class World {
   // Bodies and shapes
   // ------------------------------------------------------------------------------
 
-  /// Adds a body, with the shapes it has.
-  /// @throws InvalidArgument naming the field; or when the backend knows no contact between this
-  ///         shape and one already here that it may meet (docs/backends.md lists the pairs).
+  /// Adds a body with its shapes.
+  /// @throws InvalidArgument naming the field; or when the backend knows no contact between a shape
+  ///         and one already here that it may meet (docs/backends.md lists the pairs).
   BodyId add_body(const BodyDef<S>& def);
 
-  /// Adds a shape to a body; mass properties stay as they are.
+  /// Adds a shape to a body. Mass properties stay.
+  /// @throws InvalidArgument as `add_body`.
   ShapeId add_shape(BodyId body, const ShapeDef<S>& def);
 
-  /// Removes a body with its shapes, patches and joints. Sensors of others let go of it.
+  /// Removes a body with its shapes, patches and joints. Other bodies' sensors let go of it.
   void remove_body(BodyId id);
+  /// Removes a shape. Mass properties stay.
   void remove_shape(ShapeId id);
 
+  /// Returns whether there is such a body.
   [[nodiscard]] bool contains(BodyId id) const noexcept { return state_.bodies.contains(id); }
   /// Mass, pose and velocities of a body.
   [[nodiscard]] const Body<S>& body(BodyId id) const { return state_.bodies.get(id, "BodyId"); }
@@ -73,122 +77,129 @@ class World {
   /// [-] Number of bodies.
   [[nodiscard]] std::size_t body_count() const noexcept { return state_.bodies.size(); }
 
-  /// Puts a body somewhere else at once; its velocity stays. Its contacts and bristles notice in
-  /// the next step.
+  /// Moves a body to a pose at once. Its velocity stays. Contacts and bristles follow in the next
+  /// step.
+  /// @param X_WB  [m] Pose of the body frame in the world.
   void set_pose(BodyId id, const Transform<S>& X_WB);
   /// [m/s, rad/s] Sets the velocity of the centre of mass and the angular velocity, world axes. The
   /// body must not be fixed.
   void set_velocity(BodyId id, const Twist<S>& twist);
-  /// Gives a kinematic body the velocity that brings it to a pose at the end of the next step; it
-  /// keeps moving at it until told otherwise.
+  /// Sets the velocity of a kinematic body that brings it to a pose at the end of the next step.
+  /// The body keeps that velocity until told otherwise.
   void move_to(BodyId id, const Transform<S>& X_WB);
-  /// [N, N m] Adds a wrench about the centre of mass, world axes, that acts during the next step.
+  /// [N, N m] Adds a wrench about the centre of mass, world axes. It acts during the next step.
   void apply_wrench(BodyId id, const Wrench<S>& wrench);
-  /// [N] Adds a force at a point [m] of the world that acts during the next step.
+  /// [N] Adds a force at a point [m] of the world. It acts during the next step.
   void apply_force(BodyId id, const Vec3<S>& force, const Vec3<S>& point);
-  /// [-] Changes who may touch and sense a body.
+  /// [-] Changes which bodies may touch and sense a body.
   void set_filter(BodyId id, const CollisionFilter& filter);
-  /// [kg] Gives a dynamic body another mass; its inertia changes in proportion, as that of the same
-  /// solid of another density, and is rounded each time.
+  /// [kg] Sets the mass of a dynamic body. Its inertia changes in proportion, as for the same solid
+  /// of another density. It is rounded each time.
   /// @throws InvalidArgument when the body is not dynamic, the mass is not > 0, or the mass or the
   ///         inertia has no finite inverse.
   void set_mass(BodyId id, S mass);
-  /// [1] Gives all shapes of a body the same other surface.
+  /// Sets the material of all shapes of a body.
   /// @throws InvalidArgument naming the field of the material.
   void set_material(BodyId id, const Material<S>& material);
 
-  /// Whether a body sleeps (`WorldDef::sleep`; off unless set). All calls above that change a body
-  /// wake its island, and so does what comes to reach it.
+  /// Returns whether a body sleeps (`WorldDef::sleep`; off unless set). Calls above that change a
+  /// body wake its island. So does a body that comes to reach it.
   [[nodiscard]] bool is_asleep(BodyId id) const { return body(id).is_asleep(); }
-  /// Wakes a body with its island; it has to be at rest for `SleepDef::time` to sleep again.
+  /// Wakes a body with its island. It sleeps again after `SleepDef::time` at rest.
   void wake(BodyId id);
 
   // Joints
   // -----------------------------------------------------------------------------------------
 
+  /// Adds a joint between two bodies, of which at least one is dynamic.
+  /// @throws InvalidArgument naming the field.
   JointId add_joint(const JointDef<S>& def);
+  /// Removes a joint.
   void remove_joint(JointId id);
-  /// Whether there is such a joint.
+  /// Returns whether there is such a joint.
   [[nodiscard]] bool contains(JointId id) const noexcept { return state_.joints.contains(id); }
-  /// Changes what drives a joint.
-  void set_drive(JointId id, const JointDrive<S>& drive);
-  /// Position, velocity and forces of a joint in the last step.
+  /// Changes the motor of a joint.
+  void set_motor(JointId id, const JointMotor<S>& motor);
+  /// Last step's position, velocity and forces of a joint.
   [[nodiscard]] JointReading<S> reading(JointId id) const;
 
   // Sensors
   // ----------------------------------------------------------------------------------------
 
-  /// Adds sensors to a body, in its frame. Shapes that the body gets later are not looked at.
+  /// Adds sensors to a body, in its frame. Shapes added later are not checked against the rays.
   /// @throws InvalidArgument naming the field or the sensor that points into its own body.
   PatchId add_patch(BodyId body, PatchDef<S> def);
-  /// A patch whose sensors share constants and integrate automatically.
+  /// Adds a patch with shared constants and automatic integration.
   PatchId add_patch(BodyId body, SensorLayout<S> sensors, const SensorParameters<S>& parameters);
-  /// The same with constants from physical wants; the patch is taken to carry the load alone.
+  /// The same with constants from a spec. The patch is assumed to carry the load alone.
   PatchId add_patch(BodyId body, SensorLayout<S> sensors, const Tuning<S>& tuning);
+  /// Removes a patch. It lets go of the bodies in contact.
   void remove_patch(PatchId id);
-  /// Switches a patch off or on. Switched off it lets go of what it holds, reads nothing and costs
-  /// nothing; `patch(id).is_active` tells.
+  /// Switches a patch off or on. A patch that is off has let go, reads zero and costs nothing.
+  /// `patch(id).is_active` tells.
   void set_active(PatchId id, bool is_active);
-  /// Gives all sensors of a patch the same constants, also where they had their own; bristles keep
+  /// Sets the constants of all sensors of a patch, also where they had their own. Bristles keep
   /// their stretch.
   void set_parameters(PatchId id, const SensorParameters<S>& parameters);
-  /// What a patch felt in the last step; valid until the next one.
+  /// Reading of a patch in the last step; valid until the next one.
   [[nodiscard]] PatchReading<S> reading(PatchId id) const;
-  /// Whether there is such a patch.
+  /// Returns whether there is such a patch.
   [[nodiscard]] bool contains(PatchId id) const noexcept { return state_.patches.contains(id); }
-  [[nodiscard]] const SensorPatch<S>& patch(PatchId id) const {
+  /// The patch itself, with its bristles and contacts.
+  [[nodiscard]] const detail::SensorPatch<S>& patch(PatchId id) const {
     return state_.patches.get(id, "PatchId");
   }
 
-  /// [s] Longest step at which what the patch touched in the last step could be integrated
-  /// explicitly; infinite when it touched nothing that moves.
+  /// [s] Longest step at which the last step's contacts of a patch could be integrated explicitly.
+  /// Infinite without a contact with a body that moves.
   [[nodiscard]] S largest_stable_step(PatchId id) const;
 
   // Queries
   // ----------------------------------------------------------------------------------------
 
-  /// Nearest hit of a ray with any shape. O(log n) of the number of shapes.
+  /// Nearest hit of a ray with any shape. O(log n) in the number of shapes.
+  /// @throws InvalidArgument when the ray is not finite, has no unit direction or no length.
   [[nodiscard]] WorldRayHit<S> cast_ray(const Ray<S>& ray, const RayFilter& filter = {}) const;
   /// Nearest hits of many rays; `hits` has one entry a ray.
+  /// @throws InvalidArgument as `cast_ray`, or when the sizes differ.
   void cast_rays(std::span<const Ray<S>> rays, const RayFilter& filter,
                  std::span<WorldRayHit<S>> hits) const;
-  /// Measures distances with an array of rays on a body, given in its frame, as things are now.
-  /// Several arrays may be filled at once from several threads.
+  /// Measures present distances with an array of rays on a body, given in its frame. Several
+  /// threads may fill several arrays at once.
   void sense(BodyId carrier, ProximityArray<S>& array) const;
 
   // Contacts
   // ---------------------------------------------------------------------------------------
 
   /// Calls visit(const ContactEvent&) for every two shapes that touched in the last step or in the
-  /// one before it: first for touches that a removal ended, then in the order of slots. Costs
-  /// nothing unless called; call it before the world is changed again.
+  /// one before it. Contacts that a removal ended come first, the others in the order of indices.
+  /// Costs nothing unless called. Call it before the world changes again.
   template <typename Visit>
   void for_each_contact_event(Visit&& visit) const;
-  /// Calls visit(const ContactReading<S>&) for every two shapes that were within reach of each
-  /// other in the last step, in the order of slots.
+  /// Calls visit(const ContactReading<S>&) for every two shapes within reach of each other in the
+  /// last step, in the order of indices.
   template <typename Visit>
   void for_each_contact(Visit&& visit) const;
-  /// [N s, N m s] What all contacts of a body gave it in the last step, about its centre of mass.
+  /// [N s, N m s] Impulse of all contacts of a body in the last step, about its centre of mass.
   [[nodiscard]] Wrench<S> contact_impulse(BodyId id) const;
-  /// The same of those with one other body.
+  /// The same for the contacts with one other body.
   [[nodiscard]] Wrench<S> contact_impulse(BodyId id, BodyId from) const;
 
   // State
   // ------------------------------------------------------------------------------------------
 
-  /// All that changes from step to step or by the calls above, as bytes: poses, velocities, contact
-  /// and joint impulses, bristles, readings, drives, filters, masses, surfaces, constants of
-  /// sensors, step length and gravity. Not shapes and other definitions. For this version and
-  /// machine.
+  /// Returns all state as bytes: poses, velocities, contact and joint impulses, bristles, readings,
+  /// motors, filters, masses, materials, constants of sensors, step length and gravity. Shapes and
+  /// other definitions are not included. Valid for this version and machine.
   [[nodiscard]] std::vector<std::byte> snapshot() const;
-  /// Puts the world into the state of a snapshot; it then steps on with the same bits. It must have
-  /// the same bodies, shapes, joints and patches, under the same handles: be the world the snapshot
-  /// was taken of, or built by the same calls. What the last step did (`report`, contact events) is
-  /// not state and stays with the world that did it.
-  /// @throws InvalidArgument naming what differs, or what is wrong with the bytes.
+  /// Restores the state of a snapshot. The world then steps on with the same bits. It must have the
+  /// same bodies, shapes, joints and patches under the same handles. So it is the source of the
+  /// snapshot, or was built by the same calls. Results of the last step (`report`, contact events)
+  /// are not state and stay with the world that made them.
+  /// @throws InvalidArgument naming the difference, or the error in the bytes.
   void restore(std::span<const std::byte> bytes);
-  /// [-] One number for what a snapshot would hold (`BitHash` of it, value by value): equal bits,
-  /// equal number, and for different ones a different number but for a chance of 2^-64.
+  /// [-] Hash of a snapshot's content (`BitHash`, value by value). Equal bits give equal hashes.
+  /// Different bits collide with a chance of 2^-64.
   [[nodiscard]] std::uint64_t state_hash() const;
 
   // Time
@@ -197,62 +208,69 @@ class World {
   /// Advances the world by one time step.
   void step();
 
-  /// Shows a haptic loop the world as it is, before its first ticks, and when the world has jumped:
-  /// was restored, got another time step, or has bodies set elsewhere. The loop starts anew: it
-  /// lets go of all it touched, and ticks since the last step give nothing to anybody. Tools stay
-  /// where they were moved to last, at rest. A copy of a loop that goes with a snapshot is not
-  /// opened.
-  /// @throws InvalidArgument when a tool names a body that is not kinematic, or none that ever was;
-  ///         the loop is unchanged then.
+  /// Shows the world to a loop before its substeps. Call it also when the world jumped: was
+  /// restored, got another time step, or had bodies moved. The loop starts anew. It lets go of all
+  /// contacts, and the impulses of substeps since the last step are dropped. Tools keep their last
+  /// poses, at rest. Do not open a copy of a loop that goes with a snapshot.
+  /// @throws InvalidArgument when a tool names a body that is not kinematic, or that never existed.
+  ///         The loop is unchanged then.
   void open(HapticLoop<S, Backend>& loop) const;
-  /// Gives the bodies what the ticks of a loop gave them, moves the tools to where it has them,
-  /// advances the world by one time step, and shows the loop the new state. Bodies that are gone
-  /// get nothing, and tools whose body is gone feel nothing.
-  /// @throws InvalidArgument when the loop has not done all its ticks, or for its tools as `open`;
-  ///         nothing has changed then.
+  /// Applies the impulses of a loop's substeps to the bodies and moves the tools to their poses.
+  /// Then advances the world by one time step and shows the loop the new state. Removed bodies
+  /// receive nothing. Tools whose body was removed feel nothing.
+  /// @throws InvalidArgument when the loop has substeps left, or for its tools as `open`. Nothing
+  ///         has changed then.
   void step(HapticLoop<S, Backend>& loop);
 
   /// [s] Length of the next step.
   [[nodiscard]] S time_step() const noexcept { return state_.def.time_step; }
+  /// [s] Sets the length of the next steps and wakes all bodies. Forces go on: impulses of the last
+  /// step are scaled.
+  /// @throws InvalidArgument when `dt` is not finite and > 0, or an impulse would overflow.
   void set_time_step(S dt);
+  /// [m/s^2] Sets gravity, world axes.
+  /// @throws InvalidArgument when it is not finite.
   void set_gravity(const Vec3<S>& gravity);
+  /// Settings of the world.
   [[nodiscard]] const WorldDef<S>& def() const noexcept { return state_.def; }
-  /// What the last step did.
+  /// Figures of the last step.
   [[nodiscard]] const StepReport<S>& report() const noexcept { return state_.report; }
-  /// Contacts of the last step, by the slots of their shapes, with their impulses (N s; after
-  /// `set_time_step`, scaled to the new step), as the solver keeps them. See `for_each_contact`.
-  [[nodiscard]] const ContactCache<S>& contacts() const noexcept { return state_.contacts; }
+  /// Contacts of the last step as the solver keeps them, by the indices of their shapes. Impulses
+  /// are in N s; `set_time_step` scales them to the new step. See `for_each_contact`.
+  [[nodiscard]] const detail::ContactCache<S>& contacts() const noexcept { return state_.contacts; }
 
  private:
-  /// Senses with a world that mirrors somebody else's engine.
+  /// Senses with a world that mirrors an external engine.
   friend class HostSensors<S, Backend>;
-  /// Steps worlds in scratch memory that they share, and resets them in place.
+  /// Steps worlds in shared scratch; resets them in place.
   friend class WorldBatch<S, Backend>;
 
-  using State = WorldState<S, Backend>;
+  using State = detail::WorldState<S, Backend>;
   using Prepared = typename Backend::template Collidable<S>;
 
   void require_known_contacts(BodyId id, bool is_dynamic, const CollisionFilter& filter,
                               ShapeKind kind) const;
-  [[nodiscard]] static Collider<S, Backend> make_collider(const Body<S>& body, Prepared prepared,
-                                                          const Shape<S>& shape,
-                                                          const Transform<S>& X_BS,
-                                                          const Material<S>& material);
-  ShapeId insert_shape(BodyId id, Collider<S, Backend> collider);
+  [[nodiscard]] static detail::Collider<S, Backend> make_collider(const Body<S>& body,
+                                                                  Prepared prepared,
+                                                                  const Shape<S>& shape,
+                                                                  const Transform<S>& X_BS,
+                                                                  const Material<S>& material);
+  ShapeId insert_shape(BodyId id, detail::Collider<S, Backend> collider);
   template <typename Visit>
   void for_each_shape_of(BodyId id, Visit&& visit) const;
   void refresh_box(std::uint32_t tag);
   void set_twist(BodyId id, const Twist<S>& twist);
   /// Velocity that brings a kinematic body to a pose within a step.
   [[nodiscard]] Twist<S> twist_to(BodyId id, const Transform<S>& X_WB) const;
-  void push(const HapticBody<S>& pushed);
+  void push(const detail::HapticBody<S>& pushed);
   template <typename Visit>
   static void for_each_impulse(State& state, Visit&& visit);
   void require_tools(const HapticLoop<S, Backend>& loop) const;
   void erase_joint(std::uint32_t index);
 
   State state_;
-  detail::KernelScratch<WorldKernels<S, Backend>> stepper_{world_kernels<S, Backend>()};
+  detail::KernelScratch<detail::WorldKernels<S, Backend>> stepper_{
+      detail::world_kernels<S, Backend>()};
 };
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -271,12 +289,12 @@ class World {
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
 namespace bristle::inline BRISTLE_ABI {
 
-#define BRISTLE_COMPILED_WORLD(S, Backend)                       \
-  template <>                                                    \
-  const WorldKernels<S, Backend>& world_kernels<S, Backend>();   \
-  template <>                                                    \
-  const HapticKernels<S, Backend>& haptic_kernels<S, Backend>(); \
-  extern template class World<S, Backend>;                       \
+#define BRISTLE_COMPILED_WORLD(S, Backend)                                       \
+  template <>                                                                    \
+  const detail::WorldKernels<S, Backend>& detail::world_kernels<S, Backend>();   \
+  template <>                                                                    \
+  const detail::HapticKernels<S, Backend>& detail::haptic_kernels<S, Backend>(); \
+  extern template class World<S, Backend>;                                       \
   extern template class HapticLoop<S, Backend>;
 BRISTLE_COMPILED_WORLD(float, AnalyticBackend)
 BRISTLE_COMPILED_WORLD(double, AnalyticBackend)

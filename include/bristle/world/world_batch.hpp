@@ -1,5 +1,5 @@
 /// @file
-/// Many worlds of one scene that step together, as a learner trains on.
+/// Many worlds of one scene that step together, for training a learner.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -20,32 +20,32 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Copies of one world, which share its shapes and nothing else.
+/// Copies of one world. They share its shapes and nothing else.
 ///
 /// `WorldBatch<float> batch(scene, 1024, pool.hook())`, then, again and again, `batch.step(8)`,
 /// `batch.gather_taxels(pads, images)` and `batch.reset(batch.failed())`: examples/18_batch.cpp.
 ///
-/// Each world does what it would alone, to the last bit, whatever the number of threads and of
-/// worlds: what is drawn by chance is to be seeded by the number of the world. Handles of the
-/// original name the same things in all worlds.
+/// Each world behaves as it would alone, to the last bit, for any number of threads and worlds.
+/// Seed random values by the index of the world. Handles of the original are valid in all worlds.
 ///
-/// A mask has one byte a world, not zero for those that are meant; an empty one means all.
+/// A mask has one byte a world, nonzero selects. An empty mask selects all.
 template <Scalar S, typename Backend = AnalyticBackend>
 class WorldBatch {
  public:
   using Mask = std::span<const std::uint8_t>;
 
-  /// @param origin  What all worlds start as and are reset to. It is copied.
+  /// @param origin  World that all worlds start as and are reset to. It is copied.
   /// @param count   [-] Number of worlds, > 0.
-  /// @param parallel_for  Steps worlds at the same time. Worlds use one thread each, whatever hook
-  ///                      the original has; a world that is assigned to brings its own.
+  /// @param parallel_for  Steps worlds at the same time. Each world uses one thread, whatever hook
+  ///                      the original has. A world that is assigned to brings its own.
   /// @throws InvalidArgument when `count` is 0 or the hook is empty.
   WorldBatch(const World<S, Backend>& origin, std::size_t count,
              ParallelFor parallel_for = serial_for);
 
   /// [-] Number of worlds.
   [[nodiscard]] std::size_t size() const noexcept { return worlds_.size(); }
-  /// @throws InvalidArgument when there is no world of this number.
+  /// One world of the batch.
+  /// @throws InvalidArgument when there is no world of this index.
   [[nodiscard]] World<S, Backend>& world(std::size_t number) {
     require_number(number);
     return worlds_[number];
@@ -55,43 +55,43 @@ class WorldBatch {
     return worlds_[number];
   }
 
-  /// Calls visit(number, world) for the worlds of a mask, at the same time for several.
-  /// @throws InvalidArgument when the mask is of another size; and what `visit` throws first, by
-  ///         the number of the world. The other worlds are visited all the same.
+  /// Calls visit(index, world) for the worlds of a mask, several at the same time.
+  /// @throws InvalidArgument when the mask is of another size. Otherwise the exception of `visit`
+  ///         with the lowest world index. The other worlds are visited all the same.
   template <typename Visit>
   void for_each(Visit&& visit, Mask mask = {});
 
-  /// Advances all worlds by some steps each. Several cost less than as many calls: a world stays in
-  /// the cache meanwhile.
+  /// Advances all worlds by some steps each. One call for several steps is cheaper: a world stays
+  /// in cache.
   void step(std::size_t steps = 1);
 
-  /// [-] One byte a world, 1 where a step of this batch since the last reset could not be computed,
-  /// so that bodies were left standing (`StepReport::discarded_islands`, `frozen_bodies`). All go
-  /// on. Steps that are made by `world(i).step()` are not looked at.
+  /// [-] One byte a world: 1 if a step of this batch failed since the last reset. Bodies were left
+  /// standing then (`StepReport::discarded_islands`, `frozen_bodies`). All worlds go on. Steps by
+  /// `world(i).step()` are not counted.
   [[nodiscard]] Mask failed() const noexcept { return failed_; }
 
-  /// Puts the worlds of a mask back to what they started as, masses and surfaces included.
+  /// Resets the worlds of a mask to their start, masses and materials included.
   /// @throws InvalidArgument when the mask is of another size.
   void reset(Mask mask = {});
 
   /// Writes bodies to out[world][body][13]: position of the body frame [m], its quaternion x, y, z,
-  /// w, velocity of the centre of mass [m/s], angular velocity [rad/s]; world axes.
-  /// @throws InvalidArgument when `out` has another size or a body is gone from a world; nothing is
+  /// w, velocity of the centre of mass [m/s], angular velocity [rad/s]. World axes.
+  /// @throws InvalidArgument when `out` has another size or a world lacks a body. Nothing is
   ///         written then. The same holds for the functions below.
   void gather_bodies(std::span<const BodyId> bodies, std::span<S> out) const;
   /// Writes joints to out[world][joint][2]: position and velocity, as in `JointReading`.
   void gather_joints(std::span<const JointId> joints, std::span<S> out) const;
   /// Writes readings to out[world][patch][channel][sensor], with the channels of `TactileChannel`
-  /// in its order and units. Sensors of a `sensor_grid` are rows of an image one after the other.
-  /// All patches of all worlds must have equally many sensors.
+  /// in its order and units. Sensors of a `sensor_grid` are image rows. All patches must have
+  /// equally many sensors.
   void gather_taxels(std::span<const PatchId> patches, std::span<S> out) const;
-  /// Writes to out[world][patch] how many sensors touch something.
+  /// Writes the number of sensors in contact to out[world][patch].
   void gather_touching(std::span<const PatchId> patches, std::span<std::uint32_t> out) const;
 
  private:
-  /// [-] Worlds that one task goes through at most. Their steps share scratch memory.
+  /// [-] Worlds of one task at most. Their steps share scratch memory.
   static constexpr std::size_t most_per_task = 16;
-  /// [-] Of fewer tasks than this, one thread would wait for another.
+  /// [-] Fewest tasks that keep all threads busy.
   static constexpr std::size_t fewest_tasks = 64;
 
   void require_number(std::size_t number) const {
@@ -102,18 +102,18 @@ class WorldBatch {
     detail::require(mask.empty() || mask.size() == size(), "WorldBatch: mask.size()", mask.size(),
                     "must be 0 or the number of worlds");
   }
-  static void require_size(std::size_t has, std::size_t wants) {
-    detail::require(has == wants, "WorldBatch: out.size()", has,
-                    "must be " + std::to_string(wants));
+  static void require_size(std::size_t has, std::size_t needs) {
+    detail::require(has == needs, "WorldBatch: out.size()", has,
+                    "must be " + std::to_string(needs));
   }
-  /// Runs task(number of the task, first world, end), for all worlds.
+  /// Runs task(index of the task, first world, end), for all worlds.
   template <typename Task>
   void in_tasks(const Task& task) const {
     parallel_for_(steppers_.size(), [&](std::size_t k) {
       task(k, k * per_task_, std::min(size(), (k + 1) * per_task_));
     });
   }
-  /// Raises InvalidArgument unless all worlds have all of these.
+  /// Throws InvalidArgument unless all worlds have these handles.
   template <typename Id>
   void require_handles(std::span<const Id> ids) const;
   /// Writes `width` numbers a world and handle: write(world, id, first number).
@@ -125,7 +125,7 @@ class WorldBatch {
   std::vector<World<S, Backend>> worlds_;
   std::vector<std::uint8_t> failed_;
   std::size_t per_task_;
-  std::vector<detail::KernelScratch<WorldKernels<S, Backend>>> steppers_;
+  std::vector<detail::KernelScratch<detail::WorldKernels<S, Backend>>> steppers_;
   ParallelFor parallel_for_;
 };
 
@@ -139,7 +139,7 @@ WorldBatch<S, Backend>::WorldBatch(const World<S, Backend>& origin, std::size_t 
       parallel_for_(std::move(parallel_for)) {
   detail::require(count > 0, "WorldBatch: count", count, "must be > 0");
   detail::require(bool(parallel_for_), "WorldBatch: parallel_for", "empty", "must be callable");
-  // The hook's threads are busy with worlds.
+  // The threads of the hook are busy with worlds.
   origin_.state_.def.parallel_for = serial_for;
   worlds_.assign(count, origin_);
   failed_.assign(count, std::uint8_t(0));
@@ -156,7 +156,7 @@ void WorldBatch<S, Backend>::for_each(Visit&& visit, Mask mask) {
     }
   };
 #if defined(__cpp_exceptions)
-  // Nothing may leave a task; each keeps what it met.
+  // No exception may leave a task. Each task stores its first one.
   std::vector<std::exception_ptr> errors(steppers_.size());
   in_tasks([&](std::size_t task, std::size_t first, std::size_t end) {
     for (std::size_t i = first; i < end; ++i) {

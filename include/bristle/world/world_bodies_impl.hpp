@@ -13,7 +13,7 @@ requires ShapeBackend<Backend, S>
 void World<S, Backend>::require_known_contacts(BodyId id, bool is_dynamic,
                                                const CollisionFilter& filter,
                                                ShapeKind kind) const {
-  // Most kinds of shapes may meet all others, and nothing is to be looked for.
+  // Most kinds of shapes may meet all others, which spares the search.
   bool meets_all = true;
   for (std::size_t other = 0; other < shape_kind_count; ++other) {
     meets_all = meets_all && Backend::can_collide(kind, static_cast<ShapeKind>(other));
@@ -21,7 +21,7 @@ void World<S, Backend>::require_known_contacts(BodyId id, bool is_dynamic,
   if (meets_all) return;
   for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
     if (!state_.colliders.is_live(i)) continue;
-    const Collider<S, Backend>& other = state_.colliders.at(i);
+    const detail::Collider<S, Backend>& other = state_.colliders.at(i);
     const Body<S>& other_body = state_.body_of(other);
     if (other.body == id || (!is_dynamic && !other_body.is_dynamic()) ||
         !may_meet(filter, other_body.filter) || Backend::can_collide(kind, other.kind)) {
@@ -36,10 +36,10 @@ void World<S, Backend>::require_known_contacts(BodyId id, bool is_dynamic,
 }
 
 template <Scalar S, typename Backend>
-requires ShapeBackend<Backend, S> Collider<S, Backend> World<S, Backend>::make_collider(
+requires ShapeBackend<Backend, S> detail::Collider<S, Backend> World<S, Backend>::make_collider(
     const Body<S>& body, Prepared prepared, const Shape<S>& shape, const Transform<S>& X_BS,
     const Material<S>& material) {
-  Collider<S, Backend> c;
+  detail::Collider<S, Backend> c;
   c.X_CmS = X_BS;
   c.X_CmS.translation -= body.center_B;
   c.is_centered = c.X_CmS.translation == Vec3<S>::Zero() &&
@@ -58,8 +58,8 @@ requires ShapeBackend<Backend, S> Collider<S, Backend> World<S, Backend>::make_c
 }
 
 template <Scalar S, typename Backend>
-requires ShapeBackend<Backend, S> ShapeId World<S, Backend>::insert_shape(BodyId id,
-                                                                          Collider<S, Backend> c) {
+requires ShapeBackend<Backend, S> ShapeId
+World<S, Backend>::insert_shape(BodyId id, detail::Collider<S, Backend> c) {
   const Body<S>& body = state_.bodies.at(id.index);
   c.body = id;
   const Aabb<S> box = c.half_space ? c.bounds : transformed(c.bounds, body.center_pose * c.X_CmS);
@@ -93,7 +93,7 @@ requires ShapeBackend<Backend, S> BodyId World<S, Backend>::add_body(const BodyD
   for (const Prepared& shape : prepared) {
     require_known_contacts(BodyId{}, body.is_dynamic(), body.filter, Backend::kind(shape));
   }
-  std::vector<Collider<S, Backend>> colliders;
+  std::vector<detail::Collider<S, Backend>> colliders;
   auto next = prepared.begin();
   if (def.shape) {
     colliders.push_back(make_collider(body, std::move(*next++), *def.shape, {}, def.material));
@@ -103,7 +103,7 @@ requires ShapeBackend<Backend, S> BodyId World<S, Backend>::add_body(const BodyD
         make_collider(body, std::move(*next++), shape.shape, shape.X_BS, shape.material));
   }
   const BodyId id = state_.bodies.insert(body);
-  for (Collider<S, Backend>& collider : colliders) insert_shape(id, std::move(collider));
+  for (detail::Collider<S, Backend>& collider : colliders) insert_shape(id, std::move(collider));
   detail::disturb(state_, id);
   return id;
 }
@@ -116,7 +116,7 @@ requires ShapeBackend<Backend, S> ShapeId World<S, Backend>::add_shape(BodyId id
   detail::require(!body.is_dynamic() || kind_of(def.shape) != ShapeKind::half_space,
                   "ShapeDef::shape", name_of(kind_of(def.shape)),
                   "must not be on a dynamic body: it has no mass");
-  Collider<S, Backend> collider =
+  detail::Collider<S, Backend> collider =
       make_collider(body, Backend::template make<S>(def.shape), def.shape, def.X_BS, def.material);
   require_known_contacts(id, body.is_dynamic(), body.filter, kind_of(def.shape));
   detail::disturb(state_, id);
@@ -155,10 +155,10 @@ void World<S, Backend>::remove_body(BodyId id) {
     }
   }
   for_each_shape_of(id, [this](std::uint32_t tag) { remove_shape(state_.colliders.handle(tag)); });
-  // What patches touched in the last step must not be looked up any more.
+  // Bodies that patches touched in the last step must not be looked up any more.
   for (std::uint32_t i = 0; i < state_.patches.slot_count(); ++i) {
     if (!state_.patches.is_live(i)) continue;
-    for (PatchPair<S>& pair : state_.patches.at(i).pairs) {
+    for (detail::PatchPair<S>& pair : state_.patches.at(i).pairs) {
       if (pair.body_b == id.index) pair.count = 0;
     }
   }
@@ -168,7 +168,7 @@ void World<S, Backend>::remove_body(BodyId id) {
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::refresh_box(std::uint32_t tag) {
-  const Collider<S, Backend>& c = state_.colliders.at(tag);
+  const detail::Collider<S, Backend>& c = state_.colliders.at(tag);
   if (c.half_space) return;
   state_.broad_phase.move(tag, transformed(c.bounds, state_.body_of(c).center_pose * c.X_CmS));
 }
@@ -211,7 +211,7 @@ void World<S, Backend>::set_twist(BodyId id, const Twist<S>& twist) {
   detail::require_still(body.locked, twist);
   const bool moved = state_.is_active(id.index);
   body.twist = twist;
-  // Who tells a body that stands to stand on, in every step, wakes nobody.
+  // Setting a zero velocity on a body at rest does not wake it.
   if (body.is_dynamic() || moved || state_.is_active(id.index)) detail::disturb(state_, id);
 }
 

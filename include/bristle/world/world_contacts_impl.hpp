@@ -1,5 +1,5 @@
 /// @file
-/// Definitions of `World`: what callers see of contacts. Included by world.hpp.
+/// Definitions of `World`: contacts as callers see them. Included by world.hpp.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -12,7 +12,8 @@ requires ShapeBackend<Backend, S>
 template <typename Visit>
 void World<S, Backend>::for_each_contact_event(Visit&& visit) const {
   for (const ContactEvent& event : state_.ended) visit(event);
-  detail::for_each_touch(state_.contacts, [&](ShapePair shapes, bool touched, bool touches) {
+  detail::for_each_touch(state_.contacts, [&](detail::ShapePair shapes, bool touched,
+                                              bool touches) {
     const ContactPhase phase = !touched  ? ContactPhase::begin
                                : touches ? ContactPhase::persist
                                          : ContactPhase::end;
@@ -25,9 +26,9 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 template <typename Visit>
 void World<S, Backend>::for_each_contact(Visit&& visit) const {
-  const std::vector<CachedManifold<S>>& manifolds = state_.contacts.manifolds();
+  const std::vector<detail::CachedManifold<S>>& manifolds = state_.contacts.manifolds();
   for (std::size_t i = 0; i < manifolds.size();) {
-    const std::span<const CachedManifold<S>> pair = detail::same_pair(manifolds, i);
+    const std::span<const detail::CachedManifold<S>> pair = detail::same_pair(manifolds, i);
     ContactReading<S> reading(pair, state_.contacts.points());
     reading.shape_a = state_.colliders.handle(manifolds[i].shapes.a);
     reading.shape_b = state_.colliders.handle(manifolds[i].shapes.b);

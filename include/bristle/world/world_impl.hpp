@@ -70,19 +70,19 @@ requires ShapeBackend<Backend, S> JointId World<S, Backend>::add_joint(const Joi
                   "must not equal body_a");
   detail::require(a.is_dynamic() || b.is_dynamic(), "JointDef::body_a", def.body_a,
                   "must be dynamic, or body_b must");
-  Joint<S> joint;
+  detail::Joint<S> joint;
   joint.def = def;
   joint.X_CmA_J = def.X_AJ;
   joint.X_CmA_J.translation -= a.center_B;
   joint.X_CmB_J = def.X_BJ;
   joint.X_CmB_J.translation -= b.center_B;
-  const JointPose<S> pose = joint_pose(joint, a.center_pose, b.center_pose);
-  const S angle = joint_position(def.kind, pose, S(0));
+  const detail::JointPose<S> pose = detail::joint_pose(joint, a.center_pose, b.center_pose);
+  const S angle = detail::joint_position(def.kind, pose, S(0));
   joint.angle = nearest_turn(angle, std::min(std::max(angle, def.lower_limit), def.upper_limit));
   if (!def.bodies_collide) {
-    const ShapePair pair{std::min(def.body_a.index, def.body_b.index),
-                         std::max(def.body_a.index, def.body_b.index)};
-    std::vector<ShapePair>& unpaired = state_.unpaired;
+    const detail::ShapePair pair{std::min(def.body_a.index, def.body_b.index),
+                                 std::max(def.body_a.index, def.body_b.index)};
+    std::vector<detail::ShapePair>& unpaired = state_.unpaired;
     unpaired.insert(std::lower_bound(unpaired.begin(), unpaired.end(), pair), pair);
   }
   detail::disturb(state_, def.body_a);
@@ -97,9 +97,9 @@ void World<S, Backend>::erase_joint(std::uint32_t index) {
   detail::disturb(state_, def.body_a);
   detail::disturb(state_, def.body_b);
   if (!def.bodies_collide) {
-    const ShapePair pair{std::min(def.body_a.index, def.body_b.index),
-                         std::max(def.body_a.index, def.body_b.index)};
-    std::vector<ShapePair>& unpaired = state_.unpaired;
+    const detail::ShapePair pair{std::min(def.body_a.index, def.body_b.index),
+                                 std::max(def.body_a.index, def.body_b.index)};
+    std::vector<detail::ShapePair>& unpaired = state_.unpaired;
     unpaired.erase(std::lower_bound(unpaired.begin(), unpaired.end(), pair));
   }
   state_.joints.erase(state_.joints.handle(index));
@@ -114,10 +114,10 @@ void World<S, Backend>::remove_joint(JointId id) {
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
-void World<S, Backend>::set_drive(JointId id, const JointDrive<S>& drive) {
-  Joint<S>& joint = state_.joints.get(id, "JointId");
-  validate(drive, joint.def.kind);
-  joint.def.drive = drive;
+void World<S, Backend>::set_motor(JointId id, const JointMotor<S>& motor) {
+  detail::Joint<S>& joint = state_.joints.get(id, "JointId");
+  validate(motor, joint.def.kind);
+  joint.def.motor = motor;
   detail::disturb(state_, joint.def.body_a);
   detail::disturb(state_, joint.def.body_b);
 }
@@ -125,7 +125,7 @@ void World<S, Backend>::set_drive(JointId id, const JointDrive<S>& drive) {
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S> JointReading<S> World<S, Backend>::reading(JointId id)
 const {
-  const Joint<S>& joint = state_.joints.get(id, "JointId");
+  const detail::Joint<S>& joint = state_.joints.get(id, "JointId");
   return read_joint(joint, state_.bodies.at(joint.def.body_a.index),
                     state_.bodies.at(joint.def.body_b.index), state_.def.time_step);
 }
@@ -135,7 +135,7 @@ requires ShapeBackend<Backend, S> PatchId World<S, Backend>::add_patch(BodyId bo
                                                                        PatchDef<S> def) {
   const Body<S>& owner = state_.bodies.get(body, "BodyId");
   for (const BodyId id : def.excluded) (void)state_.bodies.get(id, "PatchDef::excluded");
-  SensorPatch<S> patch = make_patch(std::move(def), body, owner.center_B);
+  detail::SensorPatch<S> patch = detail::make_patch(std::move(def), body, owner.center_B);
   if (!patch.def.may_point_inwards) {
     std::vector<std::uint32_t> shapes;
     for_each_shape_of(body, [&](std::uint32_t tag) { shapes.push_back(tag); });
@@ -160,7 +160,7 @@ requires ShapeBackend<Backend, S> PatchId World<S, Backend>::add_patch(BodyId bo
                                                                        const Tuning<S>& tuning) {
   PatchDef<S> def;
   def.parameters = tuning.parameters(sensors);
-  def.options.scaling = tuning.wants.scaling;
+  def.options.scaling = tuning.spec.scaling;
   def.sensors = std::move(sensors);
   return add_patch(body, std::move(def));
 }
@@ -175,7 +175,7 @@ void World<S, Backend>::remove_patch(PatchId id) {
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_active(PatchId id, bool is_active) {
-  SensorPatch<S>& patch = state_.patches.get(id, "PatchId");
+  detail::SensorPatch<S>& patch = state_.patches.get(id, "PatchId");
   if (patch.is_active == is_active) return;
   detail::disturb(state_, patch.body);
   patch.is_active = is_active;
@@ -185,7 +185,7 @@ void World<S, Backend>::set_active(PatchId id, bool is_active) {
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_parameters(PatchId id, const SensorParameters<S>& parameters) {
-  SensorPatch<S>& patch = state_.patches.get(id, "PatchId");
+  detail::SensorPatch<S>& patch = state_.patches.get(id, "PatchId");
   validate(parameters);
   patch.def.parameters = parameters;
   patch.def.per_sensor.clear();
@@ -199,12 +199,12 @@ const { return state_.patches.get(id, "PatchId").readings.view(); }
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S> S World<S, Backend>::largest_stable_step(PatchId id)
 const {
-  const SensorPatch<S>& patch = state_.patches.get(id, "PatchId");
-  return bristle::largest_stable_step(patch, [&](const PatchPair<S>& pair) -> Mat6<S> {
+  const detail::SensorPatch<S>& patch = state_.patches.get(id, "PatchId");
+  return bristle::largest_stable_step(patch, [&](const detail::PatchPair<S>& pair) -> Mat6<S> {
     const Body<S>& a = state_.bodies.at(patch.body.index);
     const Body<S>& b = state_.bodies.at(pair.body_b);
-    return mobility(a.inverse_mass_W(), a.inverse_inertia_W(), pair.arm_a) +
-           mobility(b.inverse_mass_W(), b.inverse_inertia_W(), pair.arm_b);
+    return detail::mobility(a.inverse_mass_W(), a.inverse_inertia_W(), pair.arm_a) +
+           detail::mobility(b.inverse_mass_W(), b.inverse_inertia_W(), pair.arm_b);
   });
 }
 
@@ -247,17 +247,17 @@ requires ShapeBackend<Backend, S>
 void World<S, Backend>::restore(std::span<const std::byte> bytes) {
   detail::restore_snapshot(bytes, state_);
   for (std::uint32_t i = 0; i < state_.patches.slot_count(); ++i) {
-    if (state_.patches.is_live(i)) mark_hits(state_.patches.at(i));
+    if (state_.patches.is_live(i)) detail::mark_hits(state_.patches.at(i));
   }
   state_.contacts.repeat();
   state_.ended.clear();
   state_.ended_since.clear();
   state_.sleeping_bodies = 0;
-  state_.is_any_stirred = false;
+  state_.is_any_disturbed = false;
   for (std::uint32_t i = 0; i < state_.bodies.slot_count(); ++i) {
     if (!state_.bodies.is_live(i)) continue;
     if (state_.bodies.at(i).is_asleep()) ++state_.sleeping_bodies;
-    state_.is_any_stirred = state_.is_any_stirred || state_.bodies.at(i).sleep.is_stirred;
+    state_.is_any_disturbed = state_.is_any_disturbed || state_.bodies.at(i).sleep.is_disturbed;
   }
   for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
     if (state_.colliders.is_live(i)) refresh_box(i);
@@ -268,10 +268,10 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_time_step(S dt) {
   detail::require_positive("dt", dt);
-  // Forces go on, so the impulses that the next step starts from follow the step.
+  // Forces go on, so the impulses that warm-start the next step scale with the step.
   const S ratio = dt / state_.def.time_step;
   for_each_impulse(state_, [&](const S& impulse) {
-    if (has_finite_square(S(ratio * impulse))) return;
+    if (detail::has_finite_square(S(ratio * impulse))) return;
     detail::require(false, "dt", dt, "must be such that impulses of the last step stay finite");
   });
   detail::wake_all(state_);
@@ -279,7 +279,7 @@ void World<S, Backend>::set_time_step(S dt) {
   state_.def.time_step = dt;
 }
 
-/// Calls visit(S&) for every impulse that the next step starts from.
+/// Calls visit(S&) for every warm-start impulse.
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 template <typename Visit>
@@ -287,13 +287,13 @@ void World<S, Backend>::for_each_impulse(State& state, Visit&& visit) {
   const auto visit_vector = [&](auto& vector) {
     for (Eigen::Index i = 0; i < vector.size(); ++i) visit(vector[i]);
   };
-  for (CachedPoint<S>& point : state.contacts.points()) {
+  for (detail::CachedPoint<S>& point : state.contacts.points()) {
     for (S& impulse : point.impulse) visit(impulse);
-    for (S& impulse : point.passing) visit(impulse);
+    for (S& impulse : point.transient_impulse) visit(impulse);
   }
   for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
     if (!state.joints.is_live(i)) continue;
-    Joint<S>& joint = state.joints.at(i);
+    detail::Joint<S>& joint = state.joints.at(i);
     for (S& impulse : joint.impulses) visit(impulse);
     for (Wrench<S>* wrench : {&joint.spring_impulse, &joint.total}) {
       visit_vector(wrench->force);
@@ -302,7 +302,8 @@ void World<S, Backend>::for_each_impulse(State& state, Visit&& visit) {
   }
   for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
     if (!state.patches.is_live(i)) continue;
-    for (PairImpulse<S>& last : state.patches.at(i).last_impulses) visit_vector(last.impulse);
+    for (detail::PairImpulse<S>& last : state.patches.at(i).last_impulses)
+      visit_vector(last.impulse);
   }
 }
 
@@ -324,10 +325,10 @@ void World<S, Backend>::require_tools(const HapticLoop<S, Backend>& loop) const 
   for (std::size_t i = 0; i < loop.tools_.size(); ++i) {
     const auto& tool = loop.tools_[i];
     const std::uint32_t slot = tool.body.index;
-    // A body that is gone had a slot.
+    // A removed body had an index.
     const bool is_right = contains(tool.body) ? state_.bodies.at(slot).motion == Motion::kinematic
                                               : slot < state_.bodies.slot_count();
-    // The text is made only where it is wanted: steps do not allocate.
+    // Text is made only on error: steps never allocate.
     if (is_right) continue;
     detail::require(false, "HapticLoop: BodyId of tool " + std::to_string(i), tool.body,
                     "must name a kinematic body");
@@ -345,30 +346,30 @@ void World<S, Backend>::open(HapticLoop<S, Backend>& loop) const {
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::step(HapticLoop<S, Backend>& loop) {
-  loop.require_ticked();
+  loop.require_tool_patch();
   require_tools(loop);
   const auto is_moved = [&](const auto& tool) { return tool.is_placed && contains(tool.body); };
   for (const auto& tool : loop.tools_) {
     if (is_moved(tool)) (void)twist_to(tool.body, tool.end_pose(loop.h_));
   }
-  // From here on nothing is refused.
+  // Nothing throws from here on.
   for (const auto& tool : loop.tools_) {
     if (is_moved(tool)) set_twist(tool.body, twist_to(tool.body, tool.end_pose(loop.h_)));
   }
-  for (HapticBody<S>& pushed : loop.bodies_) {
+  for (detail::HapticBody<S>& pushed : loop.bodies_) {
     if (!contains(pushed.id())) continue;
-    pushed.start_momentum = HapticBody<S>::momentum(state_.bodies.at(pushed.id().index));
+    pushed.start_momentum = detail::HapticBody<S>::momentum(state_.bodies.at(pushed.id().index));
     push(pushed);
   }
   step();
   loop.observe(state_);
 }
 
-/// Gives a body what the ticks of a haptic loop gave it. What overflows is left to the step, which
-/// stops such bodies.
+/// Applies the impulse of a loop's substeps to a body. The step handles overflow: it stops such
+/// bodies.
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
-void World<S, Backend>::push(const HapticBody<S>& pushed) {
+void World<S, Backend>::push(const detail::HapticBody<S>& pushed) {
   const BodyId id = pushed.id();
   Body<S>& body = state_.bodies.at(id.index);
   const Wrench<S>& impulse = pushed.impulse();
@@ -376,9 +377,9 @@ void World<S, Backend>::push(const HapticBody<S>& pushed) {
   body.applied += (S(1) / state_.def.time_step) * impulse;
   detail::disturb(state_, id);
   Body<S> carried = body;
-  step_pose(carried, pushed.carried(), S(1));
+  detail::step_pose(carried, pushed.carried(), S(1));
   const Transform<S> X_WB = carried.pose();
-  if (!is_pose(X_WB) || !has_finite_square<S>(carried.twist)) return;
+  if (!detail::is_pose(X_WB) || !detail::has_finite_square<S>(carried.twist)) return;
   set_pose(id, X_WB);
   set_twist(id, carried.twist);
 }

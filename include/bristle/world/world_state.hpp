@@ -1,11 +1,10 @@
 /// @file
-/// What a world holds, and what its stages share. Users meet `World`.
+/// The state of a world, shared by its stages.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <bristle/collision/broadphase.hpp>
 #include <bristle/collision/contact_cache.hpp>
-#include <bristle/core/parallel.hpp>
 #include <bristle/core/slot_map.hpp>
 #include <bristle/dynamics/bodies/body.hpp>
 #include <bristle/dynamics/joints/joint.hpp>
@@ -14,52 +13,21 @@
 #include <bristle/sensors/patch.hpp>
 #include <bristle/world/contact_events.hpp>
 #include <bristle/world/report.hpp>
+#include <bristle/world/world_def.hpp>
 
 #include <algorithm>
 #include <optional>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
-
-/// When islands of bodies fall asleep. Asleep, they are not computed: nothing moves, contacts,
-/// joints and sensors keep their impulses and readings, velocities are zero.
-template <Scalar S>
-struct SleepDef {
-  /// [m/s] Speed of the centre of mass up to which a body is at rest, >= 0.
-  S linear_speed = S(0.01);
-  /// [rad/s] Angular speed up to which it is, >= 0.
-  S angular_speed = S(0.05);
-  /// [s] For how long all bodies of an island must be at rest, > 0. Infinite, the default: nothing
-  /// ever sleeps (docs/decisions/0014-sleep-is-off.md says why).
-  S time = infinity<S>;
-};
-
-/// Settings of a world.
-template <Scalar S>
-struct WorldDef {
-  /// [m/s^2] Gravity.
-  Vec3<S> gravity = Vec3<S>(S(0), S(0), S(-9.81));
-  /// [s] Length of a step, > 0.
-  S time_step = S(1) / S(240);
-  /// [m/s] Impacts slower than this do not bounce, >= 0.
-  S restitution_speed = S(0.01);
-  /// [-] How positions follow from velocities.
-  Integrator integrator = Integrator::trapezoidal;
-  /// [-] The solver.
-  SolverDef<S> solver{};
-  /// [-] When bodies at rest are no longer computed.
-  SleepDef<S> sleep{};
-  /// [-] Runs independent tasks, on threads of the host if it likes; the results are the same.
-  ParallelFor parallel_for = serial_for;
-};
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A shape on a body.
 template <Scalar S, typename Backend>
 struct Collider {
   BodyId body{};
-  /// [m] Pose of the shape from the body's centre of mass, along the body's axes.
+  /// [m] Pose of the shape relative to the body's centre of mass, in the body's axes.
   Transform<S> X_CmS{};
-  /// Whether that is the identity, as of most shapes.
+  /// True if that is the identity: most shapes.
   bool is_centered = false;
   typename Backend::template Collidable<S> shape{};
   ShapeKind kind = ShapeKind::sphere;
@@ -68,11 +36,11 @@ struct Collider {
   Aabb<S> bounds{};
   /// [m] Farthest point from the body's centre of mass.
   S radius = S(0);
-  /// The half-space itself, since a box cannot bound it.
+  /// The half-space itself, which a box cannot bound.
   std::optional<HalfSpace<S>> half_space{};
 };
 
-/// Everything that persists from step to step, and the bodies as the solver sees them.
+/// All state that persists from step to step, and the solver bodies.
 template <Scalar S, typename Backend>
 struct WorldState {
   WorldDef<S> def{};
@@ -82,35 +50,35 @@ struct WorldState {
   SlotMap<SensorPatch<S>, PatchTag> patches;
   BroadPhase<S> broad_phase;
   ContactCache<S> contacts;
-  /// Touches that ended because a shape was removed, for the events of the last step, and those
-  /// since.
+  /// Contacts that ended because a shape was removed: for the events of the last step, and since
+  /// then.
   std::vector<ContactEvent> ended, ended_since;
-  /// Pairs of body slots that do not touch because a joint connects them, sorted.
+  /// Body index pairs whose contact a joint disables, sorted.
   std::vector<ShapePair> unpaired;
   StepReport<S> report{};
-  /// Bodies asleep, and whether all is: then a step has nothing to do.
+  /// Number of bodies asleep. `is_idle` if all are: a step then has nothing to do.
   std::uint32_t sleeping_bodies = 0;
   bool is_idle = false;
-  /// Whether a caller may have changed any body since the last step (`BodySleep::is_stirred`).
-  bool is_any_stirred = false;
+  /// True if a caller may have changed any body since the last step (`BodySleep::is_disturbed`).
+  bool is_any_disturbed = false;
   /// [-] Steps so far in which anything could move.
   std::uint64_t steps = 0;
 
-  /// This step's scratch: one entry a body slot, and all constraints.
+  /// Scratch of this step: one entry a body index, and all constraints.
   std::vector<SolverBody<S>> solver_bodies;
   Constraints<S> constraints;
 
   [[nodiscard]] const Body<S>& body_of(const Collider<S, Backend>& c) const {
     return bodies.at(c.body.index);
   }
-  /// Whether a body may move in this step, or was changed by the caller since the last one.
+  /// Returns whether a body may move in this step, or was changed by the caller since the last one.
   [[nodiscard]] bool is_active(std::uint32_t slot) const {
     const Body<S>& body = bodies.at(slot);
-    if (body.sleep.is_stirred) return true;
+    if (body.sleep.is_disturbed) return true;
     if (body.is_dynamic()) return !body.is_asleep();
     return !body.twist.linear.isZero(S(0)) || !body.twist.angular.isZero(S(0));
   }
-  /// Whether there is a patch in a slot that is switched on.
+  /// Returns whether a slot holds an active patch.
   [[nodiscard]] bool is_sensing(std::uint32_t slot) const {
     return patches.is_live(slot) && patches.at(slot).is_active;
   }
@@ -118,7 +86,7 @@ struct WorldState {
   [[nodiscard]] Transform<S> pose_from(const Body<S>& A, const Collider<S, Backend>& c) const {
     return relative_pose(A.center_pose, body_of(c).center_pose) * c.X_CmS;
   }
-  /// Whether a box in the world reaches a shape that has no box itself; true for shapes that do.
+  /// Returns whether a box in the world reaches a shape without a box. True for shapes with a box.
   [[nodiscard]] bool reaches(const Aabb<S>& box, const Collider<S, Backend>& c) const {
     if (!c.half_space) return true;
     const Transform<S> X_WS = body_of(c).center_pose * c.X_CmS;
@@ -128,4 +96,4 @@ struct WorldState {
   }
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,5 +1,5 @@
 /// @file
-/// What a driver offers: engines by name, each in some settings.
+/// Engines that a driver offers: by name, each in some settings.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 

@@ -11,6 +11,8 @@
 
 namespace bristle::work_precision {
 
+using namespace bristle::detail;
+
 using scenes::Engine;
 using scenes::Instant;
 using scenes::Trial;
@@ -27,7 +29,7 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-/// [s] What 99 of 100 of these stay below.
+/// [s] 99th percentile of the values.
 double percentile99(std::vector<double> values) {
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 99 / 100);
   std::nth_element(values.begin(), at, values.end());

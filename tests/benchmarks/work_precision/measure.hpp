@@ -8,6 +8,8 @@
 
 namespace bristle::work_precision {
 
+using namespace bristle::detail;
+
 /// One cell of the benchmark.
 struct Task {
   const scenes::Recipe* recipe = nullptr;
@@ -15,7 +17,7 @@ struct Task {
   std::string setting;
   /// [s] Step.
   double dt = 0;
-  /// [-] Whether to do with one timed run, and with two variations.
+  /// [-] True for one timed run and two variations only.
   bool is_quick = false;
 };
 

@@ -1,5 +1,5 @@
 /// @file
-/// What the command line of the benchmark asks for.
+/// Options of the benchmark's command line.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -18,11 +18,11 @@ struct Options {
   /// [s] Steps; empty: those of each scene.
   std::vector<double> time_steps;
   bool is_quick = false;
-  /// [-] Whether scenes that run only when asked for do.
+  /// [-] True to run optional scenes, too.
   bool has_optional = false;
   /// [s] After which a run counts as crashed.
   unsigned timeout = 900;
-  /// [-] What to do instead of running: print help or the list of scenes and engines, or report.
+  /// [-] Actions instead of a run: print help or the list of scenes and engines, or report.
   bool wants_help = false;
   bool wants_list = false;
   std::string report;

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/svg_plot.hpp"
 #include "benchmarks/work_precision/plots.hpp"
 
 #include "scenes/rigid/catalogue.hpp"
 
-#include <bristle/io/svg_plot.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 namespace bristle::work_precision {
+
+using namespace figure;
 
 namespace {
 

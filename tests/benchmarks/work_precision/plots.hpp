@@ -10,7 +10,9 @@
 
 namespace bristle::work_precision {
 
-/// Whether a row is of this library and not of a peer.
+using namespace bristle::detail;
+
+/// Returns whether a row is of this library and not of a peer.
 [[nodiscard]] inline bool is_ours(const Row& row) { return row.engine.starts_with("bristle"); }
 
 /// Writes SCENE.svg for each scene. The curves of this library are its settings over the steps;

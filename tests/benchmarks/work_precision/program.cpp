@@ -15,13 +15,15 @@
 #include <unistd.h>
 
 using namespace bristle;
+
+using namespace bristle::detail;
 using namespace bristle::work_precision;
 
 namespace {
 
 constexpr int unsupported_code = 3;
 
-/// What the child does; its only output is the row.
+/// Runs the task in the child process; the row is its only output.
 [[noreturn]] void run_child(const Task& task, int pipe_end) {
   int code = 0;
   try {

@@ -16,6 +16,8 @@
 
 namespace bristle::work_precision {
 
+using namespace bristle::detail;
+
 namespace {
 
 /// Errors below this are round-off of some engine: they count as equal.

@@ -11,6 +11,8 @@
 
 namespace bristle::work_precision {
 
+using namespace bristle::detail;
+
 namespace {
 
 std::string text_of(double value, const char* format = "%.6g") {

@@ -12,7 +12,9 @@
 
 namespace bristle::work_precision {
 
-/// What was measured. Before anything is, it stands for a run that ended in a crash.
+using namespace bristle::detail;
+
+/// Measurements of one run. The defaults stand for a run that ended in a crash.
 struct Row {
   std::string scene;
   std::string engine;
@@ -29,7 +31,7 @@ struct Row {
   double best_us = std::numeric_limits<double>::quiet_NaN();
   double median_us = std::numeric_limits<double>::quiet_NaN();
   double worst_us = std::numeric_limits<double>::quiet_NaN();
-  /// [us] What 99 of 100 steps of a run stay below.
+  /// [us] 99th percentile of the steps of a run.
   double p99_us = std::numeric_limits<double>::quiet_NaN();
   /// [-] A step, as far as the engine tells.
   double sweeps = 0;

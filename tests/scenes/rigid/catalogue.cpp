@@ -186,7 +186,7 @@ void add_moving(RecipeBook& book) {
   book.add<TopplingRow>("topple20", "20 dominoes fall, interval against fine steps [1]")
       .reference_step = 1.0 / 8000;
   book.add<Pendulum>("pendulum", "pendulum on a hinge, energy [1]", Inert::nothing);
-  book.add<Pendulum>("pendulum_motor", "the same with a drive without torque [1]", Inert::motor);
+  book.add<Pendulum>("pendulum_motor", "the same with a motor without torque [1]", Inert::motor);
   book.add<Pendulum>("pendulum_sensor", "the same with sensors without force [1]", Inert::sensors);
 }
 

@@ -10,6 +10,8 @@
 
 namespace bristle::scenes {
 
+using namespace bristle::detail;
+
 /// Links of 0.2 m and 1 kg on ball joints, from the world's origin along a direction.
 [[nodiscard]] inline Scene chain_scene(int links, const Vector& direction, Meets meets) {
   constexpr double length = 0.2;

@@ -13,6 +13,8 @@
 
 namespace bristle::scenes::detail {
 
+using namespace bristle::detail;
+
 /// A shape where it is.
 template <typename Shape>
 struct Placed {

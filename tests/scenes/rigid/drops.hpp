@@ -13,6 +13,8 @@
 
 namespace bristle::scenes {
 
+using namespace bristle::detail;
+
 /// A sphere as a closed convex mesh: an icosahedron whose triangles are split in four `splits`
 /// times, 20 * 4^splits triangles.
 [[nodiscard]] inline TriangleMesh<double> icosphere(int splits, double radius) {

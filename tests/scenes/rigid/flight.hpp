@@ -11,6 +11,8 @@
 
 namespace bristle::scenes {
 
+using namespace bristle::detail;
+
 /// A ball of 0.1 m falls 1 m and bounces with restitution e. Peak k has the height e^(2k); the
 /// error is the largest relative one of the first 5 (e < 1) or 10 peaks [1].
 class Bounce : public Trial {

@@ -11,6 +11,8 @@
 
 namespace bristle::scenes {
 
+using namespace bristle::detail;
+
 /// Fingers of 0.1 kg that slide along x press with 10 N from both sides on a cube of 0.1 m,
 /// mu = 0.6: friction carries up to 12 N. Defaults: 0.5 kg, 41 % of that.
 struct GripSetup {

@@ -12,11 +12,13 @@
 
 namespace bristle::scenes {
 
+using namespace bristle::detail;
+
 /// How a hand is made.
 struct HandSetup {
-  /// [-] Whether its fingertips have 32 sensors each.
+  /// [-] True if its fingertips have 32 sensors each.
   bool has_sensors = false;
-  /// [N m] Largest torque of a drive.
+  /// [N m] Largest torque of a motor.
   double max_torque = std::numeric_limits<double>::infinity();
 };
 
@@ -90,7 +92,7 @@ class HeldInHand : public Trial {
         hinge.axis = turn * Vector::UnitY();
         hinge.lower = -0.3;
         hinge.upper = 1.5;
-        hinge.drive = SceneDrive{.target = k == 0   ? 0.6
+        hinge.motor = SceneMotor{.target = k == 0   ? 0.6
                                            : k == 1 ? 0.1
                                                     : -0.1,
                                  .stiffness = 4,

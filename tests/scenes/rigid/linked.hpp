@@ -131,11 +131,11 @@ inline void add_ragdoll(Scene& scene, const Vector& hips, const Rotation& turn, 
   return scene;
 }
 
-/// What a pendulum has that gives no force.
+/// Addition to a pendulum that gives no force.
 enum class Inert { nothing, motor, sensors };
 
 /// A cube of 40 mm and 1 kg on a hinge 0.3 m away swings from the level for 10 s. The error is the
-/// largest change of its energy, as a part of m g l [1]. A drive without torque, or sensors without
+/// largest change of its energy, as a part of m g l [1]. A motor without torque, or sensors without
 /// constants that touch a wall beside it, must not change it.
 class Pendulum : public Trial {
  public:
@@ -162,7 +162,7 @@ class Pendulum : public Trial {
     SceneJoint hinge{-1, 0, Vector::Zero()};
     hinge.kind = SceneJointKind::hinge;
     hinge.axis = Vector::UnitY();
-    if (inert == Inert::motor) hinge.drive = SceneDrive{.max_torque = 0};
+    if (inert == Inert::motor) hinge.motor = SceneMotor{.max_torque = 0};
     scene.joints.push_back(hinge);
     scene.add(floor_body(0, Vector::UnitY()));
     std::get<HalfSpace<double>>(scene.bodies.back().shape).offset = -0.03;

@@ -16,6 +16,8 @@
 
 namespace bristle::scenes {
 
+using namespace bristle::detail;
+
 /// [J] Kinetic energy.
 [[nodiscard]] double kinetic_energy(const SceneBody& body, const BodyState& state);
 /// [J] Kinetic and potential energy.
@@ -29,13 +31,13 @@ namespace bristle::scenes {
 [[nodiscard]] double depth(const SceneBody& a, const BodyState& state_a, const SceneBody& b,
                            const BodyState& state_b);
 
-/// Whether two bodies of a scene touch each other where they meet.
+/// Returns whether two bodies of a scene collide where they meet.
 [[nodiscard]] bool may_meet(const Scene& scene, std::size_t i, std::size_t j);
 
 /// [m] Largest distance between the two points that a joint holds together, of all joints.
 [[nodiscard]] double largest_joint_gap(const Scene& scene, const Engine& engine);
 /// [rad] Largest angle by which a hinge or a swing is beyond its stops.
-[[nodiscard]] double largest_stop_excess(const Scene& scene, const Engine& engine);
+[[nodiscard]] double largest_limit_excess(const Scene& scene, const Engine& engine);
 
 /// Depths of all pairs of a scene that may meet and overlap.
 struct Overlaps {
@@ -207,10 +209,10 @@ inline double largest_joint_gap(const Scene& scene, const Engine& engine) {
   return largest;
 }
 
-inline double largest_stop_excess(const Scene& scene, const Engine& engine) {
+inline double largest_limit_excess(const Scene& scene, const Engine& engine) {
   double largest = 0;
   for (const SceneJoint& joint : scene.joints) {
-    if (!joint.has_stops() && !std::isfinite(joint.swing)) continue;
+    if (!joint.has_limits() && !std::isfinite(joint.swing)) continue;
     const auto turn = [&](int i) {
       return detail::turn_since(detail::joined_at_start(scene, i),
                                 detail::joined_state(scene, engine, i));

@@ -20,6 +20,8 @@
 
 namespace bristle::scenes {
 
+using namespace bristle::detail;
+
 using Vector = Vec3<double>;
 using Rotation = Quat<double>;
 
@@ -35,8 +37,8 @@ struct Surface {
   TriangleMesh<double> mesh;
 };
 
-/// What a body looks like. A mesh that is not a `Surface` is closed, convex, and has its centroid
-/// at the origin; engines take it as the hull of its vertices.
+/// Shape of a body. A mesh that is not a `Surface` is closed, convex, and has its centroid at the
+/// origin; engines take it as the hull of its vertices.
 using SceneShape = std::variant<Sphere<double>, Box<double>, Cylinder<double>, HalfSpace<double>,
                                 TriangleMesh<double>, Capsule<double>, Surface>;
 
@@ -75,7 +77,7 @@ struct SceneBody {
   std::optional<double> friction_if_minimum = std::nullopt;
   /// [kg m^2] About the body's axes; unset: the shape's.
   std::optional<Vector> principal_inertia = std::nullopt;
-  /// [-] Whether all it can do is slide along the x axis of the world.
+  /// [-] True if it can only slide along the x axis of the world.
   bool slides_along_x = false;
   Meets meets = Meets::everything;
   /// [-] Bodies of the same family do not meet each other; 0 is none.
@@ -88,11 +90,11 @@ struct SceneBody {
   [[nodiscard]] bool is_driven() const { return !moves() && path != nullptr; }
 };
 
-/// What a joint leaves free.
+/// Free motion of a joint.
 enum class SceneJointKind { ball, hinge };
 
 /// A spring and damper towards an angle (a PD controller).
-struct SceneDrive {
+struct SceneMotor {
   /// [rad] Angle that is wanted.
   double target = 0;
   /// [N m/rad], [N m s/rad] Gains.
@@ -101,7 +103,7 @@ struct SceneDrive {
   /// [N m] Largest torque.
   double max_torque = std::numeric_limits<double>::infinity();
 
-  /// Whether it can do nothing.
+  /// Returns whether it can do nothing.
   [[nodiscard]] bool is_inert() const { return max_torque == 0; }
 };
 
@@ -122,10 +124,10 @@ struct SceneJoint {
   /// [rad] Largest angle by which `axis`, as each of the two bodies carries it, may part in a ball
   /// joint.
   double swing = std::numeric_limits<double>::infinity();
-  /// [-] What drives a hinge.
-  std::optional<SceneDrive> drive = std::nullopt;
+  /// [-] Motor of a hinge.
+  std::optional<SceneMotor> motor = std::nullopt;
 
-  [[nodiscard]] bool has_stops() const { return std::isfinite(lower) || std::isfinite(upper); }
+  [[nodiscard]] bool has_limits() const { return std::isfinite(lower) || std::isfinite(upper); }
 };
 
 /// A rectangle of resistive sensors on a body, in its axes; they look along side_u x side_v.
@@ -157,7 +159,7 @@ struct Scene {
   double restitution = 0;
   /// [s] How long it runs.
   double duration = 1;
-  /// [-] Whether a run is too long to repeat it for its timing.
+  /// [-] True if a run is too long to repeat it for its timing.
   bool is_large = false;
 
   /// [-] Adds a body and tells its number.

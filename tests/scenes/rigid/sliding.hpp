@@ -10,6 +10,8 @@
 
 namespace bristle::scenes {
 
+using namespace bristle::detail;
+
 /// A box of 0.2 m and 0.5 kg is let go at 2 m/s on a floor with mu = 0.5. It stops after
 /// v^2 / (2 mu g); the error is how far from there it is after 1 s [m].
 class Slide : public Trial {

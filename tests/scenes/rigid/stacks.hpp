@@ -10,6 +10,8 @@
 
 namespace bristle::scenes {
 
+using namespace bristle::detail;
+
 /// How a stack of cubes of 0.2 m is set up. Defaults: ten of 1 kg, exactly on each other.
 struct StackSetup {
   int count = 10;

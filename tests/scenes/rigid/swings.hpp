@@ -13,6 +13,8 @@
 
 namespace bristle::scenes {
 
+using namespace bristle::detail;
+
 /// A plate of 0.1 x 0.2 m and 0.2 kg hangs between two hard balls that press on it with 20 N near
 /// its upper edge, mu = 0.8, and swings from 0.5 rad for 10 s. Each ball touches it in a point, so
 /// nothing brakes it: the error is the relative change of its amplitude [1], from the angles of its

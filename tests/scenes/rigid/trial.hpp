@@ -18,12 +18,14 @@
 
 namespace bristle::scenes {
 
-/// What an engine does not know to simulate: a shape, a pair of shapes.
+using namespace bristle::detail;
+
+/// Thrown for a feature that an engine cannot simulate: a shape, a pair of shapes.
 struct Unsupported : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// What the last step of an engine took, as far as it tells.
+/// Counters of the last step of an engine, as far as it tells.
 struct StepCounters {
   std::uint64_t sweeps = 0;
   std::uint64_t factorisations = 0;
@@ -61,9 +63,9 @@ struct Instant {
   double dt = 0;
   long step = 0;
 
-  /// Whether this is the step nearest to a time.
+  /// Returns whether this is the step nearest to a time.
   [[nodiscard]] bool is(double when) const { return std::abs(time - when) < 0.5 * dt + 1e-12; }
-  /// Whether a metric that is taken every 10 ms is due.
+  /// Returns whether a metric that is taken every 10 ms is due.
   [[nodiscard]] bool is_sampled() const {
     return step % std::max(1L, static_cast<long>(0.01 / dt)) == 0;
   }
@@ -75,7 +77,7 @@ struct Metric {
   double value = 0;
 };
 
-/// What a run came to.
+/// Result of a run.
 struct Outcome {
   double error = 0;
   bool passes = false;
@@ -91,7 +93,7 @@ class Trial {
   virtual ~Trial() = default;
 
   [[nodiscard]] const Scene& scene() const { return scene_; }
-  /// What acts on the engine in the step that starts now: paths of driven bodies, and `push`.
+  /// Applies the input of the step that starts now: paths of driven bodies, and `push`.
   void prepare(Engine& engine, const Instant& now) const {
     for (std::size_t i = 0; i < scene_.bodies.size(); ++i) {
       const SceneBody& body = scene_.bodies[i];
@@ -116,7 +118,7 @@ class Trial {
 struct Recipe {
   std::string group;
   std::string name;
-  /// [-] What it is, and how its error is measured.
+  /// [-] Description, and the measure of its error.
   std::string description;
   /// [s] Steps it is run at.
   std::vector<double> time_steps;
@@ -125,7 +127,7 @@ struct Recipe {
   /// largest.
   int variations = 1;
   std::function<std::unique_ptr<Trial>(int)> make_variation{};
-  /// [-] Whether it runs only when asked for.
+  /// [-] True if it runs only on request.
   bool is_optional = false;
   /// [s] Step of a run by the same engine in the same setting that the error is measured against;
   /// 0 where a closed form or an invariant tells.

@@ -14,6 +14,8 @@
 
 namespace bristle::scenes {
 
+using namespace bristle::detail;
+
 /// A wall of 20 bricks, 0.4 x 0.2 x 0.2 m and 2 kg, five rows in bond, mu = 0.5; a ball of 100 kg
 /// hits its middle at 8 m/s. Nothing bounces.
 [[nodiscard]] inline Scene knocked_down_wall() {

@@ -138,7 +138,7 @@ class Servo : public Trial {
     SceneJoint hinge{-1, 0, Vector::Zero()};
     hinge.kind = SceneJointKind::hinge;
     hinge.axis = Vector::UnitY();
-    hinge.drive = SceneDrive{.target = 1, .stiffness = stiffness, .damping = damping};
+    hinge.motor = SceneMotor{.target = 1, .stiffness = stiffness, .damping = damping};
     scene.joints.push_back(hinge);
     return scene;
   }

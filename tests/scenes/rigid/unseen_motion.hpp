@@ -10,6 +10,8 @@
 
 namespace bristle::scenes {
 
+using namespace bristle::detail;
+
 /// A body that moves along x as a closed form says; the error is the relative one of the distance
 /// at the end [1].
 class KnownDistance : public Trial {
@@ -155,7 +157,7 @@ class Coin : public Trial {
 };
 
 /// Newton's cradle without its strings: a ball at 1 m/s hits four that touch, no gravity, no
-/// friction, no loss. Who moves afterwards is a matter of the law of impact, but momentum and
+/// friction, no loss. The law of impact decides which balls move afterwards, but momentum and
 /// energy are kept: the error is the larger relative change of the two [1].
 class Cradle : public Trial {
  public:

@@ -11,6 +11,8 @@
 
 namespace bristle::scenes {
 
+using namespace bristle::detail;
+
 /// Bodies that statics says stay where they are. The error is the farthest any centre ever moves
 /// from where it was put [m], sampled every 10 ms.
 class StaysPut : public Trial {

@@ -13,7 +13,9 @@
 
 namespace bristle::scenes {
 
-/// What a watched scene must keep to.
+using namespace bristle::detail;
+
+/// Bounds that a watched scene must keep.
 struct Bounds {
   /// [m] Overlap or gap of a joint.
   double depth = 0.01;
@@ -34,12 +36,12 @@ class Watched : public Trial {
     if (!now.is_sampled() && !now.is(scene().duration)) return;
     const Overlaps found = overlaps(scene(), engine);
     if (now.step == 0) {
-      // What overlaps at the start is the scene's.
+      // Overlaps at the start belong to the scene.
       energy_at_start_ = total_energy(scene(), engine);
     }
     depth_ = std::max(depth_, found.largest);
     gap_ = std::max(gap_, largest_joint_gap(scene(), engine));
-    stop_ = std::max(stop_, largest_stop_excess(scene(), engine));
+    stop_ = std::max(stop_, largest_limit_excess(scene(), engine));
     fastest_ = 0;
     for (std::size_t i = 0; i < scene().bodies.size(); ++i) {
       if (!scene().bodies[i].moves()) continue;
@@ -58,7 +60,7 @@ class Watched : public Trial {
                    {{"depth", depth_}, {"v_max", peak_}, {"v_end", fastest_}}};
     if (!scene().joints.empty()) {
       result.further.push_back({"joint_gap", gap_});
-      result.further.push_back({"stop_excess", stop_});
+      result.further.push_back({"limit_excess", stop_});
     }
     if (std::isfinite(bounds_.gain)) result.further.push_back({"E_gain [J]", gain_});
     return result;

@@ -9,6 +9,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 namespace {
 
 template <typename S>
@@ -219,7 +221,7 @@ TEST_CASE_TEMPLATE("BroadPhase: who is alone need not be looked at while in its 
   CHECK(follow(S(2)) == 0);
   CHECK(phase.stays(0, S(0.1), at(S(2))));
   CHECK(phase.stays(0, S(0.1), at(S(3))));
-  CHECK(phase.is_coarse(0));
+  CHECK(phase.is_loose(0));
   CHECK(phase.swept(0).contains(box_at<S>(at(S(3)), S(1.1))));
   CHECK(phase.settle(0, at(S(3)), S(1), S(0), S(0.1)));
   // Backwards, by its reach, or by turning it would leave the box.
@@ -231,7 +233,7 @@ TEST_CASE_TEMPLATE("BroadPhase: who is alone need not be looked at while in its 
   CHECK(follow(S(3)) == 0);
   CHECK(phase.stays(0, S(0.1), at(S(3))));
   phase.refine(0, box_at<S>(at(S(3)), S(1.1)));
-  CHECK_FALSE(phase.is_coarse(0));
+  CHECK_FALSE(phase.is_loose(0));
   CHECK_FALSE(phase.stays(0, S(0.1), at(S(3))));
   CHECK(follow(S(30)) == 0);
   CHECK(phase.stays(0, S(0.1), at(S(30))));

@@ -13,6 +13,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 namespace {
 
 template <typename S>
@@ -61,11 +63,11 @@ TEST_CASE("ContactCache: what passes of an impulse is not inherited") {
   cache.begin_step(1);
   add<double>(cache, {0, 1}, manifold<double>(0, {1}));
   cache.points()[0].impulse = {4, 2, -1};
-  cache.points()[0].passing = {1, 0.5, -2};
+  cache.points()[0].transient_impulse = {1, 0.5, -2};
   cache.begin_step(1);
   add<double>(cache, {0, 1}, manifold<double>(0, {1}));
   CHECK(cache.points()[0].impulse == std::array<double, 3>{3, 1.5, 1});
-  CHECK(cache.points()[0].passing == std::array<double, 3>{});
+  CHECK(cache.points()[0].transient_impulse == std::array<double, 3>{});
 }
 
 TEST_CASE_TEMPLATE("ContactCache: arms reach from each centre of mass to the point", S, float,
@@ -121,10 +123,10 @@ TEST_CASE("ContactCache: carried pairs come in their place, with their impulses"
   // Shape 3 moves on its own; the pair (0, 2) is new.
   const auto keeps = [](ShapePair pair) { return pair.b != 3; };
   for (const ShapePair pair : {ShapePair{0, 2}, {0, 3}}) {
-    cache.carry_before(pair, keeps);
+    cache.persist_before(pair, keeps);
     add<double>(cache, pair, manifold<double>(0, {pair.a, pair.b}));
   }
-  cache.carry_before({~0u, ~0u}, keeps);
+  cache.persist_before({~0u, ~0u}, keeps);
   const ShapePair expected[] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}};
   const double impulses[] = {1, 2, 0, 0, 3, 4, 5, 6};
   REQUIRE(cache.manifolds().size() == 4);
@@ -133,7 +135,7 @@ TEST_CASE("ContactCache: carried pairs come in their place, with their impulses"
     const auto& m = cache.manifolds()[i];
     CHECK(m.shapes == expected[i]);
     CHECK(m.first == 2 * i);
-    CHECK(m.is_carried == (i == 0 || i == 3));
+    CHECK(m.is_persisted == (i == 0 || i == 3));
     CHECK(cache.points()[m.first].feature == m.shapes.a);
     CHECK(cache.points()[m.first].impulse[0] == impulses[2 * i]);
     CHECK(cache.points()[m.first + 1].impulse[0] == impulses[2 * i + 1]);

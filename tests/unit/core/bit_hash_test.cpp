@@ -6,7 +6,7 @@
 #include <set>
 #include <vector>
 
-using bristle::BitHash;
+using bristle::detail::BitHash;
 
 namespace {
 
@@ -44,10 +44,10 @@ TEST_CASE("hash_of: blocks of any length, by every byte") {
   std::set<std::uint64_t> seen;
   for (std::size_t size = 0; size < 20; ++size) {
     std::vector<std::byte> bytes(size);
-    seen.insert(bristle::hash_of(bytes));
+    seen.insert(bristle::detail::hash_of(bytes));
     for (std::size_t i = 0; i < size; ++i) {
       bytes[i] = std::byte{1};
-      seen.insert(bristle::hash_of(bytes));
+      seen.insert(bristle::detail::hash_of(bytes));
       bytes[i] = std::byte{0};
     }
   }

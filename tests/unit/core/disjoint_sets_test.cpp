@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <vector>
 
-using bristle::DisjointSets;
+using bristle::detail::DisjointSets;
 
 TEST_CASE("DisjointSets: a set is known by its lowest member, whatever the order") {
   DisjointSets sets;

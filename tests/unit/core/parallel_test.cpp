@@ -24,9 +24,9 @@ struct FloatSum {
   }
 };
 
-/// 1 + 1/2 + ... + 1/n in slices of ten.
+/// 1 + 1/2 + ... + 1/n in ranges of ten.
 float harmonic(std::size_t n, std::size_t fewest_shared, const bristle::ParallelFor& hook) {
-  return bristle::sum_in_slices<FloatSum>(n, 10, fewest_shared, hook,
+  return bristle::sum_in_ranges<FloatSum>(n, 10, fewest_shared, hook,
                                           [](std::size_t first, std::size_t end, FloatSum& sum) {
                                             for (std::size_t i = first; i < end; ++i) {
                                               sum.value += 1 / float(i + 1);
@@ -43,7 +43,7 @@ TEST_CASE("is_serial: knows the default and nothing else") {
       bristle::is_serial([](std::size_t n, const auto& task) { bristle::serial_for(n, task); }));
 }
 
-TEST_CASE("sum_in_slices: each slice once, added in order, whoever does them") {
+TEST_CASE("sum_in_ranges: each range once, added in order, whoever does them") {
   std::size_t tasks = 0;
   // From the last to the first.
   const bristle::ParallelFor backwards = [&](std::size_t count, const auto& task) {
@@ -54,9 +54,9 @@ TEST_CASE("sum_in_slices: each slice once, added in order, whoever does them") {
     CAPTURE(n);
     float expected = 0;
     for (std::size_t first = 0; first < n; first += 10) {
-      float slice = 0;
-      for (std::size_t i = first; i < std::min(n, first + 10); ++i) slice += 1 / float(i + 1);
-      expected += slice;
+      float range = 0;
+      for (std::size_t i = first; i < std::min(n, first + 10); ++i) range += 1 / float(i + 1);
+      expected += range;
     }
     CHECK(harmonic(n, 2, bristle::serial_for) == expected);
     tasks = 0;

@@ -16,6 +16,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 namespace {
 struct Tag;
 using Map = SlotMap<std::string, Tag>;

@@ -5,6 +5,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 TEST_CASE_TEMPLATE("solve_block: a bounded row aims at its target within its bounds", S, float,
                    double) {
   ConstraintBlock<S> block;

@@ -9,6 +9,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 namespace {
 
 /// A response with given diagonal and one coupling, of the tangents.

@@ -14,6 +14,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 namespace {
 
 using Row = IslandRow<double>;
@@ -61,7 +63,7 @@ struct Balls {
       rows.push_back(row);
     }
   }
-  CoulombAnswer<double> solve() {
+  CoulombResult<double> solve() {
     const std::size_t n = 6 * mass.size();
     matrix.reset(std::vector<std::uint32_t>(n, 0));
     rhs.resize(n);
@@ -112,9 +114,9 @@ TEST_CASE("CoulombNewton: a ball on the ground slides on, sticks, or lifts off")
   }
 }
 
-// A drive pushes balls on rough ground against each other, and lets go of a fifth of all impulses
+// A motor pushes balls on rough ground against each other, and lets go of a fifth of all impulses
 // that the last step found.
-TEST_CASE("CoulombNewton: a pushed row moves as one, or as fast as the drive's force lets it") {
+TEST_CASE("CoulombNewton: a pushed row moves as one, or as fast as the motor's force lets it") {
   const std::size_t n = 5;
   const double mu = 0.3;
   const double weight = 0.5;  // [m/s] Of gravity in the step.
@@ -140,12 +142,12 @@ TEST_CASE("CoulombNewton: a pushed row moves as one, or as fast as the drive's f
       }
       pushed -= masses[i];
     }
-    Row drive = row.along(0, 0);
-    drive.kind = RowKind::bounded;
-    drive.target = 1;
-    drive.upper = force * total * mu * weight;
-    drive.lambda = kept * total * (speed + mu * weight);
-    row.rows.push_back(drive);
+    Row motor = row.along(0, 0);
+    motor.kind = RowKind::bounded;
+    motor.target = 1;
+    motor.upper = force * total * mu * weight;
+    motor.lambda = kept * total * (speed + mu * weight);
+    row.rows.push_back(motor);
     for (std::size_t i = 0; i < n; ++i) row.start[6 * i] = speed;
     CHECK(row.solve().residual <= error);
     for (std::size_t i = 0; i < n; ++i) {
@@ -177,7 +179,7 @@ TEST_CASE("CoulombNewton: answers take energy, solved or not") {
     }
     heap.add_contact(0, 0.6, 0);
     heap.add_contact(0, 0.6, n - 1, Row::none, -1);
-    const CoulombAnswer<double> answer = heap.solve();
+    const CoulombResult<double> answer = heap.solve();
     if (!(answer.residual < infinity<double>)) continue;
     solved += answer.residual <= 1e-3 * heap.speed_change ? 1 : 0;
     double before = 0;

@@ -5,6 +5,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 namespace {
 
 template <typename S>

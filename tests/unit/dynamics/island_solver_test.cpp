@@ -11,6 +11,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 namespace {
 
 template <typename S>
@@ -94,7 +96,7 @@ TEST_CASE("ProximalSolver: without what passes, impulses are those of the next s
     };
     const double as_they_were = first_sweep(pile);
     for (ContactConstraint<double>& c : pile.constraints.contacts) {
-      for (std::size_t k = 0; k < 3; ++k) c.impulse[k] -= c.passing[k];
+      for (std::size_t k = 0; k < 3; ++k) c.impulse[k] -= c.transient_impulse[k];
     }
     CHECK(as_they_were > 0.1 * noise);
     // Cones are curved: what is not linear in the noise is of the order of its square.
@@ -103,8 +105,8 @@ TEST_CASE("ProximalSolver: without what passes, impulses are those of the next s
 }
 
 // The body below has landed, the one above still falls. If the change of velocities came once more
-// it would land, too, by `closing` m/s too fast. What the penalty makes of that is a guess, which
-// is good for no more than what the column carries. Nor does a contact without friction pull.
+// it would land, too, by `closing` m/s too fast. The penalty makes a guess of that, which is good
+// for no more than the load of the column. Nor does a contact without friction pull.
 TEST_CASE("ProximalSolver: a contact that is yet to close inherits no more than there is") {
   double closing = 0;
   SUBCASE("barely") { closing = 1e-8; }
@@ -141,12 +143,12 @@ TEST_CASE("ProximalSolver: a contact that is yet to close inherits no more than 
   const ContactConstraint<double>& above = column.constraints.contacts[1];
   CHECK(below.impulse[0] == test::relative(0.15));
   // To what its softness lets through.
-  CHECK(below.passing[0] == test::relative(0.05).epsilon(1e-4));
+  CHECK(below.transient_impulse[0] == test::relative(0.05).epsilon(1e-4));
   CHECK(above.impulse[0] == 0);
   // Less falls on the next step than on this one where the guess is a push.
-  CHECK(above.passing[0] <= 0);
-  CHECK(above.passing[0] >= -below.impulse[0]);
-  CHECK((above.passing[0] < 0) == is_likely);
+  CHECK(above.transient_impulse[0] <= 0);
+  CHECK(above.transient_impulse[0] >= -below.impulse[0]);
+  CHECK((above.transient_impulse[0] < 0) == is_likely);
 }
 
 TEST_CASE("ProximalSolver: a flat load is shared evenly by all the points that carry it") {
@@ -265,7 +267,7 @@ TEST_CASE("IslandSolver: placed impulses close gaps and overlaps without a chang
           contact.gap + c.dt * contact.normal_velocity(pile.bodies[contact.body_a].motion,
                                                        pile.bodies[contact.body_b].motion);
       CHECK(left > -1e-8);
-      CHECK((left < 1e-8 || contact.placed == contact.least_placed));
+      CHECK((left < 1e-8 || contact.position_impulse == contact.least_position_impulse));
     }
     for (std::size_t i = 0; i < before.size(); ++i) {
       CHECK(before[i].twist.linear == pile.bodies[i].twist.linear);

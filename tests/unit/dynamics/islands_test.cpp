@@ -8,6 +8,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 namespace {
 
 std::vector<SolverBody<double>> bodies(std::initializer_list<bool> moving) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/dynamics/joints/joint_flow.hpp>
+#include <bristle/dynamics/joints/mechanism_integrator.hpp>
 #include <bristle/math/rotation.hpp>
 
 #include <doctest/doctest.h>
@@ -10,10 +10,12 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 namespace {
 
-JointFlowJoint<double> joined(std::uint32_t a, std::uint32_t b, JointKind kind) {
-  JointFlowJoint<double> joint;
+MechanismJoint<double> joined(std::uint32_t a, std::uint32_t b, JointKind kind) {
+  MechanismJoint<double> joint;
   joint.kind = kind;
   joint.body_a = a;
   joint.body_b = b;
@@ -23,13 +25,13 @@ JointFlowJoint<double> joined(std::uint32_t a, std::uint32_t b, JointKind kind) 
 /// A body of 2 kg that swings on a fixed one about y, on `count` hinges along the same axis, every
 /// other one with the two bodies exchanged.
 struct Pendulum {
-  std::vector<JointFlowBody<double>> bodies{2};
-  std::vector<JointFlowJoint<double>> joints;
+  std::vector<MechanismBody<double>> bodies{2};
+  std::vector<MechanismJoint<double>> joints;
   Wrench<double> total;  // On the body, about its hinge.
   double energy = 0.0;
 
   explicit Pendulum(int count, double disagreement = 0.0) {
-    JointFlowBody<double>& body = bodies[1];
+    MechanismBody<double>& body = bodies[1];
     body.moves_by_forces = true;
     body.mass = 2.0;
     body.inertia_B = Vec3<double>(0.01, 0.02, 0.03).asDiagonal();
@@ -40,7 +42,7 @@ struct Pendulum {
     std::mt19937 random(3);
     std::uniform_real_distribution<double> uniform(-1, 1);
     for (int i = 0; i < count; ++i) {
-      JointFlowJoint<double> joint = joined(0, 1, JointKind::revolute);
+      MechanismJoint<double> joint = joined(0, 1, JointKind::revolute);
       const Vec3<double> along(0, count > 1 ? 0.1 * uniform(random) : 0.0, 0);
       const Vec3<double> off(uniform(random), uniform(random), uniform(random));
       joint.X_CmA_J = {to_y, along};
@@ -53,7 +55,7 @@ struct Pendulum {
     }
   }
 
-  bool step(JointFlow<double>& flow, double dt) {
+  bool step(MechanismIntegrator<double>& flow, double dt) {
     std::vector<Transform<double>> poses(2);
     std::vector<Twist<double>> twists(2);
     std::vector<Wrench<double>> impulses(joints.size());
@@ -79,10 +81,9 @@ struct Pendulum {
 }  // namespace
 
 TEST_CASE("JointGroups: joints between two bodies are one, and so are those to what is fixed") {
-  const std::vector<JointFlowJoint<double>> joints = {
-      joined(1, 2, JointKind::fixed), joined(2, 3, JointKind::ball),
-      joined(2, 1, JointKind::ball), joined(0, 3, JointKind::revolute),
-      joined(3, 4, JointKind::prismatic)};
+  const std::vector<MechanismJoint<double>> joints = {
+      joined(1, 2, JointKind::fixed), joined(2, 3, JointKind::ball), joined(2, 1, JointKind::ball),
+      joined(0, 3, JointKind::revolute), joined(3, 4, JointKind::prismatic)};
   JointGroups<double> groups;
   groups.build(joints, {false, true, true, true, false});
   REQUIRE(groups.size() == 3);
@@ -92,12 +93,12 @@ TEST_CASE("JointGroups: joints between two bodies are one, and so are those to w
   CHECK(groups.joints()[1].kind == JointKind::ball);
 }
 
-TEST_CASE("JointFlow: a pendulum swings on 300 hinges as on one") {
-  JointFlow<double> flow_of_one, flow_of_many;
+TEST_CASE("MechanismIntegrator: a pendulum swings on 300 hinges as on one") {
+  MechanismIntegrator<double> integrator_of_one, integrator_of_many;
   Pendulum one(1), many(300);
   for (int i = 0; i < 240; ++i) {
-    REQUIRE(one.step(flow_of_one, 1.0 / 240));
-    REQUIRE(many.step(flow_of_many, 1.0 / 240));
+    REQUIRE(one.step(integrator_of_one, 1.0 / 240));
+    REQUIRE(many.step(integrator_of_many, 1.0 / 240));
     // Both follow the same equation, each within 5e-5 of its velocity in a substep, of which about
     // a fortieth is the error of the fifth order that is kept; and no error grows but linearly.
     CHECK((one.bodies[1].center_pose.translation - many.bodies[1].center_pose.translation).norm() <
@@ -109,12 +110,14 @@ TEST_CASE("JointFlow: a pendulum swings on 300 hinges as on one") {
   }
 }
 
-TEST_CASE("JointFlow: hinges that contradict each other by rounding change a swing by that much") {
-  JointFlow<double> flow_of_one, flow_of_many;
+TEST_CASE(
+    "MechanismIntegrator: hinges that contradict each other by rounding change a swing by that "
+    "much") {
+  MechanismIntegrator<double> integrator_of_one, integrator_of_many;
   Pendulum one(1), many(300, 1e-12);
   for (int i = 0; i < 240; ++i) {
-    REQUIRE(one.step(flow_of_one, 1.0 / 240));
-    REQUIRE(many.step(flow_of_many, 1.0 / 240));
+    REQUIRE(one.step(integrator_of_one, 1.0 / 240));
+    REQUIRE(many.step(integrator_of_many, 1.0 / 240));
     CHECK((one.bodies[1].center_pose.translation - many.bodies[1].center_pose.translation).norm() <
           1e-5);
     CHECK(std::abs(many.energy) < 1e-4 * 2.0 * 9.81 * 0.3);

@@ -5,12 +5,14 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 namespace {
 
 using V = Vec3<double>;
 
-JointFlowJoint<double> joint_of(JointKind kind) {
-  JointFlowJoint<double> joint;
+MechanismJoint<double> joint_of(JointKind kind) {
+  MechanismJoint<double> joint;
   joint.kind = kind;
   joint.X_CmA_J = {exp_rotation<double>({0.3, -0.5, 0.2}), V(0.4, 0.1, -0.2)};
   joint.X_CmB_J = {exp_rotation<double>({-0.1, 0.7, 0.4}), V(-0.3, 0.2, 0.25)};
@@ -19,21 +21,21 @@ JointFlowJoint<double> joint_of(JointKind kind) {
 
 /// Bodies that satisfy the joint at t = 0 in position and velocity, moving with constant twists.
 struct Pair {
-  JointFlowJoint<double> joint;
+  MechanismJoint<double> joint;
   Transform<double> start_a, start_b;
   Twist<double> twist_a, twist_b;
 
-  [[nodiscard]] static BodyInstant<double> instant(const Transform<double>& start,
-                                                   const Twist<double>& twist, double t) {
-    BodyInstant<double> body;
+  [[nodiscard]] static BodyState<double> state(const Transform<double>& start,
+                                               const Twist<double>& twist, double t) {
+    BodyState<double> body;
     body.x = start.translation + t * twist.linear;
     body.set_axes(step_rotation<double>(start.rotation, twist.angular, t));
     body.twist = twist;
     return body;
   }
-  [[nodiscard]] BodyInstant<double> a(double t) const { return instant(start_a, twist_a, t); }
-  [[nodiscard]] BodyInstant<double> b(double t) const { return instant(start_b, twist_b, t); }
-  [[nodiscard]] JointInstant<double> at(double t) const { return joint_instant(joint, a(t), b(t)); }
+  [[nodiscard]] BodyState<double> a(double t) const { return state(start_a, twist_a, t); }
+  [[nodiscard]] BodyState<double> b(double t) const { return state(start_b, twist_b, t); }
+  [[nodiscard]] JointState<double> at(double t) const { return joint_state(joint, a(t), b(t)); }
 };
 
 Pair pair_of(JointKind kind) {
@@ -49,7 +51,7 @@ Pair pair_of(JointKind kind) {
       Transform<double>{exp_rotation<double>({turn, 0, 0}), V(slide, 0, 0)};
   if (kind == JointKind::revolute) pair.twist_b.angular += 1.7 * X_WJ.rotate(V::UnitX());
   pair.start_b = X_WJ * pair.joint.X_CmB_J.inverse();
-  const JointInstant<double> at = pair.at(0);
+  const JointState<double> at = pair.at(0);
   // B's origin moves with A, plus 0.8 m/s along the slide.
   pair.twist_b.linear =
       pair.twist_a.at(at.arm_a) + 0.8 * at.slide - pair.twist_b.angular.cross(at.arm_b);
@@ -65,8 +67,8 @@ TEST_CASE("joint kinematics: no gap and no velocity where the joint holds") {
   for (const JointKind kind : kinds) {
     CAPTURE(static_cast<int>(kind));
     const Pair pair = pair_of(kind);
-    const Twist<double> gap = held_gap(pair.joint, pair.at(0), pair.a(0), pair.b(0));
-    const Twist<double> rate = held_velocity(kind, pair.at(0), pair.twist_a, pair.twist_b);
+    const Twist<double> gap = constraint_error(pair.joint, pair.at(0), pair.a(0), pair.b(0));
+    const Twist<double> rate = constraint_velocity(kind, pair.at(0), pair.twist_a, pair.twist_b);
     CHECK(gap.linear.norm() + gap.angular.norm() < 1e-14);
     CHECK(rate.linear.norm() + rate.angular.norm() < 1e-14);
   }
@@ -80,10 +82,10 @@ TEST_CASE("joint kinematics: the velocity is the rate of the gap") {
     pair.twist_b.angular += V(-0.5, 0.1, 0.2);
     const double h = 1e-6;
     const auto gap = [&](double t) {
-      const Twist<double> g = held_gap(pair.joint, pair.at(t), pair.a(t), pair.b(t));
+      const Twist<double> g = constraint_error(pair.joint, pair.at(t), pair.a(t), pair.b(t));
       return Twist<double>{g.linear, g.angular};
     };
-    const Twist<double> rate = held_velocity(kind, pair.at(0), pair.twist_a, pair.twist_b);
+    const Twist<double> rate = constraint_velocity(kind, pair.at(0), pair.twist_a, pair.twist_b);
     // Central differences: h^2 from the method, 1e-16 / h from the arithmetic.
     CHECK(((gap(h).linear - gap(-h).linear) / (2 * h) - rate.linear).norm() < 1e-9);
     CHECK(((gap(h).angular - gap(-h).angular) / (2 * h) - rate.angular).norm() < 1e-9);
@@ -97,13 +99,14 @@ TEST_CASE("joint kinematics: the bias is the rate of the velocity in A's axes") 
     const double h = 1e-6;
     // With constant twists J v' is zero, so what changes is J' v. In A's axes, as the joint holds.
     const auto velocity_A = [&](double t) -> Vec6<double> {
-      const Twist<double> held = held_velocity(kind, pair.at(t), pair.twist_a, pair.twist_b);
+      const Twist<double> held = constraint_velocity(kind, pair.at(t), pair.twist_a, pair.twist_b);
       Vec6<double> both;
       both << pair.a(t).R.transpose() * held.linear, pair.a(t).R.transpose() * held.angular;
       return both;
     };
     const Vec6<double> rate = (velocity_A(h) - velocity_A(-h)) / (2 * h);
-    const Twist<double> bias = held_acceleration_bias(kind, pair.at(0), pair.twist_a, pair.twist_b);
+    const Twist<double> bias =
+        constraint_acceleration_bias(kind, pair.at(0), pair.twist_a, pair.twist_b);
     CHECK((pair.a(0).R * rate.head<3>() - bias.linear).norm() < 1e-9);
     CHECK((pair.a(0).R * rate.tail<3>() - bias.angular).norm() < 1e-9);
     CHECK(bias.linear.norm() > 0.1);  // There is something to get wrong.
@@ -111,10 +114,10 @@ TEST_CASE("joint kinematics: the bias is the rate of the velocity in A's axes") 
   }
 }
 
-TEST_CASE_TEMPLATE("BodyInstant: axes do not depend on the length of the quaternion", S, float,
+TEST_CASE_TEMPLATE("BodyState: axes do not depend on the length of the quaternion", S, float,
                    double) {
   const Quat<S> q = exp_rotation<S>({S(0.3), S(-1.2), S(0.7)});
-  BodyInstant<S> body;
+  BodyState<S> body;
   body.set_axes(Quat<S>(typename Quat<S>::Coefficients(S(1.7) * q.coeffs())));
   CHECK((body.R - q.toRotationMatrix()).norm() < Tolerance<S>::round_off());
 }

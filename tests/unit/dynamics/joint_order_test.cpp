@@ -7,17 +7,19 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 namespace {
 
-JointFlowJoint<double> between(std::uint32_t a, std::uint32_t b, JointKind kind = JointKind::ball) {
-  JointFlowJoint<double> joint;
+MechanismJoint<double> between(std::uint32_t a, std::uint32_t b, JointKind kind = JointKind::ball) {
+  MechanismJoint<double> joint;
   joint.kind = kind;
   joint.body_a = a;
   joint.body_b = b;
   return joint;
 }
 
-JointOrder order_of(std::vector<JointFlowJoint<double>> joints, const std::vector<bool>& moves) {
+JointOrder order_of(std::vector<MechanismJoint<double>> joints, const std::vector<bool>& moves) {
   JointOrder order;
   order.build<double>(joints, moves);
   return order;

@@ -9,6 +9,8 @@
 #include <cstddef>
 
 using namespace bristle;
+
+using namespace bristle::detail;
 using test::Mechanism;
 using V = Vec3<double>;
 

@@ -4,7 +4,7 @@
 #include "support/contact_island.hpp"
 #include "support/relative.hpp"
 
-#include <bristle/dynamics/contacts/contact_aim.hpp>
+#include <bristle/dynamics/contacts/contact_target.hpp>
 #include <bristle/dynamics/contacts/manifold_sweeps.hpp>
 #include <bristle/dynamics/solver/sequential_solver.hpp>
 
@@ -17,6 +17,8 @@
 #include <vector>
 
 using namespace bristle;
+
+using namespace bristle::detail;
 
 namespace {
 
@@ -43,7 +45,7 @@ test::ContactIsland<S> random_heap(test::Random& random, std::uint32_t bodies,
     SolverBody<S>& body = heap.bodies[i];
     body.start = body.free;
     if (body.moves) body.start.linear += random.in_cube(S(0.05));
-    body.motion = body.free_motion = mean_free_motion(body, integrator);
+    body.motion = body.free_velocity = mean_free_velocity(body, integrator);
     if (heap.bodies[i].moves) heap.moving.push_back(i);
   }
   heap.contacts.clear();
@@ -144,7 +146,7 @@ TEST_CASE_TEMPLATE("ManifoldSweeps: in lanes as one after the other, to the last
     const Island island = together.island();
     ManifoldSweeps<S> sweeps;
     sweeps.start(island, together.constraints, together.bodies, S(1));
-    sweeps.aim(together.bodies, sweep_context<S>());
+    sweeps.target(together.bodies, sweep_context<S>());
     sweeps.load(together.bodies, velocity_of);
 
     const auto manifolds = split(apart);
@@ -152,7 +154,7 @@ TEST_CASE_TEMPLATE("ManifoldSweeps: in lanes as one after the other, to the last
     const auto alone = [&](std::size_t k) { return Island{apart.moving, manifolds[k], {}, {}}; };
     for (std::size_t k = 0; k < single.size(); ++k) {
       single[k].start(alone(k), apart.constraints, apart.bodies, S(1));
-      single[k].aim(apart.bodies, sweep_context<S>());
+      single[k].target(apart.bodies, sweep_context<S>());
     }
     const auto turn_of_each = [&](bool backwards, const auto& of, const auto& turn) {
       S largest = S(0);
@@ -223,7 +225,7 @@ TEST_CASE_TEMPLATE("ManifoldSweeps: without friction, points are solved as conta
     manifolds.start_manifolds(island, by_manifold.constraints, by_manifold.bodies, S(1));
     manifolds.start_part(island, by_manifold.constraints, by_manifold.bodies, solve);
     for (ContactConstraint<S>& c : by_point.constraints.contacts) {
-      aim_contact(c, by_point.bodies[c.body_a], by_point.bodies[c.body_b], solve);
+      target_contact(c, by_point.bodies[c.body_a], by_point.bodies[c.body_b], solve);
     }
     points.start(island, by_point.constraints, by_point.bodies);
     for (int n = 0; n < 6; ++n) {
@@ -254,9 +256,9 @@ TEST_CASE_TEMPLATE("ManifoldSweeps: without friction, points are solved as conta
       const S speed =
           c.normal_velocity(by_point.bodies[c.body_a].twist, by_point.bodies[c.body_b].twist);
       place_contact(c, speed, solve);
-      if (c.bounce_share >= S(0)) {
+      if (c.restitution_share >= S(0)) {
         ++bouncing;
-        apply_at_contact<S>(c, (c.bounce_share - usual_share<S>(integrator)) * c.impulse_W(),
+        apply_at_contact<S>(c, (c.restitution_share - usual_share<S>(integrator)) * c.impulse_W(),
                             by_point.bodies[c.body_a], by_point.bodies[c.body_b], motion_of);
       }
       parting += c.parts ? 1 : 0;
@@ -294,7 +296,7 @@ TEST_CASE_TEMPLATE("ManifoldSweeps: impulses in lanes do what impulses do one by
   auto one_by_one = heap;
   ManifoldSweeps<S> sweeps;
   sweeps.start(island, heap.constraints, heap.bodies, S(1));
-  sweeps.aim(heap.bodies, sweep_context<S>());
+  sweeps.target(heap.bodies, sweep_context<S>());
   sweeps.apply();
   sweeps.unload(heap.bodies, velocity_of);
   const auto check = [&] {
@@ -324,7 +326,7 @@ TEST_CASE("ManifoldSweeps: impulses are divided among the parts of a step, and a
   ManifoldSweeps<double> sweeps;
   sweeps.start(island, heap.constraints, heap.bodies, 4.0);
   for (int part = 0; part < 4; ++part) {
-    sweeps.aim(heap.bodies, sweep_context<double>());
+    sweeps.target(heap.bodies, sweep_context<double>());
     sweeps.spread_friction();
   }
   sweeps.write_back(island, heap.constraints);
@@ -345,7 +347,7 @@ TEST_CASE("ManifoldSweeps: a single point is solved as a contact is") {
     ManifoldSweeps<double> sweeps;
     const Island island = pair.island();
     sweeps.start(island, pair.constraints, pair.bodies, 1.0);
-    sweeps.aim(pair.bodies, sweep_context<double>());
+    sweeps.target(pair.bodies, sweep_context<double>());
     sweeps.load(pair.bodies, velocity_of);
     sweeps.sweep(false);
     sweeps.unload(pair.bodies, velocity_of);
@@ -355,7 +357,7 @@ TEST_CASE("ManifoldSweeps: a single point is solved as a contact is") {
     ContactConstraint<double>& c = expected.constraints.contacts[1];
     SolverBody<double>& a = expected.bodies[1];
     SolverBody<double>& b = expected.bodies[2];
-    aim_contact(c, a, b, sweep_context<double>());
+    target_contact(c, a, b, sweep_context<double>());
     ContactResponse<double> K = contact_response(c, ContactFrame<double>(c, a, b));
     const auto x = solve_contact(c, K, c.velocity(a.twist, b.twist));
     apply_at_contact<double>(c, x[0] * c.axes[0] + x[1] * c.axes[1] + x[2] * c.axes[2], a, b,

@@ -10,6 +10,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 namespace {
 
 /// Two free bodies with a random soft block between them.
@@ -86,7 +88,7 @@ TEST_CASE("mobility: turns an impulse at a point into the change of motion there
     const Vec6<double> change = mobility(b.inverse_mass, b.inverse_inertia, arm) * p;
     const Twist<double> before = b.twist;
     const Vec3<double> force = p.head<3>();
-    b.push(b.twist, force, p.tail<3>() + arm.cross(force));
+    b.apply_impulse(b.twist, force, p.tail<3>() + arm.cross(force));
     CHECK((b.twist.at(arm) - before.at(arm) - change.head<3>()).norm() < 1e-12);
     CHECK((b.twist.angular - before.angular - change.tail<3>()).norm() < 1e-12);
   }

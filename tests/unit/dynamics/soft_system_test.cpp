@@ -15,6 +15,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 namespace {
 
 /// Numbers in +-1, alike in each run.
@@ -59,7 +61,7 @@ SoftBlock<S> block(Numbers& numbers, std::uint32_t a, std::uint32_t b, double st
   return made;
 }
 
-/// [N s, N m s] What a block gives a body about its centre of mass, by its own answer.
+/// [N s, N m s] Impulse of a block on a body about its centre of mass, evaluated by the block.
 template <typename S>
 Wrench<S> on_body(const SoftBlock<S>& block, std::uint32_t body) {
   const Vec6<S> p = block.offset + block.matrix * block.motion;
@@ -110,8 +112,8 @@ TEST_CASE_TEMPLATE("SoftSystem: bodies move by what the blocks give them at the 
     std::vector<SoftBlock<S>> blocks{
         block<S>(numbers, 0, 2, stiffness), block<S>(numbers, 2, 1, stiffness),
         block<S>(numbers, 3, 1, stiffness), block<S>(numbers, 3, 4, stiffness)};
-    const Wrench<S> push{{S(1), S(2), S(0)}, {S(0), S(0.5), S(0)}};
-    system.push(1, push);
+    const Wrench<S> apply_impulse{{S(1), S(2), S(0)}, {S(0), S(0.5), S(0)}};
+    system.apply_impulse(1, apply_impulse);
     system.solve(blocks);
 
     // Twists by V = V_free + W f.
@@ -119,7 +121,7 @@ TEST_CASE_TEMPLATE("SoftSystem: bodies move by what the blocks give them at the 
     for (std::size_t i = 0; i < count; ++i) {
       V[i] = stacked<S>(free[i].linear, free[i].angular);
       for (std::uint32_t j = 0; j < count; ++j) {
-        Wrench<S> f = j == 1 ? push : Wrench<S>{};
+        Wrench<S> f = j == 1 ? apply_impulse : Wrench<S>{};
         for (const SoftBlock<S>& b : blocks) f += on_body(b, j);
         V[i] += W[i][j] * stacked<S>(f.force, f.torque);
       }

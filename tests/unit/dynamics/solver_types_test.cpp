@@ -6,6 +6,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 namespace {
 
 /// A contact in general position.
@@ -21,7 +23,7 @@ ContactConstraint<S> contact() {
   return c;
 }
 
-/// What a unit impulse along each axis does to the velocity along each.
+/// Change of the velocity along each axis by a unit impulse along each axis.
 template <typename S>
 Mat3<S> measured_change(const ContactConstraint<S>& c, const SolverBody<S>& a,
                         const SolverBody<S>& b) {

@@ -13,6 +13,8 @@
 #include <vector>
 
 using namespace bristle;
+
+using namespace bristle::detail;
 using bristle::detail::SplitLeaf;
 using bristle::test::Random;
 using bristle::test::rounds;

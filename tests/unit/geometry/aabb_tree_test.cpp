@@ -8,6 +8,8 @@
 #include <vector>
 
 using namespace bristle;
+
+using namespace bristle::detail;
 using bristle::test::Random;
 
 namespace {
@@ -51,7 +53,8 @@ std::vector<std::uint32_t> met(const AabbTree<S>& tree, const Ray<S>& ray) {
   return found;
 }
 
-/// Whether the ray meets the box, by clipping in long double. Exact for the small integers below.
+/// Returns whether the ray meets the box, by clipping in long double. Exact for the small integers
+/// below.
 template <typename S>
 bool meets(const Aabb<S>& box, const Ray<S>& ray) {
   long double enter = 0;

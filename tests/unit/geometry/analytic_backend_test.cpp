@@ -9,8 +9,8 @@
 
 using namespace bristle;
 
-// What a backend has to do is tested by tests/backend/conformance.hpp; here is what only this one
-// says.
+// Requirements on every backend are tested by tests/backend/conformance.hpp; these tests are for
+// this backend only.
 
 TEST_CASE("AnalyticBackend: knows all pairs but two half-spaces") {
   for (std::size_t a = 0; a < shape_kind_count; ++a) {

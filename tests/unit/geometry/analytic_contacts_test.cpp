@@ -9,6 +9,8 @@
 #include <support/random.hpp>
 
 using namespace bristle;
+
+using namespace bristle::detail;
 using bristle::test::Random;
 
 namespace {

@@ -12,6 +12,8 @@
 #include <vector>
 
 using namespace bristle;
+
+using namespace bristle::detail;
 using bristle::test::Random;
 
 namespace {
@@ -175,7 +177,7 @@ TEST_CASE_TEMPLATE("collide_shapes: no box comes within the margin without a con
       distance =
           std::min(distance, (corner.cwiseAbs() - a.half_extents).cwiseMax(Vec3<S>::Zero()).norm());
     }
-    // What box_box.hpp takes for no difference of gaps.
+    // box_box.hpp treats gaps within this tolerance as equal.
     const S tolerance = S(2) * Tolerance<S>::equal();
     if (!(distance < margin - tolerance)) continue;
     ++near;

@@ -17,6 +17,8 @@
 #include <vector>
 
 using namespace bristle;
+
+using namespace bristle::detail;
 using bristle::test::Random;
 using bristle::test::rounds;
 
@@ -125,7 +127,7 @@ struct CountingDistance {
   static inline int calls = 0;
 
   template <Scalar S>
-  GjkAnswer<S> operator()(const PlacedConvex<S>& a, const PlacedConvex<S>& b,
+  GjkResult<S> operator()(const PlacedConvex<S>& a, const PlacedConvex<S>& b,
                           const Vec3<S>& towards, S far) const {
     ++calls;
     return GjkDistance{}(a, b, towards, far);
@@ -200,7 +202,7 @@ TEST_CASE_TEMPLATE("contact_normal: capsules touch where their segments come clo
     // Segments that nearly cross have a direction that says little.
     if (distance < S(0.01)) continue;
     const auto found = contact_normal(convex_view(a), convex_view(b), X, S(3));
-    // What coordinate descent leaves where axes are nearly parallel is 1e-6 of the size.
+    // Coordinate descent leaves 1e-6 of the size where axes are nearly parallel.
     CHECK(std::abs(found.gap - (distance - a.radius - b.radius)) <=
           S(8) * Tolerance<S>::round_off() + S(1e-6));
   }
@@ -259,10 +261,10 @@ TEST_CASE_TEMPLATE("contact_normal: boxes overlap by the least of the fifteen ax
 
 TEST_CASE_TEMPLATE("contact_normal: no direction has less overlap, for every pair of kinds", S,
                    float, double) {
-  // The oracle is an upper bound of the least overlap. What is found may be above it by what
-  // contact_normal.hpp says: round-off of polyhedra, 1e-8 of the size of curved solids, or a
-  // fiftieth of the depth where another valley is that close. Below it it may be by whatever the
-  // random search has left, since the overlap found is that of a direction, which is checked.
+  // The oracle is an upper bound of the least overlap. The result may be above it by the bounds of
+  // contact_normal.hpp: round-off of polyhedra, 1e-8 of the size of curved solids, or a fiftieth of
+  // the depth where another valley is that close. It may be below it by whatever the random search
+  // has left: the overlap found is that of a direction, which is checked.
   Random random(5);
   for (std::size_t ka = 0; ka < solid_kinds; ++ka) {
     for (std::size_t kb = 0; kb < solid_kinds; ++kb) {

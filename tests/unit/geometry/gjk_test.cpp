@@ -10,13 +10,15 @@
 #include <support/random.hpp>
 
 using namespace bristle;
+
+using namespace bristle::detail;
 using bristle::test::Random;
 
 namespace {
 
 /// Distance of two shapes, B at X in A.
 template <Scalar S, typename A, typename B>
-GjkAnswer<S> measured(const A& a, const B& b, const Transform<S>& X, S far = infinity<S>,
+GjkResult<S> measured(const A& a, const B& b, const Transform<S>& X, S far = infinity<S>,
                       S enough = S(0), int* supports = nullptr) {
   const Mat3<S> R = X.rotation_matrix();
   const auto support = [&](const Vec3<S>& d) {
@@ -83,7 +85,7 @@ TEST_CASE_TEMPLATE("gjk_distance: triangles are as far apart as their edges and 
     CHECK(found.distance <= sampled * (S(1) + Tolerance<S>::round_off()));
     // Edges of up to 3.5: samples lie within 0.3 of the nearest points.
     CHECK(found.distance >= sampled - S(0.3));
-    // What is claimed is proved by supports.
+    // Supports prove the claimed distance.
     const S proved = -found.normal.dot(support_point(a, found.normal) -
                                        support_point(b, Vec3<S>(-found.normal)));
     CHECK(std::abs(proved - found.distance) <= S(4) * Tolerance<S>::round_off());

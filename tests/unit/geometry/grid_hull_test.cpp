@@ -9,6 +9,8 @@
 #include <vector>
 
 using namespace bristle;
+
+using namespace bristle::detail;
 using bristle::detail::GridPoint;
 using bristle::detail::side_of_plane;
 using bristle::test::Random;

@@ -1,5 +1,5 @@
 /// @file
-/// What contacts of two meshes cost, and what has passed through each other.
+/// Cost of contacts of two meshes, and contacts of meshes that passed through each other.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/relative.hpp"
 
@@ -14,6 +14,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 namespace {
 
 /// The library's distance of convex cores, counted.
@@ -21,7 +23,7 @@ struct CountedDistance {
   static inline std::uint64_t count = 0;
 
   template <Scalar S>
-  [[nodiscard]] GjkAnswer<S> operator()(const PlacedConvex<S>& a, const PlacedConvex<S>& b,
+  [[nodiscard]] GjkResult<S> operator()(const PlacedConvex<S>& a, const PlacedConvex<S>& b,
                                         const Vec3<S>& towards, S far) const {
     ++count;
     return GjkDistance{}(a, b, towards, far);

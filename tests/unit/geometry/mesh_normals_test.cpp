@@ -11,6 +11,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 TEST_CASE_TEMPLATE("face_normals: one a triangle, zero where there is none", S, float, double) {
   const TriangleMesh<S> box = box_mesh<S>({1, 2, 3});
   const std::vector<std::uint32_t> none{4, 7};

@@ -13,6 +13,8 @@
 #include <type_traits>
 
 using namespace bristle;
+
+using namespace bristle::detail;
 using bristle::test::Random;
 
 namespace {

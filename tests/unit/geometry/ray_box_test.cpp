@@ -5,6 +5,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 TEST_CASE_TEMPLATE("SlabTest: says where the ray enters", S, float, double) {
   const Aabb<S> box{{S(1), S(-1), S(-1)}, {S(2), S(1), S(1)}};
   const SlabTest<S> test(Ray<S>{{S(0), S(0), S(0)}, {S(1), S(0), S(0)}, infinity<S>});

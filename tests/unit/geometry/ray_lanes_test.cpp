@@ -1,6 +1,6 @@
 /// @file
-/// Rays in lanes that are just long enough, and rays beside others. What else they meet is compared
-/// in tests/backend.
+/// Rays in lanes that are just long enough, and rays beside others. All other hits are compared in
+/// tests/backend.
 // SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/geometry/backends/analytic_backend.hpp>
 #include <bristle/geometry/rays/ray_shapes.hpp>
@@ -16,6 +16,8 @@
 #include <vector>
 
 using namespace bristle;
+
+using namespace bristle::detail;
 
 namespace {
 

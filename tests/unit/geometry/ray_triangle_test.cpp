@@ -7,6 +7,8 @@
 #include <support/random.hpp>
 
 using namespace bristle;
+
+using namespace bristle::detail;
 using bristle::test::Random;
 
 namespace {

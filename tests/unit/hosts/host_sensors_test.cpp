@@ -28,11 +28,11 @@ TEST_CASE_TEMPLATE("HostSensors: a block comes to rest on a patch at any step", 
       sensors.step(host, S(dt));
       host.step(S(dt));
     }
-    const auto felt = sensors.world().reading(patch);
+    const auto reading = sensors.world().reading(patch);
     const double tolerance = 1e3 * static_cast<double>(Tolerance<S>::round_off());
-    CHECK(felt.touching() == 16);
-    CHECK(felt.body[0] == host.block_id);
-    CHECK(static_cast<double>(felt.total_normal()) == test::relative(4.905).epsilon(tolerance));
+    CHECK(reading.touching() == 16);
+    CHECK(reading.body[0] == host.block_id);
+    CHECK(static_cast<double>(reading.total_normal()) == test::relative(4.905).epsilon(tolerance));
     // Pressed in by 0.3 of 10 mm, as tuned.
     CHECK(static_cast<double>(host.block.z()) == test::relative(0.007).epsilon(tolerance));
   }
@@ -87,11 +87,11 @@ TEST_CASE("HostSensors: what it applies is what it reads, and adds up to nothing
   HostSensors<double> sensors;
   const PatchId patch = host.attach(sensors, plate_patch<double>());
   sensors.step(host, 1e-3);
-  const auto felt = sensors.world().reading(patch);
-  REQUIRE(felt.touching() > 0);
+  const auto reading = sensors.world().reading(patch);
+  REQUIRE(reading.touching() > 0);
   const double size = host.on_plate.force.norm();
   CHECK((host.on_plate.force + host.on_block.force).norm() < 1e-14 * size);
-  CHECK((host.on_plate.force - felt.wrench.force).norm() < 1e-14 * size);
+  CHECK((host.on_plate.force - reading.wrench.force).norm() < 1e-14 * size);
   // Moments about the plate's centre: the block's wrench acts at its own.
   const Vec3<double> moment =
       host.on_plate.torque + host.on_block.torque + host.block.cross(host.on_block.force);

@@ -15,6 +15,8 @@
 #include <support/temp_folder.hpp>
 
 using namespace bristle;
+
+using namespace bristle::detail;
 using bristle::test::contains;
 using bristle::test::damaged;
 using bristle::test::error_of;

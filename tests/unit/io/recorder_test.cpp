@@ -53,10 +53,10 @@ struct RecordedScene {
         pad.sensors.add({x, y, S(0)}, {x, y, S(-0.02)});
       }
     }
-    GripWants<S> wants;
-    wants.load = S(9.81);
-    wants.mass = S(1);
-    pad.parameters = tuned_for<S>(wants).parameters(pad.sensors);
+    GripSpec<S> spec;
+    spec.load = S(9.81);
+    spec.mass = S(1);
+    pad.parameters = tuned_for<S>(spec).parameters(pad.sensors);
     patch = world.add_patch(plate, pad);
   }
   void record_all() {

@@ -6,6 +6,8 @@
 #include <string>
 
 using namespace bristle;
+
+using namespace bristle::detail;
 using bristle::detail::TextScanner;
 
 TEST_CASE("TextScanner: finds words and their lines across blanks and line ends") {

@@ -8,6 +8,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 TEST_CASE_TEMPLATE("BlockEnvelope: solves what a dense factorisation solves", S, float, double) {
   // Row 3 reaches back to row 1 past row 2, and row 2 starts anew: both kinds of envelope.
   const std::array<std::uint32_t, 5> first{0, 0, 2, 1, 3};

@@ -9,6 +9,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 TEST_CASE_TEMPLATE("factor_cholesky: solves random positive definite systems", S, float, double) {
   test::Random random(1);
   for (const std::size_t n : {std::size_t{1}, std::size_t{3}, std::size_t{6}, std::size_t{17}}) {

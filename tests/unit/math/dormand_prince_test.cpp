@@ -11,6 +11,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 namespace {
 
 /// y'' = -y cos t with y, y', and the integral of y: not autonomous, so that wrong times show.

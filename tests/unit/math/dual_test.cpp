@@ -17,6 +17,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 namespace {
 
 using D1 = Dual<double, 1>;

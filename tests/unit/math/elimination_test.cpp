@@ -8,6 +8,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 TEST_CASE_TEMPLATE("solved: A X = B, where pivots have to be looked for, too", S, float, double) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> number(-1, 1);

@@ -9,6 +9,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 TEST_CASE_TEMPLATE("EnvelopeMatrix: solves random sparse positive definite systems", S, float,
                    double) {
   test::Random random(1);

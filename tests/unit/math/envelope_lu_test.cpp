@@ -13,6 +13,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 namespace {
 
 using Dense = Eigen::MatrixXd;

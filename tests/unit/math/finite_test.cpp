@@ -7,6 +7,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 TEST_CASE_TEMPLATE("all_finite: finds an infinite or undefined entry in any place", S, float,
                    double) {
   const S most = std::numeric_limits<S>::max();

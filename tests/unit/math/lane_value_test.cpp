@@ -9,6 +9,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 namespace {
 
 /// A formula as the law has them: a branch, a choice, and a call that is not vectorised.
@@ -73,7 +75,7 @@ TEST_CASE_TEMPLATE("Mask: from_bits is the inverse of bits, and masks combine", 
     CHECK(bits(ma | mb) == (a | b));
     CHECK(bits(ma ^ mb) == (a ^ b));
     CHECK(bits(!ma) == (~a & all_bits));
-    // What is above the lanes does not count.
+    // Bits above the lanes do not count.
     CHECK(bits(Mask<S>::from_bits(a | ~all_bits)) == a);
   }
 }
@@ -102,7 +104,7 @@ TEST_CASE_TEMPLATE("Value: sums over lanes, remainders, and single scalars", S, 
   }
   CHECK(select(true, S(1), S(2)) == S(1));
   CHECK(select(false, Vec3<S>(1, 2, 3), zero_vector<S>()) == Vec3<S>::Zero());
-  CHECK(spread<Pack<S>>(Vec3<S>(1, 2, 3))[0] == Vec3<S>(1, 2, 3));
+  CHECK(broadcast<Pack<S>>(Vec3<S>(1, 2, 3))[0] == Vec3<S>(1, 2, 3));
   CHECK(any(true));
   CHECK_FALSE(all(false));
 }

@@ -7,6 +7,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 TEST_CASE_TEMPLATE("LaneVector: begins at a cache line, however long, and as it grows", T, float,
                    double, std::uint32_t) {
   for (std::size_t n = 1; n < 5000; n = 2 * n + 1) {

@@ -9,6 +9,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 TEST_CASE_TEMPLATE("Pack3: computes in every lane what vectors do", S, float, double) {
   test::Random random(1);
   constexpr std::size_t n = lanes<S>;

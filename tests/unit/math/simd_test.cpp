@@ -13,6 +13,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 namespace {
 
 /// Numbers for all lanes, among them what is easily forgotten.

@@ -8,6 +8,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 namespace {
 
 /// Rows of rank `rank`: combinations of that many random ones.

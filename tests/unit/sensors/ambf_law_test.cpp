@@ -5,6 +5,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 TEST_CASE_TEMPLATE("ambf_projected: itself above 1e-4, its cube within", S, float, double) {
   const Vec3<S> above(S(2e-4), 0, 0);
   CHECK(ambf_projected<S>(above) == above);
@@ -25,24 +27,24 @@ TEST_CASE_TEMPLATE("ambf_sensor_force: roots, holds, lets go, without friction w
   const Vec3<S> r_A(0, 0, S(-0.01));
   PairPose<S> pair;
   Anchor<S> anchor;
-  bool is_rooted = false;
+  bool is_anchored = false;
   bool did_slip = false;
   const auto force = [&] {
-    return ambf_sensor_force(p, FrictionScaling::normal_force, c, m, pair, r_A, anchor, is_rooted,
+    return ambf_sensor_force(p, FrictionScaling::normal_force, c, m, pair, r_A, anchor, is_anchored,
                              did_slip);
   };
   CHECK(force().total() == Vec3<S>(0, 0, S(-1)));
-  CHECK(is_rooted);
+  CHECK(is_anchored);
   pair.p_AB.x() = S(-5e-4);
   CHECK(force().shear.isApprox(Vec3<S>(S(0.5), 0, 0), S(1e-3)));
   CHECK_FALSE(did_slip);
   pair.p_AB.x() = S(-2e-3);
   CHECK(force().shear == Vec3<S>::Zero());
   CHECK(did_slip);
-  CHECK_FALSE(is_rooted);
+  CHECK_FALSE(is_anchored);
   CHECK(force().shear == Vec3<S>::Zero());
   CHECK_FALSE(did_slip);
-  CHECK(is_rooted);
+  CHECK(is_anchored);
 }
 
 TEST_CASE_TEMPLATE("ambf_sensor_force: slides in the plane of the touched surface", S, float,
@@ -53,10 +55,10 @@ TEST_CASE_TEMPLATE("ambf_sensor_force: slides in the plane of the touched surfac
   c.n = Vec3<S>(S(0.6), 0, S(-0.8));
   c.v = {S(1), 0, S(1)};
   Anchor<S> anchor;
-  bool is_rooted = false;
+  bool is_anchored = false;
   bool did_slip = false;
   const SensorForce<S> f =
       ambf_sensor_force<S>(p, FrictionScaling::none, c, Vec3<S>(0, 0, 1), PairPose<S>{},
-                           Vec3<S>::Zero(), anchor, is_rooted, did_slip);
+                           Vec3<S>::Zero(), anchor, is_anchored, did_slip);
   CHECK(f.shear.isApprox(Vec3<S>(S(3), 0, 0)));
 }

@@ -9,6 +9,7 @@
 #include <bristle/math/rotation.hpp>
 #include <bristle/sensors/law.hpp>
 #include <bristle/sensors/placement.hpp>
+#include <bristle/sensors/sensor_wrench.hpp>
 #include <bristle/sensors/tuning.hpp>
 
 #include <doctest/doctest.h>
@@ -21,13 +22,13 @@ using namespace bristle;
 
 namespace {
 
-/// What a sensor's force depends on, in the order of its variables.
+/// Inputs of a sensor's force, in the order of its variables.
 enum Input : std::size_t { K_N, K_D, mu_S, mu_V, sigma, distance, slip, speed, press, inputs };
 using Derived = Dual<double, inputs>;
 
 constexpr double ray_length = 0.01;
 
-/// Force on A of a ray along x that was rooted on a wall, after the wall has moved along -y.
+/// Force on A of a ray along x that was anchored on a wall, after the wall has moved along -y.
 template <typename S>
 Vec3<S> force_after_slip(const std::array<S, inputs>& x, SlipReset reset) {
   const SensorParameters<S> p{x[K_N], x[K_D], x[mu_S], x[mu_V], x[sigma]};
@@ -98,7 +99,7 @@ TEST_CASE("sensor_wrench: a bristle that slips has the derivatives of its reset"
 TEST_CASE("sensor_wrench: without a hit, or unloaded, derivatives are 0 and never NaN") {
   std::array<double, inputs> x{20, 0.05, 800, 1.5, 1e-3, 0.02, 0, 0, 0};
   CHECK(force_after_slip<Derived>(as_variables(x), SlipReset::release).isZero(Derived(0)));
-  // Rooted and at rest: stretch and speed have no length, but do grow with what they depend on.
+  // Anchored and at rest: stretch and speed have no length, but do grow with what they depend on.
   x[distance] = 0.004;
   const Vec3<Derived> f = force_after_slip<Derived>(as_variables(x), SlipReset::drag);
   for (std::size_t i = 0; i < inputs; ++i) {
@@ -203,11 +204,11 @@ TEST_CASE("sensors_from_mesh: sensors move with what places them") {
 TEST_CASE("tuned_for: constants have the derivatives of their closed forms") {
   // K_N = N / (n e), mu_S = mu / creep, mu_V = (2 z / n) sqrt(mu_S N m).
   using D2 = Dual<double, 2>;
-  GripWants<D2> wants;
-  wants.friction = D2::variable(0.8, 0);
-  wants.load = D2::variable(20, 1);
-  wants.mass = 0.5;
-  const SensorParameters<D2> p = tuned_for(wants).parameters(25, 0.01);
+  GripSpec<D2> spec;
+  spec.friction = D2::variable(0.8, 0);
+  spec.load = D2::variable(20, 1);
+  spec.mass = 0.5;
+  const SensorParameters<D2> p = tuned_for(spec).parameters(25, 0.01);
   CHECK(p.normal_stiffness.partial(1) == test::relative(1 / (25 * 0.3)).epsilon(1e-13));
   CHECK(p.static_friction.partial(0) == test::relative(1e3).epsilon(1e-13));
   const double mu_V = p.sliding_friction.value();

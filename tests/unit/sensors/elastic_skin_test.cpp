@@ -12,6 +12,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 // A ball of radius R pressed by d into an elastic foundation of k [Pa/m] meets the paraboloid
 // d - r^2 / (2 R), whose volume times k is pi k R d^2. Sensors on a grid sum it by the midpoint
 // rule; its error on a disk of radius sqrt(2 R d) = 4.5 mm with cells of 0.1 mm is that of the rim,

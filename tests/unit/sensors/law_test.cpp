@@ -3,10 +3,13 @@
 #include "support/relative.hpp"
 
 #include <bristle/sensors/law.hpp>
+#include <bristle/sensors/sensor_wrench.hpp>
 
 #include <doctest/doctest.h>
 
 using namespace bristle;
+
+using namespace bristle::detail;
 
 namespace {
 
@@ -102,7 +105,7 @@ TEST_CASE_TEMPLATE("wrapped: keeps what exceeds whole multiples; clipped: at mos
       after_reset<S>(S(0.7) * h, sigma, SlipReset::release).isApprox(S(0.2) * h, law_round_off<S>));
 }
 
-TEST_CASE_TEMPLATE("rooted: an anchor has the stretch it was given, whatever the poses", S, float,
+TEST_CASE_TEMPLATE("anchored: an anchor has the stretch it was given, whatever the poses", S, float,
                    double) {
   test::Random random(3);
   for (int i = 0; i < 100; ++i) {
@@ -110,7 +113,7 @@ TEST_CASE_TEMPLATE("rooted: an anchor has the stretch it was given, whatever the
     const Vec3<S> r_A = random.in_cube(S(0.1));
     const Vec3<S> n = random.direction<S>();
     const Vec3<S> stretch = tangential<S>(random.in_cube(S(0.01)), n);
-    const Anchor<S> anchor = rooted<S>(pair, r_A, stretch);
+    const Anchor<S> anchor = anchored<S>(pair, r_A, stretch);
     CHECK((anchor_stretch(anchor, pair, n) - stretch).norm() < S(0.2) * law_round_off<S>);
   }
 }
@@ -120,7 +123,7 @@ TEST_CASE_TEMPLATE("anchor_stretch: A displaced by +x against B is stretched by 
   PairPose<S> pair;
   pair.p_AB = {0, 0, S(-0.1)};
   const Vec3<S> n(0, 0, -1);
-  const Anchor<S> anchor = rooted<S>(pair, Vec3<S>(0, 0, S(-0.05)), Vec3<S>::Zero());
+  const Anchor<S> anchor = anchored<S>(pair, Vec3<S>(0, 0, S(-0.05)), Vec3<S>::Zero());
   pair.p_AB.x() -= S(0.01);
   pair.p_AB.z() += S(0.02);  // Along n: no stretch.
   CHECK(anchor_stretch(anchor, pair, n).isApprox(Vec3<S>(S(0.01), 0, 0), S(10) * law_round_off<S>));

@@ -7,6 +7,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 namespace {
 
 /// [1] Of a handful of operations on numbers of one sign.

@@ -14,6 +14,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 namespace {
 
 /// A square grid of side x side sensors, 1 mm apart, somewhere in space; each moved along the grid
@@ -72,14 +74,14 @@ TEST_CASE_TEMPLATE("neighbour_order: every sensor once, and then nothing is left
       CHECK(result.direction[k] == layout.direction[order[k]]);
       CHECK(result.length[k] == layout.length[order[k]]);
     }
-    const RayBundles<S> bundles(result.rays());
-    for (std::size_t k = 0; k < order.size(); ++k) CHECK(bundles.ray_at(k) == k);
+    const RayTree<S> ray_tree(result.rays());
+    for (std::size_t k = 0; k < order.size(); ++k) CHECK(ray_tree.ray_at(k) == k);
   }
   CHECK(neighbour_order(SensorLayout<S>{}).empty());
 }
 
 // Rows are not torn, neither where they are rows to round-off nor where sensors stand a little off.
-TEST_CASE_TEMPLATE("neighbour_order: grids of whole bundles are divided into squares", S, float,
+TEST_CASE_TEMPLATE("neighbour_order: grids of whole nodes are divided into squares", S, float,
                    double) {
   for (const std::size_t side : {4u, 8u, 16u, 24u, 32u, 40u, 48u, 96u, 200u}) {
     for (const S scatter : {S(0), S(3e-4)}) {
@@ -91,9 +93,9 @@ TEST_CASE_TEMPLATE("neighbour_order: grids of whole bundles are divided into squ
   }
 }
 
-// Of 100 columns no whole number of bundles of 64 takes half. Divided in halves, which tears a row
+// Of 100 columns no whole number of nodes of 64 takes half. Divided in halves, which tears a row
 // at once, such grids have hardly a square of four by four left.
-TEST_CASE("neighbour_order: grids that are not of whole bundles have squares, too") {
+TEST_CASE("neighbour_order: grids that are not of whole nodes have squares, too") {
   for (const std::size_t side : {60u, 100u}) {
     const std::vector<std::uint32_t> order = neighbour_order(grid<double>(side, 3e-4));
     std::size_t squares = 0;
@@ -123,34 +125,34 @@ TEST_CASE_TEMPLATE("neighbour_order: sensors in a row, in one place, and nearly 
   }
 }
 
-TEST_CASE("RayBundles: slices of ten thousand rays are sixteen, and none is small") {
+TEST_CASE("RayTree: ranges of ten thousand rays are sixteen, and none is small") {
   const SensorLayout<double> layout = grid<double>(100, 3e-4);
-  const RayBundles<double> bundles(layout.rays());
-  CHECK(bundles.slices().size() == 16);
-  for (const RaySlice& slice : bundles.slices()) CHECK(slice.end - slice.first >= 400);
+  const RayTree<double> ray_tree(layout.rays());
+  CHECK(ray_tree.ranges().size() == 16);
+  for (const RayRange& range : ray_tree.ranges()) CHECK(range.end - range.first >= 400);
 }
 
-TEST_CASE("RayBundles: in neighbour order slices are runs of the batch, in rows they need not be") {
-  const auto are_runs = [](const RayBundles<double>& bundles) {
+TEST_CASE("RayTree: in neighbour order ranges are runs of the batch, in rows they need not be") {
+  const auto are_runs = [](const RayTree<double>& ray_tree) {
     bool all = true;
-    for (const RaySlice& slice : bundles.slices()) {
-      all = all && slice.first % bundles.block_size == 0;
-      for (std::uint32_t place = slice.first; place < slice.end; ++place) {
-        all = all && bundles.ray_at(place) >= slice.first && bundles.ray_at(place) < slice.end;
+    for (const RayRange& range : ray_tree.ranges()) {
+      all = all && range.first % packet_size == 0;
+      for (std::uint32_t place = range.first; place < range.end; ++place) {
+        all = all && ray_tree.ray_at(place) >= range.first && ray_tree.ray_at(place) < range.end;
       }
     }
     return all;
   };
   for (const std::size_t side : {40u, 99u, 100u}) {
     const SensorLayout<double> rows = grid<double>(side, 3e-4);
-    const RayBundles<double> in_rows(rows.rays());
-    CHECK(in_rows.has_runs_in_slices() == are_runs(in_rows));
-    // Two slices are halves of the rows.
-    CHECK(in_rows.has_runs_in_slices() == (side == 40));
+    const RayTree<double> in_rows(rows.rays());
+    CHECK(in_rows.has_packets_in_ranges() == are_runs(in_rows));
+    // Two ranges are halves of the rows.
+    CHECK(in_rows.has_packets_in_ranges() == (side == 40));
     const SensorLayout<double> layout = in_order<double>(rows, neighbour_order(rows));
-    const RayBundles<double> bundles(layout.rays());
-    CHECK(bundles.has_runs_in_slices());
-    CHECK(are_runs(bundles));
+    const RayTree<double> ray_tree(layout.rays());
+    CHECK(ray_tree.has_packets_in_ranges());
+    CHECK(are_runs(ray_tree));
   }
 }
 

@@ -7,6 +7,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 namespace {
 
 struct Course {

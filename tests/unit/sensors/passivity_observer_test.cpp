@@ -16,12 +16,13 @@ Wrench<double> push(double f) { return {{f, 0, 0}, Vec3<double>::Zero()}; }
 Twist<double> move(double v) { return {{v, 0, 0}, Vec3<double>::Zero()}; }
 
 /// A wall of stiffness k sampled every dt, and a hand that pushes into it and back: the force of a
-/// tick is that of the depth at its start, so it lags, and the wall gives k dt v^2 dt / 2 a tick.
+/// substep is that of the depth at its start, so it lags, and the wall gives k dt v^2 dt / 2 a
+/// substep.
 template <typename Feel>
-void press_and_release(double k, double dt, int ticks, Feel&& feel) {
+void press_and_release(double k, double dt, int substeps, Feel&& feel) {
   double x = 0;
-  for (int i = 0; i < 2 * ticks; ++i) {
-    const double v = i < ticks ? 0.1 : -0.1;
+  for (int i = 0; i < 2 * substeps; ++i) {
+    const double v = i < substeps ? 0.1 : -0.1;
     feel(push(-k * x), move(v));
     x += dt * v;
   }
@@ -29,8 +30,8 @@ void press_and_release(double k, double dt, int ticks, Feel&& feel) {
 
 }  // namespace
 
-// Pressing by n ticks of v and back gives the sum over ticks of dt k x v: sum_{i<n} i on the way in
-// and sum_{i<=n} i on the way out, times k v^2 dt^2: n k v^2 dt^2 comes out in all.
+// Pressing by n substeps of v and back gives the sum over substeps of dt k x v: sum_{i<n} i on the
+// way in and sum_{i<=n} i on the way out, times k v^2 dt^2: n k v^2 dt^2 comes out in all.
 TEST_CASE("passivity observer: a sampled spring gives energy, by the closed form") {
   constexpr double k = 1000, dt = 1e-3, v = 0.1;
   constexpr int n = 50;
@@ -43,7 +44,7 @@ TEST_CASE("passivity observer: a sampled spring gives energy, by the closed form
   CHECK(lenient.is_passive());
 }
 
-// The same, told of each tick when it is over: but for the one in which the hand turns, its
+// The same, told of each substep when it is over: but for the one in which the hand turns, its
 // velocity is as foreseen.
 TEST_CASE("passivity observer: control takes out just that much") {
   constexpr double k = 1000, dt = 1e-3, v = 0.1;
@@ -68,7 +69,7 @@ TEST_CASE("passivity observer: control takes out just that much") {
 }
 
 // 1 N is sent along 0.1 m/s that turn out to be -0.1 m/s, and is on credit: 0.1 mJ come out. The
-// next tick is to pay it back: alpha = 1e-4 / (1e-3 * 0.01) = 10, so 1 N against the motion, and
+// next substep is to pay it back: alpha = 1e-4 / (1e-3 * 0.01) = 10, so 1 N against the motion, and
 // all is even once that is over.
 TEST_CASE("passivity observer: what the velocity did not do as foreseen is paid later") {
   PassivityObserver<double> observer(0, 100);
@@ -83,7 +84,7 @@ TEST_CASE("passivity observer: what the velocity did not do as foreseen is paid 
   CHECK(observer.damped_energy() == test::relative(1e-4));
 }
 
-// 0.02 J came out unseen; a tool at 1 mm/s would need 20 kN to give them back within a tick.
+// 0.02 J came out unseen; a tool at 1 mm/s would need 20 kN to give them back within a substep.
 TEST_CASE_TEMPLATE("passivity observer: never asks more of a device than it may", S, float,
                    double) {
   PassivityObserver<S> observer(S(0), S(10));

@@ -11,6 +11,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 namespace {
 
 constexpr double dt = 1e-3;
@@ -34,19 +36,19 @@ LawOptions options_of(NormalDirection normal, SlipReset reset = SlipReset::relea
   return options;
 }
 
-/// The impulse of the contact in lane i of a tile.
+/// The impulse of the contact in lane i of a packet.
 template <Scalar S>
-Vec3<S> impulse_of(const ContactTile<S>& tile, std::size_t i) {
-  return tile.impulse[i];
+Vec3<S> impulse_of(const ContactPacket<S>& packet, std::size_t i) {
+  return packet.impulse[i];
 }
 
-/// Calls visit(tile, lane, k) for the contacts of a pair in the order of `scalar_contacts`.
+/// Calls visit(packet, lane, k) for the contacts of a pair in the order of `scalar_contacts`.
 template <Scalar S, typename Visit>
 void for_each_lane(SensorPatch<S>& patch, const PatchPair<S>& pair, Visit&& visit) {
   std::size_t k = 0;
-  for (ContactTile<S>& tile : detail::contacts_of(patch, pair)) {
-    for (std::size_t i = 0; i < tile_size; ++i) {
-      if ((tile.is_met >> i & 1u) != 0) visit(tile, i, k++);
+  for (ContactPacket<S>& packet : detail::contacts_of(patch, pair)) {
+    for (std::size_t i = 0; i < packet_size; ++i) {
+      if ((packet.is_met >> i & 1u) != 0) visit(packet, i, k++);
     }
   }
 }
@@ -157,12 +159,12 @@ TEST_CASE("fill_block: is the sum of its sensors, and never gives energy") {
         const Vec6<double> u = random.motion(1);
         CHECK(u.dot(block.matrix * u) >= -1e-12 * block.matrix.norm());
       }
-      // What each sensor gives at a motion adds up to offset + matrix u, while no sensor is made to
-      // pull: at the start motion those that push do.
+      // The impulses of all sensors at a motion add up to offset + matrix u, while no sensor would
+      // have to pull. At the start motion all loaded sensors push.
       Vec6<double> u;
       const Twist<double> start = pair.start_motion.shifted(pair.center);
       u << pair.R_WA * start.linear, pair.R_WA * start.angular;
-      const Wrench<double> sum = answer_motion(random.patch, pair, u, dt, {}).impulse;
+      const Wrench<double> sum = evaluate(random.patch, pair, u, dt, {}).impulse;
       Vec6<double> expected = block.offset + block.matrix * u;
       CHECK((sum.force - expected.head<3>()).norm() < 1e-12 * expected.head<3>().norm());
       CHECK((sum.torque - expected.tail<3>()).norm() < 1e-12 * expected.head<3>().norm());
@@ -176,21 +178,22 @@ TEST_CASE("start_linearisation: at rest gives what the explicit law gives") {
     PatchPair<double>& pair = first_pair(random);
     pair.start_motion = {};
     start_linearisation(random.patch, pair, dt);
-    (void)answer_motion<double>(random.patch, pair, Vec6<double>::Zero(), dt, {});
+    (void)evaluate<double>(random.patch, pair, Vec6<double>::Zero(), dt, {});
     const auto contacts = test::scalar_contacts(random.patch, pair);
-    for_each_lane(random.patch, pair, [&](ContactTile<double>& tile, std::size_t i, std::size_t k) {
-      const PatchContact<double>& c = contacts[k];
-      if (!c.is_touching) {
-        CHECK(tile.normal_impulse[i] == 0);
-        return;
-      }
-      const SensorContact<double> contact{c.depth, c.inverse_length, c.n, c.g,
-                                          Vec3<double>::Zero()};
-      const SensorForce<double> f = sensor_force<double>(
-          random.patch.def.parameters, random.patch.def.options, contact, c.stretch, dt);
-      CHECK((tile.impulse[i] - dt * f.total()).norm() < 1e-15);
-      CHECK(tile.normal_impulse[i] == test::relative(dt * f.normal).epsilon(1e-12));
-    });
+    for_each_lane(
+        random.patch, pair, [&](ContactPacket<double>& packet, std::size_t i, std::size_t k) {
+          const PatchContact<double>& c = contacts[k];
+          if (!c.is_touching) {
+            CHECK(packet.normal_impulse[i] == 0);
+            return;
+          }
+          const SensorContact<double> contact{c.depth, c.inverse_length, c.n, c.g,
+                                              Vec3<double>::Zero()};
+          const SensorForce<double> f = sensor_force<double>(
+              random.patch.def.parameters, random.patch.def.options, contact, c.stretch, dt);
+          CHECK((packet.impulse[i] - dt * f.total()).norm() < 1e-15);
+          CHECK(packet.normal_impulse[i] == test::relative(dt * f.normal).epsilon(1e-12));
+        });
   }
 }
 
@@ -222,13 +225,13 @@ TEST_CASE_TEMPLATE("implicit patch: lanes give what sensors one by one give, pas
           S size = S(0);
           for (const PatchContact<S>& c : scalar.contacts) size += c.impulse.norm();
           const SolvePass solve{pass, 5 - pass};
-          const PairAnswer<S> answer = answer_motion(patch, pair, u, S(dt), solve);
+          const PairResponse<S> answer = evaluate(patch, pair, u, S(dt), solve);
           const Wrench<S>& sum = answer.impulse;
           CHECK((sum.force - pair.R_WA * expected.force).norm() <= sums * size);
           CHECK((sum.torque - pair.R_WA * expected.torque).norm() <= S(0.1) * sums * size);
-          for_each_lane(patch, pair, [&](ContactTile<S>& tile, std::size_t i, std::size_t k) {
-            CHECK((tile.impulse[i] - scalar.contacts[k].impulse).norm() <= sums * size);
-            CHECK(std::abs(tile.normal_impulse[i] - scalar.contacts[k].normal_impulse) <=
+          for_each_lane(patch, pair, [&](ContactPacket<S>& packet, std::size_t i, std::size_t k) {
+            CHECK((packet.impulse[i] - scalar.contacts[k].impulse).norm() <= sums * size);
+            CHECK(std::abs(packet.normal_impulse[i] - scalar.contacts[k].normal_impulse) <=
                   sums * size);
           });
           if (solve.left == 0) {
@@ -237,11 +240,11 @@ TEST_CASE_TEMPLATE("implicit patch: lanes give what sensors one by one give, pas
           }
           CHECK(answer.has_changed == scalar.update(u_A, pass, solve.left == 1));
           settled += answer.has_changed ? 0 : 1;
-          for_each_lane(patch, pair, [&](ContactTile<S>& tile, std::size_t i, std::size_t k) {
+          for_each_lane(patch, pair, [&](ContactPacket<S>& packet, std::size_t i, std::size_t k) {
             const PatchContact<S>& c = scalar.contacts[k];
-            CHECK(((tile.is_pushing >> i & 1u) != 0) == c.is_pushing);
-            CHECK(((tile.is_slipping >> i & 1u) != 0) == c.is_slipping);
-            CHECK(((tile.is_damping_slip >> i & 1u) != 0) == c.is_damping_slip);
+            CHECK(((packet.is_pushing >> i & 1u) != 0) == c.is_pushing);
+            CHECK(((packet.is_slipping >> i & 1u) != 0) == c.is_slipping);
+            CHECK(((packet.is_damping_slip >> i & 1u) != 0) == c.is_damping_slip);
             slips += c.is_slipping ? 1 : 0;
             damped += c.is_damping_slip ? 1 : 0;
           });
@@ -254,39 +257,40 @@ TEST_CASE_TEMPLATE("implicit patch: lanes give what sensors one by one give, pas
   CHECK(settled > 10);
 }
 
-TEST_CASE("answer_motion: a settled patch needs no further solve") {
+TEST_CASE("evaluate: a settled patch needs no further solve") {
   test::RandomPatch<double> random(7, {});
   PatchPair<double>& pair = first_pair(random);
   start_linearisation(random.patch, pair, dt);
   // At the motion of the start nothing is found otherwise than assumed, but for what comes within
   // reach: leave only what touches.
-  for (ContactTile<double>& tile : random.patch.contacts) tile.is_met = tile.is_touching;
+  for (ContactPacket<double>& packet : random.patch.contacts) packet.is_met = packet.is_touching;
   Vec6<double> u;
   const Twist<double> start = pair.start_motion.shifted(pair.center);
   u << pair.R_WA * start.linear, pair.R_WA * start.angular;
   // The normal force changes by the depth that the motion adds; a first answer takes that in.
-  (void)answer_motion<double>(random.patch, pair, u, dt, {1, 3});
-  CHECK_FALSE(answer_motion<double>(random.patch, pair, u, dt, {2, 2}).has_changed);
+  (void)evaluate<double>(random.patch, pair, u, dt, {1, 3});
+  CHECK_FALSE(evaluate<double>(random.patch, pair, u, dt, {2, 2}).has_changed);
 }
 
-TEST_CASE("answer_motion: notices parting and slip") {
+TEST_CASE("evaluate: notices parting and slip") {
   test::RandomPatch<double> random(8, {});
   PatchPair<double>& pair = first_pair(random);
   start_linearisation(random.patch, pair, dt);
   const auto before = test::scalar_contacts(random.patch, pair);
   Vec6<double> u = Vec6<double>::Zero();
   u.head<3>() = pair.R_WA * (-1e3 * before[0].g.normalized());
-  CHECK(answer_motion<double>(random.patch, pair, u, dt, {1, 3}).has_changed);
+  CHECK(evaluate<double>(random.patch, pair, u, dt, {1, 3}).has_changed);
   CHECK(random.patch.contacts[pair.first].normal_impulse[static_cast<std::size_t>(
             std::countr_zero(random.patch.contacts[pair.first].is_met))] == 0);
   std::size_t slipping = 0;
-  for_each_lane(random.patch, pair, [&](ContactTile<double>& tile, std::size_t i, std::size_t k) {
-    if (k == 0) {
-      CHECK((tile.is_pushing >> i & 1u) == 0);
-      CHECK(tile.force[i] == 0);
-    }
-    slipping += tile.is_slipping >> i & 1u;
-  });
+  for_each_lane(random.patch, pair,
+                [&](ContactPacket<double>& packet, std::size_t i, std::size_t k) {
+                  if (k == 0) {
+                    CHECK((packet.is_pushing >> i & 1u) == 0);
+                    CHECK(packet.force[i] == 0);
+                  }
+                  slipping += packet.is_slipping >> i & 1u;
+                });
   // 1 m in a step is far beyond sigma_a.
   CHECK(slipping > 0);
 }
@@ -296,12 +300,12 @@ TEST_CASE("clear_impulses: takes back what was given") {
   PatchPair<double>& pair = first_pair(random);
   start_linearisation(random.patch, pair, dt);
   const Vec6<double> fast = random.motion(10);
-  (void)answer_motion<double>(random.patch, pair, fast, dt, {1, 1});
+  (void)evaluate<double>(random.patch, pair, fast, dt, {1, 1});
   CHECK(random.patch.contacts[pair.first].is_slipping != 0);
   clear_impulses(random.patch, pair);
-  for_each_lane(random.patch, pair, [&](ContactTile<double>& tile, std::size_t i, std::size_t) {
-    CHECK(tile.impulse[i] == Vec3<double>::Zero());
-    CHECK(tile.normal_impulse[i] == 0);
-    CHECK(tile.is_slipping == 0);
+  for_each_lane(random.patch, pair, [&](ContactPacket<double>& packet, std::size_t i, std::size_t) {
+    CHECK(packet.impulse[i] == Vec3<double>::Zero());
+    CHECK(packet.normal_impulse[i] == 0);
+    CHECK(packet.is_slipping == 0);
   });
 }

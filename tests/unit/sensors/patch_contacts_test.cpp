@@ -11,19 +11,21 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 namespace {
 
 /// [1] Of sums of a few hundred terms that partly cancel.
 template <typename S>
 constexpr S contact_round_off = S(50) * Tolerance<S>::round_off();
 
-/// Which sensors have a contact in a pair, and where: tile of contacts and lane.
+/// Which sensors have a contact in a pair, and where: packet of contacts and lane.
 template <typename S, typename Visit>
 void for_each_contact(const SensorPatch<S>& patch, const PatchPair<S>& pair, Visit&& visit) {
   for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
-    const ContactTile<S>& tile = patch.contacts[k];
-    for (std::size_t i = 0; i < tile_size; ++i) {
-      if ((tile.is_met >> i & 1u) != 0) visit(tile, i, tile.tile * tile_size + i);
+    const ContactPacket<S>& packet = patch.contacts[k];
+    for (std::size_t i = 0; i < packet_size; ++i) {
+      if ((packet.is_met >> i & 1u) != 0) visit(packet, i, packet.packet * packet_size + i);
     }
   }
 }
@@ -45,35 +47,37 @@ TEST_CASE_TEMPLATE("collect_contacts: every hit that does not graze, at its body
       const Body<S>& b = random.b[body];
       Vec3<S> center = Vec3<S>::Zero();
       std::size_t count = 0;
-      for_each_contact(patch, pair, [&](const ContactTile<S>& tile, std::size_t i, std::size_t k) {
-        ++found;
-        ++count;
-        REQUIRE(k < patch.size());
-        CHECK((patch.hits.tag[k] == 12u) == (body == 1));
-        const Vec3<S> m = patch.hits.normal[k];
-        const Vec3<S> point = patch.start[k] + patch.hits.distance[k] * Vec3<S>(patch.direction[k]);
-        const S depth = S(1) - patch.hits.distance[k] / patch.length[k];
-        CHECK(((tile.is_touching >> i & 1u) != 0) == (depth > S(0)));
-        // In lanes, and of one sensor.
-        const std::size_t at = i / lanes<S> * lanes<S>;
-        const detail::TouchPack<S> touches(patch, patch.tiles[tile.tile], tile.tile, at,
-                                           tile.is_met, false);
-        const SensorTouch<S> touch = touch_of(patch, k);
-        for (const auto& [point_found, g_found, depth_found] :
-             {std::tuple(touches.point[i - at], touches.g[i - at], touches.depth[i - at]),
-              std::tuple(touch.point, touch.g, touch.depth)}) {
-          CHECK((point_found - point).norm() < contact_round_off<S>);
-          CHECK((g_found - depth_gradient<S>(patch.direction[k], m)).norm() <
-                S(100) * contact_round_off<S>);
-          CHECK(std::abs(depth_found - depth) < contact_round_off<S>);
-        }
-        center += point;
-        // The motion at the point, from that of both bodies in the world.
-        const Vec3<S> r_W = a.center_pose.rotate(point);
-        const Vec3<S> p_AB = b.center_pose.translation - a.center_pose.translation;
-        const Vec3<S> v = a.twist.at(r_W) - b.twist.at(r_W - p_AB);
-        CHECK((pair.R_WA * pair.start_motion.at(point) - v).norm() < contact_round_off<S>);
-      });
+      for_each_contact(
+          patch, pair, [&](const ContactPacket<S>& packet, std::size_t i, std::size_t k) {
+            ++found;
+            ++count;
+            REQUIRE(k < patch.size());
+            CHECK((patch.hits.tag[k] == 12u) == (body == 1));
+            const Vec3<S> m = patch.hits.normal[k];
+            const Vec3<S> point =
+                patch.start[k] + patch.hits.distance[k] * Vec3<S>(patch.direction[k]);
+            const S depth = S(1) - patch.hits.distance[k] / patch.length[k];
+            CHECK(((packet.is_touching >> i & 1u) != 0) == (depth > S(0)));
+            // In lanes, and of one sensor.
+            const std::size_t at = i / lanes<S> * lanes<S>;
+            const detail::TouchPack<S> touches(patch, patch.packets[packet.packet], packet.packet,
+                                               at, packet.is_met, false);
+            const SensorTouch<S> touch = touch_of(patch, k);
+            for (const auto& [point_found, g_found, depth_found] :
+                 {std::tuple(touches.point[i - at], touches.g[i - at], touches.depth[i - at]),
+                  std::tuple(touch.point, touch.g, touch.depth)}) {
+              CHECK((point_found - point).norm() < contact_round_off<S>);
+              CHECK((g_found - depth_gradient<S>(patch.direction[k], m)).norm() <
+                    S(100) * contact_round_off<S>);
+              CHECK(std::abs(depth_found - depth) < contact_round_off<S>);
+            }
+            center += point;
+            // The motion at the point, from that of both bodies in the world.
+            const Vec3<S> r_W = a.center_pose.rotate(point);
+            const Vec3<S> p_AB = b.center_pose.translation - a.center_pose.translation;
+            const Vec3<S> v = a.twist.at(r_W) - b.twist.at(r_W - p_AB);
+            CHECK((pair.R_WA * pair.start_motion.at(point) - v).norm() < contact_round_off<S>);
+          });
       center /= S(count);
       CHECK((pair.center - center).norm() < contact_round_off<S>);
       CHECK((pair.arm_a - a.center_pose.rotate(center)).norm() < contact_round_off<S>);
@@ -91,31 +95,33 @@ TEST_CASE_TEMPLATE("collect_contacts: every hit that does not graze, at its body
   }
 }
 
-TEST_CASE_TEMPLATE("collect_contacts: bristles are rooted while they touch, and in that body", S,
+TEST_CASE_TEMPLATE("collect_contacts: bristles are anchored while they touch, and in that body", S,
                    float, double) {
   test::RandomPatch<S> random(12, {});
   for (int round = 0; round < 20; ++round) {
     random.next();
     const SensorPatch<S>& patch = random.patch;
-    std::vector<std::uint64_t> rooted_in(patch.tiles.size() * tile_size, 0);
+    std::vector<std::uint64_t> anchored_on(patch.packets.size() * packet_size, 0);
     for (const PatchPair<S>& pair : patch.pairs) {
       const std::size_t body = pair.body_b == test::RandomPatch<S>::id(0).index ? 0 : 1;
-      for_each_contact(patch, pair, [&](const ContactTile<S>& tile, std::size_t i, std::size_t k) {
-        if ((tile.is_touching >> i & 1u) == 0) return;
-        rooted_in[k] = root_key(test::RandomPatch<S>::id(body));
-        // Rooted with the stretch that is reported.
-        const Anchor<S> anchor{patch.tiles[tile.tile].root_a[i], patch.tiles[tile.tile].root_b[i]};
-        const Vec3<S> stretch = anchor_stretch(anchor, pair.pose, Vec3<S>(patch.direction[k]));
-        CHECK((stretch - tile.stretch[i]).norm() < contact_round_off<S>);
-        CHECK(tile.stretch[i].norm() <=
-              patch.def.parameters.breakaway_distance * (1 + contact_round_off<S>));
-      });
+      for_each_contact(
+          patch, pair, [&](const ContactPacket<S>& packet, std::size_t i, std::size_t k) {
+            if ((packet.is_touching >> i & 1u) == 0) return;
+            anchored_on[k] = anchor_key(test::RandomPatch<S>::id(body));
+            // Anchored with the stretch that is reported.
+            const Anchor<S> anchor{patch.packets[packet.packet].anchor_a[i],
+                                   patch.packets[packet.packet].anchor_b[i]};
+            const Vec3<S> stretch = anchor_stretch(anchor, pair.pose, Vec3<S>(patch.direction[k]));
+            CHECK((stretch - packet.stretch[i]).norm() < contact_round_off<S>);
+            CHECK(packet.stretch[i].norm() <=
+                  patch.def.parameters.breakaway_distance * (1 + contact_round_off<S>));
+          });
     }
-    for (std::size_t k = 0; k < rooted_in.size(); ++k) {
-      const SensorTile<S>& tile = patch.tiles[k / tile_size];
-      const bool is_rooted = (tile.is_rooted >> k % tile_size & 1u) != 0;
-      CHECK(is_rooted == (rooted_in[k] != 0));
-      if (is_rooted) CHECK(tile.rooted_in[k % tile_size] == rooted_in[k]);
+    for (std::size_t k = 0; k < anchored_on.size(); ++k) {
+      const SensorPacket<S>& packet = patch.packets[k / packet_size];
+      const bool is_anchored = (packet.is_anchored >> k % packet_size & 1u) != 0;
+      CHECK(is_anchored == (anchored_on[k] != 0));
+      if (is_anchored) CHECK(packet.anchored_on[k % packet_size] == anchored_on[k]);
     }
   }
 }
@@ -133,25 +139,26 @@ TEST_CASE_TEMPLATE("collect_contacts: stiffness is summed about the middle of th
     const S dt = test::RandomPatch<S>::dt;
     for (const PatchPair<S>& pair : patch.pairs) {
       PairStiffness<S> expected;
-      for_each_contact(patch, pair, [&](const ContactTile<S>& tile, std::size_t i, std::size_t k) {
-        const SensorTouch<S> touch = touch_of(patch, k);
-        const Vec3<S> arm = touch.point - patch.box.center();
-        const S normal =
-            (dt * dt * p.normal_stiffness + 2 * dt * p.normal_damping) / patch.length[k];
-        expected.normal += normal;
-        expected.normal_first += normal * arm;
-        expected.normal_second += normal * arm.squaredNorm();
-        if ((tile.is_touching >> i & 1u) == 0) return;
-        const S rate = touch.g.dot(pair.start_motion.at(touch.point)) / patch.length[k];
-        const S k_t =
-            bristle_stiffness(p, scaling, normal_force(p, touch.depth, rate), touch.depth);
-        const S tangential = dt * dt * k_t + 2 * dt * p.sliding_friction;
-        expected.bristle_sum += k_t;
-        expected.viscous_sum += p.sliding_friction;
-        expected.tangential += tangential;
-        expected.tangential_first += tangential * arm;
-        expected.tangential_second += tangential * arm.squaredNorm();
-      });
+      for_each_contact(
+          patch, pair, [&](const ContactPacket<S>& packet, std::size_t i, std::size_t k) {
+            const SensorTouch<S> touch = touch_of(patch, k);
+            const Vec3<S> arm = touch.point - patch.box.center();
+            const S normal =
+                (dt * dt * p.normal_stiffness + 2 * dt * p.normal_damping) / patch.length[k];
+            expected.normal += normal;
+            expected.normal_first += normal * arm;
+            expected.normal_second += normal * arm.squaredNorm();
+            if ((packet.is_touching >> i & 1u) == 0) return;
+            const S rate = touch.g.dot(pair.start_motion.at(touch.point)) / patch.length[k];
+            const S k_t =
+                bristle_stiffness(p, scaling, normal_force(p, touch.depth, rate), touch.depth);
+            const S tangential = dt * dt * k_t + 2 * dt * p.sliding_friction;
+            expected.bristle_sum += k_t;
+            expected.viscous_sum += p.sliding_friction;
+            expected.tangential += tangential;
+            expected.tangential_first += tangential * arm;
+            expected.tangential_second += tangential * arm.squaredNorm();
+          });
       const PairStiffness<S>& found = pair.stiffness;
       const auto same = [](S x, S y) {
         return std::abs(x - y) <= contact_round_off<S> * std::abs(y);
@@ -182,16 +189,16 @@ TEST_CASE("collect_contacts: who hits nothing lets go; nothing near or cleared, 
                      {.dt = 1e-3});
     CHECK(random.patch.pairs.empty());
     CHECK(random.patch.contacts.empty());
-    for (const SensorTile<double>& tile : random.patch.tiles) CHECK(tile.is_rooted == 0);
+    for (const SensorPacket<double>& packet : random.patch.packets) CHECK(packet.is_anchored == 0);
     random.patch.near = near;
   }
   random.next();
   clear_patch(random.patch);
   CHECK(random.patch.contacts.empty());
-  for (const SensorTile<double>& tile : random.patch.tiles) CHECK(tile.is_rooted == 0);
+  for (const SensorPacket<double>& packet : random.patch.packets) CHECK(packet.is_anchored == 0);
 }
 
-TEST_CASE("reset_near_hits: of a slice, and only what is near") {
+TEST_CASE("reset_near_hits: of a range, and only what is near") {
   test::RandomPatch<double> random(15, {}, 53);
   random.next();
   SensorPatch<double> patch = random.patch;
@@ -209,49 +216,49 @@ TEST_CASE("reset_near_hits: of a slice, and only what is near") {
   }
 }
 
-TEST_CASE("find_hit_lanes: slice by slice as all at once, and nothing of other slices") {
+TEST_CASE("find_hit_mask: range by range as all at once, and nothing of other ranges") {
   test::RandomPatch<double> random(15, {}, 53);
   random.next();
   SensorPatch<double> whole = random.patch;
-  REQUIRE(whole.tiles.size() == 4);
-  for (const SensorTile<double>& tile : whole.tiles) REQUIRE(tile.is_rooted != 0);
-  // The second tile is near nothing any more, and the last hits nothing.
+  REQUIRE(whole.packets.size() == 4);
+  for (const SensorPacket<double>& packet : whole.packets) REQUIRE(packet.is_anchored != 0);
+  // The second packet is near nothing any more, and the last hits nothing.
   whole.near = {0, 2, 3};
   whole.reset_near_hits({48, 53});
-  SensorPatch<double> sliced = whole;
-  begin_hit_lanes(sliced);
-  find_hit_lanes(sliced, {32, 53});
+  SensorPatch<double> in_ranges = whole;
+  begin_hit_mask(in_ranges);
+  find_hit_mask(in_ranges, {32, 53});
   for (std::size_t i = 0; i < 4; ++i) {
-    CHECK((sliced.hit_bits[i] != 0) == (i == 2));
-    CHECK(sliced.tiles[i].is_rooted == (i == 3 ? 0 : whole.tiles[i].is_rooted));
+    CHECK((in_ranges.hit_bits[i] != 0) == (i == 2));
+    CHECK(in_ranges.packets[i].is_anchored == (i == 3 ? 0 : whole.packets[i].is_anchored));
   }
-  find_hit_lanes(sliced, {0, 16});
-  CHECK(sliced.tiles[1].is_rooted == whole.tiles[1].is_rooted);
-  find_hit_lanes(sliced, {16, 32});
-  CHECK(sliced.tiles[1].is_rooted == 0);
+  find_hit_mask(in_ranges, {0, 16});
+  CHECK(in_ranges.packets[1].is_anchored == whole.packets[1].is_anchored);
+  find_hit_mask(in_ranges, {16, 32});
+  CHECK(in_ranges.packets[1].is_anchored == 0);
 
-  const auto collect = [&](SensorPatch<double>& patch, bool knows_hit_lanes) {
+  const auto collect = [&](SensorPatch<double>& patch, bool knows_hit_mask) {
     collect_contacts(patch, random.a,
                      [&](std::uint32_t tag) {
                        const std::size_t body = tag == 12u ? 1 : 0;
                        return TouchedBody<double>{&random.b[body], random.id(body)};
                      },
-                     {.dt = 1e-3, .knows_hit_lanes = knows_hit_lanes});
+                     {.dt = 1e-3, .knows_hit_mask = knows_hit_mask});
   };
   collect(whole, false);
-  collect(sliced, true);
-  CHECK(sliced.hit_bits == whole.hit_bits);
-  REQUIRE(sliced.contacts.size() == whole.contacts.size());
-  REQUIRE(sliced.contacts.size() >= 2);
+  collect(in_ranges, true);
+  CHECK(in_ranges.hit_bits == whole.hit_bits);
+  REQUIRE(in_ranges.contacts.size() == whole.contacts.size());
+  REQUIRE(in_ranges.contacts.size() >= 2);
   for (std::size_t k = 0; k < whole.contacts.size(); ++k) {
-    CHECK(sliced.contacts[k].tile == whole.contacts[k].tile);
-    CHECK(sliced.contacts[k].is_met == whole.contacts[k].is_met);
-    CHECK(sliced.contacts[k].stretch.x == whole.contacts[k].stretch.x);
+    CHECK(in_ranges.contacts[k].packet == whole.contacts[k].packet);
+    CHECK(in_ranges.contacts[k].is_met == whole.contacts[k].is_met);
+    CHECK(in_ranges.contacts[k].stretch.x == whole.contacts[k].stretch.x);
   }
   for (std::size_t i = 0; i < 4; ++i) {
-    CHECK(sliced.tiles[i].is_rooted == whole.tiles[i].is_rooted);
-    CHECK(sliced.tiles[i].root_a.x == whole.tiles[i].root_a.x);
-    CHECK(sliced.tiles[i].root_b.x == whole.tiles[i].root_b.x);
+    CHECK(in_ranges.packets[i].is_anchored == whole.packets[i].is_anchored);
+    CHECK(in_ranges.packets[i].anchor_a.x == whole.packets[i].anchor_a.x);
+    CHECK(in_ranges.packets[i].anchor_b.x == whole.packets[i].anchor_b.x);
   }
 }
 
@@ -270,7 +277,7 @@ TEST_CASE("collect_contacts: a normal that is no number is no contact") {
                    {.dt = 1e-3});
   REQUIRE(patch.contacts.size() == 1);
   CHECK(patch.contacts[0].is_met == 1u << 3);
-  CHECK(patch.tiles[0].is_rooted == 1u << 3);
+  CHECK(patch.packets[0].is_anchored == 1u << 3);
   CHECK(patch.pairs[0].center.allFinite());
 }
 
@@ -290,7 +297,7 @@ TEST_CASE("collect_contacts: a body in the slot of a removed one is another body
   meet(first, 0.5);
   // Half of what a bristle can stretch, aside.
   random.b[0].center_pose.translation +=
-      random.a.center_pose.rotate(0.5e-3 * Vec3<double>(patch.tiles[0].tangent[5]));
+      random.a.center_pose.rotate(0.5e-3 * Vec3<double>(patch.packets[0].tangent[5]));
   meet(first, 0.5);
   CHECK(patch.contacts[0].stretch[5].norm() == test::relative(0.5e-3));
   meet({first.index, first.generation + 1}, 0.5);

@@ -2,6 +2,7 @@
 #include "support/random_patch.hpp"
 
 #include <bristle/sensors/patch_explicit.hpp>
+#include <bristle/sensors/sensor_wrench.hpp>
 #include <bristle/sensors/patch_readings.hpp>
 
 #include <doctest/doctest.h>
@@ -9,6 +10,8 @@
 #include <vector>
 
 using namespace bristle;
+
+using namespace bristle::detail;
 
 namespace {
 
@@ -24,7 +27,7 @@ class OneByOne {
     std::vector<Wrench<S>> wrenches;
     for (std::size_t i = 0; i < patch.size(); ++i) {
       const std::size_t body = patch.hits.tag[i] == 12u ? 1 : 0;
-      // What sensor_wrench leaves to its caller: a bristle rooted elsewhere starts anew.
+      // sensor_wrench leaves this to its caller: a bristle anchored elsewhere starts anew.
       if (body_[i] != body) memory_[i].is_anchored = false;
       body_[i] = body;
       const auto motion = [](const Body<S>& x) { return BodyMotion<S>{x.center_pose, x.twist}; };
@@ -81,12 +84,13 @@ void compare(test::RandomPatch<S>& random) {
                                                         r.normal_force[i] * patch.direction[i]);
       // 1e-3 of the stretch is round-off of the poses in float.
       CHECK((force - expected[i].force).norm() < S(100) * sums * size);
-      const bool is_felt = patch.hits.is_hit(i) && patch.hits.distance[i] < patch.length[i] &&
-                           patch.hits.normal[i].dot(patch.direction[i]) <= grazing_cosine<S>;
-      CHECK((r.state[i] != SensorState::free) == is_felt);
-      CHECK((r.body[i] == BodyId{}) == !is_felt);
+      const bool is_active_lane = patch.hits.is_hit(i) &&
+                                  patch.hits.distance[i] < patch.length[i] &&
+                                  patch.hits.normal[i].dot(patch.direction[i]) <= grazing_cosine<S>;
+      CHECK((r.state[i] != SensorState::free) == is_active_lane);
+      CHECK((r.body[i] == BodyId{}) == !is_active_lane);
       if (r.state[i] == SensorState::slipping) ++slips;
-      if (!is_felt) {
+      if (!is_active_lane) {
         CHECK(r.depth[i] == S(0));
         CHECK(r.normal_force[i] == S(0));
         CHECK(r.shear_1[i] == S(0));

@@ -16,7 +16,7 @@ namespace {
 template <typename S>
 constexpr S near_zero_of_rays = S(16) * Tolerance<S>::round_off();
 
-/// Whether triangles look the way their vertices' normals do.
+/// Returns whether triangles face the way of their vertices' normals.
 template <typename S>
 bool looks_outwards(const PatchMesh<S>& patch) {
   for (std::size_t t = 0; t < patch.mesh.triangles.size(); ++t) {

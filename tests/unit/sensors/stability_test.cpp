@@ -9,10 +9,12 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 namespace {
 
-/// Whether symplectic Euler with explicit damping keeps one mode bounded: v += dt (-k x - c v) / m,
-/// x += dt v.
+/// Returns whether symplectic Euler with explicit damping keeps one mode bounded: v += dt (-k x - c
+/// v) / m, x += dt v.
 bool stays(const Mode<double>& mode, double dt) {
   double x = 1;
   double v = 1;

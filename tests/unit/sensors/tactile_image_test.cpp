@@ -10,6 +10,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 namespace {
 
 /// A store whose values tell channel and sensor: 100 * channel + sensor + offset.

@@ -8,6 +8,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 namespace {
 
 std::vector<double> read(TaxelFlaws<double>& flaws, const std::vector<double>& in) {

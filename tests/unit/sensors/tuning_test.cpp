@@ -11,6 +11,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 namespace {
 template <typename Call>
 std::string field_of(Call&& call) {
@@ -36,13 +38,13 @@ TEST_CASE("tuned_for: reproduces the table of docs/sensors.md from wants") {
                          Row{20, 0.6, 2e-3, 0.4, 100, 0.02, 300, 4.905, 0.280, 15.19},
                          Row{0.002, 1, 5e-3, 0.3, 4, 0.01, 200, 0.01635, 5.72e-4, 0.0310},
                          Row{1000, 1.2, 1e-3, 0.3, 400, 0.02, 1200, 81.75, 4.04, 379.7}}) {
-    GripWants<double> wants;
-    wants.friction = row.mu;
-    wants.creep = row.creep;
-    wants.load = row.mass * 9.81;
-    wants.mass = row.mass;
-    wants.press = row.press;
-    const SensorParameters<double> p = tuned_for(wants).parameters(row.count, row.length);
+    GripSpec<double> spec;
+    spec.friction = row.mu;
+    spec.creep = row.creep;
+    spec.load = row.mass * 9.81;
+    spec.mass = row.mass;
+    spec.press = row.press;
+    const SensorParameters<double> p = tuned_for(spec).parameters(row.count, row.length);
     CHECK(p.static_friction == test::relative(row.mu_S).epsilon(1e-9));
     CHECK(p.breakaway_distance == row.creep);
     CHECK(p.normal_stiffness == test::relative(row.K_N).epsilon(2e-3));
@@ -51,49 +53,48 @@ TEST_CASE("tuned_for: reproduces the table of docs/sensors.md from wants") {
   }
 }
 
-TEST_CASE_TEMPLATE("meaning_of: is the inverse of tuned_for, under every scaling", S, float,
-                   double) {
+TEST_CASE_TEMPLATE("describe: is the inverse of tuned_for, under every scaling", S, float, double) {
   for (const FrictionScaling scaling :
        {FrictionScaling::normal_force, FrictionScaling::depth, FrictionScaling::none}) {
-    GripWants<S> wants;
-    wants.friction = S(0.8);
-    wants.creep = S(5e-4);
-    wants.load = S(20);
-    wants.mass = S(0.7);
-    wants.press = S(0.25);
-    wants.normal_damping_ratio = S(0.9);
-    wants.bristle_damping_ratio = S(0.6);
-    wants.scaling = scaling;
-    const SensorParameters<S> p = tuned_for(wants).parameters(30, S(0.012));
+    GripSpec<S> spec;
+    spec.friction = S(0.8);
+    spec.creep = S(5e-4);
+    spec.load = S(20);
+    spec.mass = S(0.7);
+    spec.press = S(0.25);
+    spec.normal_damping_ratio = S(0.9);
+    spec.bristle_damping_ratio = S(0.6);
+    spec.scaling = scaling;
+    const SensorParameters<S> p = tuned_for(spec).parameters(30, S(0.012));
     PatchUse<S> use;
     use.count = 30;
     use.length = S(0.012);
-    use.load = wants.load;
-    use.mass = wants.mass;
-    const PatchMeaning<S> m = meaning_of(p, use, scaling);
+    use.load = spec.load;
+    use.mass = spec.mass;
+    const PatchDescription<S> m = describe(p, use, scaling);
     const double eps = 100 * static_cast<double>(Tolerance<S>::round_off());
     const auto near = [&](S a, S b) {
       CHECK(static_cast<double>(a) == test::relative(static_cast<double>(b)).epsilon(eps));
     };
-    near(m.holding_coefficient, wants.friction);
-    near(m.press, wants.press);
-    near(m.normal_damping_ratio, wants.normal_damping_ratio);
-    near(m.bristle_damping_ratio, wants.bristle_damping_ratio);
-    near(m.kinetic_release, wants.friction / S(2));
-    near(m.kinetic_drag, wants.friction);
+    near(m.holding_coefficient, spec.friction);
+    near(m.press, spec.press);
+    near(m.normal_damping_ratio, spec.normal_damping_ratio);
+    near(m.bristle_damping_ratio, spec.bristle_damping_ratio);
+    near(m.kinetic_release, spec.friction / S(2));
+    near(m.kinetic_drag, spec.friction);
     // At the limit the grip has crept by sigma_a.
-    near(m.sag(wants.friction * wants.load), wants.creep);
-    near(m.bristle_frequency * m.bristle_frequency * wants.mass, m.bristle_stiffness);
+    near(m.sag(spec.friction * spec.load), spec.creep);
+    near(m.bristle_frequency * m.bristle_frequency * spec.mass, m.bristle_stiffness);
   }
 }
 
-TEST_CASE("meaning_of: Fig. 7 in numbers") {
+TEST_CASE("describe: Fig. 7 in numbers") {
   const SensorParameters<double> p{1, 0, 5000, 0.1, 1e-3};
   PatchUse<double> use;
   use.count = 16;
   use.load = 0.5 * 9.81;
   use.mass = 0.5;
-  const PatchMeaning<double> m = meaning_of(p, use);
+  const PatchDescription<double> m = describe(p, use);
   CHECK(m.holding_coefficient == test::relative(5));
   CHECK(m.press == test::relative(0.3065625));
   CHECK(m.bristle_frequency / (2 * std::numbers::pi) == test::relative(35.2484).epsilon(1e-5));
@@ -101,20 +102,20 @@ TEST_CASE("meaning_of: Fig. 7 in numbers") {
   CHECK(m.recommended_explicit_step == test::relative(0.35 * m.largest_explicit_step));
   // Lever gamma = 1.0144 of the 10 mm box: the tabled 8.897 ms.
   use.lever = 1 + 0.5 * 6.934375e-3 * 6.934375e-3 / (0.5 / 3 * 0.010025);
-  CHECK(meaning_of(p, use).largest_explicit_step == test::relative(8.897e-3).epsilon(0.01));
+  CHECK(describe(p, use).largest_explicit_step == test::relative(8.897e-3).epsilon(0.01));
   // Overdamped bristles do not overshoot.
   SensorParameters<double> damped = p;
   damped.sliding_friction = 100;
-  CHECK(meaning_of(damped, use).sudden_coefficient == meaning_of(damped, use).holding_coefficient);
+  CHECK(describe(damped, use).sudden_coefficient == describe(damped, use).holding_coefficient);
 }
 
 TEST_CASE("tuned_for: unset mass is the heaviest that the grip holds") {
-  GripWants<double> wants;
-  wants.friction = 0.5;
-  wants.load = 19.62;
-  GripWants<double> same = wants;
+  GripSpec<double> spec;
+  spec.friction = 0.5;
+  spec.load = 19.62;
+  GripSpec<double> same = spec;
   same.mass = 1;
-  CHECK(tuned_for(wants).parameters(10, 0.01).sliding_friction ==
+  CHECK(tuned_for(spec).parameters(10, 0.01).sliding_friction ==
         test::relative(tuned_for(same).parameters(10, 0.01).sliding_friction));
 }
 
@@ -126,28 +127,30 @@ TEST_CASE("tuned_for: a layout counts with its number and mean length") {
   CHECK(tuning.parameters(layout).normal_damping == tuning.parameters(2, 0.02).normal_damping);
 }
 
-TEST_CASE("tuned_for and meaning_of: name what is wrong") {
-  const auto wants = [](auto change) {
+TEST_CASE("tuned_for and describe: name what is wrong") {
+  const auto field_after = [](auto change) {
     return field_of([&] {
-      GripWants<double> w;
+      GripSpec<double> w;
       change(w);
       (void)tuned_for(w);
     });
   };
-  CHECK(wants([](auto&) {}).empty());
-  CHECK(wants([](auto& w) { w.friction = 0; }) == "GripWants::friction");
-  CHECK(wants([](auto& w) { w.creep = -1; }) == "GripWants::creep");
-  CHECK(wants([](auto& w) { w.load = std::nan(""); }) == "GripWants::load");
-  CHECK(wants([](auto& w) { w.mass = -1; }) == "GripWants::mass");
-  CHECK(wants([](auto& w) { w.press = 0; }) == "GripWants::press");
-  CHECK(wants([](auto& w) { w.press = 1.5; }) == "GripWants::press");
-  CHECK(wants([](auto& w) { w.normal_damping_ratio = -1; }) == "GripWants::normal_damping_ratio");
-  CHECK(wants([](auto& w) { w.bristle_damping_ratio = -1; }) == "GripWants::bristle_damping_ratio");
+  CHECK(field_after([](auto&) {}).empty());
+  CHECK(field_after([](auto& w) { w.friction = 0; }) == "GripSpec::friction");
+  CHECK(field_after([](auto& w) { w.creep = -1; }) == "GripSpec::creep");
+  CHECK(field_after([](auto& w) { w.load = std::nan(""); }) == "GripSpec::load");
+  CHECK(field_after([](auto& w) { w.mass = -1; }) == "GripSpec::mass");
+  CHECK(field_after([](auto& w) { w.press = 0; }) == "GripSpec::press");
+  CHECK(field_after([](auto& w) { w.press = 1.5; }) == "GripSpec::press");
+  CHECK(field_after([](auto& w) { w.normal_damping_ratio = -1; }) ==
+        "GripSpec::normal_damping_ratio");
+  CHECK(field_after([](auto& w) { w.bristle_damping_ratio = -1; }) ==
+        "GripSpec::bristle_damping_ratio");
   const auto use = [](auto change) {
     return field_of([&] {
       PatchUse<double> u;
       change(u);
-      (void)meaning_of(SensorParameters<double>{1, 0, 1, 0, 1e-3}, u);
+      (void)describe(SensorParameters<double>{1, 0, 1, 0, 1e-3}, u);
     });
   };
   CHECK(use([](auto&) {}).empty());

@@ -10,6 +10,8 @@
 
 using namespace bristle;
 
+using namespace bristle::detail;
+
 namespace {
 
 template <typename S>

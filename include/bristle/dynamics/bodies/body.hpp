@@ -1,5 +1,5 @@
 /// @file
-/// Rigid bodies: what describes one, and the state the step works on.
+/// Rigid bodies: their definition, and their state in a step.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -19,25 +19,29 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
+namespace detail {
 struct BodyTag;
-/// Names a body of a world.
-using BodyId = Id<BodyTag>;
+}  // namespace detail
+/// Handle of a body of a world.
+using BodyId = detail::Id<detail::BodyTag>;
 
+namespace detail {
 struct ShapeTag;
-/// Names a shape of a world.
-using ShapeId = Id<ShapeTag>;
+}  // namespace detail
+/// Handle of a shape of a world.
+using ShapeId = detail::Id<detail::ShapeTag>;
 
-/// What makes a body move.
+/// Cause of a body's motion.
 enum class Motion {
-  /// Nothing: it stays where it is put.
+  /// Nothing: the body stays where it is put.
   fixed,
-  /// Its velocity, which the caller sets; forces do not change it.
+  /// Its own velocity. The caller sets it; forces do not change it.
   kinematic,
   /// Forces and impulses.
   dynamic
 };
 
-/// Name of it as it stands in messages ("kinematic").
+/// Name in messages ("kinematic").
 [[nodiscard]] constexpr const char* name_of(Motion motion) {
   switch (motion) {
     case Motion::fixed:
@@ -50,55 +54,57 @@ enum class Motion {
   return "dynamic";
 }
 
-/// Axes of the world along and about which a body cannot move. Whatever holds it there is not
-/// simulated: it costs nothing and never gives way.
+/// World axes along and about which a body cannot move. Whatever holds the body there is not
+/// simulated: it costs nothing and never yields.
 struct LockedAxes {
-  /// [-] Whether the centre of mass keeps its x, y, z.
+  /// [-] True for x, y, z along which the centre of mass cannot move.
   std::array<bool, 3> linear{};
-  /// [-] Whether the body cannot turn about x, y, z.
+  /// [-] True for x, y, z about which the body cannot turn.
   std::array<bool, 3> angular{};
 
+  /// Returns whether any rotation is locked.
   [[nodiscard]] bool any_angular() const { return angular[0] || angular[1] || angular[2]; }
+  /// Returns whether the body cannot move at all.
   [[nodiscard]] bool all() const {
     return linear[0] && linear[1] && linear[2] && angular[0] && angular[1] && angular[2];
   }
 };
 
-/// Describes one shape of a body to `BodyDef::shapes` or `World::add_shape`.
+/// Definition of one shape of a body, for `BodyDef::shapes` or `World::add_shape`.
 template <Scalar S>
 struct ShapeDef {
   /// [m] The shape.
   Shape<S> shape{};
   /// [m] Pose of the shape's frame in the body frame.
   Transform<S> X_BS{};
-  /// [1] Its surface.
+  /// [1] Material of its surface.
   Material<S> material{};
 };
 
-/// Describes a body to `World::add_body`.
+/// Definition of a body, for `World::add_body`.
 template <Scalar S>
 struct BodyDef {
-  /// [-] What makes it move.
+  /// [-] Cause of its motion.
   Motion motion = Motion::dynamic;
-  /// [kg] Mass, > 0; unset: volume of the shapes times `density`. Ignored unless dynamic.
+  /// [kg] Mass, > 0. Unset: volume of the shapes times `density`. Ignored unless dynamic.
   std::optional<S> mass = std::nullopt;
-  /// [kg/m^3] Density, > 0; used when the mass is unset.
+  /// [kg/m^3] Density, > 0. Used if the mass is unset.
   S density = S(1000);
-  /// [m] Centre of mass in the body frame; unset: the shapes'.
+  /// [m] Centre of mass in the body frame. Unset: that of the shapes.
   std::optional<Vec3<S>> center_of_mass = std::nullopt;
-  /// [kg m^2] Inertia about the centre of mass along the body's axes; symmetric, positive definite,
-  /// of a possible body (triangle inequality); unset: the shapes', scaled to the mass, and moved by
-  /// the parallel-axis theorem where `center_of_mass` is not the shapes' own.
+  /// [kg m^2] Inertia about the centre of mass along the body's axes. Symmetric, positive definite,
+  /// and of a possible body (triangle inequality). Unset: that of the shapes, scaled to the mass.
+  /// The parallel-axis theorem moves it if `center_of_mass` is not that of the shapes.
   std::optional<Mat3<S>> inertia = std::nullopt;
-  /// [-] Shape, its frame equal to the body frame; unset: the body touches nothing until
-  /// `World::add_shape` gives it a shape, and `mass` and `inertia` must be set if it is dynamic.
-  OptionalShape<S> shape{};
+  /// [-] Shape; its frame is the body frame. Unset: the body touches nothing until
+  /// `World::add_shape` gives it a shape. If it is dynamic, `mass` and `inertia` must then be set.
+  detail::OptionalShape<S> shape{};
   /// [1] Surface of `shape`.
   Material<S> material{};
-  /// [-] More shapes, each with a place and a surface of its own. Together with `shape` they are
-  /// the body: volumes add up, and count twice where shapes overlap.
+  /// [-] More shapes, each with its own pose and material. Together with `shape` they make up the
+  /// body. Volumes add up. They count twice where shapes overlap.
   std::vector<ShapeDef<S>> shapes{};
-  /// [-] Who may touch and sense it.
+  /// [-] Filter of the bodies and sensors that may touch and sense it.
   CollisionFilter filter{};
   /// [m] Origin of the body frame in the world.
   Vec3<S> position = Vec3<S>::Zero();
@@ -110,59 +116,71 @@ struct BodyDef {
   Vec3<S> angular_velocity = Vec3<S>::Zero();
   /// [1] Factor on the world's gravity.
   S gravity_scale = S(1);
-  /// [-] Axes along and about which it cannot move; its velocity there must be zero. Ignored unless
+  /// [-] Axes along and about which it cannot move. Its velocity there must be zero. Ignored unless
   /// dynamic.
   LockedAxes locked{};
 };
 
-/// Since when a body has been at rest, and with whom it sleeps.
+namespace detail {
+
+/// Time at rest of a body, and the bodies that it sleeps with.
 template <Scalar S>
 struct BodySleep {
   static constexpr std::uint32_t awake = 0xffffffffu;
 
-  /// [s] For how long it has been slower than `SleepDef` allows.
+  /// [s] Time for which it has been slower than `SleepDef` allows.
   S rest_time = S(0);
-  /// [-] Lowest slot among the bodies it sleeps with; `awake` while it does not.
+  /// [-] Lowest slot of the bodies that sleep with it. It is `awake` if the body is awake.
   std::uint32_t island = awake;
-  /// [-] Whether a caller changed it since the last step, so that whom it reaches is woken.
-  bool is_stirred = false;
+  /// [-] True if a caller changed it since the last step. The next step wakes bodies near it.
+  bool is_disturbed = false;
 };
 
-/// A body as the step sees it: everything about its centre of mass, axes of the body frame.
+}  // namespace detail
+
+/// State of a body in a step. It is about the centre of mass, in axes of the body frame.
 template <Scalar S>
 struct Body {
+  /// [-] Cause of its motion.
   Motion motion = Motion::fixed;
   /// [m] Centre of mass in the body frame.
   Vec3<S> center_B = Vec3<S>::Zero();
   /// [kg], [1/kg] Mass and its inverse; the inverse is zero unless dynamic.
   S mass = S(0);
   S inverse_mass = S(0);
-  /// [kg m^2], [1/(kg m^2)] Inertia along the body's axes and its inverse, zero unless dynamic.
+  /// [kg m^2], [1/(kg m^2)] Inertia along the body's axes and its inverse. Zero unless dynamic.
   Mat3<S> inertia_B = Mat3<S>::Zero();
   Mat3<S> inverse_inertia_B = Mat3<S>::Zero();
+  /// [1] Factor on the world's gravity.
   S gravity_scale = S(1);
+  /// [-] World axes along and about which it cannot move.
   LockedAxes locked{};
+  /// [-] Filter of the bodies and sensors that may touch and sense it.
   CollisionFilter filter{};
 
-  /// [m] Centre of mass in the world; [1] axes of the body.
+  /// [m], [1] Centre of mass in the world, and axes of the body.
   Transform<S> center_pose{};
   /// [m/s, rad/s] Velocity of the centre of mass and angular velocity, world axes.
   Twist<S> twist{};
-  /// [N, N m] What the caller applies during the next step, about the centre of mass.
+  /// [N, N m] Wrench that the caller applies during the next step, about the centre of mass.
   Wrench<S> applied{};
-  BodySleep<S> sleep{};
+  /// [-] Sleep state.
+  detail::BodySleep<S> sleep{};
 
+  /// Returns whether forces move it where no axis is locked.
   [[nodiscard]] bool is_dynamic() const { return motion == Motion::dynamic; }
-  /// Whether forces move it along or about any axis.
+  /// Returns whether forces move it along or about any axis.
   [[nodiscard]] bool moves() const { return is_dynamic() && !locked.all(); }
-  [[nodiscard]] bool is_asleep() const { return sleep.island != BodySleep<S>::awake; }
+  /// Returns whether it sleeps.
+  [[nodiscard]] bool is_asleep() const { return sleep.island != detail::BodySleep<S>::awake; }
 
   /// Pose of the body frame in the world.
   [[nodiscard]] Transform<S> pose() const {
     return {center_pose.rotation, center_pose.translation - center_pose.rotation * center_B};
   }
+  /// Places the body frame in the world.
   void set_pose(const Transform<S>& X_WB) { center_pose = {X_WB.rotation, X_WB * center_B}; }
-  /// [1/kg] Inverse mass along the axes of the world, zero for locked ones.
+  /// [1/kg] Inverse mass along world axes; zero along locked ones.
   [[nodiscard]] Vec3<S> inverse_mass_W() const {
     Vec3<S> result;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -170,15 +188,15 @@ struct Body {
     }
     return result;
   }
-  /// [1/(kg m^2)] Inverse inertia along world axes: that of the axes that are free, among which
-  /// alone torques turn the body.
+  /// [1/(kg m^2)] Inverse inertia along world axes. Torques turn the body about free axes only.
+  /// Entries of locked axes are zero.
   [[nodiscard]] Mat3<S> inverse_inertia_W() const {
     return inverse_inertia_W(center_pose.rotation_matrix());
   }
-  /// The same where the axes of the body are known as a matrix.
+  /// The same, with the axes R of the body as a matrix.
   [[nodiscard]] Mat3<S> inverse_inertia_W(const Mat3<S>& R) const {
-    if (!locked.any_angular() || !is_dynamic()) return rotated<S>(R, inverse_inertia_B);
-    return bristle::inverse_inertia<S>(rotated<S>(R, inertia_B), locked.angular);
+    if (!locked.any_angular() || !is_dynamic()) return detail::rotated<S>(R, inverse_inertia_B);
+    return bristle::inverse_inertia<S>(detail::rotated<S>(R, inertia_B), locked.angular);
   }
   /// [kg m^2/s] Angular momentum about the centre of mass, world axes.
   [[nodiscard]] Vec3<S> angular_momentum() const {
@@ -191,24 +209,30 @@ struct Body {
   }
 };
 
-/// Whether velocities are numbers that a step can compute with.
+namespace detail {
+
+/// Returns whether a step can compute with these velocities.
 template <Scalar S>
 [[nodiscard]] bool has_finite_square(const Twist<S>& twist) {
   return has_finite_square<S>(twist.linear) && has_finite_square<S>(twist.angular);
 }
-/// Whether a step can start from a pose: one with a finite square, and a rotation.
+/// Returns whether a step can start from a pose. Its square must be finite. Its rotation must have
+/// length 1.
 template <Scalar S>
 [[nodiscard]] bool is_pose(const Transform<S>& X) {
   return has_finite_square<S>(X.translation) && is_unit(X.rotation.coeffs());
 }
 
-/// Checks a definition and turns it into a body.
-/// @param of_shape  Unit-density mass properties of its shapes; zero mass where there is none.
+}  // namespace detail
+
+/// Checks a definition and makes a body of it.
+/// @param of_shape  Mass properties of its shapes at unit density. Zero mass if there are none.
 /// @throws InvalidArgument naming the field.
 template <Scalar S>
 [[nodiscard]] Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape);
 
-/// @throws InvalidArgument naming the field; the shape itself is checked by the backend.
+/// Checks a definition but for the shape itself, which the backend checks.
+/// @throws InvalidArgument naming the field.
 template <Scalar S>
 void validate(const ShapeDef<S>& def);
 
@@ -216,6 +240,7 @@ void validate(const ShapeDef<S>& def);
 
 namespace detail {
 
+/// Raises InvalidArgument unless a quaternion is finite and has length 1.
 template <Scalar S>
 void require_unit(std::string_view field, const Quat<S>& q) {
   using std::abs;
@@ -224,8 +249,9 @@ void require_unit(std::string_view field, const Quat<S>& q) {
           "must have length 1");
 }
 
-/// Inertia must be symmetric and every principal moment positive and at most the sum of the others:
-/// with trace t, both I and t/2 - I are then positive (semi)definite.
+/// Raises InvalidArgument unless an inertia is possible. It must be symmetric. Each principal
+/// moment must be positive. It must be at most the sum of the others. With trace t, both I and
+/// t/2 - I are then positive (semi)definite.
 template <Scalar S>
 void require_possible_inertia(const Mat3<S>& inertia) {
   require_all_finite("BodyDef::inertia", inertia);
@@ -234,7 +260,7 @@ void require_possible_inertia(const Mat3<S>& inertia) {
   require((inertia - inertia.transpose()).cwiseAbs().maxCoeff() <= Tolerance<S>::equal() * trace,
           "BodyDef::inertia", (inertia - inertia.transpose()).cwiseAbs().maxCoeff(),
           "must be symmetric");
-  // Of a trace near 1, so that determinants are as far from zero as the matrices are from singular.
+  // Scaled to a trace near 1. Determinants are then as far from zero as the matrices from singular.
   const Mat3<S> scaled = inertia / power_of_two_below(trace);
   const S scale = scaled.trace();
   const S slack = Tolerance<S>::equal() * scale;
@@ -249,8 +275,8 @@ void require_possible_inertia(const Mat3<S>& inertia) {
           "must satisfy the triangle inequality of principal moments");
 }
 
-/// Raises InvalidArgument, by the fields they follow from, unless the mass of a body and its
-/// inertia have inverses.
+/// Raises InvalidArgument unless mass and inertia of a body have inverses.
+/// @param of_mass, of_inertia  Fields that they follow from.
 template <Scalar S>
 void require_invertible(const Body<S>& body, const char* of_mass, const char* of_inertia) {
   require_positive(of_mass, body.mass);
@@ -263,7 +289,7 @@ void require_invertible(const Body<S>& body, const char* of_mass, const char* of
   }
 }
 
-/// A velocity along a locked axis would have to be taken away: better to say so.
+/// Raises InvalidArgument for a velocity along a locked axis: no step could keep it.
 template <Scalar S>
 void require_still(const LockedAxes& locked, const Twist<S>& twist) {
   for (std::size_t i = 0; i < 3; ++i) {

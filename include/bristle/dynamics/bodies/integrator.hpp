@@ -1,20 +1,21 @@
 /// @file
 /// Free velocities, and poses from velocities.
 ///
-/// The turn of a body in one step keeps angular momentum exactly and kinetic energy to round-off:
-/// the discrete Moser-Veselov equation of the free top with preprocessed inertia (Hairer and
-/// Vilmart 2006, "Preprocessed discrete Moser-Veselov algorithm for the full dynamics of a rigid
-/// body"), fourth order in the step, in parts of at most a radian where the body spins faster.
+/// The rotation of a body in one step keeps angular momentum exactly. It keeps kinetic energy to
+/// round-off. It uses the discrete Moser-Veselov equation of the free top with preprocessed inertia
+/// (Hairer and Vilmart 2006, "Preprocessed discrete Moser-Veselov algorithm for the full dynamics
+/// of a rigid body"). It is of fourth order in the step. Fast spins are split into parts of at most
+/// a radian.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <bristle/dynamics/bodies/body.hpp>
 #include <bristle/math/rotation.hpp>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Velocities of a body after the forces known at the start of the step: gravity and what the
-/// caller applies. The gyroscopic torque is not among them; `step_pose` accounts for it exactly.
+/// Velocities of a body after the forces known at the start of the step. These are gravity and the
+/// caller's wrench. The gyroscopic torque is left out: `step_pose` accounts for it exactly.
 template <Scalar S>
 [[nodiscard]] Twist<S> free_twist(const Body<S>& body, const Vec3<S>& gravity, S dt) {
   Twist<S> result = body.twist;
@@ -33,26 +34,24 @@ template <Scalar S>
 
 /// Moves a body by one step.
 ///
-/// A dynamic body keeps its angular momentum, so its angular velocity, which comes in as at the old
-/// attitude, changes as it turns.
+/// A dynamic body keeps its angular momentum. Its angular velocity is given at the old attitude. It
+/// changes as the body turns.
 /// @param motion  [m/s, rad/s] Displacement divided by the step, at the old attitude.
 template <Scalar S>
 void step_pose(Body<S>& body, const Twist<S>& motion, S dt);
 
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
-
-/// Vector part q of the quaternion of one step of the free top, in body axes: the root of
-/// q0 J q + q x J q = h y / 2 with q0 = sqrt(1 - |q|^2), by Newton. Returns false when the step
-/// turns too far for a root.
-/// @param inertia  [kg m^2] Over any unit, near which it is, as are its inverse and y.
+/// Solves one step of the free top, in body axes. The vector part q of its quaternion is found by
+/// Newton's method. It is the root of q0 J q + q x J q = h y / 2 with q0 = sqrt(1 - |q|^2). Returns
+/// false if the step turns too far for a root.
+/// @param inertia  [kg m^2] In a unit near its size. `inverse_inertia` and y use the same unit.
 /// @param y        [kg m^2/s] Body-frame angular momentum.
 template <Scalar S>
 bool solve_top_step(const Mat3<S>& inertia, const Mat3<S>& inverse_inertia, const Vec3<S>& y, S h,
                     Vec3<S>& q) {
   using std::sqrt;
-  // Preprocessing: with these modified moments the second-order map is fourth-order.
+  // Preprocessing: these modified moments make the second-order map one of fourth order.
   const S trace_inverse = inverse_inertia.trace();
   const S product = inertia.determinant();
   const S sum = inertia.trace();
@@ -81,6 +80,7 @@ bool solve_top_step(const Mat3<S>& inertia, const Mat3<S>& inverse_inertia, cons
   return true;
 }
 
+/// Returns whether an inertia is a number times the identity, to round-off.
 template <Scalar S>
 [[nodiscard]] bool is_isotropic(const Mat3<S>& inertia) {
   using std::abs;
@@ -90,15 +90,15 @@ template <Scalar S>
   return max(unequal, mixed) <= Tolerance<S>::round_off() * inertia(0, 0);
 }
 
-/// Turns a body as a free top that has the angular velocity w [rad/s, world axes] now; the body's
-/// own angular momentum stays, its angular velocity follows its attitude. The step is halved until
-/// each part turns by less than a radian, where the map has its root.
+/// Turns a body as a free top that now has the angular velocity w [rad/s, world axes]. The body's
+/// own angular momentum stays; its angular velocity follows its attitude. The step is halved until
+/// each part turns by less than a radian. The map then has its root.
 template <Scalar S>
 void turn_free_top(Body<S>& body, const Vec3<S>& w, S dt) {
   using std::sqrt;
   Quat<S>& rotation = body.center_pose.rotation;
-  // Over a power of two near the inertia, which scales out of the equation: its third power stays
-  // in range then.
+  // Divided by a power of two near the inertia, which cancels in the equation. Its third power then
+  // stays in range.
   const S scale = power_of_two_below(S(body.inertia_B.trace()));
   const S unit = S(1) / scale;
   const Mat3<S> inertia = unit * body.inertia_B;
@@ -107,7 +107,7 @@ void turn_free_top(Body<S>& body, const Vec3<S>& w, S dt) {
   const Vec3<S> own_L_W = R * (inertia * (R.transpose() * body.twist.angular));
   const Vec3<S> L_W = rotation * (inertia * (rotation.conjugate() * w));
   if (!(L_W.squaredNorm() > S(0)) && !(own_L_W.squaredNorm() > S(0))) return;
-  // The fastest that this momentum can ever turn the body, whatever its attitude becomes.
+  // The fastest rotation by this momentum, at any attitude.
   const S fastest = dt * L_W.norm() * inverse_inertia.norm();
   constexpr int most_parts = 4096;
   int parts = 1;
@@ -120,24 +120,22 @@ void turn_free_top(Body<S>& body, const Vec3<S>& w, S dt) {
       const Quat<S> turn(sqrt(S(1) - q.squaredNorm()), q.x(), q.y(), q.z());
       rotation = unit_product(rotation, turn);
     } else {
-      // Faster than the parts resolve: momentum is still kept, and energy stays between its bounds.
+      // Faster than the parts resolve. Momentum is still kept. Energy stays in its bounds.
       rotation = step_rotation<S>(rotation, rotation * (inverse_inertia * y), h);
     }
   }
   body.twist.angular = rotation * (inverse_inertia * (rotation.conjugate() * own_L_W));
 }
 
-}  // namespace detail
-
 template <Scalar S>
 void step_pose(Body<S>& body, const Twist<S>& motion, S dt) {
   Transform<S>& X = body.center_pose;
   X.translation += dt * motion.linear;
-  if (body.is_dynamic() && !body.locked.any_angular() && !detail::is_isotropic(body.inertia_B)) {
-    detail::turn_free_top(body, motion.angular, dt);
+  if (body.is_dynamic() && !body.locked.any_angular() && !is_isotropic(body.inertia_B)) {
+    turn_free_top(body, motion.angular, dt);
   } else {
     X.rotation = step_rotation(X.rotation, motion.angular, dt);
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

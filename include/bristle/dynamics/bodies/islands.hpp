@@ -1,5 +1,5 @@
 /// @file
-/// Islands: moving bodies that act on each other, directly or through others.
+/// Islands: groups of moving bodies that act on each other, directly or through others.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -10,13 +10,13 @@
 #include <cstdint>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Splits bodies and constraints into islands. Bodies that forces do not move belong to none, and
-/// do not connect what touches them.
+/// Splits bodies and constraints into islands. Bodies that forces do not move belong to no island.
+/// They do not connect the bodies that touch them.
 ///
-/// Islands come in the order of their lowest body slot, and bodies and constraints within each in
-/// ascending order: the same input gives the same islands.
+/// Islands are ordered by their lowest body slot. Bodies and constraints within each ascend. So the
+/// same input gives the same islands.
 template <Scalar S>
 class IslandBuilder {
  public:
@@ -25,7 +25,7 @@ class IslandBuilder {
                                    const Constraints<S>& constraints) {
     const std::size_t count = bodies.size();
     sets_.reset(count);
-    // The points of a manifold come one after the other: the first connects for all of them.
+    // The points of a manifold follow each other. The first one connects for all of them.
     std::uint32_t last_a = none;
     std::uint32_t last_b = none;
     const auto connect = [&](std::uint32_t a, std::uint32_t b) {
@@ -38,7 +38,7 @@ class IslandBuilder {
     for (const ConstraintBlock<S>& c : constraints.blocks) connect(c.body_a, c.body_b);
     for (const SoftBlock<S>& s : constraints.soft) connect(s.body_a, s.body_b);
 
-    // The root of an island is its lowest slot, so ascending slots meet islands in order.
+    // An island's root is its lowest slot, so ascending slots meet islands in order.
     number_.assign(count, none);
     std::uint32_t islands = 0;
     for (std::uint32_t i = 0; i < count; ++i) {
@@ -72,7 +72,7 @@ class IslandBuilder {
 
   /// Members of all islands, one island after the other.
   struct Members {
-    std::vector<std::uint32_t> items;  // And room behind them.
+    std::vector<std::uint32_t> items;  // With spare room at the end.
     std::vector<std::uint32_t> starts;
 
     [[nodiscard]] std::span<const std::uint32_t> part(std::uint32_t i) const {
@@ -80,7 +80,7 @@ class IslandBuilder {
     }
   };
 
-  /// Counting sort of items by island; items of no island are left out.
+  /// Counting sort of items by island. Items without an island are left out.
   template <typename IslandOf>
   void distribute(std::uint32_t islands, std::size_t count, Members& out, IslandOf&& island_of) {
     out.starts.assign(islands + 1, 0);
@@ -115,4 +115,4 @@ class IslandBuilder {
   std::vector<Island> islands_;
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

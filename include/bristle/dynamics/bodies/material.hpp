@@ -1,5 +1,5 @@
 /// @file
-/// Surface constants of hard contact, and how two of them combine.
+/// Surface constants of hard contact, and their combination for a pair.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -8,7 +8,7 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Surface of a shape as hard contact sees it. Sensors have their own friction.
+/// Surface of a shape in hard contact. Sensors have their own friction.
 template <Scalar S>
 struct Material {
   /// [1] Coulomb friction coefficient, >= 0. Of a pair: the geometric mean.
@@ -17,6 +17,7 @@ struct Material {
   S restitution = S(0);
 };
 
+/// Material of a pair: geometric mean of the friction, larger restitution.
 template <Scalar S>
 [[nodiscard]] Material<S> combined(const Material<S>& a, const Material<S>& b) {
   using std::max;
@@ -24,6 +25,7 @@ template <Scalar S>
   return {sqrt(a.friction * b.friction), max(a.restitution, b.restitution)};
 }
 
+/// Checks a material.
 /// @throws InvalidArgument naming the field that is out of range.
 template <Scalar S>
 void validate(const Material<S>& m) {

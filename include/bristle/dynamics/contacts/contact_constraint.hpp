@@ -1,9 +1,9 @@
 /// @file
-/// One point of contact as the solvers see it, and the exact solution of it alone.
+/// One contact point for the solvers. Its exact solution with other contacts held still.
 ///
-/// Velocities and positions are two complementarity problems with one matrix (docs/solver.md): the
-/// impulse `impulse` keeps the surfaces from approaching at the end of the step, and the share
-/// `placed` of it that acts early enough to move the bodies within the step keeps them from
+/// Velocities and positions are two complementarity problems with one matrix (docs/solver.md). The
+/// impulse `impulse` stops the approach of the surfaces at the end of the step. Its share
+/// `position_impulse` acts early enough to move the bodies within the step. It keeps them from
 /// overlapping. For a contact at rest the second is half of the first.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
@@ -16,28 +16,28 @@
 #include <cmath>
 #include <cstdint>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// [1] Share of a row's response below which nothing is left of it but round-off, once other rows
-/// hold: a thousand roundings, for what elimination adds up.
+/// [1] Share of a row's response that counts as round-off once other rows hold. It is a thousand
+/// roundings, since elimination adds them up.
 template <Scalar S>
 inline constexpr S no_mobility = S(1000) * Tolerance<S>::round_off();
 
-/// A point of contact between bodies A and B: impulses on B along the normal (from A to B) and two
-/// tangents.
+/// A contact point between bodies A and B. Its impulses act on B. They are along the normal (A to
+/// B) and two tangents.
 template <Scalar S>
 struct ContactConstraint {
   /// [-] Slots of the two bodies.
   std::uint32_t body_a = 0;
   std::uint32_t body_b = 0;
-  /// [m] From each centre of mass to the point, world axes: at the instant at which its impulse
-  /// acts (`time_contact`).
+  /// [m] From each centre of mass to the point, world axes. It is taken at the instant at which the
+  /// impulse acts (`time_contact`).
   Vec3<S> arm_a = Vec3<S>::Zero();
   Vec3<S> arm_b = Vec3<S>::Zero();
   /// [-] Number of its `CachedPoint`.
   std::uint32_t point = 0;
-  /// [m/s] Velocity along the axes that surfaces which stay together have at the end of the step,
-  /// as these arms see it: not zero, since the arms go on turning.
+  /// [m/s] Final velocity along the axes, by these arms, of surfaces that stay together. It is not
+  /// zero, since the arms go on turning.
   std::array<S, 3> bias{};
   /// [1] Normal and two tangents, world axes.
   std::array<Vec3<S>, 3> axes{Vec3<S>::Zero(), Vec3<S>::Zero(), Vec3<S>::Zero()};
@@ -46,29 +46,29 @@ struct ContactConstraint {
   S restitution = S(0);
   /// [m] Distance of the surfaces at the start of the step.
   S gap = S(0);
-  /// [m/s] Least normal velocity at the end of the step.
+  /// [m/s] Lower bound of the final normal velocity.
   S target = S(0);
-  /// [N s] Impulse along the axes.
+  /// [N s] Impulses along the axes.
   std::array<S, 3> impulse{};
-  /// [N s] What of it answers the velocities that the step started with, where that is known. They
-  /// are gone at its end: the next step needs that much less.
-  std::array<S, 3> passing{};
-  /// [N s] What of the normal impulse moves the bodies within the step, and the least it may be.
-  /// Sweeps over manifolds keep theirs to themselves.
-  S placed = S(0);
-  S least_placed = S(0);
-  /// [1] Share of the step that is left after a bounce, which is the share of its impulse that
-  /// moves the bodies; negative where nothing bounces.
-  S bounce_share = S(-1);
-  /// Whether its bodies bounce or fly apart: an overlap then closes by itself.
+  /// [N s] Part of `impulse` that only stopped the initial velocity, where known. Subtracted from
+  /// the warm start of the next step.
+  std::array<S, 3> transient_impulse{};
+  /// [N s] Position impulse, and its lower bound. It is the part of the normal impulse that moves
+  /// the bodies within the step. Sweeps over manifolds store their own.
+  S position_impulse = S(0);
+  S least_position_impulse = S(0);
+  /// [1] Share of the step that is left after a bounce. The same share of its impulse moves the
+  /// bodies. Negative without a bounce.
+  S restitution_share = S(-1);
+  /// True if its bodies bounce or fly apart. An overlap then closes by itself.
   bool parts = false;
-  /// Whether the impulse of the last step says nothing about this one: a new contact, or one that
-  /// took an impact.
+  /// True if the last step's impulse does not predict this one. The contact is then new, or took an
+  /// impact.
   bool is_fresh = true;
-  /// Whether it stops an approach in this step rather than carrying a load.
+  /// True if it stops an approach. False if it carries a load.
   bool is_impact = false;
-  /// Whether the motion of the step was found to leave its surfaces apart, so that it cannot press;
-  /// and whether they come together where it does not.
+  /// `is_open`: true if the motion of the step separates its surfaces. It then carries no load.
+  /// `is_shut`: true if it was open, but closed without its impulse.
   bool is_open = false;
   bool is_shut = false;
 
@@ -76,20 +76,21 @@ struct ContactConstraint {
   [[nodiscard]] Vec3<S> velocity(const Twist<S>& a, const Twist<S>& b) const {
     return b.at(arm_b) - a.at(arm_a);
   }
-  /// [m/s] Its normal part.
+  /// [m/s] Normal part of `velocity`.
   [[nodiscard]] S normal_velocity(const Twist<S>& a, const Twist<S>& b) const {
     return axes[0].dot(velocity(a, b));
   }
-  /// [m/s] Least speed at which the surfaces part at the end of the step.
+  /// [m/s] Lower bound of the speed at which the surfaces separate at the end of the step.
   [[nodiscard]] S parting_target() const { return target - bias[0]; }
-  /// [N s] The impulse as a vector of the world.
+  /// [N s] The impulse on B in world axes.
   [[nodiscard]] Vec3<S> impulse_W() const {
     return impulse[0] * axes[0] + impulse[1] * axes[1] + impulse[2] * axes[2];
   }
 };
 
-/// [1] How far an impulse is from the edge of its friction cone, where surfaces slide: 0 at the edge
-/// and 1 up to nine tenths of the way to it, without a jump that would make small differences large.
+/// [1] Distance of an impulse from the edge of its friction cone, where surfaces slide. It is 0 at
+/// the edge. It is 1 up to nine tenths of the way to it. It is continuous, so that small
+/// differences stay small.
 /// @param impulse  [N s] Along the normal and two tangents.
 template <Scalar S>
 [[nodiscard]] S hold_of(const std::array<S, 3>& impulse, const S& friction) {
@@ -101,7 +102,7 @@ template <Scalar S>
   return friction2 > S(0) ? min(S(1), S(10) * (S(1) - sqrt(friction2) / most)) : S(1);
 }
 
-/// Whether two contacts are between the same bodies along the same axes.
+/// Returns whether two contacts have the same bodies and axes.
 template <Scalar S>
 [[nodiscard]] bool are_of_one_manifold(const ContactConstraint<S>& c,
                                        const ContactConstraint<S>& d) {
@@ -109,18 +110,18 @@ template <Scalar S>
          c.friction == d.friction;
 }
 
-/// Response of a contact's velocities along its axes to its impulses, when only its own bodies
-/// move: a symmetric 3x3 matrix.
+/// Response of a contact's velocities along its axes to its impulses. It is a symmetric 3x3 matrix.
+/// Only the contact's own bodies move.
 template <Scalar S>
 struct ContactResponse {
   S nn = S(0), n1 = S(0), n2 = S(0), a = S(0), b = S(0), c = S(0);
   /// Largest eigenvalue of the tangential part [[a, b], [b, c]].
   S largest = S(0);
-  /// Inverse of that part's determinant, 0 where it is singular, and of `largest` and `nn`, 0 where
-  /// they are.
+  /// Inverses of that part's determinant, of `largest` and of `nn`. Each is 0 where the value is
+  /// singular or 0.
   S inverse_determinant = S(0), inverse_largest = S(0), inverse_nn = S(0);
 
-  /// Takes the entries of a symmetric matrix.
+  /// Sets the entries from a symmetric matrix.
   void set(const Mat3<S>& M) {
     nn = M(0, 0);
     n1 = M(0, 1);
@@ -129,7 +130,7 @@ struct ContactResponse {
     b = M(1, 2);
     c = M(2, 2);
   }
-  /// Prepares the solution once the entries are filled.
+  /// Computes the other fields from the entries.
   void prepare() {
     using std::sqrt;
     largest = S(0.5) * (a + c) + sqrt(S(0.25) * (a - c) * (a - c) + b * b);
@@ -140,21 +141,20 @@ struct ContactResponse {
   }
 };
 
-namespace detail {
-
-/// Impulse change that brings one velocity to its target, 0 where nothing can move.
+/// Impulse change that brings one velocity to its target. It is 0 where nothing can move.
 template <Scalar S>
 [[nodiscard]] S scalar_change(S residual, S response) {
   return response > S(0) ? -residual / response : S(0);
 }
 
-/// Friction of a contact: the exact 2x2 solution if it lies in the disk of `radius`; else one
-/// projected-gradient step of length 1 / lambda_max, whose fixed point is the point of the disk's
-/// edge that opposes the slip (Coulomb's direction, also where the 2x2 matrix is not isotropic).
-/// @tparam Response  Has what `ContactResponse` says of the tangential part.
+/// Friction of a contact. It is the exact 2x2 solution if that is in the disk of `radius`. Else it
+/// is one projected-gradient step of length 1 / lambda_max. The fixed point of that step is on the
+/// disk's edge, opposite to the slip. That is Coulomb's direction, also for a 2x2 matrix that is
+/// not isotropic.
+/// @tparam Response  Has the tangential fields of `ContactResponse`.
 template <Value T, typename Response>
-BRISTLE_INLINE void solve_friction(const Response& K, const T& v1, const T& v2, const T& radius,
-                                   T& t1, T& t2) {
+BRISTLE_FORCE_INLINE void solve_friction(const Response& K, const T& v1, const T& v2,
+                                         const T& radius, T& t1, T& t2) {
   using std::sqrt;
   const T zero = ScalarOf<T>(0);
   const T x = t1 - (K.c * v1 - K.b * v2) * K.inverse_determinant;
@@ -175,10 +175,8 @@ BRISTLE_INLINE void solve_friction(const Response& K, const T& v1, const T& v2, 
   t2 = select(sticks, y, shrink * u2);
 }
 
-}  // namespace detail
-
 /// Solves one contact with everything else held still.
-/// @param v  [m/s] Velocity at the point as it is now.
+/// @param v  [m/s] Current velocity at the point.
 /// @return [N s] Change of the impulse, along the axes.
 template <Scalar S>
 std::array<S, 3> solve_contact(ContactConstraint<S>& c, const ContactResponse<S>& K,
@@ -187,10 +185,10 @@ std::array<S, 3> solve_contact(ContactConstraint<S>& c, const ContactResponse<S>
   const S wanted = before[0] + (c.target - c.axes[0].dot(v)) * K.inverse_nn;
   c.impulse[0] = wanted > S(0) ? wanted : S(0);
   const S change = c.impulse[0] - before[0];
-  detail::solve_friction(K, c.axes[1].dot(v) - c.bias[1] + K.n1 * change,
-                         c.axes[2].dot(v) - c.bias[2] + K.n2 * change,
-                         c.friction * c.impulse[0], c.impulse[1], c.impulse[2]);
+  solve_friction(K, c.axes[1].dot(v) - c.bias[1] + K.n1 * change,
+                 c.axes[2].dot(v) - c.bias[2] + K.n2 * change, c.friction * c.impulse[0],
+                 c.impulse[1], c.impulse[2]);
   return {change, c.impulse[1] - before[1], c.impulse[2] - before[2]};
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

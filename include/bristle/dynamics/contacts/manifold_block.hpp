@@ -1,12 +1,14 @@
 /// @file
 /// Several manifolds in the lanes of registers, and their motion.
 ///
-/// A manifold sees six numbers: the velocity of b relative to a at the centre of pressure and the
-/// relative angular velocity, along its axes. With the point's lever e = r x n about the centre,
+/// A manifold has six numbers along its axes. They are the velocity of b relative to a at the
+/// centre of pressure and the relative angular velocity. With the point's lever e = r x n about the
+/// centre,
 ///     v_n = V_n + e_1 w_1 + e_2 w_2,
 /// and a unit impulse there changes V_n, w_1, w_2 by three numbers that are known beforehand. So
-/// two bodies are read once, all points and the friction are solved among these six numbers, and
-/// one force and one torque are given to the bodies, however many points there are.
+/// two bodies are read once. All points and the friction are solved among these six numbers. One
+/// force and one torque are then applied to the bodies. Their cost does not depend on the number of
+/// points.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -21,13 +23,13 @@
 #include <cstdint>
 #include <span>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Velocities of bodies, close to each other, to be read and written in lanes.
+/// Velocities of bodies. They are adjacent, and read and written in lanes.
 template <Scalar S>
 class VelocityTable {
  public:
-  /// [-] Numbers a body: six, and two that let it begin where a register is loaded at once.
+  /// [-] Numbers per body: six velocities and two of padding.
   static constexpr std::uint32_t stride = row_stride;
 
   void resize(std::size_t bodies) { numbers_.resize(std::max(numbers_.size(), stride * bodies)); }
@@ -44,15 +46,16 @@ class VelocityTable {
   }
   /// Linear and angular velocity of a body for each lane.
   /// @param at  [-] Number of the body times `stride`.
-  BRISTLE_INLINE void load(const std::uint32_t* at, Pack3<S>& linear, Pack3<S>& angular) const {
+  BRISTLE_FORCE_INLINE void load(const std::uint32_t* at, Pack3<S>& linear,
+                                 Pack3<S>& angular) const {
     Pack<S> columns[6];
     load_rows(numbers_.data(), at, columns);
     linear = {columns[0], columns[1], columns[2]};
     angular = {columns[3], columns[4], columns[5]};
   }
   /// The inverse. Lanes with the same body overwrite each other.
-  BRISTLE_INLINE void store(const std::uint32_t* at, const Pack3<S>& linear,
-                            const Pack3<S>& angular) {
+  BRISTLE_FORCE_INLINE void store(const std::uint32_t* at, const Pack3<S>& linear,
+                                  const Pack3<S>& angular) {
     const Pack<S> columns[] = {linear.x, linear.y, linear.z, angular.x, angular.y, angular.z};
     store_rows(numbers_.data(), at, columns);
   }
@@ -61,50 +64,49 @@ class VelocityTable {
   LaneVector<S> numbers_;
 };
 
-/// [-] Points of a manifold that are solved without the six numbers in between: what the impulse of
-/// one does to those after it is known beforehand, so that each waits for two multiplications and
-/// not for three.
+/// [-] Points of a manifold that are solved without the six numbers in between. The effect of one
+/// impulse on the later points is known beforehand. So each point waits for two multiplications
+/// instead of three.
 inline constexpr std::uint32_t point_group = 4;
 
-/// One point of each of the manifolds of a block. Where a manifold has fewer points nothing
-/// responds to impulses, so that there are none.
-/// @tparam n  [-] Lanes, as the file is compiled for: part of the type, as it decides its layout.
+/// One point of each manifold of a block. Where a manifold has fewer points, nothing responds to
+/// impulses. So there are none.
+/// @tparam n  [-] Lanes that the file is compiled for. It decides the layout of the type.
 template <Scalar S, std::size_t n = lanes<S>>
 struct alignas(64) ManifoldPoints {
   using Row = std::array<S, n>;
   /// Lever of a unit normal impulse about the centre of pressure, along the tangents.
   Row e1{}, e2{};
-  /// What it does to the normal velocity of the centre, and to the turn about the tangents.
+  /// Effect of that impulse on the normal velocity and the tangential rotation of the centre.
   Row linear{}, turn1{}, turn2{};
   Row response{}, inverse_response{};
-  /// What unit impulses at the points before it in its group do to its own normal velocity.
+  /// Effect of unit impulses at earlier points of its group on its own normal velocity.
   std::array<Row, point_group - 1> coupling{};
   /// Distance from the centre of pressure: the arm of torsion.
   Row radius{};
   Row target{}, impulse{};
-  /// Of the position problem: the velocity that closes the gap within the step, the share that
-  /// moves the bodies and the least of it, and what `inverse_response` is for it; 0 where bodies
-  /// part.
-  Row placing_target{}, placed{}, least_placed{}, inverse_placing{};
+  /// Position problem: velocity that closes the gap within the step, position impulse and its lower
+  /// bound, and the counterpart of `inverse_response`. The last is 0 where bodies separate.
+  Row placing_target{}, position_impulse{}, least_position_impulse{}, inverse_placing{};
 };
 
-/// What the contacts of a block's points have beside what sweeps read again and again. Fields with
-/// the names of `ContactConstraint` are its own. Where a manifold has fewer points there is no
-/// impulse, and as nothing responds there never is one; the rest is of no account.
+/// Contact data of a block's points that sweeps seldom read. Fields named as in `ContactConstraint`
+/// have the same meaning. Where a manifold has fewer points, the impulse stays zero. Other fields
+/// have no meaning there.
 template <Scalar S, std::size_t n = lanes<S>>
 struct alignas(64) ManifoldContacts {
   using Row = std::array<S, n>;
-  Row gap{}, restitution{}, bounce_share{};
-  /// [N s] Impulses along the tangents; that along the normal is `ManifoldPoints::impulse`.
+  Row gap{}, restitution{}, restitution_share{};
+  /// [N s] Impulses along the tangents. The normal impulse is `ManifoldPoints::impulse`.
   Row friction1{}, friction2{};
-  /// [N s] Impulses of all parts of the step so far, along the normal and the tangents.
+  /// [N s] Impulses along the normal and the tangents. They are sums over the substeps so far.
   std::array<Row, 3> total{};
-  /// [-] Lanes for which `is_impact` holds.
+  /// [-] Lanes with `is_impact`.
   std::uint32_t impacts = 0;
 };
 
-/// As many manifolds as a register has lanes. Unused lanes are zero and do nothing, but for the
-/// determinant: with an inverse they stick, and do not call for what sliding ones need.
+/// As many manifolds as a register has lanes. Unused lanes are zero and do nothing. Their inverse
+/// determinant is not zero. So they stick. They do not trigger the slow branch for sliding lanes.
 template <Scalar S, std::size_t n = lanes<S>>
 struct alignas(64) ManifoldBlock {
   using Row = std::array<S, n>;
@@ -117,42 +119,43 @@ struct alignas(64) ManifoldBlock {
       z[lane] = v[2];
     }
   };
-  /// What a body's velocities do with impulses: where they are read, where they are written (apart
-  /// from all others where nothing moves them), arm to the centre of pressure, inverse mass by
-  /// axis and the upper part of the inverse inertia, row by row.
+  /// Response of a body's velocities to impulses. Velocities are read from `from` and written to
+  /// `to`. These places are the same, but `to` is 0 for immovable bodies. The other fields are the
+  /// arm to the centre of pressure, the inverse mass by axis and the upper part of the inverse
+  /// inertia, by rows.
   struct Side {
     std::array<std::uint32_t, n> from{}, to{};
     Row3 arm{}, inverse_mass{};
     std::array<Row, 6> inverse_inertia{};
-    /// Whether only the first of the six counts, for all three axes.
+    /// True if only the first of the six counts. It then holds for all three axes.
     bool is_isotropic = true;
   };
 
-  /// [-] Lanes in use; places of their points, as many as the longest has.
+  /// [-] Lanes in use. Range of their points, as many as the longest manifold has.
   std::uint32_t used = 0;
   std::uint32_t first_point = 0;
   std::uint32_t points = 0;
-  /// [-] Of each lane, its contacts as they are counted in the island.
+  /// [-] Contacts of each lane, by their number in the island.
   std::array<std::uint32_t, n> first_contact{}, contacts{};
-  /// [-] Lanes of which a body moves with a mechanism.
+  /// [-] Lanes with a body that moves with a mechanism.
   std::uint32_t follow_joints = 0;
 
   Side a, b;
   /// Normal and tangents, world axes.
   Row3 normal, tangent1, tangent2;
-  /// What normal impulses do across: velocity along the tangents and spin about the normal, for
-  /// units of force along the normal and of torque about the tangents.
+  /// Effect of normal impulses on the velocity along the tangents and the spin about the normal. It
+  /// is per unit of force along the normal and of torque about the tangents.
   std::array<std::array<Row, 3>, 3> across{};
   Row friction{};
   Row radius{};  // The largest of its points.
-  /// Tangential part of the response to forces, as in `ContactResponse`, and that to torsion.
+  /// Tangential part of the response to forces, as in `ContactResponse`. Response to torsion.
   Row response_a{}, response_b{}, response_c{}, inverse_determinant{};
   Row largest_response{}, inverse_largest{};
   Row torsion_response{}, inverse_torsion_response{};
   Row friction_impulse1{}, friction_impulse2{}, torsion{};
 };
 
-/// The motion of the bodies of one block, and what impulses do to it.
+/// Motion of the bodies of one block. Effect of impulses on it.
 template <Scalar S>
 class ManifoldMotion {
  protected:
@@ -161,11 +164,11 @@ class ManifoldMotion {
   using Points = ManifoldPoints<S>;
   using Row = typename Block::Row;
 
-  /// @param points  Of all blocks.
+  /// @param points  Points of all blocks.
   ManifoldMotion(Block& block, std::span<Points> points)
       : m_(block), points_(points.subspan(block.first_point, block.points)) {}
 
-  /// Of the two bodies.
+  /// Velocities of the two bodies.
   struct Motion {
     Pack3<S> v_a, w_a, v_b, w_b;
   };
@@ -178,7 +181,7 @@ class ManifoldMotion {
   struct Load {
     T n = S(0), l1 = S(0), l2 = S(0);
 
-    BRISTLE_INLINE void add(const Points& p, const T& x) {
+    BRISTLE_FORCE_INLINE void add(const Points& p, const T& x) {
       n += x;
       l1 += x * row(p.e1);
       l2 += x * row(p.e2);
@@ -188,44 +191,46 @@ class ManifoldMotion {
   struct Friction {
     T along1 = S(0), along2 = S(0), spin = S(0);
 
-    BRISTLE_INLINE void add(const Points& p, const T& x1, const T& x2) {
+    BRISTLE_FORCE_INLINE void add(const Points& p, const T& x1, const T& x2) {
       along1 += x1;
       along2 += x2;
       spin -= row(p.e1) * x1 + row(p.e2) * x2;
     }
   };
-  [[nodiscard]] BRISTLE_INLINE static T row(const Row& r) { return T::load(r.data()); }
-  [[nodiscard]] BRISTLE_INLINE static Pack3<S> row(const typename Block::Row3& r) {
+  [[nodiscard]] BRISTLE_FORCE_INLINE static T row(const Row& r) { return T::load(r.data()); }
+  [[nodiscard]] BRISTLE_FORCE_INLINE static Pack3<S> row(const typename Block::Row3& r) {
     return Pack3<S>::load(r.x.data(), r.y.data(), r.z.data());
   }
-  [[nodiscard]] BRISTLE_INLINE static T speed(const Points& p, const Relative& v) {
+  [[nodiscard]] BRISTLE_FORCE_INLINE static T speed(const Points& p, const Relative& v) {
     return v.n + row(p.e1) * v.w1 + row(p.e2) * v.w2;
   }
-  [[nodiscard]] BRISTLE_INLINE Motion motion(const VelocityTable<S>& velocities) const {
+  [[nodiscard]] BRISTLE_FORCE_INLINE Motion motion(const VelocityTable<S>& velocities) const {
     Motion of;
     velocities.load(m_.a.from.data(), of.v_a, of.w_a);
     velocities.load(m_.b.from.data(), of.v_b, of.w_b);
     return of;
   }
-  [[nodiscard]] BRISTLE_INLINE Relative relative(const Motion& of) const {
+  [[nodiscard]] BRISTLE_FORCE_INLINE Relative relative(const Motion& of) const {
     const Pack3<S> v =
         (of.v_b - of.v_a) + (cross(of.w_b, row(m_.b.arm)) - cross(of.w_a, row(m_.a.arm)));
     const Pack3<S> w = of.w_b - of.w_a;
     const Pack3<S> n = row(m_.normal), t1 = row(m_.tangent1), t2 = row(m_.tangent2);
     return {dot(n, v), dot(t1, v), dot(t2, v), dot(n, w), dot(t1, w), dot(t2, w)};
   }
-  /// Gives b an impulse and an angular impulse at the centre, and a their opposites.
-  BRISTLE_INLINE void push(VelocityTable<S>& velocities, const Motion& before, const Load& load,
-                           const T& along1, const T& along2, const T& spin) const {
+  /// Applies an impulse and an angular impulse to b at the centre. Applies their opposites to a.
+  BRISTLE_FORCE_INLINE void apply_impulse(VelocityTable<S>& velocities, const Motion& before,
+                                          const Load& load, const T& along1, const T& along2,
+                                          const T& spin) const {
     const Pack3<S> n = row(m_.normal), t1 = row(m_.tangent1), t2 = row(m_.tangent2);
     const Pack3<S> force = load.n * n + along1 * t1 + along2 * t2;
     const Pack3<S> torque = spin * n + load.l1 * t1 + load.l2 * t2;
-    push(m_.a, velocities, before.v_a, before.w_a, -force, -torque);
-    push(m_.b, velocities, before.v_b, before.w_b, force, torque);
+    apply_impulse(m_.a, velocities, before.v_a, before.w_a, -force, -torque);
+    apply_impulse(m_.b, velocities, before.v_b, before.w_b, force, torque);
   }
-  BRISTLE_INLINE static void push(const typename Block::Side& side, VelocityTable<S>& velocities,
-                                  const Pack3<S>& v, const Pack3<S>& w, const Pack3<S>& force,
-                                  const Pack3<S>& torque) {
+  BRISTLE_FORCE_INLINE static void apply_impulse(const typename Block::Side& side,
+                                                 VelocityTable<S>& velocities, const Pack3<S>& v,
+                                                 const Pack3<S>& w, const Pack3<S>& force,
+                                                 const Pack3<S>& torque) {
     const Pack3<S> l = torque + cross(row(side.arm), force);
     const auto& I = side.inverse_inertia;
     Pack3<S> turn = row(I[0]) * l;
@@ -244,4 +249,4 @@ class ManifoldMotion {
   std::span<Points> points_;
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

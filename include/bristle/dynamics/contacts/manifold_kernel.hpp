@@ -1,5 +1,5 @@
 /// @file
-/// One turn of the sweeps: the solution of several manifolds, each with all others held still.
+/// One update of a sweep. It solves several manifolds, each with all others held still.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -11,9 +11,9 @@
 #include <type_traits>
 #include <utility>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// The turns of one block.
+/// Updates of one block.
 template <Scalar S>
 class ManifoldKernel : ManifoldMotion<S> {
   using Base = ManifoldMotion<S>;
@@ -23,47 +23,50 @@ class ManifoldKernel : ManifoldMotion<S> {
  public:
   ManifoldKernel(Block& block, std::span<Points> points) : Base(block, points) {}
 
-  /// Adds what all impulses do.
+  /// Adds the effect of all impulses.
   void apply(VelocityTable<S>& velocities) const {
     Load load;
     for (const Points& p : points_) load.add(p, row(p.impulse));
-    push(velocities, motion(velocities), load, row(m_.friction_impulse1), row(m_.friction_impulse2),
-         row(m_.torsion));
+    apply_impulse(velocities, motion(velocities), load, row(m_.friction_impulse1),
+                  row(m_.friction_impulse2), row(m_.torsion));
   }
-  /// One turn of the velocity problem.
+  /// One update of the velocity problem.
   /// @return [m/s] Largest velocity change.
-  BRISTLE_INLINE T solve(VelocityTable<S>& velocities);
-  /// One turn of the position problem.
-  BRISTLE_INLINE T place(VelocityTable<S>& displacements);
+  BRISTLE_FORCE_INLINE T solve(VelocityTable<S>& velocities);
+  /// One update of the position problem.
+  BRISTLE_FORCE_INLINE T place(VelocityTable<S>& displacements);
 
  private:
-  using Base::m_, Base::motion, Base::points_, Base::push, Base::relative, Base::row, Base::speed;
+  using Base::m_, Base::motion, Base::points_, Base::apply_impulse, Base::relative, Base::row,
+      Base::speed;
   using typename Base::Load, typename Base::Motion, typename Base::Relative, typename Base::Row;
 
-  /// What `detail::solve_friction` asks for.
+  /// Tangential response for `solve_friction`.
   struct TangentialResponse {
     T a, b, c, inverse_determinant, inverse_largest;
   };
 
-  [[nodiscard]] BRISTLE_INLINE T across(std::size_t i, const Load& load) const {
+  [[nodiscard]] BRISTLE_FORCE_INLINE T across(std::size_t i, const Load& load) const {
     return row(m_.across[i][0]) * load.n + row(m_.across[i][1]) * load.l1 +
            row(m_.across[i][2]) * load.l2;
   }
-  /// One turn of all points: impulses x go to where normal velocities are at their targets, but not
-  /// below `least(point)`.
-  /// @param v    Without what the points of this turn do.
-  /// @param use  (point, x) called for each.
+  /// One update of all points. Impulses x bring normal velocities to their targets. Each x is at
+  /// least `least(point)`.
+  /// @param v    Velocity without the effect of this update.
+  /// @param use  (point, x) called for each point.
   /// @return [m/s] Largest velocity change.
   template <typename Least, typename Use>
-  BRISTLE_INLINE T solve_points(Relative v, Load& load, Row Points::*target, Row Points::*inverse,
-                                Row Points::*x, const Least& least, const Use& use);
-  BRISTLE_INLINE void rub(const T& most, const T& most_torsion, const Relative& v);
+  BRISTLE_FORCE_INLINE T solve_points(Relative v, Load& load, Row Points::*target,
+                                      Row Points::*inverse, Row Points::*x, const Least& least,
+                                      const Use& use);
+  BRISTLE_FORCE_INLINE void solve_point_friction(const T& most, const T& most_torsion,
+                                                 const Relative& v);
 };
 
 // Implementation -----------------------------------------------------------------------------------
 
 template <Scalar S>
-BRISTLE_INLINE Pack<S> ManifoldKernel<S>::solve(VelocityTable<S>& velocities) {
+BRISTLE_FORCE_INLINE Pack<S> ManifoldKernel<S>::solve(VelocityTable<S>& velocities) {
   const Motion before_turn = motion(velocities);
   Relative v = relative(before_turn);
   Load load;
@@ -82,26 +85,27 @@ BRISTLE_INLINE Pack<S> ManifoldKernel<S>::solve(VelocityTable<S>& velocities) {
   const T before1 = row(m_.friction_impulse1);
   const T before2 = row(m_.friction_impulse2);
   const T before_torsion = row(m_.torsion);
-  rub(row(m_.friction) * sum, row(m_.friction) * moment, v);
+  solve_point_friction(row(m_.friction) * sum, row(m_.friction) * moment, v);
   const T change1 = row(m_.friction_impulse1) - before1;
   const T change2 = row(m_.friction_impulse2) - before2;
   const T twist = row(m_.torsion) - before_torsion;
   largest = max(max(abs(change1), abs(change2)) * row(m_.largest_response), largest);
   largest = max(abs(twist) * row(m_.torsion_response) * row(m_.radius), largest);
-  if (any(largest > T(S(0)))) push(velocities, before_turn, load, change1, change2, twist);
+  if (any(largest > T(S(0)))) apply_impulse(velocities, before_turn, load, change1, change2, twist);
   return largest;
 }
 
 template <Scalar S>
 template <typename Least, typename Use>
-BRISTLE_INLINE Pack<S> ManifoldKernel<S>::solve_points(Relative v, Load& load, Row Points::*target,
-                                                       Row Points::*inverse, Row Points::*x,
-                                                       const Least& least, const Use& use) {
+BRISTLE_FORCE_INLINE Pack<S> ManifoldKernel<S>::solve_points(Relative v, Load& load,
+                                                             Row Points::*target,
+                                                             Row Points::*inverse, Row Points::*x,
+                                                             const Least& least, const Use& use) {
   T largest = S(0);
   for (std::size_t first = 0; first < points_.size(); first += point_group) {
     const auto points = points_.subspan(first);
     T left[point_group], change[point_group];
-    // The numbers of points are constants, so that what belongs to each stays in registers.
+    // The numbers of points are constants. So the values of each stay in registers.
     const auto for_each_of_group = [&](const auto& turn) {
       const auto unroll = [&]<std::size_t... k>(std::index_sequence<k...>) {
         ((k < points.size() ? turn(std::integral_constant<std::size_t, k>(), points[k]) : void()),
@@ -116,7 +120,7 @@ BRISTLE_INLINE Pack<S> ManifoldKernel<S>::solve_points(Relative v, Load& load, R
       };
       couple(std::make_index_sequence<k>());
       const T before = row(p.*x);
-      // In this order a velocity that is no number gives no impulse.
+      // In this order a velocity that is NaN gives no impulse.
       const T wanted = max(before + left[k] * row(p.*inverse), least(p));
       change[k] = wanted - before;
       wanted.store((p.*x).data());
@@ -134,17 +138,18 @@ BRISTLE_INLINE Pack<S> ManifoldKernel<S>::solve_points(Relative v, Load& load, R
   return largest;
 }
 
-/// Friction of a manifold: force and torsion together within an ellipsoid, whose axes are the force
-/// `most` alone and the torsion `most_torsion` alone.
+/// Friction of a manifold: force and torsion in an ellipsoid. Its axes are the force `most` alone
+/// and the torsion `most_torsion` alone.
 template <Scalar S>
-BRISTLE_INLINE void ManifoldKernel<S>::rub(const T& most, const T& most_torsion,
-                                           const Relative& v) {
+BRISTLE_FORCE_INLINE void ManifoldKernel<S>::solve_point_friction(const T& most,
+                                                                  const T& most_torsion,
+                                                                  const Relative& v) {
   const TangentialResponse K{row(m_.response_a), row(m_.response_b), row(m_.response_c),
                              row(m_.inverse_determinant), row(m_.inverse_largest)};
   const T zero = S(0);
   T x1 = row(m_.friction_impulse1);
   T x2 = row(m_.friction_impulse2);
-  detail::solve_friction(K, v.v1, v.v2, most, x1, x2);
+  solve_friction(K, v.v1, v.v2, most, x1, x2);
   const Mask<S> twists = most_torsion > zero;
   T torsion = select(twists, row(m_.torsion) - v.spin * row(m_.inverse_torsion_response), zero);
   const T turn = select(twists, torsion / most_torsion, zero);
@@ -163,16 +168,16 @@ BRISTLE_INLINE void ManifoldKernel<S>::rub(const T& most, const T& most_torsion,
 }
 
 template <Scalar S>
-BRISTLE_INLINE Pack<S> ManifoldKernel<S>::place(VelocityTable<S>& displacements) {
+BRISTLE_FORCE_INLINE Pack<S> ManifoldKernel<S>::place(VelocityTable<S>& displacements) {
   const Motion before_turn = motion(displacements);
   Load load;
   const T largest = solve_points(
       relative(before_turn), load, &Points::placing_target, &Points::inverse_placing,
-      &Points::placed, [](const Points& p) { return row(p.least_placed); },
+      &Points::position_impulse, [](const Points& p) { return row(p.least_position_impulse); },
       [](const Points&, const T&) {});
   const T zero = S(0);
-  if (any(largest > zero)) push(displacements, before_turn, load, zero, zero, zero);
+  if (any(largest > zero)) apply_impulse(displacements, before_turn, load, zero, zero, zero);
   return largest;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,15 +1,15 @@
 /// @file
-/// How a force and a torque between two bodies move them against each other, seen from a patch of
-/// contact: once for a manifold, from which the response of each of its points follows.
+/// Relative motion of two bodies at a contact patch. A force and a torque between them cause it. It
+/// is found once for a manifold. The response of each of its points follows from it.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <bristle/dynamics/solver/solver_types.hpp>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Velocity of b relative to a at a point between them, and their relative turn, along the axes of
-/// a contact, for units of force along these axes and of torque about them.
+/// Relative velocity of b and a at a point between them. Relative rotation of the bodies. Both are
+/// along the axes of a contact, per unit of force along these axes and of torque about them.
 template <Scalar S>
 struct ManifoldMobility {
   ManifoldMobility(const ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b,
@@ -19,7 +19,7 @@ struct ManifoldMobility {
     if (frame.turns_a) add(frame.inverse_inertia_a, frame.to_contact * arm_a);
     if (frame.turns_b) add(frame.inverse_inertia_b, frame.to_contact * arm_b);
   }
-  /// One body: the torques r x e_k of unit forces at the arm r, and what they do.
+  /// Adds one body. It has torques r x e_k from unit forces at the arm r.
   void add(const Mat3<S>& J, const Vec3<S>& r) {
     angular += J;
     Mat3<S> by;
@@ -36,11 +36,11 @@ struct ManifoldMobility {
   }
   /// Velocities along the axes for forces along them.
   ContactResponse<S> linear;
-  /// Turns about the axes (rows) for forces along them (columns); also, transposed, velocities
-  /// for torques.
+  /// Rotations about the axes (rows) for forces along them (columns). Its transpose gives
+  /// velocities for torques.
   Mat3<S> turn = Mat3<S>::Zero();
-  /// Turns for torques.
+  /// Rotations for torques.
   Mat3<S> angular = Mat3<S>::Zero();
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,5 +1,5 @@
 /// @file
-/// Which manifolds may be solved side by side.
+/// Order of manifolds. Some of them may be solved side by side.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -11,29 +11,30 @@
 #include <span>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// The contacts of one manifold, and the bodies between which they are.
+/// The contacts of one manifold, and its two bodies.
 struct ManifoldSpan {
-  /// [-] First contact, as it is counted in the island, and their number.
+  /// [-] First contact, by its number in the island. Number of contacts.
   std::uint32_t first = 0;
   std::uint32_t count = 0;
-  /// [-] Slots of the bodies, and whether impulses move them.
+  /// [-] Slots of the bodies; true if impulses move them.
   std::uint32_t body_a = 0;
   std::uint32_t body_b = 0;
   bool moves_a = false;
   bool moves_b = false;
 };
 
-/// Sorts manifolds into rounds. Those of a round have no body in common that moves, and whoever
-/// shares one with an earlier manifold is in a later round: so sweeps over the rounds, there or
-/// back, give what sweeps over the list would, to the last bit, however many of a round are solved
-/// at once.
+/// Sorts manifolds into rounds. Manifolds of a round have no moving body in common. One that shares
+/// a moving body with an earlier manifold is in a later round. So sweeps over the rounds, there or
+/// back, equal sweeps over the list to the last bit. The number of manifolds solved at once does
+/// not matter.
 class ManifoldOrder {
  public:
   struct Place {
     std::uint32_t round = 0;
-    /// [-] Contacts; of a round, manifolds with as many stand together, those with most first.
+    /// [-] Number of contacts. Within a round, manifolds with as many are adjacent. Those with most
+    /// come first.
     std::uint32_t count = 0;
     std::uint32_t manifold = 0;
   };
@@ -62,8 +63,8 @@ class ManifoldOrder {
   [[nodiscard]] std::span<const Place> places() const { return places_; }
 
  private:
-  /// Fills `places_`: many manifolds share a round and a number of contacts, of which there are
-  /// few.
+  /// Fills `places_`. Many manifolds share a round and a number of contacts. So counting sort is
+  /// cheap.
   void sort_by_counting(std::uint32_t rounds, std::uint32_t most) {
     const auto kind = [most](const Place& p) {
       return std::size_t(p.round) * (most + 1) + (most - p.count);
@@ -75,9 +76,9 @@ class ManifoldOrder {
     for (const Place& p : found_) places_[next_of_kind_[kind(p)]++] = p;
   }
 
-  std::vector<Place> found_, places_;  // As they come, and in order.
+  std::vector<Place> found_, places_;  // As found, and in order.
   std::vector<std::uint32_t> next_of_kind_;
   std::vector<std::uint32_t> next_round_;  // By slot; 0 between two calls.
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

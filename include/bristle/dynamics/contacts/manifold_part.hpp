@@ -1,12 +1,12 @@
 /// @file
-/// What several manifolds do between sweeps: at the start and the end of each part of a step.
+/// Work on manifolds between sweeps, at both ends of a substep.
 ///
-/// Between the first part and the last the numbers of contacts stay in the rows of their block:
-/// constraints are 240 bytes each, and visiting them in every part took a sixth of a long step.
+/// Contact data stay in the rows of their block between the first substep and the last. Constraints
+/// are 240 bytes each. Visiting them in every substep took a sixth of a long step.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/dynamics/contacts/contact_aim.hpp>
+#include <bristle/dynamics/contacts/contact_target.hpp>
 #include <bristle/dynamics/contacts/manifold_block.hpp>
 
 #include <algorithm>
@@ -15,7 +15,7 @@
 #include <cstdint>
 #include <span>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// The contacts of one block.
 template <Scalar S>
@@ -30,35 +30,36 @@ class ManifoldPart : ManifoldMotion<S> {
   ManifoldPart(Block& block, std::span<Points> points, std::span<Contacts> contacts)
       : Base(block, points), contacts_(contacts.subspan(block.first_point, block.points)) {}
 
-  /// Sets what contacts aim at (`aim_at`), and starts from the impulses that they have.
-  /// @param start, free  Velocities at the start of the part, and at its end in free motion.
-  void aim(const VelocityTable<S>& start, const VelocityTable<S>& free,
-           const SolveContext<S>& context);
+  /// Sets the velocity targets of the contacts (`target_at`). Starts from their impulses.
+  /// @param start, free  Velocities at the start of the substep. Velocities of free motion at its
+  ///               end.
+  void target(const VelocityTable<S>& start, const VelocityTable<S>& free,
+              const SolveContext<S>& context);
 
-  /// Ends the sweeps. Friction is spread over the points in proportion to their normal impulses, so
-  /// that its force and its torsion stay what they are, and all impulses are added to the totals.
+  /// Ends the sweeps. Friction is spread over the points in proportion to their normal impulses.
+  /// Its force and its torsion stay the same. All impulses are added to the totals.
   void spread_friction();
 
-  /// Sets the shares of the impulses that move the bodies (`place_of`), for sweeps of the position
-  /// problem.
-  /// @param velocities  At the end of the part; null where nothing may bounce, and none is read.
+  /// Sets the position impulses (`place_of`) for sweeps of the position problem.
+  /// @param velocities  At the end of the substep. Null if nothing may bounce.
   void start_placing(const VelocityTable<S>* velocities, const SolveContext<S>& context);
-  /// Gives bodies the displacement of bounces, whose share is not the usual one.
-  void move_by_bounces(VelocityTable<S>& displacements, Integrator integrator);
+  /// Adds the displacements of bounces. Their share is not the usual one.
+  void move_by_restitution(VelocityTable<S>& displacements, Integrator integrator);
 
-  /// Goes on to the next part: gaps follow the motion of this one, and impacts leave nothing, as
-  /// they say nothing about the load that follows.
+  /// Advances to the next substep. Gaps follow the motion of this one. Impulses of impacts are
+  /// cleared. They do not predict the load that follows.
   void move_on(const VelocityTable<S>& displacements, S dt);
 
  private:
-  using Base::m_, Base::motion, Base::points_, Base::push, Base::relative, Base::row, Base::speed;
+  using Base::m_, Base::motion, Base::points_, Base::apply_impulse, Base::relative, Base::row,
+      Base::speed;
   using typename Base::Friction, typename Base::Load, typename Base::Relative;
 
-  [[nodiscard]] BRISTLE_INLINE static Mask<S> mask(std::uint32_t set) {
+  [[nodiscard]] BRISTLE_FORCE_INLINE static Mask<S> mask(std::uint32_t set) {
     return Mask<S>::from_bits(set);
   }
-  /// Takes back the impulses of lanes.
-  BRISTLE_INLINE static void clear(const Mask<S>& lanes_to_clear, Points& p, Contacts& c) {
+  /// Clears the impulses of lanes.
+  BRISTLE_FORCE_INLINE static void clear(const Mask<S>& lanes_to_clear, Points& p, Contacts& c) {
     for (auto* impulse : {&p.impulse, &c.friction1, &c.friction2}) {
       select(lanes_to_clear, T(S(0)), row(*impulse)).store(impulse->data());
     }
@@ -70,8 +71,8 @@ class ManifoldPart : ManifoldMotion<S> {
 // Implementation -----------------------------------------------------------------------------------
 
 template <Scalar S>
-void ManifoldPart<S>::aim(const VelocityTable<S>& start, const VelocityTable<S>& free,
-                          const SolveContext<S>& context) {
+void ManifoldPart<S>::target(const VelocityTable<S>& start, const VelocityTable<S>& free,
+                             const SolveContext<S>& context) {
   const Relative v_start = relative(motion(start));
   const Relative v_free = relative(motion(free));
   const Mask<S> follow_joints = mask(m_.follow_joints);
@@ -81,14 +82,14 @@ void ManifoldPart<S>::aim(const VelocityTable<S>& start, const VelocityTable<S>&
     Points& p = points_[k];
     Contacts& c = contacts_[k];
     NormalSpeeds<T> speeds{speed(p, v_start), speed(p, v_free), zero};
-    speeds.free_motion = mean_free_motion<S>(speeds.start, speeds.free, context.integrator);
-    const ContactAim<T> aim =
-        aim_at<T>(row(c.gap), row(c.restitution), row(p.impulse), speeds, follow_joints, context);
-    aim.target.store(p.target.data());
-    aim.bounce_share.store(c.bounce_share.data());
-    c.impacts = bits(aim.is_impact);
-    // An impact says nothing about the load that follows, nor the load about the impact.
-    if (c.impacts != 0) clear(aim.is_impact, p, c);
+    speeds.free_velocity = mean_free_velocity<S>(speeds.start, speeds.free, context.integrator);
+    const ContactTarget<T> target = target_at<T>(row(c.gap), row(c.restitution), row(p.impulse),
+                                                 speeds, follow_joints, context);
+    target.target.store(p.target.data());
+    target.restitution_share.store(c.restitution_share.data());
+    c.impacts = bits(target.is_impact);
+    // An impact does not predict the load that follows. Neither does the load predict the impact.
+    if (c.impacts != 0) clear(target.is_impact, p, c);
     friction.add(p, row(c.friction1), row(c.friction2));
   }
   friction.along1.store(m_.friction_impulse1.data());
@@ -109,7 +110,7 @@ void ManifoldPart<S>::spread_friction() {
   const T per_load = select(load.n > zero, T(S(1)) / load.n, zero);
   const T e1 = load.l1 * per_load;
   const T e2 = load.l2 * per_load;
-  // The force now acts at the centre of these impulses; what it did about the former one becomes
+  // The force now acts at the centre of these impulses. Its moment about the former centre becomes
   // torsion.
   const T torsion = row(m_.torsion) + e1 * friction1 + e2 * friction2;
   T moment = zero;
@@ -121,7 +122,7 @@ void ManifoldPart<S>::spread_friction() {
     moment += row(p.impulse) * distance2;
     farthest2 = max(farthest2, distance2);
   }
-  // No point may carry more than its own friction, whatever torsion was found for others.
+  // No point may carry more than its own friction. The torsion of the others does not matter.
   const T most = row(m_.friction) / sqrt(farthest2);
   const T twist = select(moment > zero, max(min(torsion / moment, most), -most), zero);
   for (std::size_t k = 0; k < points_.size(); ++k) {
@@ -149,18 +150,19 @@ void ManifoldPart<S>::start_placing(const VelocityTable<S>* velocities,
   for (std::size_t k = 0; k < points_.size(); ++k) {
     Points& p = points_[k];
     const Contacts& c = contacts_[k];
-    const ContactAim<T> aim{row(p.target), row(c.bounce_share), mask(c.impacts)};
+    const ContactTarget<T> target{row(p.target), row(c.restitution_share), mask(c.impacts)};
     const ContactPlace<T> place =
-        place_of<T>(row(p.impulse), row(c.restitution), aim, speed(p, v), context);
+        place_of<T>(row(p.impulse), row(c.restitution), target, speed(p, v), context);
     (-row(c.gap) * per_step).store(p.placing_target.data());
-    place.placed.store(p.placed.data());
-    select(place.parts, place.placed, place.least_placed).store(p.least_placed.data());
+    place.position_impulse.store(p.position_impulse.data());
+    select(place.parts, place.position_impulse, place.least_position_impulse)
+        .store(p.least_position_impulse.data());
     select(place.parts, zero, row(p.inverse_response)).store(p.inverse_placing.data());
   }
 }
 
 template <Scalar S>
-void ManifoldPart<S>::move_by_bounces(VelocityTable<S>& displacements, Integrator integrator) {
+void ManifoldPart<S>::move_by_restitution(VelocityTable<S>& displacements, Integrator integrator) {
   const T zero = S(0);
   const T usual = usual_share<S>(integrator);
   Load load;
@@ -169,7 +171,7 @@ void ManifoldPart<S>::move_by_bounces(VelocityTable<S>& displacements, Integrato
   for (std::size_t k = 0; k < points_.size(); ++k) {
     const Points& p = points_[k];
     const Contacts& c = contacts_[k];
-    const T share = row(c.bounce_share);
+    const T share = row(c.restitution_share);
     const Mask<S> bounces = share >= zero;
     if (!any(bounces)) continue;
     has_bounced = true;
@@ -178,7 +180,8 @@ void ManifoldPart<S>::move_by_bounces(VelocityTable<S>& displacements, Integrato
     friction.add(p, more * row(c.friction1), more * row(c.friction2));
   }
   if (!has_bounced) return;
-  push(displacements, motion(displacements), load, friction.along1, friction.along2, friction.spin);
+  apply_impulse(displacements, motion(displacements), load, friction.along1, friction.along2,
+                friction.spin);
 }
 
 template <Scalar S>
@@ -192,4 +195,4 @@ void ManifoldPart<S>::move_on(const VelocityTable<S>& displacements, S dt) {
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

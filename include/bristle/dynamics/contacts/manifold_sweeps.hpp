@@ -1,11 +1,11 @@
 /// @file
 /// Sweeps over contacts by manifold: the fast path of large islands.
 ///
-/// All points of a manifold keep their own normal impulse but share one friction: two tangents at
-/// the centre of pressure and a torsion about the normal, bounded by what the normal impulses
-/// allow. What it gives up is friction that differs from point to point within one patch, which
-/// rigid bodies leave undetermined anyway. Manifolds without a moving body in common are solved
-/// side by side, in lanes (`ManifoldKernel`), with the results of one after the other.
+/// All points of a manifold keep their own normal impulse but share one friction. That is two
+/// tangents at the centre of pressure and a torsion about the normal. The normal impulses bound it.
+/// Friction that differs within one patch is given up. Rigid bodies leave it undetermined anyway.
+/// Manifolds without a common moving body are solved side by side. They are lanes
+/// (`ManifoldKernel`). The results are those of one after the other.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -22,38 +22,38 @@
 #include <span>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Scratch memory and the sweeps. One object serves many islands, one after the other.
+/// The sweeps with their scratch memory. One object serves many islands in turn.
 template <Scalar S>
 class ManifoldSweeps {
  public:
   /// Sets up an island's manifolds. Contacts of one manifold follow each other.
-  /// @param parts  [-] Parts of the step, among which the impulses of the contacts are divided.
+  /// @param parts  [-] Substeps of the step, among which the impulses of the contacts are divided.
   void start(const Island& island, const Constraints<S>& constraints,
              std::span<const SolverBody<S>> bodies, S parts);
 
-  /// Whether most contacts are new, with no impulse to start from.
+  /// Returns whether most contacts are new. New ones have no warm start.
   [[nodiscard]] bool is_cold() const { return is_cold_; }
 
-  /// Starts a part of the step, in which arms, axes and masses are those that were set up: aims the
-  /// contacts, with the impulses they have, and reads the velocities of free motion. Free motion is
-  /// the mean of the velocities at both ends (`mean_free_motion`), whatever
-  /// `SolverBody::free_motion` says.
-  void aim(std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
+  /// Starts a substep; arms, axes and masses stay those of `start`. It sets the velocity targets of
+  /// the contacts and keeps their impulses. It reads the velocities of free motion. Free motion is
+  /// the mean of the velocities at both ends (`mean_free_velocity`). It ignores
+  /// `SolverBody::free_velocity`.
+  void target(std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
     const auto start = [](const SolverBody<S>& body) -> const Twist<S>& { return body.start; };
     const auto free = [](const SolverBody<S>& body) -> const Twist<S>& { return body.free; };
     read(bodies, start, starts_);
     load(bodies, free);
-    for_each_block([&](Part part) { part.aim(starts_, velocities_, context); });
+    for_each_block([&](Part part) { part.target(starts_, velocities_, context); });
   }
 
-  /// Reads the bodies' velocities, or their displacements. All that follows works on what was read.
+  /// Reads the bodies' velocities, or their displacements. The calls that follow use them.
   template <typename Of>
   void load(std::span<const SolverBody<S>> bodies, Of&& of) {
     read(bodies, of, velocities_);
   }
-  /// Writes back those of the bodies that are moved.
+  /// Writes the velocities of movable bodies back.
   template <typename Of>
   void unload(std::span<SolverBody<S>> bodies, Of&& of) const {
     for (std::size_t k = 0; k < slots_.size(); ++k) {
@@ -62,7 +62,7 @@ class ManifoldSweeps {
     }
   }
 
-  /// Adds what all impulses do to the velocities.
+  /// Adds the effect of all impulses to the velocities.
   void apply() {
     for (Block& block : blocks_) Kernel(block, points_).apply(velocities_);
   }
@@ -72,42 +72,42 @@ class ManifoldSweeps {
     return sweep_blocks(backwards, [this](Kernel block) { return block.solve(velocities_); });
   }
 
-  /// Ends the sweeps over velocities, once nothing calls for others.
+  /// Ends the sweeps over velocities.
   void spread_friction() {
     for_each_block([](Part part) { part.spread_friction(); });
   }
 
-  /// Starts the position problem: reads the bodies' displacements, to which bounces are added. The
-  /// constraints never learn which shares of their impulses it finds: only displacements count.
+  /// Starts the position problem. Reads the bodies' displacements and adds those of bounces.
+  /// Position impulses stay in here; constraints get only displacements.
   void start_placing(std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
-    if (bounces_) load(bodies, velocity_of);
-    const VelocityTable<S>* const velocities = bounces_ ? &velocities_ : nullptr;
+    if (restitution_) load(bodies, velocity_of);
+    const VelocityTable<S>* const velocities = restitution_ ? &velocities_ : nullptr;
     for_each_block([&](Part part) { part.start_placing(velocities, context); });
     load(bodies, motion_of);
-    if (!bounces_) return;
-    for_each_block([&](Part part) { part.move_by_bounces(velocities_, context.integrator); });
+    if (!restitution_) return;
+    for_each_block([&](Part part) { part.move_by_restitution(velocities_, context.integrator); });
   }
   /// One sweep of the position problem.
   S place(bool backwards) {
     return sweep_blocks(backwards, [this](Kernel block) { return block.place(velocities_); });
   }
 
-  /// Ends a part of the step that another one follows.
+  /// Ends a substep that another one follows.
   void move_on(std::span<const SolverBody<S>> bodies, S dt) {
     load(bodies, motion_of);
     for_each_block([&](Part part) { part.move_on(velocities_, dt); });
   }
 
-  /// Forgets all impulses.
+  /// Clears all impulses.
   void forget() {
     for (Points& p : points_) p.impulse = {};
     for (Contacts& c : contacts_) c.friction1 = c.friction2 = {};
   }
 
-  /// Writes the impulses that a part starts from to the constraints.
+  /// Writes the impulses at the start of a substep to the constraints.
   void write_impulses(const Island& island, Constraints<S>& constraints) const;
-  /// Writes back what has become of the contacts: the impulses of all parts, and whether they were
-  /// impacts in the last one.
+  /// Writes the results of contacts to the constraints. These are the impulses of all substeps, and
+  /// `is_impact` of the last one.
   void write_back(const Island& island, Constraints<S>& constraints) const;
 
  private:
@@ -153,13 +153,13 @@ class ManifoldSweeps {
   ManifoldOrder order_;
   std::vector<Block> blocks_;
   std::vector<Points> points_;
-  std::vector<Contacts> contacts_;  // Of the same numbers.
+  std::vector<Contacts> contacts_;  // As many as `points_`.
 
-  // Bodies have places in the table from 1 on. What nothing moves is written to place 0.
+  // Bodies have places in the table from 1 on. Immovable bodies are written to place 0.
   std::vector<std::uint32_t> slots_;  // By place less 1.
   std::vector<std::uint32_t> place_;  // By slot; 0 where it has none.
   VelocityTable<S> velocities_, starts_;
-  bool bounces_ = false;
+  bool restitution_ = false;
   bool is_cold_ = false;
 };
 
@@ -182,7 +182,7 @@ void ManifoldSweeps<S>::start(const Island& island, const Constraints<S>& constr
       Block& block = blocks_.emplace_back();
       block.first_point = static_cast<std::uint32_t>(points_.size());
       block.inverse_determinant.fill(S(1));
-      // Its first manifold has the most.
+      // Its first manifold has the most points.
       block.points = place.count;
       points_.resize(points_.size() + place.count);
       contacts_.resize(points_.size());
@@ -196,16 +196,17 @@ template <Scalar S>
 void ManifoldSweeps<S>::find_manifolds(const Island& island, const Constraints<S>& constraints,
                                        std::span<const SolverBody<S>> bodies) {
   manifolds_.clear();
-  bounces_ = false;
+  restitution_ = false;
   std::size_t fresh = 0;
   for (std::uint32_t k = 0; k < island.contacts.size(); ++k) {
     const std::uint32_t i = island.contacts[k];
     const ContactConstraint<S>& c = constraints.contacts[i];
-    bounces_ = bounces_ || c.restitution > S(0);
+    restitution_ = restitution_ || c.restitution > S(0);
     fresh += c.is_fresh ? 1u : 0u;
-    // What may bounce stands alone. The torsion of a manifold is bounded by where its points might
-    // press, and one that bounces on a single of them has none: its velocities would not be those
-    // of the impulses that are kept, and with nothing lost in bounces that grows without bound.
+    // A contact that may bounce is a manifold of its own. The torsion of a manifold is bounded by
+    // the distances of its points. One that bounces on a single point has no torsion. Its
+    // velocities would then not match the impulses that are kept. With lossless bounces that error
+    // grows without bound.
     const bool is_next = k > 0 && island.contacts[k - 1] + 1 == i && !(c.restitution > S(0));
     if (is_next && are_of_one_manifold(constraints.contacts[i - 1], c)) {
       ++manifolds_.back().count;
@@ -251,7 +252,7 @@ void ManifoldSweeps<S>::add_manifold(const ManifoldSpan& manifold, const Island&
   block.contacts[lane] = manifold.count;
   block.friction[lane] = one.friction;
 
-  // The centre of pressure of the last step; of points that carried nothing, their middle.
+  // The centre of pressure of the last step. It is the mean of the points if they carried no load.
   S sum = S(0);
   for (std::uint32_t k = 0; k < manifold.count; ++k) sum += contact(k).impulse[0];
   const S even = S(1) / S(manifold.count);
@@ -302,7 +303,7 @@ void ManifoldSweeps<S>::add_manifold(const ManifoldSpan& manifold, const Island&
     p.impulse[lane] = c.impulse[0] / parts;
     S e1 = S(0);
     S e2 = S(0);
-    // A single point is the centre of pressure, and has no lever about it.
+    // A single point is the centre of pressure. It has no lever about it.
     if (manifold.count > 1) {
       const Vec3<S> from_center = c.arm_a - arm_a;
       e1 = from_center.dot(one.axes[2]);
@@ -362,4 +363,4 @@ void ManifoldSweeps<S>::write_back(const Island& island, Constraints<S>& constra
       });
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,5 +1,5 @@
 /// @file
-/// The impulses of an island, set aside while another solution is tried.
+/// Copy of an island's impulses, kept while another solution is tried.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -9,7 +9,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Sets all impulses of an island to zero.
 template <Scalar S>
@@ -19,7 +19,7 @@ void clear_impulses(const Island& island, Constraints<S>& constraints) {
   for (const std::uint32_t i : island.soft) constraints.soft[i].impulse.setZero();
 }
 
-/// A copy of what a solver found. One object serves many islands, one after the other.
+/// A copy of the impulses that a solver found. One object serves many islands in turn.
 template <Scalar S>
 class SavedImpulses {
  public:
@@ -37,7 +37,7 @@ class SavedImpulses {
     }
   }
 
-  /// Puts them back into the island they are of.
+  /// Restores the impulses of the island that was saved.
   void restore(const Island& island, Constraints<S>& constraints) const {
     for (std::size_t k = 0; k < contacts_.size(); ++k) {
       constraints.contacts[island.contacts[k]].impulse = contacts_[k];
@@ -50,7 +50,7 @@ class SavedImpulses {
     }
   }
 
-  /// Goes a share of the way back to them.
+  /// Moves the impulses towards the saved ones, by a share.
   void blend(S share, const Island& island, Constraints<S>& constraints) const {
     for (std::size_t k = 0; k < contacts_.size(); ++k) {
       auto& impulse = constraints.contacts[island.contacts[k]].impulse;
@@ -70,4 +70,4 @@ class SavedImpulses {
   std::vector<Soft> soft_;
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

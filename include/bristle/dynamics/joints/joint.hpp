@@ -1,5 +1,5 @@
 /// @file
-/// Joints between two bodies: what they leave free, what acts on it, what they report.
+/// Joints between two bodies. They have free axes, limits, motors, springs and readings.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -13,58 +13,61 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
+namespace detail {
 struct JointTag;
-/// Names a joint of a world.
-using JointId = Id<JointTag>;
+}  // namespace detail
+/// Handle of a joint of a world.
+using JointId = detail::Id<detail::JointTag>;
 
-/// What a joint leaves free.
+/// Kind of a joint, by the degrees of freedom that it leaves free.
 enum class JointKind {
   /// Nothing.
   fixed,
-  /// Turning about the x axis of the joint frame.
+  /// Rotation about the x axis of the joint frame.
   revolute,
-  /// Sliding along the x axis of the joint frame.
+  /// Translation along the x axis of the joint frame.
   prismatic,
-  /// Turning about the origin of the joint frame.
+  /// Rotation about the origin of the joint frame.
   ball,
-  /// The same within a cone and a range of twist.
+  /// Rotation about the origin, within a cone and a range of twist.
   cone_twist,
-  /// Everything; springs and dampers pull the two joint frames together.
+  /// All; springs and dampers pull the two joint frames together.
   six_dof
 };
 
-/// What drives the free axis of a joint.
-enum class DriveMode {
+/// Control mode of a motor on the free axis of a joint.
+enum class MotorMode {
   /// Nothing.
   none,
-  /// The velocity target, as far as the force limit lets it.
+  /// Follows the velocity target, within the force limit.
   velocity,
-  /// The position target, at up to the speed limit and as far as the force limit lets it.
+  /// Goes to the position target. Speed and force have limits.
   position,
-  /// The position target by a spring and a damper (a PD controller), within the force limit.
+  /// Pulls to the position target by a spring and a damper (a PD controller), within the force
+  /// limit.
   spring
 };
 
-/// Drive of the free axis of a joint; without one it does nothing.
+/// Motor on the free axis of a joint. By default it does nothing.
 template <Scalar S>
-struct JointDrive {
-  /// [-] What is driven.
-  DriveMode mode = DriveMode::none;
-  /// [m/s] or [m] Velocity or position of the joint that is wanted; rad for one that turns.
+struct JointMotor {
+  /// [-] Control mode.
+  MotorMode mode = MotorMode::none;
+  /// [m/s] or [m] Velocity or position target. It is in rad/s or rad for a joint that turns.
   S target = S(0);
-  /// [N] Largest force, >= 0; [N m] torque for one that turns.
+  /// [N] Largest force, >= 0. [N m] Torque for a joint that turns.
   S max_force = S(0);
-  /// [m/s] Largest speed of a position drive, > 0; rad/s for one that turns. It goes slower where
-  /// it could not brake in time.
+  /// [m/s] Largest speed in position mode, > 0. It is in rad/s for a joint that turns. The motor is
+  /// slower where it could not brake in time.
   S max_speed = infinity<S>;
-  /// [N/m], [N s/m] Gains of a spring drive, >= 0: force per distance from the target and per
-  /// velocity, both at the end of the step, so that any gains are stable; N m/rad, N m s/rad for
-  /// one that turns.
+  /// [N/m], [N s/m] Gains in spring mode, >= 0. Force per distance from the target and per
+  /// velocity. Both are taken at the end of the step. So any gains are stable. N m/rad, N m s/rad
+  /// for a joint that turns.
   S stiffness = S(0);
   S damping = S(0);
 };
 
-/// Spring and damper on the free axis of a joint, always on. Stable for any constants and step.
+/// Passive spring and damper on the free axis of a joint. Stable for any constants and step.
 template <Scalar S>
 struct JointSpring {
   /// [N/m] Force per displacement from rest, >= 0; N m/rad for a joint that turns.
@@ -76,17 +79,17 @@ struct JointSpring {
 };
 
 /// Springs and dampers of a `six_dof` joint between its two frames, along and about the axes of A's
-/// joint frame; without force where the frames coincide.
+/// joint frame. No force acts where the frames coincide.
 template <Scalar S>
 struct JointBushing {
-  /// [N/m; N m/rad] Along x, y, z, then about x, y, z, each >= 0. Turns count as one rotation
+  /// [N/m; N m/rad] Along x, y, z, then about x, y, z, each >= 0. Rotation counts as one rotation
   /// vector.
-  Vec6<S> stiffness = Vec6<S>::Zero();
+  detail::Vec6<S> stiffness = detail::Vec6<S>::Zero();
   /// [N s/m; N m s/rad] The same per velocity.
-  Vec6<S> damping = Vec6<S>::Zero();
+  detail::Vec6<S> damping = detail::Vec6<S>::Zero();
 };
 
-/// [-] How many relative velocities a joint keeps at zero.
+/// [-] Number of relative velocities that a joint keeps at zero.
 [[nodiscard]] constexpr std::uint32_t locked_rows(JointKind kind) {
   switch (kind) {
     case JointKind::fixed:
@@ -103,121 +106,131 @@ struct JointBushing {
   return 6;
 }
 
-/// Name of a kind as it stands in messages ("cone_twist").
+/// Name of a kind in messages ("cone_twist").
 [[nodiscard]] constexpr const char* name_of(JointKind kind) {
   constexpr const char* names[] = {"fixed", "revolute",   "prismatic",
                                    "ball",  "cone_twist", "six_dof"};
   return names[static_cast<std::size_t>(kind)];
 }
 
-/// Whether a joint has one free axis, for drives and springs.
+/// Returns whether a joint has one free axis. Motors and springs need it.
 [[nodiscard]] constexpr bool has_free_axis(JointKind kind) {
   return kind == JointKind::revolute || kind == JointKind::prismatic;
 }
-/// Whether its position is an angle about the x axis of the joint frame.
+/// Returns whether its position is an angle. That is about the x axis of the joint frame.
 [[nodiscard]] constexpr bool has_angle(JointKind kind) {
   return kind == JointKind::revolute || kind == JointKind::cone_twist;
 }
 
-/// Describes a joint to `World::add_joint`.
+/// Definition of a joint, for `World::add_joint`.
 template <Scalar S>
 struct JointDef {
-  /// [-] What it leaves free.
+  /// [-] Degrees of freedom that it leaves free.
   JointKind kind = JointKind::fixed;
   /// [-] Body A. At least one of the two must be dynamic.
   BodyId body_a{};
-  /// [-] Body B, another than A.
+  /// [-] Body B, different from A.
   BodyId body_b{};
   /// [m] Pose of the joint frame in the body frame of A.
   Transform<S> X_AJ{};
   /// [m] Pose of the joint frame in the body frame of B. The position of a slide is the x
-  /// coordinate of this frame's origin in A's joint frame; that of a joint that turns is the angle
-  /// about x from A's frame to this one, whole turns counted. It starts within half a turn of zero,
-  /// or at the turn nearest to the limits where they leave that out.
-  /// Frames that do not meet when the joint is made are brought together as a position error is,
-  /// mostly within a step, however far apart they are: place the bodies first.
+  /// coordinate of this frame's origin in A's joint frame. The position of a joint that turns is
+  /// the angle about x from A's frame to this one. It counts whole turns. It starts within half a
+  /// turn of zero. If the limits exclude that, it starts at the turn nearest to them. Frames that
+  /// do not match at the start are brought together like a position error. That mostly takes one
+  /// step, however far apart they are. So place the bodies first.
   Transform<S> X_BJ{};
-  /// [m] Smallest position of the free axis; -infinity for no stop. [rad] for a joint that turns,
-  /// also below -pi; the twist about x of a `cone_twist`.
+  /// [m] Smallest position of the free axis. It is -infinity for no limit. [rad] for a joint that
+  /// turns, also below -pi. It is the twist about x for a `cone_twist`.
   S lower_limit = -infinity<S>;
-  /// [m] Largest position of the free axis; infinity for no stop. [rad] for a joint that turns.
+  /// [m] Largest position of the free axis. It is infinity for no limit. [rad] for a joint that
+  /// turns.
   S upper_limit = infinity<S>;
-  /// [rad] Largest angle between the x axes of the two frames of a `cone_twist`, > 0; no stop from
-  /// pi on.
+  /// [rad] Largest angle between the x axes of the two frames of a `cone_twist`, > 0. From pi on
+  /// there is no limit.
   S swing_limit = infinity<S>;
-  /// [-] What drives the free axis of a `revolute` or `prismatic` joint.
-  JointDrive<S> drive{};
+  /// [-] Motor on the free axis of a `revolute` or `prismatic` joint.
+  JointMotor<S> motor{};
   /// [-] Passive spring and damper on the free axis of a `revolute` or `prismatic` joint.
   JointSpring<S> spring{};
   /// [-] Springs and dampers of a `six_dof` joint.
   JointBushing<S> bushing{};
-  /// [-] Whether the two bodies still touch each other.
+  /// [-] True if the two bodies collide with each other.
   bool bodies_collide = false;
 };
 
-/// What a joint did in the last step.
+/// State of a joint at the end of a step. Its forces in the step.
 template <Scalar S>
 struct JointReading {
-  /// [m] Position of the free axis at the end of the step, 0 for a joint without one; [rad] angle
-  /// of a `revolute` and twist of a `cone_twist` joint, whole turns counted.
+  /// [m] Position of the free axis at the end of the step. It is 0 for a joint without one. [rad]
+  /// angle of a `revolute` and twist of a `cone_twist` joint, with whole turns.
   S position = S(0);
-  /// [m/s] Its velocity; rad/s for a joint that turns.
+  /// [m/s] Velocity of the free axis. It is in rad/s for a joint that turns.
   S velocity = S(0);
   /// [rad] Angle between the x axes of the two frames of a `cone_twist`.
   S swing = S(0);
-  /// [N] Force of the drive on B along the axis; [N m] torque about it.
-  S drive_force = S(0);
-  /// [N, N m] Wrench of the whole joint on B about B's joint frame's origin, world axes.
+  /// [N] Force of the motor on B along the axis. [N m] Torque about it.
+  S motor_force = S(0);
+  /// [N, N m] Wrench of the whole joint on B. It is about B's joint frame's origin, world axes.
   Wrench<S> reaction{};
-  /// [m] How far the origins of the two frames are from each other, and [rad] how far their axes are
-  /// turned, where the joint allows neither, limits apart. More than round-off is left before the
-  /// first step, where a loop cannot be closed, where a step could not close it, and where the axes
-  /// of a hinge are opposite to each other, from where no way is the shortest.
+  /// [m] Distance of the origins of the two frames. [rad] Angle between their axes. They count
+  /// where the joint allows neither. Limits do not count. More than round-off is left before the
+  /// first step. It is also left in a loop that cannot be closed, and where a step could not close
+  /// it. Opposite axes of a hinge stay so: no way back is the shortest.
   S gap = S(0);
   S tilt = S(0);
 };
+
+namespace detail {
 
 /// A joint of a world.
 template <Scalar S>
 struct Joint {
   JointDef<S> def{};
-  /// Frames about the centres of mass.
+  /// [m] Joint frames about the centres of mass.
   Transform<S> X_CmA_J{};
   Transform<S> X_CmB_J{};
-  /// [rad] Angle of a joint that has one, at the end of the last step: it tells whole turns apart.
+  /// [rad] Angle of the joint at the end of the last step. Unused by a joint without an angle. It
+  /// tells whole turns apart.
   S angle = S(0);
-  /// [N s, N m s] Impulses of the last step, for warm start: up to six locked axes, then drive,
-  /// lower and upper stop, cone.
+  /// [N s, N m s] Impulses of the last step, for the warm start. The order is up to six locked
+  /// axes, motor, lower and upper limit, cone.
   std::array<S, 10> impulses{};
-  /// [N s, N m s] The same of springs, on B about B's joint origin, world axes.
+  /// [N s, N m s] Impulse of the springs on B. It is about B's joint origin, world axes.
   Wrench<S> spring_impulse{};
-  /// [N s, N m s] All of them on B about B's joint origin, world axes of the step they acted in.
+  /// [N s, N m s] Total impulse on B about B's joint origin. It is in world axes of the step it
+  /// acted in.
   Wrench<S> total{};
-  /// [-] First of this step's blocks, and how many.
+  /// [-] First block of the joint in this step. Number of its blocks.
   std::uint32_t first_block = 0;
   std::uint32_t block_count = 0;
-  /// [-] This step's soft block, whether there is one, and whether a step is short for its spring:
-  /// not more than a radian of its oscillation.
+  /// [-] Soft block of the joint in this step. `is_sprung`: true if it has one. `is_resolved`: true
+  /// if the step is at most a radian of the oscillation of its spring.
   std::uint32_t soft_block = 0;
   bool is_sprung = false;
   bool is_resolved = false;
 };
 
-/// @throws InvalidArgument naming the field, or where a joint of this kind has nothing to drive.
+}  // namespace detail
+
+/// Checks a motor.
+/// @throws InvalidArgument naming the field. Also thrown if a joint of this kind has no axis for a
+///         motor.
 template <Scalar S>
-void validate(const JointDrive<S>& drive, JointKind kind) {
-  detail::require_finite("JointDrive::target", drive.target);
+void validate(const JointMotor<S>& motor, JointKind kind) {
+  detail::require_finite("JointMotor::target", motor.target);
   using std::isfinite;
-  // Only a bound, which may be the largest number there is.
-  detail::require(isfinite(drive.max_force) && drive.max_force >= S(0), "JointDrive::max_force",
-                  drive.max_force, "must be finite and >= 0");
-  detail::require(drive.max_speed > S(0), "JointDrive::max_speed", drive.max_speed, "must be > 0");
-  detail::require_not_negative("JointDrive::stiffness", drive.stiffness);
-  detail::require_not_negative("JointDrive::damping", drive.damping);
-  detail::require(has_free_axis(kind) || drive.mode == DriveMode::none, "JointDef::drive",
+  // A bound may be the largest number there is.
+  detail::require(isfinite(motor.max_force) && motor.max_force >= S(0), "JointMotor::max_force",
+                  motor.max_force, "must be finite and >= 0");
+  detail::require(motor.max_speed > S(0), "JointMotor::max_speed", motor.max_speed, "must be > 0");
+  detail::require_not_negative("JointMotor::stiffness", motor.stiffness);
+  detail::require_not_negative("JointMotor::damping", motor.damping);
+  detail::require(has_free_axis(kind) || motor.mode == MotorMode::none, "JointDef::drive",
                   name_of(kind), "needs a revolute or prismatic joint");
 }
 
+/// Checks a spring.
 /// @throws InvalidArgument naming the field.
 template <Scalar S>
 void validate(const JointSpring<S>& spring) {
@@ -226,6 +239,7 @@ void validate(const JointSpring<S>& spring) {
   detail::require_finite("JointSpring::rest", spring.rest);
 }
 
+/// Checks a bushing.
 /// @throws InvalidArgument naming the field.
 template <Scalar S>
 void validate(const JointBushing<S>& bushing) {
@@ -236,6 +250,7 @@ void validate(const JointBushing<S>& bushing) {
   }
 }
 
+/// Checks the definition of a joint.
 /// @throws InvalidArgument naming the field.
 template <Scalar S>
 void validate(const JointDef<S>& def) {
@@ -258,7 +273,7 @@ void validate(const JointDef<S>& def) {
   detail::require(def.swing_limit > S(0), "JointDef::swing_limit", def.swing_limit, "must be > 0");
   detail::require(kind == JointKind::cone_twist || def.swing_limit == infinity<S>,
                   "JointDef::swing_limit", def.swing_limit, "needs a cone_twist joint");
-  validate(def.drive, kind);
+  validate(def.motor, kind);
   validate(def.spring);
   detail::require(
       has_free_axis(kind) || (def.spring.stiffness == S(0) && def.spring.damping == S(0)),

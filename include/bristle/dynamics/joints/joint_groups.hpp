@@ -1,13 +1,13 @@
 /// @file
-/// Joints between the same two bodies as one: their rows span six dimensions at most.
+/// Joints between the same two bodies as one group. Their rows span six dimensions at most.
 ///
-/// With B's velocity u relative to A at a common point and its angular velocity w, all rows of n
-/// such joints are R (u, l w), 6 n by 6. Reduced to R = Q T, Q with orthonormal columns, the joints
-/// ask for T (u, l w) = Q^T b; what they ask for beyond contradicts them, and nothing can give it.
-/// The group is six rows in the matrix of the mechanism, however many joints it has, and the
-/// impulses y of these rows are spread over the joints as x = Q y, the smallest that add up to
-/// them. Bodies that forces do not move count as one: joints from a body to several of them are a
-/// group too.
+/// Let u be B's velocity relative to A at a common point, and w its angular velocity. All rows of n
+/// such joints are R (u, l w), 6 n by 6. Reduced to R = Q T, Q has orthonormal columns. The joints
+/// then require T (u, l w) = Q^T b. Requirements beyond that contradict each other and cannot be
+/// met. The group is six rows in the matrix of the mechanism. The number of its joints does not
+/// matter. The impulses y of these rows are spread over the joints as x = Q y. These are the
+/// smallest that add up to them. Bodies that forces do not move count as one. So joints from a body
+/// to several of them are a group too.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -21,52 +21,53 @@
 #include <utility>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Joints of a mechanism by the pair of bodies that they connect. Keeps its memory.
+/// Joints of a mechanism, grouped by their two bodies. Keeps its memory.
 template <Scalar S>
 class JointGroups {
  public:
-  /// @param moves  For each body, whether forces move it.
-  void build(std::span<const JointFlowJoint<S>> joints, const std::vector<bool>& moves);
+  /// @param moves  For each body, true if forces move it.
+  void build(std::span<const MechanismJoint<S>> joints, const std::vector<bool>& moves);
 
-  /// Copies joints with the bodies of those exchanged that are in a group and look at it from the
-  /// other side. Axes that are the same then turn with the same body, and stay the same to
-  /// round-off where bodies are slightly off their joints; else they would seem to hold one
-  /// direction more.
-  void orient(std::span<const JointFlowJoint<S>> joints, std::vector<JointFlowJoint<S>>& out) const;
-  /// Whether the bodies of a joint were exchanged.
+  /// Copies joints. Exchanges the bodies of those that are defined from the other side than their
+  /// group. Equal axes of a group then turn with the same body. They stay equal to round-off where
+  /// bodies are slightly off their joints. Else they would seem to hold one more direction.
+  void orient(std::span<const MechanismJoint<S>> joints, std::vector<MechanismJoint<S>>& out) const;
+  /// Returns whether the bodies of a joint were exchanged.
   [[nodiscard]] bool is_exchanged(std::size_t joint) const { return is_exchanged_[joint]; }
 
   [[nodiscard]] std::size_t size() const { return groups_.size(); }
-  /// One joint for each group, for the order of the matrix: the only one, or one of kind `fixed`.
-  [[nodiscard]] std::span<const JointFlowJoint<S>> joints() const { return merged_; }
-  /// Whether a group has more than one joint.
+  /// One joint for each group, for the order of the matrix. It is the only joint, or one of kind
+  /// `fixed`.
+  [[nodiscard]] std::span<const MechanismJoint<S>> joints() const { return merged_; }
+  /// Returns whether a group has more than one joint.
   [[nodiscard]] bool is_merged(std::size_t group) const { return groups_[group].count > 1; }
+  /// Returns whether any group has more than one joint.
   [[nodiscard]] bool has_merged() const { return groups_.size() < members_.size(); }
   /// Geometry of a group: that of its joint, or of its common point.
-  [[nodiscard]] const JointInstant<S>& at(std::size_t group) const { return groups_[group].at; }
-  /// T, row by row, for the motion (u, w) at the common point.
+  [[nodiscard]] const JointState<S>& at(std::size_t group) const { return groups_[group].at; }
+  /// T, by rows, for the motion (u, w) at the common point.
   [[nodiscard]] const Mat6<S>& triangle(std::size_t group) const { return groups_[group].triangle; }
 
-  /// Finds the geometry of all joints: the arms of a joint that is one of several meet in
-  /// one point, B's origin.
+  /// Finds the geometry of all joints. The arms of a joint in a larger group meet in one point, B's
+  /// origin.
   template <typename Nodes>
-  void place(std::span<const JointFlowJoint<S>> joints, const Nodes& nodes,
-             std::vector<JointInstant<S>>& at);
+  void place(std::span<const MechanismJoint<S>> joints, const Nodes& nodes,
+             std::vector<JointState<S>>& at);
 
-  /// Reduces groups where `place` put them.
-  void reduce(std::span<const JointFlowJoint<S>> joints, std::span<const JointInstant<S>> at);
+  /// Reduces groups at the positions that `place` set.
+  void reduce(std::span<const MechanismJoint<S>> joints, std::span<const JointState<S>> at);
 
-  /// What the six rows of a group shall give, if its joints shall give b.
-  void gather(std::size_t group, std::span<const JointFlowJoint<S>> joints,
+  /// Right-hand side of the six rows of a group, from those of its joints, b.
+  void gather(std::size_t group, std::span<const MechanismJoint<S>> joints,
               std::span<const Twist<S>> b, Vec3<S>& linear, Vec3<S>& angular);
-  /// Spreads the impulses of the six rows of a group over its joints: calls use(joint, force,
-  /// torque) with what acts on each joint's B.
+  /// Spreads the impulses of the six rows of a group over its joints. Calls use(joint, force,
+  /// torque) with the impulses on each joint's B.
   template <typename Use>
-  void spread(std::size_t group, std::span<const JointFlowJoint<S>> joints, const Vec3<S>& linear,
+  void spread(std::size_t group, std::span<const MechanismJoint<S>> joints, const Vec3<S>& linear,
               const Vec3<S>& angular, const Use& use);
-  /// The joint of a group that is not merged.
+  /// The joint of a group that has only one.
   [[nodiscard]] std::uint32_t joint(std::size_t group) const {
     return members_[groups_[group].first].joint;
   }
@@ -75,13 +76,13 @@ class JointGroups {
   struct Member {
     std::uint32_t body_a = 0, body_b = 0;  // One past the last body where forces do not move it.
     std::uint32_t joint = 0;
-    bool is_reversed = false;  // Its A is the B of the group, also once joints are oriented.
+    bool is_reversed = false;  // Its A is the B of the group; also after `orient`.
   };
   struct Group {
-    std::uint32_t first = 0, count = 0;  // Of `members_`.
+    std::uint32_t first = 0, count = 0;  // Range in `members_`.
     std::uint32_t first_row = 0, rows = 0;
-    S length = S(1);  // [m] That turns count by.
-    JointInstant<S> at{};
+    S length = S(1);  // [m] Length that weights rotation.
+    JointState<S> at{};
     Mat6<S> triangle;
     TallQr<S> qr{};
   };
@@ -90,21 +91,21 @@ class JointGroups {
   [[nodiscard]] std::span<const Row6<S>> rows_of(const Group& group) const {
     return std::span<const Row6<S>>(rows_).subspan(group.first_row, group.rows);
   }
-  void fill_rows(const Group& group, std::span<const JointFlowJoint<S>> joints,
-                 std::span<const JointInstant<S>> at);
+  void fill_rows(const Group& group, std::span<const MechanismJoint<S>> joints,
+                 std::span<const JointState<S>> at);
 
   std::vector<Member> members_;  // Sorted by their bodies.
   std::vector<Group> groups_;
-  std::vector<JointFlowJoint<S>> merged_;
+  std::vector<MechanismJoint<S>> merged_;
   std::vector<bool> is_exchanged_;  // By joint.
-  std::vector<Row6<S>> rows_;  // Of all groups that are merged.
-  std::vector<S> values_;      // Of the rows of one group.
+  std::vector<Row6<S>> rows_;       // Rows of all merged groups.
+  std::vector<S> values_;           // One value per row of a group.
 };
 
 // Implementation -----------------------------------------------------------------------------------
 
 template <Scalar S>
-void JointGroups<S>::build(std::span<const JointFlowJoint<S>> joints,
+void JointGroups<S>::build(std::span<const MechanismJoint<S>> joints,
                            const std::vector<bool>& moves) {
   const auto anchor = static_cast<std::uint32_t>(moves.size());
   members_.clear();
@@ -113,8 +114,8 @@ void JointGroups<S>::build(std::span<const JointFlowJoint<S>> joints,
     const std::uint32_t b = moves[joints[i].body_b] ? joints[i].body_b : anchor;
     members_.push_back({std::min(a, b), std::max(a, b), i, a > b});
   }
-  // Joints of a group come in their order, and groups in the order of their first joints, so that
-  // mechanisms without any are as if there were no groups.
+  // Joints of a group keep their order. Groups are ordered by their first joints. Mechanisms
+  // without merged groups are as if there were none.
   std::sort(members_.begin(), members_.end(), [](const Member& l, const Member& r) {
     if (l.body_a != r.body_a) return l.body_a < r.body_a;
     return l.body_b != r.body_b ? l.body_b < r.body_b : l.joint < r.joint;
@@ -145,7 +146,7 @@ void JointGroups<S>::build(std::span<const JointFlowJoint<S>> joints,
     for (std::uint32_t k = 0; k < group.count; ++k) {
       Member& member = members_[group.first + k];
       group.rows += static_cast<std::uint32_t>(rows_of(joints[member.joint].kind));
-      // Springs keep the sign of their position.
+      // A joint with a spring is not exchanged. Its position keeps its sign.
       if (!member.is_reversed || joints[member.joint].has_spring()) continue;
       member.is_reversed = false;
       is_exchanged_[member.joint] = true;
@@ -156,8 +157,8 @@ void JointGroups<S>::build(std::span<const JointFlowJoint<S>> joints,
 }
 
 template <Scalar S>
-void JointGroups<S>::orient(std::span<const JointFlowJoint<S>> joints,
-                            std::vector<JointFlowJoint<S>>& out) const {
+void JointGroups<S>::orient(std::span<const MechanismJoint<S>> joints,
+                            std::vector<MechanismJoint<S>>& out) const {
   out.assign(joints.begin(), joints.end());
   for (std::size_t i = 0; i < out.size(); ++i) {
     if (!is_exchanged_[i]) continue;
@@ -168,12 +169,12 @@ void JointGroups<S>::orient(std::span<const JointFlowJoint<S>> joints,
 
 template <Scalar S>
 template <typename Nodes>
-void JointGroups<S>::place(std::span<const JointFlowJoint<S>> joints, const Nodes& nodes,
-                           std::vector<JointInstant<S>>& at) {
+void JointGroups<S>::place(std::span<const MechanismJoint<S>> joints, const Nodes& nodes,
+                           std::vector<JointState<S>>& at) {
   using std::max;
   using std::sqrt;
   for (std::size_t i = 0; i < joints.size(); ++i) {
-    at[i] = joint_instant(joints[i], nodes[joints[i].body_a].now, nodes[joints[i].body_b].now);
+    at[i] = joint_state(joints[i], nodes[joints[i].body_a].now, nodes[joints[i].body_b].now);
   }
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     Group& group = groups_[g];
@@ -181,15 +182,15 @@ void JointGroups<S>::place(std::span<const JointFlowJoint<S>> joints, const Node
       group.at = at[members_[group.first].joint];
       continue;
     }
-    // As seen from A, which forces move: B may be one of several bodies that they do not.
+    // Seen from A, which forces move. B may be one of several bodies that they do not move.
     const auto& a = nodes[merged_[g].body_a];
     const auto& b = nodes[merged_[g].body_b];
     Vec3<S> sum = Vec3<S>::Zero();
     S arm2 = S(0);
     for (std::uint32_t k = 0; k < group.count; ++k) {
       const Member& member = members_[group.first + k];
-      const JointFlowJoint<S>& joint = joints[member.joint];
-      JointInstant<S>& one = at[member.joint];
+      const MechanismJoint<S>& joint = joints[member.joint];
+      JointState<S>& one = at[member.joint];
       one.arm_a = (nodes[joint.body_b].now.x - nodes[joint.body_a].now.x) + one.arm_b;
       sum += member.is_reversed ? one.arm_b : one.arm_a;
       arm2 = max(arm2, max(one.arm_a.squaredNorm(), one.arm_b.squaredNorm()));
@@ -197,7 +198,8 @@ void JointGroups<S>::place(std::span<const JointFlowJoint<S>> joints, const Node
     group.at = {};
     group.at.arm_a = sum / S(group.count);
     group.at.arm_b = group.at.arm_a - (b.now.x - a.now.x);
-    // Impulses then move the joints as much as angular impulses turn them.
+    // This length balances both kinds of impulse. Impulses move the joints as much as angular
+    // impulses turn them.
     const S gains = a.inverse_mass.sum() + b.inverse_mass.sum();
     const S turns = a.inverse_inertia.trace() + b.inverse_inertia.trace();
     const S length2 = arm2 + gains / turns;
@@ -206,12 +208,12 @@ void JointGroups<S>::place(std::span<const JointFlowJoint<S>> joints, const Node
 }
 
 template <Scalar S>
-void JointGroups<S>::fill_rows(const Group& group, std::span<const JointFlowJoint<S>> joints,
-                               std::span<const JointInstant<S>> at) {
+void JointGroups<S>::fill_rows(const Group& group, std::span<const MechanismJoint<S>> joints,
+                               std::span<const JointState<S>> at) {
   std::size_t row = group.first_row;
   for (std::uint32_t k = 0; k < group.count; ++k) {
     const Member& member = members_[group.first + k];
-    const JointInstant<S>& one = at[member.joint];
+    const JointState<S>& one = at[member.joint];
     const S sign = member.is_reversed ? S(-1) : S(1);
     const Vec3<S> r = (member.is_reversed ? one.arm_b : one.arm_a) - group.at.arm_a;
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
@@ -230,8 +232,8 @@ void JointGroups<S>::fill_rows(const Group& group, std::span<const JointFlowJoin
 }
 
 template <Scalar S>
-void JointGroups<S>::reduce(std::span<const JointFlowJoint<S>> joints,
-                            std::span<const JointInstant<S>> at) {
+void JointGroups<S>::reduce(std::span<const MechanismJoint<S>> joints,
+                            std::span<const JointState<S>> at) {
   for (Group& group : groups_) {
     if (group.count == 1) continue;
     fill_rows(group, joints, at);
@@ -246,7 +248,7 @@ void JointGroups<S>::reduce(std::span<const JointFlowJoint<S>> joints,
 }
 
 template <Scalar S>
-void JointGroups<S>::gather(std::size_t g, std::span<const JointFlowJoint<S>> joints,
+void JointGroups<S>::gather(std::size_t g, std::span<const MechanismJoint<S>> joints,
                             std::span<const Twist<S>> b, Vec3<S>& linear, Vec3<S>& angular) {
   const Group& group = groups_[g];
   values_.clear();
@@ -263,7 +265,7 @@ void JointGroups<S>::gather(std::size_t g, std::span<const JointFlowJoint<S>> jo
 
 template <Scalar S>
 template <typename Use>
-void JointGroups<S>::spread(std::size_t g, std::span<const JointFlowJoint<S>> joints,
+void JointGroups<S>::spread(std::size_t g, std::span<const MechanismJoint<S>> joints,
                             const Vec3<S>& linear, const Vec3<S>& angular, const Use& use) {
   const Group& group = groups_[g];
   values_.assign(group.rows, S(0));
@@ -277,11 +279,11 @@ void JointGroups<S>::spread(std::size_t g, std::span<const JointFlowJoint<S>> jo
     const std::uint32_t joint = members_[group.first + k].joint;
     const bool has_torque = !lets_turn(joints[joint].kind);
     const Vec3<S> force(x[0], x[1], x[2]);
-    const Vec3<S> torque = has_torque ? Vec3<S>(group.length * Vec3<S>(x[3], x[4], x[5]))
-                                      : Vec3<S>(Vec3<S>::Zero());
+    const Vec3<S> torque =
+        has_torque ? Vec3<S>(group.length * Vec3<S>(x[3], x[4], x[5])) : Vec3<S>(Vec3<S>::Zero());
     use(joint, force, torque);
     x += has_torque ? 6 : 3;
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,33 +1,33 @@
 /// @file
-/// What a joint says of the positions, velocities and accelerations of its two bodies.
+/// Equations of a joint for the positions, velocities and accelerations of its two bodies.
 ///
-/// Bodies stand at x with axes R, velocity v of the centre of mass and angular velocity w, all in
-/// the world. B's joint origin is P = x_B + r_B, A's is Q = x_A + r_A. A joint keeps c = P - Q at
-/// zero along axes d of A, all three or, where B slides, the two across the slide. Where it lets
-/// nothing turn, it keeps the turn of B's axes from A's at zero too. As r' = w x r,
+/// Bodies are at x with axes R, velocity v of the centre of mass and angular velocity w, all in the
+/// world. B's joint origin is P = x_B + r_B, A's is Q = x_A + r_A. A joint keeps c = P - Q at zero
+/// along axes d of A. These are all three or, where B slides, the two across the slide. Where it
+/// allows no rotation, it keeps the rotation of B's axes from A's at zero too. As r' = w x r,
 ///
 ///   u = (v_B + w_B x r_B) - (v_A + w_A x r_A)                                          = J v
 ///
-/// is the rate of c. Where B slides, r_A goes to P instead of Q and so slides along: its rate is
-/// P' - v_A = u + w_A x r_A. Then u is the rate of c as seen from A, since what c has beyond it,
-/// w_A x c, is what A's axes turn by: (d . c)' = d . (u + w_A x c) + (w_A x d) . c = d . u.
+/// is the rate of c. Where B slides, r_A ends at P instead of Q and so slides along. Its rate is
+/// P' - v_A = u + w_A x r_A. Then u is the rate of c as seen from A. The rest of the rate of c,
+/// w_A x c, is the rotation of A's axes. So (d . c)' = d . (u + w_A x c) + (w_A x d) . c = d . u.
 ///
-/// Once more, with (w_A x d) . u = -d . (w_A x u) and the slide of the arm giving another such
-/// term,
+/// The second derivative uses (w_A x d) . u = -d . (w_A x u). The slide of the arm gives another
+/// such term:
 ///
 ///   (d . u)' = d . [ (v_B' + w_B' x r_B) - (v_A' + w_A' x r_A)                         = J v'
 ///                    + w_B x (w_B x r_B) - w_A x (w_A x r_A) - 2 w_A x u ],            = J' v
 ///
-/// the centripetal accelerations of both arms and the Coriolis acceleration of the slide. Where all
-/// of u is kept at zero its last term is zero too; it is used there all the same, as that is the
-/// acceleration of c in the axes of A, and one formula serves all joints. w_B - w_A has no such
-/// terms where it is kept at zero altogether. Where B turns about the axis h of A it is kept at
-/// zero across h, in the axes of A again:
+/// These are the centripetal accelerations of both arms and the Coriolis acceleration of the slide.
+/// Where all of u is kept at zero, the last term is zero too. It is used there all the same. It
+/// belongs to the acceleration of c in the axes of A. One formula then serves all joints. The
+/// relative velocity w_B - w_A has no such terms where it is kept at zero altogether. Where B turns
+/// about the axis h of A, w_B - w_A is kept at zero across h. In the axes of A again:
 ///
 ///   (d . (w_B - w_A))' = d . [ w_B' - w_A' - w_A x (w_B - w_A) ].
 ///
-/// Rows are kept in world axes: three that hold mean the same in any axes, and where B slides along
-/// d, or turns about it, I - d d^T takes what is along d out of them.
+/// Rows are kept in world axes. Three locked rows mean the same in any axes. Where B slides along
+/// d, or turns about it, I - d d^T removes the part along d.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -37,14 +37,14 @@
 
 #include <cstdint>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A joint of a mechanism, between two of its bodies.
 template <Scalar S>
-struct JointFlowJoint {
-  /// [-] What it leaves free.
+struct MechanismJoint {
+  /// [-] Degrees of freedom that it leaves free.
   JointKind kind = JointKind::fixed;
-  /// [-] Numbers of its bodies.
+  /// [-] Its bodies, by index in the mechanism.
   std::uint32_t body_a = 0;
   std::uint32_t body_b = 0;
   /// [m] Joint frames about the centres of mass, along the bodies' axes.
@@ -52,15 +52,15 @@ struct JointFlowJoint {
   Transform<S> X_CmB_J{};
   /// [-] Spring and damper on its free axis, if it has one.
   JointSpring<S> spring{};
-  /// [rad] Angle at the start of the step, to within half a turn, of a hinge with a spring.
+  /// [rad] Angle at the start of the step, to within half a turn, for a hinge with a spring.
   S angle = S(0);
 
   [[nodiscard]] bool has_spring() const { return spring.stiffness > S(0) || spring.damping > S(0); }
 };
 
-/// Where a body is and how it moves at one instant.
+/// Pose and velocity of a body at one instant.
 template <Scalar S>
-struct BodyInstant {
+struct BodyState {
   /// [m] Centre of mass.
   Vec3<S> x = Vec3<S>::Zero();
   /// [1] Axes of the body.
@@ -75,19 +75,19 @@ struct BodyInstant {
 
 /// The geometry of a joint at one instant, world axes.
 template <Scalar S>
-struct JointInstant {
-  /// [m] From the centres of mass to the joint origins; that of A to B's origin where B slides, or
-  /// where other joints connect the two bodies, too.
+struct JointState {
+  /// [m] Arms from the centres of mass to the joint origins. That of A ends at B's origin where B
+  /// slides. It does so, too, where other joints connect the two bodies.
   Vec3<S> arm_a = Vec3<S>::Zero();
   Vec3<S> arm_b = Vec3<S>::Zero();
-  /// [1] Along what B slides; zero where it does not.
+  /// [1] Axis along which B slides; zero if it does not.
   Vec3<S> slide = Vec3<S>::Zero();
-  /// [1] About what B turns; zero where it does not, or about any axis.
+  /// [1] Axis about which B turns. It is zero if B does not turn, or turns about any axis.
   Vec3<S> hinge = Vec3<S>::Zero();
 };
 
-/// Whether a joint lets its bodies slide, turn about one axis, or turn about all, relative to each
-/// other.
+/// Returns whether a joint of this kind allows relative translation, rotation about one axis, or
+/// rotation about all axes.
 [[nodiscard]] constexpr bool lets_slide(JointKind kind) { return kind == JointKind::prismatic; }
 [[nodiscard]] constexpr bool lets_hinge(JointKind kind) { return kind == JointKind::revolute; }
 [[nodiscard]] constexpr bool lets_turn(JointKind kind) {
@@ -100,42 +100,43 @@ template <Scalar S>
   return u - d.dot(u) * d;
 }
 
+/// Finds the geometry of a joint from the states of its bodies.
 template <Scalar S>
-[[nodiscard]] JointInstant<S> joint_instant(const JointFlowJoint<S>& joint, const BodyInstant<S>& a,
-                                            const BodyInstant<S>& b);
+[[nodiscard]] JointState<S> joint_state(const MechanismJoint<S>& joint, const BodyState<S>& a,
+                                        const BodyState<S>& b);
 
-/// J v: the relative velocity that the joint keeps at zero. Also J times accelerations.
+/// J v: the relative velocity that the joint keeps at zero. Also used for J times accelerations.
 template <Scalar S>
-[[nodiscard]] Twist<S> held_velocity(JointKind kind, const JointInstant<S>& at, const Twist<S>& a,
-                                     const Twist<S>& b);
+[[nodiscard]] Twist<S> constraint_velocity(JointKind kind, const JointState<S>& at,
+                                           const Twist<S>& a, const Twist<S>& b);
 
 /// [m/s^2, rad/s^2] J' v.
 template <Scalar S>
-[[nodiscard]] Twist<S> held_acceleration_bias(JointKind kind, const JointInstant<S>& at,
-                                              const Twist<S>& a, const Twist<S>& b);
+[[nodiscard]] Twist<S> constraint_acceleration_bias(JointKind kind, const JointState<S>& at,
+                                                    const Twist<S>& a, const Twist<S>& b);
 
-/// [m, rad] How far the bodies are from where the joint holds them.
+/// [m, rad] Offset of the bodies from where the joint holds them.
 template <Scalar S>
-[[nodiscard]] Twist<S> held_gap(const JointFlowJoint<S>& joint, const JointInstant<S>& at,
-                                const BodyInstant<S>& a, const BodyInstant<S>& b);
+[[nodiscard]] Twist<S> constraint_error(const MechanismJoint<S>& joint, const JointState<S>& at,
+                                        const BodyState<S>& a, const BodyState<S>& b);
 
 /// [m or rad] Position along or about the free axis.
 /// @param guess  [rad] Angle of a hinge to within half a turn.
 template <Scalar S>
-[[nodiscard]] S axis_position(const JointFlowJoint<S>& joint, const JointInstant<S>& at,
-                              const BodyInstant<S>& a, const BodyInstant<S>& b, S guess);
+[[nodiscard]] S axis_position(const MechanismJoint<S>& joint, const JointState<S>& at,
+                              const BodyState<S>& a, const BodyState<S>& b, S guess);
 
-/// [m/s or rad/s] Its rate.
+/// [m/s or rad/s] Rate of `axis_position`.
 template <Scalar S>
-[[nodiscard]] S axis_rate(const JointInstant<S>& at, const Twist<S>& a, const Twist<S>& b);
+[[nodiscard]] S axis_rate(const JointState<S>& at, const Twist<S>& a, const Twist<S>& b);
 
 // Implementation -----------------------------------------------------------------------------------
 
 template <Scalar S>
-void BodyInstant<S>::set_axes(const Quat<S>& rotation) {
+void BodyState<S>::set_axes(const Quat<S>& rotation) {
   q = rotation;
-  // Divided by the squared length, which no root needs: within a Runge-Kutta step quaternions are
-  // not of length one.
+  // Divided by the squared length, which needs no root. Quaternions do not have length one within a
+  // Runge-Kutta step.
   const S k = S(2) / q.squaredNorm();
   const S x2 = k * q.x(), y2 = k * q.y(), z2 = k * q.z();
   const S wx = x2 * q.w(), wy = y2 * q.w(), wz = z2 * q.w();
@@ -153,9 +154,9 @@ void BodyInstant<S>::set_axes(const Quat<S>& rotation) {
 }
 
 template <Scalar S>
-JointInstant<S> joint_instant(const JointFlowJoint<S>& joint, const BodyInstant<S>& a,
-                              const BodyInstant<S>& b) {
-  JointInstant<S> at;
+JointState<S> joint_state(const MechanismJoint<S>& joint, const BodyState<S>& a,
+                          const BodyState<S>& b) {
+  JointState<S> at;
   at.arm_b = b.R * joint.X_CmB_J.translation;
   if (lets_slide(joint.kind)) {
     at.arm_a = (b.x - a.x) + at.arm_b;
@@ -168,8 +169,8 @@ JointInstant<S> joint_instant(const JointFlowJoint<S>& joint, const BodyInstant<
 }
 
 template <Scalar S>
-Twist<S> held_velocity(JointKind kind, const JointInstant<S>& at, const Twist<S>& a,
-                       const Twist<S>& b) {
+Twist<S> constraint_velocity(JointKind kind, const JointState<S>& at, const Twist<S>& a,
+                             const Twist<S>& b) {
   const Vec3<S> u = (b.linear - a.linear) + b.angular.cross(at.arm_b) - a.angular.cross(at.arm_a);
   if (lets_turn(kind)) return {u, Vec3<S>::Zero()};
   const Vec3<S> w = b.angular - a.angular;
@@ -177,8 +178,8 @@ Twist<S> held_velocity(JointKind kind, const JointInstant<S>& at, const Twist<S>
 }
 
 template <Scalar S>
-Twist<S> held_acceleration_bias(JointKind kind, const JointInstant<S>& at, const Twist<S>& a,
-                                const Twist<S>& b) {
+Twist<S> constraint_acceleration_bias(JointKind kind, const JointState<S>& at, const Twist<S>& a,
+                                      const Twist<S>& b) {
   const Vec3<S> turn_a = a.angular.cross(at.arm_a);
   const Vec3<S> turn_b = b.angular.cross(at.arm_b);
   const Vec3<S> u = (b.linear - a.linear) + turn_b - turn_a;
@@ -189,9 +190,9 @@ Twist<S> held_acceleration_bias(JointKind kind, const JointInstant<S>& at, const
 }
 
 template <Scalar S>
-Twist<S> held_gap(const JointFlowJoint<S>& joint, const JointInstant<S>& at,
-                  const BodyInstant<S>& a, const BodyInstant<S>& b) {
-  // Centres of mass are subtracted first, so nothing is lost far from the world's origin.
+Twist<S> constraint_error(const MechanismJoint<S>& joint, const JointState<S>& at,
+                          const BodyState<S>& a, const BodyState<S>& b) {
+  // Centres of mass are subtracted first. So no digits are lost far from the world's origin.
   const Vec3<S> c = (b.x - a.x) + (at.arm_b - a.R * joint.X_CmA_J.translation);
   if (lets_turn(joint.kind)) return {c, Vec3<S>::Zero()};
   if (lets_hinge(joint.kind)) {
@@ -203,8 +204,8 @@ Twist<S> held_gap(const JointFlowJoint<S>& joint, const JointInstant<S>& at,
 }
 
 template <Scalar S>
-S axis_position(const JointFlowJoint<S>& joint, const JointInstant<S>& at, const BodyInstant<S>& a,
-                const BodyInstant<S>& b, S guess) {
+S axis_position(const MechanismJoint<S>& joint, const JointState<S>& at, const BodyState<S>& a,
+                const BodyState<S>& b, S guess) {
   using std::atan2;
   if (lets_hinge(joint.kind)) {
     const Quat<S> turn_J =
@@ -215,9 +216,9 @@ S axis_position(const JointFlowJoint<S>& joint, const JointInstant<S>& at, const
 }
 
 template <Scalar S>
-S axis_rate(const JointInstant<S>& at, const Twist<S>& a, const Twist<S>& b) {
+S axis_rate(const JointState<S>& at, const Twist<S>& a, const Twist<S>& b) {
   // One of the two axes is zero.
   return at.slide.dot(b.at(at.arm_b) - a.at(at.arm_a)) + at.hinge.dot(b.angular - a.angular);
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,5 +1,5 @@
 /// @file
-/// Which joints of a mechanism act on each other, and in what order their matrix stays narrow.
+/// Couplings between the joints of a mechanism. Their order keeps the matrix narrow.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -10,41 +10,42 @@
 #include <span>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Two joints that share a body which forces move: an impulse in one changes the velocity in the
-/// other. Each joint is also coupled to itself, once for each of its bodies that move.
+/// Two joints that share a body which forces move. An impulse in one changes the velocity in the
+/// other. Each joint is also coupled to itself, once per body that moves.
 struct JointCoupling {
   /// [-] The shared body.
   std::uint32_t body = 0;
-  /// [-] Joints, `row` not before `column` in the order; and whether the body is their B.
+  /// [-] Joints; `row` is not before `column` in the order. The flags: true if the body is their B.
   std::uint32_t row = 0;
   std::uint32_t column = 0;
   bool is_b_of_row = false;
   bool is_b_of_column = false;
 };
 
-/// Joints numbered breadth first from the end of a chain (Cuthill and McKee 1969): neighbours get
-/// near numbers, so that the envelope of a chain is as narrow as one joint.
+/// Joints numbered breadth first from the end of a chain. The method is that of Cuthill and McKee
+/// (1969). Neighbours get near numbers. So the envelope of a chain is as narrow as one joint.
 class JointOrder {
  public:
-  /// @param moves  For each body, whether forces move it.
+  /// @param moves  For each body, true if forces move it.
   template <Scalar S>
-  void build(std::span<const JointFlowJoint<S>> joints, const std::vector<bool>& moves);
+  void build(std::span<const MechanismJoint<S>> joints, const std::vector<bool>& moves);
 
-  /// First row of three of each joint: its linear ones; its angular ones follow, if any.
+  /// First block row of each joint: its linear row. Its angular row follows, if any.
   [[nodiscard]] std::uint32_t first_row(std::size_t joint) const { return first_row_[joint]; }
-  /// For each row of three, the first column where the matrix may not be zero.
+  /// For each block row, the first column where the matrix may not be zero.
   [[nodiscard]] std::span<const std::uint32_t> envelope() const { return envelope_; }
+  /// Couplings of all joints, in the order of rows.
   [[nodiscard]] std::span<const JointCoupling> couplings() const { return couplings_; }
-  /// [-] Multiply-adds of a factorisation of the matrix within its envelope. Where that is more than
-  /// `most_work` the order is not finished: a hub with hundreds of neighbours, say.
+  /// [-] Multiply-adds of a factorisation of the matrix within its envelope. If they exceed
+  /// `most_work` the order is not finished. A hub with hundreds of neighbours does, say.
   [[nodiscard]] std::uint64_t factor_work() const { return factor_work_; }
   [[nodiscard]] bool is_too_wide() const { return factor_work_ > most_work; }
-  /// Some hundredths of a second: what is wider is left to solvers whose cost has a bound.
+  /// Some hundredths of a second. Wider matrices are left to solvers with bounded cost.
   static constexpr std::uint64_t most_work = 20'000'000;
-  /// Whether some joint closes a loop, the bodies that forces do not move counting as one. The
-  /// joints may then hold more than is free.
+  /// Returns whether some joint closes a loop. Bodies that forces do not move count as one. The
+  /// joints may then lock more than is free.
   [[nodiscard]] bool has_loop() const { return has_loop_; }
 
  private:
@@ -60,7 +61,7 @@ class JointOrder {
 
   std::vector<End> ends_;                       // At bodies that move, sorted by body.
   std::vector<std::uint32_t> first_end_;        // Of each body in `ends_`, and one past the last.
-  std::vector<std::uint32_t> body_a_, body_b_;  // Of each joint; none where it does not move.
+  std::vector<std::uint32_t> body_a_, body_b_;  // Of each joint; none if it does not move.
   std::vector<std::uint32_t> order_;            // Joints by number.
   std::vector<std::uint32_t> number_;           // Of each joint.
   std::vector<std::uint32_t> parent_;           // Of each body, towards the root of its tree.
@@ -72,14 +73,12 @@ class JointOrder {
 
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
 inline constexpr std::uint32_t no_number = 0xffffffffu;
-}
 
 template <typename Visit>
 void JointOrder::for_neighbours(std::uint32_t joint, Visit visit) const {
   for (const std::uint32_t body : {body_a_[joint], body_b_[joint]}) {
-    if (body == detail::no_number) continue;
+    if (body == no_number) continue;
     for (std::uint32_t e = first_end_[body]; e < first_end_[body + 1]; ++e) visit(ends_[e].joint);
   }
 }
@@ -90,10 +89,10 @@ inline std::uint32_t JointOrder::root(std::uint32_t body) const {
 }
 
 inline void JointOrder::number_joints(std::size_t count) {
-  number_.assign(count, detail::no_number);
+  number_.assign(count, no_number);
   order_.clear();
   const auto take = [&](std::uint32_t joint) {
-    if (number_[joint] != detail::no_number) return;
+    if (number_[joint] != no_number) return;
     number_[joint] = static_cast<std::uint32_t>(order_.size());
     order_.push_back(joint);
   };
@@ -103,11 +102,11 @@ inline void JointOrder::number_joints(std::size_t count) {
     return result;
   };
   for (std::size_t done = 0; order_.size() < count;) {
-    // From the joint with the fewest neighbours of those left: in a chain, an end.
-    std::uint32_t start = detail::no_number;
-    std::uint32_t fewest = detail::no_number;
+    // From the remaining joint with the fewest neighbours. In a chain it is an end.
+    std::uint32_t start = no_number;
+    std::uint32_t fewest = no_number;
     for (std::uint32_t joint = 0; joint < count; ++joint) {
-      if (number_[joint] != detail::no_number || degree(joint) >= fewest) continue;
+      if (number_[joint] != no_number || degree(joint) >= fewest) continue;
       start = joint;
       fewest = degree(joint);
     }
@@ -117,7 +116,7 @@ inline void JointOrder::number_joints(std::size_t count) {
 }
 
 template <Scalar S>
-void JointOrder::build(std::span<const JointFlowJoint<S>> joints, const std::vector<bool>& moves) {
+void JointOrder::build(std::span<const MechanismJoint<S>> joints, const std::vector<bool>& moves) {
   const std::uint32_t anchor = static_cast<std::uint32_t>(moves.size());
   parent_.resize(moves.size() + 1);
   for (std::uint32_t i = 0; i <= anchor; ++i) parent_[i] = i;
@@ -127,7 +126,7 @@ void JointOrder::build(std::span<const JointFlowJoint<S>> joints, const std::vec
   body_b_.clear();
   const auto add_end = [&](std::uint32_t body, std::uint32_t joint, bool is_b) {
     if (moves[body]) ends_.push_back({body, joint, is_b});
-    return moves[body] ? body : detail::no_number;
+    return moves[body] ? body : no_number;
   };
   for (std::uint32_t i = 0; i < joints.size(); ++i) {
     body_a_.push_back(add_end(joints[i].body_a, i, false));
@@ -147,7 +146,7 @@ void JointOrder::build(std::span<const JointFlowJoint<S>> joints, const std::vec
   first_row_.resize(joints.size());
   envelope_.clear();
   couplings_.clear();
-  // The joints of one body all couple: that is dense, a sixth of the cube of their number.
+  // All joints of a body couple. That part is dense. It takes a sixth of the cube of their number.
   factor_work_ = 0;
   for (std::size_t i = 0; i < moves.size(); ++i) {
     const std::uint64_t degree = first_end_[i + 1] - first_end_[i];
@@ -165,7 +164,7 @@ void JointOrder::build(std::span<const JointFlowJoint<S>> joints, const std::vec
     envelope_.push_back(first);
     if (!lets_turn(joints[joint].kind)) envelope_.push_back(first);
   }
-  // Half the square of what each row holds, in blocks of three by three.
+  // Half the square of the width of each row. Blocks are three by three.
   factor_work_ = 0;
   for (std::uint32_t row = 0; row < envelope_.size(); ++row) {
     const std::uint64_t width = row - envelope_[row];
@@ -181,4 +180,4 @@ void JointOrder::build(std::span<const JointFlowJoint<S>> joints, const std::vec
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

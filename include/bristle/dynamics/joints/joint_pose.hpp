@@ -1,10 +1,12 @@
 /// @file
-/// Where the two frames of a joint stand to each other.
+/// Relative pose of the two frames of a joint.
 ///
-/// B's frame is turned from A's by q = swing * twist: first about the common x axis, then about an
-/// axis across it. The twist is 2 atan2(q_x, q_w); with a and b the x axes of both frames its rate
-/// is (a + b) . w / (1 + a . b), w the angular velocity of B relative to A. The swing is the angle
-/// between a and b; its rate is w . (a x b) / |a x b|.
+/// B's frame is turned from A's by q = swing * twist. The twist comes first, about the common x
+/// axis. The swing follows, about an axis across it. The twist is 2 atan2(q_x, q_w). Let a and b be
+/// the x axes of both frames, and w the angular velocity of B relative to A. The rate of the twist
+/// is
+/// (a + b) . w / (1 + a . b). The swing is the angle between a and b. Its rate is
+/// w . (a x b) / |a x b|.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -15,18 +17,18 @@
 #include <array>
 #include <numbers>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Where a joint stands: its frame on A in the world and the offset of B's frame from it.
+/// Pose of a joint. It has its frame on A in the world and the offset of B's frame from it.
 template <Scalar S>
 struct JointPose {
   /// [1] Columns: axes of A's joint frame, in the world.
   Mat3<S> axes_W;
   /// [m] From each centre of mass to B's joint origin, world axes.
   Vec3<S> arm_a, arm_b;
-  /// [m] Of B's origin from A's, in A's joint frame.
+  /// [m] Offset of B's origin from A's, in A's joint frame.
   Vec3<S> offset_J;
-  /// [1] Of B's axes from A's, in A's joint frame.
+  /// [1] Rotation of B's axes from A's, in A's joint frame.
   Quat<S> turn_J;
 
   /// [1] x axis of B's joint frame, in A's.
@@ -37,30 +39,31 @@ struct JointPose {
 template <Scalar S>
 [[nodiscard]] S joint_swing(const JointPose<S>& pose);
 
+/// Finds the pose of a joint.
 /// @param X_WA, X_WB  Centres of mass in the world, with the bodies' axes.
 template <Scalar S>
 [[nodiscard]] JointPose<S> joint_pose(const Joint<S>& joint, const Transform<S>& X_WA,
                                       const Transform<S>& X_WB);
 
-/// [m or rad] Position of a joint that has one: along its slide, or its angle.
+/// [m or rad] Position of a joint along its slide, or its angle. It is 0 without either.
 /// @param guess  [rad] Angle to within half a turn.
 template <Scalar S>
 [[nodiscard]] S joint_position(JointKind kind, const JointPose<S>& pose, S guess);
 
-/// Row whose velocity is the rate of that position; neither error nor impulse.
+/// Row whose velocity is the rate of `joint_position`. Its error and impulse are zero.
 template <Scalar S>
 [[nodiscard]] ConstraintRow<S> position_row(JointKind kind, const JointPose<S>& pose);
 
-/// [m or rad] The same at the end of a step, whole turns counted by the velocities at both ends.
+/// [m or rad] Position at the end of a step. The velocities at both ends count whole turns.
 /// @param pose  At the end of the step.
 template <Scalar S>
-[[nodiscard]] S followed_position(const Joint<S>& joint, const JointPose<S>& pose,
-                                  const std::array<Twist<S>, 2>& of_a,
-                                  const std::array<Twist<S>, 2>& of_b, S dt);
+[[nodiscard]] S tracked_position(const Joint<S>& joint, const JointPose<S>& pose,
+                                 const std::array<Twist<S>, 2>& of_a,
+                                 const std::array<Twist<S>, 2>& of_b, S dt);
 
-/// Whether a joint is on the allowed side of all its stops.
+/// Returns whether a joint is within all its limits.
 template <Scalar S>
-[[nodiscard]] bool is_within_stops(const JointDef<S>& def, const JointPose<S>& pose, S position);
+[[nodiscard]] bool is_within_limits(const JointDef<S>& def, const JointPose<S>& pose, S position);
 
 // Implementation -----------------------------------------------------------------------------------
 
@@ -71,7 +74,7 @@ JointPose<S> joint_pose(const Joint<S>& joint, const Transform<S>& X_WA, const T
   const Quat<S> R_WJb = X_WB.rotation * joint.X_CmB_J.rotation;
   pose.axes_W = R_WJa.toRotationMatrix();
   pose.arm_b = X_WB.rotation * joint.X_CmB_J.translation;
-  // Centres of mass are subtracted first, so nothing is lost far from the world's origin.
+  // Centres of mass are subtracted first. So no digits are lost far from the world's origin.
   pose.arm_a = (X_WB.translation - X_WA.translation) + pose.arm_b;
   const Vec3<S> offset_W = pose.arm_a - X_WA.rotation * joint.X_CmA_J.translation;
   pose.offset_J = pose.axes_W.transpose() * offset_W;
@@ -83,7 +86,7 @@ template <Scalar S>
 S joint_swing(const JointPose<S>& pose) {
   using std::atan2;
   using std::sqrt;
-  // Unlike the length of the shortest turn it tells opposite axes from equal ones.
+  // Unlike the length of the shortest rotation, it tells opposite axes from equal ones.
   const Vec3<S> b_J = pose.axis_b_J();
   return atan2(sqrt(b_J.y() * b_J.y() + b_J.z() * b_J.z()), b_J.x());
 }
@@ -95,8 +98,6 @@ S joint_position(JointKind kind, const JointPose<S>& pose, S guess) {
   return nearest_turn(S(2) * atan2(pose.turn_J.x(), pose.turn_J.w()), guess);
 }
 
-namespace detail {
-
 /// Row along an axis of A's joint frame at B's joint origin.
 template <Scalar S>
 [[nodiscard]] ConstraintRow<S> linear_row(const JointPose<S>& pose, int axis) {
@@ -107,21 +108,19 @@ template <Scalar S>
   return row;
 }
 
-}  // namespace detail
-
 template <Scalar S>
 ConstraintRow<S> position_row(JointKind kind, const JointPose<S>& pose) {
   using std::max;
   ConstraintRow<S> row;
   switch (kind) {
     case JointKind::prismatic:
-      return detail::linear_row(pose, 0);
+      return linear_row(pose, 0);
     case JointKind::revolute:
       row.angular_a = row.angular_b = pose.axes_W.col(0);
       break;
     case JointKind::cone_twist: {
       const Vec3<S> b_J = pose.axis_b_J();
-      // Where the axes are opposite the twist has no rate: any turn may be one.
+      // Where the axes are opposite, the twist has no rate. Any rotation may then be a twist.
       const S scale = S(1) / max(S(1) + b_J.x(), Tolerance<S>::equal());
       row.angular_a = row.angular_b = pose.axes_W * (scale * (b_J + Vec3<S>::UnitX()));
       break;
@@ -135,9 +134,8 @@ ConstraintRow<S> position_row(JointKind kind, const JointPose<S>& pose) {
 }
 
 template <Scalar S>
-S followed_position(const Joint<S>& joint, const JointPose<S>& pose,
-                    const std::array<Twist<S>, 2>& of_a, const std::array<Twist<S>, 2>& of_b,
-                    S dt) {
+S tracked_position(const Joint<S>& joint, const JointPose<S>& pose,
+                   const std::array<Twist<S>, 2>& of_a, const std::array<Twist<S>, 2>& of_b, S dt) {
   const JointKind kind = joint.def.kind;
   if (!has_angle(kind)) return joint_position(kind, pose, S(0));
   const ConstraintRow<S> row = position_row(kind, pose);
@@ -146,10 +144,10 @@ S followed_position(const Joint<S>& joint, const JointPose<S>& pose,
 }
 
 template <Scalar S>
-bool is_within_stops(const JointDef<S>& def, const JointPose<S>& pose, S position) {
+bool is_within_limits(const JointDef<S>& def, const JointPose<S>& pose, S position) {
   if (position < def.lower_limit || position > def.upper_limit) return false;
   if (def.swing_limit >= S(std::numbers::pi)) return true;
   return joint_swing(pose) <= def.swing_limit;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,5 +1,5 @@
 /// @file
-/// Shortest ways back to what joints allow, in the metric of the masses.
+/// Projection of positions and velocities onto joints. It is in the metric of the masses.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -7,49 +7,49 @@
 
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Closes what velocities and positions have left across joints. Scratch memory and the algorithm;
-/// the system's matrix must have been factored at a place nearby.
+/// Closes velocities and gaps across joints. Holds the algorithm and its scratch memory. The
+/// system's matrix must have been factored at nearby positions.
 template <Scalar S>
 class JointProjection {
  public:
-  /// Whether velocities across joints are more than an integration leaves. A group may arrive like
-  /// that: set by the caller, or left by a step in which something hit it.
+  /// Returns whether velocities across joints are larger than an integration leaves. A group may
+  /// arrive like that. The caller may set them, or an impact in the last step may leave them.
   [[nodiscard]] static bool has_open_velocities(const JointSystem<S>& system);
 
-  /// Takes away what velocities have left across joints, as in an impact without rebound.
-  /// @param impulses  [N s, N m s] The impulses that do so are added, of each joint on B about B's
-  ///                  joint origin.
+  /// Removes velocities across joints, as in an impact without rebound.
+  /// @param impulses  [N s, N m s] Its impulses are added here. They are on each joint's B about
+  ///                  B's joint origin.
   void close_velocities(JointSystem<S>& system, std::span<Wrench<S>> impulses);
 
-  /// Closes gaps by displacements that leave velocities alone, by Newton. One is enough for what a
-  /// step leaves: the error after it is of the order of its square.
-  /// @return False when gaps stay open.
+  /// Closes gaps by displacements that leave velocities alone, by Newton's method. One pass is
+  /// enough after a step. The remaining error is of the order of the square of the gap.
+  /// @return False if gaps stay open.
   [[nodiscard]] bool close_gaps(JointSystem<S>& system);
 
-  /// [m] The largest gap; turns count times the system's size.
+  /// [m] The largest gap. Angles count times the system's size.
   [[nodiscard]] S find_gaps(const JointSystem<S>& system);
 
-  /// Closes gaps from afar: they may be as large as the mechanism. Bodies turn by half a radian in
-  /// a pass at most, and each pass factors where they are, so that Newton finds its way.
+  /// Closes wide gaps, up to the size of the mechanism. Bodies turn by half a radian per pass at
+  /// most. Each pass factors at the new positions. Newton's method then converges.
   /// @param enough  [m] Gaps that count as closed, as `find_gaps` measures them.
-  /// @return False when gaps stay open.
+  /// @return False if gaps stay open.
   [[nodiscard]] bool close_wide_gaps(JointSystem<S>& system, S enough);
 
  private:
   static void displace(JointSystem<S>& system, S share);
 
-  std::vector<Twist<S>> wanted_;  // Relative motion of each joint that `solve` shall give.
+  std::vector<Twist<S>> wanted_;  // Relative motion of each joint for `solve`.
 };
 
-/// [N s, N m s] Momentum, and angular momentum about a point, of bodies that all move by forces.
+/// [N s, N m s] Momentum, and angular momentum about a point. All bodies move by forces.
 template <Scalar S>
 [[nodiscard]] Wrench<S> momentum_about(const Vec3<S>& point, const JointSystem<S>& system);
 
-/// Gives a group its momenta back. Joints give a free group none. Runge-Kutta keeps the linear one
-/// but angular momentum only to its error; what is missing comes back as a motion of the group as
-/// one rigid body, which no joint minds.
+/// Restores the momenta of a group. Joints do not change those of a free group. Runge-Kutta keeps
+/// linear momentum, but angular momentum only to its error. The missing part is added as a motion
+/// of the group as one rigid body. No joint resists that.
 template <Scalar S>
 void set_momentum(const Vec3<S>& point, const Wrench<S>& wanted, JointSystem<S>& system);
 
@@ -102,13 +102,14 @@ S JointProjection<S>::find_gaps(const JointSystem<S>& system) {
   return sqrt(gap2);
 }
 
-/// Moves the bodies by a share of the change that was solved for.
+/// Moves the bodies by a share of the solved change.
 template <Scalar S>
 void JointProjection<S>::displace(JointSystem<S>& system, S share) {
   for (auto& node : system.nodes()) {
     if (!node.def->moves_by_forces) continue;
     node.now.x += share * node.change.linear;
-    // A turn to first order, like the rest of Newton's step; the length is set right at the end.
+    // A rotation to first order, like the rest of Newton's step. The length is corrected at the
+    // end.
     const Vec3<S> half = share * node.change.angular / S(2);
     const Quat<S>& q = node.now.q;
     const Quat<S> change = Quat<S>(S(0), half.x(), half.y(), half.z()) * q;
@@ -130,9 +131,9 @@ bool JointProjection<S>::close_gaps(JointSystem<S>& system) {
   S gap = S(0);
   for (int pass = 0; pass < most_passes; ++pass) {
     gap = find_gaps(system);
-    // One pass closes gaps, and another what they have for derivatives.
+    // One pass closes gaps, and another one their derivatives.
     if (gap <= closed && (pass > 0 || derivatives_of<S> == 0)) return true;
-    // The matrix is of a place nearby, good for gaps that are small.
+    // The matrix is from nearby positions, good for small gaps.
     if (pass > 0 && gap > S(1e-3) * size && !system.factor()) return false;
     system.solve(wanted_);
     displace(system, S(1));
@@ -192,4 +193,4 @@ void set_momentum(const Vec3<S>& point, const Wrench<S>& wanted, JointSystem<S>&
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,5 +1,5 @@
 /// @file
-/// The rows that joints become in a step.
+/// Rows of joints in a step.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -13,99 +13,98 @@
 #include <cmath>
 #include <span>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Adds what a joint is in this step: locked axes as one equality block, then the drive, the stops,
-/// and a soft block for springs.
+/// Adds the constraints of a joint in this step. Locked axes are one equality block. The motor, the
+/// limits, and a soft block for springs follow.
 template <Scalar S>
 void add_joint_rows(Joint<S>& joint, std::uint32_t joint_slot, const Body<S>& a, const Body<S>& b,
                     S dt, Constraints<S>& out);
 
-/// Turns the rows of the locked axes to where the bodies will be at the end of the step, for bodies
-/// whose free motion obeys the joint: they then only answer to what else acts, and have no error.
+/// Rotates the rows of the locked axes to the poses at the end of the step. It is for bodies whose
+/// free motion obeys the joint. The rows then have no error, and only resist other forces.
 /// @param motion_a, motion_b  [m/s, rad/s] Displacements of the free motion, divided by the step.
 template <Scalar S>
 void turn_joint_rows(const Joint<S>& joint, const Transform<S>& X_WA, const Transform<S>& X_WB,
                      const Twist<S>& motion_a, const Twist<S>& motion_b, S dt, Constraints<S>& out);
 
-/// Takes the rows of the locked axes to the instant at which their impulses act, and tells them
-/// what the joint's own turning makes of its velocities until the end of the step: the same as
-/// `time_contact` for contacts, with J' v of `held_acceleration_bias` for the turning of the arms.
+/// Moves the rows of the locked axes to the instant at which their impulses act. Their targets
+/// account for the joint's own rotation until the end of the step. It is the same as `time_contact`
+/// for contacts. The rotation of the arms gives J' v of `constraint_acceleration_bias`.
 template <Scalar S>
 void time_joint_rows(const Joint<S>& joint, const Body<S>& a, const Body<S>& b,
                      Integrator integrator, S dt, Constraints<S>& out);
 
-/// Keeps the impulses that the solver found.
+/// Stores the impulses that the solver found.
 template <Scalar S>
 void store_joint_impulses(Joint<S>& joint, const Constraints<S>& constraints);
 
-/// How far a joint is from what it allows.
+/// Position error of a joint.
 template <Scalar S>
 struct JointGap {
   /// [m] Distance of the origins of its frames, and [rad] angle between them.
   S distance = S(0);
   S angle = S(0);
 };
-/// That of a joint whose rows have been added.
+/// Position error of a joint whose rows have been added.
 template <Scalar S>
 [[nodiscard]] JointGap<S> joint_gap(const Joint<S>& joint, const Constraints<S>& constraints);
 
-/// State of a joint from its bodies and the impulses of the last step.
+/// State of a joint. It follows from its bodies and the impulses of the last step.
 template <Scalar S>
 [[nodiscard]] JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S>& b,
                                          S dt);
 
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
-
-/// [m/s] Speed of a position drive at a distance [m] from its target: as fast as it can still brake
-/// with half of its force (the other half is for loads), and not beyond the target in this step.
-/// The same in rad for a drive that turns, with the mobility about its axis.
+/// [m/s] Speed of a motor in position mode at a distance [m] from its target. The motor can still
+/// brake from it with half of its force. The other half is for loads. It does not pass the target
+/// in this step. In rad for a motor that turns, with the mobility about its axis.
 template <Scalar S>
-[[nodiscard]] S approach_speed(const JointDrive<S>& drive, S distance, S inverse_mass, S dt) {
+[[nodiscard]] S approach_speed(const JointMotor<S>& motor, S distance, S inverse_mass, S dt) {
   using std::abs;
   using std::min;
   using std::sqrt;
-  const S braking = drive.max_force * inverse_mass / S(2);
+  const S braking = motor.max_force * inverse_mass / S(2);
   const S speed =
-      min(min(abs(distance) / dt, drive.max_speed), sqrt(S(2) * braking * abs(distance)));
+      min(min(abs(distance) / dt, motor.max_speed), sqrt(S(2) * braking * abs(distance)));
   return distance < S(0) ? -speed : speed;
 }
 
-/// What a drive wants of the velocity along its axis at the end of the step.
+/// Velocity target of a motor at the end of the step.
 template <Scalar S>
-struct DriveAim {
+struct MotorTarget {
   bool acts = true;
   S velocity = S(0);    // [m/s or rad/s]
-  S compliance = S(0);  // Of the row: how far it gives way.
+  S compliance = S(0);  // Of the row: velocity yielded per impulse.
 };
 
+/// Finds the target of a motor.
 /// @param position  [m or rad] Of the joint, at the start of the step.
-/// @param mobility  Callable that finds that of the axis, for a position drive.
+/// @param mobility  Returns the mobility of the axis; called in position mode.
 template <Scalar S, typename Mobility>
-[[nodiscard]] DriveAim<S> aim_drive(const JointDrive<S>& drive, S position,
-                                    const Mobility& mobility, S dt) {
-  const S distance = drive.target - position;
-  switch (drive.mode) {
-    case DriveMode::none:
+[[nodiscard]] MotorTarget<S> target_motor(const JointMotor<S>& motor, S position,
+                                          const Mobility& mobility, S dt) {
+  const S distance = motor.target - position;
+  switch (motor.mode) {
+    case MotorMode::none:
       break;
-    case DriveMode::velocity:
-      return {true, drive.target, S(0)};
-    case DriveMode::position:
-      return {true, approach_speed(drive, distance, mobility(), dt), S(0)};
-    case DriveMode::spring: {
-      // The impulse dt k (distance - dt v) - dt d v is what a row gives that wants the velocity
-      // below and gives way by 1 / (dt (dt k + d)).
-      const S held = dt * drive.stiffness + drive.damping;
+    case MotorMode::velocity:
+      return {true, motor.target, S(0)};
+    case MotorMode::position:
+      return {true, approach_speed(motor, distance, mobility(), dt), S(0)};
+    case MotorMode::spring: {
+      // The impulse dt k (distance - dt v) - dt d v is that of a row. The row has the target
+      // velocity below and the compliance 1 / (dt (dt k + d)).
+      const S held = dt * motor.stiffness + motor.damping;
       if (!(held > S(0))) break;
-      return {true, drive.stiffness * distance / held, S(1) / (dt * held)};
+      return {true, motor.stiffness * distance / held, S(1) / (dt * held)};
     }
   }
   return {false, S(0), S(0)};
 }
 
-/// Row on the turning of B relative to A about an axis.
+/// Row for the rotation of B relative to A about an axis.
 template <Scalar S>
 [[nodiscard]] ConstraintRow<S> angular_row(const Vec3<S>& axis, S error) {
   ConstraintRow<S> row;
@@ -114,7 +113,7 @@ template <Scalar S>
   return row;
 }
 
-/// Calls use(row) for each row that a joint keeps at zero, `locked_rows` in all.
+/// Calls use(row) for each row that a joint keeps at zero. There are `locked_rows` of them.
 template <Scalar S, typename Use>
 void for_each_locked_row(JointKind kind, const JointPose<S>& pose, Use&& use) {
   if (kind == JointKind::six_dof) return;
@@ -132,7 +131,7 @@ void for_each_locked_row(JointKind kind, const JointPose<S>& pose, Use&& use) {
   }
 }
 
-/// What locked rows say of the gap. It has no derivatives, since a length has none at 0.
+/// Returns the gap measured by locked rows. It has no derivatives, since a length has none at 0.
 template <Scalar S>
 [[nodiscard]] JointGap<S> gap_of(std::span<const ConstraintRow<S>> locked) {
   using std::sqrt;
@@ -145,8 +144,8 @@ template <Scalar S>
   return {S(sqrt(distance2)), S(sqrt(angle2))};
 }
 
-/// [1/kg or 1/(kg m^2)] Acceleration along a free axis per force there, when only the two bodies
-/// move and the joint holds what it locks.
+/// [1/kg or 1/(kg m^2)] Acceleration along a free axis per force there. Only the two bodies move,
+/// and the joint holds its locked axes.
 template <Scalar S>
 [[nodiscard]] S axis_mobility(JointKind kind, const JointPose<S>& pose, const Body<S>& a,
                               const Body<S>& b) {
@@ -165,14 +164,13 @@ template <Scalar S>
   };
   BlockResponse<S> K;
   local_response(block, rows.data(), mass_of(a), mass_of(b), K);
-  // The last pivot is what the rows before leave of the last one's response.
+  // The last pivot is the rest of the last row's response when the other rows hold.
   const S pivot = K.factor.back();
   return pivot < infinity<S> ? pivot * pivot : S(0);
 }
 
-/// Row whose velocity is the rate of the swing of a `cone_twist`, and the swing as its error.
-/// Without a swing, or with axes that are opposite, it is about the axis that the bodies swing
-/// about at present.
+/// Row whose velocity is the rate of the swing of a `cone_twist`. Its error is the swing. Without a
+/// swing, or with opposite axes, it uses the axis of the present swing velocity.
 template <Scalar S>
 [[nodiscard]] ConstraintRow<S> swing_row(const JointPose<S>& pose, const Twist<S>& a,
                                          const Twist<S>& b) {
@@ -189,12 +187,10 @@ template <Scalar S>
   return angular_row<S>(pose.axes_W * axis_J, swing);
 }
 
-inline constexpr std::uint8_t drive_impulse = 6;
+inline constexpr std::uint8_t motor_impulse = 6;
 inline constexpr std::uint8_t lower_impulse = 7;
 inline constexpr std::uint8_t upper_impulse = 8;
 inline constexpr std::uint8_t swing_impulse = 9;
-
-}  // namespace detail
 
 template <Scalar S>
 void add_joint_rows(Joint<S>& joint, std::uint32_t joint_slot, const Body<S>& a, const Body<S>& b,
@@ -220,7 +216,7 @@ void add_joint_rows(Joint<S>& joint, std::uint32_t joint_slot, const Body<S>& a,
   if (locked_rows(kind) > 0) {
     open_block(BlockKind::equality, 0).count = locked_rows(kind);
     std::size_t k = 0;
-    detail::for_each_locked_row(kind, pose, [&](ConstraintRow<S> row) {
+    for_each_locked_row(kind, pose, [&](ConstraintRow<S> row) {
       row.impulse = joint.impulses[k++];
       out.rows.push_back(row);
     });
@@ -236,32 +232,32 @@ void add_joint_rows(Joint<S>& joint, std::uint32_t joint_slot, const Body<S>& a,
     row.impulse = min(max(joint.impulses[slot], lower), upper);
     out.rows.push_back(row);
   };
-  // Like a contact, a stop may be approached as fast as reaches it in this step; what is beyond
-  // it comes back by the position correction, which leaves no speed behind.
-  const auto stop = [&](ConstraintRow<S> row, S distance, std::uint8_t slot) {
+  // Like a contact, a limit may be approached as fast as reaches it in this step. The position
+  // correction removes an excess, and leaves no speed behind.
+  const auto add_limit = [&](ConstraintRow<S> row, S distance, std::uint8_t slot) {
     row.error = distance;
-    single_row(BlockKind::stop, row, -max(S(0), distance) / dt, S(0), infinity<S>, slot);
+    single_row(BlockKind::limit, row, -max(S(0), distance) / dt, S(0), infinity<S>, slot);
   };
-  const bool is_driven = has_free_axis(kind) && def.drive.mode != DriveMode::none;
+  const bool is_driven = has_free_axis(kind) && def.motor.mode != MotorMode::none;
   const bool has_lower = def.lower_limit > -infinity<S>;
   const bool has_upper = def.upper_limit < infinity<S>;
   const bool has_spring = def.spring.stiffness > S(0) || def.spring.damping > S(0);
   if (is_driven || has_lower || has_upper || has_spring) {
     const S position = joint_position(kind, pose, joint.angle);
     const ConstraintRow<S> along = position_row(kind, pose);
-    // A drive that can give nothing is none.
-    if (is_driven && def.drive.max_force > S(0)) {
-      const S limit = def.drive.max_force * dt;
-      const detail::DriveAim<S> aim = detail::aim_drive(
-          def.drive, position, [&] { return detail::axis_mobility(kind, pose, a, b); }, dt);
+    // A motor without force has no row.
+    if (is_driven && def.motor.max_force > S(0)) {
+      const S limit = def.motor.max_force * dt;
+      const MotorTarget<S> target = target_motor(
+          def.motor, position, [&] { return axis_mobility(kind, pose, a, b); }, dt);
       ConstraintRow<S> row = along;
-      row.compliance = aim.compliance;
-      if (aim.acts) {
-        single_row(BlockKind::bounded, row, aim.velocity, -limit, limit, detail::drive_impulse);
+      row.compliance = target.compliance;
+      if (target.acts) {
+        single_row(BlockKind::bounded, row, target.velocity, -limit, limit, motor_impulse);
       }
     }
-    if (has_lower) stop(along, position - def.lower_limit, detail::lower_impulse);
-    if (has_upper) stop(reversed(along), def.upper_limit - position, detail::upper_impulse);
+    if (has_lower) add_limit(along, position - def.lower_limit, lower_impulse);
+    if (has_upper) add_limit(reversed(along), def.upper_limit - position, upper_impulse);
     if (has_spring) {
       const S mobility = kind == JointKind::prismatic
                              ? a.inverse_mass + b.inverse_mass
@@ -271,8 +267,8 @@ void add_joint_rows(Joint<S>& joint, std::uint32_t joint_slot, const Body<S>& a,
     }
   }
   if (kind == JointKind::cone_twist && def.swing_limit < S(std::numbers::pi)) {
-    const ConstraintRow<S> swing = detail::swing_row(pose, a.twist, b.twist);
-    stop(reversed(swing), def.swing_limit - swing.error, detail::swing_impulse);
+    const ConstraintRow<S> swing = swing_row(pose, a.twist, b.twist);
+    add_limit(reversed(swing), def.swing_limit - swing.error, swing_impulse);
   }
   if (kind == JointKind::six_dof) add_joint_bushing(joint, pose, dt, out);
   joint.block_count = static_cast<std::uint32_t>(out.blocks.size()) - joint.first_block;
@@ -283,12 +279,11 @@ void turn_joint_rows(const Joint<S>& joint, const Transform<S>& X_WA, const Tran
                      const Twist<S>& motion_a, const Twist<S>& motion_b, S dt,
                      Constraints<S>& out) {
   ConstraintRow<S>* out_row = &out.rows[out.blocks[joint.first_block].first];
-  detail::for_each_locked_row(joint.def.kind, joint_pose(joint, X_WA, X_WB),
-                              [&](ConstraintRow<S> row) {
-                                row.impulse = out_row->impulse;
-                                row.error = -dt * row.velocity(motion_a, motion_b);
-                                *out_row++ = row;
-                              });
+  for_each_locked_row(joint.def.kind, joint_pose(joint, X_WA, X_WB), [&](ConstraintRow<S> row) {
+    row.impulse = out_row->impulse;
+    row.error = -dt * row.velocity(motion_a, motion_b);
+    *out_row++ = row;
+  });
 }
 
 template <Scalar S>
@@ -305,14 +300,14 @@ void time_joint_rows(const Joint<S>& joint, const Body<S>& a, const Body<S>& b,
             body.center_pose.translation + half * body.twist.linear};
   };
   const JointPose<S> pose = joint_pose(joint, acting_pose(a), acting_pose(b));
-  JointInstant<S> at;
+  JointState<S> at;
   at.arm_a = pose.arm_a;
   at.arm_b = pose.arm_b;
   if (lets_slide(kind)) at.slide = pose.axes_W.col(0);
   if (lets_hinge(kind)) at.hinge = pose.axes_W.col(0);
-  const Twist<S> turning = held_acceleration_bias(kind, at, a.twist, b.twist);
+  const Twist<S> turning = constraint_acceleration_bias(kind, at, a.twist, b.twist);
   ConstraintRow<S>* out_row = &out.rows[out.blocks[joint.first_block].first];
-  detail::for_each_locked_row(kind, pose, [&](ConstraintRow<S> row) {
+  for_each_locked_row(kind, pose, [&](ConstraintRow<S> row) {
     const bool is_angular = row.direction.isZero(S(0));
     row.target = -half * (is_angular ? row.angular_b.dot(turning.angular)
                                      : row.direction.dot(turning.linear));
@@ -347,7 +342,7 @@ JointGap<S> joint_gap(const Joint<S>& joint, const Constraints<S>& constraints) 
   const std::size_t count = locked_rows(joint.def.kind);
   if (count == 0) return {};
   const std::span<const ConstraintRow<S>> rows = constraints.rows;
-  return detail::gap_of(rows.subspan(constraints.blocks[joint.first_block].first, count));
+  return gap_of(rows.subspan(constraints.blocks[joint.first_block].first, count));
 }
 
 template <Scalar S>
@@ -358,20 +353,19 @@ JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S
   const JointPose<S> pose = joint_pose(joint, a.center_pose, b.center_pose);
   std::array<ConstraintRow<S>, 6> rows;
   std::size_t count = 0;
-  detail::for_each_locked_row(kind, pose,
-                              [&](const ConstraintRow<S>& row) { rows[count++] = row; });
-  const JointGap<S> gap = detail::gap_of(std::span<const ConstraintRow<S>>(rows.data(), count));
+  for_each_locked_row(kind, pose, [&](const ConstraintRow<S>& row) { rows[count++] = row; });
+  const JointGap<S> gap = gap_of(std::span<const ConstraintRow<S>>(rows.data(), count));
   reading.gap = gap.distance;
-  // Opposite axes have no shortest turn, and so no rows that close them.
+  // Opposite axes have no shortest rotation. So they have no rows that close them.
   reading.tilt = kind == JointKind::revolute ? S(value_of(joint_swing(pose))) : gap.angle;
   if (!has_free_axis(kind) && !has_angle(kind)) return reading;
   reading.position = joint_position(kind, pose, joint.angle);
   reading.velocity = position_row(kind, pose).velocity(a.twist, b.twist);
-  reading.drive_force = joint.impulses[detail::drive_impulse] / dt;
+  reading.motor_force = joint.impulses[motor_impulse] / dt;
   if (kind == JointKind::cone_twist) {
     reading.swing = joint_swing(pose);
   }
   return reading;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

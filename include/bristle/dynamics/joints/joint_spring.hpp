@@ -1,29 +1,29 @@
 /// @file
-/// Springs and dampers of joints as soft blocks, by implicit Euler: stable for any constants and
-/// step, and never a source of energy. Where the step resolves them mechanisms may integrate them
-/// instead (joint_flow.hpp), without its loss.
+/// Springs and dampers of joints as soft blocks, by implicit Euler. They are stable for any
+/// constants and step. They are never a source of energy. Where the step resolves them, mechanisms
+/// may integrate them instead (mechanism_integrator.hpp). That avoids the loss of implicit Euler.
 ///
 /// A spring k, d along a position x with x' = j . v pulls with -k (x - rest) - d x'. With both at
-/// the end of the step, x + dt x', its impulse is affine in the velocity there:
+/// the end of the step, x + dt x', its impulse is affine in the velocity:
 ///
 ///   p = -dt k (x - rest) - (dt^2 k + dt d) x'.
 ///
-/// Six springs of a bushing act on the offset of B's frame along the axes of A's, c, and on the
-/// rotation vector phi between them. c' is the velocity of B's origin as seen from A, and
-/// phi' = J(phi) w with w the angular velocity of B relative to A, so that the torque which the
-/// energy phi . K phi / 2 gives is -J^T K phi.
+/// The six springs of a bushing act on the offset c of B's frame along the axes of A's. They also
+/// act on the rotation vector phi between the frames. The rate c' is the velocity of B's origin as
+/// seen from A. The rate phi' is J(phi) w, with the angular velocity w of B relative to A. So the
+/// torque of the energy phi . K phi / 2 is -J^T K phi.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <bristle/dynamics/joints/joint_pose.hpp>
 #include <bristle/dynamics/solver/solver_types.hpp>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Adds the spring on the free axis of a joint, if it has one.
+/// Adds a soft block for the spring on the free axis of a joint.
 /// @param along  Row of the position.
 /// @param position  [m or rad] At the start of the step.
-/// @param mobility  [1/kg or 1/(kg m^2)] Largest that force along the row can meet.
+/// @param mobility  [1/kg or 1/(kg m^2)] Upper bound for a force along the row.
 template <Scalar S>
 void add_joint_spring(Joint<S>& joint, const JointPose<S>& pose, const ConstraintRow<S>& along,
                       S position, S mobility, S dt, Constraints<S>& out);
@@ -34,9 +34,7 @@ void add_joint_bushing(Joint<S>& joint, const JointPose<S>& pose, S dt, Constrai
 
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
-
-/// Adds an empty soft block about B's joint origin, warm from the last step.
+/// Adds an empty soft block about B's joint origin. The last step warm starts it.
 template <Scalar S>
 SoftBlock<S>& open_joint_soft_block(Joint<S>& joint, const JointPose<S>& pose,
                                     Constraints<S>& out) {
@@ -54,7 +52,7 @@ SoftBlock<S>& open_joint_soft_block(Joint<S>& joint, const JointPose<S>& pose,
   return out.soft.back();
 }
 
-/// J(phi) of phi' = J(phi) w, w in the axes that phi turns from.
+/// J(phi) of phi' = J(phi) w, with w in the axes before the rotation.
 template <Scalar S>
 [[nodiscard]] Mat3<S> rotation_vector_rate(const Vec3<S>& phi) {
   using std::cos;
@@ -62,7 +60,7 @@ template <Scalar S>
   using std::sqrt;
   const S angle2 = phi.squaredNorm();
   S k = S(1) / S(12) + angle2 / S(720);
-  // Below, what the series leaves out is less than rounding.
+  // At smaller angles the omitted terms of the series are below round-off.
   if (angle2 > Tolerance<S>::equal()) {
     const S half = sqrt(angle2) / S(2);
     k = (S(1) - half * cos(half) / sin(half)) / angle2;
@@ -71,13 +69,11 @@ template <Scalar S>
   return Mat3<S>::Identity() - S(0.5) * X + k * X * X;
 }
 
-}  // namespace detail
-
 template <Scalar S>
 void add_joint_spring(Joint<S>& joint, const JointPose<S>& pose, const ConstraintRow<S>& along,
                       S position, S mobility, S dt, Constraints<S>& out) {
   const JointSpring<S>& spring = joint.def.spring;
-  SoftBlock<S>& soft = detail::open_joint_soft_block(joint, pose, out);
+  SoftBlock<S>& soft = open_joint_soft_block(joint, pose, out);
   const bool turns = has_angle(joint.def.kind);
   Vec6<S> j = Vec6<S>::Zero();
   if (turns) {
@@ -94,11 +90,11 @@ void add_joint_spring(Joint<S>& joint, const JointPose<S>& pose, const Constrain
 template <Scalar S>
 void add_joint_bushing(Joint<S>& joint, const JointPose<S>& pose, S dt, Constraints<S>& out) {
   const JointBushing<S>& bushing = joint.def.bushing;
-  SoftBlock<S>& soft = detail::open_joint_soft_block(joint, pose, out);
+  SoftBlock<S>& soft = open_joint_soft_block(joint, pose, out);
   const Vec3<S> turn_J = log_rotation<S>(pose.turn_J);
   const Mat3<S>& R = pose.axes_W;
-  // To the rates of the offset and of the rotation vector, in A's joint frame.
-  const Mat3<S> rate = detail::rotation_vector_rate<S>(turn_J) * R.transpose();
+  // Maps to the rate of the rotation vector, in A's joint frame.
+  const Mat3<S> rate = rotation_vector_rate<S>(turn_J) * R.transpose();
   const auto squared = [](const Mat3<S>& J, const Vec3<S>& weight) -> Mat3<S> {
     return J.transpose() * weight.asDiagonal() * J;
   };
@@ -114,4 +110,4 @@ void add_joint_bushing(Joint<S>& joint, const JointPose<S>& pose, S dt, Constrai
   soft.offset.template tail<3>() = -(rate.transpose() * k_angular.cwiseProduct(turn_J));
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,10 +1,10 @@
 /// @file
-/// Bodies held by joints at one instant: how they answer to impulses, forces and each other.
+/// Bodies held by joints at one instant. They respond to impulses, forces and each other.
 ///
-/// With J the rows of all joints (joint_kinematics.hpp) and M the masses, the wrenches that give
-/// the joints a wanted relative motion b solve K x = b, K = J M^-1 J^T. Two joints meet in K only
-/// where they share a body, so that K is as sparse as the mechanism and its envelope stays narrow.
-/// Joints between the same two bodies are one there (joint_groups.hpp).
+/// Let J be the rows of all joints (joint_kinematics.hpp) and M the masses. The wrenches that give
+/// the joints a relative motion b solve K x = b, K = J M^-1 J^T. Two joints meet in K only if they
+/// share a body. So K is as sparse as the mechanism. Its envelope stays narrow. Joints between the
+/// same two bodies are one there (joint_groups.hpp).
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -14,91 +14,91 @@
 
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A body of a mechanism, at the start of a step.
 template <Scalar S>
-struct JointFlowBody {
-  /// [-] Whether forces move it. If not, its mass does not count and its velocity is constant.
+struct MechanismBody {
+  /// [-] True if forces move it. If not, its mass does not count. Its velocity is then constant.
   bool moves_by_forces = false;
   /// [kg] Mass, > 0.
   S mass = S(1);
-  /// [kg m^2], [1/(kg m^2)] Inertia about the centre of mass along the body's axes, and its
-  /// inverse.
+  /// [kg m^2], [1/(kg m^2)] Inertia about the centre of mass along the body's axes. Its inverse.
   Mat3<S> inertia_B = Mat3<S>::Identity();
   Mat3<S> inverse_inertia_B = Mat3<S>::Identity();
-  /// [-] Axes of the world along and about which it does not move; its velocity there is zero.
+  /// [-] World axes along and about which it does not move. Its velocity there is zero.
   LockedAxes locked{};
   /// [m] Centre of mass in the world; [1] axes of the body.
   Transform<S> center_pose{};
   /// [m/s, rad/s] Velocity of the centre of mass and angular velocity, world axes.
   Twist<S> twist{};
-  /// [N, N m] Total of forces and torques, gravity too, about the centre of mass along world axes;
-  /// constant over the step.
+  /// [N, N m] Total of forces and torques, with gravity. It is about the centre of mass along world
+  /// axes. Constant over the step.
   Wrench<S> load{};
 };
 
-/// A body of a world under the world's gravity [m/s^2] and what the caller applies.
+/// A body of a world. Loads are the world's gravity [m/s^2] and the caller's wrench.
 template <Scalar S>
-[[nodiscard]] JointFlowBody<S> joint_flow_body(const Body<S>& body, const Vec3<S>& gravity);
+[[nodiscard]] MechanismBody<S> mechanism_body(const Body<S>& body, const Vec3<S>& gravity);
 
-/// Bodies and joints at the instant that `place` set last, and the matrix that `factor` made last.
+/// Bodies and joints at the positions of the last `place`. Also the matrix of the last `factor`.
 template <Scalar S>
 class JointSystem {
  public:
-  /// A body, and what the last `solve` did to it.
+  /// A body, and its change in the last `solve`.
   struct Node {
-    const JointFlowBody<S>* def = nullptr;
-    BodyInstant<S> now{};
+    const MechanismBody<S>* def = nullptr;
+    BodyState<S> now{};
     Vec3<S> inverse_mass = Vec3<S>::Zero();     // World axes.
     Mat3<S> inverse_inertia = Mat3<S>::Zero();  // World axes.
     Twist<S> acceleration{};                    // For the user of this class.
-    Wrench<S> push{};
+    Wrench<S> load{};
     Twist<S> change{};
-    bool is_diagonal = false;  // Its axes are the principal axes: cheaper to turn.
+    bool is_diagonal = false;  // Its axes are principal axes: cheaper to turn.
   };
 
-  /// Starts with bodies and joints, at their first instant. Bodies must stay alive while in use.
-  void set(std::span<const JointFlowBody<S>> bodies, std::span<const JointFlowJoint<S>> joints);
+  /// Sets bodies and joints, at their first instant. Bodies must stay alive while in use.
+  void set(std::span<const MechanismBody<S>> bodies, std::span<const MechanismJoint<S>> joints);
 
   [[nodiscard]] std::span<Node> nodes() { return nodes_; }
   [[nodiscard]] std::span<const Node> nodes() const { return nodes_; }
-  /// Joints as they are solved for: `JointGroups::orient`.
-  [[nodiscard]] std::span<const JointFlowJoint<S>> joints() const { return joints_; }
-  [[nodiscard]] const JointInstant<S>& at(std::size_t joint) const { return at_[joint]; }
-  /// [m] Largest arm of a joint at present, or where there are none the largest radius of gyration:
-  /// the size of the mechanism's parts, by which turns count as gaps.
+  /// Joints as they are solved: see `JointGroups::orient`.
+  [[nodiscard]] std::span<const MechanismJoint<S>> joints() const { return joints_; }
+  [[nodiscard]] const JointState<S>& at(std::size_t joint) const { return at_[joint]; }
+  /// [m] Largest present arm of a joint. Without one it is the largest radius of gyration. This is
+  /// the size of the mechanism's parts. Angles count as gaps by it.
   [[nodiscard]] S size() const;
 
-  /// Takes over the positions in `Node::now`: arms of joints and inertias in world axes.
+  /// Updates arms of joints and inertias in world axes from the positions in `Node::now`.
   void place();
-  /// Builds and factors the matrix where the bodies were placed last.
-  /// @return False when it is singular, not finite, or too wide (`JointOrder::most_work`).
+  /// Builds and factors the matrix at the positions of the last `place`.
+  /// @return False if it is singular, not finite, or too wide (`JointOrder::most_work`).
   [[nodiscard]] bool factor();
-  /// Finds the wrenches, or impulses, that give each joint the relative motion b, and the `change`
-  /// of motion that they give each body.
+  /// Finds the wrenches, or impulses, that give each joint the relative motion b. Finds the
+  /// `change` of motion of each body.
   void solve(std::span<const Twist<S>> b);
-  /// What `solve` found, of each joint on its B as it was given to `set`, about B's joint origin,
-  /// world axes.
+  /// Result of `solve`: the wrench of each joint on its B as given to `set`. It is about B's joint
+  /// origin, world axes.
   [[nodiscard]] std::span<const Wrench<S>> wrenches() const { return wrenches_; }
 
-  /// J times some motion of the bodies: `motion(node)` is a twist.
+  /// J times a motion of the bodies: `motion(node)` is a twist.
   template <typename Motion>
   [[nodiscard]] Twist<S> held(std::size_t joint, const Motion& motion) const {
-    const JointFlowJoint<S>& def = joints_[joint];
-    return held_velocity(def.kind, at_[joint], motion(nodes_[def.body_a]),
-                         motion(nodes_[def.body_b]));
+    const MechanismJoint<S>& def = joints_[joint];
+    return constraint_velocity(def.kind, at_[joint], motion(nodes_[def.body_a]),
+                               motion(nodes_[def.body_b]));
   }
+  /// [m, rad] Position error of a joint.
   [[nodiscard]] Twist<S> gap(std::size_t joint) const {
-    const JointFlowJoint<S>& def = joints_[joint];
-    return held_gap(def, at_[joint], nodes_[def.body_a].now, nodes_[def.body_b].now);
+    const MechanismJoint<S>& def = joints_[joint];
+    return constraint_error(def, at_[joint], nodes_[def.body_a].now, nodes_[def.body_b].now);
   }
 
  private:
-  [[nodiscard]] bool has_same_topology(std::span<const JointFlowBody<S>> bodies,
-                                       std::span<const JointFlowJoint<S>> joints) const;
+  [[nodiscard]] bool has_same_topology(std::span<const MechanismBody<S>> bodies,
+                                       std::span<const MechanismJoint<S>> joints) const;
   void set_inverse_inertia(Node& node) const;
-  /// lever [r], and I^-1 [r].
+  /// Returns lever [r]; `angular_coupling` returns I^-1 [r].
   [[nodiscard]] static Mat3<S> linear_coupling(const Mat3<S>& lever, const Vec3<S>& r) {
     Mat3<S> out;
     out.col(0) = r.z() * lever.col(1) - r.y() * lever.col(2);
@@ -120,12 +120,12 @@ class JointSystem {
   void add_solution(std::span<const Twist<S>> b);
   void add_wrench(std::size_t joint, const Vec3<S>& linear, const Vec3<S>& angular);
 
-  std::vector<JointFlowJoint<S>> joints_;
+  std::vector<MechanismJoint<S>> joints_;
   std::vector<Node> nodes_;
-  std::vector<JointInstant<S>> at_;
+  std::vector<JointState<S>> at_;
   JointGroups<S> groups_;
-  JointOrder order_;  // Of groups.
-  std::vector<bool> moves_;  // The topology that `order_` was made for, with the two below.
+  JointOrder order_;         // Order of groups.
+  std::vector<bool> moves_;  // Topology of `order_`, with the two below.
   std::vector<JointKind> kinds_;
   std::vector<std::array<std::uint32_t, 2>> pairs_;
   bool may_be_singular_ = false;
@@ -138,8 +138,8 @@ class JointSystem {
 // Implementation -----------------------------------------------------------------------------------
 
 template <Scalar S>
-JointFlowBody<S> joint_flow_body(const Body<S>& body, const Vec3<S>& gravity) {
-  JointFlowBody<S> out;
+MechanismBody<S> mechanism_body(const Body<S>& body, const Vec3<S>& gravity) {
+  MechanismBody<S> out;
   out.moves_by_forces = body.is_dynamic();
   out.center_pose = body.center_pose;
   if (body.motion != Motion::fixed) out.twist = body.twist;
@@ -154,8 +154,8 @@ JointFlowBody<S> joint_flow_body(const Body<S>& body, const Vec3<S>& gravity) {
 }
 
 template <Scalar S>
-bool JointSystem<S>::has_same_topology(std::span<const JointFlowBody<S>> bodies,
-                                       std::span<const JointFlowJoint<S>> joints) const {
+bool JointSystem<S>::has_same_topology(std::span<const MechanismBody<S>> bodies,
+                                       std::span<const MechanismJoint<S>> joints) const {
   if (moves_.size() != bodies.size() || kinds_.size() != joints.size()) return false;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     if (moves_[i] != bodies[i].moves_by_forces) return false;
@@ -170,14 +170,14 @@ bool JointSystem<S>::has_same_topology(std::span<const JointFlowBody<S>> bodies,
 }
 
 template <Scalar S>
-void JointSystem<S>::set(std::span<const JointFlowBody<S>> bodies,
-                         std::span<const JointFlowJoint<S>> joints) {
+void JointSystem<S>::set(std::span<const MechanismBody<S>> bodies,
+                         std::span<const MechanismJoint<S>> joints) {
   if (!has_same_topology(bodies, joints)) {
     moves_.clear();
     kinds_.clear();
     pairs_.clear();
-    for (const JointFlowBody<S>& body : bodies) moves_.push_back(body.moves_by_forces);
-    for (const JointFlowJoint<S>& joint : joints) {
+    for (const MechanismBody<S>& body : bodies) moves_.push_back(body.moves_by_forces);
+    for (const MechanismJoint<S>& joint : joints) {
       kinds_.push_back(joint.kind);
       pairs_.push_back({joint.body_a, joint.body_b});
     }
@@ -189,7 +189,7 @@ void JointSystem<S>::set(std::span<const JointFlowBody<S>> bodies,
   may_be_singular_ = order_.has_loop() || groups_.has_merged();
   nodes_.resize(bodies.size());
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    const JointFlowBody<S>& def = bodies[i];
+    const MechanismBody<S>& def = bodies[i];
     Node& node = nodes_[i];
     node = Node{};
     node.def = &def;
@@ -218,7 +218,7 @@ S JointSystem<S>::size() const {
   using std::max;
   using std::sqrt;
   S largest2 = S(0);
-  for (const JointInstant<S>& at : at_) {
+  for (const JointState<S>& at : at_) {
     largest2 = max(largest2, max(at.arm_a.squaredNorm(), at.arm_b.squaredNorm()));
   }
   if (largest2 > S(0)) return sqrt(largest2);
@@ -229,7 +229,7 @@ S JointSystem<S>::size() const {
   return sqrt(largest2);
 }
 
-/// Inverse of the inertia of the axes that are free: torques turn the body about those alone.
+/// Sets the inverse inertia of the free axes. Torques turn the body about those alone.
 template <Scalar S>
 void JointSystem<S>::set_inverse_inertia(Node& node) const {
   const Mat3<S>& R = node.now.R;
@@ -261,14 +261,14 @@ void JointSystem<S>::place() {
   groups_.place(joints_, nodes_, at_);
 }
 
-/// Adds what a body lets an impulse in one joint change in another. A unit impulse at the arm r
-/// changes the velocity at the arm s by 1/m - [s] I^-1 [r], a unit torque by -[s] I^-1.
+/// Adds the coupling of two joints through a body. A unit impulse at the arm r changes the velocity
+/// at the arm s by 1/m - [s] I^-1 [r]. A unit torque changes it by -[s] I^-1.
 /// @param lever  -[s] I^-1 of the row's joint.
 template <Scalar S>
 void JointSystem<S>::couple(const JointCoupling& coupling, const Mat3<S>& lever) {
   const Node& node = nodes_[coupling.body];
-  const JointInstant<S>& row = groups_.at(coupling.row);
-  const JointInstant<S>& column = groups_.at(coupling.column);
+  const JointState<S>& row = groups_.at(coupling.row);
+  const JointState<S>& column = groups_.at(coupling.column);
   const bool row_slides = lets_slide(kind(coupling.row));
   const bool column_slides = lets_slide(kind(coupling.column));
   const std::size_t i = order_.first_row(coupling.row);
@@ -309,12 +309,12 @@ void JointSystem<S>::couple(const JointCoupling& coupling, const Mat3<S>& lever)
   }
 }
 
-/// The same where one of the two is a group of several joints, whose rows are a triangle of what
-/// `couple` finds for a joint that holds all.
+/// The same if one of the two is a group of several joints. The rows of the group are a triangle
+/// times other rows. Those are the rows that `couple` finds for a joint that holds all.
 template <Scalar S>
 void JointSystem<S>::couple_merged(const JointCoupling& coupling, const Mat3<S>& lever) {
   const Node& node = nodes_[coupling.body];
-  const JointInstant<S>& column = groups_.at(coupling.column);
+  const JointState<S>& column = groups_.at(coupling.column);
   const std::size_t i = order_.first_row(coupling.row);
   const std::size_t j = order_.first_row(coupling.column);
   const S sign = coupling.is_b_of_row == coupling.is_b_of_column ? S(1) : S(-1);
@@ -327,7 +327,7 @@ void JointSystem<S>::couple_merged(const JointCoupling& coupling, const Mat3<S>&
   block.template bottomRightCorner<3, 3>() = sign * node.inverse_inertia;
   const auto rows_of = [&](std::size_t group) -> Mat6<S> {
     if (groups_.is_merged(group)) return groups_.triangle(group);
-    const JointInstant<S>& at = groups_.at(group);
+    const JointState<S>& at = groups_.at(group);
     Mat6<S> rows = Mat6<S>::Identity();
     rows.template topLeftCorner<3, 3>() -= at.slide * at.slide.transpose();
     rows.template bottomRightCorner<3, 3>() -= at.hinge * at.hinge.transpose();
@@ -345,9 +345,10 @@ void JointSystem<S>::couple_merged(const JointCoupling& coupling, const Mat3<S>&
   if (has_right && i != j) matrix_.at(i, j + 1) += block.template topRightCorner<3, 3>();
 }
 
-/// Makes the matrix regular where it is not by design: along slides and about hinges, which no row
-/// holds, and where loops or locked axes leave more rows than can move. What is added there is
-/// small enough for the second pass of `solve` to take its effect out of all that does move.
+/// Makes the matrix regular where it is singular by design. It is so along slides and about hinges.
+/// No row holds these. It is so, too, where loops or locked axes leave more rows than can move. The
+/// added terms are small. The second pass of `solve` removes their effect on everything that can
+/// move.
 template <Scalar S>
 void JointSystem<S>::fill_free_rows() {
   const S share = may_be_singular_ ? Tolerance<S>::equal() : S(0);
@@ -356,10 +357,11 @@ void JointSystem<S>::fill_free_rows() {
     if (!may_be_singular_ && !lets_slide(kind) && !lets_hinge(kind)) continue;
     const std::size_t row = order_.first_row(i);
     const std::size_t rows = lets_turn(kind) ? 1 : 2;
-    // Rows of a triangle may all be zero but for the first three.
-    const S mean = groups_.is_merged(i)
-                       ? S((matrix_.at(row, row).trace() + matrix_.at(row + 1, row + 1).trace()) / S(6))
-                       : S(0);
+    // All rows of a triangle but the first three may be zero.
+    const S mean =
+        groups_.is_merged(i)
+            ? S((matrix_.at(row, row).trace() + matrix_.at(row + 1, row + 1).trace()) / S(6))
+            : S(0);
     for (std::size_t r = row; r < row + rows; ++r) {
       Mat3<S>& block = matrix_.at(r, r);
       S scale = groups_.is_merged(i) ? mean : S(block.trace() / S(3));
@@ -380,7 +382,7 @@ bool JointSystem<S>::factor() {
   const JointCoupling* before = nullptr;
   for (const JointCoupling& coupling : order_.couplings()) {
     if (before == nullptr || before->row != coupling.row || before->body != coupling.body) {
-      const JointInstant<S>& at = groups_.at(coupling.row);
+      const JointState<S>& at = groups_.at(coupling.row);
       const Vec3<S>& s = coupling.is_b_of_row ? at.arm_b : at.arm_a;
       const Mat3<S>& inverse = nodes_[coupling.body].inverse_inertia;
       for (Eigen::Index k = 0; k < 3; ++k) lever.col(k) = inverse.col(k).cross(s);
@@ -396,27 +398,27 @@ bool JointSystem<S>::factor() {
   return matrix_.factor();
 }
 
-/// Adds what a joint gives: the impulses of its rows, of which those along what it leaves free mean
-/// nothing.
+/// Adds the impulses of a joint's rows to its bodies. Parts along its free axes have no meaning and
+/// are removed.
 template <Scalar S>
 void JointSystem<S>::add_wrench(std::size_t i, const Vec3<S>& linear, const Vec3<S>& angular) {
-  const JointInstant<S>& at = at_[i];
+  const JointState<S>& at = at_[i];
   const JointKind kind = joints_[i].kind;
   const Vec3<S> force = lets_slide(kind) ? across(at.slide, linear) : linear;
-  Wrench<S>& push_a = nodes_[joints_[i].body_a].push;
-  Wrench<S>& push_b = nodes_[joints_[i].body_b].push;
+  Wrench<S>& load_a = nodes_[joints_[i].body_a].load;
+  Wrench<S>& load_b = nodes_[joints_[i].body_b].load;
   Wrench<S> wrench{force, Vec3<S>::Zero()};
-  push_b.force += force;
-  push_a.force -= force;
-  push_b.torque += at.arm_b.cross(force);
-  push_a.torque -= at.arm_a.cross(force);
+  load_b.force += force;
+  load_a.force -= force;
+  load_b.torque += at.arm_b.cross(force);
+  load_a.torque -= at.arm_a.cross(force);
   if (!lets_turn(kind)) {
     wrench.torque = lets_hinge(kind) ? across(at.hinge, angular) : angular;
-    push_b.torque += wrench.torque;
-    push_a.torque -= wrench.torque;
+    load_b.torque += wrench.torque;
+    load_a.torque -= wrench.torque;
   }
   if (groups_.is_exchanged(i)) {
-    // On the other body about its own origin.
+    // Acts on the other body, about its own origin.
     const Node& a = nodes_[joints_[i].body_a];
     const Vec3<S> origin = a.now.R * joints_[i].X_CmA_J.translation;
     wrench = -wrench.shifted(origin - at.arm_a);
@@ -424,7 +426,7 @@ void JointSystem<S>::add_wrench(std::size_t i, const Vec3<S>& linear, const Vec3
   wrenches_[i] += wrench;
 }
 
-/// Solves for b and adds the wrenches and what they do to the bodies.
+/// Solves for b and adds the wrenches. Adds their effect on the bodies.
 template <Scalar S>
 void JointSystem<S>::add_solution(std::span<const Twist<S>> b) {
   for (std::size_t g = 0; g < groups_.size(); ++g) {
@@ -437,7 +439,7 @@ void JointSystem<S>::add_solution(std::span<const Twist<S>> b) {
     if (!lets_turn(kind(g))) rows_[row + 1] = b[groups_.joint(g)].angular;
   }
   matrix_.solve(rows_);
-  for (Node& node : nodes_) node.push = {};
+  for (Node& node : nodes_) node.load = {};
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     const std::size_t row = order_.first_row(g);
     const std::size_t last = row + (lets_turn(kind(g)) ? 0 : 1);
@@ -452,8 +454,8 @@ void JointSystem<S>::add_solution(std::span<const Twist<S>> b) {
   }
   for (Node& node : nodes_) {
     if (!node.def->moves_by_forces) continue;
-    node.change.linear += node.inverse_mass.cwiseProduct(node.push.force);
-    node.change.angular += node.inverse_inertia * node.push.torque;
+    node.change.linear += node.inverse_mass.cwiseProduct(node.load.force);
+    node.change.angular += node.inverse_inertia * node.load.torque;
   }
 }
 
@@ -469,4 +471,4 @@ void JointSystem<S>::solve(std::span<const Twist<S>> b) {
   add_solution(rest_);
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

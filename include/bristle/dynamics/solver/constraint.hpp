@@ -1,8 +1,8 @@
 /// @file
-/// Velocity constraints of joints as rows in blocks, and the exact solution of one block.
+/// Velocity constraints of joints as rows in blocks. Exact solution of one block.
 ///
-/// The sequential and the proximal solver differ only in how an impulse of one block changes the
-/// velocities of the others; what a block wants is here.
+/// The sequential and the proximal solver share this file. They differ only in how an impulse of
+/// one block changes the velocities of the others.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -15,35 +15,37 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// One scalar velocity constraint between bodies A and B. Its velocity is
-/// d . (v_B - v_A) + angular_b . w_B - angular_a . w_A, and an impulse x adds d x to B's momentum.
+/// One scalar velocity constraint between bodies A and B. Its velocity is d . (v_B - v_A) +
+/// angular_b . w_B - angular_a . w_A. An impulse x adds d x to B's momentum.
 template <Scalar S>
 struct ConstraintRow {
-  /// [1] Direction d, world axes; zero for a row on angular velocity.
+  /// [1] Direction d, world axes. It is zero for a row on angular velocity.
   Vec3<S> direction = Vec3<S>::Zero();
-  /// [m or 1] r x d for a row at a point, the axis for an angular row; one for each body.
+  /// [m or 1] r x d for a row at a point, the axis for an angular row. One for each body.
   Vec3<S> angular_a = Vec3<S>::Zero();
   Vec3<S> angular_b = Vec3<S>::Zero();
-  /// [m/s or rad/s] Wanted velocity.
+  /// [m/s or rad/s] Velocity target.
   S target = S(0);
-  /// [1/kg or 1/(kg m^2)] How far a bounded row gives way: it wants target - compliance * impulse.
+  /// [1/kg or 1/(kg m^2)] Compliance of a bounded row. Its velocity target is target - compliance *
+  /// impulse.
   S compliance = S(0);
-  /// [m or rad] Position error at the start of the step: the distance to a stop, the offset of a
-  /// joint.
+  /// [m or rad] Position error at the start of the step. It is the distance to a limit, or the
+  /// offset of a joint.
   S error = S(0);
   /// [N s or N m s] Accumulated impulse.
   S impulse = S(0);
   /// [N s or N m s] Accumulated impulse of the position correction.
   S correction = S(0);
 
+  /// [m/s or rad/s] Velocity of the row.
   [[nodiscard]] S velocity(const Twist<S>& a, const Twist<S>& b) const {
     return direction.dot(b.linear - a.linear) + angular_b.dot(b.angular) - angular_a.dot(a.angular);
   }
 };
 
-/// The same row with the opposite sign, without its error, target and impulses.
+/// The same row with the opposite sign. Its error, target and impulses are zero.
 template <Scalar S>
 [[nodiscard]] ConstraintRow<S> reversed(const ConstraintRow<S>& row) {
   ConstraintRow<S> result;
@@ -53,14 +55,14 @@ template <Scalar S>
   return result;
 }
 
-/// What the impulses of a block may be.
+/// Allowed impulses of a block.
 enum class BlockKind : std::uint8_t {
   /// Any value: velocities equal their targets.
   equality,
-  /// One row within [lower, upper]: a drive.
+  /// One row within [lower, upper]: a motor.
   bounded,
-  /// One row that only pushes and keeps an error from falling below zero: a stop.
-  stop
+  /// A limit: one row that only pushes. It keeps an error from falling below zero.
+  limit
 };
 
 /// Rows that are solved together.
@@ -75,23 +77,23 @@ struct ConstraintBlock {
   std::uint32_t first = 0;
   std::uint32_t count = 0;
   BlockKind kind = BlockKind::equality;
-  /// [-] Where its impulses begin among those that the joint keeps.
+  /// [-] First of its impulses among those that the joint stores.
   std::uint8_t first_impulse = 0;
-  /// [-] Slot of the joint that it comes from.
+  /// [-] Slot of its joint.
   std::uint32_t joint = 0;
-  /// [N s or N m s] Bounds of a bounded row or a stop.
+  /// [N s or N m s] Bounds of a bounded row or a limit.
   S lower = S(0);
   S upper = S(0);
 };
 
-/// How many rows of a block the position correction closes: all of a joint, a stop; none of a
-/// drive.
+/// Number of rows of a block that the position correction closes. It closes all of a joint, one of
+/// a limit, none of a motor.
 template <Scalar S>
 [[nodiscard]] std::uint32_t corrected_rows(const ConstraintBlock<S>& block) {
   switch (block.kind) {
     case BlockKind::equality:
       return block.count;
-    case BlockKind::stop:
+    case BlockKind::limit:
       return 1;
     case BlockKind::bounded:
       break;
@@ -99,8 +101,8 @@ template <Scalar S>
   return 0;
 }
 
-/// Response of a block's row velocities to its own impulses, row-major `count` x `count`, and what
-/// solving it needs.
+/// Response of a block's row velocities to its own impulses. The factor of that matrix. Row-major,
+/// `count` x `count`.
 template <Scalar S>
 struct BlockResponse {
   std::array<S, 36> matrix{};
@@ -111,12 +113,12 @@ struct BlockResponse {
     return matrix[i * count + j];
   }
 
-  /// Prepares the solution once `matrix` is filled.
+  /// Factors `matrix` for the solution.
   void prepare(BlockKind kind, std::size_t count) {
     if (kind != BlockKind::equality) return;
     factor = matrix;
-    // Redundant rows give a singular matrix; the floor softens them just enough to share the load.
-    // A block without any response (between two bodies that nothing moves) gets no impulse.
+    // Redundant rows give a singular matrix. The floor softens them just enough to share the load.
+    // A block without any response (between two immovable bodies) gets no impulse.
     if (!factor_cholesky(factor.data(), count, no_mobility<S>)) {
       factor.fill(S(0));
       for (std::size_t i = 0; i < count; ++i) factor[i * count + i] = infinity<S>;
@@ -127,7 +129,7 @@ struct BlockResponse {
 /// Solves one block with everything else held still.
 ///
 /// @param K         Response of the block's velocities to its impulses.
-/// @param velocity  Row velocities as they are now.
+/// @param velocity  Present row velocities.
 /// @param rows      The block's rows; their impulses are updated.
 /// @param[out] change  Impulse change of each row.
 template <Scalar S>
@@ -143,10 +145,9 @@ void solve_block(const ConstraintBlock<S>& block, const BlockResponse<S>& K, con
       for (std::size_t i = 0; i < block.count; ++i) rows[i].impulse += change[i];
       return;
     case BlockKind::bounded:
-    case BlockKind::stop: {
+    case BlockKind::limit: {
       const S missing = velocity[0] - rows[0].target + rows[0].compliance * rows[0].impulse;
-      const S wanted =
-          rows[0].impulse + detail::scalar_change(missing, K(0, 0, 1) + rows[0].compliance);
+      const S wanted = rows[0].impulse + scalar_change(missing, K(0, 0, 1) + rows[0].compliance);
       const S impulse = min(max(wanted, block.lower), block.upper);
       change[0] = impulse - rows[0].impulse;
       rows[0].impulse = impulse;
@@ -155,4 +156,4 @@ void solve_block(const ConstraintBlock<S>& block, const BlockResponse<S>& K, con
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,8 +1,8 @@
 /// @file
-/// The branches of a row's law, on each of which it is linear.
+/// Branches of a row's law. The law is linear on each branch.
 ///
-/// With the response K of a row by itself and w~ = w + eps K (l - c) for the velocity w that it
-/// still has, its impulse l and a centre c, p = l - w~ / K tells the branch:
+/// Let K be the response of a row by itself, w its remaining velocity, l its impulse and c a
+/// centre. Then w~ = w + eps K (l - c). The sign of p = l - w~ / K tells the branch:
 ///     open   (p_n <= 0):         l + dl = 0
 ///     normal:                    w~ + J dv + eps K dl = 0
 ///     stick  (|p_t| <= mu p_n):  the same of both tangents
@@ -20,23 +20,23 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// On which branch a row is.
+/// Branch of a row's law.
 enum class CoulombState : std::uint8_t { unknown, open, stick, slip, inside, at_lower, at_upper };
 
-/// The law of a row on its branch: dl = constant + D J dv. Of a cone the whole of its three rows.
+/// The law of a row on its branch: dl = constant + D J dv. For a cone it covers all three rows.
 template <typename Real>
 struct CoulombBranch {
   CoulombState state = CoulombState::unknown;
-  /// D of the normal, or of a single row; of the tangents by the normal; of the tangents.
+  /// D of the normal, or of a single row; then of the tangents by the normal; then of the tangents.
   Real normal = Real(0);
   std::array<Real, 2> drag{};
   Real xx = Real(0), xy = Real(0), yy = Real(0);
   std::array<Real, 3> constant{};
 };
 
-/// Of a row without a cone.
+/// Branch of a row without a cone.
 /// @param l, w  Its impulse, and w~.
 template <typename Real>
 [[nodiscard]] CoulombBranch<Real> branch_of_single(const IslandRow<Real>& row, Real l, Real w,
@@ -59,8 +59,8 @@ template <typename Real>
   return branch;
 }
 
-/// Of a contact.
-/// @param row   The row of its normal.
+/// Branch of a contact.
+/// @param row   Its normal row.
 /// @param l, w  Impulses, and w~, of the normal and the tangents.
 template <typename Real>
 [[nodiscard]] CoulombBranch<Real> branch_of_cone(const IslandRow<Real>& row,
@@ -109,4 +109,4 @@ template <typename Real>
   return branch;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

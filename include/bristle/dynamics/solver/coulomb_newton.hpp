@@ -1,17 +1,16 @@
 /// @file
-/// Newton's method on Coulomb's law as it is, for islands in which contacts slide.
+/// Newton's method on Coulomb's law itself, for islands with sliding contacts.
 ///
-/// Unknown are the velocities v of the bodies and the impulses l of all rows. On the branch that a
-/// row is on (coulomb_branch.hpp) its law is linear, dl = q + D J dv, so that
+/// The unknowns are the velocities v of the bodies and the impulses l of all rows. On the branch of
+/// a row (coulomb_branch.hpp) its law is linear, dl = q + D J dv, so that
 ///     [Mt - J^T D J] dv = r - Mt v + J^T (l + q).
-/// The bound of friction moves with the normal impulse, which makes the matrix nonsymmetric and
-/// convergence fast: where the bound lags a pass behind, pushed blocks converge by a factor of
-/// about mu^2 a pass only.
+/// The friction bound moves with the normal impulse. That makes the matrix nonsymmetric and
+/// convergence fast. With a bound that lags a pass behind, convergence is slow: pushed blocks then
+/// converge only by a factor of about mu^2 a pass.
 ///
-/// Newton's method finds nothing from far away. It begins where the last step ended, moves the
-/// centre and makes eps smaller once the problem with eps is solved, and judges impulses alone:
-/// those within their bounds, with the velocities that they give. The best that take energy are
-/// kept.
+/// Newton's method does not converge from far away. It starts at the end of the last step. It moves
+/// the centre. It reduces eps once the problem with eps is solved. Only impulses within their
+/// bounds are judged, with their velocities. The best that add no energy are kept.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -29,75 +28,76 @@
 #include <span>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// An island as `CoulombNewton` takes it.
+/// An island for `CoulombNewton`.
 template <typename Real>
 struct CoulombProblem {
-  /// With the impulses to start from.
+  /// Rows with their warm start.
   std::span<const IslandRow<Real>> rows;
-  /// Mt and r: masses with what is linear in the velocities, and the momentum without constraints.
+  /// Mt: masses, and terms linear in the velocities. r: the momentum without constraints.
   const EnvelopeMatrix<Real>* matrix;
   std::span<const Real> rhs;
-  /// Whether Mt is M: bodies act on each other through the rows alone.
+  /// True if Mt is M. Then bodies act on each other through the rows alone.
   bool is_uncoupled;
   /// [m/s, rad/s] Velocities at the start of the step, and after it without constraints.
   const std::vector<Real>*start, *free;
-  /// [m/s] Residual that does not count.
+  /// [m/s] Residual that counts as zero.
   Real tolerance;
-  /// [m/s] By how much forces and drives change velocities in the step.
+  /// [m/s] Velocity change by forces and motors in the step.
   Real speed_change;
 
-  /// [m/s] Residual that is worth no more work: a thousandth of the slip, or of what forces change
-  /// in the step. What rests is never left like that: its errors would add up.
+  /// [m/s] Residual that is worth no more work. It is a thousandth of the slip or of the velocity
+  /// change by forces in the step, whichever is less. Resting contacts always go down to
+  /// `tolerance`. Their errors would add up.
   [[nodiscard]] Real good_enough(Real slip) const {
     return std::max(tolerance, Real(1e-3) * std::min(speed_change, slip));
   }
 };
 
-/// What `CoulombNewton` found.
+/// Result of `CoulombNewton`.
 template <typename Real>
-struct CoulombAnswer {
+struct CoulombResult {
   /// [m/s] Largest distance of a row from its law.
   Real residual = infinity<Real>;
-  /// [m/s] Speed of the fastest contact that slides.
+  /// [m/s] Speed of the fastest sliding contact.
   Real slip = Real(0);
-  /// [m/s, rad/s] By how much the impulses change velocities along the rows.
+  /// [m/s, rad/s] Velocity change by the impulses, along the rows.
   Real change = Real(0);
-  /// With which the last factorisation was done.
+  /// The eps of the last factorisation.
   Real eps = Real(0);
   /// [-] Factorisations.
   int factorisations = 0;
 };
 
-/// Scratch memory and the algorithm.
+/// The algorithm with its scratch memory.
 template <typename Real>
 class CoulombNewton {
  public:
   using Row = IslandRow<Real>;
 
-  /// Finds impulses and velocities.
-  CoulombAnswer<Real> solve(const CoulombProblem<Real>& problem) {
-    CoulombAnswer<Real> answer;
+  /// Finds impulses and velocities that satisfy the law.
+  CoulombResult<Real> solve(const CoulombProblem<Real>& problem) {
+    CoulombResult<Real> answer;
     const std::span<const Row> rows = problem.rows;
     start(problem);
     Real eps = Real(1e-3);
     evaluate(rows, v_, velocity_);
-    // Where the last step's impulses are far from any answer they are none to seek it near.
+    // Impulses of the last step that are far from any solution give no hint.
     if (distance(rows, impulse_, velocity_) > Real(3) * problem.speed_change) {
       eps = Real(1e-2);
       std::fill(centre_.begin(), centre_.end(), Real(0));
     }
     if (!factor_response(problem)) return answer;
-    // What stays as it was needs no factorisation.
+    // A state that stays as it was needs no factorisation.
     judge(problem, answer);
     const Real nothing = Real(1e-2) * problem.tolerance;
     if (answer.residual <= nothing && is_steady(problem, nothing)) return answer;
     answer.residual = infinity<Real>;
 
-    Real factored_eps = Real(-1);  // None is factored.
+    Real factored_eps = Real(-1);  // No factor yet.
     Real least_eps = Real(1e-6);
-    Real nearest = infinity<Real>;  // To the law with eps, of all steps from this centre.
+    Real nearest = infinity<Real>;  // Least distance of all steps from this centre.
     Real before = infinity<Real>;
     Real at_centre = infinity<Real>;
     int centres = 0;
@@ -132,8 +132,8 @@ class CoulombNewton {
           rows, [&](std::size_t k) { return impulse_[k]; },
           [&](std::size_t k) { return compliant(rows[k], k, eps); });
       if (of_compliant > Real(3) * nearest && eps < Real(largest_eps)) {
-        // A step that leads away from the law was too long: a larger eps keeps the next near the
-        // centre, which moves to where the law was nearest.
+        // A step that leads away from the law was too long. A larger eps keeps the next step near
+        // the centre. The centre moves to where the law was nearest.
         v_ = nearest_v_;
         impulse_ = centre_ = nearest_impulse_;
         evaluate(rows, v_, velocity_);
@@ -142,12 +142,12 @@ class CoulombNewton {
         continue;
       }
       if (of_compliant < nearest) keep_nearest(of_compliant, nearest);
-      // A factor that no longer helps is made anew.
+      // A factor that no longer helps is rebuilt.
       if (!is_fresh && of_compliant > Real(0.1) * before) factored_eps = Real(-1);
       before = of_compliant;
       if (of_compliant > std::max(Real(0.1) * problem.tolerance, Real(0.1) * left)) continue;
       if (centres++ > 0 && left > Real(0.5) * at_centre) break;
-      // The factor serves on where it converges fast.
+      // The factor is kept where it converges fast.
       if (left > Real(0.03) * at_centre) eps = std::max(least_eps, Real(0.1) * eps);
       at_centre = left;
       centre_ = impulse_;
@@ -157,9 +157,9 @@ class CoulombNewton {
     return answer;
   }
 
-  /// The impulses that were found, and the velocities [m/s, rad/s] that they give.
+  /// The impulses that were found. `velocities` are theirs [m/s, rad/s].
   [[nodiscard]] Real impulse(std::size_t row) const { return best_[row]; }
-  /// x := H^-1 x with the last matrix that was factored, H = Mt - J^T D J.
+  /// x := H^-1 x with the matrix factored last, H = Mt - J^T D J.
   void solve_linear(std::vector<Real>& x) const {
     if (is_symmetric_) {
       cholesky_.solve(x.data());
@@ -179,8 +179,8 @@ class CoulombNewton {
   void start(const CoulombProblem<Real>& problem) {
     const std::size_t count = problem.rows.size();
     v_ = *problem.start;
-    detail::refill(impulse_, count, Real(0));
-    detail::refill(best_, count, Real(0));
+    refill(impulse_, count, Real(0));
+    refill(best_, count, Real(0));
     for (std::size_t k = 0; k < count; ++k) {
       best_[k] = problem.rows[k].lambda;
       if (problem.rows[k].response > Real(0)) impulse_[k] = best_[k];
@@ -190,11 +190,11 @@ class CoulombNewton {
     velocity_.resize(count);
     candidate_velocity_.resize(count);
     candidate_.resize(count);
-    detail::refill(branches_, count, Branch{});
+    refill(branches_, count, Branch{});
     step_.resize(v_.size());
     free_velocity_.resize(count);
-    // Room for what only some solutions need: a warm step in which something begins or ends to slide
-    // must not allocate.
+    // Reserves memory that only some solutions need. A warm step in which a contact begins or ends
+    // to slide must not allocate.
     nearest_v_ = v_;
     nearest_impulse_ = impulse_;
     factored_ = branches_;
@@ -215,7 +215,7 @@ class CoulombNewton {
         [&](std::size_t k) { return velocity[k]; });
   }
 
-  /// Whether the best answer leaves the velocities as they were at the start of the step.
+  /// Returns whether the best solution leaves the velocities as at the start of the step.
   [[nodiscard]] bool is_steady(const CoulombProblem<Real>& problem, Real nothing) const {
     using std::abs;
     for (std::size_t i = 0; i < best_v_.size(); ++i) {
@@ -236,7 +236,7 @@ class CoulombNewton {
   }
 
   /// Finds the branch of each row.
-  /// @return Whether any has changed.
+  /// @return Whether any branch has changed.
   bool linearise(std::span<const Row> rows, Real eps) {
     bool has_switched = false;
     for (std::size_t k = 0; k < rows.size(); ++k) {
@@ -268,7 +268,7 @@ class CoulombNewton {
     });
   }
 
-  /// Factors Mt - J^T D J, which is symmetric where nothing slides.
+  /// Factors Mt - J^T D J. It is symmetric where nothing slides.
   [[nodiscard]] bool factor(const CoulombProblem<Real>& problem) {
     is_symmetric_ = std::none_of(branches_.begin(), branches_.end(),
                                  [](const Branch& b) { return b.state == State::slip; });
@@ -281,15 +281,15 @@ class CoulombNewton {
     for (std::size_t k = 0; k < rows.size(); ++k) {
       const Branch& branch = branches_[k];
       if (rows[k].kind == RowKind::tangent || branch.normal == Real(0)) continue;
-      detail::add_square(cholesky_, -branch.normal, rows[k]);
+      add_square(cholesky_, -branch.normal, rows[k]);
       if (rows[k].kind != RowKind::cone) continue;
-      detail::add_square(cholesky_, -branch.xx, rows[k + 1]);
-      detail::add_square(cholesky_, -branch.yy, rows[k + 2]);
+      add_square(cholesky_, -branch.xx, rows[k + 1]);
+      add_square(cholesky_, -branch.yy, rows[k + 2]);
     }
     return cholesky_.factor();
   }
 
-  /// The matrix in which contacts slide.
+  /// Assembles the matrix with sliding contacts.
   void assemble(const CoulombProblem<Real>& problem) {
     lu_.assign(*problem.matrix);
     const std::span<const Row> rows = problem.rows;
@@ -298,7 +298,7 @@ class CoulombNewton {
       const Row& row = rows[k];
       const Branch& branch = branches_[k];
       if (row.kind == RowKind::tangent || branch.normal == Real(0)) continue;
-      // Rows between the same two bodies follow each other and are summed first.
+      // Rows between the same two bodies follow each other. They are summed first.
       if (of_pair == nullptr || row.a != of_pair->a || row.b != of_pair->b) {
         if (of_pair != nullptr) add_pair(*of_pair);
         of_pair = &row;
@@ -312,7 +312,7 @@ class CoulombNewton {
     if (of_pair != nullptr) add_pair(*of_pair);
   }
 
-  /// Combinations of Jacobians, over both bodies.
+  /// Combinations of Jacobians, for both bodies.
   using Sides = std::array<std::array<Real, 6>, 2>;
   [[nodiscard]] static Sides sides(const Row& row, Real weight) {
     Sides out;
@@ -335,7 +335,7 @@ class CoulombNewton {
     return out;
   }
 
-  /// Adds left^T right to the sums of the pair: blocks aa, ab, ba, bb.
+  /// Adds left^T right to the sums of the pair. Blocks are aa, ab, ba, bb.
   void add_product(const Row& left, const Sides& right) {
     const std::array<Real, 6>* l[2] = {&left.jacobian_a, &left.jacobian_b};
     const bool moves[2] = {left.a != Row::none, left.b != Row::none};
@@ -360,8 +360,8 @@ class CoulombNewton {
     }
   }
 
-  /// Takes the step. With a factor of an earlier iteration its slopes belong to it, too.
-  /// @return False where the step is not finite; nothing has changed then.
+  /// Applies the step. With a factor of an earlier iteration, the slopes of that iteration apply.
+  /// @return False if the step is not finite. Nothing has changed then.
   bool advance(std::span<const Row> rows) {
     using std::abs;
     Real size = Real(0);
@@ -383,7 +383,7 @@ class CoulombNewton {
     return true;
   }
 
-  /// Factors Mt by itself, without its empty places where bodies are not coupled by it.
+  /// Factors Mt by itself. Where it does not couple bodies, its empty blocks are left out.
   bool factor_response(const CoulombProblem<Real>& problem) {
     const EnvelopeMatrix<Real>& matrix = *problem.matrix;
     first_.resize(matrix.size());
@@ -406,15 +406,15 @@ class CoulombNewton {
         continue;
       }
       impulse[k] = std::max(Real(0), impulse[k]);
-      detail::shrink(row.friction * impulse[k], impulse[k + 1], impulse[k + 2]);
+      shrink(row.friction * impulse[k], impulse[k + 1], impulse[k + 2]);
     }
   }
 
-  /// Keeps the impulses of the present iterate, moved into their bounds, if with the velocities
-  /// that they give they are nearer to the law than the best, and take energy, to the error that a
-  /// solution may have anyway. What rows do to the bodies' energy is sum l . (w_free + w) / 2 in
-  /// velocities that are not relative to what they aim at.
-  void judge(const CoulombProblem<Real>& problem, CoulombAnswer<Real>& answer) {
+  /// Keeps the impulses of the present iterate, moved into their bounds, if they are the best.
+  /// Their velocities must be nearer to the law. They must add no energy, to the error that a
+  /// solution may have anyway. Rows change the bodies' energy by sum l . (w_free + w) / 2. These
+  /// velocities are not relative to their targets.
+  void judge(const CoulombProblem<Real>& problem, CoulombResult<Real>& answer) {
     using std::abs;
     const std::span<const Row> rows = problem.rows;
     candidate_v_.assign(problem.rhs.begin(), problem.rhs.end());
@@ -431,7 +431,7 @@ class CoulombNewton {
     for (std::size_t k = 0; k < rows.size(); ++k) {
       if (rows[k].kind == RowKind::bounded) continue;
       work +=
-          candidate_[k] * ((free_velocity_[k] + candidate_velocity_[k]) / Real(2) + rows[k].aim);
+          candidate_[k] * ((free_velocity_[k] + candidate_velocity_[k]) / Real(2) + rows[k].bias);
       work -= abs(candidate_[k]) * error;
     }
     if (work > Real(0)) return;
@@ -452,7 +452,7 @@ class CoulombNewton {
     return largest;
   }
 
-  /// [m/s] Of the contacts that slide.
+  /// [m/s] Speed of the fastest sliding contact.
   [[nodiscard]] Real fastest_slip(std::span<const Row> rows) const {
     using std::hypot;
     Real fastest = Real(0);
@@ -463,7 +463,7 @@ class CoulombNewton {
     return fastest;
   }
 
-  /// Calls use(number of the branch, part) for all rows that can act: parts of a cone are its three
+  /// Calls use(number of the branch, part) for all rows that can act. Parts of a cone are its three
   /// rows.
   template <typename Use>
   static void for_each_part(std::span<const Row> rows, Use&& use) {
@@ -476,7 +476,7 @@ class CoulombNewton {
 
   EnvelopeLu<Real> lu_;
   EnvelopeMatrix<Real> cholesky_;
-  bool is_symmetric_ = false;      // Which of them was factored last.
+  bool is_symmetric_ = false;      // True if `cholesky_` was factored last.
   EnvelopeMatrix<Real> response_;  // Mt, factored.
   std::vector<std::uint32_t> first_;
   std::vector<Branch> branches_, factored_;
@@ -486,4 +486,4 @@ class CoulombNewton {
   std::vector<Real> velocity_, candidate_velocity_, free_velocity_;
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

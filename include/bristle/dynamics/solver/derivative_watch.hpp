@@ -1,9 +1,9 @@
 /// @file
 /// Tells when the derivatives in an iteration have settled.
 ///
-/// Iterations end when values have converged. Derivatives come to rest by the same iteration but
-/// later: Newton's method has them one step behind the values, and where values start converged
-/// (from the impulses of the last step, say) nothing may have moved derivatives at all.
+/// Iterations end when values have converged. Derivatives converge by the same iteration, but
+/// later. Newton's method has them one step behind the values. Where values start converged (from a
+/// warm start, say), nothing may have changed derivatives at all.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -15,22 +15,22 @@
 #include <cstddef>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Watches the derivatives of the velocities that an iteration finds. For scalars without
-/// derivatives there is nothing to watch, and nothing is compiled of it.
+/// Watches the derivatives of the velocities that an iteration finds. It compiles to nothing for
+/// scalars without derivatives.
 template <Scalar S>
 class DerivativeWatch {
  public:
-  /// Begins with a new iteration.
+  /// Starts a new iteration.
   void start() { last_.clear(); }
 
-  /// Whether no derivative of any velocity has changed since the last call by more than `tolerance`
-  /// [1], relative to the largest one by the same variable, of a velocity or of what an impulse
-  /// gives. False in the first call.
+  /// Returns whether all derivatives of velocities have settled. None may have changed since the
+  /// last call by more than `tolerance` [1]. That is relative to the largest derivative by the same
+  /// variable. It counts velocities and velocity changes by impulses. False in the first call.
   ///
-  /// @param show  Is called with this watch, to show it all `velocity` and `impulse`, each time in
-  ///              the same order.
+  /// @param show  Called with this watch. It passes all `velocity` and `impulse` values to it.
+  ///              Their order is always the same.
   template <typename Show>
   [[nodiscard]] bool have_settled(S tolerance, Show&& show) {
     if constexpr (derivatives_of<S> == 0) {
@@ -48,7 +48,7 @@ class DerivativeWatch {
     }
   }
 
-  /// [m/s, rad/s]
+  /// Adds a velocity [m/s, rad/s].
   void velocity(const S& v) {
     if (is_first_) last_.emplace_back();
     Partials& last = last_[at_++];
@@ -58,8 +58,8 @@ class DerivativeWatch {
       last[k] = v.partial(k);
     }
   }
-  /// [N s, N m s] With what it makes of a velocity: impulses that hold each other leave derivatives
-  /// of velocities that are round-off.
+  /// Adds an impulse [N s, N m s], and the response of a velocity to it. Impulses that balance each
+  /// other leave derivatives of velocities that are round-off.
   void impulse(const S& x, const S& response) {
     for (std::size_t k = 0; k < size_.size(); ++k) {
       size_[k] = std::max(size_[k], std::abs(value_of(response) * x.partial(k)));
@@ -75,4 +75,4 @@ class DerivativeWatch {
   bool is_first_ = true;
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

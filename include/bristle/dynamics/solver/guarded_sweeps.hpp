@@ -1,9 +1,9 @@
 /// @file
-/// Sweeps that no overflow spreads in: for islands whose solution is not finite.
+/// Sweeps that stop the spread of overflows. They are for islands whose solution is not finite.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/dynamics/contacts/contact_aim.hpp>
+#include <bristle/dynamics/contacts/contact_target.hpp>
 #include <bristle/dynamics/contacts/saved_impulses.hpp>
 #include <bristle/dynamics/solver/solver_types.hpp>
 #include <bristle/math/finite.hpp>
@@ -11,13 +11,13 @@
 #include <array>
 #include <cstdint>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Sweeps over the contacts and joints of an island, from no impulses, each taken back where it
-/// would give a body a velocity whose square is not finite. A body whose masses overflow then
-/// touches nothing, and its neighbours keep what they stand on. Soft blocks give nothing.
+/// Sweeps over the contacts and joints of an island, without a warm start. An update is undone if
+/// the squared velocity of a body would not be finite. A body whose masses overflow then touches
+/// nothing. Its neighbours keep their supports. Soft blocks get no impulse.
 ///
-/// Bodies move by the velocity at the end of the step: it closes no gap and opens no overlap.
+/// Bodies move by the velocity at the end of the step. It closes no gap and opens no overlap.
 template <Scalar S>
 class GuardedSweeps {
  public:
@@ -34,7 +34,7 @@ class GuardedSweeps {
     }
     for (const std::uint32_t i : island.contacts) {
       ContactConstraint<S>& c = constraints.contacts[i];
-      aim_contact(c, bodies[c.body_a], bodies[c.body_b], context);
+      target_contact(c, bodies[c.body_a], bodies[c.body_b], context);
     }
     for (int n = 0; n < context.settings.max_sweeps; ++n) {
       for (const std::uint32_t i : island.blocks) turn_block(constraints, i, bodies);
@@ -94,4 +94,4 @@ class GuardedSweeps {
   }
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,18 +1,18 @@
 /// @file
-/// Kinetic energy of an island, as found and as what it may be judged by.
+/// Kinetic energy of an island, as solved and for comparison.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <bristle/dynamics/solver/solver_types.hpp>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// [J] Twice the kinetic energy of an island's bodies.
 template <Scalar S>
 struct IslandEnergy {
-  /// With the velocities that were solved for.
+  /// With the solved velocities.
   S found = S(0);
-  /// At the start of the step, and at its end if nothing but forces acted.
+  /// At the start of the step, and at its end in free motion.
   S start = S(0);
   S free = S(0);
 };
@@ -23,6 +23,7 @@ template <Scalar S>
   return body.mass * u.linear.dot(v.linear) + u.angular.dot(body.inertia * v.angular);
 }
 
+/// Computes the energies of an island.
 template <Scalar S>
 [[nodiscard]] IslandEnergy<S> energy_of(const Island& island,
                                         std::span<const SolverBody<S>> bodies) {
@@ -36,4 +37,4 @@ template <Scalar S>
   return sum;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

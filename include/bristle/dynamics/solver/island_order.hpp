@@ -1,5 +1,5 @@
 /// @file
-/// Order of an island's bodies in its matrix: neighbours side by side, so that the envelope is
+/// Order of an island's bodies in its matrix. Neighbours are side by side, so that the envelope is
 /// narrow (reverse Cuthill-McKee, from an end of the island; George 1971).
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
@@ -10,26 +10,26 @@
 #include <cstdint>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Numbers the bodies of one island after the other. Keeps its memory.
+/// Numbers the bodies of islands, one island at a time. Keeps its memory.
 class IslandOrder {
  public:
   static constexpr std::uint32_t none = 0xffffffffu;
 
-  /// Numbers the bodies, and finds for each the lowest number among itself and its neighbours.
+  /// Numbers the bodies. Finds for each body the lowest number among itself and its neighbours.
   template <Scalar S>
   void build(const Island& island, const Constraints<S>& constraints, std::size_t slots) {
     if (local_.size() < slots) local_.resize(slots, none);
     const auto count = static_cast<std::uint32_t>(island.bodies.size());
     for (std::uint32_t i = 0; i < count; ++i) local_[island.bodies[i]] = i;
     link(island, constraints, count);
-    // Twice from a far end: the first walk finds it, the second starts there.
+    // Two walks. The first finds a far end. The second starts there.
     walk(0, count);
     walk(queue_.back(), count);
 
     number_.resize(count);
-    // Backwards: a hub that many bodies touch then comes after them, where it fills one row only.
+    // Reversed. A hub that many bodies touch then comes after them. There it fills one row only.
     for (std::uint32_t i = 0; i < count; ++i) number_[queue_[i]] = count - 1 - i;
     lowest_.resize(count);
     for (std::uint32_t i = 0; i < count; ++i) lowest_[i] = i;
@@ -38,19 +38,19 @@ class IslandOrder {
         lowest_[number_[i]] = std::min(lowest_[number_[i]], number_[links_[k]]);
       }
     }
-    // By slot from here on; slots of other islands stay `none`.
+    // From here on indexed by slot. Slots of other islands stay `none`.
     for (const std::uint32_t slot : island.bodies) local_[slot] = number_[local_[slot]];
   }
 
-  /// Forgets the island, ready for the next one.
+  /// Clears the island, ready for the next one.
   void clear(const Island& island) {
     for (const std::uint32_t slot : island.bodies) local_[slot] = none;
   }
 
-  /// Number of a body, `none` if it is not of the island.
+  /// Number of a body. It is `none` if the body is not in the island.
   [[nodiscard]] std::uint32_t number(std::uint32_t slot) const { return local_[slot]; }
-  /// [-] Multiply-adds of the factorisation of the island's matrix within its envelope: half the
-  /// square of what each row holds.
+  /// [-] Multiply-adds of the factorisation of the island's matrix within its envelope. That is
+  /// half the square of the width of each row.
   [[nodiscard]] std::uint64_t factor_work() const {
     std::uint64_t sum = 0;
     for (std::uint32_t i = 0; i < lowest_.size(); ++i) {
@@ -59,7 +59,7 @@ class IslandOrder {
     }
     return sum;
   }
-  /// Lowest number among a body's neighbours and itself.
+  /// Lowest number among a body and its neighbours.
   [[nodiscard]] std::uint32_t lowest(std::uint32_t number) const { return lowest_[number]; }
 
  private:
@@ -70,7 +70,7 @@ class IslandOrder {
       const auto one = [&](std::uint32_t a, std::uint32_t b) {
         if (local_[a] != none && local_[b] != none) use(local_[a], local_[b]);
       };
-      // The points of a manifold come one after the other: one link is enough for all of them.
+      // The points of a manifold follow each other. One link is enough for all of them.
       std::uint32_t last_a = none;
       std::uint32_t last_b = none;
       for (const std::uint32_t i : island.contacts) {
@@ -130,4 +130,4 @@ class IslandOrder {
   std::vector<bool> is_queued_;
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,5 +1,5 @@
 /// @file
-/// One constraint row of `IslandRows`: its Jacobian, its multiplier and the rule for it.
+/// One constraint row of `IslandRows`: its Jacobian, its multiplier and the bounds of that.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -14,21 +14,21 @@
 #include <span>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// What the multiplier of a row may be.
+/// Allowed values of the multiplier of a row.
 enum class RowKind : std::uint8_t {
-  /// Anything.
+  /// Any value.
   free,
-  /// What lies within [lower, upper].
+  /// Values within [lower, upper].
   bounded,
-  /// The normal part of a point of Coulomb's cone; two `tangent` rows follow.
+  /// Normal row of a point with Coulomb's cone. Two `tangent` rows follow.
   cone,
   /// See `cone`.
   tangent
 };
 
-/// On which part of its rule a row is.
+/// Side of its bounds that a row is on.
 enum class RowSide : std::uint8_t { inside, at_bound, sliding };
 
 /// A row over the velocities of two bodies. Velocities are relative to the row's target.
@@ -36,23 +36,23 @@ template <typename Real>
 struct IslandRow {
   static constexpr std::uint32_t none = 0xffffffffu;
 
-  std::uint32_t a = none;  // First unknown of each body, `none` where it has no unknowns.
+  std::uint32_t a = none;  // First unknown of each body; `none` if it has none.
   std::uint32_t b = none;
   RowKind kind = RowKind::free;
   RowSide side = RowSide::inside;
   std::array<Real, 6> jacobian_a{};
   std::array<Real, 6> jacobian_b{};
   Real target = Real(0);
-  Real aim = Real(0);       // Of it, what is not the motion of a body: a bounce, or a gap to close.
+  Real bias = Real(0);      // Part of the target that is no body's motion: a bounce, a gap.
   Real response = Real(0);  // K: velocity per own impulse; 0 for a row that is left out.
-  Real compliance = Real(0);  // What the velocity gives way by per impulse.
+  Real compliance = Real(0);  // Velocity yielded per impulse.
   Real lower = Real(0);
   Real upper = Real(0);
   Real friction = Real(0);
-  Real shift = Real(0);  // Of a cone: what sliding adds to the normal velocity.
+  Real shift = Real(0);  // Of a cone: opening speed of sliding.
   Real lambda = Real(0);
   Real velocity = Real(0);
-  Real change = Real(0);  // Of the velocity, along the whole step of Newton's.
+  Real change = Real(0);  // Of the velocity, along the whole Newton step.
 
   /// J v.
   [[nodiscard]] Real times(const std::vector<Real>& v) const {
@@ -74,21 +74,19 @@ struct IslandRow {
       for (std::size_t i = 0; i < 6; ++i) g[b + i] += x * jacobian_b[i];
     }
   }
-  /// The nearest value that a row without a cone may have.
+  /// The nearest allowed value of a row without a cone.
   [[nodiscard]] Real clamped(Real x) const {
     return kind == RowKind::free ? x : std::min(std::max(x, lower), upper);
   }
-  /// [velocity per impulse] R and what the row itself gives way by: the inverse of the slope of
+  /// [velocity per impulse] R plus the row's own compliance. It is the inverse of the slope of
   /// lambda+.
   [[nodiscard]] Real softness(Real eps) const { return eps * response + compliance; }
-  /// What the multiplier would be without its rule, a part s of the way along the step.
+  /// The multiplier without its bounds, at a share s of the way along the step.
   [[nodiscard]] Real proposed(Real eps, Real s) const {
     if (!(response > Real(0))) return Real(0);
     return lambda - (velocity + shift + s * change + compliance * lambda) / softness(eps);
   }
 };
-
-namespace detail {
 
 /// Moves a point into a disk, radially.
 template <typename Real>
@@ -100,7 +98,7 @@ void shrink(Real radius, Real& x, Real& y) {
   y *= radius / length;
 }
 
-/// Moves (n, x, y) to the nearest point of a friction cone, which may be as narrow as a line.
+/// Moves (n, x, y) to the nearest point of a friction cone. The cone may be as narrow as a line.
 template <typename Real>
 void project_on_cone(Real friction, Real& n, Real& x, Real& y) {
   using std::hypot;
@@ -116,7 +114,7 @@ void project_on_cone(Real friction, Real& n, Real& x, Real& y) {
   y *= scale;
 }
 
-/// h += weight j j^T, j the Jacobian of a row.
+/// h += weight j j^T, with the Jacobian j of a row.
 template <typename Real>
 void add_square(EnvelopeMatrix<Real>& h, Real weight, const IslandRow<Real>& row) {
   const std::uint32_t unknown[2] = {row.a, row.b};
@@ -135,10 +133,8 @@ void add_square(EnvelopeMatrix<Real>& h, Real weight, const IslandRow<Real>& row
   }
 }
 
-}  // namespace detail
-
-/// Largest distance of a row from its law, as the velocity that its own response makes of it.
-/// @param lambda, velocity  Tell the multiplier and the velocity of the row of a number.
+/// Largest distance of a row from its law, as a velocity by the row's own response.
+/// @param lambda, velocity  Return the multiplier and the velocity of a row by its number.
 template <typename Real, typename Lambda, typename Velocity>
 [[nodiscard]] Real distance_from_law(std::span<const IslandRow<Real>> rows, const Lambda& lambda,
                                      const Velocity& velocity) {
@@ -158,10 +154,10 @@ template <typename Real, typename Lambda, typename Velocity>
     largest = std::max(largest, K * abs(l - std::max(Real(0), proposed)));
     Real x = lambda(i + 1) - velocity(i + 1) / K;
     Real y = lambda(i + 2) - velocity(i + 2) / K;
-    detail::shrink(row.friction * std::max(Real(0), l), x, y);
+    shrink(row.friction * std::max(Real(0), l), x, y);
     largest = std::max(largest, K * hypot(lambda(i + 1) - x, lambda(i + 2) - y));
   }
   return largest;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

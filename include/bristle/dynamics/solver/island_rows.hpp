@@ -1,9 +1,9 @@
 /// @file
 /// The constraints of one island as rows over its unknown velocities, for `ProximalSolver`.
 ///
-/// A row has a Jacobian J over the two bodies, a multiplier, and a rule for what the multiplier may
-/// be. Bodies that forces do not move, and axes on which they do not, have no unknowns: their known
-/// velocity goes into the rows' targets.
+/// A row has a Jacobian J over the two bodies. It has a multiplier, and bounds for the multiplier.
+/// Immovable bodies and locked axes have no unknowns. Their known velocity goes into the rows'
+/// targets.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -19,9 +19,9 @@
 #include <span>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Rows of one island after the other. Keeps its memory.
+/// Rows of one island at a time. Keeps its memory.
 /// @tparam Real  Scalar of the arithmetic.
 template <Scalar S, typename Real>
 class IslandRows {
@@ -50,7 +50,7 @@ class IslandRows {
     can_switch_ = false;
   }
 
-  /// One row for each velocity that a constraint acts on.
+  /// Adds one row for each velocity that a constraint acts on.
   void add_velocity_rows(const Island& island, const Constraints<S>& constraints,
                          std::span<const SolverBody<S>> bodies) {
     const auto velocity = [](const SolverBody<S>& b) -> const Twist<S>& { return b.free; };
@@ -61,10 +61,10 @@ class IslandRows {
         row.lambda = Real(c.impulse[k]);
         row.friction = Real(c.friction);
         row.kind = k == 0 ? Kind::cone : Kind::tangent;
-        row.aim = Real(k == 0 ? c.target : c.bias[k]);
-        row.target += row.aim;
+        row.bias = Real(k == 0 ? c.target : c.bias[k]);
+        row.target += row.bias;
       }
-      // One response for all three, so that a circular cone stays one.
+      // One response for all three, so that the cone stays circular.
       Row* last = &rows_.back();
       const Real response = std::max({last[0].response, last[-1].response, last[-2].response});
       last[0].response = last[-1].response = last[-2].response = response;
@@ -86,7 +86,7 @@ class IslandRows {
     find_switches();
   }
 
-  /// One row for each position that a constraint keeps.
+  /// Adds one row for each position that a constraint controls.
   void add_position_rows(const Island& island, const Constraints<S>& constraints,
                          std::span<const SolverBody<S>> bodies, S dt) {
     const auto motion = [](const SolverBody<S>& b) -> const Twist<S>& { return b.motion; };
@@ -94,8 +94,8 @@ class IslandRows {
       const ContactConstraint<S>& c = constraints.contacts[i];
       Row& row = add(c, 0, bodies, motion);
       row.target -= Real(c.gap / dt);
-      row.lambda = Real(c.placed);
-      row.lower = Real(c.least_placed);
+      row.lambda = Real(c.position_impulse);
+      row.lower = Real(c.least_position_impulse);
       row.upper = c.parts ? row.lambda : infinity<Real>;
       if (c.parts) row.lower = row.lambda;
       row.kind = Kind::bounded;
@@ -119,10 +119,10 @@ class IslandRows {
   /// First of a body's six unknowns, or `none`.
   [[nodiscard]] std::uint32_t unknown(std::uint32_t slot) const { return unknown_[slot]; }
   [[nodiscard]] std::span<const std::uint32_t> envelope() const { return envelope_; }
-  /// Whether any row may change its state: without one the problem is linear.
+  /// Returns whether any row may change its state. If none may, the problem is linear.
   [[nodiscard]] bool can_switch() const { return can_switch_; }
 
-  /// Whether any multiplier is known from the step before.
+  /// Returns whether any multiplier has a warm start.
   [[nodiscard]] bool has_impulses() const {
     return std::any_of(rows_.begin(), rows_.end(),
                        [](const Row& row) { return row.lambda != Real(0); });
@@ -136,7 +136,7 @@ class IslandRows {
       v[unknown_[slot] + 3 + i] = Real(twist.angular[static_cast<Eigen::Index>(i)]);
     }
   }
-  /// Velocity of a body: of its unknowns, or what is known of it.
+  /// Velocity of a body: from its unknowns, or its known one.
   [[nodiscard]] Twist<S> twist(std::uint32_t slot, const std::vector<Real>& v,
                                std::span<const SolverBody<S>> bodies) const {
     if (unknown_[slot] == none) return bodies[slot].free;
@@ -144,7 +144,8 @@ class IslandRows {
     return {{S(u[0]), S(u[1]), S(u[2])}, {S(u[3]), S(u[4]), S(u[5])}};
   }
 
-  /// Whether there are joints, and other rows that may ask for what they forbid.
+  /// Returns whether there are joints beside other rows. Such rows may need motions that joints
+  /// lock.
   [[nodiscard]] bool has_joints_beside_others() const {
     return can_switch_ && std::any_of(rows_.begin(), rows_.end(),
                                       [](const Row& row) { return row.kind == Kind::free; });
@@ -153,11 +154,11 @@ class IslandRows {
   void add_joints(Real eps, EnvelopeMatrix<Real>& h) const {
     for (const Row& row : rows_) {
       if (row.kind != Kind::free || !(row.response > Real(0))) continue;
-      detail::add_square(h, Real(1) / (eps * row.response), row);
+      add_square(h, Real(1) / (eps * row.response), row);
     }
   }
-  /// Leaves out rows whose response in a factored matrix is less than a share of what it is by
-  /// itself; a contact goes with its normal.
+  /// Drops rows whose response in a factored matrix is less than `share` of their own response. A
+  /// contact is dropped with its normal.
   void drop_locked(const EnvelopeMatrix<Real>& factored, Real share, std::vector<Real>& scratch) {
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       Row& row = rows_[i];
@@ -171,15 +172,15 @@ class IslandRows {
     }
   }
 
-  /// Velocities of all rows, relative to their targets, for velocities of the bodies.
+  /// Finds the velocities of all rows, relative to their targets, from those of the bodies.
   void evaluate(const std::vector<Real>& v) {
     for (Row& row : rows_) row.velocity = row.times(v) - row.target;
   }
-  /// How they change along a step of the bodies' velocities.
+  /// Finds the change of row velocities along a step of the bodies' velocities.
   void evaluate_step(const std::vector<Real>& step) {
     for (Row& row : rows_) row.change = row.times(step);
   }
-  /// Moves them by a part of that step.
+  /// Advances row velocities by a share of that step.
   void move(Real s) {
     for (Row& row : rows_) {
       row.velocity += s * row.change;
@@ -187,7 +188,7 @@ class IslandRows {
     }
   }
 
-  /// Takes the opening speed that the cones add to sliding contacts, mu |v_t|, out of them again.
+  /// Cancels the opening speed mu |v_t| of cones in sliding contacts.
   void set_shifts() {
     using std::hypot;
     for (std::size_t i = 0; i < rows_.size(); ++i) {
@@ -202,24 +203,24 @@ class IslandRows {
       if (x != Real(0)) rows_[i].add_to(g, -x);
     });
   }
-  /// lambda+ . J step, a part s of the way along the step: what constraints add to the derivative
-  /// on the line.
+  /// lambda+ . J step, at a share s of the way along the step. It is the constraints' part of the
+  /// derivative on the line.
   [[nodiscard]] Real work(Real eps, Real s) const {
     Real sum = Real(0);
     for_each_impulse(eps, s, [&](std::size_t i, Real x) { sum += x * rows_[i].change; });
     return sum;
   }
-  /// Adds J^T D J, D the derivative of -lambda+ by J v, and remembers on which side of their bounds
+  /// Adds J^T D J, with the derivative D of -lambda+ by J v. Records on which side of their bounds
   /// the rows are.
   void add_hessian(Real eps, EnvelopeMatrix<Real>& h);
-  /// Remembers on which side of their bounds the rows are, without opening speeds.
+  /// Records on which side of their bounds the rows are. Opening speeds do not count.
   void set_sides(Real eps) {
     for (Row& row : rows_) row.shift = Real(0);
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       if (rows_[i].kind != Kind::tangent) rows_[i].side = side_of(i, eps);
     }
   }
-  /// Whether lambda+ is still the linear function of J v that `add_hessian` took the slope of.
+  /// Returns whether lambda+ is still the linear function of J v whose slope `add_hessian` took.
   [[nodiscard]] bool is_linear(Real eps) const {
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       const Row& row = rows_[i];
@@ -232,7 +233,7 @@ class IslandRows {
   void accept(Real eps) {
     for_each_impulse(eps, Real(0), [this](std::size_t i, Real x) { rows_[i].lambda = x; });
   }
-  /// [m/s] `distance_from_law` of the multipliers and velocities that there are.
+  /// [m/s] `distance_from_law` of the present multipliers and velocities.
   [[nodiscard]] Real residual() const {
     return distance_from_law<Real>(
         rows_, [this](std::size_t i) { return rows_[i].lambda; },
@@ -252,14 +253,15 @@ class IslandRows {
     for (const Row& row : rows_) row.add_to(r, -row.lambda);
   }
 
-  /// Writes the multipliers back to where the velocity rows came from, friction within its disk.
+  /// Writes the multipliers to the constraints of the velocity rows. Friction stays within its
+  /// disk.
   void store_impulses(const Island& island, Constraints<S>& constraints) const {
     std::size_t r = 0;
     for (const std::uint32_t i : island.contacts) {
       ContactConstraint<S>& c = constraints.contacts[i];
       Real x = rows_[r + 1].lambda;
       Real y = rows_[r + 2].lambda;
-      detail::shrink(rows_[r].friction * rows_[r].lambda, x, y);
+      shrink(rows_[r].friction * rows_[r].lambda, x, y);
       c.impulse = {S(rows_[r].lambda), S(x), S(y)};
       r += 3;
     }
@@ -270,7 +272,7 @@ class IslandRows {
       }
     }
   }
-  /// Whether any contact that presses slides, faster than what adds `speed` to its cone.
+  /// Returns whether a loaded contact slides with an opening speed mu |v_t| above `speed` [m/s].
   [[nodiscard]] bool has_sliding(Real eps, Real speed) const {
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       const Row& row = rows_[i];
@@ -279,11 +281,11 @@ class IslandRows {
     }
     return false;
   }
-  /// Writes by how much the contacts' multipliers fall along the whole step of the velocities. The
-  /// step knows the contacts that press: where it closes another, the penalty may make any impulse
-  /// of that. A prediction above the largest impulse in the island is dropped.
-  void store_passing(Real eps, const Island& island, Constraints<S>& constraints,
-                     std::vector<Real>& scratch) const {
+  /// Writes the decrease of the contacts' multipliers along the whole step of the velocities. The
+  /// step knows only loaded contacts. Where it closes another, the penalty may give it any impulse.
+  /// A prediction above the largest impulse in the island is dropped.
+  void store_transient_impulses(Real eps, const Island& island, Constraints<S>& constraints,
+                                std::vector<Real>& scratch) const {
     scratch.resize(rows_.size());
     Real largest = Real(0);
     for_each_impulse(eps, Real(0), [&](std::size_t i, Real x) {
@@ -294,15 +296,15 @@ class IslandRows {
     for_each_impulse(eps, Real(1), [&](std::size_t i, Real x) {
       const Row& row = rows_[i];
       if (row.kind == Kind::cone) is_likely = row.side != Side::at_bound || x <= largest;
-      constraints.contacts[island.contacts[i / 3]].passing[i % 3] =
+      constraints.contacts[island.contacts[i / 3]].transient_impulse[i % 3] =
           is_likely ? S(scratch[i] - x) : S(0);
     });
   }
-  /// Writes the multipliers of the position rows back.
-  void store_placed(const Island& island, Constraints<S>& constraints) const {
+  /// Writes the multipliers of the position rows to the constraints.
+  void store_position_impulses(const Island& island, Constraints<S>& constraints) const {
     std::size_t r = 0;
     for (const std::uint32_t i : island.contacts) {
-      constraints.contacts[i].placed = S(rows_[r++].lambda);
+      constraints.contacts[i].position_impulse = S(rows_[r++].lambda);
     }
     for (const std::uint32_t i : island.blocks) {
       const ConstraintBlock<S>& block = constraints.blocks[i];
@@ -330,7 +332,8 @@ class IslandRows {
     return row.friction * t <= -x ? Side::at_bound : Side::sliding;
   }
 
-  /// Calls use(number of the row, lambda+) for all rows, a part s of the way along the step.
+  /// Calls use(number of the row, lambda+) for all rows. It is at a share s of the way along the
+  /// step.
   template <typename Use>
   void for_each_impulse(Real eps, Real s, Use&& use) const {
     for (std::size_t i = 0; i < rows_.size(); ++i) {
@@ -342,7 +345,7 @@ class IslandRows {
       }
       Real x = rows_[i + 1].proposed(eps, s);
       Real y = rows_[i + 2].proposed(eps, s);
-      detail::project_on_cone(row.friction, n, x, y);
+      project_on_cone(row.friction, n, x, y);
       use(i, n);
       use(i + 1, x);
       use(i + 2, y);
@@ -362,7 +365,7 @@ class IslandRows {
     return add(block.body_a, block.body_b, row.direction, row.angular_a, row.angular_b, bodies,
                velocity);
   }
-  /// Adds a row without a rule, its target at rest relative to what does not move.
+  /// Adds a row without bounds. Its target is rest relative to immovable bodies.
   template <typename Velocity>
   Row& add(std::uint32_t slot_a, std::uint32_t slot_b, const Vec3<S>& d, const Vec3<S>& angular_a,
            const Vec3<S>& angular_b, std::span<const SolverBody<S>> bodies, Velocity&& velocity) {
@@ -415,18 +418,18 @@ void IslandRows<S, Real>::add_hessian(Real eps, EnvelopeMatrix<Real>& h) {
     row.side = side_of(i, eps);
     if (row.side == Side::at_bound) continue;
     if (row.kind != Kind::cone) {
-      detail::add_square(h, stiffness, row);
+      add_square(h, stiffness, row);
       continue;
     }
     const Row& first = rows_[i + 1];
     const Row& second = rows_[i + 2];
     if (row.side == Side::inside) {
-      detail::add_square(h, stiffness, row);
-      detail::add_square(h, stiffness, first);
-      detail::add_square(h, stiffness, second);
+      add_square(h, stiffness, row);
+      add_square(h, stiffness, first);
+      add_square(h, stiffness, second);
       continue;
     }
-    // On the side of the cone: along its edge, and across, where only the direction may give.
+    // Sliding is stiff along the edge of the cone. Across it only the direction of slip is soft.
     Real n = row.proposed(eps, Real(0));
     Real x = first.proposed(eps, Real(0));
     Real y = second.proposed(eps, Real(0));
@@ -443,9 +446,9 @@ void IslandRows<S, Real>::add_hessian(Real eps, EnvelopeMatrix<Real>& h) {
       across.jacobian_a[k] = cosine * second.jacobian_a[k] - sine * first.jacobian_a[k];
       across.jacobian_b[k] = cosine * second.jacobian_b[k] - sine * first.jacobian_b[k];
     }
-    detail::add_square(h, stiffness / (Real(1) + mu * mu), edge);
-    if (t > Real(0)) detail::add_square(h, stiffness * mu * on_edge / t, across);
+    add_square(h, stiffness / (Real(1) + mu * mu), edge);
+    if (t > Real(0)) add_square(h, stiffness * mu * on_edge / t, across);
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

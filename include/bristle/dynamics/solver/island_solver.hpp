@@ -1,13 +1,13 @@
 /// @file
-/// One island's velocities and displacements, by whichever solver suits it.
+/// Velocities and displacements of one island, with a choice of solvers.
 ///
-/// What rests or slides is one sweep of sequential impulses. Where sweeps converge so slowly that
-/// factorisations are cheaper, and always where sensors, joints or a wholly new set of contacts
-/// want their load spread evenly, the proximal solver takes over, as long as the island is small.
+/// Resting and sliding islands take one sweep of sequential impulses. The proximal solver takes
+/// over where sweeps converge so slowly that factorisations are cheaper. It also solves every small
+/// island with sensors, joints or only new contacts. These need their load spread evenly.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/dynamics/contacts/contact_aim.hpp>
+#include <bristle/dynamics/contacts/contact_target.hpp>
 #include <bristle/dynamics/contacts/saved_impulses.hpp>
 #include <bristle/dynamics/solver/derivative_watch.hpp>
 #include <bristle/dynamics/solver/island_energy.hpp>
@@ -18,28 +18,28 @@
 #include <cmath>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Scratch memory and the choice. One object serves many islands, one after the other.
+/// The choice with its scratch memory. One object serves many islands in turn.
 template <Scalar S>
 class IslandSolver {
  public:
-  /// Finds the impulses of all constraints, starting from those of the last step, and the
-  /// velocities at the end of the step.
+  /// Finds the impulses of all constraints and the velocities at the end of the step. Starts from a
+  /// warm start.
   void solve(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
              const SolveContext<S>& context, SolveReport<S>& report) {
     if (is_large(context)) {
       solve_large(island, constraints, bodies, context, report);
     } else {
-      aim(island, constraints, bodies, context);
+      target(island, constraints, bodies, context);
       solve_small(island, constraints, bodies, context, report);
     }
   }
 
-  /// Finds the displacements of the step, once velocities are known. In a quiet step they follow
-  /// from the velocities and nothing is to be solved.
+  /// Finds the displacements of the step from solved velocities. In a quiet step they follow from
+  /// the velocities. Nothing is solved then.
   ///
-  /// @return Whether they say that the velocities are to be solved anew (`open_contacts`).
+  /// @return Whether the velocities are to be solved anew (`open_contacts`).
   bool place(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
              const SolveContext<S>& context, SolveReport<S>& report) {
     if (!is_large(context)) {
@@ -48,7 +48,7 @@ class IslandSolver {
              open_contacts<S>(island, constraints, bodies, context);
     }
     if (!island.soft.empty()) {
-      // Others are placed part by part as they are solved.
+      // Other islands are placed substep by substep as they are solved.
       place_part(island, constraints, bodies, context, context.settings.max_position_sweeps,
                  report);
     }
@@ -56,8 +56,7 @@ class IslandSolver {
   }
 
   /// [-] Multiply-adds of one assembly and factorisation of an island's matrix, for
-  /// `SolveContext::factor_work`; a bound where that says on which side of
-  /// `enough` it is.
+  /// `SolveContext::factor_work`. Only a bound if that decides the comparison with `enough`.
   [[nodiscard]] std::uint64_t factor_work(const Island& island, const Constraints<S>& constraints,
                                           std::size_t slots, std::uint64_t enough) {
     // A row of a contact is squared over both of its bodies, in three blocks.
@@ -72,17 +71,17 @@ class IslandSolver {
     return assembly + order_.factor_work();
   }
 
-  /// Whether an island is swept.
+  /// Returns whether an island is solved by sweeps.
   [[nodiscard]] static bool is_large(const SolveContext<S>& context) {
     return context.factor_work > context.settings.max_direct_work;
   }
 
  private:
-  static void aim(const Island& island, Constraints<S>& constraints,
-                  std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
+  static void target(const Island& island, Constraints<S>& constraints,
+                     std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
     for (const std::uint32_t i : island.contacts) {
       ContactConstraint<S>& c = constraints.contacts[i];
-      aim_contact(c, bodies[c.body_a], bodies[c.body_b], context);
+      target_contact(c, bodies[c.body_a], bodies[c.body_b], context);
     }
   }
 
@@ -90,15 +89,15 @@ class IslandSolver {
                    std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
                    SolveReport<S>& report) {
     sequential_.start(island, constraints, bodies);
-    if (wants_even_load(island, constraints)) {
+    if (needs_even_load(island, constraints)) {
       report.residual = S(proximal_.solve(island, constraints, bodies, context, report));
       apply_impulses(island, constraints, bodies);
       if (report.residual <= S(proximal_.enough())) return;
-      // Sweeps repair the rest: the impulses of an iteration that was cut short do not add up to
-      // velocities that hold joints and contacts.
+      // Sweeps repair the rest. The impulses of an iteration that was cut short are not consistent.
+      // Their velocities do not satisfy joints and contacts.
     }
-    // What one sweep does not settle is brought well below what counts: left just there it would
-    // come up again in the next step.
+    // A residual that needs more than one sweep is brought well below the tolerance. Just below it,
+    // it would come up again in the next step.
     Convergence progress(context.velocity_tolerance, S(0.3) * context.velocity_tolerance);
     bool may_factor = island.soft.empty();
     watch_.start();
@@ -121,18 +120,18 @@ class IslandSolver {
     }
   }
 
-  /// Whether the bodies of an island have more kinetic energy than they had, and more than free
-  /// motion would give them.
+  /// Returns whether an island has gained kinetic energy. It must exceed that at the start and that
+  /// of free motion.
   [[nodiscard]] static bool has_gained_energy(const Island& island,
                                               std::span<const SolverBody<S>> bodies) {
     const IslandEnergy<S> energy = energy_of<S>(island, bodies);
     return energy.found > energy.start && energy.found > energy.free;
   }
 
-  /// Sweeps an island that would not converge once more, from no impulses at all, and keeps what
-  /// leaves less to solve. From there the turn of each constraint takes energy out of the island,
-  /// so that it is calmed wherever sweeps end; impulses of an iteration that went astray, or of a
-  /// step before an impact, may have brought in any amount.
+  /// Sweeps an island that did not converge once more, without a warm start. Keeps the result with
+  /// the smaller residual. From zero each update takes energy out of the island. It does not matter
+  /// where the sweeps end. A warm start may bring in any amount of energy. Its impulses may be from
+  /// a diverged iteration, or from a step before an impact.
   void sweep_from_nothing(const Island& island, Constraints<S>& constraints,
                           std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
                           SolveReport<S>& report) {
@@ -157,8 +156,8 @@ class IslandSolver {
     apply_impulses(island, constraints, bodies);
   }
 
-  /// A large island: few sweeps, in parts of the step that are short enough for them. Gaps follow
-  /// the motion from part to part; arms and normals stay.
+  /// Solves a large island by few sweeps. Its substeps are short enough for them. Gaps follow the
+  /// motion from substep to substep. Arms and normals stay.
   void solve_large(const Island& island, Constraints<S>& constraints,
                    std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
                    SolveReport<S>& report) {
@@ -176,7 +175,7 @@ class IslandSolver {
         SolverBody<S>& body = bodies[island.bodies[n]];
         body.start = k > 0 ? body.twist : body.start;
         body.free = body.start + parts_[n].change;
-        body.free_motion = mean_free_motion(body, context.integrator);
+        body.free_velocity = mean_free_velocity(body, context.integrator);
       }
       sweep_part(island, constraints, bodies, part, most, report);
       if (has_blown_up(island, bodies)) {
@@ -195,7 +194,7 @@ class IslandSolver {
     scale_bounds(island, constraints, parts);
   }
 
-  /// The velocities at the end of a part.
+  /// Finds the velocities at the end of a substep.
   void sweep_part(const Island& island, Constraints<S>& constraints,
                   std::span<SolverBody<S>> bodies, const SolveContext<S>& part, int most,
                   SolveReport<S>& report) {
@@ -208,28 +207,28 @@ class IslandSolver {
     sequential_.finish(island, bodies);
   }
 
-  /// Whether cut-short sweeps have released impulses that they cannot take back: those that earlier
-  /// ones piled up between bodies that should bounce and cannot part, or those of an impact in the
-  /// step before. Swept from nothing they get what they ask for in this part and no more. Sensors,
-  /// drives and moving bodies hardly double the energy of a heap within one, but from rest, where
-  /// sweeps from nothing do as well.
+  /// Returns whether cut-short sweeps have released impulses that they cannot take back. Earlier
+  /// sweeps may have piled them up between bodies that should bounce and cannot separate. Or they
+  /// are those of an impact in the last step. Sweeps without a warm start apply no more than this
+  /// substep needs. Sensors, motors and moving bodies hardly double the energy of a heap within one
+  /// substep. From rest they may. Sweeps without a warm start do as well there.
   [[nodiscard]] static bool has_blown_up(const Island& island,
                                          std::span<const SolverBody<S>> bodies) {
     const IslandEnergy<S> energy = energy_of<S>(island, bodies);
     return energy.found > S(2) * std::max(energy.start, energy.free);
   }
 
-  /// Parts of a step; no more than a bound on its cost, however long it is.
+  /// Number of substeps. It has an upper bound, whatever the length of the step.
   [[nodiscard]] static int part_count(const SolveContext<S>& context) {
     using std::ceil;
     using std::max;
     using std::min;
     const S most = S(64);
     const S wanted = ceil(context.dt / context.settings.longest_part);
-    return static_cast<int>(min(most, max(S(1), wanted)));  // Infinite parts: one.
+    return static_cast<int>(min(most, max(S(1), wanted)));  // Infinite length: one.
   }
 
-  /// Remembers the whole step of each body and makes warm impulses of joints those of a part.
+  /// Stores the whole step of each body. Scales the warm start of joints to a substep.
   void begin_parts(const Island& island, Constraints<S>& constraints,
                    std::span<SolverBody<S>> bodies, S parts) {
     parts_.resize(std::max(parts_.size(), island.bodies.size()));
@@ -237,7 +236,7 @@ class IslandSolver {
       const SolverBody<S>& body = bodies[island.bodies[n]];
       parts_[n].start = body.start;
       parts_[n].free = body.free;
-      parts_[n].free_motion = body.free_motion;
+      parts_[n].free_velocity = body.free_velocity;
       parts_[n].change = (S(1) / parts) * (body.free - body.start);
       parts_[n].motion = {};
     }
@@ -250,7 +249,7 @@ class IslandSolver {
     scale_bounds(island, constraints, S(1) / parts);
   }
 
-  /// What a drive may give in a part is its share of what it may in the step.
+  /// Scales the bounds of motors to a substep, or back.
   static void scale_bounds(const Island& island, Constraints<S>& constraints, S scale) {
     for (const std::uint32_t i : island.blocks) {
       ConstraintBlock<S>& block = constraints.blocks[i];
@@ -260,7 +259,7 @@ class IslandSolver {
     }
   }
 
-  /// The position problem of a part, swept.
+  /// Solves the position problem of a substep by sweeps.
   void place_part(const Island& island, Constraints<S>& constraints,
                   std::span<SolverBody<S>> bodies, const SolveContext<S>& part, int most_sweeps,
                   SolveReport<S>& report) {
@@ -295,14 +294,14 @@ class IslandSolver {
     }
   }
 
-  /// Puts the whole step back: all impulses, the velocities at both ends, the displacement.
+  /// Restores the whole step: all impulses, the velocities at both ends, the displacement.
   void end_parts(const Island& island, Constraints<S>& constraints,
                  std::span<SolverBody<S>> bodies) {
     for (std::size_t n = 0; n < island.bodies.size(); ++n) {
       SolverBody<S>& body = bodies[island.bodies[n]];
       body.start = parts_[n].start;
       body.free = parts_[n].free;
-      body.free_motion = parts_[n].free_motion;
+      body.free_velocity = parts_[n].free_velocity;
       body.motion = parts_[n].motion;
     }
     if (!island.soft.empty()) return;
@@ -327,10 +326,10 @@ class IslandSolver {
                             : S(0);
       place_contact(c, parting, context);
     }
-    move_by_bounces(island, constraints, bodies, context);
+    move_by_restitution(island, constraints, bodies, context);
     if (!has_position_error(island, constraints, bodies, context)) return false;
     if (!island.blocks.empty()) {
-      // Joints must not give way to what they forbid, which sweeps do not see.
+      // Joints must not yield along their locked axes. Sweeps do not ensure that.
       proximal_.place(island, constraints, bodies, context, report);
       return true;
     }
@@ -353,25 +352,26 @@ class IslandSolver {
     return true;
   }
 
-  /// Gives bodies the displacement of bounces, whose share is not the usual one.
-  static void move_by_bounces(const Island& island, const Constraints<S>& constraints,
-                              std::span<SolverBody<S>> bodies, const SolveContext<S>& context) {
+  /// Adds the displacements of bounces. Their share is not the usual one.
+  static void move_by_restitution(const Island& island, const Constraints<S>& constraints,
+                                  std::span<SolverBody<S>> bodies, const SolveContext<S>& context) {
     const S usual = usual_share<S>(context.integrator);
     for (const std::uint32_t i : island.contacts) {
       const ContactConstraint<S>& c = constraints.contacts[i];
-      if (c.bounce_share < S(0)) continue;
-      apply_at_contact<S>(c, (c.bounce_share - usual) * c.impulse_W(), bodies[c.body_a],
+      if (c.restitution_share < S(0)) continue;
+      apply_at_contact<S>(c, (c.restitution_share - usual) * c.impulse_W(), bodies[c.body_a],
                           bodies[c.body_b], motion_of);
     }
   }
 
-  /// Watches a sequence of residuals and tells whether sweeps are worth going on with.
+  /// Watches a sequence of residuals. Decides whether more sweeps are worthwhile.
   class Convergence {
    public:
-    /// @param first  Residual at which the first sweep is the last; `later` is for the others.
+    /// @param first, later  Residuals at which the first sweep is the last, and at which a later
+    ///               one is.
     Convergence(S first, S later) : first_(first), tolerance_(later) {}
 
-    /// Residuals up to `enough` are good enough from now on.
+    /// Accepts residuals up to `enough` from now on.
     void accept(S enough) { tolerance_ = std::max(tolerance_, enough); }
     [[nodiscard]] bool is_done(S residual) {
       before_last_ = between_;
@@ -380,9 +380,9 @@ class IslandSolver {
       ++count_;
       return residual <= (count_ == 1 ? first_ : tolerance_);
     }
-    /// Whether the sweeps to come would cost more than factorisations: about 60 sweeps of contacts
-    /// are worth one solve by factorisation, in stacks of any height (docs/solver.md). Sweeps go
-    /// there and back, so the rate of two is what counts.
+    /// Returns whether the remaining sweeps would cost more than factorisations. About 60 sweeps of
+    /// contacts cost as much as one solve by factorisation. That holds for stacks of any height
+    /// (docs/solver.md). Sweeps alternate their direction, so the rate of two sweeps counts.
     [[nodiscard]] bool is_slow() const {
       using std::log;
       if (count_ < 4) return false;
@@ -399,7 +399,7 @@ class IslandSolver {
     int count_ = 0;
   };
 
-  /// Whether the derivatives of the bodies' velocities have settled, or of their displacements.
+  /// Returns whether the derivatives of the bodies' velocities, or displacements, have settled.
   template <typename Select>
   [[nodiscard]] bool have_settled(const Island& island, const Constraints<S>& constraints,
                                   std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
@@ -419,9 +419,9 @@ class IslandSolver {
     });
   }
 
-  /// Sweeps put all load on the first points they come to. Where that would decide what sensors
-  /// and contacts report, or whether a grip slips, the load is spread by factorisation.
-  [[nodiscard]] static bool wants_even_load(const Island& island,
+  /// Returns whether the load must be spread by factorisation. Sweeps put all load on the first
+  /// points. That would decide the readings of sensors and contacts, or whether a grip slips.
+  [[nodiscard]] static bool needs_even_load(const Island& island,
                                             const Constraints<S>& constraints) {
     if (!island.soft.empty() || !island.blocks.empty()) return true;
     return island.contacts.size() > 1 &&
@@ -429,8 +429,8 @@ class IslandSolver {
                        [&](std::uint32_t i) { return constraints.contacts[i].is_fresh; });
   }
 
-  /// Factors, and keeps the result if it is exact, or if a sweep finds less to do there than
-  /// before.
+  /// Solves by factorisation. Keeps the result if it is exact. Also keeps it if a sweep then finds
+  /// a smaller residual than before.
   /// @return Whether nothing is left to do.
   bool try_proximal(const Island& island, Constraints<S>& constraints,
                     std::span<SolverBody<S>> bodies, const SolveContext<S>& context, S residual,
@@ -451,13 +451,13 @@ class IslandSolver {
     return false;
   }
 
-  /// Whether displacements that follow from the velocities leave surfaces overlapping, apart where
-  /// they press on each other, or joints open.
+  /// Returns whether displacements by the velocities leave a position error. Surfaces overlap,
+  /// loaded surfaces are apart, or joints are open.
   [[nodiscard]] bool has_position_error(const Island& island, const Constraints<S>& constraints,
                                         std::span<const SolverBody<S>> bodies,
                                         const SolveContext<S>& context) const {
     using std::abs;
-    // What is closed well enough may have derivatives that are not.
+    // Values that have converged may have derivatives that have not.
     if constexpr (derivatives_of<S> != 0) return true;
     const S dt = context.dt;
     const S tolerance = context.position_tolerance;
@@ -466,7 +466,8 @@ class IslandSolver {
       if (c.parts) continue;
       const S left =
           c.gap + dt * c.normal_velocity(bodies[c.body_a].motion, bodies[c.body_b].motion);
-      if (left < -tolerance || (left > tolerance && c.placed > c.least_placed)) return true;
+      if (left < -tolerance || (left > tolerance && c.position_impulse > c.least_position_impulse))
+        return true;
     }
     for (const std::uint32_t i : island.blocks) {
       const ConstraintBlock<S>& block = constraints.blocks[i];
@@ -489,12 +490,12 @@ class IslandSolver {
   SavedImpulses<S> saved_;
   DerivativeWatch<S> watch_;
 
-  /// The whole step of a body that is solved in parts, and what one part adds to its velocity.
+  /// Whole step of a body that is solved in substeps. Velocity change of one substep.
   struct Parts {
-    Twist<S> start, free, free_motion, change, motion;
+    Twist<S> start, free, free_velocity, change, motion;
   };
   std::vector<Parts> parts_;
-  std::vector<S> row_totals_;  // Impulses of all parts.
+  std::vector<S> row_totals_;  // Impulses of all substeps.
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

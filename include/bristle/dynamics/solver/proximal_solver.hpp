@@ -1,20 +1,20 @@
 /// @file
-/// The solver of small stiff islands: stacks of unlike masses, grips, mechanisms, patches of
-/// sensors, all in one system.
+/// Solver of small stiff islands. Stacks of unlike masses, grips, mechanisms and patches of sensors
+/// are all in one system.
 ///
-/// Unknown are the velocities v of the bodies. Soft blocks are linear in v and belong to the matrix
-/// Mt = M + sum G^T A6 G. Every other constraint i has a multiplier and a projection P_i onto what
-/// its impulse may be (any value, an interval, Coulomb's cone), and the proximal-point method
+/// The unknowns are the velocities v of the bodies. Soft blocks are linear in v and belong to the
+/// matrix Mt = M + sum G^T A6 G. Every other constraint i has a multiplier. A projection P_i maps
+/// it onto the allowed impulses (any value, an interval, Coulomb's cone). The proximal-point method
 ///     lambda+ = P(lambda - (J v - b + s) / R),   Mt v = r + J^T lambda+
-/// is iterated with R = eps K, K the response of each constraint by itself. For given lambda the
-/// two equations are the gradient of a convex function of v, which Newton's method with an exact
-/// line search minimises from anywhere; its Hessian Mt + J^T D J is sparse like the island and is
-/// factored within its envelope. Redundant constraints share their load evenly, since nothing is
-/// ever divided by their (singular) response.
+/// is iterated with R = eps K. Here K is the response of each constraint by itself. For a given
+/// lambda the two equations are the gradient of a convex function of v. Newton's method with an
+/// exact line search minimises it from anywhere. Its Hessian Mt + J^T D J is as sparse as the
+/// island. It is factored within its envelope. Redundant constraints share their load evenly.
+/// Nothing is ever divided by their (singular) response.
 ///
-/// The projection on a cone makes sliding surfaces part at mu |v_t|; s = mu |v_t| of the iteration
-/// before takes that out again (De Saxce and Feng 1998; Acary, Cadoux, Lemarechal and Malick 2011).
-/// docs/solver.md derives this, and tells what friction disks of fixed radius did instead.
+/// The projection on a cone makes sliding surfaces separate at mu |v_t|. The shift s = mu |v_t| of
+/// the last iteration cancels that (De Saxce and Feng 1998; Acary, Cadoux, Lemarechal and Malick
+/// 2011). docs/solver.md derives this, and compares it with friction disks of fixed radius.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -27,40 +27,41 @@
 #include <type_traits>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Scratch memory and the algorithm. One object serves many islands, one after the other. Islands
-/// of floats are solved in double: eps^-1 leaves float no digits.
+/// The algorithm with its scratch memory. One object serves many islands in turn. Islands of floats
+/// are solved in double. In float eps^-1 leaves no digits.
 template <Scalar S>
 class ProximalSolver {
  public:
   using Real = std::conditional_t<std::is_same_v<S, float>, double, S>;
 
-  /// Finds the impulses of all constraints and the motion of the soft blocks, starting from the
-  /// impulses there are.
+  /// Finds the impulses of all constraints and the motion of the soft blocks. Starts from the
+  /// present impulses.
   ///
-  /// @return [m/s] What is left to solve, in the worst constraint; infinite when the matrix is not
-  ///         positive definite (input that is not finite), and nothing was changed then.
+  /// @return [m/s] Residual of the worst constraint. It is infinite if the matrix is not positive
+  ///         definite (input that is not finite). Nothing was changed then.
   Real solve(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
              const SolveContext<S>& context, SolveReport<S>& report) {
     rows_.number(island, constraints, bodies);
     rows_.add_velocity_rows(island, constraints, bodies);
     make_matrix(island, constraints, bodies);
     drop_locked_rows();
-    // Where all is linear one step from zero is exact; from anywhere else it would leave what
-    // rounding makes of stiff blocks there.
-    detail::refill(v_, rows_.unknowns(), Real(0));
+    // If all is linear, one step from zero is exact. From anywhere else it would leave the
+    // round-off of stiff blocks.
+    refill(v_, rows_.unknowns(), Real(0));
     if (rows_.can_switch()) {
       for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].twist, v_);
     }
     is_stiff_ = rows_.can_switch() && !island.soft.empty();
-    // What slips is taken to slip on as it did when the step began. From slip that the impulses to
-    // come will stop, the iteration can end where a grip slides that could hold.
-    detail::refill(step_, rows_.unknowns(), Real(0));
+    // Slipping contacts are assumed to slip on as at the start of the step. Another guess could be
+    // slip that the coming impulses stop. The iteration could then end with a grip that slides
+    // although it could hold.
+    refill(step_, rows_.unknowns(), Real(0));
     for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].start, step_);
     rows_.evaluate(step_);
     rows_.set_shifts();
-    // Well below what counts, so that a sweep over the result finds nothing to do.
+    // Well below the tolerance. A sweep over the result then finds nothing to do.
     const Real tolerance = Real(0.1) * Real(context.velocity_tolerance);
     enough_ = Real(context.velocity_tolerance);
     if constexpr (derivatives_of<S> == 0) {
@@ -74,16 +75,16 @@ class ProximalSolver {
     rows_.store_impulses(island, constraints);
     if (left <= tolerance && island.blocks.empty() && island.soft.empty() &&
         !rows_.has_sliding(eps_, tolerance)) {
-      find_passing(island, constraints, bodies,
-                   [this](std::vector<Real>& x) { hessian_.solve(x.data()); });
+      find_transient_impulses(island, constraints, bodies,
+                              [this](std::vector<Real>& x) { hessian_.solve(x.data()); });
     }
     store_soft(island, constraints, bodies);
     return left;
   }
 
-  /// Solves the position problem (`SequentialSolver::sweep_positions`) of the same island: finds
-  /// the placed impulses, and the motion that they give.
-  /// @return [m/s] As above, for displacements divided by the step.
+  /// Solves the position problem (`SequentialSolver::sweep_positions`) of the same island. Finds
+  /// the position impulses and their motion.
+  /// @return [m/s] Like `solve`, for displacements divided by the step.
   Real place(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
              const SolveContext<S>& context, SolveReport<S>& report) {
     rows_.number(island, constraints, bodies);
@@ -91,22 +92,22 @@ class ProximalSolver {
     make_mass(island, bodies);
     drop_locked_rows();
     is_stiff_ = false;
-    // The motion without any placed impulse: the present one with them taken out again.
+    // Motion without position impulses: the present motion less their effect.
     v_.resize(rows_.unknowns());
     for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].motion, v_);
     rows_.remove_impulses(v_, rhs_, matrix_);
     const Real left =
         iterate(Real(context.position_tolerance / context.dt), context.settings, report);
     if (!(left < infinity<Real>)) return left;
-    rows_.store_placed(island, constraints);
+    rows_.store_position_impulses(island, constraints);
     for (const std::uint32_t slot : island.bodies) {
       bodies[slot].motion = rows_.twist(slot, v_, bodies);
     }
     return left;
   }
 
-  /// [m/s] What may be left to solve for the last `solve` to count as done: more where surfaces
-  /// slide than where they rest.
+  /// [m/s] Residual at which the last `solve` counts as done. It is larger where surfaces slide
+  /// than where they rest.
   [[nodiscard]] Real enough() const { return enough_; }
 
  private:
@@ -114,8 +115,8 @@ class ProximalSolver {
               const SolveContext<S>& context, SolveReport<S>& report);
   void store_soft(const Island& island, Constraints<S>& constraints,
                   std::span<SolverBody<S>> bodies);
-  /// Whether all of Newton's steps on the convex problem take more than ten of the largest
-  /// factorisations.
+  /// Returns whether the Newton steps of the convex problem are costly. They then cost more than
+  /// ten of the largest factorisations.
   [[nodiscard]] static bool is_convex_costly(const SolveContext<S>& context) {
     const auto steps = static_cast<std::uint64_t>(context.settings.max_newton_steps);
     return context.factor_work / 10 > context.settings.max_direct_work / steps;
@@ -126,8 +127,9 @@ class ProximalSolver {
   void add_soft(const SoftBlock<S>& soft, std::span<const SolverBody<S>> bodies);
   void drop_locked_rows();
   template <typename SolveLinear>
-  void find_passing(const Island& island, Constraints<S>& constraints,
-                    std::span<const SolverBody<S>> bodies, const SolveLinear& solve_linear);
+  void find_transient_impulses(const Island& island, Constraints<S>& constraints,
+                               std::span<const SolverBody<S>> bodies,
+                               const SolveLinear& solve_linear);
   Real iterate(Real tolerance, const SolverDef<S>& settings, SolveReport<S>& report);
   bool minimise(Real eps, Real tolerance, int& steps, int most_steps);
   [[nodiscard]] Real mismatch() const;
@@ -140,8 +142,8 @@ class ProximalSolver {
   Real enough_ = Real(0);
   EnvelopeMatrix<Real> matrix_;   // Mt.
   EnvelopeMatrix<Real> hessian_;  // Mt + J^T D J, then its factor.
-  Real eps_ = Real(1);            // With which it was factored.
-  bool is_stiff_ = false;         // Whether one step of Newton's leaves more than round-off.
+  Real eps_ = Real(1);            // The eps of `hessian_`.
+  bool is_stiff_ = false;         // True if one Newton step leaves more than round-off.
   std::vector<Real> rhs_;         // r.
   std::vector<Real> masses_;      // Diagonal of M.
   DerivativeWatch<Real> watch_;
@@ -150,9 +152,8 @@ class ProximalSolver {
 
 // Implementation -----------------------------------------------------------------------------------
 
-/// Solves with Coulomb's law as it is, from the answer of the last step.
-/// @return [m/s] What is left. Infinite where nothing was found that is good enough: the impulses
-///         are as before.
+/// Solves with Coulomb's law itself, from the solution of the last step.
+/// @return [m/s] Residual. Infinite if no solution is good enough. The impulses are then as before.
 template <Scalar S>
 auto ProximalSolver<S>::follow(const Island& island, Constraints<S>& constraints,
                                std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
@@ -160,8 +161,8 @@ auto ProximalSolver<S>::follow(const Island& island, Constraints<S>& constraints
   const auto change = Real(context.driven_change);
   product_.resize(rows_.unknowns());
   for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].free, product_);
-  // Contacts alone are swept first in the next step, which ends it where little is left. With
-  // joints no sweep will do, and their rows need not agree to more than that.
+  // Contacts alone are swept first in the next step. A small residual here ends it after one sweep.
+  // With joints sweeps do not help. A larger residual is then enough.
   const bool is_swept_first = island.blocks.empty() && island.soft.empty();
   const CoulombProblem<Real> problem{
       .rows = rows_.rows(),
@@ -172,11 +173,11 @@ auto ProximalSolver<S>::follow(const Island& island, Constraints<S>& constraints
       .free = &product_,
       .tolerance = Real(is_swept_first ? 0.01 : 0.1) * Real(context.velocity_tolerance),
       .speed_change = change};
-  const CoulombAnswer<Real> answer = newton_.solve(problem);
+  const CoulombResult<Real> answer = newton_.solve(problem);
   report.factorisations += answer.factorisations;
   enough_ = std::max(enough_, problem.good_enough(answer.slip));
-  // Many jammed bodies that are hit have no answer that is found in bounded time. Any that takes
-  // energy and stops half of the impact will do for this step: the next begins near its own.
+  // Many jammed bodies that are hit have no solution that is found in bounded time. One that adds
+  // no energy and stops half of the impact is enough for this step. The next step starts near it.
   const bool is_impact = answer.change > change && is_convex_costly(context);
   if (!(answer.residual <= (is_impact ? Real(0.5) * answer.change : enough_))) {
     return infinity<Real>;
@@ -191,14 +192,14 @@ auto ProximalSolver<S>::follow(const Island& island, Constraints<S>& constraints
     eps_ = answer.eps;
     rows_.evaluate(v_);
     rows_.set_sides(eps_);
-    find_passing(island, constraints, bodies,
-                 [this](std::vector<Real>& x) { newton_.solve_linear(x); });
+    find_transient_impulses(island, constraints, bodies,
+                            [this](std::vector<Real>& x) { newton_.solve_linear(x); });
   }
   store_soft(island, constraints, bodies);
   return answer.residual;
 }
 
-/// Writes the motions of the soft blocks, and the impulses that belong to them.
+/// Writes the motions of the soft blocks, and their impulses.
 template <Scalar S>
 void ProximalSolver<S>::store_soft(const Island& island, Constraints<S>& constraints,
                                    std::span<SolverBody<S>> bodies) {
@@ -213,7 +214,7 @@ void ProximalSolver<S>::store_soft(const Island& island, Constraints<S>& constra
 template <Scalar S>
 void ProximalSolver<S>::make_mass(const Island& island, std::span<const SolverBody<S>> bodies) {
   matrix_.reset(rows_.envelope());
-  detail::refill(rhs_, rows_.unknowns(), Real(0));
+  refill(rhs_, rows_.unknowns(), Real(0));
   for (const std::uint32_t slot : island.bodies) {
     const SolverBody<S>& body = bodies[slot];
     const std::size_t u = rows_.unknown(slot);
@@ -247,7 +248,7 @@ void ProximalSolver<S>::add_soft(const SoftBlock<S>& soft, std::span<const Solve
   using Matrix = Eigen::Matrix<Real, 6, 6, Eigen::DontAlign>;
   using Vector = Eigen::Matrix<Real, 6, 1, Eigen::DontAlign>;
   // G maps the twist of a body to the block's motion: V_c = v - arm x w for A, its negative for B.
-  // Columns of axes on which nothing moves the body are left out.
+  // Columns of locked axes are left out.
   const auto motion_of_body = [&](std::uint32_t slot, const Vec3<S>& arm, Real sign) {
     Matrix G = sign * shift_matrix<Real>(arm.template cast<Real>());
     for (Eigen::Index axis = 0; axis < 6; ++axis) {
@@ -259,7 +260,7 @@ void ProximalSolver<S>::add_soft(const SoftBlock<S>& soft, std::span<const Solve
   const Matrix G[2] = {motion_of_body(slots[0], soft.arm_a, Real(1)),
                        motion_of_body(slots[1], soft.arm_b, Real(-1))};
   const Matrix A = soft.matrix.template cast<Real>();
-  // Bodies that forces do not move contribute their known motion to the constant part.
+  // Immovable bodies contribute their known motion to the constant part.
   Vector constant = soft.offset.template cast<Real>();
   for (int k = 0; k < 2; ++k) {
     if (rows_.unknown(slots[k]) != rows_.none) continue;
@@ -288,10 +289,9 @@ void ProximalSolver<S>::add_soft(const SoftBlock<S>& soft, std::span<const Solve
   }
 }
 
-/// Leaves out rows along which joints leave no mobility: a finger on a slide, pushed across it,
-/// could only be met by tearing it off its slide
-/// (docs/decisions/0009-locked-contact-directions.md). What is left of a row's response is that of
-/// the matrix with all joints held by springs of 1e-9.
+/// Drops rows along which joints leave no mobility. A finger on a slide may be pushed across it. It
+/// could only yield by being torn off (docs/decisions/0009-locked-contact-directions.md). The
+/// remaining response of a row is that of the matrix with all joints held by springs of 1e-9.
 template <Scalar S>
 void ProximalSolver<S>::drop_locked_rows() {
   if (!rows_.has_joints_beside_others()) return;
@@ -301,18 +301,18 @@ void ProximalSolver<S>::drop_locked_rows() {
   rows_.drop_locked(hessian_, Real(1e-6), product_);
 }
 
-/// Finds what of the contacts' impulses the next step will not need: what they would be less if
-/// this one had started with the velocities v that it ends with. The difference is linear as long
-/// as no contact changes its state or slides, where the opening speed would change too, and the
-/// factor of the last step of Newton's gives it:
+/// Finds the transient impulses of contacts, which the next step does not need. Impulses would be
+/// smaller by them if this step had started with its final velocities v. The difference is linear
+/// as long as no contact changes its state. No contact may slide either, since the opening speed
+/// would change too. The factor of the last Newton step gives it:
 ///     H dv = M (v - v0),   dlambda = D J dv.
-/// Without it a step that stops what the last one left of motion would push it the other way in the
-/// next, and heavy bodies on light ones would never come to rest.
+/// Without them, a step that stops a motion would reverse it in the next one. Heavy bodies on light
+/// ones would never come to rest.
 template <Scalar S>
 template <typename SolveLinear>
-void ProximalSolver<S>::find_passing(const Island& island, Constraints<S>& constraints,
-                                     std::span<const SolverBody<S>> bodies,
-                                     const SolveLinear& solve_linear) {
+void ProximalSolver<S>::find_transient_impulses(const Island& island, Constraints<S>& constraints,
+                                                std::span<const SolverBody<S>> bodies,
+                                                const SolveLinear& solve_linear) {
   product_.resize(v_.size());
   step_.resize(v_.size());
   for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].start, product_);
@@ -320,15 +320,15 @@ void ProximalSolver<S>::find_passing(const Island& island, Constraints<S>& const
   matrix_.multiply(product_.data(), step_.data());
   solve_linear(step_);
   rows_.evaluate_step(step_);
-  rows_.store_passing(eps_, island, constraints, product_);
+  rows_.store_transient_impulses(eps_, island, constraints, product_);
 }
 
-/// The outer loop: multipliers, opening speeds, eps.
+/// The outer loop: updates multipliers, opening speeds and eps.
 template <Scalar S>
 auto ProximalSolver<S>::iterate(Real tolerance, const SolverDef<S>& settings,
                                 SolveReport<S>& report) -> Real {
-  // Smaller eps is a stiffer penalty: fewer outer iterations, but many Newton steps for one that
-  // starts from far away. Where nothing can switch the smallest is right at once.
+  // A smaller eps is a stiffer penalty. It needs fewer outer iterations, but many Newton steps if
+  // one starts from far away. Where no row can switch, the smallest eps is right at once.
   const Real smallest = Real(1e-6);
   Real eps = rows_.can_switch() ? Real(1e-3) : smallest;
   Real left = infinity<Real>;
@@ -339,7 +339,7 @@ auto ProximalSolver<S>::iterate(Real tolerance, const SolverDef<S>& settings,
   for (int outer = 0; steps < settings.max_newton_steps; ++outer) {
     if (outer > 0) rows_.set_shifts();
     if (!minimise(eps, std::max(Real(0.1) * tolerance, inner), steps, settings.max_newton_steps)) {
-      // The impulses of an iteration that was cut short belong to no velocities: those of the one
+      // The impulses of an iteration that was cut short match no velocities. Those of the iteration
       // before do.
       v_ = settled_;
       break;
@@ -353,7 +353,7 @@ auto ProximalSolver<S>::iterate(Real tolerance, const SolverDef<S>& settings,
     // Slip that keeps turning leaves a residual that no longer falls.
     if (outer >= 10 && left > Real(0.9) * before) break;
     eps = std::max(smallest, eps / Real(10));
-    inner = Real(0.01) * left;  // Exact minima of a function that is about to change are no use.
+    inner = Real(0.01) * left;  // Exact minima of a changing function are no use.
   }
   report.factorisations += steps;
   return left;
@@ -367,9 +367,9 @@ bool ProximalSolver<S>::have_derivatives_settled(const SolverDef<S>& settings) {
   });
 }
 
-/// The inner loop: Newton with line search, until the impulses that belong to the velocities move
-/// the bodies by these velocities. Steps that are small are not enough: stiffnesses of 1e6 make
-/// much of what is left, and velocities are made of the impulses in the end.
+/// The inner loop: Newton's method with line search, until the impulses of the velocities give
+/// these velocities. Small steps do not prove that. Stiffnesses of 1e6 magnify the remaining error.
+/// The velocities are made from the impulses in the end.
 /// @return Whether that was reached.
 template <Scalar S>
 bool ProximalSolver<S>::minimise(Real eps, Real tolerance, int& steps, int most_steps) {
@@ -387,11 +387,11 @@ bool ProximalSolver<S>::minimise(Real eps, Real tolerance, int& steps, int most_
     Real size = Real(0);
     for (const Real x : step_) size = std::max(size, abs(x));
     if (!(size < infinity<Real>)) return false;
-    // Where a whole step switches nothing, the function was the parabola that Newton minimises.
+    // If a whole step switches nothing, the function was the parabola that Newton minimises.
     const bool is_whole = search_line(eps) == Real(1);
     if (is_whole && !is_stiff_ && rows_.is_linear(eps)) return true;
     find_gradient(eps);
-    // Where steps are small and no longer help, what is left is the rounding of large impulses.
+    // If small steps no longer help, only round-off of large impulses is left.
     const Real before = left;
     left = mismatch();
     if (left <= tolerance || (size <= tolerance && left > before / Real(2))) return true;
@@ -399,7 +399,7 @@ bool ProximalSolver<S>::minimise(Real eps, Real tolerance, int& steps, int most_
   return false;
 }
 
-/// [m/s, rad/s] By how much the velocities differ from what the impulses make of them.
+/// [m/s, rad/s] Difference between the velocities and those by the impulses.
 template <Scalar S>
 auto ProximalSolver<S>::mismatch() const -> Real {
   using std::abs;
@@ -419,9 +419,9 @@ void ProximalSolver<S>::find_gradient(Real eps) {
   rows_.subtract_impulses(eps, gradient_);
 }
 
-/// Moves v along the step to the minimum of the convex function on that line: the root of its
-/// derivative, which grows along the line, by the Illinois method.
-/// @return The part of the step that was taken.
+/// Moves v along the step to the minimum of the convex function on that line. The derivative grows
+/// along the line. The Illinois method finds its root.
+/// @return Share of the step that was taken.
 template <Scalar S>
 auto ProximalSolver<S>::search_line(Real eps) -> Real {
   using std::abs;
@@ -465,4 +465,4 @@ auto ProximalSolver<S>::search_line(Real eps) -> Real {
   return s;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,8 +1,8 @@
 /// @file
-/// Sequential impulses: sweeps over an island's constraints, each solved exactly in its turn.
+/// Sequential impulses: sweeps over an island's constraints. Each is solved exactly in turn.
 ///
-/// The general solver: cost proportional to the number of constraints, memory none. What rests or
-/// slides converges in one sweep from the impulses of the last step.
+/// This is the general solver. Its cost is proportional to the number of constraints. It needs no
+/// memory. Resting and sliding islands converge in one sweep from a warm start.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -13,14 +13,13 @@
 #include <array>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Scratch memory and the algorithm. One object serves many islands, one after the other.
+/// The algorithm with its scratch memory. One object serves many islands in turn.
 template <Scalar S>
 class SequentialSolver {
  public:
-  /// Sets up the sweeps over an island and the velocities that the impulses in its constraints give
-  /// (warm start).
+  /// Sets up the sweeps over an island. Applies the impulses in its constraints (warm start).
   void start(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies) {
     by_manifold_ = false;
     start_points(island, constraints, bodies);
@@ -28,20 +27,20 @@ class SequentialSolver {
     apply_impulses(island, constraints, bodies);
   }
 
-  /// The same for sweeps in which the points of a manifold share their friction, but for velocities
-  /// and what contacts aim at: `start_part` sets them.
+  /// The same for sweeps in which the points of a manifold share their friction. `start_part` sets
+  /// velocities and contact targets.
   void start_manifolds(const Island& island, Constraints<S>& constraints,
                        std::span<const SolverBody<S>> bodies, S parts) {
     by_manifold_ = true;
     manifolds_.start(island, constraints, bodies, parts);
     start_blocks(island, constraints, bodies);
   }
-  /// Whether most contacts of those manifolds are new.
+  /// Returns whether most contacts of the manifolds are new.
   [[nodiscard]] bool is_cold() const { return manifolds_.is_cold(); }
-  /// Starts one part of the step: arms, axes and masses stay those of its start.
+  /// Starts a substep. Arms, axes and masses stay those of the start of the step.
   void start_part(const Island& island, Constraints<S>& constraints,
                   std::span<SolverBody<S>> bodies, const SolveContext<S>& context) {
-    manifolds_.aim(bodies, context);
+    manifolds_.target(bodies, context);
     if (shares_bodies(island)) {
       manifolds_.write_impulses(island, constraints);
       apply_impulses(island, constraints, bodies);
@@ -50,19 +49,19 @@ class SequentialSolver {
       manifolds_.apply();
     }
   }
-  /// Ends it, where another one follows.
+  /// Ends a substep that another one follows.
   void move_on(std::span<const SolverBody<S>> bodies, S dt) { manifolds_.move_on(bodies, dt); }
-  /// Ends the last one: writes back what the sweeps kept to themselves.
+  /// Ends the last substep: writes the contacts' results to the constraints.
   void finish_parts(const Island& island, Constraints<S>& constraints) const {
     manifolds_.write_back(island, constraints);
   }
 
-  /// One sweep over all constraints, there or back: information crosses a stack in one pair of
+  /// One sweep over all constraints, there or back. Information crosses a stack in one pair of
   /// sweeps instead of one per layer.
   ///
-  /// The motion it leaves in a soft block is the one right after the block's own last turn, where
-  /// its impulse is offset + matrix * motion exactly, however far the sweeps have got: evaluating
-  /// it elsewhere would multiply what is left of the residual by the stiffness.
+  /// The motion of a soft block is stored right after its own last update. There its impulse is
+  /// exactly offset + matrix * motion. The progress of the sweeps does not matter. Elsewhere the
+  /// stiffness would multiply the residual.
   ///
   /// @return [m/s] Largest velocity change.
   S sweep(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
@@ -85,27 +84,28 @@ class SequentialSolver {
     return largest;
   }
 
-  /// Ends the sweeps of a part.
+  /// Ends the sweeps of a substep.
   void finish(const Island& island, std::span<SolverBody<S>> bodies) const {
     if (!shares_bodies(island)) manifolds_.unload(bodies, velocity_of);
   }
-  /// Keeps what they found, once nothing calls for others (`ManifoldSweeps::spread_friction`).
+  /// Stores the results of the last sweeps (`ManifoldSweeps::spread_friction`).
   void keep_impulses() { manifolds_.spread_friction(); }
-  /// Forgets the impulses that contacts would start from.
+  /// Clears the warm start of contacts.
   void forget_impulses() { manifolds_.forget(); }
 
-  /// Starts sweeps of the position problem of a part, and ends them.
+  /// Starts sweeps of the position problem of a substep.
   void start_positions(const Island& island, std::span<SolverBody<S>> bodies,
                        const SolveContext<S>& context) {
     manifolds_.start_placing(bodies, context);
     if (shares_bodies(island)) manifolds_.unload(bodies, motion_of);
   }
+  /// Ends sweeps of the position problem.
   void finish_positions(const Island& island, std::span<SolverBody<S>> bodies) const {
     if (!shares_bodies(island)) manifolds_.unload(bodies, motion_of);
   }
-  /// One sweep of the position problem over the displacements in `SolverBody::motion`: contacts
-  /// move their bodies apart by a larger share of their impulse, or together by a smaller one,
-  /// until surfaces that touch do not overlap. Velocities, and so kinetic energy, stay out of it.
+  /// One sweep of the position problem over the displacements in `SolverBody::motion`. A larger
+  /// position impulse moves bodies apart, a smaller one together. At the end touching surfaces do
+  /// not overlap. Velocities, and so kinetic energy, do not change.
   ///
   /// @return [m/s] Largest change of a displacement, divided by the step.
   S sweep_positions(const Island& island, Constraints<S>& constraints,
@@ -126,7 +126,7 @@ class SequentialSolver {
   }
 
  private:
-  /// Whether others than contacts change velocities between two sweeps over manifolds.
+  /// Returns whether other constraints change velocities between two sweeps over manifolds.
   [[nodiscard]] static bool shares_bodies(const Island& island) {
     return !island.blocks.empty() || !island.soft.empty();
   }
@@ -172,8 +172,8 @@ class SequentialSolver {
     for (std::size_t k = 0; k < count; ++k) visit(backwards ? count - 1 - k : k);
   }
 
-  /// (I + A W)^-1: turns the residual p(u) - p of a soft block into the change of its impulse. Via
-  /// W^-1 (W^-1 + A)^-1, which needs Cholesky factors only.
+  /// (I + A W)^-1 of a soft block. It maps the residual p(u) - p to the change of its impulse. It
+  /// is found as W^-1 (W^-1 + A)^-1. That needs Cholesky factors only.
   static Mat6<S> soft_gain(const SoftBlock<S>& soft, std::span<const SolverBody<S>> bodies) {
     const SolverBody<S>& a = bodies[soft.body_a];
     const SolverBody<S>& b = bodies[soft.body_b];
@@ -253,7 +253,7 @@ class SequentialSolver {
     for (std::size_t i = 0; i < count; ++i) {
       const S response = responses_[k](i, i, block.count);
       const S left = rows[i].error / dt + rows[i].velocity(a.motion, b.motion);
-      S wanted = rows[i].correction + detail::scalar_change(left, response);
+      S wanted = rows[i].correction + scalar_change(left, response);
       if (block.kind != BlockKind::equality) wanted = std::max(S(0), wanted);
       const S change = wanted - rows[i].correction;
       rows[i].correction = wanted;
@@ -271,10 +271,10 @@ class SequentialSolver {
     if (c.parts) return S(0);
     const ContactResponse<S>& response = contact_responses_[k];
     const S left = c.gap / dt + c.normal_velocity(a.motion, b.motion);
-    const S wanted = max(c.least_placed, c.placed - left * response.inverse_nn);
-    const S change = wanted - c.placed;
+    const S wanted = max(c.least_position_impulse, c.position_impulse - left * response.inverse_nn);
+    const S change = wanted - c.position_impulse;
     if (change == S(0)) return S(0);
-    c.placed = wanted;
+    c.position_impulse = wanted;
     apply_at_contact<S>(c, change * c.axes[0], a, b, motion_of);
     return abs(change) * response.nn;
   }
@@ -286,4 +286,4 @@ class SequentialSolver {
   std::vector<Mat6<S>> gains_;
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

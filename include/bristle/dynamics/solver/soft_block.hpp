@@ -1,5 +1,6 @@
 /// @file
-/// A soft six-dimensional constraint between two bodies: what a patch of sensors becomes.
+/// Soft six-dimensional constraint between two bodies. Patches of sensors and springs of joints use
+/// it.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -9,13 +10,13 @@
 
 #include <cstdint>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Impulse that is affine in the relative motion at the end of the step.
 ///
-/// With u = [V; W] the twist of A minus that of B about the point c, body B receives the impulse
-/// p = offset + matrix u about c, and A receives -p. `matrix` is symmetric positive semidefinite,
-/// so the block only ever takes energy out of the motion it is linearised about.
+/// Let u = [V; W] be the twist of A minus that of B about the point c. Body B receives the impulse
+/// p = offset + matrix u about c. Body A receives -p. The `matrix` is symmetric positive
+/// semidefinite. So the block only takes energy out of the motion about which it is linearised.
 template <Scalar S>
 struct SoftBlock {
   /// [-] Slots of the two bodies.
@@ -24,18 +25,18 @@ struct SoftBlock {
   /// [m] From each centre of mass to c, world axes.
   Vec3<S> arm_a = Vec3<S>::Zero();
   Vec3<S> arm_b = Vec3<S>::Zero();
-  /// [N s^2/m and products with m] A6: how the impulse grows with u.
+  /// [N s^2/m and products with m] A6: slope of the impulse by u.
   Mat6<S> matrix = Mat6<S>::Zero();
   /// [N s; N m s] p6: the impulse at u = 0.
   Vec6<S> offset = Vec6<S>::Zero();
 
-  /// [m/s; rad/s] u, as the solver found it.
+  /// [m/s; rad/s] u, as solved.
   Vec6<S> motion = Vec6<S>::Zero();
-  /// [N s; N m s] p on B about c, as the solver applies it.
+  /// [N s; N m s] p on B about c, as applied.
   Vec6<S> impulse = Vec6<S>::Zero();
 };
 
-/// u of a block for two given twists.
+/// u of a block for given twists.
 template <Scalar S>
 [[nodiscard]] Vec6<S> relative_motion(const SoftBlock<S>& block, const Twist<S>& a,
                                       const Twist<S>& b) {
@@ -46,15 +47,15 @@ template <Scalar S>
 }
 
 /// [1/kg] Mean mobility, over all directions, of the point at `arm` [m] from the centre of mass of
-/// a body whose mobility about that centre is given.
+/// a body. It follows from the mobility about that centre.
 template <Scalar S>
 [[nodiscard]] S mean_mobility(const Mat6<S>& about_center, const Vec3<S>& arm) {
   const Mat6<S> G = shift_matrix<S>(arm);
   return (G * about_center * G.transpose()).template topLeftCorner<3, 3>().trace() / S(3);
 }
 
-/// Mobility W of one body about the point at `arm` from its centre of mass: the change of its twist
-/// there per unit impulse there.
+/// Mobility W of one body about the point at `arm` from its centre of mass. It is the change of its
+/// twist there per unit impulse there.
 template <Scalar S>
 [[nodiscard]] Mat6<S> mobility(const Vec3<S>& inverse_mass, const Mat3<S>& inverse_inertia_W,
                                const Vec3<S>& arm) {
@@ -67,4 +68,4 @@ template <Scalar S>
   return W;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,18 +1,17 @@
 /// @file
-/// Soft blocks between bodies that are known by their mobility alone.
+/// Soft blocks between bodies of which only the mobility is known.
 ///
-/// A world knows the mass of its bodies and solves for the velocities that minimise a convex
-/// function (proximal_solver.hpp). Of somebody else's bodies only the answer to a push is known: a
-/// finger on a slide moves along one axis, and the links of an arm move each other. With V the
-/// twists of all bodies about their centres of mass, W their mobility and f the impulses of the
-/// blocks,
+/// A world knows the mass of its bodies. It solves for the velocities that minimise a convex
+/// function (proximal_solver.hpp). Of a host's bodies only the response to impulses is known. A
+/// finger on a slide moves along one axis. The links of an arm move each other. Let V be the twists
+/// of all bodies about their centres of mass, W their mobility and f the impulses of the blocks:
 ///
 ///     V = V_free + W f,   f_i = sum over blocks of -s_i G_i^T p,   p = offset + matrix u,
 ///     u = sum over the two bodies of s_i G_i V_i,   s = +1 for A and -1 for B,
 ///
-/// where G_i takes a twist from the centre of mass to the block's point. W need not have an
-/// inverse: (1 + W Q) V = V_free + W q is solved, with Q = sum s_i s_j G_i^T matrix G_j. W and Q
-/// are positive semidefinite, so that 1 + W Q has no eigenvalue below 1.
+/// where G_i maps a twist from the centre of mass to the block's point. W need not have an inverse.
+/// The solver finds V from (1 + W Q) V = V_free + W q, with Q = sum s_i s_j G_i^T matrix G_j. W and
+/// Q are positive semidefinite. So 1 + W Q has no eigenvalue below 1.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -30,21 +29,21 @@
 #include <utility>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Solves for the motion of such bodies. Bodies are known by the order in which they were added;
-/// those that nothing connects are solved apart. Systems of floats are solved in double, since
-/// W Q of a stiff block leaves float no digits.
+/// Solves for the motion of such bodies. Bodies are numbered in the order of `add_body`.
+/// Unconnected groups are solved apart. Systems of floats are solved in double. In float W Q of a
+/// stiff block has no digits left.
 template <Scalar S>
 class SoftSystem {
  public:
-  /// Starts another system.
+  /// Starts a new system.
   void clear() {
     free_.clear();
     couplings_.clear();
   }
   /// Adds a body.
-  /// @param free  [m/s, rad/s] The twist it will have without the blocks.
+  /// @param free  [m/s, rad/s] Its twist without the blocks.
   /// @return      [-] Its number.
   std::uint32_t add_body(const Twist<S>& free) {
     Vec6<S> twist;
@@ -53,17 +52,17 @@ class SoftSystem {
     free_.push_back(twist);
     return static_cast<std::uint32_t>(free_.size() - 1);
   }
-  /// Says what an impulse on body j about its centre of mass adds to the twist of body i. What is
-  /// not said is zero.
-  /// @param mobility  [1/kg and products with 1/m] For i = j symmetric, positive semidefinite; its
-  ///                  transpose is what body j gets from body i.
+  /// Sets the mobility from body j to body i. It is the change of the twist of body i per impulse
+  /// on body j about its centre of mass. A mobility that is not set is zero.
+  /// @param mobility  [1/kg and products with 1/m] Symmetric, positive semidefinite for i = j. Its
+  ///                  transpose is the mobility from body i to body j.
   void set_mobility(std::uint32_t i, std::uint32_t j, const Mat6<S>& mobility) {
     couplings_.push_back({i, j, mobility});
     if (i != j) couplings_.push_back({j, i, mobility.transpose()});
   }
-  /// Adds an impulse about the centre of mass of a body that is known beforehand.
+  /// Adds a known impulse about the centre of mass of a body.
   /// @param impulse  [N s, N m s]
-  void push(std::uint32_t body, const Wrench<S>& impulse) {
+  void apply_impulse(std::uint32_t body, const Wrench<S>& impulse) {
     Vec6<S> known;
     known.template head<3>() = impulse.force;
     known.template tail<3>() = impulse.torque;
@@ -72,7 +71,7 @@ class SoftSystem {
     }
   }
 
-  /// Finds the motion of all blocks. Where it is not finite, neither was what went in.
+  /// Finds the motion of all blocks. It is not finite if the input was not.
   void solve(std::span<SoftBlock<S>> blocks);
 
  private:
@@ -103,7 +102,7 @@ class SoftSystem {
   std::vector<Vec6<S>> free_;
   std::vector<Coupling> couplings_;
   DisjointSets sets_;
-  /// Members of the set at hand, the place of each body in it, and all twists.
+  /// Members of the present set, the place of each body in it, and all twists.
   std::vector<std::uint32_t> members_;
   std::vector<Eigen::Index> place_;
   std::vector<Vector> twist_;
@@ -131,7 +130,7 @@ void SoftSystem<S>::solve(std::span<SoftBlock<S>> blocks) {
 template <Scalar S>
 void SoftSystem<S>::find_sets(std::span<const SoftBlock<S>> blocks) {
   sets_.reset(free_.size());
-  // What has no mobility passes nothing on.
+  // A body without mobility passes nothing on.
   std::fill(place_.begin(), place_.end(), Eigen::Index(-1));
   for (const Coupling& c : couplings_) {
     if (c.from == c.to) place_[c.to] = 0;
@@ -156,10 +155,10 @@ void SoftSystem<S>::solve_set(std::uint32_t set, std::span<const SoftBlock<S>> b
   if (members_.empty()) return;
   const auto size = static_cast<Eigen::Index>(6 * members_.size());
   const auto cells = static_cast<std::size_t>(size * size);
-  detail::refill(left_, cells, Real(0));
-  detail::refill(stiffness_, cells, Real(0));
-  detail::refill(right_, static_cast<std::size_t>(size), Real(0));
-  detail::refill(load_, static_cast<std::size_t>(size), Real(0));
+  refill(left_, cells, Real(0));
+  refill(stiffness_, cells, Real(0));
+  refill(right_, static_cast<std::size_t>(size), Real(0));
+  refill(load_, static_cast<std::size_t>(size), Real(0));
   Map left(left_.data(), size, size), Q(stiffness_.data(), size, size);
   Map right(right_.data(), size, 1), q(load_.data(), size, 1);
   for (const SoftBlock<S>& block : blocks) {
@@ -199,4 +198,4 @@ void SoftSystem<S>::solve_set(std::uint32_t set, std::span<const SoftBlock<S>> b
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,5 +1,5 @@
 /// @file
-/// The shape backend that needs nothing but Eigen.
+/// Shape backend that needs only Eigen.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -10,47 +10,59 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
+namespace detail {
 template <Scalar S>
 class AnalyticShape;
+}  // namespace detail
 
-/// Rays in closed form against every shape. Contacts in closed form where analytic_contacts.hpp and
-/// box_box.hpp have a formula, which is computed in S; all others as solid_contacts.hpp finds them,
-/// in `Precise<S>`. Satisfies `ShapeBackend`, which says what each function does.
+/// Rays in closed form against every shape. Contacts in closed form, in S, if analytic_contacts.hpp
+/// or box_box.hpp has a formula. All others are found as in solid_contacts.hpp, in `Precise<S>`.
+/// Satisfies `ShapeBackend`, which documents each function.
 struct AnalyticBackend {
+  /// A prepared shape. Copies share it.
   template <Scalar S>
-  using Collidable = std::shared_ptr<const AnalyticShape<S>>;
+  using Collidable = std::shared_ptr<const detail::AnalyticShape<S>>;
 
-  static constexpr bool asks_slices = true;
+  /// `cast_rays` casts only the rays of `RayBatch::range`.
+  static constexpr bool asks_ranges = true;
 
+  /// Prepares a shape.
+  /// @throws InvalidArgument as `validate`.
   template <Scalar S>
   [[nodiscard]] static Collidable<S> make(const Shape<S>& shape);
 
+  /// Kind of the shape.
   template <Scalar S>
-  [[nodiscard]] static ShapeKind kind(const std::shared_ptr<const AnalyticShape<S>>& c);
+  [[nodiscard]] static ShapeKind kind(const std::shared_ptr<const detail::AnalyticShape<S>>& c);
+  /// [m] Box around the shape, in its own frame. Infinite for a half-space.
   template <Scalar S>
-  [[nodiscard]] static Aabb<S> bounds(const std::shared_ptr<const AnalyticShape<S>>& c);
+  [[nodiscard]] static Aabb<S> bounds(const std::shared_ptr<const detail::AnalyticShape<S>>& c);
+  /// Mass properties at unit density, in the shape's own frame.
   template <Scalar S>
   [[nodiscard]] static MassProperties<S> mass_properties(
-      const std::shared_ptr<const AnalyticShape<S>>& c);
+      const std::shared_ptr<const detail::AnalyticShape<S>>& c);
 
-  /// All pairs but two half-spaces.
+  /// Returns true for all pairs but two half-spaces.
   [[nodiscard]] static constexpr bool can_collide(ShapeKind a, ShapeKind b) {
     return a != ShapeKind::half_space || b != ShapeKind::half_space;
   }
 
+  /// Appends the manifolds of A and B in the frame of A, as `ShapeBackend` requires.
   template <Scalar S>
-  static ContactStatus collide(const std::shared_ptr<const AnalyticShape<S>>& a,
-                               const std::shared_ptr<const AnalyticShape<S>>& b,
+  static ContactStatus collide(const std::shared_ptr<const detail::AnalyticShape<S>>& a,
+                               const std::shared_ptr<const detail::AnalyticShape<S>>& b,
                                const Transform<S>& X_AB, S margin,
                                ContactManifolds<S>& out) noexcept;
 
+  /// Offers the nearest hit of each ray to `hits`, as `ShapeBackend` requires.
   template <Scalar S>
-  static void cast_rays(const std::shared_ptr<const AnalyticShape<S>>& c, const Transform<S>& X_RC,
-                        const RayBatch<S>& rays, std::uint32_t tag, RayHits<S>& hits) noexcept;
+  static void cast_rays(const std::shared_ptr<const detail::AnalyticShape<S>>& c,
+                        const Transform<S>& X_RC, const RayBatch<S>& rays, std::uint32_t tag,
+                        RayHits<S>& hits) noexcept;
 
-  /// Meshes only.
+  /// Early out for meshes. False for other shapes.
   template <Scalar S>
-  [[nodiscard]] static bool is_clear(const std::shared_ptr<const AnalyticShape<S>>& c,
+  [[nodiscard]] static bool is_clear(const std::shared_ptr<const detail::AnalyticShape<S>>& c,
                                      const Transform<S>& X_RC, const RayBatch<S>& rays) noexcept;
 };
 
@@ -64,9 +76,9 @@ struct AnalyticBackend {
 #include <bristle/geometry/contacts/shape_cast.hpp>
 #include <bristle/geometry/contacts/solid_contacts.hpp>
 #include <bristle/geometry/meshes/mesh_tree.hpp>
-#include <bristle/geometry/rays/bundle_mesh_rays.hpp>
 #include <bristle/geometry/rays/ray_lanes.hpp>
 #include <bristle/geometry/rays/ray_shapes.hpp>
+#include <bristle/geometry/rays/ray_tree_mesh_query.hpp>
 #include <bristle/geometry/shapes/shape_properties.hpp>
 
 #include <algorithm>
@@ -82,8 +94,10 @@ struct AnalyticBackend {
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// A shape as `AnalyticBackend` keeps it: checked, measured, with a tree and a surface if it is a
-/// mesh, and seen as a solid.
+namespace detail {
+
+/// A shape prepared by `AnalyticBackend`: checked, measured, with a view as a solid. A mesh has a
+/// tree and a surface, too.
 template <Scalar S>
 class AnalyticShape {
  public:
@@ -93,39 +107,37 @@ class AnalyticShape {
 
   /// @pre `validate(shape)` has passed.
   explicit AnalyticShape(const Shape<S>& shape);
-  // What it is seen as points into it.
+  // `solid_` points into this object.
   AnalyticShape(const AnalyticShape&) = delete;
   AnalyticShape& operator=(const AnalyticShape&) = delete;
 
   [[nodiscard]] const Prepared& shape() const { return shape_; }
-  /// [m] In the shape's own frame.
+  /// [m] Box in the shape's own frame.
   [[nodiscard]] const Aabb<S>& bounds() const { return bounds_; }
-  /// [kg] and so on, at unit density.
+  /// Mass properties at unit density, in the shape's own frame.
   [[nodiscard]] const MassProperties<S>& mass_properties() const { return mass_properties_; }
-  /// For iterative contacts; empty for a half-space.
+  /// View for iterative contacts. Empty for a half-space.
   [[nodiscard]] const SolidView<Precise<S>, MeshTree<S>>& solid() const { return solid_; }
 
  private:
   Prepared shape_;
   Aabb<S> bounds_;
   MassProperties<S> mass_properties_;
-  // Of convex shapes: themselves, in the scalar that iterations want.
+  // A convex shape in the scalar of iterative methods.
   Shape<Precise<S>> precise_;
   SolidView<Precise<S>, MeshTree<S>> solid_;
 };
 
-namespace detail {
-
-/// There is a formula for A and B in this order.
+/// True if A and B have a formula in this order.
 template <typename A, typename B, typename S>
 concept AnalyticPair = requires(const A& a, const B& b, const Transform<S>& X, S margin,
                                 ContactManifolds<S>& out) {
   collide_shapes(a, b, X, margin, out);
 };
 
-/// Adds the manifolds of A and B if there is a formula for them in this order. One shape after the
-/// other: a table of all pairs would have nine times as many entries, most of them empty.
-/// @return Whether there is.
+/// Adds the manifolds of A and B if there is a formula for them in this order. Dispatches one shape
+/// after the other: a table of all pairs would have nine times as many entries, most of them empty.
+/// @return True if there is a formula.
 template <typename Prepared, Scalar S>
 bool collide_in_closed_form(const Prepared& a, const Prepared& b, const Transform<S>& X_AB,
                             S margin, ContactManifolds<S>& out) {
@@ -147,7 +159,7 @@ bool collide_in_closed_form(const Prepared& a, const Prepared& b, const Transfor
   return false;
 }
 
-/// Manifolds of (B, A) in B turned into those of (A, B) in A.
+/// Converts manifolds of (B, A) in B to those of (A, B) in A.
 template <Scalar S>
 void swap_sides(std::span<ContactManifold<S>> manifolds, const Transform<S>& X_AB) {
   const Mat3<S> R = X_AB.rotation_matrix();
@@ -162,11 +174,11 @@ void swap_sides(std::span<ContactManifold<S>> manifolds, const Transform<S>& X_A
 }  // namespace detail
 
 template <Scalar S>
-AnalyticShape<S>::AnalyticShape(const Shape<S>& shape)
+detail::AnalyticShape<S>::AnalyticShape(const Shape<S>& shape)
     : shape_(std::visit(
           [](const auto& s) {
             if constexpr (std::same_as<std::remove_cvref_t<decltype(s)>, TriangleMesh<S>>) {
-              return Prepared(MeshTree<S>(s));
+              return Prepared(detail::MeshTree<S>(s));
             } else {
               return Prepared(s);
             }
@@ -174,50 +186,51 @@ AnalyticShape<S>::AnalyticShape(const Shape<S>& shape)
           shape)),
       bounds_(local_bounds(shape)),
       mass_properties_(unit_mass_properties(shape)),
-      precise_(std::visit(detail::ShapeCast<Precise<S>, S>{}, shape)) {
-  if (const auto* tree = std::get_if<MeshTree<S>>(&shape_)) {
+      precise_(std::visit(detail::ShapeCast<detail::Precise<S>, S>{}, shape)) {
+  if (const auto* tree = std::get_if<detail::MeshTree<S>>(&shape_)) {
     solid_.mesh.emplace(*tree);
     return;
   }
   std::visit(
       [this](const auto& s) {
-        if constexpr (requires { convex_view(s); }) solid_.convex.emplace(convex_view(s));
+        if constexpr (requires { detail::convex_view(s); })
+          solid_.convex.emplace(detail::convex_view(s));
       },
       precise_);
 }
 
 template <Scalar S>
-ShapeKind AnalyticBackend::kind(const std::shared_ptr<const AnalyticShape<S>>& c) {
+ShapeKind AnalyticBackend::kind(const std::shared_ptr<const detail::AnalyticShape<S>>& c) {
   return static_cast<ShapeKind>(c->shape().index());
 }
 
 template <Scalar S>
-Aabb<S> AnalyticBackend::bounds(const std::shared_ptr<const AnalyticShape<S>>& c) {
+Aabb<S> AnalyticBackend::bounds(const std::shared_ptr<const detail::AnalyticShape<S>>& c) {
   return c->bounds();
 }
 
 template <Scalar S>
 MassProperties<S> AnalyticBackend::mass_properties(
-    const std::shared_ptr<const AnalyticShape<S>>& c) {
+    const std::shared_ptr<const detail::AnalyticShape<S>>& c) {
   return c->mass_properties();
 }
 
 template <Scalar S>
-bool AnalyticBackend::is_clear(const std::shared_ptr<const AnalyticShape<S>>& c,
+bool AnalyticBackend::is_clear(const std::shared_ptr<const detail::AnalyticShape<S>>& c,
                                const Transform<S>& X_RC, const RayBatch<S>& rays) noexcept {
-  const auto* mesh = std::get_if<MeshTree<S>>(&c->shape());
-  return mesh != nullptr && is_clear_of_mesh(mesh->for_rays(), X_RC, rays);
+  const auto* mesh = std::get_if<detail::MeshTree<S>>(&c->shape());
+  return mesh != nullptr && detail::is_clear_of_mesh(mesh->for_rays(), X_RC, rays);
 }
 
 template <Scalar S>
 auto AnalyticBackend::make(const Shape<S>& shape) -> Collidable<S> {
   validate(shape);
-  return std::make_shared<const AnalyticShape<S>>(shape);
+  return std::make_shared<const detail::AnalyticShape<S>>(shape);
 }
 
 template <Scalar S>
-ContactStatus AnalyticBackend::collide(const std::shared_ptr<const AnalyticShape<S>>& a,
-                                       const std::shared_ptr<const AnalyticShape<S>>& b,
+ContactStatus AnalyticBackend::collide(const std::shared_ptr<const detail::AnalyticShape<S>>& a,
+                                       const std::shared_ptr<const detail::AnalyticShape<S>>& b,
                                        const Transform<S>& X_AB, S margin,
                                        ContactManifolds<S>& out) noexcept {
   if (!can_collide(kind(a), kind(b))) return ContactStatus::failed;
@@ -229,10 +242,11 @@ ContactStatus AnalyticBackend::collide(const std::shared_ptr<const AnalyticShape
     detail::swap_sides<S>(std::span(out).subspan(before), X_AB);
     return ContactStatus::ok;
   }
-  using P = Precise<S>;
-  ContactSink<S> sink(out);
+  using P = detail::Precise<S>;
+  detail::ContactSink<S> sink(out);
   const Transform<P> X = X_AB.template cast<P>();
-  if (collide_solids<GjkDistance>(a->solid(), b->solid(), X, P(margin), sink) && sink.is_sound()) {
+  if (detail::collide_solids<detail::GjkDistance>(a->solid(), b->solid(), X, P(margin), sink) &&
+      sink.is_sound()) {
     return ContactStatus::ok;
   }
   sink.clear();
@@ -240,16 +254,16 @@ ContactStatus AnalyticBackend::collide(const std::shared_ptr<const AnalyticShape
 }
 
 template <Scalar S>
-void AnalyticBackend::cast_rays(const std::shared_ptr<const AnalyticShape<S>>& c,
+void AnalyticBackend::cast_rays(const std::shared_ptr<const detail::AnalyticShape<S>>& c,
                                 const Transform<S>& X_RC, const RayBatch<S>& rays,
                                 std::uint32_t tag, RayHits<S>& hits) noexcept {
   // One dispatch for the whole batch.
   std::visit(
       [&](const auto& shape) {
-        if constexpr (std::same_as<std::remove_cvref_t<decltype(shape)>, MeshTree<S>>) {
-          cast_rays_at_mesh(shape.for_rays(), X_RC, rays, tag, hits);
+        if constexpr (std::same_as<std::remove_cvref_t<decltype(shape)>, detail::MeshTree<S>>) {
+          detail::cast_rays_at_mesh(shape.for_rays(), X_RC, rays, tag, hits);
         } else {
-          cast_rays_in_lanes(shape, X_RC, rays, tag, hits);
+          detail::cast_rays_in_lanes(shape, X_RC, rays, tag, hits);
         }
       },
       c->shape());

@@ -1,11 +1,11 @@
 /// @file
 /// Shape backend over FCL 0.7 and libccd: rays and contacts of all shapes over FCL's geometry.
 ///
-/// Link `bristle::fcl`; the umbrella header includes this only with BRISTLE_WITH_FCL.
+/// Link `bristle::fcl`. The umbrella header includes this only with BRISTLE_WITH_FCL.
 ///
-/// Everything FCL is asked is asked in double, whatever the user's scalar; rays are cast in S. No
-/// FCL type that Eigen aligns by the machine (Transform3d, CollisionObject) crosses into libfcl, so
-/// it does not matter with which -march either was built.
+/// FCL computes in double, whatever the user's scalar. Rays are cast in S. FCL types that Eigen
+/// aligns by the machine (Transform3d, CollisionObject) never cross into libfcl. So either may be
+/// built with any -march.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -20,61 +20,67 @@ namespace bristle::inline BRISTLE_ABI {
 
 /// Satisfies `ShapeBackend` for float and double.
 ///
-/// Contacts as solid_contacts.hpp finds them, over FCL's GJK (fcl_contact_normal.hpp) and FCL's
-/// mesh trees. What FCL itself reports for a mesh has no meaningful depth (fcl#106, #491, #574) and
-/// is not used. Every pair is known except two half-spaces.
+/// Contacts are found as in solid_contacts.hpp, over FCL's GJK (fcl_contact_normal.hpp) and FCL's
+/// mesh trees. FCL's own contacts of meshes have no meaningful depth (fcl#106, #491, #574) and are
+/// not used. Every pair is known except two half-spaces.
 ///
-/// `collide` allocates nothing but room in `out`, `cast_rays` nothing at all: FCL's GJK works on
-/// the stack. What FCL may throw is caught, what it answers is checked with supports; there is no
-/// loop without bound on the way.
+/// `collide` allocates only space in `out`; `cast_rays` allocates nothing. FCL's GJK works on the
+/// stack. Exceptions of FCL are caught, and supports check its results. All loops are bounded.
 struct FclBackend {
+  /// A shape prepared for FCL. Copies share it.
   template <Scalar S>
   class Collidable;
 
-  static constexpr bool asks_slices = true;
+  /// `cast_rays` casts only the rays of `RayBatch::range`.
+  static constexpr bool asks_ranges = true;
 
-  /// @throws InvalidArgument as `validate` and `to_fcl` do.
+  /// Prepares a shape.
+  /// @throws InvalidArgument as `validate` and `to_fcl`.
   template <Scalar S>
   [[nodiscard]] static Collidable<S> make(const Shape<S>& shape);
 
+  /// Kind of the shape.
   template <Scalar S>
   [[nodiscard]] static ShapeKind kind(const Collidable<S>& c);
+  /// [m] Box around the shape, in its own frame. Infinite for a half-space.
   template <Scalar S>
   [[nodiscard]] static Aabb<S> bounds(const Collidable<S>& c);
+  /// Mass properties at unit density, in the shape's own frame.
   template <Scalar S>
   [[nodiscard]] static MassProperties<S> mass_properties(const Collidable<S>& c);
 
-  /// All pairs but two half-spaces.
+  /// Returns true for all pairs but two half-spaces.
   [[nodiscard]] static bool can_collide(ShapeKind a, ShapeKind b) {
     return a != ShapeKind::half_space || b != ShapeKind::half_space;
   }
 
-  /// As `ShapeBackend` says. `failed` for a pair it does not know, a pose or margin that is not
-  /// finite, and for whatever of FCL throws or gives numbers that are none.
+  /// Appends the manifolds of A and B, as `ShapeBackend` requires. Returns `failed` for an unknown
+  /// pair, a pose or margin that is not finite, and if FCL throws or gives invalid numbers.
   template <Scalar S>
   [[nodiscard]] static ContactStatus collide(const Collidable<S>& a, const Collidable<S>& b,
                                              const Transform<S>& X_AB, S margin,
                                              ContactManifolds<S>& out) noexcept;
 
+  /// Offers the nearest hit of each ray to `hits`, as `ShapeBackend` requires.
   template <Scalar S>
   static void cast_rays(const Collidable<S>& c, const Transform<S>& X_RC, const RayBatch<S>& rays,
                         std::uint32_t tag, RayHits<S>& hits) noexcept;
 
-  /// Meshes only.
+  /// Early out for meshes. False for other shapes.
   template <Scalar S>
   [[nodiscard]] static bool is_clear(const Collidable<S>& c, const Transform<S>& X_RC,
                                      const RayBatch<S>& rays) noexcept;
 };
 
-/// A shape as the FCL backend holds it. Copies share one immutable preparation; the default-
-/// constructed one holds nothing and may only be assigned to.
+/// A shape prepared by the FCL backend. Copies share one immutable preparation. A
+/// default-constructed one is empty and may only be assigned to.
 template <Scalar S>
 class FclBackend::Collidable {
  public:
   Collidable() = default;
 
-  /// The FCL geometry, for whoever wants to hand it to FCL.
-  [[nodiscard]] const FclGeometry& geometry() const;
+  /// FCL geometry of the shape, for use with FCL itself.
+  [[nodiscard]] const detail::FclGeometry& geometry() const;
 
  private:
   friend struct FclBackend;
@@ -113,9 +119,9 @@ struct FclBackend::Collidable<S>::Data {
   ShapeKind kind;
   Aabb<S> bounds;
   MassProperties<S> mass_properties;
-  FclRayTarget<S> rays;
-  // Points into `rays`; empty for a half-space.
-  SolidView<double, FclMeshTree<double>> solid;
+  detail::FclRayTarget<S> rays;
+  // Points into `rays`. Empty for a half-space.
+  detail::SolidView<double, detail::FclMeshTree<double>> solid;
 };
 
 template <Scalar S>
@@ -123,13 +129,13 @@ FclBackend::Collidable<S>::Collidable(const Shape<S>& shape)
     : data_(std::make_shared<const Data>(shape)) {}
 
 template <Scalar S>
-const FclGeometry& FclBackend::Collidable<S>::geometry() const {
+const detail::FclGeometry& FclBackend::Collidable<S>::geometry() const {
   return data_->rays.geometry();
 }
 
 namespace detail {
 
-/// A half-space as the clip sees it: a square of its surface that is larger than what lies on it.
+/// A half-space for clipping: a square of its surface that is larger than the solid above it.
 struct SurfacePatch {
   Vec3<double> center;
   Vec3<double> normal;
@@ -158,8 +164,8 @@ struct SurfacePatch {
   return support_face(patch, direction);
 }
 
-/// Adds the contacts of a half-space with a convex solid, in the solid's frame, where `plane` is
-/// given. Normals point from the half-space to the solid.
+/// Adds the contacts of a half-space with a convex solid, in the solid's frame. `plane` is given in
+/// that frame, too. Normals run from the half-space to the solid.
 template <Scalar S>
 void collide_plane(const HalfSpace<double>& plane, const ConvexView<double>& convex, double margin,
                    ContactSink<S>& sink) {
@@ -197,7 +203,7 @@ void collide_plane(const HalfSpace<double>& plane,
       });
 }
 
-/// A half-space given in frame A, seen from frame B that stands at X_AB.
+/// Converts a half-space from frame A to frame B at X_AB.
 [[nodiscard]] inline HalfSpace<double> seen_from(const Transform<double>& X_AB,
                                                  const HalfSpace<double>& plane_A) {
   return {X_AB.rotation.conjugate() * plane_A.normal,
@@ -211,14 +217,14 @@ FclBackend::Collidable<S>::Data::Data(const Shape<S>& shape)
     : kind(kind_of(shape)),
       bounds(local_bounds(shape)),
       mass_properties(unit_mass_properties(shape)),
-      rays(to_fcl(shape)) {
+      rays(detail::to_fcl(shape)) {
   std::visit(
       [this](const auto& view) {
         using View = std::remove_cvref_t<decltype(view)>;
-        if constexpr (std::is_same_v<View, FclMeshTree<double>>) {
+        if constexpr (std::is_same_v<View, detail::FclMeshTree<double>>) {
           solid.mesh.emplace(view);
         } else if constexpr (!std::is_same_v<View, HalfSpace<double>>) {
-          solid.convex.emplace(convex_view(view));
+          solid.convex.emplace(detail::convex_view(view));
         }
       },
       rays.view());
@@ -247,7 +253,7 @@ MassProperties<S> FclBackend::mass_properties(const Collidable<S>& c) {
 
 namespace detail {
 
-/// One contact query in double: A and B, what is known of them, and where B stands.
+/// One contact query in double: A and B with their preparations, and the pose of B.
 template <Scalar S, typename Data>
 class FclContactQuery {
  public:
@@ -255,7 +261,7 @@ class FclContactQuery {
                   ContactSink<S>& sink)
       : a_(a), b_(b), X_AB_(X_AB), margin_(margin), sink_(sink) {}
 
-  /// False where nothing is known.
+  /// Returns false if nothing is known.
   bool run() {
     if (a_.kind == ShapeKind::half_space) return on_plane(a_, b_, X_AB_, X_AB_, false);
     if (b_.kind == ShapeKind::half_space) return on_plane(b_, a_, X_AB_.inverse(), {}, true);
@@ -264,8 +270,8 @@ class FclContactQuery {
 
  private:
   /// @param X_PO      Pose of the other solid in the frame of the half-space.
-  /// @param X_AO      Its pose in the frame of A, in which the answer is due.
-  /// @param is_second Whether the half-space is B.
+  /// @param X_AO      Its pose in the frame of A, the frame of the results.
+  /// @param is_second True if the half-space is B.
   bool on_plane(const Data& plane, const Data& other, const Transform<double>& X_PO,
                 const Transform<double>& X_AO, bool is_second) {
     const HalfSpace<double> plane_O =
@@ -294,17 +300,18 @@ ContactStatus FclBackend::collide(const Collidable<S>& a, const Collidable<S>& b
                                   ContactManifolds<S>& out) noexcept {
   using std::isfinite;
   const Transform<double> X = X_AB.template cast<double>();
-  if (!all_finite(X.translation) || !all_finite(X.rotation.coeffs()) || !isfinite(margin)) {
+  if (!detail::all_finite(X.translation) || !detail::all_finite(X.rotation.coeffs()) ||
+      !isfinite(margin)) {
     return ContactStatus::failed;
   }
   if (!can_collide(kind(a), kind(b))) return ContactStatus::failed;
-  ContactSink<S> sink(out);
+  detail::ContactSink<S> sink(out);
   try {
     using Data = typename Collidable<S>::Data;
     detail::FclContactQuery<S, Data> query(*a.data_, *b.data_, X, double(margin), sink);
     if (query.run() && sink.is_sound()) return ContactStatus::ok;
   } catch (...) {
-    // FCL throws std::logic_error and more; which one it was helps nobody within a step.
+    // FCL throws std::logic_error and more. The kind does not matter within a step.
   }
   sink.clear();
   return ContactStatus::failed;

@@ -1,5 +1,5 @@
 /// @file
-/// How the FCL backend hands its geometry around, without FCL's own headers.
+/// Handle of FCL geometry, without FCL's own headers.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -12,9 +12,9 @@ template <typename S>
 class CollisionGeometry;
 }  // namespace fcl
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// FCL geometry that nobody changes any more, shared by all who use it.
+/// Immutable FCL geometry, shared by its users.
 using FclGeometry = std::shared_ptr<const fcl::CollisionGeometry<double>>;
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,5 +1,5 @@
 /// @file
-/// The tree that FCL keeps inside a mesh, walked through its public nodes as an `AabbTree` is.
+/// Traversal of the tree inside an FCL mesh through its public nodes, as of an `AabbTree`.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -16,19 +16,18 @@
 #include <limits>
 #include <utility>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// The mesh type a `TriangleMesh` becomes: a tree of axis-aligned boxes with one triangle a leaf.
-/// FCL's oriented boxes take four times the memory and building time, and rays gain nothing by
-/// them.
+/// FCL mesh of a `TriangleMesh`: a tree of axis-aligned boxes with one triangle a leaf. FCL's
+/// oriented boxes take four times the memory and building time, and rays gain nothing by them.
 template <typename S>
 using FclMesh = fcl::BVHModel<fcl::AABB<S>>;
 
-/// A view of an FCL mesh: its triangles, and the same two queries that `AabbTree` answers, with the
-/// triangle's number as payload. The mesh must outlive it and have its tree (`endModel`).
+/// A view of an FCL mesh: its triangles, and the two queries of `AabbTree`, with the triangle's
+/// number as payload. The mesh must outlive it and have its tree (`endModel`).
 ///
-/// The walk is recursive, as deep as FCL's tree is high. FCL splits at the mean, which gives about
-/// the logarithm of the number of triangles; it sets no bound.
+/// The traversal is recursive, as deep as FCL's tree is high. FCL splits at the mean, which gives
+/// about the logarithm of the number of triangles. It sets no bound.
 template <Scalar S>
 class FclMeshTree {
  public:
@@ -45,7 +44,7 @@ class FclMeshTree {
     return {mesh_->vertices[t[0]], mesh_->vertices[t[1]], mesh_->vertices[t[2]]};
   }
 
-  /// [-] Which vertices of the mesh they are.
+  /// [-] Vertex numbers of a triangle.
   [[nodiscard]] std::array<std::uint32_t, 3> vertex_numbers(std::uint32_t i) const {
     const fcl::Triangle& t = mesh_->tri_indices[i];
     return {static_cast<std::uint32_t>(t[0]), static_cast<std::uint32_t>(t[1]),
@@ -62,14 +61,15 @@ class FclMeshTree {
     find([&](const Aabb<S>& box) { return box.overlaps(query); }, visit);
   }
 
-  /// The same for every triangle whose box, and all boxes around it, `accept(box) -> bool` takes.
+  /// The same for every triangle whose box `accept(box) -> bool` takes together with all boxes
+  /// around it.
   template <typename Accept, typename Visit>
   void find(Accept&& accept, Visit&& visit) const {
     if (mesh_->getNumBVs() > 0) find_below(0, accept, visit);
   }
 
   /// Calls `visit(triangle, max_distance) -> new max_distance` for every triangle whose box the ray
-  /// meets before max_distance [m], which starts as the ray's length; nearer boxes come first.
+  /// meets before max_distance [m]. It starts as the ray's length. Nearer boxes come first.
   template <typename Visit>
   void walk_ray(const Ray<S>& ray, Visit&& visit) const {
     if (mesh_->getNumBVs() == 0) return;
@@ -84,7 +84,7 @@ class FclMeshTree {
     return {bv.min_, bv.max_};
   }
 
-  /// False once a visit has said so.
+  /// Returns false once a visit has returned false.
   template <typename Accept, typename Visit>
   bool find_below(int id, Accept& accept, Visit& visit) const {
     if (!accept(box(id))) return true;
@@ -118,4 +118,4 @@ class FclMeshTree {
   const FclMesh<S>* mesh_;
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,19 +1,19 @@
 /// @file
-/// Rays over FCL's own geometry, which has no ray query of its own (fcl#310).
+/// Rays over FCL's own geometry, which has no ray query (fcl#310).
 ///
-/// FCL is the container: sizes and triangles are read from its geometry, once, and met as those of
-/// the analytic backend are, in the user's scalar. Single rays (`ray_cast`) walk FCL's own trees in
-/// the scalar of the geometry.
+/// FCL is the container. Sizes and triangles are read from its geometry once. Rays are then cast at
+/// them as in the analytic backend, in the user's scalar. Single rays (`ray_cast`) traverse FCL's
+/// own trees in the scalar of the geometry.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <bristle/geometry/backends/fcl_shapes.hpp>
 #include <bristle/geometry/contacts/shape_cast.hpp>
-#include <bristle/geometry/rays/bundle_mesh_rays.hpp>
 #include <bristle/geometry/rays/mesh_rays.hpp>
 #include <bristle/geometry/rays/ray_lanes.hpp>
 #include <bristle/geometry/rays/ray_mesh.hpp>
 #include <bristle/geometry/rays/ray_shapes.hpp>
+#include <bristle/geometry/rays/ray_tree_mesh_query.hpp>
 #include <bristle/math/finite.hpp>
 
 #include <array>
@@ -23,42 +23,40 @@
 #include <utility>
 #include <variant>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Nearest hit of a ray with an FCL mesh, as `ray_cast_mesh` finds it.
+/// Nearest hit of a ray with an FCL mesh, as by `ray_cast_mesh`.
 template <Scalar S>
 [[nodiscard]] RayHit<S> ray_cast(const FclMeshTree<S>& mesh, const Ray<S>& ray) {
   return ray_cast_mesh(mesh, ray);
 }
 
-/// Nearest hit of a ray with what an FCL geometry holds, in its frame.
+/// Nearest hit of a ray with the shape of an FCL geometry, in its frame.
 template <Scalar S>
 [[nodiscard]] RayHit<S> ray_cast(const FclView<S>& view, const Ray<S>& ray) {
   return std::visit([&](const auto& shape) { return ray_cast(shape, ray); }, view);
 }
 
-/// An FCL geometry made ready for rays in S. Immutable; several threads may cast at once.
+/// An FCL geometry prepared for rays in S. Immutable. Several threads may cast at once.
 template <Scalar S>
 class FclRayTarget {
  public:
-  /// @throws InvalidArgument as `from_fcl` does.
+  /// @throws InvalidArgument as `from_fcl`.
   explicit FclRayTarget(FclGeometry geometry)
       : geometry_(std::move(geometry)),
         view_(from_fcl(*geometry_)),
         shape_(std::visit([](const auto& view) { return prepared(view); }, view_)) {}
 
   [[nodiscard]] const FclGeometry& geometry() const { return geometry_; }
-  /// What the geometry holds.
+  /// View of the shape that rays are cast at.
   [[nodiscard]] const FclView<double>& view() const { return view_; }
 
   /// Offers to `hits` the nearest hit of each ray, as `ShapeBackend::cast_rays` does. X_RC is the
-  /// geometry's pose in the rays' frame; one that is not finite hits nothing.
-  ///
-  /// Allocates nothing.
+  /// geometry's pose in the rays' frame. A pose that is not finite hits nothing. Allocates nothing.
   void cast_rays(const Transform<S>& X_RC, const RayBatch<S>& rays, std::uint32_t tag,
                  RayHits<S>& hits) const noexcept;
 
-  /// Whether no ray can meet a mesh, as far as a look at boxes tells; false for other geometry.
+  /// True only if no ray can meet the mesh, judged by boxes. False for other geometry.
   [[nodiscard]] bool is_clear(const Transform<S>& X_RC, const RayBatch<S>& rays) const noexcept {
     const auto* mesh = std::get_if<RayMesh<S>>(&shape_);
     return mesh != nullptr && is_clear_of_mesh(*mesh, X_RC, rays);
@@ -78,7 +76,7 @@ class FclRayTarget {
             return RayMesh<S>();
           }
         },
-        detail::ShapeCast<S, double>{}(view));
+        ShapeCast<S, double>{}(view));
   }
   [[nodiscard]] static Prepared prepared(const FclMeshTree<double>& mesh) {
     return RayMesh<S>(mesh.size(), [&](std::uint32_t i) {
@@ -110,4 +108,4 @@ void FclRayTarget<S>::cast_rays(const Transform<S>& X_RC, const RayBatch<S>& ray
       shape_);
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,9 +1,9 @@
 /// @file
-/// Rays through a scene that somebody already keeps in FCL's dynamic tree of boxes.
+/// Rays through a scene in FCL's dynamic tree of boxes.
 ///
-/// For users of FCL who want the ray query it lacks; bristle's own world does not need it.
+/// For users of FCL who need the ray query it lacks. bristle's own world does not use it.
 ///
-/// Under -march=native on AVX machines compile with EIGEN_MAX_ALIGN_BYTES=16; who does not is told.
+/// On AVX machines -march=native needs EIGEN_MAX_ALIGN_BYTES=16. A static_assert says so otherwise.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -18,49 +18,47 @@
 #include <type_traits>
 #include <utility>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Nearest hit of a ray in an FCL scene.
 template <Scalar S>
 struct FclSceneHit {
   /// Distance and normal, in the world.
   RayHit<S> hit;
-  /// Which object; null where there is no hit.
+  /// The hit object. Null if there is no hit.
   fcl::CollisionObject<S>* object = nullptr;
 };
 
-/// Nearest hit of a ray among the objects of an FCL scene, under the rules of ray_shapes.hpp. Of
-/// objects at equal distance the one that FCL's tree yields first.
+/// Returns the nearest hit of a ray among the objects of an FCL scene, under the rules of
+/// ray_shapes.hpp. Of objects at equal distance, the one that FCL's tree yields first.
 ///
-/// The manager must be set up (`setup`, or `update` after objects moved). Objects that bristle has
-/// no shape for (planes, octrees, point clouds, other meshes than `FclMesh`) are not seen. O(log
-/// objects) for short rays; convex geometry is converted anew for each ray that comes near it, so
-/// meshes are the better choice for large ones.
+/// The manager must be set up (`setup`, or `update` after objects moved). Objects without a shape
+/// in bristle (planes, octrees, point clouds, other meshes than `FclMesh`) are ignored. O(log
+/// objects) for short rays. Convex geometry is converted anew for each ray that comes near it, so
+/// large convex objects are better given as meshes.
 ///
 /// @param ray  In the world.
 template <Scalar S>
 [[nodiscard]] FclSceneHit<S> cast_ray(const fcl::DynamicAABBTreeCollisionManager<S>& scene,
                                       const Ray<S>& ray);
 
-/// Hit of a ray in the world with one FCL object; infinite distance where there is none, or bristle
-/// has no shape for it.
+/// Returns the hit of a ray in the world with one FCL object. The distance is infinite if there is
+/// none, or bristle has no such shape.
 template <Scalar S>
 [[nodiscard]] RayHit<S> ray_cast(const fcl::CollisionObject<S>& object, const Ray<S>& ray);
 
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
-
-/// Whether this translation unit and libfcl agree on what a CollisionObject is. That of double
-/// holds 4x4 matrices, which Eigen aligns to 64 bytes where the compiler may use AVX-512 and to 32
-/// with AVX; Debian's libfcl was built with 16. With another alignment the object has another size
-/// and its members other places, and FCL and user code read each other's garbage
+/// True if this translation unit and libfcl agree on the layout of a CollisionObject. That of
+/// double holds 4x4 matrices. Eigen aligns them to 64 bytes where the compiler may use AVX-512, and
+/// to 32 with AVX; Debian's libfcl was built with 16. A different alignment changes the object's
+/// size and the offsets of its members, so FCL and user code read each other's garbage
 /// (ipab-slmc/exotica#198). Other scalars are compiled here and not in libfcl.
 template <Scalar S>
 inline constexpr bool is_fcl_layout_common =
     !std::is_same_v<S, double> || alignof(fcl::CollisionObject<S>) <= 16;
 
-/// Whether `from_fcl` knows the geometry.
+/// Returns whether `from_fcl` knows the geometry.
 template <Scalar S>
 [[nodiscard]] bool is_known_to_bristle(const fcl::CollisionGeometry<S>& geometry) {
   switch (geometry.getNodeType()) {
@@ -82,7 +80,7 @@ template <Scalar S>
   }
 }
 
-/// Walks down the tree, nearer boxes first.
+/// Descends the tree, nearer boxes first.
 template <Scalar S, typename Node>
 void cast_below(const Node& node, S enter, const SlabTest<S>& slabs, Ray<S>& ray,
                 FclSceneHit<S>& best) {
@@ -111,15 +109,13 @@ void cast_below(const Node& node, S enter, const SlabTest<S>& slabs, Ray<S>& ray
   cast_below(*far, enter_far, slabs, ray, best);
 }
 
-}  // namespace detail
-
 template <Scalar S>
 RayHit<S> ray_cast(const fcl::CollisionObject<S>& object, const Ray<S>& ray) {
-  static_assert(detail::is_fcl_layout_common<S>,
+  static_assert(is_fcl_layout_common<S>,
                 "Define EIGEN_MAX_ALIGN_BYTES=16 for all code that shares fcl::CollisionObject "
                 "with a libfcl that was built without -march");
   const fcl::CollisionGeometry<S>* geometry = object.collisionGeometry().get();
-  if (!detail::is_known_to_bristle(*geometry)) return {};
+  if (!is_known_to_bristle(*geometry)) return {};
   const Mat3<S> R_WO = object.getRotation();
   const Ray<S> ray_O{R_WO.transpose() * (ray.origin - object.getTranslation()),
                      R_WO.transpose() * ray.direction, ray.length};
@@ -134,12 +130,12 @@ FclSceneHit<S> cast_ray(const fcl::DynamicAABBTreeCollisionManager<S>& scene, co
   const auto* root = scene.getTree().getRoot();
   if (root == nullptr) return best;
   Ray<S> shortened = ray;
-  // A finite reach, so that planes at infinity are out of it.
+  // Finite, so that planes at infinity are beyond it.
   shortened.length = std::min(ray.length, std::numeric_limits<S>::max() / S(2));
   const SlabTest<S> slabs(ray);
   const S enter = slabs.enter({root->bv.min_, root->bv.max_}, shortened.length);
-  detail::cast_below(*root, enter, slabs, shortened, best);
+  cast_below(*root, enter, slabs, shortened, best);
   return best;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

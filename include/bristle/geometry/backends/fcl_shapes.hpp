@@ -1,8 +1,8 @@
 /// @file
-/// Shapes as FCL geometry, and back. Light: FCL's shapes and its mesh tree, none of its collision
-/// code.
+/// Conversion of shapes to FCL geometry and back. Includes FCL's shapes and its mesh tree, none of
+/// its collision code.
 ///
-/// FCL's geometry is always in double, for every scalar of the user: float converts to it without
+/// FCL's geometry is always in double, for every scalar of the user. Float converts to it without
 /// loss, and FCL's own float instances cost every translation unit about a minute of compile time.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
@@ -28,34 +28,33 @@
 #include <variant>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// A shape as FCL geometry, its local box computed. Axes, origin and sizes mean the same in both.
+/// Converts a shape to FCL geometry and computes its local box. Axes, origin and sizes mean the
+/// same in both.
 ///
-/// @pre  `validate(shape)` has passed.
-/// @throws InvalidArgument when FCL refuses the mesh (more than 2^31 - 1 vertices or triangles).
+/// @pre `validate(shape)` has passed.
+/// @throws InvalidArgument if FCL refuses the mesh (more than 2^31 - 1 vertices or triangles).
 template <Scalar S>
 [[nodiscard]] FclGeometry to_fcl(const Shape<S>& shape);
 
-/// What an FCL geometry is, in bristle's words: `Shape`, but with the mesh left where FCL has it.
-/// The alternatives stand in the order of `ShapeKind`.
+/// An FCL geometry as a `Shape`, with the mesh left inside FCL. The alternatives are in the order
+/// of `ShapeKind`.
 template <Scalar S>
 using FclView = std::variant<Sphere<S>, Box<S>, Capsule<S>, Cylinder<S>, Cone<S>, Ellipsoid<S>,
                              HalfSpace<S>, ConvexHull<S>, FclMeshTree<S>>;
 
-/// Reads sizes and data from an FCL object, which must outlive the answer where it is a mesh.
+/// Reads sizes and data from an FCL object. A mesh must outlive the result.
 ///
-/// Faces of a `Convex` become planes here; FCL stores none. Expects of FCL's data what FCL's own
-/// documentation does: flat convex faces, counter-clockwise from outside.
+/// Faces of a `Convex` get planes here; FCL stores none. FCL's data must be as FCL documents it:
+/// flat convex faces, counter-clockwise from outside.
 ///
-/// @throws InvalidArgument for what bristle has no shape for: planes, octrees, point clouds, meshes
-///         over other boxes than `FclMesh`, meshes without their tree.
+/// @throws InvalidArgument for geometry without a shape in bristle: planes, octrees, point clouds,
+///         meshes over other boxes than `FclMesh`, meshes without their tree.
 template <Scalar S>
 [[nodiscard]] FclView<S> from_fcl(const fcl::CollisionGeometry<S>& geometry);
 
 // Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
 
 /// One FCL geometry for each alternative of `Shape`.
 template <Scalar S>
@@ -125,9 +124,9 @@ template <Scalar S>
   std::size_t next = 0;
   for (int f = 0; f < convex.getFaceCount(); ++f) {
     const auto corners = static_cast<std::size_t>(convex.getFaces()[next++]);
-    // Newell's method (Sutherland, Sproull, Schumacker 1974): twice the area vector of a polygon,
-    // good for any number of corners and for nearly straight ones. Corners are taken relative to
-    // the first, so that a hull far from its origin loses nothing.
+    // Newell's method (Sutherland, Sproull, Schumacker 1974): twice the area vector of a polygon.
+    // It is good for any number of corners and for nearly straight ones. Corners are taken relative
+    // to the first, so that a hull far from its origin loses nothing.
     Vec3<S> area = Vec3<S>::Zero();
     const Vec3<S>& first = hull.vertices[static_cast<std::size_t>(convex.getFaces()[next])];
     Vec3<S> mean = Vec3<S>::Zero();
@@ -154,11 +153,9 @@ template <Scalar S>
   return FclMeshTree<S>(mesh);
 }
 
-}  // namespace detail
-
 template <Scalar S>
 FclGeometry to_fcl(const Shape<S>& shape) {
-  auto geometry = std::visit(detail::FclGeometryMaker<S>{}, shape);
+  auto geometry = std::visit(FclGeometryMaker<S>{}, shape);
   geometry->computeLocalAABB();
   return geometry;
 }
@@ -190,14 +187,14 @@ FclView<S> from_fcl(const fcl::CollisionGeometry<S>& geometry) {
       return HalfSpace<S>{.normal = s.n, .offset = s.d};
     }
     case fcl::GEOM_CONVEX:
-      return detail::hull_from_fcl(static_cast<const fcl::Convex<S>&>(geometry));
+      return hull_from_fcl(static_cast<const fcl::Convex<S>&>(geometry));
     case fcl::BV_AABB:
-      return detail::mesh_from_fcl(static_cast<const FclMesh<S>&>(geometry));
+      return mesh_from_fcl(static_cast<const FclMesh<S>&>(geometry));
     default:
-      detail::raise(InvalidArgument("fcl::CollisionGeometry::getNodeType",
-                                    std::to_string(geometry.getNodeType()),
-                                    "must be a type that bristle has a shape for"));
+      raise(InvalidArgument("fcl::CollisionGeometry::getNodeType",
+                            std::to_string(geometry.getNodeType()),
+                            "must be a type that bristle has a shape for"));
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

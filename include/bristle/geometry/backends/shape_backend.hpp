@@ -1,8 +1,8 @@
 /// @file
-/// The only door between the library and whatever computes geometry.
+/// The only interface between the library and the geometry queries.
 ///
-/// A backend is a struct of static functions over a nested template `Collidable<S>`: its own
-/// prepared, immutable form of a shape, cheap to copy (a shared pointer, usually).
+/// A backend is a struct of static functions over a nested template `Collidable<S>`. That is its
+/// own prepared, immutable form of a shape, cheap to copy (a shared pointer, usually).
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -18,28 +18,31 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// What `World<S, B>` asks of a backend B.
+/// Requirements of `World<S, B>` on a backend B.
 ///
-/// - `make(shape)` checks and prepares a shape. Throws InvalidArgument; nothing after it throws.
+/// - `make(shape)` checks and prepares a shape. Throws InvalidArgument. No later function throws.
 /// - `kind(c)` is the kind of the shape it was made from.
-/// - `bounds(c)` [m] in the shape's own frame; infinite for a half-space.
-/// - `mass_properties(c)` of the solid at unit density, in the shape's own frame; zero mass for a
-///   half-space.
-/// - `can_collide(a, b)` says whether `collide` knows the pair, in either order; the world refuses
-///   shapes that would meet one it does not know.
-/// - `collide(a, b, X_AB, margin, out)` appends to `out` the manifolds of all contact with a gap of
-///   at most `margin` [m], in the frame of A. Returns ContactStatus::failed instead of throwing.
+/// - `bounds(c)` [m] is a box in the shape's own frame. Infinite for a half-space.
+/// - `mass_properties(c)` is of the solid at unit density, in the shape's own frame. Zero mass for
+///   a half-space.
+/// - `can_collide(a, b)` returns whether `collide` knows the pair, in either order. The world
+///   refuses shapes that would meet one it does not know.
+/// - `collide(a, b, X_AB, margin, out)` appends to `out` all manifolds with a gap of at most
+///   `margin` [m], in the frame of A. Returns ContactStatus::failed instead of throwing.
 /// - `cast_rays(c, X_RC, rays, tag, hits)` offers to `hits` the nearest hit of each ray within its
-///   reach, where X_RC is the shape's pose in the rays' frame. The solid is closed: a ray that
-///   starts inside is hit at distance 0 with the normal -direction. Triangles are met from both
-///   sides. Arithmetic is done in the shape's frame and knows no absolute length.
+///   length. X_RC is the shape's pose in the rays' frame. The solid is closed: a ray that starts
+///   inside is hit at distance 0 with the normal -direction. Triangles are hit from both sides.
+///   Arithmetic is done in the shape's frame and knows no absolute length.
 ///
-/// All functions are safe to call from several threads at once. A backend that has a
-/// `static constexpr bool asks_slices = true` casts only the rays of `RayBatch::slice`, in the
-/// order of the batch or of its bundles, and the same ray to the same bits in any slice; hits of
-/// other rays it neither reads nor writes. Then threads share the rays of one large patch. One that
-/// has `is_clear(c, X_RC, rays)` says quickly, and not always, that no ray can meet the shape: then
-/// large patches that meet nothing cost less.
+/// All functions are safe to call from several threads at once.
+///
+/// A backend with `static constexpr bool asks_ranges = true` casts only the rays of
+/// `RayBatch::range`, in the order of the batch or of its nodes. The same ray gives the same bits
+/// in any range. Hits of other rays are neither read nor written. Then threads share the rays of
+/// one large patch.
+///
+/// A backend with `is_clear(c, X_RC, rays)` returns true early if no ray can meet the shape. It may
+/// return false then, too. Large patches that meet nothing then cost less.
 template <typename B, typename S>
 concept ShapeBackend = Scalar<S> && std::copyable<typename B::template Collidable<S>> &&
     requires(const Shape<S>& shape, const typename B::template Collidable<S>& c,
@@ -56,13 +59,13 @@ concept ShapeBackend = Scalar<S> && std::copyable<typename B::template Collidabl
   noexcept;
 };
 
-/// Whether `cast_rays` of a backend casts only the rays of `RayBatch::slice`.
+/// True if `cast_rays` of a backend casts only the rays of `RayBatch::range`.
 template <typename B>
-inline constexpr bool asks_slices = requires {
-  requires B::asks_slices;
+inline constexpr bool asks_ranges = requires {
+  requires B::asks_ranges;
 };
 
-/// Whether no ray of a batch can meet a shape, as far as a backend that can says. See
+/// Returns true only if no ray of a batch can meet the shape. False if the backend cannot tell. See
 /// `ShapeBackend`.
 template <Scalar S, typename B>
 [[nodiscard]] bool is_surely_clear(const typename B::template Collidable<S>& c,
@@ -73,7 +76,7 @@ template <Scalar S, typename B>
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-/// Declares (`extern template`) or makes (`template`) the functions of a backend in a scalar.
+/// Declares (`extern template`) or defines (`template`) the functions of a backend in a scalar.
 #define BRISTLE_BACKEND_FUNCTIONS(instantiate, Backend, S)                                         \
   instantiate Backend::Collidable<S> Backend::make<S>(const Shape<S>&);                            \
   instantiate ShapeKind Backend::kind<S>(const Backend::Collidable<S>&);                           \

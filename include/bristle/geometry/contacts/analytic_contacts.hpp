@@ -1,10 +1,11 @@
 /// @file
-/// Contacts in closed form, one overload of `collide_shapes(a, b, X_AB, margin, out)` for each pair
-/// of shapes that has one. Each appends to `out` the manifold of A and B, in A's frame, if they
-/// overlap or come within `margin` [m]; B stands at X_AB in A. Two boxes: box_box.hpp.
+/// Contacts in closed form. Each pair of shapes with a formula has an overload of
+/// `collide_shapes(a, b, X_AB, margin, out)`. It appends the manifold of A and B to `out` if their
+/// gap is at most `margin` [m]. Manifolds are in A's frame; X_AB is the pose of B in A. Two boxes
+/// are in box_box.hpp.
 ///
-/// Shapes whose centres, axes or the like coincide have no contact normal of their own; each
-/// overload says which it takes. Nothing is thrown.
+/// Shapes with coinciding centres or axes have no natural contact normal. Each overload says which
+/// normal it takes then. No overload throws.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -22,50 +23,50 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Normal +z for concentric balls.
+/// Ball and ball. Concentric balls get the normal +z.
 template <Scalar S>
 void collide_shapes(const Sphere<S>& a, const Sphere<S>& b, const Transform<S>& X_AB, S margin,
                     ContactManifolds<S>& out);
-/// Normal +x for a ball centred on the axis.
+/// Capsule and ball. A ball centred on the axis gets the normal +x.
 template <Scalar S>
 void collide_shapes(const Capsule<S>& a, const Sphere<S>& b, const Transform<S>& X_AB, S margin,
                     ContactManifolds<S>& out);
-/// A centre inside leaves through the nearest face; of equally near ones the first axis, upwards.
+/// Box and ball. A centre inside leaves through the nearest face. Of equally near faces it takes
+/// the first axis, upwards.
 template <Scalar S>
 void collide_shapes(const Box<S>& a, const Sphere<S>& b, const Transform<S>& X_AB, S margin,
                     ContactManifolds<S>& out);
-/// Axes that meet are parted across both of them; two points where the sides lie along each other.
+/// Two capsules. Crossing axes are separated along the normal of both. Parallel sides get two
+/// points.
 template <Scalar S>
 void collide_shapes(const Capsule<S>& a, const Capsule<S>& b, const Transform<S>& X_AB, S margin,
                     ContactManifolds<S>& out);
 
-/// A shape that has a face to stand on.
+/// A shape with a face to stand on.
 template <typename T, typename S>
 concept SupportedShape = Scalar<S> && requires(const T& shape, const Vec3<S>& direction) {
   { support_face(shape, direction) } -> std::same_as<SupportFeature<S>>;
 };
 
-/// Any convex shape: the corners of the face that is turned to the plane.
+/// Half-space and any convex shape. Takes the corners of the face towards the plane.
 template <Scalar S, SupportedShape<S> Convex>
 void collide_shapes(const HalfSpace<S>& a, const Convex& b, const Transform<S>& X_AB, S margin,
                     ContactManifolds<S>& out);
-/// A box, alike.
+/// Half-space and box, likewise.
 template <Scalar S>
 void collide_shapes(const HalfSpace<S>& a, const Box<S>& b, const Transform<S>& X_AB, S margin,
                     ContactManifolds<S>& out);
-/// A mesh: of all corners within the margin the deepest, and those that are farthest apart.
+/// Half-space and mesh. Takes the deepest corner within the margin, and those farthest apart.
 template <Scalar S>
 void collide_shapes(const HalfSpace<S>& a, const MeshTree<S>& b, const Transform<S>& X_AB, S margin,
                     ContactManifolds<S>& out);
 
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
-
 /// Contact of two balls of the given radii around two points.
-/// @param fallback  [1] Normal for balls with one centre.
+/// @param fallback  [1] Normal of concentric balls.
 template <Scalar S>
 void collide_balls(const Vec3<S>& center_a, S radius_a, const Vec3<S>& center_b, S radius_b,
                    const Vec3<S>& fallback, S margin, ContactManifolds<S>& out) {
@@ -78,19 +79,19 @@ void collide_balls(const Vec3<S>& center_a, S radius_a, const Vec3<S>& center_b,
   manifold.add({center_a + (radius_a + S(0.5) * gap) * manifold.normal, gap, 0});
 }
 
-/// Where the segments of two capsules come closest: heights on the axes of A and of B.
-/// @param center, axis  Of B, in A.
+/// Closest points of the segments of two capsules: heights on the axes of A and of B.
+/// @param center, axis  Those of B, in A.
 template <Scalar S>
 [[nodiscard]] std::array<S, 2> closest_heights(const Capsule<S>& a, const Capsule<S>& b,
                                                const Vec3<S>& center, const Vec3<S>& axis) {
-  // Seen along A's axis the closest point of B's line is the foot of a perpendicular. For parallel
-  // axes every point is; the middle then serves as well as any.
+  // Projected along A's axis, the closest point of B's line is a foot of a perpendicular. For
+  // parallel axes every point is. The middle serves as well as any.
   const auto across = axis.template head<2>();
   const S sine2 = across.squaredNorm();
   S on_b = sine2 > S(0) ? -center.template head<2>().dot(across) / sine2 : S(0);
   on_b = std::clamp(on_b, -b.half_length, b.half_length);
   const S on_a = std::clamp(center.z() + on_b * axis.z(), -a.half_length, a.half_length);
-  // Where A's end was in the way the closest point of B is another.
+  // If A's end limited the height, the closest point of B moves.
   on_b = std::clamp(axis.dot(Vec3<S>(S(0), S(0), on_a) - center), -b.half_length, b.half_length);
   return {on_a, on_b};
 }
@@ -128,21 +129,19 @@ class PlaneContacts {
   ClipContacts<S> contacts_;
 };
 
-}  // namespace detail
-
 template <Scalar S>
 void collide_shapes(const Sphere<S>& a, const Sphere<S>& b, const Transform<S>& X_AB, S margin,
                     ContactManifolds<S>& out) {
-  detail::collide_balls<S>(Vec3<S>::Zero(), a.radius, X_AB.translation, b.radius, Vec3<S>::UnitZ(),
-                           margin, out);
+  collide_balls<S>(Vec3<S>::Zero(), a.radius, X_AB.translation, b.radius, Vec3<S>::UnitZ(), margin,
+                   out);
 }
 
 template <Scalar S>
 void collide_shapes(const Capsule<S>& a, const Sphere<S>& b, const Transform<S>& X_AB, S margin,
                     ContactManifolds<S>& out) {
   const S height = std::clamp(X_AB.translation.z(), -a.half_length, a.half_length);
-  detail::collide_balls<S>({S(0), S(0), height}, a.radius, X_AB.translation, b.radius,
-                           Vec3<S>::UnitX(), margin, out);
+  collide_balls<S>({S(0), S(0), height}, a.radius, X_AB.translation, b.radius, Vec3<S>::UnitX(),
+                   margin, out);
 }
 
 template <Scalar S>
@@ -151,7 +150,7 @@ void collide_shapes(const Box<S>& a, const Sphere<S>& b, const Transform<S>& X_A
   const Vec3<S>& center = X_AB.translation;
   const Vec3<S> nearest = center.cwiseMax(-a.half_extents).cwiseMin(a.half_extents);
   if (nearest != center) {
-    detail::collide_balls<S>(nearest, S(0), center, b.radius, Vec3<S>::UnitZ(), margin, out);
+    collide_balls<S>(nearest, S(0), center, b.radius, Vec3<S>::UnitZ(), margin, out);
     return;
   }
   int axis = 0;
@@ -170,7 +169,7 @@ void collide_shapes(const Capsule<S>& a, const Capsule<S>& b, const Transform<S>
   using std::abs;
   const Vec3<S>& center = X_AB.translation;
   const Vec3<S> axis = X_AB.rotate(Vec3<S>::UnitZ());
-  const auto [on_a, on_b] = detail::closest_heights(a, b, center, axis);
+  const auto [on_a, on_b] = closest_heights(a, b, center, axis);
   const Vec3<S> point_a(S(0), S(0), on_a);
   const Vec3<S> point_b = center + on_b * axis;
   const Vec2<S> across = axis.template head<2>();
@@ -184,28 +183,28 @@ void collide_shapes(const Capsule<S>& a, const Capsule<S>& b, const Transform<S>
   const bool is_lengthwise = sine <= edge_tolerance<S> && abs(normal.z()) <= edge_tolerance<S> &&
                              abs(normal.dot(axis)) <= edge_tolerance<S>;
   if (is_lengthwise && distance - a.radius - b.radius <= margin) {
-    const auto features = detail::feature_pair(convex_view(a), convex_view(b), X_AB, normal);
-    const auto manifold = detail::clip_features(features.a, features.b, normal, margin);
+    const auto features = feature_pair(convex_view(a), convex_view(b), X_AB, normal);
+    const auto manifold = clip_features(features.a, features.b, normal, margin);
     if (manifold.size > 0) {
       out.push_back(manifold);
       return;
     }
   }
-  detail::collide_balls<S>(point_a, a.radius, point_b, b.radius, fallback, margin, out);
+  collide_balls<S>(point_a, a.radius, point_b, b.radius, fallback, margin, out);
 }
 
 template <Scalar S, SupportedShape<S> Convex>
 void collide_shapes(const HalfSpace<S>& a, const Convex& b, const Transform<S>& X_AB, S margin,
                     ContactManifolds<S>& out) {
   const Vec3<S> down_B = X_AB.rotation.conjugate() * Vec3<S>(-a.normal);
-  // Most pairs end here: the lowest point is out of reach.
+  // Early out of most pairs: the lowest point is beyond the margin.
   if (a.normal.dot(X_AB * support_point(b, down_B)) - a.offset > margin) return;
   const SupportFeature<S> face = support_face(b, down_B).transformed(X_AB);
   S extent = S(0);
   for (std::size_t i = 0; i < face.size; ++i) {
     extent = std::max(extent, (face.points[i] - face.points[0]).norm());
   }
-  detail::PlaneContacts<S> contacts(a, margin, extent);
+  PlaneContacts<S> contacts(a, margin, extent);
   for (std::size_t i = 0; i < face.size; ++i) contacts.add(face.points[i], face.ids[i]);
   contacts.append_to(out, face.is_round ? 4 : ContactManifold<S>::capacity);
 }
@@ -217,11 +216,11 @@ void collide_shapes(const HalfSpace<S>& a, const Box<S>& b, const Transform<S>& 
   const Vec3<S>& half = b.half_extents;
   const Mat3<S> R = X_AB.rotation_matrix();
   const Vec3<S> up_B = R.transpose() * a.normal;
-  // [m] Heights: of the centre over the plane, and of the ends of the half axes over the centre.
+  // [m] Heights of the centre over the plane, and of the ends of the half axes over the centre.
   const S height = a.normal.dot(X_AB.translation) - a.offset;
   const Vec3<S> rise = half.cwiseProduct(up_B);
   if (height - rise.cwiseAbs().sum() > margin) return;
-  // The face that looks down most.
+  // The face whose normal is nearest to straight down.
   int axis = abs(up_B[1]) > abs(up_B[0]) ? 1 : 0;
   if (abs(up_B[2]) > abs(up_B[axis])) axis = 2;
   const int u = axis < 2 ? axis + 1 : 0;
@@ -237,7 +236,7 @@ void collide_shapes(const HalfSpace<S>& a, const Box<S>& b, const Transform<S>& 
     const bool v_up = k >= 2;
     const S gap = middle_gap + (u_up ? rise[u] : -rise[u]) + (v_up ? rise[v] : -rise[v]);
     if (!(gap <= margin)) continue;
-    // Corners have the names that support.hpp gives them.
+    // Corner ids are those of support.hpp.
     const std::uint32_t id =
         (side > S(0) ? 1u << axis : 0u) | (u_up ? 1u << u : 0u) | (v_up ? 1u << v : 0u);
     manifold.add({middle + (u_up ? half[u] : -half[u]) * R.col(u) +
@@ -266,8 +265,8 @@ void collide_shapes(const HalfSpace<S>& a, const MeshTree<S>& b, const Transform
           return true;
         });
   };
-  // One descent for each contact, and nothing to store: the deepest corner, then ever the one that
-  // is farthest from those there are.
+  // One traversal for each contact, and nothing to store. The deepest corner comes first. Then
+  // always follows the corner farthest from those chosen.
   const Aabb<S> bounds = b.tree().root_box();
   const S extent = bounds.half_extents().norm();
   std::array<std::uint32_t, ContactManifold<S>::capacity> chosen{};
@@ -298,11 +297,11 @@ void collide_shapes(const HalfSpace<S>& a, const MeshTree<S>& b, const Transform
     if (next == chosen[0]) break;
     chosen[count++] = next;
   }
-  detail::PlaneContacts<S> contacts(a, margin, extent);
+  PlaneContacts<S> contacts(a, margin, extent);
   for (std::size_t i = 0; i < count; ++i) {
     contacts.add(X_AB * b.mesh().vertices[chosen[i]], chosen[i]);
   }
   contacts.append_to(out, ContactManifold<S>::capacity);
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

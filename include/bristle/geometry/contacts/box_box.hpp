@@ -13,41 +13,41 @@
 #include <algorithm>
 #include <span>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Appends the manifold of two boxes, B standing at X_AB in A, if they overlap or come within
-/// `margin` [m].
+/// Appends the manifold of two boxes if their gap is at most `margin` [m]. X_AB is the pose of B in
+/// A.
 ///
-/// The normal is that of least overlap among the 15 axes (3 + 3 face normals, 9 pairs of edges;
-/// Gottschalk, Lin, Manocha 1996). Where boxes are apart it is the axis that separates them most,
-/// and the gaps are distances along it; boxes that pass each other cornerwise, without facing along
-/// it, have no contact. Faces are preferred to edges, and large faces to small ones, A's where they
-/// are equal, until the other is better by a twentieth: so resting boxes keep their normal.
+/// The normal is the axis of least overlap (Gottschalk, Lin, Manocha 1996). There are 15 axes: 3 +
+/// 3 face normals and 9 pairs of edges. Boxes that are apart get the axis of largest separation.
+/// Gaps are along it. Boxes that pass each other cornerwise, without facing along it, have no
+/// contact.
+///
+/// Faces are preferred to edges, and large faces to small ones. Of equal faces, A's is preferred.
+/// Another axis must be better by a twentieth. So resting boxes keep their normal.
 template <Scalar S>
 void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, S margin,
                     ContactManifolds<S>& out);
 
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
-
-/// What separates two boxes most.
+/// Axis of largest separation of two boxes.
 template <Scalar S>
 struct BoxAxis {
-  /// [m] Distance along the axis; negative where the boxes overlap along every axis.
+  /// [m] Distance along the axis. Negative where the boxes overlap along every axis.
   S gap = -infinity<S>;
   /// [-] Number of the axis.
   int axis = 0;
 
-  /// [m] Gap from which on another axis is clearly better.
-  /// @param least_gain  [m] What counts as no difference.
+  /// [m] Gap above which another axis is clearly better.
+  /// @param least_gain  [m] Smaller differences count as none.
   [[nodiscard]] S bar(S least_gain) const {
     using std::abs;
     return gap + S(0.05) * abs(gap) + least_gain;
   }
 };
 
-/// The first of the largest.
+/// Returns the axis of the largest gap, or the first of equals.
 template <Scalar S>
 [[nodiscard]] BoxAxis<S> best_axis(const Vec3<S>& gaps) {
   BoxAxis<S> best{gaps[0], 0};
@@ -64,7 +64,7 @@ template <Scalar S>
   return S(4) * h[axis < 2 ? axis + 1 : 0] * h[axis > 0 ? axis - 1 : 2];
 }
 
-/// Two boxes, seen from the first.
+/// Two boxes in the frame of the first.
 template <Scalar S>
 struct BoxPair {
   const Vec3<S>& a;  // [m] Half extents.
@@ -73,22 +73,22 @@ struct BoxPair {
   const Vec3<S>& p;
 };
 
-/// The edges along axis `i` of A and `j` of B, and what separates the boxes across both.
+/// The edges along axis `i` of A and `j` of B, and the separation across both.
 template <Scalar S>
 struct BoxEdges {
   int i = 0;
   int j = 0;
-  /// [m] Distance along the axis across both.
+  /// [m] Distance along the common normal.
   S gap = -infinity<S>;
   /// [1] Sine of the angle between the edges; 0 for none.
   S sine = S(0);
-  /// [1] On which side of A along the cross product B lies.
+  /// [1] Side of A on which B lies, along the cross product.
   S side = S(1);
 };
 
-/// Looks for a pair of edges that separates the boxes by more than `best.gap`.
+/// Searches for a pair of edges that separates the boxes by more than `best.gap`.
 ///
-/// @return Whether they come within `margin`; without it the search ends early.
+/// @return True if the boxes come within `margin`. Else the search ends early.
 template <Scalar S>
 [[nodiscard]] bool search_edges(const BoxPair<S>& boxes, const Mat3<S>& absolute, S margin,
                                 BoxEdges<S>& best) {
@@ -98,7 +98,7 @@ template <Scalar S>
   for (int i = 0; i < 3; ++i) {
     const int i1 = i < 2 ? i + 1 : 0;
     const int i2 = i > 0 ? i - 1 : 2;
-    // All lengths are along the cross products of the edges, whose own lengths are the sines.
+    // Lengths are along the cross products of the edges. Those have the sines as length.
     const Vec3<S> distance = p[i2] * R.row(i1) - p[i1] * R.row(i2);
     const Vec3<S> reach_a = a[i1] * absolute.row(i2) + a[i2] * absolute.row(i1);
     const Vec3<S> reach_b(b[1] * absolute(i, 2) + b[2] * absolute(i, 1),
@@ -106,9 +106,9 @@ template <Scalar S>
                           b[0] * absolute(i, 1) + b[1] * absolute(i, 0));
     const Vec3<S> between = distance.cwiseAbs() - reach_a - reach_b;
     for (int j = 0; j < 3; ++j) {
-      // Division by a sine makes overlaps larger still: most axes are out without a square root.
+      // Division by a sine makes overlaps larger still. So most axes need no square root.
       if (between[j] <= std::min(best.gap, S(0))) continue;
-      // Parallel edges span a face, which has been looked at.
+      // Parallel edges span a face, which is tested already.
       const S sine = sqrt(R(i1, j) * R(i1, j) + R(i2, j) * R(i2, j));
       if (sine <= Tolerance<S>::equal()) continue;
       const S gap = between[j] / sine;
@@ -139,7 +139,7 @@ void collide_face(const BoxPair<S>& boxes, bool is_of_a, int axis, S margin, S t
   }
 }
 
-/// Contact of two crossed edges, where they come closest.
+/// Contact of two crossed edges, at their closest points.
 template <Scalar S>
 void collide_edges(const BoxPair<S>& boxes, const BoxEdges<S>& edges, const Vec3<S>& normal,
                    const Vec3<S>& normal_B, ContactManifold<S>& manifold) {
@@ -177,54 +177,51 @@ void collide_edges(const BoxPair<S>& boxes, const BoxEdges<S>& edges, const Vec3
                 box_crossing_name(box_edge(corner_a, edges.i), box_edge(corner_b, edges.j))});
 }
 
-}  // namespace detail
-
 template <Scalar S>
 void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, S margin,
                     ContactManifolds<S>& out) {
   const Mat3<S> R = X_AB.rotation_matrix();
   const Mat3<S> absolute = R.cwiseAbs();
   const Vec3<S>& p = X_AB.translation;
-  const detail::BoxPair<S> boxes{a.half_extents, b.half_extents, R, p};
+  const BoxPair<S> boxes{a.half_extents, b.half_extents, R, p};
 
-  const detail::BoxAxis<S> face_a =
-      detail::best_axis<S>(p.cwiseAbs() - a.half_extents - absolute * b.half_extents);
+  const BoxAxis<S> face_a = best_axis<S>(p.cwiseAbs() - a.half_extents - absolute * b.half_extents);
   if (face_a.gap > margin) return;
   const Vec3<S> p_B = R.transpose() * p;
-  const detail::BoxAxis<S> face_b =
-      detail::best_axis<S>(p_B.cwiseAbs() - b.half_extents - absolute.transpose() * a.half_extents);
+  const BoxAxis<S> face_b =
+      best_axis<S>(p_B.cwiseAbs() - b.half_extents - absolute.transpose() * a.half_extents);
   if (face_b.gap > margin) return;
 
   const S least_gain =
       Tolerance<S>::equal() * (a.half_extents.maxCoeff() + b.half_extents.maxCoeff());
-  // Of two as good as each other the larger: what lies within a face need not be cut to it.
-  const bool is_b_larger = detail::face_area(b, face_b.axis) > detail::face_area(a, face_a.axis);
+  // Of two equally good faces the larger is the reference. Features within it need no clipping.
+  const bool is_b_larger = face_area(b, face_b.axis) > face_area(a, face_a.axis);
   const bool is_of_a =
       is_b_larger ? face_a.gap > face_b.bar(least_gain) : !(face_b.gap > face_a.bar(least_gain));
-  const detail::BoxAxis<S>& face = is_of_a ? face_a : face_b;
-  detail::BoxEdges<S> edges;
+  const BoxAxis<S>& face = is_of_a ? face_a : face_b;
+  BoxEdges<S> edges;
   edges.gap = face.bar(least_gain);
-  if (!detail::search_edges(boxes, absolute, margin, edges)) return;
+  if (!search_edges(boxes, absolute, margin, edges)) return;
 
-  // The manifold is made where it will stay: it is large.
+  // The manifold is built in place, as it is large.
   ContactManifold<S>& manifold = out.emplace_back();
   const bool is_face = !(edges.sine > S(0));
   Vec3<S> normal;
   if (is_face) {
-    detail::collide_face(boxes, is_of_a, face.axis, margin, least_gain, manifold);
+    collide_face(boxes, is_of_a, face.axis, margin, least_gain, manifold);
     normal = manifold.normal;
   } else {
     normal = (edges.side / edges.sine) * Vec3<S>::Unit(edges.i).cross(R.col(edges.j));
     const Vec3<S> normal_B = R.transpose() * normal;
     const bool is_crossing = edges.sine > edge_tolerance<S> &&
-                             normal.cwiseAbs().maxCoeff() < detail::aligned_cosine<S> &&
-                             normal_B.cwiseAbs().maxCoeff() < detail::aligned_cosine<S>;
+                             normal.cwiseAbs().maxCoeff() < aligned_cosine<S> &&
+                             normal_B.cwiseAbs().maxCoeff() < aligned_cosine<S>;
     if (is_crossing) {
-      detail::collide_edges(boxes, edges, normal, normal_B, manifold);
+      collide_edges(boxes, edges, normal, normal_B, manifold);
     } else {
-      // Faces or edges that nearly lie along each other touch in more than a point.
-      const auto features = detail::feature_pair(convex_view(a), convex_view(b), X_AB, normal);
-      manifold = detail::clip_features(features.a, features.b, normal, margin);
+      // Nearly parallel faces or edges touch in more than a point.
+      const auto features = feature_pair(convex_view(a), convex_view(b), X_AB, normal);
+      manifold = clip_features(features.a, features.b, normal, margin);
     }
   }
   const S gap = is_face ? face.gap : edges.gap;
@@ -240,8 +237,8 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
     build_manifold(convex_view(a), convex_view(b), X_AB, normal, margin, out);
     return;
   }
-  // What separates the boxes least is beside what faces: a corner passes a corner or an edge. No
-  // axis of the fifteen is that of their distance.
+  // The features along the axis do not face each other. A corner passes a corner or an edge. None
+  // of the fifteen axes is the direction of their distance.
   using P = Precise<S>;
   const Box<P> precise_a{a.half_extents.template cast<P>()};
   const Box<P> precise_b{b.half_extents.template cast<P>()};
@@ -252,4 +249,4 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
                  Vec3<S>(found.normal.template cast<S>().normalized()), margin, out);
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

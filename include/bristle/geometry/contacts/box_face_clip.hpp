@@ -1,10 +1,10 @@
 /// @file
-/// Where a face of one box meets another box: the face that is turned to it, cut down to the first.
+/// Contact of a face of one box with another box. The facing face of the other is clipped to it.
 ///
-/// The face that gives the contact normal is a rectangle in its own box's axes, so cutting to it is
-/// four comparisons of coordinates (incident against reference face; Gregorius, "Robust contact
-/// creation for physics simulations", GDC 2015). contact_clip.hpp does the same for any two shapes
-/// and any normal, at many times the cost; the contacts are the same.
+/// The reference face is a rectangle in its own box's axes. So clipping the incident face takes
+/// four comparisons of coordinates (Gregorius, "Robust contact creation for physics simulations",
+/// GDC 2015). The general method in contact_clip.hpp does the same at many times the cost. The
+/// contacts are the same.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -18,13 +18,12 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Names of the contacts of two boxes. Corners of a box are numbered by the signs of their
-/// coordinates, as in support.hpp; an edge is what its ends have in common, and in what they
-/// differ. A name says which features meet and nothing else, so it stays when the boxes take turns
-/// in having the reference face.
+/// Ids of the contacts of two boxes. A corner's number holds the signs of its coordinates, as in
+/// support.hpp. An edge is given by the common bits of its ends and the differing one. An id names
+/// the two features alone. So it stays when the reference face changes to the other box.
 enum : std::uint32_t { box_edge_count = 64, box_corner_names = 8, box_crossing_names = 16 };
 
-/// Edge along `axis` from the corner with that bit unset.
+/// Edge along `axis` from the corner whose bit of that axis is unset.
 [[nodiscard]] constexpr std::uint32_t box_edge(std::uint32_t corner, int axis) {
   return (corner & ~(1u << axis)) | 8u << axis;
 }
@@ -41,29 +40,29 @@ template <Scalar S>
 struct BoxFace {
   /// [m] Half of each edge of the box.
   const Vec3<S>& half_extents;
-  /// [-] Axis that the face lies across.
+  /// [-] Axis across the face.
   int axis;
-  /// [1] On which side of the box it lies, 1 or -1.
+  /// [1] Side of the box on which the face lies, 1 or -1.
   S side;
-  /// Whether its box is the first of the pair.
+  /// True if its box is the first of the pair.
   bool is_of_a;
 
   [[nodiscard]] int u() const { return axis < 2 ? axis + 1 : 0; }
   [[nodiscard]] int v() const { return axis > 0 ? axis - 1 : 2; }
-  /// [-] The bit that all corners of the face have in common.
+  /// [-] Bit common to all corners of the face.
   [[nodiscard]] std::uint32_t bit() const { return side > S(0) ? 1u << axis : 0u; }
 };
 
-/// The part of one face over another.
+/// The part of one box's face that lies over a face of the other box.
 template <Scalar S>
 class BoxFacePatch {
  public:
-  /// The part of a box's face, the one turned to the reference face, that lies over it.
+  /// Clips the other box's facing face to the reference face.
   ///
   /// @param half_extents  [m] Half of each edge of the other box.
   /// @param R, p          Pose of the other box in the axes of the reference face's.
-  /// @param tolerance     [m] What lies beyond the reference face by less is kept: corners of equal
-  ///                      boxes coincide, and must not come and go with the last bits of the poses.
+  /// @param tolerance     [m] Points beyond the reference face by less are kept. Corners of equal
+  ///         boxes coincide. They must not come and go with the last bits of the poses.
   BoxFacePatch(const BoxFace<S>& reference, const Vec3<S>& half_extents, const Mat3<S>& R,
                const Vec3<S>& p, S tolerance)
       : reference_(reference), tolerance_(tolerance) {
@@ -79,7 +78,7 @@ class BoxFacePatch {
     middle.z() -= reference.half_extents[k];
     const Vec3<S> along_u = half_extents[u] * local(R.col(u));
     const Vec3<S> along_v = half_extents[v] * local(R.col(v));
-    // Around the face, one way or the other: cutting does not ask which.
+    // Either order around the face: clipping does not depend on it.
     const std::uint32_t id = face.bit();
     const std::uint32_t id_u = id | 1u << u;
     const std::uint32_t id_v = id | 1u << v;
@@ -94,7 +93,7 @@ class BoxFacePatch {
   }
 
   /// Adds the corners with a gap of at most `margin` [m] to a manifold. Of neighbours closer than
-  /// the tolerance one is added, at the greater depth.
+  /// the tolerance, only the deeper is added.
   ///
   /// @param R, p  Pose of the reference face's box in the frame of the manifold.
   void add_to(ContactManifold<S>& manifold, S margin, const Mat3<S>& R, const Vec3<S>& p) const {
@@ -103,7 +102,7 @@ class BoxFacePatch {
     const Vec3<S> n = reference_.side * R.col(reference_.axis);
     const Vec3<S> middle = p + reference_.half_extents[reference_.axis] * n;
     const std::array<Corner, capacity>& corners = buffers_[current_];
-    const Corner* first = nullptr;  // Of those that have a point.
+    const Corner* first = nullptr;  // Of the added corners.
     const Corner* last = nullptr;
     for (std::size_t i = 0; i < size_; ++i) {
       const Corner& corner = corners[i];
@@ -132,15 +131,15 @@ class BoxFacePatch {
   static constexpr std::size_t capacity = ContactManifold<S>::capacity;
   static_assert(capacity >= 8);
 
-  /// Set in the number of an edge that belongs to the reference face.
+  /// Bit in the number of an edge that belongs to the reference face.
   static constexpr std::uint32_t of_reference = box_edge_count;
 
   /// Has no initialisers, so that the buffers are not cleared for every pair.
   struct Corner {
-    /// [m] Along u and v of the reference face, and height over it: the gap.
+    /// [m] Coordinates along u and v of the reference face, and height over it: the gap.
     Vec3<S> place;
     std::uint32_t name;
-    /// [-] The edge that leaves it.
+    /// [-] Edge that starts here.
     std::uint32_t edge;
   };
 
@@ -153,17 +152,19 @@ class BoxFacePatch {
   [[nodiscard]] std::uint32_t name(std::uint32_t corner) const {
     return box_corner_name(corner, !reference_.is_of_a);
   }
-  /// Name of the point where a side of the reference face is met by an edge of the patch.
+  /// Id of the point where an edge of the patch crosses a side of the reference face.
   [[nodiscard]] std::uint32_t crossing_name(std::uint32_t side, std::uint32_t edge) const {
-    // Two sides of the reference face meet in the corner that has the bits of both.
+    // Two sides of the reference face meet in a corner with the bits of both.
     if ((edge & of_reference) != 0) return box_corner_name((side | edge) & 7u, reference_.is_of_a);
     return reference_.is_of_a ? box_crossing_name(side, edge) : box_crossing_name(edge, side);
   }
 
-  /// Cuts at both sides of the reference face that lie across a coordinate of the plane.
+  /// Clips at both sides of the reference face across one coordinate.
   ///
-  /// @param across, along  [-] Axes of the reference face's box: of the coordinate, and the other.
-  /// @param middle, reach  [m] What the whole face covers along it: most faces need few cuts.
+  /// @param across, along  [-] Axes of the reference face's box: that of the coordinate, and the
+  ///         other.
+  /// @param middle, reach  [m] Middle and half width of the incident face: most faces need few
+  ///         cuts.
   void cut(int coordinate, int across, int along, S middle, S reach) {
     const S limit = reference_.half_extents[across];
     const std::uint32_t id = reference_.bit();

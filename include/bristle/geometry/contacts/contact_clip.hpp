@@ -1,11 +1,11 @@
 /// @file
-/// Full contact manifold of two convex shapes from nothing but their contact normal.
+/// Full contact manifold of two convex shapes from their contact normal alone.
 ///
-/// Along the normal n the two surfaces are height fields over the plane across n. The faces that
-/// meet, or the edges or points, are projected into that plane and intersected there; the contacts
-/// are the corners of the intersection, and the gap of each is the difference of heights. This is
-/// the clipping of incident against reference face (Gregorius, "Robust contact creation for physics
-/// simulations", GDC 2015) in a form that treats both shapes alike.
+/// Along the normal n, the surfaces are height fields over a plane. The facing faces, edges or
+/// points are projected into that plane and intersected there. The contacts are the corners of the
+/// intersection. The gap of each is the difference of heights. This is the clipping of incident
+/// against reference face in a form that treats both shapes alike (Gregorius, "Robust contact
+/// creation for physics simulations", GDC 2015).
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -20,18 +20,18 @@
 #include <cstdint>
 #include <span>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// The manifold of two convex shapes that meet along a given normal: all corners of the common
-/// patch with a gap of at most `margin` [m], thinned to the capacity of a manifold (to four where a
-/// rounded face takes part). Without points where every gap is larger.
+/// Returns the manifold of two convex shapes along a given normal. It has the corners of the common
+/// patch whose gap is at most `margin` [m]. They are thinned to the manifold's capacity. If a face
+/// is rounded, four remain. It is empty if every gap is larger.
 ///
-/// Shapes are those of support.hpp. There is at least one contact wherever the shapes' extents
-/// along the normal come within the margin: a normal that is a little off loses no contact.
+/// Shapes are those of support.hpp. There is a contact if the shapes' extents along the normal come
+/// within the margin. So a slightly wrong normal loses no contact.
 ///
 /// @param X_AB    Pose of B in A.
-/// @param normal  [1] Unit normal from A into B, in A. From whatever found it: the deeper or nearer
-///                direction it is, the better the manifold.
+/// @param normal  [1] Unit normal from A into B, in A, from any method. A direction of smaller
+///                overlap or larger distance gives a better manifold.
 template <Scalar S, typename ShapeA, typename ShapeB>
 [[nodiscard]] ContactManifold<S> contact_manifold(const ShapeA& a, const ShapeB& b,
                                                   const Transform<S>& X_AB, const Vec3<S>& normal,
@@ -39,7 +39,7 @@ template <Scalar S, typename ShapeA, typename ShapeB>
 
 /// The same, appended to `out` with a key, unless it has no points.
 ///
-/// @return Whether a manifold was appended.
+/// @return True if a manifold was appended.
 template <Scalar S, typename ShapeA, typename ShapeB>
 bool build_manifold(const ShapeA& a, const ShapeB& b, const Transform<S>& X_AB,
                     const Vec3<S>& normal, S margin, ContactManifolds<S>& out,
@@ -47,18 +47,15 @@ bool build_manifold(const ShapeA& a, const ShapeB& b, const Transform<S>& X_AB,
 
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
-
-/// [1] A face turned towards the normal by more than this takes part in a contact by itself: within
-/// 3 degrees.
+/// [1] Faces within 3 degrees of the normal are aligned. Each takes part in a contact by itself.
 template <Scalar S>
 inline constexpr S aligned_cosine = S(0.9986);
-/// [1] A face turned less than this is seen too much from its side to be met by an aligned one.
+/// [1] A face more oblique than this does not meet an aligned one.
 template <Scalar S>
 inline constexpr S facing_cosine = S(0.2);
 
-/// Mixes two numbers into one (the finaliser of MurmurHash3 over a weighted sum). Names of features
-/// are made of it; the chance that two in one manifold agree is 1e-8.
+/// Mixes two numbers into one: MurmurHash3's finaliser over a weighted sum. Names of features use
+/// it. Two names in one manifold agree with a chance of 1e-8.
 [[nodiscard]] constexpr std::uint32_t mix(std::uint32_t a, std::uint32_t b) {
   std::uint32_t h = a * 0x9e3779b9u + b + 0x7f4a7c15u;
   h = (h ^ (h >> 16)) * 0x85ebca6bu;
@@ -86,7 +83,7 @@ class HeightField {
       name_[i] = mix(side, feature.ids[i]);
       extent_ = std::max(extent_, feature.points[i].cwiseAbs().maxCoeff());
     }
-    // Both faces are gone through counter-clockwise seen from +n: that of B is seen from behind.
+    // Both faces run counter-clockwise seen from +n. That of B is seen from behind.
     if (is_polygon() && feature.normal.dot(n) < S(0)) {
       const auto count = static_cast<std::ptrdiff_t>(size_);
       std::reverse(place_.begin(), place_.begin() + count);
@@ -106,14 +103,14 @@ class HeightField {
   [[nodiscard]] const Vec2<S>& place(std::size_t i) const { return place_[i]; }
   [[nodiscard]] std::uint32_t name(std::size_t i) const { return name_[i]; }
   [[nodiscard]] std::size_t next(std::size_t i) const { return i + 1 < size_ ? i + 1 : 0; }
-  /// Name of the edge from corner i to the next, the same from both sides.
+  /// Name of the edge from corner i to the next. It is the same from both sides.
   [[nodiscard]] std::uint32_t edge_name(std::size_t i) const {
     return mix_unordered(name_[i], name_[next(i)]);
   }
-  /// [m] Largest coordinate: what rounding is relative to.
+  /// [m] Largest coordinate: the scale of rounding errors.
   [[nodiscard]] S extent() const { return extent_; }
 
-  /// [m] Height above a place, never beyond the corners' own.
+  /// [m] Height above a point, clamped to the heights of the corners.
   [[nodiscard]] S height(const Vec2<S>& place) const {
     const auto first = height_.begin();
     const auto last = first + static_cast<std::ptrdiff_t>(size_);
@@ -130,7 +127,7 @@ class HeightField {
   S extent_ = S(0);
 };
 
-/// Corner of an intersection. `edge` names the edge that leaves it.
+/// Corner of an intersection. `edge` names the edge that starts there.
 template <Scalar S>
 struct ClipCorner {
   Vec2<S> place;
@@ -138,7 +135,7 @@ struct ClipCorner {
   std::uint32_t edge = 0;
 };
 
-/// A convex polygon, open path of two corners, or single corner that is cut down.
+/// A convex polygon, open path of two corners, or single corner that is clipped.
 template <Scalar S>
 class ClipPolygon {
  public:
@@ -153,8 +150,8 @@ class ClipPolygon {
 
   [[nodiscard]] std::span<const ClipCorner<S>> corners() const { return {corners_.data(), size_}; }
 
-  /// Keeps what lies to the left of the line through a and b, and everything within `tolerance` [m]
-  /// of it. Sutherland and Hodgman 1974.
+  /// Keeps the part to the left of the line through a and b. Points within `tolerance` [m] of it
+  /// stay. Sutherland and Hodgman 1974.
   void cut(const Vec2<S>& a, const Vec2<S>& b, std::uint32_t edge, S tolerance) {
     const Vec2<S> along = (b - a).normalized();
     std::array<S, capacity> side;
@@ -202,7 +199,7 @@ struct ClipContact {
   std::uint32_t name;
 };
 
-/// Contacts of one manifold before thinning, without doubles.
+/// Contacts of one manifold before thinning, without duplicates.
 template <Scalar S>
 class ClipContacts {
  public:
@@ -210,7 +207,7 @@ class ClipContacts {
 
   /// @param margin  [m] Contacts with a larger gap are dropped.
   /// @param extent  [m] Size of the coordinates: contacts closer than `Tolerance::equal` of it are
-  ///                one.
+  ///                merged.
   ClipContacts(S margin, S extent)
       : margin_(margin),
         nearest_(Tolerance<S>::equal() * extent),
@@ -222,7 +219,7 @@ class ClipContacts {
     ClipContact<S> contact{place, gap, S(0.5) * (height_a + height_b), name};
     for (std::size_t i = 0; i < size_; ++i) {
       if ((contacts_[i].place - place).squaredNorm() > nearest_ * nearest_) continue;
-      // One contact at the greater depth, under the name that was there.
+      // One contact at the greater depth, under the earlier name.
       contact.name = contacts_[i].name;
       if (gap < contacts_[i].gap) contacts_[i] = contact;
       return;
@@ -233,13 +230,14 @@ class ClipContacts {
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] const ClipContact<S>& operator[](std::size_t i) const { return contacts_[i]; }
 
-  /// Keeps `count` of them, in their order: the deepest, and ever the one farthest from those kept.
+  /// Keeps `count` contacts in their order. The deepest stays, then always the one farthest from
+  /// those kept.
   void thin(std::size_t count) {
     if (size_ <= count) return;
     std::array<bool, capacity> is_kept{};
     std::array<S, capacity> clearance;
     clearance.fill(infinity<S>);
-    // Nearly equal depths take the first, so that resting contacts do not take turns.
+    // Of nearly equal depths the first wins. So resting contacts do not take turns.
     const std::size_t first = deepest(nearest_);
     std::size_t next = first;
     for (std::size_t kept = 1;; ++kept) {
@@ -255,7 +253,7 @@ class ClipContacts {
         }
       }
     }
-    // The one that is deepest after all takes the place of the one beside it.
+    // The strictly deepest contact replaces the kept one nearest to it.
     const std::size_t best = deepest(round_off_);
     if (!is_kept[best]) {
       std::size_t beside = first;
@@ -273,7 +271,7 @@ class ClipContacts {
   }
 
  private:
-  /// The deepest, or the first within `tolerance` [m] of what comes after it.
+  /// The deepest, or the first that no later contact exceeds by more than `tolerance` [m].
   [[nodiscard]] std::size_t deepest(S tolerance) const {
     std::size_t best = 0;
     for (std::size_t i = 1; i < size_; ++i) {
@@ -292,7 +290,7 @@ class ClipContacts {
   std::size_t size_ = 0;
 };
 
-/// Where two edges come closest in the plane, within both.
+/// Closest point of two edges in the plane, within both.
 template <Scalar S>
 [[nodiscard]] Vec2<S> edge_crossing(const HeightField<S>& a, const HeightField<S>& b) {
   const Vec2<S> u = a.place(1) - a.place(0);
@@ -304,7 +302,7 @@ template <Scalar S>
   return S(0.5) * (a.place(0) + s * u + b.place(0) + t * v);
 }
 
-/// Whether two edges run so much alike that they touch along a line.
+/// Returns whether two edges are parallel enough to touch along a line.
 template <Scalar S>
 [[nodiscard]] bool are_parallel(const HeightField<S>& a, const HeightField<S>& b) {
   using std::abs;
@@ -313,7 +311,7 @@ template <Scalar S>
   return abs(u.x() * v.y() - u.y() * v.x()) <= edge_tolerance<S>;
 }
 
-/// Cuts an edge at the ends of another along which it runs.
+/// Clips an edge to the ends of a parallel one.
 template <Scalar S>
 void cut_along(ClipPolygon<S>& edge, const HeightField<S>& other, S tolerance) {
   const Vec2<S> along = other.place(1) - other.place(0);
@@ -334,7 +332,7 @@ void intersect(const HeightField<S>& a, const HeightField<S>& b, S tolerance,
     const std::uint32_t name = a.size() == b.size() ? mix(a.name(0), b.name(0))
                                : is_of_a            ? a.name(0)
                                                     : b.name(0);
-    // Of two points that a rough normal leaves side by side, the middle.
+    // A rough normal leaves two points side by side. Take their middle.
     add(a.size() == b.size() ? Vec2<S>(S(0.5) * (a.place(0) + b.place(0)))
                              : (is_of_a ? a : b).place(0),
         name);
@@ -344,7 +342,7 @@ void intersect(const HeightField<S>& a, const HeightField<S>& b, S tolerance,
     add(edge_crossing(a, b), mix(a.edge_name(0), b.edge_name(0)));
     return;
   }
-  // What is cut is the lower-dimensional one.
+  // The lower-dimensional feature is cut by the other.
   ClipPolygon<S> common(a.size() == 2 ? a : b);
   if (a.size() == 2 && b.size() == 2) {
     cut_along(common, b, tolerance);
@@ -354,7 +352,7 @@ void intersect(const HeightField<S>& a, const HeightField<S>& b, S tolerance,
   for (const ClipCorner<S>& corner : common.corners()) add(corner.place, corner.name);
 }
 
-/// The manifold of two features in one frame; empty where they do not meet across the normal.
+/// The manifold of two features in one frame. Empty if they do not meet across the normal.
 template <Scalar S>
 [[nodiscard]] ContactManifold<S> clip_features(const SupportFeature<S>& a,
                                                const SupportFeature<S>& b, const Vec3<S>& normal,
@@ -378,15 +376,15 @@ template <Scalar S>
   return manifold;
 }
 
-/// The features of two shapes that meet along a normal, both in A.
+/// The features of two shapes that face each other along a normal, both in A.
 template <Scalar S>
 struct FeaturePair {
   SupportFeature<S> a;
   SupportFeature<S> b;
 };
 
-/// Faces where at least one is aligned with the normal, and meets a face or whatever else faces it;
-/// otherwise edges and points.
+/// Returns the faces if one of them is aligned with the normal. An edge replaces a face that does
+/// not face the normal. Otherwise returns edges and points.
 template <Scalar S, typename ShapeA, typename ShapeB>
 [[nodiscard]] FeaturePair<S> feature_pair(const ShapeA& a, const ShapeB& b,
                                           const Transform<S>& X_AB, const Vec3<S>& normal) {
@@ -410,15 +408,13 @@ template <Scalar S, typename ShapeA, typename ShapeB>
   return {S(0.5) * (on_a + on_b), normal.dot(on_b - on_a), 0};
 }
 
-}  // namespace detail
-
 template <Scalar S, typename ShapeA, typename ShapeB>
 ContactManifold<S> contact_manifold(const ShapeA& a, const ShapeB& b, const Transform<S>& X_AB,
                                     const Vec3<S>& normal, S margin) {
-  const auto features = detail::feature_pair(a, b, X_AB, normal);
-  ContactManifold<S> manifold = detail::clip_features(features.a, features.b, normal, margin);
+  const auto features = feature_pair(a, b, X_AB, normal);
+  ContactManifold<S> manifold = clip_features(features.a, features.b, normal, margin);
   if (manifold.size == 0) {
-    const ContactPoint<S> extreme = detail::extreme_contact(a, b, X_AB, normal);
+    const ContactPoint<S> extreme = extreme_contact(a, b, X_AB, normal);
     if (extreme.gap <= margin) manifold.add(extreme);
   }
   return manifold;
@@ -434,4 +430,4 @@ bool build_manifold(const ShapeA& a, const ShapeB& b, const Transform<S>& X_AB,
   return true;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

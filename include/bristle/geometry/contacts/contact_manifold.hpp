@@ -1,5 +1,5 @@
 /// @file
-/// Where two shapes touch, as a backend reports it.
+/// Contact points of two shapes, as a backend reports them.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -17,26 +17,30 @@ template <Scalar S>
 struct ContactPoint {
   /// [m] Halfway between the two surfaces, in the frame of shape A.
   Vec3<S> position = Vec3<S>::Zero();
-  /// [m] Distance of the surfaces along the normal; negative where they overlap.
+  /// [m] Distance of the surfaces along the normal. Negative where they overlap.
   S gap = S(0);
-  /// [-] Which features meet here. The same features give the same number in the next step, which
-  /// is how impulses are carried over.
+  /// [-] Id of the pair of features that meet here. It is the same in the next step. So impulses
+  /// persist as warm start.
   std::uint32_t feature = 0;
 };
 
 /// Points of contact that share one normal.
 template <Scalar S>
 struct ContactManifold {
+  /// [-] Most points of a manifold.
   static constexpr std::size_t capacity = 8;
 
   /// [1] Unit normal from shape A into shape B, in the frame of A.
   Vec3<S> normal = Vec3<S>::UnitZ();
+  /// Contact points. Only the first `size` are valid.
   std::array<ContactPoint<S>, capacity> points{};
+  /// [-] Number of points.
   std::size_t size = 0;
-  /// [-] Tells the manifolds of one pair apart (a triangle's number, say); 0 where there is only
+  /// [-] Distinguishes the manifolds of one pair, as by a triangle's number. 0 if there is only
   /// one.
   std::uint32_t key = 0;
 
+  /// Appends a point. Ignored if the manifold is full.
   void add(const ContactPoint<S>& point) {
     if (size < capacity) points[size++] = point;
   }
@@ -46,11 +50,11 @@ struct ContactManifold {
 template <Scalar S>
 using ContactManifolds = std::vector<ContactManifold<S>>;
 
-/// How a contact query ended.
+/// Outcome of a contact query.
 enum class ContactStatus {
-  /// The manifolds are right; there may be none.
+  /// The manifolds are valid. There may be none.
   ok,
-  /// The backend failed (threw, looped or returned nonsense); the manifolds are empty.
+  /// The backend failed (threw, looped or returned nonsense). The manifolds are empty.
   failed
 };
 

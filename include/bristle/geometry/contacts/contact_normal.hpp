@@ -1,23 +1,22 @@
 /// @file
-/// Along which direction two convex solids touch: their contact normal, apart or overlapping.
+/// Contact normal of two convex solids, apart or overlapping.
 ///
-/// The overlap f(n) of two solids along a unit direction n is how far B has to move along n to be
-/// free of A; -f(n) is the gap. What is sought is the direction of least overlap. It is looked for
+/// The overlap f(n) along a unit direction n is the distance that B must move along n to be free of
+/// A. The gap is -f(n). The search for the direction of least overlap has this order.
 ///
-/// 1. among the face normals of both and the line of centres: resting contacts keep the normal of
-///    the face that carries them to the last bit, since another must be better to replace it;
-/// 2. by the distance of the cores, where they are apart;
-/// 3. by a growing polytope (expanding_polytope.hpp) where they overlap: it tells, up to its
-///    resolution, in which direction the least overlap of all lies;
-/// 4. by pushing: with the overlap f(n) and the push (f(n) + e) n the distance of the solids is at
-///    least e, so the direction n' of that distance has f(n') = (f(n) + e) n.n' - distance <= f(n).
-///    The limit is a direction of locally least overlap, and distances of solids that are well
-///    apart are what GJK is good at;
-/// 5. by Newton's method where a solid is curved.
+/// 1. Face normals of both and the line of centres. A later direction must be better to replace
+///    them. So resting contacts keep the normal of their face to the last bit.
+/// 2. Distance of the cores, if they are apart.
+/// 3. An expanding polytope (expanding_polytope.hpp), if they overlap. It finds the direction of
+///    the global minimum, up to its resolution.
+/// 4. Pushing. With the overlap f(n) and the push (f(n) + e) n the distance of the solids is at
+///    least e. So the direction n' of that distance has f(n') = (f(n) + e) n.n' - distance <= f(n).
+///    The limit is a local minimum. GJK is good at distances of solids that are well apart.
+/// 5. Newton's method, if a solid is curved.
 ///
-/// Every direction is checked with supports, whatever the distance method said: solids reported
-/// apart *are* apart along it, and the overlap reported is that along the normal. The larger of the
-/// two solids has the size 1 throughout.
+/// Supports check every direction, whatever the distance method said. Solids reported apart *are*
+/// apart along it. The reported overlap is that along the normal. The larger solid has the size 1
+/// throughout.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -35,19 +34,19 @@
 #include <type_traits>
 #include <variant>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// What is known about a pair of convex solids.
+/// Relation of a pair of convex solids.
 enum class Nearness {
-  /// They overlap, touch or are no farther apart than the margin; normal and gap are valid.
+  /// They overlap, touch or are no farther apart than the margin. Normal and gap are valid.
   near,
   /// They are farther apart than the margin.
   apart,
-  /// Nothing is known: a pose that is not finite.
+  /// Unknown: the pose is not finite.
   unknown
 };
 
-/// Answer of `contact_normal`.
+/// Result of `contact_normal`.
 template <Scalar S>
 struct ContactNormal {
   Nearness nearness = Nearness::unknown;
@@ -57,7 +56,7 @@ struct ContactNormal {
   S gap = S(0);
 };
 
-/// A solid in the frame and unit in which a pair is looked at.
+/// A solid in the frame and unit of a pair's search.
 template <Scalar S>
 struct PlacedConvex {
   const ConvexView<S>* convex;
@@ -74,7 +73,7 @@ struct PlacedConvex {
 /// Distance of two cores by the library's own GJK: the default method of `contact_normal`.
 struct GjkDistance {
   template <Scalar S>
-  [[nodiscard]] GjkAnswer<S> operator()(const PlacedConvex<S>& a, const PlacedConvex<S>& b,
+  [[nodiscard]] GjkResult<S> operator()(const PlacedConvex<S>& a, const PlacedConvex<S>& b,
                                         const Vec3<S>& towards, S far) const {
     const auto support = [&](const Vec3<S>& d) { return Vec3<S>(a.support(d) - b.support(-d)); };
     const bool is_curved = a.convex->is_curved() || b.convex->is_curved();
@@ -83,18 +82,19 @@ struct GjkDistance {
   }
 };
 
-/// The direction of least overlap of A and B, B standing at X_AB.
+/// Returns the direction of least overlap of A and B, with B at X_AB.
 ///
-/// Errors relative to the size of the pair: the gap is right to 1e-11 where the cores are points,
-/// segments, boxes, triangles or hulls, and to about 1e-8 for other pairs (the normal to 1e-4),
-/// which are mostly far better. Where solids overlap the direction is that of least overlap of all,
-/// where a solid is curved up to a fiftieth of it: of two valleys that are closer than that, either
-/// may be found. (Hulls with so many corners that the polytope is full before: a local least.)
+/// Errors are relative to the size of the pair. The gap is right to 1e-11 for cores that are
+/// points, segments, boxes, triangles or hulls. For other cores the gap is right to about 1e-8, the
+/// normal to 1e-4. Most are far better. For overlapping solids the direction is the global minimum.
+/// For curved solids its overlap may exceed the minimum by a fiftieth. Hulls whose corners exceed
+/// the polytope may get a local minimum.
 ///
-/// Bounded: at most 64 faces of a polytope, 25 distances of at most 64 supports each, and the 9024
-/// directions of a compass search. Allocates nothing; throws only what `Distance` does.
+/// The cost is bounded: at most 64 faces of a polytope and 25 distances of at most 64 supports
+/// each. A compass search adds at most 9024 directions. Allocates nothing. Throws only what
+/// `Distance` does.
 ///
-/// @tparam Distance  (a, b, towards, far) -> GjkAnswer: distance of two placed cores, where
+/// @tparam Distance  (a, b, towards, far) -> GjkResult: distance of two placed cores, where
 ///                   `towards` is a guess at the direction from A to B. May stop once they are
 ///                   proved to be farther apart than `far`.
 template <typename Distance = GjkDistance, Scalar S>
@@ -103,9 +103,7 @@ template <typename Distance = GjkDistance, Scalar S>
 
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
-
-/// The search for the direction of least overlap of one pair, in units of the larger solid.
+/// Search for the direction of least overlap of one pair, in units of the larger solid.
 template <Scalar S, typename Distance>
 class OverlapSearch {
  public:
@@ -119,11 +117,11 @@ class OverlapSearch {
 
   [[nodiscard]] S overlap() const { return overlap_; }
   [[nodiscard]] const Vec3<S>& normal() const { return normal_; }
-  /// [-] Directions that were tried.
+  /// [-] Number of directions tried.
   [[nodiscard]] int evaluations() const { return evaluations_; }
 
-  /// The cheap directions: line of centres and face normals. Stops at one along which the solids
-  /// are farther apart than `margin`.
+  /// Tries the cheap directions: line of centres and face normals. Stops at a direction along which
+  /// the solids are farther apart than `margin`.
   void try_candidates(S margin) {
     const Vec3<S> between =
         b_.rotation * (b_.scale * b_.convex->center) + b_.position - a_.scale * a_.convex->center;
@@ -131,7 +129,7 @@ class OverlapSearch {
     offer(towards.squaredNorm() > S(0.5) ? towards : Vec3<S>(Vec3<S>::UnitX()));
     for (const S side : {S(1), S(-1)}) {
       const PlacedConvex<S>& solid = side > S(0) ? a_ : b_;
-      // Of a hull's many faces only those that look at the other solid; the rest are left to
+      // Only those faces of a hull are tried that face the other solid. The rest are left to
       // search_everywhere().
       const bool is_hull = std::holds_alternative<const ConvexHull<S>*>(solid.convex->shape);
       const Vec3<S> ahead = side * (solid.rotation.transpose() * between);
@@ -145,11 +143,11 @@ class OverlapSearch {
     if (is_box(a_) && is_box(b_)) try_edges(between);
   }
 
-  /// The distance of the pair as it stands; enough where the cores are clearly apart, or farther
-  /// apart than `margin`. Whether it was. Cores that nearly touch have a distance that means less
-  /// than its error, and so has the direction.
+  /// Takes the direction of the cores' distance. Returns true if that is enough. The cores are then
+  /// clearly apart, or farther apart than `margin`. If cores nearly touch, the error of their
+  /// distance exceeds it. The direction is as wrong.
   bool search_apart(S margin) {
-    const GjkAnswer<S> answer =
+    const GjkResult<S> answer =
         Distance{}(a_, b_, normal_, margin < infinity<S> ? margin + rounding_ : margin);
     if (!answer.is_apart) return false;
     offer(answer.normal);
@@ -157,11 +155,12 @@ class OverlapSearch {
     return residual(answer, Vec3<S>::Zero()) <= settled_;
   }
 
-  /// Looks for the least overlap of all, where that has not been done by looking at all candidates
-  /// there are. Polyhedra to the end; curved solids, whose polytope never ends, to a fiftieth.
+  /// Searches for the global minimum of the overlap. Skipped if all candidates were tried already.
+  /// Exact for polyhedra. The polytope of curved solids never ends. Their search stops within a
+  /// fiftieth.
   void search_everywhere() {
     if (is_box(a_) && is_box(b_)) return;
-    // What little they overlap along the best candidate leaves no room for a better one.
+    // The overlap is too little for a better direction.
     if (overlap_ - rounding_ <= Tolerance<S>::equal()) return;
     ExpandingPolytope<S> polytope;
     if (!start(polytope)) return;
@@ -174,11 +173,11 @@ class OverlapSearch {
     }
   }
 
-  /// Pushes the solids apart along the best direction, and asks for a better one, until there is
-  /// none. Whether the last one was confirmed.
+  /// Pushes the solids apart along the best direction and searches for a better one. Repeats until
+  /// there is none. Returns whether the last direction was confirmed.
   ///
-  /// Steps along a shallow valley shrink by a constant factor; from two of them the next push leaps
-  /// to where all that would follow add up to (Aitken's process).
+  /// Steps along a shallow valley shrink by a constant factor. From two of them the next push
+  /// extrapolates to their limit (Aitken's process).
   bool search_overlapping() {
     S push = push_;
     Vec3<S> last_step = Vec3<S>::Zero();
@@ -189,13 +188,13 @@ class OverlapSearch {
       const Vec3<S> moved = (core_witness(from).dot(from) + push) * from;
       PlacedConvex<S> b = b_;
       b.position += moved;
-      const GjkAnswer<S> answer = Distance{}(a_, b, from, infinity<S>);
+      const GjkResult<S> answer = Distance{}(a_, b, from, infinity<S>);
       const bool is_converged = answer.is_apart && residual(answer, moved) <= convergence();
       const S before = overlap_;
       if (answer.is_apart) offer(answer.normal);
       const bool is_better = overlap_ < before - settled_;
       if (is_converged && !is_better && !leap) return true;
-      // It stopped too early, as libccd does now and then: ask from elsewhere.
+      // The distance method stopped too early, as libccd sometimes does. Retry from elsewhere.
       if (!is_better && !leap) push /= S(2);
       const Vec3<S> step = answer.normal - from;
       const S shrunk = step.norm() / last_step.norm();
@@ -204,7 +203,7 @@ class OverlapSearch {
       last_step.setZero();
       if (was_leap || !answer.is_apart) continue;
       if (shrunk < infinity<S>) {
-        // Where steps hardly shrink, or grow as they do off a saddle, twenty at once.
+        // If steps hardly shrink, or grow as they do off a saddle, take twenty at once.
         const S steps = shrunk < S(0.95) ? shrunk / (S(1) - shrunk) : S(20);
         leap = (answer.normal + steps * step).normalized();
       } else {
@@ -214,15 +213,15 @@ class OverlapSearch {
     return false;
   }
 
-  /// Compass search over directions: slow and sure, for what the distance method cannot do. After a
-  /// round that gained it leaps on the way it went, twice as far each time, so that a long valley
-  /// takes few rounds (Hooke and Jeeves 1961, "Direct search").
+  /// Compass search over directions: slow and sure. It is for pairs on which the distance method
+  /// fails. A round that gained is followed by leaps in the same direction, each twice as far. So a
+  /// long valley takes few rounds (Hooke and Jeeves 1961, "Direct search").
   ///
-  /// It ends. Steps halve from a quarter of a radian, 24 times in double and 10 times in float. The
-  /// first goes half around the sphere in pi / atan(1/4) = 13 rounds, so no step gets more than 16.
-  /// Leaps that double from a step s are longer than any way on the sphere after log2(4 / s) of
-  /// them. With 8 directions in a round these are 9024 directions in double at most, 2640 in float;
-  /// mostly it is one round for each step.
+  /// The search is bounded. Steps halve from a quarter of a radian, 24 times in double, 10 times in
+  /// float. The first goes half around the sphere in pi / atan(1/4) = 13 rounds. So no step gets
+  /// more than 16. Leaps that double from a step s exceed any way on the sphere after log2(4 / s)
+  /// of them. With 8 directions in a round, double has at most 9024 directions, float 2640. Mostly
+  /// each step takes one round.
   void search_by_compass() {
     int max_leaps = 4;
     for (S step = S(0.25); step > Tolerance<S>::equal(); step /= S(2), ++max_leaps) {
@@ -244,10 +243,10 @@ class OverlapSearch {
     }
   }
 
-  /// Newton's method on the sphere, for curved solids, whose direction distances leave rough. The
-  /// overlap f is positively homogeneous, its gradient is the support point w: along the tangent
-  /// step u, f = f0 + w.u + u'(W - f0)u / 2 with W the derivative of w, taken by differences. Keeps
-  /// only what is better, so corners and edges do no harm.
+  /// Newton's method on the sphere, for curved solids. Distances leave their direction rough. The
+  /// overlap f is positively homogeneous. Its gradient is the support point w. Along the tangent
+  /// step u, f = f0 + w.u + u'(W - f0)u / 2. W is the derivative of w, taken by differences. Only
+  /// better directions are kept, so corners and edges do no harm.
   void polish() {
     if (!is_curved_) return;
     constexpr S difference = S(1) / S(8192);
@@ -269,7 +268,7 @@ class OverlapSearch {
       const S g2 = w.dot(t2);
       const S u1 = -(h22 * g1 - h12 * g2) / determinant;
       const S u2 = -(h11 * g2 - h12 * g1) / determinant;
-      // A long step means a flat or broken place where Newton has nothing to say; NaN fails too.
+      // A long step means a flat or broken region where Newton fails; NaN fails too.
       if (!(u1 * u1 + u2 * u2 < S(1) / S(64))) return;
       if (!offer((normal_ + u1 * t1 + u2 * t2).normalized())) return;
     }
@@ -284,14 +283,14 @@ class OverlapSearch {
       {1, 0},  {diagonal, diagonal},   {0, 1},  {-diagonal, diagonal},
       {-1, 0}, {-diagonal, -diagonal}, {0, -1}, {diagonal, -diagonal}};
 
-  /// On curved cores the distance method may end while about this much is still to be gained.
+  /// On curved cores the distance method may end with this much still to gain.
   static constexpr S convergence() { return S(64) * Tolerance<S>::equal(); }
 
   [[nodiscard]] static bool is_box(const PlacedConvex<S>& solid) {
     return std::holds_alternative<const Box<S>*>(solid.convex->shape);
   }
 
-  /// Where the support functions of both meet along n, radii left out.
+  /// Difference of the support points of both along n, without radii.
   [[nodiscard]] Vec3<S> core_witness(const Vec3<S>& n) const {
     return a_.support(n) - b_.support(-n);
   }
@@ -300,13 +299,13 @@ class OverlapSearch {
     return core_witness(n) + rounding_ * n;
   }
 
-  /// Distance claimed beyond what supports along the normal prove; 0 when it is right.
-  [[nodiscard]] S residual(const GjkAnswer<S>& answer, const Vec3<S>& push) const {
+  /// Claimed distance minus the distance proved by supports along the normal. 0 if it is right.
+  [[nodiscard]] S residual(const GjkResult<S>& answer, const Vec3<S>& push) const {
     return answer.distance - (push - core_witness(answer.normal)).dot(answer.normal);
   }
 
-  /// A tetrahedron of corners as far from each other as they may be. False for sets that have no
-  /// volume, as those of two segments.
+  /// Starts from a tetrahedron of corners that are far from each other. Returns false for sets
+  /// without volume, as those of two segments.
   bool start(ExpandingPolytope<S>& polytope) const {
     using std::abs;
     Vec3<S> t1, t2;
@@ -331,13 +330,13 @@ class OverlapSearch {
     return polytope.start(corners);
   }
 
-  /// Where an edge of one box crosses one of the other: with the face normals, all directions that
-  /// least overlap of boxes can have (the separating axes), so theirs is least everywhere.
+  /// Tries the cross products of the boxes' edges. With the face normals these are all separating
+  /// axes of boxes. So their minimum is global.
   void try_edges(const Vec3<S>& between) {
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 3; ++j) {
         const Vec3<S> axis = a_.rotation.col(i).cross(b_.rotation.col(j));
-        // Edges that are as good as parallel have no direction of their own.
+        // Nearly parallel edges have no direction of their own.
         if (axis.squaredNorm() < Tolerance<S>::equal()) continue;
         // Of symmetric solids the side that faces the other has less overlap.
         offer(axis.dot(between) < S(0) ? Vec3<S>(-axis.normalized()) : Vec3<S>(axis.normalized()));
@@ -345,7 +344,7 @@ class OverlapSearch {
     }
   }
 
-  /// Takes a unit direction if the overlap along it is less.
+  /// Takes a unit direction if its overlap is less. Returns whether it did.
   bool offer(const Vec3<S>& n) {
     ++evaluations_;
     const S overlap = core_witness(n).dot(n) + rounding_;
@@ -360,14 +359,12 @@ class OverlapSearch {
   S rounding_;
   S push_;
   bool is_curved_;
-  // Less gain than this is none; what is left of it on curved solids is for polish().
+  // Gains smaller than this count as none. On curved solids polish() finds the rest.
   S settled_;
   S overlap_ = infinity<S>;
   Vec3<S> normal_ = Vec3<S>::UnitZ();
   int evaluations_ = 0;
 };
-
-}  // namespace detail
 
 template <typename Distance, Scalar S>
 ContactNormal<S> contact_normal(const ConvexView<S>& a, const ConvexView<S>& b,
@@ -376,7 +373,7 @@ ContactNormal<S> contact_normal(const ConvexView<S>& a, const ConvexView<S>& b,
   BRISTLE_ASSERT(a.reach > S(0) && b.reach > S(0));
   const S scale = S(1) / std::max(a.reach, b.reach);
   const S reach = scale * margin;
-  detail::OverlapSearch<S, Distance> search(a, b, X_AB, scale);
+  OverlapSearch<S, Distance> search(a, b, X_AB, scale);
   search.try_candidates(reach);
   if (!isfinite(search.overlap())) return {};
   if (search.overlap() >= -reach && !search.search_apart(reach)) {
@@ -388,4 +385,4 @@ ContactNormal<S> contact_normal(const ConvexView<S>& a, const ConvexView<S>& b,
   return {gap <= margin ? Nearness::near : Nearness::apart, search.normal(), gap};
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

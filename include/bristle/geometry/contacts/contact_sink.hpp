@@ -1,6 +1,6 @@
 /// @file
-/// Where iterative methods put manifolds: brings them from the frame and precision they were
-/// computed in to those of the user, and joins what belongs together.
+/// Output of iterative contact methods. It converts manifolds from the frame and precision of their
+/// computation to those of the user. It merges manifolds and points that belong together.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -13,30 +13,31 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Appends the manifolds of one pair to a list. Manifolds with the same key become one, and points
-/// of it that coincide too.
+/// Appends the manifolds of one pair to a list. Manifolds with the same key are merged. So are
+/// coinciding points in them.
 template <Scalar S>
 class ContactSink {
  public:
-  /// What manifolds are computed in.
+  /// Scalar that manifolds are computed in.
   using P = Precise<S>;
 
-  /// @param out  Manifolds there before are left alone.
+  /// @param out  Manifolds that it already holds stay unchanged.
   explicit ContactSink(ContactManifolds<S>& out) : out_(out), start_(out.size()) {}
 
-  /// How manifolds are given from here on: in a frame F that stands at X_AF in the frame of A, with
-  /// normals from A to B or, where `is_reversed`, from B to A.
+  /// Sets the frame of further manifolds: F at X_AF in the frame of A. Their normals run from A to
+  /// B or, if `is_reversed`, from B to A.
   void set_frame(const Transform<P>& X_AF, bool is_reversed) {
     X_AF_ = X_AF;
     sign_ = is_reversed ? P(-1) : P(1);
   }
 
-  /// Points closer than this [m] with the same key are one. 0 by default: only equal ones are.
+  /// Sets the distance [m] below which points with the same key are merged. 0 by default: only
+  /// equal ones are.
   void set_nearest(P distance) { nearest_ = S(distance); }
 
-  /// Takes a manifold; one without points is ignored.
+  /// Adds a manifold. One without points is ignored.
   void add(const ContactManifold<P>& manifold) {
     if (manifold.size == 0) return;
     ContactManifold<S>& target = manifold_of(manifold);
@@ -47,9 +48,9 @@ class ContactSink {
     }
   }
 
-  /// Whether nothing was added.
+  /// Returns whether nothing was added.
   [[nodiscard]] bool is_empty() const { return out_.size() == start_; }
-  /// Whether some point has a gap of at most this [m].
+  /// Returns whether some point has a gap of at most `gap` [m].
   [[nodiscard]] bool reaches(P gap) const {
     for (std::size_t i = start_; i < out_.size(); ++i) {
       for (std::size_t k = 0; k < out_[i].size; ++k) {
@@ -58,10 +59,10 @@ class ContactSink {
     }
     return false;
   }
-  /// Takes back all that was added.
+  /// Removes all that was added.
   void clear() { out_.resize(start_); }
 
-  /// Whether all numbers that were added are finite and all normals have length 1.
+  /// Returns whether all added numbers are finite and all normals unit.
   [[nodiscard]] bool is_sound() const {
     using std::abs;
     using std::isfinite;
@@ -87,8 +88,9 @@ class ContactSink {
     return fresh;
   }
 
-  /// Adds a point. One too many makes the closest two fight: the deeper stays, or of equals the one
-  /// farther from the middle. So the deepest of all is never lost, nor are the outer corners.
+  /// Adds a point. If the manifold is full, the deeper of the two closest points stays. Of equals,
+  /// the one farther from the middle stays. So the deepest of all and the outer corners are never
+  /// lost.
   void join(ContactManifold<S>& manifold, const ContactPoint<S>& point) const {
     for (std::size_t i = 0; i < manifold.size; ++i) {
       if ((manifold.points[i].position - point.position).squaredNorm() <= nearest_ * nearest_) {
@@ -104,7 +106,7 @@ class ContactSink {
     if (loser < manifold.size) manifold.points[loser] = point;
   }
 
-  /// Which of a full manifold's points has to go for another; its size where it is the other.
+  /// Index of the point that a full manifold drops for another. Its size if it drops the other.
   [[nodiscard]] static std::size_t loser_of(const ContactManifold<S>& manifold,
                                             const ContactPoint<S>& point) {
     const auto at = [&](std::size_t i) -> const ContactPoint<S>& {
@@ -146,4 +148,4 @@ class ContactSink {
   S nearest_ = S(0);
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

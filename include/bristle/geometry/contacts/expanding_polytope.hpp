@@ -1,10 +1,11 @@
 /// @file
-/// The polytope that EPA grows (van den Bergen 2001): corners of a convex set, and which of their
-/// faces is nearest to the origin.
+/// Polytope of EPA (van den Bergen 2001). It has corners of a convex set, and knows its face
+/// nearest to the origin.
 ///
-/// For the set of all differences a - b of points of two solids that overlap, the least depth lies
-/// between the distance of the nearest face and the extent of the set along that face's normal.
-/// Growing there closes in on the least depth of *all* directions, which a descent cannot promise.
+/// The set is that of all differences a - b of points of two overlapping solids. Its least depth is
+/// bounded below by the distance of the nearest face. It is bounded above by the extent of the set
+/// along that face's normal. Expanding that face closes in on the global minimum. A descent cannot
+/// promise that.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -15,10 +16,10 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Convex polytope of a fixed capacity. Distances of faces are signed, so the origin need not be
-/// inside.
+/// Convex polytope of a fixed capacity. Distances of faces are signed, so the origin may be
+/// outside.
 template <Scalar S>
 class ExpandingPolytope {
  public:
@@ -26,23 +27,23 @@ class ExpandingPolytope {
 
   struct Face {
     std::array<std::uint8_t, 3> corners;
-    /// [1] Outward.
+    /// [1] Outward unit normal.
     Vec3<S> normal;
-    /// [m] Of its plane from the origin, along the normal.
+    /// [m] Distance of its plane from the origin, along the normal.
     S distance;
   };
 
-  /// Starts as a tetrahedron. False where that is flat to round-off.
+  /// Starts as a tetrahedron. Returns false if that is flat to round-off.
   bool start(const std::array<Vec3<S>, 4>& corners);
 
-  /// The face with the least distance.
+  /// Face with the least distance.
   [[nodiscard]] const Face& nearest() const { return faces_[nearest_]; }
 
-  /// Adds a corner outside. False where it is not outside, or there is no more room.
+  /// Adds a corner outside. Returns false if it is not outside, or the capacity is exhausted.
   bool expand(const Vec3<S>& corner);
 
  private:
-  // By Euler's formula a closed polytope of triangles has at most this many.
+  // Bound of a closed polytope of triangles, by Euler's formula.
   static constexpr std::size_t max_faces = 2 * max_corners - 4;
 
   struct Edge {
@@ -78,7 +79,7 @@ bool ExpandingPolytope<S>::start(const std::array<Vec3<S>, 4>& corners) {
   const S height = n.dot(corners[3] - corners[0]);
   using std::abs;
   if (!(abs(height) > Tolerance<S>::round_off() * size_ * n.norm())) return false;
-  // Counter-clockwise seen from outside: the fourth corner is behind the face of the other three.
+  // Counter-clockwise seen from outside. The fourth corner is behind the face of the other three.
   const bool is_behind = height < S(0);
   const std::uint8_t b = is_behind ? 1 : 2;
   const std::uint8_t c = is_behind ? 2 : 1;
@@ -93,7 +94,7 @@ bool ExpandingPolytope<S>::expand(const Vec3<S>& corner) {
   if (corner_count_ == max_corners) return false;
   size_ = std::max(size_, corner.cwiseAbs().maxCoeff());
   const S tolerance = Tolerance<S>::round_off() * size_;
-  // Faces that see the corner go; edges that only one of them has are the rim of the hole.
+  // Faces that see the corner go. Edges that only one of them has are the rim of the hole.
   std::size_t edge_count = 0;
   for (std::size_t f = 0; f < face_count_;) {
     const Face& face = faces_[f];
@@ -129,7 +130,7 @@ template <Scalar S>
 bool ExpandingPolytope<S>::add_face(std::uint8_t a, std::uint8_t b, std::uint8_t c) {
   if (face_count_ == max_faces) return false;
   const Vec3<S> n = (corners_[b] - corners_[a]).cross(corners_[c] - corners_[a]).stableNormalized();
-  // A sliver without a direction: the polytope would have a hole.
+  // A sliver has no normal: the polytope would have a hole.
   if (!(n.squaredNorm() > S(0.5))) return false;
   faces_[face_count_++] = {{a, b, c}, n, n.dot(corners_[a])};
   return true;
@@ -143,4 +144,4 @@ void ExpandingPolytope<S>::find_nearest() {
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -2,13 +2,13 @@
 /// Distance of a convex set from the origin by its support function: GJK (Gilbert, Johnson,
 /// Keerthi 1988).
 ///
-/// The set is that of all differences a - b of points of two solids; its point nearest the origin
-/// is their distance, and the way to it their contact normal.
+/// The set is that of all differences a - b of points of two solids. Its point nearest the origin
+/// gives their distance and their contact normal.
 ///
-/// What makes it safe: every step must shorten the distance found, or the search ends with the last
-/// one that did; of a simplex, all sub-simplices with the newest corner are measured and the
-/// nearest one counts, those that are flat to round-off left to their edges. Nothing depends on the
-/// size of the solids.
+/// Robustness: every step must shorten the distance. Otherwise the search ends with the last step
+/// that did. All sub-simplices with the newest corner are measured. The nearest one counts.
+/// Sub-simplices that are flat to round-off are left to their edges. Nothing depends on the size of
+/// the solids.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -19,39 +19,35 @@
 #include <cstddef>
 #include <utility>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// What a distance query found.
+/// Result of a distance query.
 template <Scalar S>
-struct GjkAnswer {
-  /// False where the solids overlap or touch, to round-off; then nothing else is valid.
+struct GjkResult {
+  /// False if the solids overlap or touch, to round-off. Then nothing else is valid.
   bool is_apart = false;
-  /// [1] Unit, from A into B.
+  /// [1] Unit normal from A into B.
   Vec3<S> normal = Vec3<S>::Zero();
-  /// [m] Distance claimed; `far` or more where the search ended early.
+  /// [m] Claimed distance. At least `far` if the search ended early.
   S distance = S(0);
 };
 
-/// Distance of A and B.
+/// Returns the distance of A and B. Ends after 64 supports at the latest.
 ///
 /// @param support  (d) -> the farthest point of A - B along the direction d of any length > 0.
 /// @param start    Any point of A - B.
-/// @param far      [m] The search ends as soon as the solids are proved to be farther apart.
-/// @param enough   [1] And when claimed and proved distance agree to this part of the distance; the
-///                 direction is then off by twice its root at most. 0 suits sets with corners
-///                 alone, which end to round-off (the direction to its root); round ones converge
-///                 by a factor a support.
-///
-/// Ends after 64 supports at the latest.
+/// @param far      [m] The search ends once the solids are proved to be farther apart.
+/// @param enough   [1] The search also ends once claimed and proved distance agree to this part of
+///                 the distance. The direction is then off by at most 2 sqrt(enough). Zero suits
+///                 sets with corners alone. They end to round-off, the direction to its root. Round
+///                 sets converge by a factor a support.
 template <Scalar S, typename Support>
-[[nodiscard]] GjkAnswer<S> gjk_distance(const Support& support, const Vec3<S>& start,
+[[nodiscard]] GjkResult<S> gjk_distance(const Support& support, const Vec3<S>& start,
                                         S far = infinity<S>, S enough = S(0));
 
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
-
-/// Up to four points, and which of their hull is nearest to the origin.
+/// Simplex of up to four points, and the point of it nearest to the origin.
 template <Scalar S>
 class GjkSimplex {
  public:
@@ -60,7 +56,7 @@ class GjkSimplex {
   }
 
   [[nodiscard]] const Vec3<S>& nearest() const { return nearest_; }
-  /// [m^2] Its squared distance from the origin.
+  /// [m^2] Squared distance of the nearest point from the origin.
   [[nodiscard]] S nearest2() const { return nearest2_; }
   [[nodiscard]] bool has(const Vec3<S>& p) const {
     for (std::size_t i = 0; i < size_; ++i) {
@@ -69,8 +65,8 @@ class GjkSimplex {
     return false;
   }
 
-  /// Adds a corner and drops those that do not carry the nearest point. False, and nothing changed,
-  /// where that brings nothing nearer.
+  /// Adds a corner and drops those that do not carry the nearest point. Returns false, and changes
+  /// nothing, if no point gets nearer.
   bool add(const Vec3<S>& p) {
     const std::size_t n = size_;
     points_[n] = p;
@@ -93,7 +89,7 @@ class GjkSimplex {
   }
 
  private:
-  /// Which corners carry the nearest point.
+  /// Indices of the corners that carry the nearest point.
   using Corners = std::array<std::size_t, 3>;
 
   struct Best {
@@ -124,7 +120,7 @@ class GjkSimplex {
     const Vec3<S> pb = b - p;
     const Vec3<S> n = pa.cross(pb);
     const S area2 = n.squaredNorm();
-    // The normal of a sliver says nothing; its edges lie as near.
+    // The normal of a sliver is rounding error. Its edges lie as near.
     constexpr S sliver = Tolerance<S>::equal() * Tolerance<S>::equal();
     if (!(area2 > sliver * pa.squaredNorm() * pb.squaredNorm())) return;
     if (pa.cross(p).dot(n) > S(0) || p.cross(pb).dot(n) > S(0)) return;
@@ -138,7 +134,7 @@ class GjkSimplex {
     return is_beside(a, b, c, p) && is_beside(a, b, p, c) && is_beside(a, c, p, b) &&
            is_beside(b, c, p, a);
   }
-  /// Whether the origin is on the same side of the plane through a, b, c as d is.
+  /// Returns whether the origin is on the same side of the plane through a, b, c as d.
   [[nodiscard]] static bool is_beside(const Vec3<S>& a, const Vec3<S>& b, const Vec3<S>& c,
                                       const Vec3<S>& d) {
     const Vec3<S> n = (b - a).cross(c - a);
@@ -146,20 +142,18 @@ class GjkSimplex {
     return side > S(0) ? n.dot(a) <= S(0) : side < S(0) && n.dot(a) >= S(0);
   }
 
-  // The fourth is only there while it is added.
+  // The fourth point exists only inside `add`.
   std::array<Vec3<S>, 4> points_;
   std::size_t size_ = 1;
   Vec3<S> nearest_;
   S nearest2_;
 };
 
-}  // namespace detail
-
 template <Scalar S, typename Support>
-GjkAnswer<S> gjk_distance(const Support& support, const Vec3<S>& start, S far, S enough) {
+GjkResult<S> gjk_distance(const Support& support, const Vec3<S>& start, S far, S enough) {
   using std::sqrt;
   constexpr int max_supports = 64;
-  detail::GjkSimplex<S> simplex(start);
+  GjkSimplex<S> simplex(start);
   S size2 = start.squaredNorm();
   for (int i = 0; i < max_supports; ++i) {
     const Vec3<S>& v = simplex.nearest();
@@ -176,4 +170,4 @@ GjkAnswer<S> gjk_distance(const Support& support, const Vec3<S>& start, S far, S
   return {true, simplex.nearest() / -distance, distance};
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,21 +1,25 @@
 /// @file
 /// Contacts of solid triangle meshes with convex solids and with each other.
 ///
-/// A tree finds the triangles near the other solid, `contact_normal` the direction in which each is
-/// touched, and the surface (mesh_surface.hpp) who of neighbours answers for it. All triangles of a
-/// flat face share one manifold of at most eight points.
+/// A tree finds the triangles near the other solid. Each gets its contact direction from
+/// `contact_normal`. The surface (mesh_surface.hpp) decides which of neighbouring triangles owns a
+/// contact. All triangles of a flat face share one manifold of at most eight points.
 ///
-/// Surfaces of two meshes that have passed through each other are looked for only where meshes cut
-/// or touch each other or one is inside the other (the first corner tells, also of meshes of several
-/// parts), within both of their boxes: bodies that are apart cost what is within the margin.
+/// Surfaces of two meshes may have passed through each other. They are searched within both boxes,
+/// if the meshes cut or touch each other or one is inside the other. The first corner decides about
+/// inside, also for meshes of several parts. Bodies that are apart cost only the triangles within
+/// the margin.
 ///
-/// Limits, all of them of the triangle-by-triangle view. A convex solid that the surface cuts
-/// always has a contact, but a deep one may get the normal of the nearest triangle instead of the
-/// shortest way out; one wholly inside leaves through the face nearest to its middle. Two meshes
-/// get contacts up to a depth of half the thickness of the thinner one; where they meet corner to
-/// corner, faces beside the corners may answer too (one pose in thirty in tests). Cost: a GJK for
-/// each triangle near the other solid (0.5 to 2 us), and for each near pair of two meshes; where two
-/// meshes cut each other a few operations more for each pair of triangles in both of their boxes.
+/// Limits of this triangle-by-triangle view:
+/// - A convex solid that the surface cuts always has a contact. A deep one may get the normal of
+///   the nearest triangle instead of the shortest way out.
+/// - A solid wholly inside leaves through the face nearest to its middle.
+/// - Two meshes get contacts up to a depth of half the thickness of the thinner one.
+/// - If meshes meet corner to corner, faces beside the corners may get contacts, too (one pose in
+///   thirty in tests).
+///
+/// The cost is a GJK for each triangle near the other solid (0.5 to 2 us), or for each near pair.
+/// Meshes that cut each other cost a few operations more for each pair of triangles in both boxes.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -30,26 +34,24 @@
 #include <cstdint>
 #include <optional>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Adds the contacts of a mesh with a convex solid that stands at X_MC in the mesh's frame, with
-/// normals from the mesh to the solid.
+/// Adds the contacts of a mesh with a convex solid at X_MC in the mesh's frame. Normals run from
+/// the mesh to the solid.
 ///
 /// @tparam Distance  As in `contact_normal`.
 template <typename Distance, Scalar S, typename Tree>
 void collide_mesh(const MeshSurface<Precise<S>, Tree>& mesh, const ConvexView<Precise<S>>& convex,
                   const Transform<Precise<S>>& X_MC, Precise<S> margin, ContactSink<S>& sink);
 
-/// The same for two meshes, B standing at X_AB.
+/// The same for two meshes, with B at X_AB.
 template <typename Distance, Scalar S, typename Tree>
 void collide_meshes(const MeshSurface<Precise<S>, Tree>& a, const MeshSurface<Precise<S>, Tree>& b,
                     const Transform<Precise<S>>& X_AB, Precise<S> margin, ContactSink<S>& sink);
 
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
-
-/// The side of a contact that is a convex solid: any normal suits it.
+/// Opposite side of a contact that is a convex solid. Any normal suits it.
 template <typename Surface, Scalar P>
 struct ConvexOpposite {
   [[nodiscard]] typename Surface::Verdict judge(const Vec3<P>&) const {
@@ -60,22 +62,22 @@ struct ConvexOpposite {
   [[nodiscard]] bool is_facing(const Vec3<P>&) const { return false; }
 };
 
-/// The side of a contact that is a triangle of a mesh B, asked in the frame of A.
+/// Opposite side of a contact that is a triangle of a mesh B, queried in the frame of A.
 template <typename Surface, Scalar P>
 struct MeshOpposite {
   const Surface& mesh;
   std::uint32_t triangle;
   const Transform<P>& X_BA;
   P largest_depth;
-  Vec3<P> normal;  // [1] Its own, in the frame of A.
+  Vec3<P> normal;  // [1] Of the triangle, in the frame of A.
 
   [[nodiscard]] typename Surface::Verdict judge(const Vec3<P>& n) const {
     return mesh.judge(triangle, -X_BA.rotate(n));
   }
   [[nodiscard]] std::uint32_t key() const { return mix(mesh.patch(triangle), 2); }
   [[nodiscard]] P depth() const { return largest_depth; }
-  /// Whether the triangle looks against n, within 25 degrees: tilted more, surfaces that pass
-  /// through each other cut each other, and need no help.
+  /// Returns whether the triangle faces against n, within 25 degrees. Surfaces at larger angles cut
+  /// each other when they pass through each other. They need no help.
   [[nodiscard]] bool is_facing(const Vec3<P>& n) const { return n.dot(normal) < P(-0.9); }
 };
 
@@ -90,10 +92,9 @@ class MeshConvexContacts {
                      P margin, ContactSink<S>& sink)
       : mesh_(mesh), convex_(convex), X_MC_(X_MC), margin_(margin), sink_(sink) {}
 
-  /// @param opposite  Of the other side: `judge(n) -> Verdict`, what a normal means to it, the
-  /// `key()`
-  ///                  of its face, and for surfaces the `depth()` [m] up to which two of them that
-  ///                  are `is_facing(n)` may have passed through each other.
+  /// @param opposite  The other side. `judge(n) -> Verdict` is the meaning of a normal to it.
+  ///                 `key()` names its face. `depth()` [m] bounds how far two surfaces that are
+  ///                 `is_facing(n)` may have passed through each other; 0 for a convex solid.
   template <typename Opposite>
   void add_all(const Opposite& opposite) {
     bool is_any = false;
@@ -103,19 +104,19 @@ class MeshConvexContacts {
                  is_any = add(i, opposite) || is_any;
                  return true;
                });
-    // Surfaces get none: triangle by triangle it would find contacts where there are better ones.
+    // Surfaces get no last resort. It would add worse contacts, triangle by triangle.
     if (!is_any && !(opposite.depth() > P(0))) add_last_resort();
   }
 
-  /// Adds what has passed through a triangle of the other side by more than the margin. All that
-  /// has is behind a triangle that looks against it, so the search goes from where the other side
-  /// is against its own normal.
-  /// @param within  Where triangles may be, in the frame of the mesh.
+  /// Adds surfaces that have passed through a triangle of the other side by more than the margin.
+  /// They are behind a triangle that faces against them. So the search sweeps from the other side
+  /// against its normal.
+  /// @param within  Box of the triangles to search, in the frame of the mesh.
   template <typename Opposite>
   void add_all_passed(const Opposite& opposite, const Aabb<P>& within) {
     const Aabb<P> here = bounds_at(convex_, X_MC_);
     const Aabb<P> near = here.inflated(margin_);
-    // Those that look against it within 25 degrees are within this of the line.
+    // Triangles that face against it within 25 degrees are within this distance of the line.
     const P beside = P(0.44) * opposite.depth();
     const Vec3<P> back = -opposite.depth() * opposite.normal;
     Aabb<P> swept = here;
@@ -133,7 +134,7 @@ class MeshConvexContacts {
                  const P height = n.dot(away);
                  const P reach = P(1 + Tolerance<P>::equal()) * (plate.reach + convex_.reach);
                  if (!((away - height * n).squaredNorm() <= reach * reach)) return true;
-                 // The others have been asked.
+                 // Triangles near the solid were tested by add_all().
                  Aabb<P> box;
                  for (const Vec3<P>& corner : triangle.corners) box.include(corner);
                  if (!box.overlaps(near)) (void)add_passed(i, opposite);
@@ -141,7 +142,7 @@ class MeshConvexContacts {
                });
   }
 
-  /// Whether any triangle that was near cuts the solid or touches it.
+  /// Returns whether any triangle in range cuts or touches the solid.
   [[nodiscard]] bool has_cut() const { return has_cut_; }
 
  private:
@@ -168,7 +169,7 @@ class MeshConvexContacts {
       if (found.nearness != Nearness::near) return false;
       is_behind = found.normal.dot(face_normal) <= P(0);
       verdict = mesh_.judge(i, found.normal);
-      // Still: the face is touched at another of its triangles.
+      // The face is touched at another of its triangles.
       if (verdict == Verdict::inner_edge) return false;
     }
     if (verdict == Verdict::none) {
@@ -192,8 +193,8 @@ class MeshConvexContacts {
     return manifold.size > 0;
   }
 
-  /// Two surfaces that have passed through each other face to face: as plates they are apart, each
-  /// on the wrong side of the other.
+  /// Adds two surfaces that have passed through each other face to face. As plates they are apart.
+  /// Each is on the wrong side of the other.
   template <typename Opposite>
   bool add_passed(std::uint32_t i, const Opposite& opposite) {
     const Vec3<P>& n = mesh_.normal(i);
@@ -204,7 +205,7 @@ class MeshConvexContacts {
     return manifold.size > 0;
   }
 
-  /// What of the solid is over the triangle, along its normal. Empty where nothing is.
+  /// Contacts of the part of the solid over the triangle, along its normal. Empty if there is none.
   [[nodiscard]] ContactManifold<P> face_manifold(std::uint32_t i) const {
     const Triangle<P> triangle = mesh_.triangle(i);
     const Vec3<P>& n = mesh_.normal(i);
@@ -221,7 +222,8 @@ class MeshConvexContacts {
       manifold.add(point);
       gap = std::min(gap, point.gap);
     }
-    // Rims of round shapes are clipped as polygons; what is deepest may lie between their corners.
+    // Rims of round shapes are clipped as polygons. The deepest point may lie between their
+    // corners.
     const ContactPoint<P> deepest = extreme_contact(plate, convex_, X_MC_, n);
     if (deepest.gap < gap - Tolerance<P>::equal() * convex_.reach &&
         is_over(triangle, n, deepest_place(n))) {
@@ -236,8 +238,8 @@ class MeshConvexContacts {
     return X_MC_ * support_point(convex_, Vec3<P>(X_MC_.rotation.conjugate() * Vec3<P>(-n)));
   }
 
-  /// Whether a point is above or below a triangle of normal n, its edges and a hair beyond
-  /// included.
+  /// Returns whether a point is above or below a triangle of normal n. Its edges and a hair beyond
+  /// are included.
   [[nodiscard]] static bool is_over(const Triangle<P>& triangle, const Vec3<P>& n,
                                     const Vec3<P>& point) {
     for (std::size_t k = 0; k < 3; ++k) {
@@ -248,7 +250,7 @@ class MeshConvexContacts {
     return true;
   }
 
-  /// Remembers the face through which a solid whose middle has got inside leaves soonest.
+  /// Remembers the nearest face through which a solid whose middle is inside can leave.
   void note_way_out(std::uint32_t i, const Triangle<P>& triangle) {
     const Vec3<P> middle = X_MC_ * convex_.center;
     const Vec3<P>& n = mesh_.normal(i);
@@ -259,9 +261,9 @@ class MeshConvexContacts {
     way_out_depth_ = depth;
   }
 
-  /// The surface cuts the solid, but at every triangle the shortest way off it, being only a local
-  /// one, was a neighbour's business; or the solid is all inside. A contact there must be, or the
-  /// solid falls through.
+  /// Adds a contact for a solid that would fall through otherwise. Such a solid may be all inside.
+  /// Or the surface cuts it, but the contact of every triangle belonged to a neighbour. That
+  /// happens as the shortest way out is only a local one.
   void add_last_resort() {
     const Vec3<P> middle = X_MC_ * convex_.center;
     const bool is_inside = mesh_.bounds().contains(middle) && mesh_.contains(middle);
@@ -308,15 +310,13 @@ class MeshConvexContacts {
   ContactNormal<P> plate_contact_{.gap = -infinity<P>};
 };
 
-}  // namespace detail
-
 template <typename Distance, Scalar S, typename Tree>
 void collide_mesh(const MeshSurface<Precise<S>, Tree>& mesh, const ConvexView<Precise<S>>& convex,
                   const Transform<Precise<S>>& X_MC, Precise<S> margin, ContactSink<S>& sink) {
   using P = Precise<S>;
   sink.set_nearest(Tolerance<P>::equal() * convex.reach);
-  detail::MeshConvexContacts<Distance, S, Tree> contacts(mesh, convex, X_MC, margin, sink);
-  contacts.add_all(detail::ConvexOpposite<MeshSurface<P, Tree>, P>{});
+  MeshConvexContacts<Distance, S, Tree> contacts(mesh, convex, X_MC, margin, sink);
+  contacts.add_all(ConvexOpposite<MeshSurface<P, Tree>, P>{});
 }
 
 template <typename Distance, Scalar S, typename Tree>
@@ -325,7 +325,7 @@ void collide_meshes(const MeshSurface<Precise<S>, Tree>& a, const MeshSurface<Pr
   using P = Precise<S>;
   using Surface = MeshSurface<P, Tree>;
   const Transform<P> X_BA = X_AB.inverse();
-  // At half the thickness of the thinner one, in and out cannot be told apart.
+  // Beyond half the thickness of the thinner one, in and out cannot be told apart.
   const P depth =
       std::min(a.bounds().half_extents().minCoeff(), b.bounds().half_extents().minCoeff());
   // Calls use(contacts, opposite) for each triangle of B within a distance of the box of A.
@@ -340,9 +340,9 @@ void collide_meshes(const MeshSurface<Precise<S>, Tree>& a, const MeshSurface<Pr
           const Triangle<P> triangle = b.triangle(i);
           const ConvexView<P> plate = convex_view(triangle);
           sink.set_nearest(Tolerance<P>::equal() * plate.reach);
-          detail::MeshConvexContacts<Distance, S, Tree> contacts(a, plate, X_AB, margin, sink);
+          MeshConvexContacts<Distance, S, Tree> contacts(a, plate, X_AB, margin, sink);
           const Vec3<P> normal = X_AB.rotate(b.normal(i));
-          use(contacts, detail::MeshOpposite<Surface, P>{b, i, X_BA, depth, normal});
+          use(contacts, MeshOpposite<Surface, P>{b, i, X_BA, depth, normal});
           return true;
         });
   };
@@ -365,4 +365,4 @@ void collide_meshes(const MeshSurface<Precise<S>, Tree>& a, const MeshSurface<Pr
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,5 +1,5 @@
 /// @file
-/// Shapes in another scalar than they were given in.
+/// Shapes converted to another scalar.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -7,7 +7,7 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// A convex shape or half-space in another scalar; hulls keep their numbers.
+/// Converts a convex shape or half-space to another scalar. Hulls keep their numbers.
 template <Scalar P, Scalar S>
 struct ShapeCast {
   Shape<P> operator()(const Sphere<S>& s) const { return Sphere<P>{P(s.radius)}; }

@@ -1,6 +1,6 @@
 /// @file
 /// Contacts of any two solids, convex or meshes, over one method for the distance of convex cores.
-/// Both backends answer through it; they differ in that method and in the trees over their meshes.
+/// Both backends use it. They differ in that method and in the trees over their meshes.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -17,27 +17,25 @@
 #include <cmath>
 #include <optional>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// A solid prepared for contacts: one of the two is there, and points to what it was made from.
+/// A solid prepared for contacts. Either `convex` or `mesh` is set, and refers to its source.
 template <Scalar S, typename Tree>
 struct SolidView {
   std::optional<ConvexView<S>> convex;
   std::optional<MeshSurface<S, Tree>> mesh;
 };
 
-/// Adds the contacts of A and B, B standing at X_AB, within `margin` [m]; in the frame of A,
-/// normals from A to B.
+/// Adds the contacts of A and B within `margin` [m], with B at X_AB. Contacts are in the frame of
+/// A, normals from A to B.
 ///
 /// @tparam Distance  As in `contact_normal`.
-/// @return False where nothing is known: a pose that is not finite.
+/// @return False if nothing is known: the pose is not finite.
 template <typename Distance, Scalar S, typename Tree>
 bool collide_solids(const SolidView<Precise<S>, Tree>& a, const SolidView<Precise<S>, Tree>& b,
                     const Transform<Precise<S>>& X_AB, Precise<S> margin, ContactSink<S>& sink);
 
 // Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
 
 template <typename Distance, Scalar S, Scalar P>
 bool collide_convex(const ConvexView<P>& a, const ConvexView<P>& b, const Transform<P>& X_AB,
@@ -45,7 +43,7 @@ bool collide_convex(const ConvexView<P>& a, const ConvexView<P>& b, const Transf
   const ContactNormal<P> found = contact_normal<Distance>(a, b, X_AB, margin);
   if (found.nearness != Nearness::near) return found.nearness == Nearness::apart;
   sink.add(contact_manifold(a, b, X_AB, found.normal, margin));
-  // Rims and sides of round shapes are clipped as polygons and lines; what is deepest may lie
+  // Rims and sides of round shapes are clipped as polygons and lines. The deepest point may lie
   // between those.
   if (!sink.reaches(found.gap + Tolerance<P>::equal() * a.reach)) {
     ContactManifold<P> deepest;
@@ -55,8 +53,6 @@ bool collide_convex(const ConvexView<P>& a, const ConvexView<P>& b, const Transf
   }
   return true;
 }
-
-}  // namespace detail
 
 template <typename Distance, Scalar S, typename Tree>
 bool collide_solids(const SolidView<Precise<S>, Tree>& a, const SolidView<Precise<S>, Tree>& b,
@@ -73,9 +69,9 @@ bool collide_solids(const SolidView<Precise<S>, Tree>& a, const SolidView<Precis
   }
   if (!a.mesh && !b.mesh) {
     sink.set_frame({}, false);
-    return detail::collide_convex<Distance>(*a.convex, *b.convex, X_AB, margin, sink);
+    return collide_convex<Distance>(*a.convex, *b.convex, X_AB, margin, sink);
   }
-  // In the frame of the mesh.
+  // Contacts are computed in the frame of the mesh.
   const bool is_first = a.mesh.has_value();
   sink.set_frame(is_first ? Transform<P>{} : X_AB, !is_first);
   const Transform<P> X_MC = is_first ? X_AB : X_AB.inverse();
@@ -84,4 +80,4 @@ bool collide_solids(const SolidView<Precise<S>, Tree>& a, const SolidView<Precis
   return true;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

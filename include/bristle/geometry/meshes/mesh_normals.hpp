@@ -1,5 +1,5 @@
 /// @file
-/// Normals of the faces and vertices of a triangle mesh that may have faces without one.
+/// Normals of the faces and vertices of a triangle mesh that may have degenerate faces.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -12,14 +12,14 @@
 #include <span>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Sum of unit normals with their weights, and whether they leave a direction.
+/// Sum of weighted unit normals, and whether it has a direction.
 template <Scalar S>
 struct NormalSum {
   /// [1] Weighted sum.
   Vec3<S> sum = Vec3<S>::Zero();
-  /// [1] Sum of the weights; 0 where no triangle with a normal took part.
+  /// [1] Sum of the weights; 0 if no triangle with a normal took part.
   S weight = S(0);
 
   void add(const Vec3<S>& normal, S w) {
@@ -29,22 +29,20 @@ struct NormalSum {
   [[nodiscard]] bool has_direction() const { return sum.norm() > Tolerance<S>::equal() * weight; }
 };
 
-/// Outward unit normals of all triangles; zero for those numbered in `degenerate`, which have none.
+/// Outward unit normals of all triangles. Zero for those numbered in `degenerate`, which have none.
 template <Scalar S>
 [[nodiscard]] std::vector<Vec3<S>> face_normals(const TriangleMesh<S>& mesh,
                                                 std::span<const std::uint32_t> degenerate);
 
-/// For each vertex the normals of its faces, weighted with the angles there, so that it does not
-/// matter how a flat face is cut into triangles (Thuermer and Wuethrich 1998).
+/// Sums the normals of each vertex's faces, weighted with the angles there. So the cut of a flat
+/// face into triangles does not matter (Thuermer and Wuethrich 1998).
 ///
-/// @param normals  Of the faces, zero where there is none, as `face_normals` gives them.
+/// @param normals  Normals of the faces from `face_normals`. Zero for degenerate ones.
 template <Scalar S>
 [[nodiscard]] std::vector<NormalSum<S>> vertex_normals(const TriangleMesh<S>& mesh,
                                                        std::span<const Vec3<S>> normals);
 
 // Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
 
 /// Angle [rad] of a triangle at its corner k.
 template <Scalar S>
@@ -55,8 +53,6 @@ template <Scalar S>
   const Vec3<S> b = mesh.vertices[t[(k + 2) % 3]] - mesh.vertices[t[k]];
   return atan2(a.cross(b).norm(), a.dot(b));
 }
-
-}  // namespace detail
 
 template <Scalar S>
 std::vector<Vec3<S>> face_normals(const TriangleMesh<S>& mesh,
@@ -77,10 +73,10 @@ std::vector<NormalSum<S>> vertex_normals(const TriangleMesh<S>& mesh,
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     if (normals[t] == Vec3<S>::Zero()) continue;
     for (std::size_t k = 0; k < 3; ++k) {
-      sums[mesh.triangles[t][k]].add(normals[t], detail::corner_angle(mesh, t, k));
+      sums[mesh.triangles[t][k]].add(normals[t], corner_angle(mesh, t, k));
     }
   }
   return sums;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -16,33 +16,34 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Cuboid around the origin: 8 vertices, 12 triangles; two for each of the faces -x, +x, -y, +y,
-/// -z, +z in this order.
+/// Cuboid around the origin: 8 vertices, 12 triangles. Two triangles for each of the faces -x, +x,
+/// -y, +y, -z, +z in this order.
 ///
 /// @param half_extents  [m] Half of each edge, > 0.
 template <Scalar S>
 [[nodiscard]] TriangleMesh<S> box_mesh(const Vec3<S>& half_extents);
 
 /// Geodesic sphere around the origin: an icosahedron whose edges are divided into `frequency`
-/// parts, 10 f^2 + 2 vertices on the sphere and 20 f^2 nearly equal triangles.
+/// parts. It has 10 f^2 + 2 vertices on the sphere and 20 f^2 nearly equal triangles.
 ///
-/// @param radius  [m] > 0; the triangles lie inside the sphere.
+/// @param radius  [m] > 0. The triangles are inside the sphere.
 template <Scalar S>
 [[nodiscard]] TriangleMesh<S> sphere_mesh(S radius, std::uint32_t frequency);
 
-/// Cylinder about z with vertices on its rims and the centres of its ends; 4 triangles a segment.
+/// Cylinder about z with vertices on its rims and the centres of its ends. Four triangles a
+/// segment.
 ///
-/// @param segments  [-] Around the axis, >= 3.
+/// @param segments  [-] Segments around the axis, >= 3.
 template <Scalar S>
 [[nodiscard]] TriangleMesh<S> cylinder_mesh(const Cylinder<S>& cylinder, std::uint32_t segments);
 
 /// Flat open rectangle around the origin in the plane z = 0, facing +z: a pad for sensors.
 ///
 /// @param size   [m] Whole sides along x and y, > 0.
-/// @param cells  [-] Along x and y, >= 1 each; a cell is two triangles, cells along x follow one
-///               another.
+/// @param cells  [-] Cells along x and y, >= 1 each. A cell is two triangles. Cells along x are
+///               consecutive.
 template <Scalar S>
-[[nodiscard]] TriangleMesh<S> grid_mesh(const Vec2<S>& size,
+[[nodiscard]] TriangleMesh<S> grid_mesh(const detail::Vec2<S>& size,
                                         const std::array<std::uint32_t, 2>& cells);
 
 // Implementation -----------------------------------------------------------------------------------
@@ -51,7 +52,7 @@ template <Scalar S>
 TriangleMesh<S> box_mesh(const Vec3<S>& half_extents) {
   validate<S>(Shape<S>(Box<S>{half_extents}));
   TriangleMesh<S> mesh;
-  // Bit k of a vertex's number tells the side along axis k.
+  // Bit k of a vertex's number is the side along axis k.
   for (unsigned v = 0; v < 8; ++v) {
     const Vec3<S> sign(v & 1u ? S(1) : S(-1), v & 2u ? S(1) : S(-1), v & 4u ? S(1) : S(-1));
     mesh.vertices.push_back(sign.cwiseProduct(half_extents));
@@ -135,7 +136,7 @@ TriangleMesh<S> cylinder_mesh(const Cylinder<S>& cylinder, std::uint32_t segment
 }
 
 template <Scalar S>
-TriangleMesh<S> grid_mesh(const Vec2<S>& size, const std::array<std::uint32_t, 2>& cells) {
+TriangleMesh<S> grid_mesh(const detail::Vec2<S>& size, const std::array<std::uint32_t, 2>& cells) {
   detail::require_positive("grid_mesh: size[0]", size.x());
   detail::require_positive("grid_mesh: size[1]", size.y());
   detail::require(cells[0] >= 1, "grid_mesh: cells[0]", cells[0], "must be >= 1");

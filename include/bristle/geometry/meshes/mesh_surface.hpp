@@ -1,6 +1,6 @@
 /// @file
-/// The surface of a solid mesh: neighbours, flat faces, and who answers for a contact, whatever
-/// tree stands over the triangles.
+/// The surface of a solid mesh, with any tree over the triangles. It knows neighbours, flat faces,
+/// and the owner of a contact.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -21,29 +21,29 @@
 #include <utility>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// What contacts need to know of a closed mesh besides its triangles: who is whose neighbour.
+/// Adjacency of a closed mesh for contacts: the neighbours of each triangle and its flat face.
 ///
-/// @tparam S     What contacts are computed in; may be more precise than the tree.
+/// @tparam S     Scalar of contacts. May be more precise than the tree's.
 /// @tparam Tree  As `MeshTree`: `size()`, `corners(i)`, `vertex_numbers(i)`, `root_box()`,
 ///               `find(accept, visit)`.
 template <Scalar S, typename Tree>
 class MeshSurface {
  public:
-  /// What a direction of contact means to a triangle.
+  /// Meaning of a contact direction for a triangle.
   enum class Verdict {
-    /// Contact of the triangle's face: its own normal counts.
+    /// Contact of the triangle's face: take its own normal.
     face,
-    /// Contact of an edge or corner: the direction counts.
+    /// Contact of an edge or corner: take the direction.
     edge,
-    /// The direction leads over an inner edge of a flat face: the face has to be asked as a whole.
+    /// The direction leads over an inner edge of a flat face: query the face as a whole.
     inner_edge,
-    /// A neighbour's business, or nobody's.
+    /// The contact belongs to a neighbour, or to none.
     none
   };
 
-  /// @pre The mesh is closed (`validate_solid`) and outlives this, in its place.
+  /// @pre The mesh is closed (`validate_solid`), outlives this and does not move.
   explicit MeshSurface(const Tree& tree);
 
   /// [-] Number of triangles.
@@ -55,13 +55,13 @@ class MeshSurface {
   }
   /// [m] Box around all triangles.
   [[nodiscard]] Aabb<S> bounds() const { return precise(tree_->root_box()); }
-  /// Whether a point is in the solid, to round-off of the tree's scalar.
+  /// Returns whether a point is in the solid, to round-off of the tree's scalar.
   [[nodiscard]] bool contains(const Vec3<S>& point) const {
     using T = typename Tree::ScalarType;
     return is_inside_mesh<T>(*tree_, Vec3<T>(point.template cast<T>()));
   }
-  /// Calls `visit(triangle) -> bool` for every triangle whose box, and all boxes around it,
-  /// `accept(box) -> bool` takes, until a visit returns false.
+  /// Calls `visit(triangle) -> bool` for every triangle whose box `accept(box) -> bool` takes
+  /// together with all boxes around it, until a visit returns false.
   template <typename Accept, typename Visit>
   void find(Accept&& accept, Visit&& visit) const {
     tree_->find([&](const auto& box) { return accept(precise(box)); }, visit);
@@ -70,23 +70,23 @@ class MeshSurface {
   [[nodiscard]] const Vec3<S>& normal(std::uint32_t triangle) const { return normals_[triangle]; }
   /// [-] Number that all triangles of one flat face share.
   [[nodiscard]] std::uint32_t patch(std::uint32_t triangle) const { return patches_[triangle]; }
-  /// The flat face of a triangle as a convex plate: its corners, and as normals those of the face
-  /// and of its outer edges. For what support_point and GJK need; it is no solid.
+  /// The flat face of a triangle as a convex plate. It has the corners of the face, its normal and
+  /// those of its outer edges. It serves support_point and GJK. It is no solid.
   [[nodiscard]] const ConvexHull<S>& face(std::uint32_t triangle) const {
     return faces_[patches_[triangle]];
   }
-  /// Named by the numbers of the mesh's vertices, so that neighbours name their common corners and
-  /// edges alike.
+  /// Returns a triangle. Its ids are vertex numbers of the mesh. So neighbours have the same ids
+  /// for common corners and edges.
   [[nodiscard]] Triangle<S> triangle(std::uint32_t triangle) const {
     return {corners(triangle), tree_->vertex_numbers(triangle)};
   }
 
-  /// Who answers for a contact of `triangle` along the unit direction n, out of the mesh.
+  /// Tells which feature owns a contact of `triangle` along the unit direction n, out of the mesh.
   ///
-  /// An edge is touched along n only between the normals of its two faces; beyond, the neighbour is
-  /// nearer (its Voronoi region, Mirtich 1998, "V-Clip"). Inner edges of flat faces and hollow
-  /// edges are not touched at all, only the faces beside them: without this a body that slides over
-  /// a flat mesh stumbles.
+  /// An edge is touched along n only between the normals of its two faces. Beyond that the
+  /// neighbour is nearer (its Voronoi region, Mirtich 1998, "V-Clip"). Inner edges of flat faces
+  /// and hollow edges have no contacts. Only the faces beside them have. Without this rule a body
+  /// that slides over a flat mesh stumbles.
   [[nodiscard]] Verdict judge(std::uint32_t triangle, const Vec3<S>& n) const;
 
  private:
@@ -104,24 +104,22 @@ class MeshSurface {
 
   const Tree* tree_;
   std::vector<Vec3<S>> normals_;
-  // Across edge k, from corner k to the next.
+  // Neighbours across edge k, from corner k to the next.
   std::vector<std::array<std::uint32_t, 3>> neighbours_;
   std::vector<std::array<Edge, 3>> edges_;
   std::vector<std::uint32_t> patches_;
-  std::vector<ConvexHull<S>> faces_;  // By patch.
+  std::vector<ConvexHull<S>> faces_;  // Indexed by patch.
 };
 
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
-
-/// [1] Cosine and sine of the angle, S(0)1 degrees, within which directions count as equal: what
-/// GJK leaves, and less than any edge of a mesh that is not meant to be flat.
+/// [1] Cosine and sine of the angle, 0.01 degrees, within which directions count as equal. It
+/// exceeds the error of GJK and is less than any edge of a mesh that is not meant to be flat.
 template <Scalar S>
 inline constexpr S same_direction_cosine = S(1) - S(1.5e-8);
 template <Scalar S>
 inline constexpr S same_direction_sine = S(1.7e-4);
-/// [1] Sine of the angle below which two triangles are one flat face: meshes from files are no
+/// [1] Sine of the angle below which two triangles are one flat face. Meshes from files are no
 /// flatter than single precision.
 template <Scalar S>
 inline constexpr S flat_sine = S(Tolerance<float>::equal());
@@ -131,8 +129,8 @@ template <Scalar S>
   return normal.cross(other).norm() < flat_sine<S> && normal.dot(other) > S(0);
 }
 
-/// Leaves of a plate's points the corners of their outline, and adds the normals of its edges: the
-/// monotone chain (Andrew 1979) in the plane.
+/// Reduces a plate's points to the corners of their outline. Adds the normals of its edges. Uses
+/// the monotone chain (Andrew 1979) in the plane.
 template <Scalar S>
 void outline_face(ConvexHull<S>& face) {
   const Vec3<S> n = face.face_normals[0];
@@ -145,8 +143,8 @@ void outline_face(ConvexHull<S>& face) {
     return std::tie(a[0], a[1], a[2]) < std::tie(b[0], b[1], b[2]);
   });
   corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
-  // Keys are computed once: a dot product that a compiler contracts in one place and not in another
-  // would be no order (docs/contributing.md).
+  // Keys are computed once. A dot product that a compiler contracts in one place and not in another
+  // would give no order (docs/contributing.md).
   struct Place {
     S x, y;
     std::uint32_t corner;
@@ -183,8 +181,6 @@ void outline_face(ConvexHull<S>& face) {
         (corners[(k + 1) % corners.size()] - corners[k]).cross(n).normalized());
   }
 }
-
-}  // namespace detail
 
 template <Scalar S, typename Tree>
 MeshSurface<S, Tree>::MeshSurface(const Tree& tree) : tree_(&tree) {
@@ -225,11 +221,11 @@ void MeshSurface<S, Tree>::find_neighbours() {
     BRISTLE_ASSERT(a.low == b.low && a.high == b.high);
     neighbours_[a.triangle][a.k] = b.triangle;
     neighbours_[b.triangle][b.k] = a.triangle;
-    // How far the neighbour's far corner is below the plane tells convex from hollow.
+    // The depth of the neighbour's far corner below the plane tells convex from hollow.
     const auto at = corners(a.triangle);
     const Vec3<S> far = corners(b.triangle)[(b.k + 2) % 3] - at[a.k];
     Edge kind = normals_[a.triangle].dot(far) < S(0) ? Edge::convex : Edge::hollow;
-    if (detail::is_same_plane(normals_[a.triangle], normals_[b.triangle])) kind = Edge::flat;
+    if (is_same_plane(normals_[a.triangle], normals_[b.triangle])) kind = Edge::flat;
     edges_[a.triangle][a.k] = kind;
     edges_[b.triangle][b.k] = kind;
   }
@@ -249,8 +245,8 @@ void MeshSurface<S, Tree>::find_patches() {
       const std::uint32_t at = open.back();
       open.pop_back();
       for (const std::uint32_t next : neighbours_[at]) {
-        // Compared with the seed, or a finely curved surface would become one patch.
-        if (patches_[next] == unknown && detail::is_same_plane(normals_[next], normals_[seed])) {
+        // Compared with the seed: otherwise a finely curved surface would become one patch.
+        if (patches_[next] == unknown && is_same_plane(normals_[next], normals_[seed])) {
           patches_[next] = count;
           open.push_back(next);
         }
@@ -268,7 +264,7 @@ void MeshSurface<S, Tree>::find_faces() {
       faces_[patches_[i]].vertices.push_back(corner);
     }
   }
-  for (ConvexHull<S>& face : faces_) detail::outline_face(face);
+  for (ConvexHull<S>& face : faces_) outline_face(face);
 }
 
 template <Scalar S, typename Tree>
@@ -283,10 +279,9 @@ template <Scalar S, typename Tree>
 auto MeshSurface<S, Tree>::judge(std::uint32_t triangle, const Vec3<S>& n) const -> Verdict {
   using std::abs;
   const S cosine = n.dot(normals_[triangle]);
-  if (cosine >= detail::same_direction_cosine<S>) return Verdict::face;
+  if (cosine >= same_direction_cosine<S>) return Verdict::face;
   const auto c = corners(triangle);
-  // Edges that lie across n and are farthest along it; where there is none, those of the corner
-  // that is.
+  // Takes edges across n that are farthest along it, or else those of the farthest corner.
   std::array<S, 3> height;
   for (std::size_t k = 0; k < 3; ++k) height[k] = n.dot(c[k] - c[0]);
   const std::size_t top =
@@ -294,17 +289,17 @@ auto MeshSurface<S, Tree>::judge(std::uint32_t triangle, const Vec3<S>& n) const
   std::optional<std::size_t> across;
   for (const std::size_t k : {top, (top + 2) % 3}) {
     const Vec3<S> edge = c[(k + 1) % 3] - c[k];
-    if (abs(edge.dot(n)) <= detail::same_direction_sine<S> * edge.norm()) across = k;
+    if (abs(edge.dot(n)) <= same_direction_sine<S> * edge.norm()) across = k;
   }
   bool is_over_edge = false;
   for (const std::size_t k : {top, (top + 2) % 3}) {
     if (across && *across != k) continue;
     const Vec3<S> along = c[(k + 1) % 3] - c[k];
     const Vec3<S> outwards = along.cross(normals_[triangle]).normalized();
-    if (n.dot(outwards) <= detail::same_direction_sine<S>) continue;
+    if (n.dot(outwards) <= same_direction_sine<S>) continue;
     if (edges_[triangle][k] == Edge::flat) return Verdict::inner_edge;
     if (edges_[triangle][k] == Edge::hollow) return Verdict::face;
-    if (n.dot(away_from_neighbour(triangle, k)) <= detail::same_direction_sine<S>) {
+    if (n.dot(away_from_neighbour(triangle, k)) <= same_direction_sine<S>) {
       return Verdict::none;
     }
     is_over_edge = true;
@@ -314,4 +309,4 @@ auto MeshSurface<S, Tree>::judge(std::uint32_t triangle, const Vec3<S>& n) const
   return Verdict::edge;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,5 +1,5 @@
 /// @file
-/// A solid triangle mesh with a tree over its triangles, ready for rays and contacts.
+/// A solid triangle mesh with a tree over its triangles, for rays and contacts.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -16,28 +16,28 @@
 #include <utility>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Immutable solid: the surface of a closed mesh and all that is inside.
+/// Immutable solid: the surface of a closed mesh and its inside.
 template <Scalar S>
 class MeshTree {
  public:
   using ScalarType = S;
 
-  /// @param mesh  A solid that `validate_solid` accepts; not checked again.
+  /// @param mesh  A solid that `validate_solid` accepts. Not checked again.
   explicit MeshTree(TriangleMesh<S> mesh);
 
   [[nodiscard]] const TriangleMesh<S>& mesh() const { return mesh_; }
-  /// Over the triangles; payloads are their numbers.
+  /// Tree over the triangles. Payloads are their numbers.
   [[nodiscard]] const AabbTree<S>& tree() const { return tree_; }
   /// [-] Number of triangles.
   [[nodiscard]] std::size_t size() const { return mesh_.triangles.size(); }
-  /// [m] The corners of a triangle.
+  /// [m] Corners of a triangle.
   [[nodiscard]] std::array<Vec3<S>, 3> corners(std::uint32_t triangle) const {
     const auto& t = mesh_.triangles[triangle];
     return {mesh_.vertices[t[0]], mesh_.vertices[t[1]], mesh_.vertices[t[2]]};
   }
-  /// [-] Which vertices of the mesh they are.
+  /// [-] Vertex numbers of a triangle.
   [[nodiscard]] const std::array<std::uint32_t, 3>& vertex_numbers(std::uint32_t triangle) const {
     return mesh_.triangles[triangle];
   }
@@ -49,7 +49,7 @@ class MeshTree {
   void find(Accept&& accept, Visit&& visit) const {
     tree_.find(accept, visit);
   }
-  /// The triangles once more, as rays want them.
+  /// The same triangles in the layout for rays.
   [[nodiscard]] const RayMesh<S>& for_rays() const { return rays_; }
   /// As `RayMesh::walk_ray`.
   template <typename Visit>
@@ -57,7 +57,7 @@ class MeshTree {
     rays_.walk_ray(ray, visit);
   }
 
-  /// Whether a point is in the solid. Its surface is, to round-off.
+  /// Returns whether a point is in the solid. Its surface is, to round-off.
   [[nodiscard]] bool contains(const Vec3<S>& point) const { return is_inside_mesh(*this, point); }
 
  private:
@@ -66,7 +66,7 @@ class MeshTree {
   RayMesh<S> rays_;
 };
 
-/// Nearest hit, as `ray_cast_mesh` finds it.
+/// Nearest hit of a mesh, as by `ray_cast_mesh`.
 template <Scalar S>
 [[nodiscard]] RayHit<S> ray_cast(const MeshTree<S>& mesh, const Ray<S>& ray);
 
@@ -87,4 +87,4 @@ RayHit<S> ray_cast(const MeshTree<S>& mesh, const Ray<S>& ray) {
   return ray_cast_mesh(mesh, ray);
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

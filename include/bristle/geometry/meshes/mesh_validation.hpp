@@ -18,33 +18,32 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Volume [m^3] that a closed mesh encloses; negative where it is wound inside out.
-/// @throws InvalidArgument when a triangle names a vertex that does not exist.
+/// Returns the volume [m^3] that a closed mesh encloses. Negative if it is wound inside out.
+/// @throws InvalidArgument if a triangle names a vertex that does not exist.
 template <Scalar S>
 [[nodiscard]] S signed_volume(const TriangleMesh<S>& mesh);
 
-/// Numbers, ascending, of the triangles that have no normal: those that repeat a corner or are so
-/// thin that rounding of their coordinates decides where they face.
-/// @throws InvalidArgument when a triangle names a vertex that does not exist.
+/// Returns the numbers, ascending, of the triangles without a normal. They repeat a corner, or are
+/// so thin that rounding of their coordinates decides on their normal.
+/// @throws InvalidArgument if a triangle names a vertex that does not exist.
 template <Scalar S>
 [[nodiscard]] std::vector<std::uint32_t> degenerate_triangles(const TriangleMesh<S>& mesh);
 
-/// Checks what every function on meshes relies on. Open, degenerate and inverted meshes pass.
+/// Checks the conditions of every function on meshes. Open, degenerate and inverted meshes pass.
 ///
-/// @throws InvalidArgument when the mesh has no triangle, a vertex is not finite, or a triangle
-///         names a vertex that does not exist.
+/// @throws InvalidArgument if the mesh has no triangle, a vertex is not finite, or a triangle names
+///         a vertex that does not exist.
 template <Scalar S>
 void validate_surface(const TriangleMesh<S>& mesh);
 
-/// Checks that the mesh bounds a solid: a valid surface without degenerate triangles, every edge
-/// shared by exactly two triangles that run through it in opposite directions, facing outwards.
+/// Checks that the mesh bounds a solid: a valid surface without degenerate triangles, facing
+/// outwards. Exactly two triangles share every edge and run through it in opposite directions.
 ///
-/// Cavities (inner surfaces that face the void) pass, and so do several separate solids. That
-/// triangles do not cut through each other is not checked.
+/// Cavities (inner surfaces that face the void) pass, and so do several separate solids. Triangles
+/// that cut through each other are not detected.
 ///
-/// @throws InvalidArgument that names the first offending triangle and edge, and whether the mesh
-/// is
-///         open, not manifold, inconsistently wound, degenerate, inverted, or no valid surface.
+/// @throws InvalidArgument that names the first offending triangle and edge, and the fault: open,
+///         not manifold, inconsistently wound, degenerate, inverted, or no valid surface.
 /// @note O(n log n). Files often repeat vertices along seams; `weld` closes them.
 template <Scalar S>
 void validate_solid(const TriangleMesh<S>& mesh);
@@ -58,7 +57,7 @@ struct EdgeUse {
   std::uint32_t low;       ///< [-] Smaller vertex number.
   std::uint32_t high;      ///< [-] Larger vertex number.
   std::uint32_t triangle;  ///< [-] Number of the triangle.
-  bool is_ascending;       ///< Whether the triangle runs from low to high.
+  bool is_ascending;       ///< True if the triangle runs from low to high.
 
   friend bool operator<(const EdgeUse& a, const EdgeUse& b) {
     if (a.low != b.low) return a.low < b.low;
@@ -70,7 +69,7 @@ struct EdgeUse {
   }
 };
 
-/// All passages, those of one edge next to each other, edges in ascending order.
+/// All passages. Those of one edge are adjacent, and edges ascend.
 template <Scalar S>
 [[nodiscard]] std::vector<EdgeUse> sorted_edges(const TriangleMesh<S>& mesh) {
   std::vector<EdgeUse> uses;
@@ -87,7 +86,7 @@ template <Scalar S>
   return uses;
 }
 
-/// Raises unless every edge is passed exactly once in each direction.
+/// Throws unless every edge is passed exactly once in each direction.
 inline void require_closed(const std::vector<EdgeUse>& uses) {
   for (std::size_t i = 0; i < uses.size();) {
     std::size_t end = i + 1;
@@ -141,8 +140,8 @@ std::vector<std::uint32_t> degenerate_triangles(const TriangleMesh<S>& mesh) {
     const Vec3<S>& a = mesh.vertices[corners[0]];
     const Vec3<S>& b = mesh.vertices[corners[1]];
     const Vec3<S>& c = mesh.vertices[corners[2]];
-    // The height is uncertain by the rounding of the coordinates, which grows with the distance
-    // from the origin. Dividing by the longest edge first keeps tiny triangles from underflowing.
+    // The height is uncertain by the rounding of the coordinates. That grows with the distance from
+    // the origin. Dividing by the longest edge first keeps tiny triangles from underflowing.
     const S longest =
         sqrt(max((b - a).squaredNorm(), max((c - b).squaredNorm(), (a - c).squaredNorm())));
     const S reach = max(longest, max(a.cwiseAbs().maxCoeff(),
@@ -159,7 +158,7 @@ void validate_surface(const TriangleMesh<S>& mesh) {
   detail::require(!mesh.triangles.empty(), "TriangleMesh::triangles.size()", 0,
                   "must hold at least one triangle");
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    if (!all_finite(mesh.vertices[v])) {
+    if (!detail::all_finite(mesh.vertices[v])) {
       detail::raise(InvalidArgument("TriangleMesh::vertices[" + std::to_string(v) + "]",
                                     detail::to_tuple_text(mesh.vertices[v]), "must be finite"));
     }

@@ -21,9 +21,9 @@ namespace bristle::inline BRISTLE_ABI {
 
 /// Vertices and the triangles over them, counter-clockwise seen from outside.
 ///
-/// As a *surface* (where sensors are placed) it may be open; as a *shape* it must be a closed
-/// solid. `validate_surface` and `validate_solid` check the two; every other function on meshes
-/// takes vertex numbers to be in range.
+/// As a *surface* (for the placement of sensors) it may be open. As a *shape* it must be a closed
+/// solid. `validate_surface` and `validate_solid` check the two. All other functions on meshes
+/// require valid vertex numbers.
 template <Scalar S>
 struct TriangleMesh {
   /// [m] Corners.
@@ -32,7 +32,7 @@ struct TriangleMesh {
   std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 
-/// Cross product of two edges [m^2]: outward, twice the triangle's area long.
+/// Cross product of two edges [m^2]: the outward normal times twice the triangle's area.
 template <Scalar S>
 [[nodiscard]] Vec3<S> area_vector(const TriangleMesh<S>& mesh, std::size_t triangle) {
   const auto& t = mesh.triangles[triangle];
@@ -46,20 +46,20 @@ template <Scalar S>
   return area_vector(mesh, triangle).norm() / S(2);
 }
 
-/// Outward unit normal of a triangle; meaningless where the triangle is degenerate.
+/// Outward unit normal of a triangle. Garbage if the triangle is degenerate.
 template <Scalar S>
 [[nodiscard]] Vec3<S> triangle_normal(const TriangleMesh<S>& mesh, std::size_t triangle) {
   return area_vector(mesh, triangle).stableNormalized();
 }
 
-/// Midpoint [m] of a triangle.
+/// Centroid [m] of a triangle.
 template <Scalar S>
 [[nodiscard]] Vec3<S> triangle_centroid(const TriangleMesh<S>& mesh, std::size_t triangle) {
   const auto& t = mesh.triangles[triangle];
   return (mesh.vertices[t[0]] + mesh.vertices[t[1]] + mesh.vertices[t[2]]) / S(3);
 }
 
-/// Smallest axis-aligned box [m] around the triangles; vertices that no triangle uses do not count.
+/// Smallest axis-aligned box [m] around the triangles. Unused vertices do not count.
 template <Scalar S>
 [[nodiscard]] Aabb<S> mesh_bounds(const TriangleMesh<S>& mesh) {
   Aabb<S> box;
@@ -69,21 +69,21 @@ template <Scalar S>
   return box;
 }
 
-/// The same surface with vertices that coincide merged into one.
+/// Returns the same surface with coinciding vertices merged.
 ///
 /// The first of several vertices stays and keeps its place in the order. Triangles keep their
-/// number and order: one that lost a corner by the merging repeats a vertex number, and
+/// number and order. A triangle that lost a corner repeats a vertex number, and
 /// `degenerate_triangles` lists it.
 ///
 /// @param tolerance  [1] Distance below which vertices coincide, as a fraction of the diagonal of
-///                   the box around all vertices; 0 merges equal coordinates only.
-/// @throws InvalidArgument when a vertex or the tolerance is not finite, or the latter negative, or
-///         when a triangle names a vertex that does not exist.
+///         the box around all vertices. 0 merges only equal coordinates.
+/// @throws InvalidArgument if a vertex or the tolerance is not finite, the tolerance is negative,
+///         or a triangle names a vertex that does not exist.
 /// @note O(n log n).
 template <Scalar S>
 [[nodiscard]] TriangleMesh<S> weld(const TriangleMesh<S>& mesh, S tolerance = S(0));
 
-/// The mesh without the triangles of the given ascending numbers; all vertices stay.
+/// Returns the mesh without the triangles of the given ascending numbers. All vertices stay.
 template <Scalar S>
 [[nodiscard]] TriangleMesh<S> without_triangles(const TriangleMesh<S>& mesh,
                                                 std::span<const std::uint32_t> numbers) {
@@ -100,7 +100,7 @@ template <Scalar S>
 
 namespace detail {
 
-/// "(3, 7, 9)".
+/// Text of numbers: "(3, 7, 9)".
 template <typename Numbers>
 [[nodiscard]] std::string to_tuple_text(const Numbers& numbers) {
   std::string text = "(";
@@ -116,7 +116,7 @@ template <typename Numbers>
                         std::move(rule)));
 }
 
-/// Every triangle has to name vertices that are there.
+/// Throws if a triangle names a vertex that does not exist.
 template <Scalar S>
 void require_named_vertices(const TriangleMesh<S>& mesh) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -128,18 +128,18 @@ void require_named_vertices(const TriangleMesh<S>& mesh) {
   }
 }
 
-/// Which points coincide: `unique` lists the numbers of the points that stay, ascending, and
-/// `renumber[i]` is the place of point i, or of the point it coincides with, in that list.
+/// Result of a merge. `unique` lists the numbers of the points that stay, ascending. `renumber[i]`
+/// is the index in that list of point i, or of the point it coincides with.
 struct MergedPoints {
   std::vector<std::uint32_t> unique;
   std::vector<std::uint32_t> renumber;
 };
 
-/// Goes through the points in order; each joins the first earlier one that stayed within `distance`
-/// [m] of it. The points must be finite.
+/// Merges each point, in order, with the first earlier one that stayed within `distance` [m] of it.
+/// The points must be finite.
 ///
-/// Points that stayed are filed by the cubic cell they lie in. Cells are twice `distance` wide, so
-/// that a neighbour lies in the point's own cell or in one of the seven on its near side.
+/// Points that stayed are hashed by their cubic cell. Cells are twice `distance` wide. So a
+/// neighbour is in the point's own cell or in one of the seven on its near side.
 template <Scalar S>
 [[nodiscard]] MergedPoints merge_points(std::span<const Vec3<S>> points, S distance) {
   using Cell = std::array<S, 3>;
@@ -155,7 +155,7 @@ template <Scalar S>
     Cell step;
     for (int k = 0; k < 3; ++k) {
       const auto a = static_cast<std::size_t>(k);
-      // Equal coordinates only: every coordinate is a cell of its own. Adding 0 makes -0 a 0.
+      // Equal coordinates only: every coordinate is its own cell. Adding 0 turns -0 into 0.
       const S position = is_exact ? points[i][k] + S(0) : points[i][k] / width;
       cell[a] = is_exact ? position : floor(position);
       step[a] = position - cell[a] < S(0.5) ? S(-1) : S(1);

@@ -1,5 +1,5 @@
 /// @file
-/// Rays against solid meshes, whatever tree stands over their triangles.
+/// Rays against solid meshes, with any tree over their triangles.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -17,11 +17,10 @@
 #include <numbers>
 #include <optional>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// The boundary of a solid as triangles that a ray can be walked through: `corners(i)` run
-/// counter-clockwise seen from outside, and `walk_ray` is that of `AabbTree`, with the triangle's
-/// number as payload.
+/// Boundary of a solid as triangles for ray traversal. `corners(i)` run counter-clockwise seen from
+/// outside. `walk_ray` is that of `AabbTree`, with the triangle's number as payload.
 template <typename M, typename S>
 concept SolidMesh = Scalar<S> &&
     requires(const M& mesh, std::uint32_t i, const Ray<S>& ray, S (*visit)(std::uint32_t, S)) {
@@ -31,28 +30,26 @@ concept SolidMesh = Scalar<S> &&
   mesh.walk_ray(ray, visit);
 };
 
-/// Nearest hit of a solid mesh, under the rules of ray_shapes.hpp; watertight.
+/// Returns the nearest hit of a solid mesh, under the rules of ray_shapes.hpp. Watertight.
 ///
-/// Whether a ray starts inside is told by the first crossing of its line, as far as that may be:
-/// seen from its front the start is outside, from its back inside. Where a front and a back cannot
-/// be told apart (a ray that grazes an edge or a corner, where both are at one distance) the
-/// question is put to `is_inside_mesh`.
+/// The first crossing of the ray's line tells whether the ray starts inside. If the ray sees the
+/// front of the surface there, the start is outside. If it sees the back, the start is inside. A
+/// ray that grazes an edge crosses a front and a back at one distance. Then `is_inside_mesh`
+/// decides.
 template <Scalar S, SolidMesh<S> Mesh>
 [[nodiscard]] RayHit<S> ray_cast_mesh(const Mesh& mesh, const Ray<S>& ray);
 
-/// The same for a ray that is known to start outside, farther from the surface than rounding.
+/// The same for a ray that starts outside, farther from the surface than rounding.
 template <Scalar S, SolidMesh<S> Mesh>
 [[nodiscard]] RayHit<S> ray_cast_mesh_from_outside(const Mesh& mesh, const Ray<S>& ray);
 
-/// Whether a point is in the solid. Its surface is, to round-off.
+/// Returns whether a point is in the solid. Its surface is, to round-off.
 template <Scalar S, SolidMesh<S> Mesh>
 [[nodiscard]] bool is_inside_mesh(const Mesh& mesh, const Vec3<S>& point);
 
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
-
-/// What the crossings of a ray in front of its start say.
+/// Summary of the crossings of a ray in front of its start.
 template <Scalar S>
 struct MeshCrossings {
   /// [m] Nearest crossing and its triangle.
@@ -63,14 +60,14 @@ struct MeshCrossings {
   S front_high = infinity<S>;
   S back_low = infinity<S>;
   S back_high = infinity<S>;
-  /// Whether the surface passes through the start, as well as can be told.
+  /// True if the surface passes through the start, up to rounding.
   bool is_start_on_surface = false;
 
-  /// Whether the nearest crossing is in reach of the ray.
+  /// Returns whether the nearest crossing is within the ray's length.
   [[nodiscard]] bool is_within(const Ray<S>& ray) const {
     return distance <= ray.length && distance < infinity<S>;
   }
-  /// Whether the start is inside; nothing where front and back are too close to tell.
+  /// Returns whether the start is inside. It is nullopt if front and back are too close to tell.
   [[nodiscard]] std::optional<bool> is_start_inside() const {
     if (!(distance < infinity<S>) || front_high < back_low) return false;
     if (back_high < front_low) return true;
@@ -78,10 +75,10 @@ struct MeshCrossings {
   }
 };
 
-/// A crossing is where the ray passes the box of its triangle, but for rounding. Of a triangle that
-/// is seen so nearly edge-on that rounding takes the crossing out of it, it is moved to the box.
+/// Moves a crossing into the box of its triangle. Rounding can move it out, if the triangle is seen
+/// nearly edge-on. Infinite if the ray misses the box.
 template <Scalar S>
-[[nodiscard]] BRISTLE_OUTLINED S distance_within_box(const Ray<S>& ray,
+[[nodiscard]] BRISTLE_NOINLINE S distance_within_box(const Ray<S>& ray,
                                                      const std::array<Vec3<S>, 3>& corners,
                                                      S distance) {
   const auto& [a, b, c] = corners;
@@ -97,7 +94,7 @@ template <Scalar S>
   for (int i = 0; i < 3; ++i) {
     const S one = (box.lower[i] - ray.origin[i]) * inverse[i];
     const S other = (box.upper[i] - ray.origin[i]) * inverse[i];
-    // Of a NaN, as from 0 times infinity, neither takes anything.
+    // The comparisons ignore a NaN, as from 0 times infinity.
     if (std::min(one, other) > enter) enter = std::min(one, other);
     if (std::max(one, other) < leave) leave = std::max(one, other);
   }
@@ -113,11 +110,11 @@ class CrossingCollector {
         test_(ray),
         trusted_(S(4) * Tolerance<S>::round_off() * ray.origin.cwiseAbs().sum()) {}
 
-  /// Takes a triangle into account. Not inlined, nor is `hit_on`: where the compiler fuses
-  /// products and sums, it does so alike for all who call it.
-  /// @return [m] How far on others still matter.
-  BRISTLE_OUTLINED S visit(std::uint32_t triangle, const std::array<Vec3<S>, 3>& corners, S reach) {
-    // [1] A crossing closer to the start than this much of the triangle's distance is at the start.
+  /// Adds the crossing of a triangle. Neither this nor `hit_on` is inlined. So the compiler fuses
+  /// products and sums alike for all callers.
+  /// @return [m] Distance up to which further crossings matter.
+  BRISTLE_NOINLINE S visit(std::uint32_t triangle, const std::array<Vec3<S>, 3>& corners, S reach) {
+    // [1] Part of the triangle's distance. Crossings closer than that are at the start.
     constexpr S at_start = S(64) * Tolerance<S>::round_off();
     const auto& [a, b, c] = corners;
     TriangleCrossing<S> crossing = test_(a, b, c);
@@ -131,7 +128,7 @@ class CrossingCollector {
       found.is_start_on_surface = true;
     }
     if (!(crossing.distance >= S(0) && crossing.distance < infinity<S>)) return reach;
-    // Of equals the lowest number, whatever the order of visits.
+    // Of equal crossings the lowest number wins, whatever the order of visits.
     if (crossing.distance < found.distance ||
         (crossing.distance == found.distance && triangle < found.triangle)) {
       found.distance = crossing.distance;
@@ -149,7 +146,7 @@ class CrossingCollector {
  private:
   Ray<S> ray_;
   TriangleTest<S> test_;
-  /// [m] Less than this is rounding of the start.
+  /// [m] Uncertainties up to this are rounding of the start.
   S trusted_;
 };
 
@@ -163,16 +160,16 @@ template <Scalar S, SolidMesh<S> Mesh>
   return collector.found;
 }
 
-/// The hit of a ray at a distance, where it meets a triangle.
+/// Returns the hit of a ray at a distance, on a triangle.
 template <Scalar S>
-[[nodiscard]] BRISTLE_OUTLINED RayHit<S> hit_on(const std::array<Vec3<S>, 3>& corners,
+[[nodiscard]] BRISTLE_NOINLINE RayHit<S> hit_on(const std::array<Vec3<S>, 3>& corners,
                                                 const Ray<S>& ray, S distance) {
   const auto& [a, b, c] = corners;
   const Vec3<S> normal = (b - a).cross(c - a).stableNormalized();
   return {distance, normal.dot(ray.direction) > S(0) ? Vec3<S>(-normal) : normal};
 }
 
-/// The hit of a ray that starts outside, from what it crosses.
+/// Returns the hit of a ray that starts outside, from its crossings.
 template <Scalar S, SolidMesh<S> Mesh>
 [[nodiscard]] RayHit<S> nearest_hit(const Mesh& mesh, const Ray<S>& ray,
                                     const MeshCrossings<S>& found) {
@@ -180,9 +177,8 @@ template <Scalar S, SolidMesh<S> Mesh>
   return hit_on<S>(mesh.corners(found.triangle), ray, found.distance);
 }
 
-/// How often the surface winds around a point, 1 inside and 0 outside: the sum of the solid angles
-/// of all triangles over 4 pi (van Oosterom and Strackee 1983). O(triangles), and cannot be
-/// undecided.
+/// Winding number of the surface around a point, 1 inside and 0 outside. It sums the solid angles
+/// of all triangles over 4 pi (van Oosterom and Strackee 1983). O(triangles), and never undecided.
 template <Scalar S, SolidMesh<S> Mesh>
 [[nodiscard]] S winding_number(const Mesh& mesh, const Vec3<S>& point) {
   using std::atan2;
@@ -201,10 +197,8 @@ template <Scalar S, SolidMesh<S> Mesh>
   return half_angles / (S(2) * S(std::numbers::pi));
 }
 
-}  // namespace detail
-
-// Rays towards the middles of a few triangles, spread over the mesh; each surely has a crossing,
-// and hardly any of them meets an edge.
+// Casts rays towards the middles of a few triangles, spread over the mesh. Each surely has a
+// crossing. Hardly any meets an edge.
 template <Scalar S, SolidMesh<S> Mesh>
 bool is_inside_mesh(const Mesh& mesh, const Vec3<S>& point) {
   if (!mesh.root_box().contains(point)) return false;
@@ -215,32 +209,32 @@ bool is_inside_mesh(const Mesh& mesh, const Vec3<S>& point) {
     const Vec3<S> towards = (a + b + c) / S(3) - point;
     const S distance = towards.norm();
     if (!(distance > S(0))) return true;
-    const auto found = detail::mesh_crossings(mesh, Ray<S>{point, towards / distance});
+    const auto found = mesh_crossings(mesh, Ray<S>{point, towards / distance});
     if (found.is_start_on_surface) return true;
     const std::optional<bool> is_inside = found.is_start_inside();
     if (is_inside.has_value() && found.distance < infinity<S>) return *is_inside;
   }
-  return detail::winding_number(mesh, point) >= S(0.5);
+  return winding_number(mesh, point) >= S(0.5);
 }
 
 template <Scalar S, SolidMesh<S> Mesh>
 RayHit<S> ray_cast_mesh(const Mesh& mesh, const Ray<S>& ray) {
-  // Only a start within the box can be inside, and needs more of its line than its length.
+  // Only a start within the box can be inside. It needs more of its line than its length.
   const bool is_in_box = mesh.root_box().contains(ray.origin);
   const Ray<S> line{ray.origin, ray.direction, is_in_box ? infinity<S> : ray.length};
-  const auto found = detail::mesh_crossings(mesh, line);
+  const auto found = mesh_crossings(mesh, line);
   if (is_in_box) {
     const std::optional<bool> is_inside = found.is_start_inside();
     if (is_inside.has_value() ? *is_inside : is_inside_mesh(mesh, ray.origin)) {
       return {S(0), -ray.direction};
     }
   }
-  return detail::nearest_hit(mesh, ray, found);
+  return nearest_hit(mesh, ray, found);
 }
 
 template <Scalar S, SolidMesh<S> Mesh>
 RayHit<S> ray_cast_mesh_from_outside(const Mesh& mesh, const Ray<S>& ray) {
-  return detail::nearest_hit(mesh, ray, detail::mesh_crossings(mesh, ray));
+  return nearest_hit(mesh, ray, mesh_crossings(mesh, ray));
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

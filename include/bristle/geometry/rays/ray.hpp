@@ -1,8 +1,8 @@
 /// @file
-/// Rays: one, and batches of many as structures of arrays.
+/// Single rays, and batches of many as structures of arrays.
 ///
-/// A batch lies in one frame and is asked of one shape at a time; answers accumulate, so that
-/// asking several shapes in turn leaves the nearest hit of each ray.
+/// A batch lies in one frame and queries one shape at a time. Hits accumulate. So querying several
+/// shapes in turn leaves the nearest hit of each ray.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -23,32 +23,39 @@ struct Ray {
   Vec3<S> origin = Vec3<S>::Zero();
   /// [1] Unit direction.
   Vec3<S> direction = Vec3<S>::UnitX();
-  /// [m] Reach from the start; hits farther away do not count. May be infinite.
+  /// [m] Length from the start. Hits farther away do not count. May be infinite.
   S length = infinity<S>;
 };
 
 /// Nearest hit of one ray.
 template <Scalar S>
 struct RayHit {
-  /// [m] Distance from the ray's start; 0 where the start lies inside the solid.
+  /// [m] Distance from the ray's start. Zero if the start is inside the solid.
   S distance = infinity<S>;
-  /// [1] Unit outward normal of the surface there, against the ray (normal . direction <= 0). Where
-  /// the start lies inside, minus the ray's direction.
+  /// [1] Unit outward normal of the surface there, against the ray (normal . direction <= 0). If
+  /// the start is inside, minus the ray's direction.
   Vec3<S> normal = Vec3<S>::Zero();
 };
 
-/// Three arrays of coordinates, to be read together.
+namespace detail {
+
+/// Many vectors as three arrays of coordinates of one length.
 template <Scalar S>
 struct Vec3Array {
-  LaneVector<S> x, y, z;
+  /// Coordinates.
+  detail::LaneVector<S> x, y, z;
 
+  /// [-] Number of vectors.
   [[nodiscard]] std::size_t size() const { return x.size(); }
+  /// Sets the number of vectors.
   void resize(std::size_t n) {
     x.resize(n);
     y.resize(n);
     z.resize(n);
   }
+  /// Returns vector i.
   [[nodiscard]] Vec3<S> operator[](std::size_t i) const { return {x[i], y[i], z[i]}; }
+  /// Sets vector i.
   void set(std::size_t i, const Vec3<S>& v) {
     x[i] = v.x();
     y[i] = v.y();
@@ -57,49 +64,53 @@ struct Vec3Array {
 };
 
 template <Scalar S>
-class RayBundles;
+class RayTree;
 template <Scalar S>
-class KeptCandidates;
-
-/// Some rays of a batch, so that threads can share a query: [first, end) in the order in which the
-/// query goes through them. That is the order of the bundles for meshes and of the batch for other
-/// shapes, so the next shape may only be asked when all slices have asked this one, unless these
-/// are the same rays (`RayBundles::has_runs_in_slices`).
-struct RaySlice {
-  /// [-] Both a multiple of the rays in a bundle, or at the end.
+class TriangleCache;
+/// Some rays of a batch, so that threads can share a query. They are [first, end) in the order of
+/// the query. Meshes use the order of the nodes, other shapes that of the batch. So all ranges must
+/// finish one shape before the next begins. They need not if ranges are the same rays for both
+/// (`RayTree::has_packets_in_ranges`).
+struct RayRange {
+  /// [-] First ray, and the end. Both are multiples of the rays in a node, or the end of the batch.
   std::uint32_t first = 0;
   std::uint32_t end = 0xffffffffu;
 };
 
-/// [-] Rays of a run: neighbours in a batch, of which all or none are asked.
-inline constexpr std::size_t ray_run_size = 16;
+}  // namespace detail
 
-/// Many rays in one frame. The spans have one length and outlive the query.
+/// [-] Rays of a packet, and sensors. They are neighbours in a batch and queried together. It is
+/// the number of lanes in the widest register (float, 512 bits).
+inline constexpr std::size_t packet_size = 16;
+
+/// Many rays in one frame. All spans have the same length and outlive the query.
 template <Scalar S>
 struct RayBatch {
   /// [m] Starts.
   std::span<const S> origin_x, origin_y, origin_z;
   /// [1] Unit directions.
   std::span<const S> direction_x, direction_y, direction_z;
-  /// [m] Reach of each ray.
+  /// [m] Length of each ray.
   std::span<const S> length;
-  /// [m] Added to the reach of every ray.
+  /// [m] Added to the length of every ray.
   S extra_length = S(0);
-  /// The same rays in bundles (ray_bundles.hpp), where somebody has made them: they change what a
-  /// query costs, not what it answers. Null or empty: one ray after the other.
-  const RayBundles<S>* bundles = nullptr;
-  /// Which rays are asked: all, unless the backend says that it `asks_slices`.
-  RaySlice slice{};
-  /// [-] Numbers of the runs that may meet anything, ascending; of others, hits may be left out.
-  /// Null: all runs.
-  const std::vector<std::uint32_t>* near_runs = nullptr;
-  /// What these rays keep from query to query (kept_candidates.hpp), and which life of the shape it
-  /// is that is asked, where its tag was another's before. Null: nothing. Used where all rays are
-  /// asked at once, by one thread.
-  KeptCandidates<S>* kept = nullptr;
+  /// The same rays in nodes (ray_tree.hpp). They change the cost of a query and not its hits. Null
+  /// or empty: one ray after the other.
+  const detail::RayTree<S>* ray_tree = nullptr;
+  /// Rays that are cast: all, unless the backend `asks_ranges`.
+  detail::RayRange range{};
+  /// [-] Numbers of the packets that may meet anything, ascending. Hits of other packets may be
+  /// left out. Null: all packets.
+  const std::vector<std::uint32_t>* near_packets = nullptr;
+  /// Triangles that these rays keep from query to query (triangle_cache.hpp). Null: none. Used only
+  /// if one thread casts all rays at once. `shape_life` counts the reuses of the shape's tag.
+  /// Another life is another shape.
+  detail::TriangleCache<S>* kept = nullptr;
   std::uint32_t shape_life = 0;
 
+  /// [-] Number of rays.
   [[nodiscard]] std::size_t size() const { return length.size(); }
+  /// Returns ray i, with its length extended.
   [[nodiscard]] Ray<S> operator[](std::size_t i) const {
     return {{origin_x[i], origin_y[i], origin_z[i]},
             {direction_x[i], direction_y[i], direction_z[i]},
@@ -110,22 +121,23 @@ struct RayBatch {
 /// Nearest hits of a batch so far, in the frame of its rays.
 template <Scalar S>
 struct RayHits {
-  /// [m] Distance of the nearest hit so far; infinite where there is none.
-  LaneVector<S> distance;
-  /// [1] Outward unit surface normals, valid where the distance is finite.
-  Vec3Array<S> normal;
-  /// [-] Tag of the shape that was hit, as given to the query.
-  LaneVector<std::uint32_t> tag;
+  /// [m] Distance of the nearest hit so far. Infinite if there is none.
+  detail::LaneVector<S> distance;
+  /// [1] Outward unit surface normals, valid if the distance is finite.
+  detail::Vec3Array<S> normal;
+  /// [-] Tag of the hit shape, as given to the query.
+  detail::LaneVector<std::uint32_t> tag;
 
-  /// Forgets all hits and makes room for `n` rays; keeps its memory.
+  /// Removes all hits and allocates for `n` rays. Keeps its memory.
   void reset(std::size_t n) {
     distance.assign(n, infinity<S>);
     normal.resize(n);
     tag.assign(n, 0xffffffffu);
   }
+  /// Returns whether ray i has a hit.
   [[nodiscard]] bool is_hit(std::size_t i) const { return distance[i] < infinity<S>; }
-  /// Records a hit that is nearer than what is known. On equal distance the earlier answer stays,
-  /// so asking shapes in order of their tags breaks ties by tag.
+  /// Records a hit if it is nearer than the known one. On equal distance the earlier hit stays. So
+  /// querying shapes in order of their tags breaks ties by tag.
   void offer(std::size_t i, const RayHit<S>& hit, std::uint32_t hit_tag) {
     if (hit.distance < distance[i]) {
       distance[i] = hit.distance;

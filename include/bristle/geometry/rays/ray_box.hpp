@@ -1,30 +1,30 @@
 /// @file
-/// Whether and where a ray enters a box: the inner loop of every walk through a tree.
+/// Entry of a ray into a box: the inner loop of every traversal of a tree.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <bristle/geometry/rays/ray.hpp>
 #include <bristle/geometry/trees/aabb.hpp>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Entry of a ray into boxes, by the three pairs of planes. Kay and Kajiya 1986; that the exit is
-/// moved outwards so that rounding loses nothing follows Ize 2013, "Robust BVH Ray Traversal".
+/// Entry of a ray into boxes, by three pairs of planes (Kay and Kajiya 1986). The exit is moved
+/// outwards (Ize 2013, "Robust BVH Ray Traversal"). So rounding loses nothing.
 template <Scalar S>
 class SlabTest {
  public:
   explicit SlabTest(const Ray<S>& ray)
       : origin_(ray.origin), inverse_(ray.direction.cwiseInverse()) {}
 
-  /// [m] Where the ray enters, >= 0; infinite where it does not by `max_distance`.
+  /// [m] Distance of the entry, >= 0. Infinite if the ray does not enter by `max_distance`.
   [[nodiscard]] S enter(const Aabb<S>& box, S max_distance) const {
     S enter = S(0);
     S leave = max_distance;
     for (int i = 0; i < 3; ++i) {
       const S a = (box.lower[i] - origin_[i]) * inverse_[i];
       const S b = (box.upper[i] - origin_[i]) * inverse_[i];
-      // A ray within one of the planes gives 0 * infinity = NaN, which loses both comparisons: the
-      // pair of planes then sets no bound, as it should.
+      // A ray within one of the planes gives 0 * infinity = NaN. It loses both comparisons. So the
+      // pair of planes sets no bound, as it should.
       const S near = inverse_[i] < S(0) ? b : a;
       const S far = inverse_[i] < S(0) ? a : b;
       if (near > enter) enter = near;
@@ -38,4 +38,4 @@ class SlabTest {
   Vec3<S> inverse_;
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,6 +1,6 @@
 /// @file
-/// Where rays in lanes meet a shape: the closed forms of ray_shapes.hpp, which says what they mean
-/// and where they come from, without branches.
+/// Hits of rays in lanes with shapes. These are the closed forms of ray_shapes.hpp without
+/// branches. That file explains the forms and cites their sources.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -14,7 +14,7 @@
 #include <cstdint>
 #include <type_traits>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A ray for each lane, in the shape's frame.
 template <Scalar S>
@@ -23,61 +23,59 @@ struct RayLanes {
   Pack<S> length;
 };
 
-/// A hit for each lane, as `RayHit`; without one the distance is infinite.
+/// A hit for each lane, as `RayHit`. Lanes without a hit have an infinite distance.
 template <Scalar S>
 struct RayHitLanes {
   Pack<S> distance;
   Pack3<S> normal;
 };
 
-/// Offers to `hits` the nearest hit of each ray with a shape at X_RC, as
-/// `ShapeBackend::cast_rays` does.
+/// Offers to `hits` the nearest hit of each ray with a shape at X_RC, as `ShapeBackend::cast_rays`
+/// does.
 template <Scalar S, typename ConvexShape>
 void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, const RayBatch<S>& rays,
                         std::uint32_t tag, RayHits<S>& hits);
 
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
-
-/// A hit at `distance` where `is_hit` and the ray reaches it, at the start where `is_inside`.
+/// A hit at `distance` if `is_hit` and the ray reaches it. At the start if `is_inside`.
 template <Scalar S>
-BRISTLE_INLINE RayHitLanes<S> hit_lanes(const RayLanes<S>& ray, const Mask<S>& is_inside,
-                                        const Mask<S>& is_hit, const Pack<S>& distance,
-                                        const Pack3<S>& normal) {
+BRISTLE_FORCE_INLINE RayHitLanes<S> hit_mask(const RayLanes<S>& ray, const Mask<S>& is_inside,
+                                             const Mask<S>& is_hit, const Pack<S>& distance,
+                                             const Pack3<S>& normal) {
   const Mask<S> counts = is_hit & (distance <= ray.length) & (distance < Pack<S>(infinity<S>));
   const Pack<S> there = select(counts, max(distance, Pack<S>(S(0))), Pack<S>(infinity<S>));
   return {select(is_inside, Pack<S>(S(0)), there), select(is_inside, -ray.direction, normal)};
 }
 
 template <Scalar S>
-BRISTLE_INLINE RayHitLanes<S> no_hits() {
+BRISTLE_FORCE_INLINE RayHitLanes<S> no_hits() {
   const Pack<S> zero(S(0));
   return {Pack<S>(infinity<S>), {zero, zero, zero}};
 }
 
-/// Whether rays are long enough to reach what is around a core, as far as rounding can tell. Where
-/// a part of a patch touches, many rays are not, and neighbours are alike.
-/// @param apart2  [m^2] Square of the distance of their starts from the core.
-/// @param radius  [m] How far around the core the shape reaches.
-/// @param extent  [m] How far from the shape's origin: rounding is relative to it, too.
+/// True if rays are long enough to reach the surroundings of a core, up to rounding. The early out
+/// pays if only a part of a patch touches. Many rays are then too short, and neighbours are alike.
+/// @param apart2  [m^2] Squared distance of their starts from the core.
+/// @param radius  [m] Radius of the shape around its core.
+/// @param extent  [m] Radius of the shape around its origin, to which rounding is relative, too.
 template <Scalar S>
-BRISTLE_INLINE Mask<S> may_reach(const RayLanes<S>& ray, const Pack<S>& apart2, S radius,
-                                 S extent) {
+BRISTLE_FORCE_INLINE Mask<S> may_reach(const RayLanes<S>& ray, const Pack<S>& apart2, S radius,
+                                       S extent) {
   constexpr S slack = Tolerance<S>::round_off();
   const Pack<S> reach = (S(1) + slack) * (ray.length + radius) + slack * extent;
   return apart2 <= reach * reach;
 }
 
 template <Scalar S>
-BRISTLE_INLINE Pack3<S> normalized(const Pack3<S>& v) {
+BRISTLE_FORCE_INLINE Pack3<S> normalized(const Pack3<S>& v) {
   return (S(1) / sqrt(dot(v, v))) * v;
 }
 
-/// Unit vectors from vectors that are that to round-off, without root and division: of the square
-/// 1 + e, which becomes 1 - 3/4 e^2. In full where that would show in a lane that matters.
+/// Normalises vectors that are unit to round-off, without root and division: of the square 1 + e,
+/// which becomes 1 - 3/4 e^2. Exact normalisation if the error would show in a lane that matters.
 template <Scalar S>
-BRISTLE_INLINE Pack3<S> renormalized(const Pack3<S>& v, const Mask<S>& matters) {
+BRISTLE_FORCE_INLINE Pack3<S> renormalized(const Pack3<S>& v, const Mask<S>& matters) {
   const Pack<S> excess = dot(v, v) - S(1);
   if (any(matters & !(abs(excess) <= Pack<S>(Tolerance<S>::equal())))) return normalized(v);
   return (S(1) - S(0.5) * excess) * v;
@@ -89,37 +87,37 @@ struct ChordLanes {
   Pack<S> enter{-infinity<S>};
   Pack<S> leave{infinity<S>};
 
-  [[nodiscard]] BRISTLE_INLINE Mask<S> is_ahead() const {
+  [[nodiscard]] BRISTLE_FORCE_INLINE Mask<S> is_ahead() const {
     return (enter <= leave) & (enter + leave >= Pack<S>(S(0)));
   }
 };
 
 template <Scalar S>
-BRISTLE_INLINE ChordLanes<S> slab_chord(const Pack<S>& origin, const Pack<S>& direction, S low,
-                                        S high) {
+BRISTLE_FORCE_INLINE ChordLanes<S> slab_chord(const Pack<S>& origin, const Pack<S>& direction,
+                                              S low, S high) {
   const Pack<S> inverse = S(1) / direction;
   const Pack<S> to_low = (low - origin) * inverse;
   const Pack<S> to_high = (high - origin) * inverse;
   const Mask<S> is_down = inverse < Pack<S>(S(0));
-  // Of a NaN neither takes anything.
+  // max and min ignore a NaN.
   return {max(select(is_down, to_high, to_low), Pack<S>(-infinity<S>)),
           min(select(is_down, to_low, to_high), Pack<S>(infinity<S>))};
 }
 
-/// The slab of a box about the axis of one coordinate. Mostly all of the rays keep between two of
-/// the pairs of planes, which then bound nothing, and need not be divided by.
+/// The slab of a box about the axis of one coordinate. Rays mostly stay between two of the pairs of
+/// planes. Those bound nothing, and need no division.
 template <Scalar S>
-BRISTLE_INLINE ChordLanes<S> box_chord(const Pack<S>& origin, const Pack<S>& direction,
-                                       const Pack<S>& length, S half) {
+BRISTLE_FORCE_INLINE ChordLanes<S> box_chord(const Pack<S>& origin, const Pack<S>& direction,
+                                             const Pack<S>& length, S half) {
   const Pack<S> end = origin + length * direction;
   if (all((abs(origin) < Pack<S>(half)) & (abs(end) < Pack<S>(half)))) return {};
   return slab_chord(origin, direction, -half, half);
 }
 
-/// `Roots` in lanes, in order.
+/// `Roots` in lanes, in ascending order.
 template <Scalar S>
-BRISTLE_INLINE ChordLanes<S> roots(const Pack<S>& a, const Pack<S>& b, const Pack<S>& c,
-                                   const Pack<S>& root) {
+BRISTLE_FORCE_INLINE ChordLanes<S> roots(const Pack<S>& a, const Pack<S>& b, const Pack<S>& c,
+                                         const Pack<S>& root) {
   const Pack<S> zero(S(0));
   const Pack<S> far(infinity<S>);
   const Pack<S> q = select(b < zero, b - root, b + root);
@@ -129,8 +127,8 @@ BRISTLE_INLINE ChordLanes<S> roots(const Pack<S>& a, const Pack<S>& b, const Pac
 }
 
 template <Scalar S>
-BRISTLE_INLINE ChordLanes<S> tube_chord(const Pack3<S>& origin, const Pack3<S>& direction,
-                                        S radius) {
+BRISTLE_FORCE_INLINE ChordLanes<S> tube_chord(const Pack3<S>& origin, const Pack3<S>& direction,
+                                              S radius) {
   const Pack<S> zero(S(0));
   const Pack<S> far(infinity<S>);
   const Pack<S> a = direction.x * direction.x + direction.y * direction.y;
@@ -153,7 +151,7 @@ struct ApproachLanes {
   Pack3<S> origin;
   Mask<S> is_near;
 
-  BRISTLE_INLINE ApproachLanes(const RayLanes<S>& ray, S radius) {
+  BRISTLE_FORCE_INLINE ApproachLanes(const RayLanes<S>& ray, S radius) {
     const Pack<S> closest = -dot(ray.origin, ray.direction);
     skipped = select(closest > Pack<S>(radius), closest - radius, Pack<S>(S(0)));
     origin = ray.origin + skipped * ray.direction;
@@ -163,7 +161,7 @@ struct ApproachLanes {
 };
 
 template <Scalar S>
-BRISTLE_INLINE RayHitLanes<S> ray_cast(const Sphere<S>& sphere, const RayLanes<S>& ray) {
+BRISTLE_FORCE_INLINE RayHitLanes<S> ray_cast(const Sphere<S>& sphere, const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
   const Pack<S> radius2(sphere.radius * sphere.radius);
   const Pack<S> apart2 = dot(ray.origin, ray.origin);
@@ -174,12 +172,12 @@ BRISTLE_INLINE RayHitLanes<S> ray_cast(const Sphere<S>& sphere, const RayLanes<S
   const Pack<S> half = sqrt(max(half2, zero));
   const Pack3<S> point = foot - half * ray.direction;
   const Mask<S> may_hit = (closest >= zero) & (half2 >= zero);
-  return hit_lanes(ray, apart2 <= radius2, may_hit, closest - half,
-                   renormalized((S(1) / sphere.radius) * point, may_hit));
+  return hit_mask(ray, apart2 <= radius2, may_hit, closest - half,
+                  renormalized((S(1) / sphere.radius) * point, may_hit));
 }
 
 template <Scalar S>
-BRISTLE_INLINE RayHitLanes<S> ray_cast(const Box<S>& box, const RayLanes<S>& ray) {
+BRISTLE_FORCE_INLINE RayHitLanes<S> ray_cast(const Box<S>& box, const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
   const Vec3<S>& half = box.half_extents;
   const ChordLanes<S> x = box_chord(ray.origin.x, ray.direction.x, ray.length, half.x());
@@ -198,18 +196,18 @@ BRISTLE_INLINE RayHitLanes<S> ray_cast(const Box<S>& box, const RayLanes<S>& ray
   const Mask<S> is_inside = (abs(ray.origin.x) <= Pack<S>(half.x())) &
                             (abs(ray.origin.y) <= Pack<S>(half.y())) &
                             (abs(ray.origin.z) <= Pack<S>(half.z()));
-  return hit_lanes(ray, is_inside, chord.is_ahead(), chord.enter, normal);
+  return hit_mask(ray, is_inside, chord.is_ahead(), chord.enter, normal);
 }
 
-/// Where rays enter a cylinder without ends about the z axis: the nearer end of `tube_chord`.
+/// Entry of rays into an infinite cylinder about the z axis: the nearer end of `tube_chord`.
 template <Scalar S>
 struct TubeEntry {
   Pack<S> distance;
-  /// Whether the line meets it, and whether that is in front of the start: it is no nearer than the
-  /// axis, of which the start is on this side.
+  /// `is_met`: the line meets the cylinder. `is_ahead`: it does so in front of the start, as the
+  /// line's point nearest to the axis is ahead.
   Mask<S> is_met, is_ahead;
 
-  BRISTLE_INLINE TubeEntry(const Pack3<S>& origin, const Pack3<S>& direction, S radius) {
+  BRISTLE_FORCE_INLINE TubeEntry(const Pack3<S>& origin, const Pack3<S>& direction, S radius) {
     const Pack<S> zero(S(0));
     const Pack<S> radius2(radius * radius);
     const Pack<S> a = direction.x * direction.x + direction.y * direction.y;
@@ -227,7 +225,7 @@ struct TubeEntry {
 };
 
 template <Scalar S>
-BRISTLE_INLINE RayHitLanes<S> ray_cast(const Capsule<S>& capsule, const RayLanes<S>& ray) {
+BRISTLE_FORCE_INLINE RayHitLanes<S> ray_cast(const Capsule<S>& capsule, const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
   const Pack<S> half(capsule.half_length);
   const Pack<S> radius2(capsule.radius * capsule.radius);
@@ -240,8 +238,8 @@ BRISTLE_INLINE RayHitLanes<S> ray_cast(const Capsule<S>& capsule, const RayLanes
     const Pack3<S> from_end{o.x, o.y, o.z - end};
     return ray_cast(Sphere<S>{capsule.radius}, RayLanes<S>{from_end, ray.direction, ray.length});
   };
-  // Neighbours that keep beyond one end meet nothing but its ball. (Whether a ray that grazes both
-  // it and the tube meets them is up to rounding, and so to the way taken.)
+  // Neighbours that stay beyond one end meet only its ball. For a ray that grazes both the ball and
+  // the tube, rounding and the branch taken decide on a hit.
   const Pack<S> last_z = o.z + ray.length * ray.direction.z;
   if (all((o.z > half) & (last_z > half))) return against_end(half);
   if (all((o.z < -half) & (last_z < -half))) return against_end(-half);
@@ -257,9 +255,9 @@ BRISTLE_INLINE RayHitLanes<S> ray_cast(const Capsule<S>& capsule, const RayLanes
   const Mask<S> is_inside = apart2 <= radius2;
   const Pack<S> inverse_radius(S(1) / capsule.radius);
   const RayHitLanes<S> side =
-      hit_lanes(ray, is_inside, may_hit & is_side, near.skipped + tube.distance,
-                renormalized(Pack3<S>{inverse_radius * point.x, inverse_radius * point.y, zero},
-                             may_hit & is_side));
+      hit_mask(ray, is_inside, may_hit & is_side, near.skipped + tube.distance,
+               renormalized(Pack3<S>{inverse_radius * point.x, inverse_radius * point.y, zero},
+                            may_hit & is_side));
   const Mask<S> takes_end = may_hit & !is_side & !is_inside;
   if (none(takes_end)) return side;
   const RayHitLanes<S> end = against_end(select(z < zero, -half, half));
@@ -268,7 +266,7 @@ BRISTLE_INLINE RayHitLanes<S> ray_cast(const Capsule<S>& capsule, const RayLanes
 }
 
 template <Scalar S>
-BRISTLE_INLINE RayHitLanes<S> ray_cast(const Cylinder<S>& cylinder, const RayLanes<S>& ray) {
+BRISTLE_FORCE_INLINE RayHitLanes<S> ray_cast(const Cylinder<S>& cylinder, const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
   const S half = cylinder.half_length;
   const Pack3<S>& o = ray.origin;
@@ -281,13 +279,13 @@ BRISTLE_INLINE RayHitLanes<S> ray_cast(const Cylinder<S>& cylinder, const RayLan
                             near.skipped + min(tube.leave, slab.leave)};
   const Pack3<S> point = near.origin + tube.enter * ray.direction;
   const Pack3<S> cap{zero, zero, select(ray.direction.z > zero, Pack<S>(S(-1)), Pack<S>(S(1)))};
-  return hit_lanes(
+  return hit_mask(
       ray, is_inside, near.is_near & chord.is_ahead(), chord.enter,
       select(slab.enter >= tube.enter, cap, normalized(Pack3<S>{point.x, point.y, zero})));
 }
 
 template <Scalar S>
-BRISTLE_INLINE RayHitLanes<S> ray_cast(const Cone<S>& cone, const RayLanes<S>& ray) {
+BRISTLE_FORCE_INLINE RayHitLanes<S> ray_cast(const Cone<S>& cone, const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
   const Pack<S> one(S(1));
   const Pack<S> far(infinity<S>);
@@ -323,12 +321,13 @@ BRISTLE_INLINE RayHitLanes<S> ray_cast(const Cone<S>& cone, const RayLanes<S>& r
   const Pack3<S> on_side = select(is_apex, Pack3<S>{zero, zero, one}, normalized(gradient));
   const Pack3<S> base{zero, zero, select(is_down, one, -one)};
   const Mask<S> may_hit = near.is_near & !((discriminant < zero) & is_shallow);
-  return hit_lanes(ray, is_inside, may_hit & chord.is_ahead(), chord.enter,
-                   select(slab.enter >= side.enter, base, on_side));
+  return hit_mask(ray, is_inside, may_hit & chord.is_ahead(), chord.enter,
+                  select(slab.enter >= side.enter, base, on_side));
 }
 
 template <Scalar S>
-BRISTLE_INLINE RayHitLanes<S> ray_cast(const Ellipsoid<S>& ellipsoid, const RayLanes<S>& ray) {
+BRISTLE_FORCE_INLINE RayHitLanes<S> ray_cast(const Ellipsoid<S>& ellipsoid,
+                                             const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
   const Vec3<S> scale = ellipsoid.radii.cwiseInverse();
   const auto scaled = [&](const Pack3<S>& v) {
@@ -343,22 +342,23 @@ BRISTLE_INLINE RayHitLanes<S> ray_cast(const Ellipsoid<S>& ellipsoid, const RayL
   const Pack3<S> foot = o + closest * d;
   const Pack<S> half2 = (S(1) - dot(foot, foot)) / speed2;
   const Pack<S> half = sqrt(max(half2, zero));
-  return hit_lanes(ray, dot(start, start) <= Pack<S>(S(1)),
-                   near.is_near & (near.skipped + closest >= zero) & (half2 >= zero),
-                   near.skipped + (closest - half), normalized(scaled(foot - half * d)));
+  return hit_mask(ray, dot(start, start) <= Pack<S>(S(1)),
+                  near.is_near & (near.skipped + closest >= zero) & (half2 >= zero),
+                  near.skipped + (closest - half), normalized(scaled(foot - half * d)));
 }
 
 template <Scalar S>
-BRISTLE_INLINE RayHitLanes<S> ray_cast(const HalfSpace<S>& half_space, const RayLanes<S>& ray) {
+BRISTLE_FORCE_INLINE RayHitLanes<S> ray_cast(const HalfSpace<S>& half_space,
+                                             const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
   const Pack3<S> normal = Pack3<S>::all(half_space.normal);
   const Pack<S> height = dot(normal, ray.origin) - half_space.offset;
   const Pack<S> speed = dot(normal, ray.direction);
-  return hit_lanes(ray, height <= zero, speed < zero, height / -speed, normal);
+  return hit_mask(ray, height <= zero, speed < zero, height / -speed, normal);
 }
 
 template <Scalar S>
-BRISTLE_INLINE RayHitLanes<S> ray_cast(const ConvexHull<S>& hull, const RayLanes<S>& ray) {
+BRISTLE_FORCE_INLINE RayHitLanes<S> ray_cast(const ConvexHull<S>& hull, const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
   ChordLanes<S> chord;
   Pack3<S> normal{zero, zero, zero};
@@ -376,10 +376,8 @@ BRISTLE_INLINE RayHitLanes<S> ray_cast(const ConvexHull<S>& hull, const RayLanes
     chord.leave = select(speed > zero, min(at, chord.leave), chord.leave);
     is_passed = is_passed | ((speed == zero) & (height > zero));
   }
-  return hit_lanes(ray, is_inside, chord.is_ahead() & !is_passed, chord.enter, normal);
+  return hit_mask(ray, is_inside, chord.is_ahead() & !is_passed, chord.enter, normal);
 }
-
-}  // namespace detail
 
 template <Scalar S, typename ConvexShape>
 void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, const RayBatch<S>& rays,
@@ -387,7 +385,7 @@ void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, cons
   const Mat3<S> R_RC = X_RC.rotation_matrix();
   const Mat3<S> R_CR = R_RC.transpose();
   const Pack3<S> p_RC = Pack3<S>::all(X_RC.translation);
-  const std::size_t n = std::min<std::size_t>(rays.slice.end, rays.size());
+  const std::size_t n = std::min<std::size_t>(rays.range.end, rays.size());
   const auto cast = [&](std::size_t i, auto count, const auto& load, const auto& store) {
     const Pack<S> best = load(hits.distance.data() + i);
     const Pack3<S> origin{load(rays.origin_x.data() + i), load(rays.origin_y.data() + i),
@@ -395,8 +393,8 @@ void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, cons
     const Pack3<S> direction{load(rays.direction_x.data() + i), load(rays.direction_y.data() + i),
                              load(rays.direction_z.data() + i)};
     const Pack<S> length = load(rays.length.data() + i) + rays.extra_length;
-    const RayHitLanes<S> hit = detail::ray_cast(
-        shape, RayLanes<S>{R_CR * (origin - p_RC), R_CR * direction, min(length, best)});
+    const RayHitLanes<S> hit =
+        ray_cast(shape, RayLanes<S>{R_CR * (origin - p_RC), R_CR * direction, min(length, best)});
     const Mask<S> is_nearer = hit.distance < best;
     if (none(is_nearer)) return;
     const Pack3<S> normal = R_RC * hit.normal;
@@ -408,13 +406,13 @@ void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, cons
     keep(hits.normal.y.data(), normal.y);
     keep(hits.normal.z.data(), normal.z);
     std::uint32_t* const tags = hits.tag.data() + i;
-    // Only of a full pack.
+    // Only for a full pack.
     if (all(is_nearer)) {
       std::fill_n(tags, lanes<S>, tag);
       return;
     }
     const std::uint32_t met = bits(is_nearer);
-    // A choice that compilers make in lanes: by masks, of a number that no tag can overwrite.
+    // Compilers vectorise this selection. It works by masks, on a number that no tag can overwrite.
     const std::uint32_t own = tag;
     for (std::uint32_t k = 0; k < count; ++k) tags[k] ^= (tags[k] ^ own) & (0u - (met >> k & 1u));
   };
@@ -426,19 +424,19 @@ void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, cons
           [](S* p, const Pack<S>& value) { value.store(p); });
     }
     if (i >= end) return;
-    // Filled up with rays that have been hit already.
+    // The rest of the pack is filled with rays that have been hit already.
     cast(
         i, static_cast<std::uint32_t>(end - i),
         [&](const S* p) { return Pack<S>::load_first(p, end - i, S(0)); },
         [&](S* p, const Pack<S>& value) { value.store_first(p, end - i); });
   };
-  if (rays.near_runs == nullptr) return cast_from(rays.slice.first, n);
-  auto run = std::lower_bound(rays.near_runs->begin(), rays.near_runs->end(),
-                              rays.slice.first / ray_run_size);
-  for (; run != rays.near_runs->end() && *run * ray_run_size < n; ++run) {
-    const std::size_t first = *run * ray_run_size;
-    cast_from(first, std::min(n, first + ray_run_size));
+  if (rays.near_packets == nullptr) return cast_from(rays.range.first, n);
+  auto run = std::lower_bound(rays.near_packets->begin(), rays.near_packets->end(),
+                              rays.range.first / packet_size);
+  for (; run != rays.near_packets->end() && *run * packet_size < n; ++run) {
+    const std::size_t first = *run * packet_size;
+    cast_from(first, std::min(n, first + packet_size));
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

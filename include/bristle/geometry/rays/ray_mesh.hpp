@@ -1,5 +1,5 @@
 /// @file
-/// A solid mesh ready for rays: one after the other, with boxes and triangles in lanes.
+/// A solid mesh prepared for single rays, with boxes and triangles in lanes.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -15,9 +15,9 @@
 #include <limits>
 #include <utility>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// The triangles of a solid, as `SolidMesh` wants them. Immutable.
+/// The triangles of a solid, a `SolidMesh`. Immutable.
 template <Scalar S>
 class RayMesh {
  public:
@@ -30,7 +30,7 @@ class RayMesh {
   [[nodiscard]] const WideTree<S>& tree() const { return tree_; }
   /// [-] Number of triangles.
   [[nodiscard]] std::size_t size() const { return tree_.size(); }
-  /// [m] The corners of a triangle.
+  /// [m] Corners of a triangle.
   [[nodiscard]] std::array<Vec3<S>, 3> corners(std::uint32_t triangle) const {
     return tree_.corners(triangle);
   }
@@ -38,7 +38,7 @@ class RayMesh {
   [[nodiscard]] Aabb<S> root_box() const { return tree_.box(); }
 
   /// Calls `visit(triangle, max_distance) -> new max_distance` for every triangle that the ray may
-  /// pass before max_distance [m], which starts as the ray's length; nearer boxes come first.
+  /// pass before max_distance [m]. It starts as the ray's length. Nearer boxes come first.
   template <typename Visit>
   void walk_ray(const Ray<S>& ray, Visit&& visit) const;
 
@@ -47,8 +47,6 @@ class RayMesh {
 };
 
 // Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
 
 /// The slab test of ray_box.hpp for all children of a node.
 template <Scalar S>
@@ -59,10 +57,10 @@ class WideSlabTest {
   explicit WideSlabTest(const Ray<S>& ray)
       : origin_(ray.origin), inverse_(ray.direction.cwiseInverse()) {}
 
-  /// Which of the children from `k` on in one pack are entered by `reach`; where they are in
-  /// `enter`.
-  [[nodiscard]] BRISTLE_INLINE std::uint32_t operator()(const Node& node, std::size_t k, S reach,
-                                                        S* enter) const {
+  /// Returns a mask of the children, from `k` on in one pack, that the ray enters by `reach`.
+  /// Writes the entries to `enter`.
+  [[nodiscard]] BRISTLE_FORCE_INLINE std::uint32_t operator()(const Node& node, std::size_t k,
+                                                              S reach, S* enter) const {
     Pack<S> first(S(0));
     Pack<S> last(reach);
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -71,12 +69,12 @@ class WideSlabTest {
       const bool is_down = inverse < S(0);
       const auto& near = is_down ? node.upper[axis] : node.lower[axis];
       const auto& far = is_down ? node.lower[axis] : node.upper[axis];
-      // Of a NaN, as from 0 times infinity, neither takes anything.
+      // max and min ignore a NaN, as from 0 times infinity.
       first = max((Pack<S>::load(near.data() + k) - origin) * inverse, first);
       last = min((Pack<S>::load(far.data() + k) - origin) * inverse, last);
     }
     first.store(enter);
-    // A ray of no numbers passes every test, but not what is not there.
+    // A ray of NaNs passes every test. Absent children are masked out.
     return bits(first <= last * (S(1) + Tolerance<S>::round_off())) & first_bits(node.children - k);
   }
 
@@ -85,8 +83,8 @@ class WideSlabTest {
   Vec3<S> inverse_;
 };
 
-/// The test of ray_triangle.hpp for triangles in lanes, up to its rounding: it leaves out what that
-/// one would surely miss.
+/// The test of ray_triangle.hpp for triangles in lanes, up to its rounding. It drops the triangles
+/// that the exact test would surely miss.
 template <Scalar S>
 class WideTriangleFilter {
  public:
@@ -101,14 +99,15 @@ class WideTriangleFilter {
               S(1) / ray.direction[z]};
   }
 
-  /// Which triangles of a leaf the ray may pass by `reach`.
-  [[nodiscard]] BRISTLE_INLINE std::uint32_t operator()(const WideTree<S>& tree,
-                                                        const TriangleRange& leaf, S reach) const {
+  /// Returns a mask of the triangles of a leaf that the ray may pass by `reach`.
+  [[nodiscard]] BRISTLE_FORCE_INLINE std::uint32_t operator()(const WideTree<S>& tree,
+                                                              const TriangleRange& leaf,
+                                                              S reach) const {
     return among(tree.row(leaf, 0, 0), leaf.count, leaf.count, reach);
   }
   /// The same for `count` triangles whose corners are in nine rows, as those of a leaf are.
-  [[nodiscard]] BRISTLE_INLINE std::uint32_t among(const S* rows, std::size_t stride,
-                                                   std::size_t count, S reach) const {
+  [[nodiscard]] BRISTLE_FORCE_INLINE std::uint32_t among(const S* rows, std::size_t stride,
+                                                         std::size_t count, S reach) const {
     std::uint32_t found = 0;
     for (std::size_t i = 0; i < count; i += lanes<S>) {
       found |= (bits(may_pass(rows + i, stride, reach)) & first_bits(count - i)) << i;
@@ -117,7 +116,8 @@ class WideTriangleFilter {
   }
 
  private:
-  [[nodiscard]] BRISTLE_INLINE Mask<S> may_pass(const S* rows, std::size_t stride, S reach) const {
+  [[nodiscard]] BRISTLE_FORCE_INLINE Mask<S> may_pass(const S* rows, std::size_t stride,
+                                                      S reach) const {
     Pack3<S> p[3];
     Pack<S> size(S(0));
     for (std::size_t c = 0; c < 3; ++c) {
@@ -131,8 +131,8 @@ class WideTriangleFilter {
     const Pack<S> u = c.x * b.y - c.y * b.x;
     const Pack<S> v = a.x * c.y - a.y * c.x;
     const Pack<S> w = b.x * a.y - b.y * a.x;
-    // The shear is at most 1, so each coordinate is at most the size, its error some ulp of that,
-    // and a determinant's some ulp of the square.
+    // The shear is at most 1. So each coordinate is at most the size. Its error is some ulp of the
+    // size. That of a determinant is some ulp of the square.
     const Pack<S> slack = Tolerance<S>::round_off() * size;
     const Pack<S> doubt = S(2) * slack * size;
     const Mask<S> is_inside = (min(u, min(v, w)) >= -doubt) | (max(u, max(v, w)) <= doubt);
@@ -145,16 +145,14 @@ class WideTriangleFilter {
   Vec3<S> shear_;
 };
 
-}  // namespace detail
-
 template <Scalar S>
 template <typename Visit>
 void RayMesh<S>::walk_ray(const Ray<S>& ray, Visit&& visit) const {
   using Tree = WideTree<S>;
   if (tree_.nodes().empty()) return;
-  const detail::WideSlabTest<S> slabs(ray);
-  const detail::WideTriangleFilter<S> filter(ray);
-  // A finite reach, so that planes at infinity are out of it.
+  const WideSlabTest<S> slabs(ray);
+  const WideTriangleFilter<S> filter(ray);
+  // Finite, so that planes at infinity are beyond it.
   S reach = std::min(ray.length, std::numeric_limits<S>::max() / S(2));
   struct Entry {
     S enter;
@@ -180,7 +178,7 @@ void RayMesh<S>::walk_ray(const Ray<S>& ray, Visit&& visit) const {
              left &= left - 1) {
           const auto i = static_cast<std::size_t>(std::countr_zero(left));
           const Entry child{enter[i], {node.first[k + i], node.triangles[k + i]}};
-          // The nearest goes on top.
+          // Insertion sort: the nearest child goes on top.
           std::size_t at = count++;
           for (; at > bottom && stack[at - 1].enter < child.enter; --at) stack[at] = stack[at - 1];
           stack[at] = child;
@@ -192,4 +190,4 @@ void RayMesh<S>::walk_ray(const Ray<S>& ray, Visit&& visit) const {
   }
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,14 +1,14 @@
 /// @file
-/// Where a ray meets a shape, in closed form and in the shape's own frame.
+/// Hits of a ray with a shape, in closed form and in the shape's own frame.
 ///
 /// `ray_cast(shape, ray)` returns the nearest hit, or a `RayHit` of infinite distance. All
 /// overloads share these rules:
-/// - Solids are closed: a ray that starts inside or on the surface is hit at distance 0 with the
-///   normal -direction, whichever way it goes, and a ray that only touches is hit.
+/// - Solids are closed. A ray that starts inside or on the surface is hit at distance 0 with the
+///   normal -direction. A ray that only touches is hit.
 /// - A hit counts up to and including `ray.length`, which may be infinite.
 /// - Directions are unit vectors. Distances are right to a few ulp of the distance from the ray's
-///   start to the far side of the shape. Closer to a tangent or to a surface than that, hit and
-///   miss are both right; a start within round-off of the surface is never lost on its way in.
+///   start to the far side of the shape. Closer to a tangent or surface, hit and miss are both
+///   right. A start within round-off of the surface is never lost on its way in.
 /// - Nothing is thrown or allocated, and no length is absolute.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
@@ -22,21 +22,28 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
+/// Ray and ball.
 template <Scalar S>
 [[nodiscard]] RayHit<S> ray_cast(const Sphere<S>& sphere, const Ray<S>& ray);
+/// Ray and box.
 template <Scalar S>
 [[nodiscard]] RayHit<S> ray_cast(const Box<S>& box, const Ray<S>& ray);
+/// Ray and capsule.
 template <Scalar S>
 [[nodiscard]] RayHit<S> ray_cast(const Capsule<S>& capsule, const Ray<S>& ray);
+/// Ray and cylinder.
 template <Scalar S>
 [[nodiscard]] RayHit<S> ray_cast(const Cylinder<S>& cylinder, const Ray<S>& ray);
+/// Ray and cone.
 template <Scalar S>
 [[nodiscard]] RayHit<S> ray_cast(const Cone<S>& cone, const Ray<S>& ray);
+/// Ray and ellipsoid.
 template <Scalar S>
 [[nodiscard]] RayHit<S> ray_cast(const Ellipsoid<S>& ellipsoid, const Ray<S>& ray);
+/// Ray and half-space.
 template <Scalar S>
 [[nodiscard]] RayHit<S> ray_cast(const HalfSpace<S>& half_space, const Ray<S>& ray);
-/// O(faces).
+/// Ray and hull. O(faces).
 template <Scalar S>
 [[nodiscard]] RayHit<S> ray_cast(const ConvexHull<S>& hull, const Ray<S>& ray);
 
@@ -56,20 +63,20 @@ template <Scalar S>
   return {distance > S(0) ? distance : S(0), normal};
 }
 
-/// Piece of a ray's line inside a convex set, as distances from the ray's start. Empty where
-/// enter > leave.
+/// Part of a ray's line inside a convex set. Distances are from the ray's start. Empty if enter >
+/// leave.
 template <Scalar S>
 struct Chord {
   S enter = -infinity<S>;
   S leave = infinity<S>;
 
-  /// Whether a start outside of the set has the piece in front of it. All of it is then in front or
-  /// all of it behind, but rounding may move an end across the start, so the middle decides.
+  /// Returns whether the part lies in front of a start outside of the set. It is all in front or
+  /// all behind. Rounding may move an end across the start, so the middle decides.
   [[nodiscard]] bool is_ahead() const { return enter <= leave && enter + leave >= S(0); }
 };
 
-/// Chord between the planes coordinate = low and coordinate = high. Within one of the planes,
-/// 0 / 0 = NaN loses the comparisons and that plane sets no bound.
+/// Chord between the planes coordinate = low and coordinate = high. Within one of the planes, 0 / 0
+/// = NaN loses the comparisons. That plane sets no bound.
 template <Scalar S>
 [[nodiscard]] Chord<S> slab_chord(S origin, S direction, S low, S high) {
   Chord<S> chord;
@@ -82,9 +89,9 @@ template <Scalar S>
   return chord;
 }
 
-/// The two solutions of a t^2 - 2 b t + c = 0 from the root of the quarter discriminant
-/// b^2 - a c, without cancellation (Press et al., Numerical Recipes, section 5.6), in no order. One
-/// is infinite where a = 0.
+/// The two solutions of a t^2 - 2 b t + c = 0, in no order. They come from the root of the quarter
+/// discriminant b^2 - a c. There is no cancellation (Press et al., Numerical Recipes, section 5.6).
+/// One solution is infinite if a = 0.
 template <Scalar S>
 struct Roots {
   S first;
@@ -101,25 +108,25 @@ struct Roots {
   }
 };
 
-/// A ray whose start has been moved along it to where it comes near a shape, so that what follows
-/// is computed at the size of the shape and not of the distance.
+/// A ray whose start is moved along it to where it comes near a shape. Later arithmetic then has
+/// the shape's size and not the distance's.
 template <Scalar S>
 struct Approach {
-  /// [m] How far the start was moved, >= 0.
+  /// [m] Distance by which the start was moved, >= 0.
   S skipped = S(0);
-  /// [m] Where it is now.
+  /// [m] The moved start.
   Vec3<S> origin;
-  /// Whether the line passes the ball around the shape's origin, as far as rounding can tell.
+  /// True if the line passes the ball around the shape's origin, up to rounding.
   bool is_near = true;
 
-  /// @param radius  [m] Of a ball around the origin that holds the shape.
+  /// @param radius  [m] Radius of a ball around the origin that holds the shape.
   Approach(const Ray<S>& ray, S radius) : origin(ray.origin) {
     const S closest = -ray.origin.dot(ray.direction);
     if (closest > radius) {
       skipped = closest - radius;
       origin += skipped * ray.direction;
     }
-    // Twice the area allowed: this only saves work, the shape itself decides.
+    // Twice the area: this test only saves work, the shape itself decides.
     is_near = (ray.origin + closest * ray.direction).squaredNorm() <= S(2) * radius * radius;
   }
 };
@@ -150,8 +157,8 @@ RayHit<S> ray_cast(const Sphere<S>& sphere, const Ray<S>& ray) {
   using std::sqrt;
   const S radius2 = sphere.radius * sphere.radius;
   if (ray.origin.squaredNorm() <= radius2) return detail::start_inside(ray);
-  // The point closest to the centre is exact to an ulp of the distance; the usual discriminant
-  // would lose the sphere far away.
+  // The point closest to the centre is exact to an ulp of the distance. The usual discriminant
+  // would lose a sphere that is far away.
   const S closest = -ray.origin.dot(ray.direction);
   if (closest < S(0)) return {};
   const Vec3<S> foot = ray.origin + closest * ray.direction;
@@ -197,7 +204,7 @@ RayHit<S> ray_cast(const Capsule<S>& capsule, const Ray<S>& ray) {
 
   const auto tube = detail::tube_chord(near.origin, ray.direction, radius);
   if (!(tube.enter <= tube.leave)) return {};
-  // Within the tube but outside of the capsule a start is beyond one of the ends and meets only the
+  // A start inside the tube but outside the capsule is beyond one of the ends. It meets only the
   // ball there. Otherwise the height at which the ray enters the tube tells side from ends.
   const bool is_beyond_end = abs(near.origin.z()) > half &&
                              near.origin.template head<2>().squaredNorm() <= radius * radius;
@@ -239,9 +246,9 @@ RayHit<S> ray_cast(const Cylinder<S>& cylinder, const Ray<S>& ray) {
   return detail::hit_within<S>(ray, chord.enter, Vec3<S>(point.x(), point.y(), S(0)).normalized());
 }
 
-// The cone is the set x^2 + y^2 <= (k w)^2 with 0 <= w <= height, where w = half_length - z is the
-// depth below the apex and k = radius / height. Along the ray that is a quadratic a t^2 - 2 b t + c
-// whose negative set also holds the mirror cone at w < 0, which the slab cuts away.
+// The cone is the set x^2 + y^2 <= (k w)^2 with 0 <= w <= height. w = half_length - z is the depth
+// below the apex and k = radius / height. Along the ray that is a quadratic a t^2 - 2 b t + c. Its
+// negative set also holds the mirror cone at w < 0. The slab cuts that away.
 template <Scalar S>
 RayHit<S> ray_cast(const Cone<S>& cone, const Ray<S>& ray) {
   using std::sqrt;
@@ -255,8 +262,8 @@ RayHit<S> ray_cast(const Cone<S>& cone, const Ray<S>& ray) {
   const detail::Approach<S> near(ray, cone.half_length + cone.radius);
   if (!near.is_near) return {};
 
-  const Vec2<S> o = near.origin.template head<2>();
-  const Vec2<S> d = ray.direction.template head<2>();
+  const detail::Vec2<S> o = near.origin.template head<2>();
+  const detail::Vec2<S> d = ray.direction.template head<2>();
   const S w = cone.half_length - near.origin.z();
   const S dw = -ray.direction.z();
   const S a = d.squaredNorm() - k * k * dw * dw;
@@ -269,7 +276,7 @@ RayHit<S> ray_cast(const Cone<S>& cone, const Ray<S>& ray) {
   const detail::Roots<S> roots(a, b, c, sqrt(std::max(discriminant, S(0))));
   const S low = std::min(roots.first, roots.second);
   const S high = std::max(roots.first, roots.second);
-  // A ray steeper than the side is in the one cone before the first root, in the other after the
+  // A ray steeper than the side is in one cone before the first root. It is in the other after the
   // second.
   detail::Chord<S> side{low, high};
   if (!(a > S(0))) {
@@ -280,7 +287,7 @@ RayHit<S> ray_cast(const Cone<S>& cone, const Ray<S>& ray) {
                                near.skipped + std::min(side.leave, slab.leave)};
   if (!chord.is_ahead()) return {};
   if (slab.enter >= side.enter) {
-    // Through the base, or through the plane of the apex, of which only the apex belongs to it.
+    // Through the base, or through the plane of the apex, of which only the apex is in the cone.
     const S up = dw > S(0) ? S(1) : S(-1);
     return detail::hit_within<S>(ray, chord.enter, up * Vec3<S>::UnitZ());
   }
@@ -291,7 +298,7 @@ RayHit<S> ray_cast(const Cone<S>& cone, const Ray<S>& ray) {
       gradient.squaredNorm() > S(0) ? Vec3<S>(gradient.normalized()) : Vec3<S>(Vec3<S>::UnitZ()));
 }
 
-// Stretched to the unit ball; distances along the ray are the same in both spaces.
+// Stretched to the unit ball. Distances along the ray are the same in both spaces.
 template <Scalar S>
 RayHit<S> ray_cast(const Ellipsoid<S>& ellipsoid, const Ray<S>& ray) {
   using std::sqrt;

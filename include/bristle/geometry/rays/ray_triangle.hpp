@@ -1,13 +1,12 @@
 /// @file
 /// Watertight, two-sided test of a ray against triangles.
 ///
-/// After Woop, Benthin, Wald 2013, "Watertight Ray/Triangle Intersection": space is sheared so that
-/// the ray runs along one axis, and the signs of three 2x2 determinants say whether it passes
-/// inside. Two triangles with a common edge compute the same determinant with opposite sign, so no
-/// ray slips through between them. For that the sign must be right whatever the compiler fuses:
-/// where it is in doubt it is computed again by Kahan's method, whose sign is exact (Jeannerod,
-/// Louvet, Muller 2013, "Further analysis of Kahan's algorithm for the accurate computation of 2x2
-/// determinants").
+/// After Woop, Benthin, Wald 2013, "Watertight Ray/Triangle Intersection". Space is sheared so that
+/// the ray runs along one axis. The signs of three 2x2 determinants then say whether it passes
+/// inside. Two triangles with a common edge compute the same determinant with opposite sign. So no
+/// ray slips through between them. For that the sign must be right whatever the compiler fuses. A
+/// doubtful sign is computed again by Kahan's method, which is exact (Jeannerod, Louvet, Muller
+/// 2013, "Further analysis of Kahan's algorithm for the accurate computation of 2x2 determinants").
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -18,16 +17,16 @@
 #include <concepts>
 #include <utility>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Where a ray's line passes a triangle.
+/// Crossing of a ray's line with a triangle.
 template <Scalar S>
 struct TriangleCrossing {
-  /// [m] Distance from the ray's start; infinite where it does not pass, negative behind the start.
+  /// [m] Distance from the ray's start. Infinite if there is none, negative behind the start.
   S distance = infinity<S>;
-  /// [m] Bound of the rounding error of `distance`: large where the ray runs nearly in the plane.
+  /// [m] Bound of the rounding error of `distance`. Large if the ray runs nearly in the plane.
   S uncertainty = S(0);
-  /// Whether the ray sees the side from which the corners run counter-clockwise.
+  /// True if the ray sees the side from which the corners run counter-clockwise.
   bool is_front = false;
 };
 
@@ -35,18 +34,18 @@ struct TriangleCrossing {
 template <Scalar S>
 class TriangleTest {
  public:
-  /// @param ray  Its length is not looked at.
+  /// @param ray  Its length is ignored.
   explicit TriangleTest(const Ray<S>& ray) : origin_(ray.origin) {
     ray.direction.cwiseAbs().maxCoeff(&kz_);
     kx_ = (kz_ + 1) % 3;
     ky_ = (kx_ + 1) % 3;
-    // Along a negative axis the other two change places, so that no triangle turns its back.
+    // Along a negative axis the other two swap. So no triangle turns its back.
     if (ray.direction[kz_] < S(0)) std::swap(kx_, ky_);
     shear_ = {ray.direction[kx_] / ray.direction[kz_], ray.direction[ky_] / ray.direction[kz_],
               S(1) / ray.direction[kz_]};
   }
 
-  /// Edges and corners belong to the triangle; a triangle seen edge-on has no crossing.
+  /// Edges and corners belong to the triangle. A triangle seen edge-on has no crossing.
   [[nodiscard]] TriangleCrossing<S> operator()(const Vec3<S>& a, const Vec3<S>& b,
                                                const Vec3<S>& c) const {
     const Vec3<S> pa = sheared(a);
@@ -69,7 +68,7 @@ class TriangleTest {
     return {p[kx_] - shear_.x() * p[kz_], p[ky_] - shear_.y() * p[kz_], shear_.z() * p[kz_]};
   }
 
-  /// px qy - py qx, with the right sign: exactly minus itself when p and q change places.
+  /// px qy - py qx, with the right sign. Exactly minus itself when p and q swap.
   [[nodiscard]] static S determinant(S px, S py, S qx, S qy) {
     using std::abs;
     const S left = px * qy;
@@ -84,8 +83,8 @@ class TriangleTest {
     return difference;
   }
 
-  /// What rounding of the corners (their size along the ray) and of the determinants (their size
-  /// across it) does to the weighted mean of the corners' distances.
+  /// Error bound of the weighted mean of the corners' distances, from rounding of the corners
+  /// (their size along the ray) and of the determinants (their size across it).
   [[nodiscard]] static S uncertainty(const Vec3<S>& a, const Vec3<S>& b, const Vec3<S>& c, S sum) {
     using std::abs;
     const S across = a.template head<2>().cwiseAbs().maxCoeff() +
@@ -105,4 +104,4 @@ class TriangleTest {
   int kz_ = 0;
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,5 +1,6 @@
 /// @file
-/// Convex solid with polygons as faces. Quickhull (geometry/shapes/quickhull.hpp) makes one from points.
+/// Convex solid with polygons as faces. Quickhull (geometry/shapes/quickhull.hpp) builds one from
+/// points.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -18,27 +19,29 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Convex solid. Make one with `convex_hull(points)`.
+/// Convex solid. Build one with `convex_hull(points)`.
 template <Scalar S>
 struct ConvexHull {
-  /// [m] Corners; every one is on the hull.
+  /// [m] Corners. All are on the hull.
   std::vector<Vec3<S>> vertices;
-  /// [-] Vertex numbers of one face after the other, each counter-clockwise seen from outside.
+  /// [-] Vertex numbers, face after face. Each face runs counter-clockwise seen from outside.
   std::vector<std::uint32_t> face_vertices;
-  /// [-] Where face f starts in `face_vertices`; one entry more than there are faces.
+  /// [-] Start of each face in `face_vertices`, then the end of the last.
   std::vector<std::uint32_t> face_starts;
   /// [1] Outward unit normal of each face.
   std::vector<Vec3<S>> face_normals;
   /// [m] Distance of each face from the origin along its normal.
   std::vector<S> face_offsets;
 
+  /// [-] Number of faces.
   [[nodiscard]] std::size_t face_count() const { return face_normals.size(); }
+  /// [-] Vertex numbers of a face.
   [[nodiscard]] std::span<const std::uint32_t> face(std::size_t f) const {
     return std::span(face_vertices).subspan(face_starts[f], face_starts[f + 1] - face_starts[f]);
   }
 
-  /// Checks that the faces close a convex solid: every edge shared by two faces in opposite
-  /// directions, every vertex used, every face's corners in its plane and all others behind it.
+  /// Checks that the faces close a convex solid. Two faces share every edge in opposite directions.
+  /// All vertices are used. A face's corners are in its plane, and all others behind it.
   ///
   /// @throws InvalidArgument that names the face or vertex at fault.
   /// @note O(faces x vertices).
@@ -83,7 +86,7 @@ void ConvexHull<S>::validate_numbers() const {
   detail::require(face_starts.back() == face_vertices.size(), "ConvexHull::face_vertices.size()",
                   face_vertices.size(), "must be the last entry of face_starts");
   for (std::size_t f = 0; f < face_count(); ++f) {
-    // In this order a start that runs ahead is noticed before it is used to read.
+    // In this order a start beyond the end is found before it is used to read.
     if (face_starts[f + 1] < face_starts[f] || face_starts[f + 1] - face_starts[f] < 3 ||
         face_starts[f + 1] > face_vertices.size()) {
       detail::raise_face(
@@ -134,8 +137,8 @@ void ConvexHull<S>::validate_planes() const {
   using std::abs;
   Aabb<S> box;
   for (const Vec3<S>& v : vertices) box.include(v);
-  // Faces joined from nearly coplanar triangles have corners a few resolutions below their plane;
-  // coordinates far from the origin are rounded to a multiple of their own size.
+  // Faces joined from nearly coplanar triangles have corners a few resolutions below their plane.
+  // Coordinates far from the origin are rounded to a multiple of their own size.
   const S size = (box.upper - box.lower).norm();
   const S reach = box.lower.cwiseAbs().cwiseMax(box.upper.cwiseAbs()).maxCoeff();
   const S slack = S(2) * Tolerance<S>::equal() * size + Tolerance<S>::round_off() * reach;

@@ -1,8 +1,9 @@
 /// @file
-/// A convex solid as iterative methods see it: a core, and a radius by which the core is grown.
+/// View of a convex solid for iterative methods. It is a core, and a radius by which the core is
+/// inflated.
 ///
-/// A sphere's core is its centre, a capsule's its segment; others are their own. Where cores are
-/// apart the radius only shifts the surface, so round parts are exact whatever the method is.
+/// A sphere's core is its centre, a capsule's its segment. Other shapes are their own core. The
+/// radius only shifts the surface of cores that are apart. So round parts are exact for any method.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -18,9 +19,9 @@
 #include <utility>
 #include <variant>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// View of a shape that support.hpp knows. Points to the shape it is made from.
+/// View of a shape of support.hpp. Refers to the shape it is made from.
 template <Scalar S>
 struct ConvexView {
   std::variant<const Sphere<S>*, const Box<S>*, const Capsule<S>*, const Cylinder<S>*,
@@ -34,7 +35,7 @@ struct ConvexView {
 
   /// [m] The core's farthest point along a direction of any length > 0, in the solid's frame.
   [[nodiscard]] Vec3<S> support(const Vec3<S>& direction) const;
-  /// Whether the core has curved parts.
+  /// Returns whether the core has curved parts.
   [[nodiscard]] bool is_curved() const {
     return std::holds_alternative<const Cylinder<S>*>(shape) ||
            std::holds_alternative<const Cone<S>*>(shape) ||
@@ -42,10 +43,8 @@ struct ConvexView {
   }
 };
 
-namespace detail {
-
-// The scalar of a shape that has a view. A parameter for templates of a Scalar would tell, too, but
-// clang 14 crashes where it writes one into a precompiled header.
+// Scalar of a shape that has a view. A template template parameter over Scalar would do, too. But
+// clang 14 crashes when it writes one into a precompiled header.
 template <Scalar S>
 S scalar_of(const Sphere<S>&);
 template <Scalar S>
@@ -66,14 +65,12 @@ S scalar_of(const Triangle<S>&);
 template <typename ConvexShape>
 using ScalarOfShape = decltype(scalar_of(std::declval<const ConvexShape&>()));
 
-}  // namespace detail
-
-/// The view of a shape, which must outlive the answer.
+/// Returns the view of a shape, which must outlive it.
 template <typename ConvexShape>
-[[nodiscard]] ConvexView<detail::ScalarOfShape<ConvexShape>> convex_view(const ConvexShape& shape);
+[[nodiscard]] ConvexView<ScalarOfShape<ConvexShape>> convex_view(const ConvexShape& shape);
 
-/// Farthest point, edge and face of the whole solid, as support.hpp has them for each shape: what
-/// is done with pairs of solids is compiled once, and not for every pair of shapes.
+/// Farthest point, edge and face of the whole solid, as in support.hpp for each shape. So code for
+/// pairs of solids is compiled only once.
 template <Scalar S>
 [[nodiscard]] Vec3<S> support_point(const ConvexView<S>& convex, const Vec3<S>& direction);
 template <Scalar S>
@@ -81,13 +78,11 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] SupportFeature<S> support_face(const ConvexView<S>& convex, const Vec3<S>& direction);
 
-/// [m] The box around a solid that stands at X.
+/// [m] Box around a solid at X.
 template <Scalar S>
 [[nodiscard]] Aabb<S> bounds_at(const ConvexView<S>& convex, const Transform<S>& X);
 
 // Implementation -----------------------------------------------------------------------------------
-
-namespace detail {
 
 template <Scalar S>
 [[nodiscard]] Vec3<S> support_core(const Sphere<S>&, const Vec3<S>&) {
@@ -146,8 +141,7 @@ void measure(ConvexView<S>& convex, const Triangle<S>& s) {
   measure_corners<S>(convex, s.corners);
 }
 
-/// Calls `try_axis` with directions in which the way out of the shape may be shortest: those its
-/// faces look in.
+/// Calls `try_axis` with the normals of the shape's faces: candidates for the shortest way out.
 template <typename Self, typename Try>
 void for_face_normals(const Self& shape, const Try& try_axis) {
   using S = ScalarOfShape<Self>;
@@ -177,17 +171,15 @@ void for_face_normals(const Self& shape, const Try& try_axis) {
   }
 }
 
-}  // namespace detail
-
 template <Scalar S>
 Vec3<S> ConvexView<S>::support(const Vec3<S>& direction) const {
-  return std::visit([&](const auto* s) { return detail::support_core(*s, direction); }, shape);
+  return std::visit([&](const auto* s) { return support_core(*s, direction); }, shape);
 }
 
 template <typename ConvexShape>
-ConvexView<detail::ScalarOfShape<ConvexShape>> convex_view(const ConvexShape& shape) {
-  ConvexView<detail::ScalarOfShape<ConvexShape>> convex{.shape = &shape};
-  detail::measure(convex, shape);
+ConvexView<ScalarOfShape<ConvexShape>> convex_view(const ConvexShape& shape) {
+  ConvexView<ScalarOfShape<ConvexShape>> convex{.shape = &shape};
+  measure(convex, shape);
   return convex;
 }
 
@@ -218,4 +210,4 @@ Aabb<S> bounds_at(const ConvexView<S>& convex, const Transform<S>& X) {
   return box;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

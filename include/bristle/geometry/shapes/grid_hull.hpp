@@ -16,18 +16,18 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// A point on the integer grid that a hull is computed on, coordinates within +-2^29.
+/// A point on the integer grid of a hull, coordinates within +-2^29.
 using GridPoint = std::array<std::int64_t, 3>;
 
 [[nodiscard]] inline Vec3<double> to_vector(const GridPoint& p) {
   return {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
 }
 
-/// 1 where d lies above the plane of a, b, c, on the side from which they run counter-clockwise; 0
-/// where it lies on it, -1 below.
+/// Returns 1 if d is above the plane of a, b, c, 0 if it is on the plane, -1 below. Seen from
+/// above, a, b, c run counter-clockwise.
 ///
-/// Exact for coordinates within +-2^29: differences need 31 bits, their 2x2 determinants 62. The
-/// last product would need 94, so the determinants are split at bit 30.
+/// Exact for coordinates within +-2^29. Differences need 31 bits, their 2x2 determinants 62. The
+/// last product would need 94. So the determinants are split at bit 30.
 [[nodiscard]] inline int side_of_plane(const GridPoint& a, const GridPoint& b, const GridPoint& c,
                                        const GridPoint& d) {
   GridPoint u, v, w;
@@ -58,7 +58,7 @@ struct HullTriangle {
   std::array<std::uint32_t, 3> corners{};
   /// Number of the triangle across the edge from corner k to corner k + 1.
   std::array<std::uint32_t, 3> neighbors{};
-  /// Points that lie above it and above no triangle tested before it.
+  /// Points that are above it and above no triangle tested before it.
   std::vector<std::uint32_t> outside;
   bool is_alive = true;
 };
@@ -66,14 +66,14 @@ struct HullTriangle {
 /// Quickhull (Barber, Dobkin and Huhdanpaa 1996) on grid points, down to triangles.
 class TriangleHull {
  public:
-  /// @param simplex  Four points of the set that do not lie on a plane.
+  /// @param simplex  Four points of the set that are not on a plane.
   TriangleHull(std::span<const GridPoint> points, std::array<std::uint32_t, 4> simplex)
       : points_(points) {
     make_simplex(simplex);
     std::vector<std::uint32_t> all(points.size());
     for (std::uint32_t i = 0; i < all.size(); ++i) all[i] = i;
     assign(all, 0);
-    // Triangles are only ever appended, so that one pass meets them all.
+    // Triangles are only ever appended, so one pass visits them all.
     for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
       if (triangles_[t].is_alive && !triangles_[t].outside.empty()) {
         add_point(farthest_outside(t), t);
@@ -82,7 +82,7 @@ class TriangleHull {
     keep_living();
   }
 
-  /// Closed surface; coplanar triangles are frequent, degenerate ones impossible.
+  /// Closed surface. Coplanar triangles are frequent, degenerate ones impossible.
   [[nodiscard]] const std::vector<HullTriangle>& triangles() const { return triangles_; }
 
  private:
@@ -104,8 +104,8 @@ class TriangleHull {
     }
   }
 
-  /// Gives each point to the first triangle from `first` on that it lies above; points that lie
-  /// above none are inside and forgotten.
+  /// Assigns each point to the first triangle from `first` on that it is above. Points above none
+  /// are inside and dropped.
   void assign(const std::vector<std::uint32_t>& candidates, std::size_t first) {
     for (const std::uint32_t p : candidates) {
       for (std::size_t t = first; t < triangles_.size(); ++t) {
@@ -117,7 +117,8 @@ class TriangleHull {
     }
   }
 
-  /// Any point above would do; the farthest makes most others inside. So rounding is harmless here.
+  /// Any point above is correct. The farthest leaves most others inside. So rounding is harmless
+  /// here.
   [[nodiscard]] std::uint32_t farthest_outside(std::uint32_t t) const {
     const HullTriangle& triangle = triangles_[t];
     const Vec3<double> origin = to_vector(points_[triangle.corners[0]]);
@@ -172,7 +173,7 @@ class TriangleHull {
     assign(orphans, first);
   }
 
-  /// The horizon is one closed loop, in any order.
+  /// Takes the horizon as one closed loop, in any order.
   void add_fan(std::uint32_t point, std::vector<HorizonEdge>& horizon) {
     const auto by_start = [](const HorizonEdge& a, const HorizonEdge& b) {
       return a.from < b.from;

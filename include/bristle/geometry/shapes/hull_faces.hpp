@@ -22,30 +22,30 @@ namespace bristle::inline BRISTLE_ABI::detail {
 struct HullFace {
   /// Corners, counter-clockwise from outside.
   std::vector<std::uint32_t> corners;
-  /// Third corners of the triangles across its border. A plane through the face that has them below
-  /// has, since the hull is convex, everything below.
+  /// Third corners of the triangles across its border. The hull is convex. So a plane through the
+  /// face that has them below has everything below.
   std::vector<std::uint32_t> ring;
-  /// Outward unit normal of the largest triangle it was joined from, on the grid. No point of the
-  /// hull lies above that plane.
+  /// Outward unit normal on the grid, of the largest triangle of the face. No point of the hull is
+  /// above that plane.
   Vec3<double> normal = Vec3<double>::UnitZ();
 };
 
 /// Joins the triangles of a closed convex surface to faces.
 ///
-/// A region grows from the largest triangle that has none over all neighbours whose corners lie
-/// near its plane. Slivers, whose own plane means little, go to whom they share their longest edge
-/// with, if they are near its plane. A region with fewer than three corners is no polygon and goes
-/// to its longest neighbour. A vertex is a corner where at least three regions meet; since that
-/// does not depend on the side one looks from, faces on both sides of an edge agree on its ends.
+/// A region grows from the largest free triangle over all neighbours whose corners are near its
+/// plane. The plane of a sliver means little. A sliver joins the region across its longest edge, if
+/// it is near that plane. A region with fewer than three corners is no polygon and joins its
+/// longest neighbour. A vertex is a corner if at least three regions meet there. That does not
+/// depend on the side. So faces on both sides of an edge agree on its ends.
 class FaceJoin {
  public:
-  /// @param tolerance  [grid steps] How far the corners of a face may lie off its plane.
+  /// @param tolerance  [grid steps] Largest distance of a face's corners from its plane.
   FaceJoin(std::span<const GridPoint> points, std::span<const HullTriangle> triangles,
            double tolerance)
       : points_(points), triangles_(triangles), tolerance_(tolerance) {
     measure();
     grow_regions();
-    // Each call that returns true leaves one region less.
+    // Each call that returns true removes one region.
     while (dissolve_small_regions()) {
     }
   }
@@ -74,7 +74,7 @@ class FaceJoin {
     const std::uint32_t end = triangles_[s.triangle].corners[(s.edge + 1) % 3];
     return (to_vector(points_[end]) - to_vector(points_[start_of(s)])).norm();
   }
-  /// The side of a triangle that starts at a vertex of it.
+  /// The side of a triangle that starts at one of its vertices.
   [[nodiscard]] Side side_from(std::uint32_t triangle, std::uint32_t vertex) const {
     const auto& corners = triangles_[triangle].corners;
     const auto corner = std::find(corners.begin(), corners.end(), vertex);
@@ -84,7 +84,7 @@ class FaceJoin {
   [[nodiscard]] Side turned(Side s) const {
     return side_from(across({s.triangle, (s.edge + 2) % 3}), start_of(s));
   }
-  /// Likewise clockwise.
+  /// The same, clockwise.
   [[nodiscard]] Side turned_back(Side s) const { return side_from(across(s), start_of(s)); }
 
   void measure();
@@ -102,7 +102,7 @@ class FaceJoin {
   std::vector<Vec3<double>> area_vectors_;
   std::vector<std::size_t> longest_edge_;
   std::vector<bool> is_sliver_;
-  /// Number of the triangle that each one's region grew from.
+  /// Seed triangle of each triangle's region.
   std::vector<std::uint32_t> region_;
 };
 
@@ -120,7 +120,7 @@ inline void FaceJoin::measure() {
   }
 }
 
-/// How far the lowest corner of triangle t lies below the plane of another; no corner lies above.
+/// Depth of the lowest corner of triangle t below the plane of another. No corner is above.
 inline double FaceJoin::depth_below(std::uint32_t plane, std::uint32_t t) const {
   const Vec3<double> normal = area_vectors_[plane].normalized();
   const Vec3<double> origin = to_vector(points_[triangles_[plane].corners[0]]);
@@ -137,8 +137,8 @@ inline void FaceJoin::grow_regions() {
   fill_numbers(order);
   std::vector<double> area2(order.size());
   for (const std::uint32_t t : order) area2[t] = area_vectors_[t].squaredNorm();
-  // Not std::stable_sort: that of libstdc++ before 13 uses what C++20 deprecates, and clang says
-  // so.
+  // Not std::stable_sort. That of libstdc++ before 13 uses a part that C++20 deprecates, and clang
+  // warns.
   std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
     return area2[a] != area2[b] ? area2[a] > area2[b] : a < b;
   });
@@ -148,7 +148,7 @@ inline void FaceJoin::grow_regions() {
   std::erase_if(order, [this](std::uint32_t t) { return region_[t] != none; });
   while (!order.empty()) {
     if (adopt_slivers(order)) continue;
-    // No neighbour will have them: thin needles are made of slivers alone.
+    // No neighbour adopts them: thin needles consist of slivers alone.
     grow_region(order.front());
     std::erase_if(order, [this](std::uint32_t t) { return region_[t] != none; });
   }
@@ -171,7 +171,7 @@ inline void FaceJoin::grow_region(std::uint32_t seed) {
   }
 }
 
-/// Takes those out of the list that found a region; false if none did.
+/// Removes the triangles that found a region from the list. Returns false if none did.
 inline bool FaceJoin::adopt_slivers(std::vector<std::uint32_t>& orphans) {
   return std::erase_if(orphans, [this](std::uint32_t t) {
            const std::uint32_t heir = region_[across({t, longest_edge_[t]})];
@@ -181,7 +181,7 @@ inline bool FaceJoin::adopt_slivers(std::vector<std::uint32_t>& orphans) {
          }) > 0;
 }
 
-/// One side that starts at each vertex; `triangle` is none where the vertex is not on the hull.
+/// One side that starts at each vertex. `triangle` is none if the vertex is not on the hull.
 inline std::vector<FaceJoin::Side> FaceJoin::sides_by_start() const {
   std::vector<Side> sides(points_.size(), Side{none, 0});
   for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
@@ -219,7 +219,7 @@ inline bool FaceJoin::dissolve_small_regions() {
     }
   }
   if (border_lengths.empty()) return false;
-  // One region at a time: its end changes the corners of its neighbours.
+  // One region at a time. Its end changes the corners of its neighbours.
   const std::uint32_t region = border_lengths.begin()->first.first;
   std::uint32_t heir = none;
   double longest = 0.0;
@@ -251,7 +251,7 @@ inline std::vector<HullFace> FaceJoin::faces() const {
       do {
         if (is_corner[start_of(side)]) face.corners.push_back(start_of(side));
         face.ring.push_back(start_of({across(side), (turned_back(side).edge + 1) % 3}));
-        // On to the border side of this region that starts where this one ends.
+        // Proceeds to the border side of this region that starts where this one ends.
         side = {side.triangle, (side.edge + 1) % 3};
         while (!is_border(side)) side = turned_back(side);
       } while (!(side == first));

@@ -12,26 +12,27 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Smallest convex solid around a set of points, with coplanar triangles joined to polygons.
+/// Returns the smallest convex solid around a set of points, with coplanar triangles joined to
+/// polygons.
 ///
-/// Points may repeat, and any number of them may lie on one plane or line; those that are no
-/// corners are left out. What is closer than `hull_resolution` times the size of the set counts as
-/// equal. Vertices keep the order of the points; each face starts at its lowest vertex, faces are
-/// sorted by their vertices, so that the result does not depend on how it was found.
+/// Points may repeat. Any number of them may be on one plane or line. Points that are no corners
+/// are left out. Points closer than `hull_resolution` times the size of the set count as equal.
+/// Vertices keep the order of the points. Each face starts at its lowest vertex. Faces are sorted
+/// by their vertices. So the result does not depend on the search.
 ///
 /// @throws InvalidArgument when a point is not finite, or the points do not span a volume: fewer
 ///         than 4, all on a plane, a line or a point.
-/// @note O(n log n) for points spread evenly; a cloud of 10 000 takes some hundredths of a second.
+/// @note O(n log n) for points spread evenly. A cloud of 10 000 takes some hundredths of a second.
 template <Scalar S>
 [[nodiscard]] ConvexHull<S> convex_hull(std::span<const Vec3<S>> points);
 
-/// Hull of all vertices of a mesh that its triangles use.
+/// Returns the hull of all vertices that a mesh's triangles use.
 /// @throws InvalidArgument as above, or when a triangle names a vertex that does not exist.
 template <Scalar S>
 [[nodiscard]] ConvexHull<S> convex_hull(const TriangleMesh<S>& mesh);
 
-/// [1] Distance, as a fraction of the longest side of the box around them, below which points count
-/// as equal, coplanar or collinear when a hull is made.
+/// [1] Distance below which points of a hull count as equal, coplanar or collinear, as a fraction
+/// of the longest side of their box.
 template <Scalar S>
 [[nodiscard]] constexpr S hull_resolution() {
   return std::max(Tolerance<S>::round_off(), S(8.0 / (1 << 30)));
@@ -56,17 +57,16 @@ template <Scalar S>
 
 namespace bristle::inline BRISTLE_ABI {
 
-// Rounding makes quickhull fail where points are nearly coplanar: it then sees one side of a face
-// as visible and contradicts itself at the next. So the points are put on an integer grid of 2^30
-// steps across the set, where every sidedness test is exact and the algorithm of the textbook is
-// right for every input. The grid's noise remains: a plane of many points becomes many triangles
-// that differ in the last bits. A second pass joins what is coplanar within the resolution, and a
-// vertex that is left with fewer than three faces around it disappears, from both sides of its edge
-// alike.
+// Rounding breaks quickhull if points are nearly coplanar. It sees one side of a face as visible
+// and contradicts itself at the next. So the points are put on an integer grid of 2^30 steps across
+// the set. There every sidedness test is exact. So the textbook algorithm is right for every input.
+// The grid's noise remains. A plane of many points becomes many triangles that differ in the last
+// bits. A second pass joins faces that are coplanar within the resolution. A vertex with fewer than
+// three faces disappears. It does so from both sides of its edge alike.
 
 namespace detail {
 
-/// The points of a hull, each of them once, and where they stand on the grid.
+/// The points of a hull, each of them once, and their grid points.
 template <Scalar S>
 struct GriddedPoints {
   std::vector<Vec3<S>> points;
@@ -93,7 +93,7 @@ template <Scalar S>
   if (!(extent > S(0))) raise_no_volume("all equal");
   require_finite("convex_hull: extent of the points", extent);
 
-  // Far from the origin, the rounding of the coordinates themselves is what blurs the points.
+  // Far from the origin, rounding of the coordinates exceeds the resolution.
   const S reach = std::max(box.lower.cwiseAbs().maxCoeff(), box.upper.cwiseAbs().maxCoeff());
   GriddedPoints<S> result;
   result.resolution = std::max(hull_resolution<S>() * extent, Tolerance<S>::round_off() * reach);
@@ -112,7 +112,7 @@ template <Scalar S>
   return result;
 }
 
-/// Four points that are far from lying on a plane.
+/// Four points that are far from coplanar.
 [[nodiscard]] inline std::array<std::uint32_t, 4> find_simplex(std::span<const GridPoint> points,
                                                                double tolerance) {
   const auto farthest = [&](auto&& distance, const char* what) {
@@ -137,16 +137,16 @@ template <Scalar S>
   s[2] =
       farthest([&](const Vec3<double>& p) { return along.cross(p - a).norm(); }, "all on a line");
   const Vec3<double> normal = along.cross(to_vector(points[s[2]]) - a).normalized();
-  // Any thinner, and both sides might lie in the slab of one face.
+  // If thinner, both sides could be in the slab of one face.
   tolerance *= 16.0;
   s[3] = farthest([&](const Vec3<double>& p) { return std::abs(normal.dot(p - a)); },
                   "all on a plane");
   return s;
 }
 
-/// Outward unit normal of a face: from the points themselves, to their full precision, or from the
-/// grid where the face is so small or thin that rounding would tilt it out of its corners or into
-/// the hull.
+/// Outward unit normal of a face. It is computed from the points themselves, to their full
+/// precision. Small or thin faces take the grid. Rounding would tilt them out of their corners or
+/// into the hull.
 template <Scalar S>
 [[nodiscard]] Vec3<S> face_normal(const GriddedPoints<S>& gridded, const HullFace& face) {
   const std::vector<Vec3<S>>& points = gridded.points;
@@ -223,7 +223,7 @@ ConvexHull<S> convex_hull(const TriangleMesh<S>& mesh) {
 }  // namespace bristle::inline BRISTLE_ABI
 #endif
 
-/// Declares (`extern template`) or makes (`template`) the hulls in a scalar.
+/// Declares (`extern template`) or defines (`template`) the hulls in a scalar.
 #define BRISTLE_HULL_FUNCTIONS(declare_or_make, S)                               \
   declare_or_make ConvexHull<S> convex_hull<S>(std::span<const Vec3<S>> points); \
   declare_or_make ConvexHull<S> convex_hull<S>(const TriangleMesh<S>& mesh);

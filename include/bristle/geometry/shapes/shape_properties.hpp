@@ -16,18 +16,20 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Smallest axis-aligned box [m] around a shape, in the shape's own frame.
+/// Smallest axis-aligned box [m] around a shape, in the shape's own frame. Infinite in every
+/// direction for a half-space, whatever its normal.
 ///
-/// Infinite in every direction for a half-space, whatever its normal. The shape is taken as valid.
+/// @pre `validate(shape)` has passed.
 template <Scalar S>
 [[nodiscard]] Aabb<S> local_bounds(const Shape<S>& shape);
 
 /// Mass properties of the solid at density 1 kg/m^3, so that `mass` is the volume [m^3]. Multiply
-/// by a density with `scaled`.
+/// by a density with `scaled`. Zero mass for a half-space.
 ///
-/// Closed forms where there are any; hulls and meshes by the divergence theorem about a point near
-/// them, so that a solid far from its frame's origin loses nothing but the digits of its own
-/// coordinates. Zero mass for a half-space. The shape is taken as valid.
+/// Closed forms if there are any. Hulls and meshes use the divergence theorem about a point near
+/// them. So a solid far from its frame's origin loses only the digits of its own coordinates.
+///
+/// @pre `validate(shape)` has passed.
 template <Scalar S>
 [[nodiscard]] MassProperties<S> unit_mass_properties(const Shape<S>& shape);
 
@@ -78,12 +80,12 @@ template <Scalar S>
   return {mass, center, (mass * diagonal).asDiagonal()};
 }
 
-/// Integrals of 1, x and x x^T over a solid, gathered triangle by triangle of its surface.
+/// Integrals of 1, x and x x^T over a solid, summed over the triangles of its surface.
 ///
-/// Each triangle closes a signed tetrahedron with the reference point; what lies outside the solid
-/// cancels (divergence theorem; the tetrahedron's integrals: Blow and Binstock 2004, "How to find
-/// the inertia tensor (or other mass properties) of a 3D solid body represented by a triangle
-/// mesh").
+/// Each triangle closes a signed tetrahedron with the reference point. Parts outside the solid
+/// cancel (divergence theorem). The tetrahedron's integrals are those of Blow and Binstock 2004,
+/// "How to find the inertia tensor (or other mass properties) of a 3D solid body represented by a
+/// triangle mesh".
 template <Scalar S>
 struct SolidMoments {
   /// [m] Origin of the integrals, best near the middle of the solid.
@@ -95,7 +97,7 @@ struct SolidMoments {
   /// [m^5] Integral of x x^T.
   Mat3<S> second = Mat3<S>::Zero();
 
-  /// A triangle of the surface, counter-clockwise seen from outside.
+  /// Adds a triangle of the surface, counter-clockwise seen from outside.
   void add(const Vec3<S>& corner_a, const Vec3<S>& corner_b, const Vec3<S>& corner_c) {
     const Vec3<S> a = corner_a - reference;
     const Vec3<S> b = corner_b - reference;
@@ -131,7 +133,7 @@ struct UnitMassProperties {
     const S r = s.radius;
     const S h = s.half_length;
     const MassProperties<S> tube = (*this)(Cylinder<S>{r, h});
-    // The caps are two half balls, each pushed outwards by h: with <z> = 3 r / 8 of a half ball,
+    // The caps are two half balls, each pushed outwards by h. With <z> = 3 r / 8 of a half ball,
     // <(z + h)^2> = r^2 / 5 + 3 r h / 4 + h^2.
     const S across = r * r / S(5);
     const MassProperties<S> caps =
@@ -145,7 +147,7 @@ struct UnitMassProperties {
                              {across, across, s.half_length * s.half_length / S(3)});
   }
   MassProperties<S> operator()(const Cone<S>& s) const {
-    // The centre of mass lies a quarter of the height above the base.
+    // The centre of mass is a quarter of the height above the base.
     const S across = S(3) / S(20) * s.radius * s.radius;
     return symmetric_body<S>(S(2) / S(3) * pi * s.radius * s.radius * s.half_length,
                              {S(0), S(0), -s.half_length / S(2)},

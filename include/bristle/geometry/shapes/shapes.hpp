@@ -1,8 +1,8 @@
 /// @file
-/// The shapes a body can have, as plain structs in their own frame.
+/// Shapes of bodies, as plain structs in their own frame.
 ///
-/// Axes of revolution run along z. Sizes are checked when a shape is given to a backend
-/// (`validate`), never silently repaired.
+/// Axes of revolution run along z. A backend checks the sizes of its shapes (`validate`) and never
+/// repairs them.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -69,8 +69,8 @@ struct Ellipsoid {
   Vec3<S> radii = Vec3<S>::Zero();
 };
 
-/// All points p with normal . p <= offset: a floor, a wall, an incline. Only for bodies that do not
-/// move by forces, since it has no finite mass.
+/// All points p with normal . p <= offset: a floor, a wall, an incline. It has no finite mass, so
+/// only bodies that forces do not move may have it.
 template <Scalar S>
 struct HalfSpace {
   /// [1] Unit outward normal.
@@ -79,12 +79,12 @@ struct HalfSpace {
   S offset = S(0);
 };
 
-/// Any shape. `ConvexHull` and `TriangleMesh` carry their data; the world keeps one prepared copy.
+/// Any shape. `ConvexHull` and `TriangleMesh` own their data. The world keeps one prepared copy.
 template <Scalar S>
 using Shape = std::variant<Sphere<S>, Box<S>, Capsule<S>, Cylinder<S>, Cone<S>, Ellipsoid<S>,
                            HalfSpace<S>, ConvexHull<S>, TriangleMesh<S>>;
 
-/// Which alternative of `Shape` it is; the values equal `Shape::index()`.
+/// Alternative of a `Shape`. The values equal `Shape::index()`.
 enum class ShapeKind : std::size_t {
   sphere,
   box,
@@ -96,14 +96,16 @@ enum class ShapeKind : std::size_t {
   convex_hull,
   triangle_mesh
 };
+/// [-] Number of kinds.
 inline constexpr std::size_t shape_kind_count = 9;
 
+/// Returns the kind of a shape.
 template <Scalar S>
 [[nodiscard]] ShapeKind kind_of(const Shape<S>& shape) {
   return static_cast<ShapeKind>(shape.index());
 }
 
-/// Name of a kind as it stands in messages ("TriangleMesh").
+/// Name of a kind in messages ("TriangleMesh").
 [[nodiscard]] constexpr const char* name_of(ShapeKind kind) {
   constexpr const char* names[shape_kind_count] = {"Sphere",    "Box",        "Capsule",
                                                    "Cylinder",  "Cone",       "Ellipsoid",
@@ -111,28 +113,36 @@ template <Scalar S>
   return names[static_cast<std::size_t>(kind)];
 }
 
-/// A shape or none. Copies share the data, so that definitions with large meshes are cheap to pass
+namespace detail {
+
+/// A shape or none. Copies share the data, so definitions with large meshes are cheap to pass
 /// around.
 template <Scalar S>
 class OptionalShape {
  public:
-  /// None.
+  /// No shape.
   OptionalShape() = default;
-  /// Any shape, or anything a shape can be made from.
+  /// Any shape, or anything that converts to one.
   template <typename T>
   requires std::constructible_from<Shape<S>, T &&> &&
       (!std::same_as<std::remove_cvref_t<T>, OptionalShape>)OptionalShape(T&& shape)
       : shape_(std::make_shared<const Shape<S>>(std::forward<T>(shape))) {}
 
+  /// Returns whether there is a shape.
   [[nodiscard]] explicit operator bool() const noexcept { return shape_ != nullptr; }
+  /// Returns the shape. There must be one.
   [[nodiscard]] const Shape<S>& operator*() const noexcept { return *shape_; }
 
  private:
   std::shared_ptr<const Shape<S>> shape_;
 };
 
-/// @throws InvalidArgument naming the field when a size is not finite and > 0, a half-space normal
-///         is not unit length, or a hull or mesh is not a valid solid.
+}  // namespace detail
+
+/// Checks a shape.
+///
+/// @throws InvalidArgument that names the field if a size is not finite and > 0, a half-space
+///         normal is not unit length, or a hull or mesh is not a valid solid.
 template <Scalar S>
 void validate(const Shape<S>& shape);
 

@@ -1,8 +1,8 @@
 /// @file
-/// What of a convex shape is farthest in a direction: the point, the edge, the face.
+/// Features of a convex shape that are farthest in a direction: point, edge, face.
 ///
-/// All in the shape's own frame. Directions are unit vectors. Every function is O(1) but for hulls,
-/// where it is O(corners of all faces).
+/// All functions work in the shape's own frame. Directions are unit vectors. Every function is
+/// O(1), for hulls O(corners of all faces).
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -17,24 +17,23 @@
 #include <numbers>
 #include <span>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Piece of a convex surface: a point, an edge of two points or a convex polygon.
+/// Feature of a convex surface: a point, an edge of two points or a convex polygon.
 template <Scalar S>
 struct SupportFeature {
   static constexpr std::size_t capacity = 16;
 
-  /// [m] Corners; those of a polygon counter-clockwise seen from outside.
+  /// [m] Corners. A polygon's run counter-clockwise seen from outside.
   std::array<Vec3<S>, capacity> points{};
-  /// [-] Names of the corners within the shape, the same whatever direction was asked for.
+  /// [-] Ids of the corners within the shape, the same for all directions.
   std::array<std::uint32_t, capacity> ids{};
   std::size_t size = 0;
   /// [1] Outward normal of a polygon's plane.
   Vec3<S> normal = Vec3<S>::Zero();
-  /// [1] How far a polygon is turned towards the direction: normal . direction. 0 for edges and
-  /// points.
+  /// [1] Cosine between a polygon's normal and the direction. 0 for edges and points.
   S cosine = S(0);
-  /// Whether the corners are samples of a curve.
+  /// True if the corners are samples of a curve.
   bool is_round = false;
 
   [[nodiscard]] bool is_polygon() const { return size >= 3; }
@@ -43,7 +42,7 @@ struct SupportFeature {
     points[size] = point;
     ids[size++] = id;
   }
-  /// The same feature seen from frame A, where its own frame has the pose `X_AB`.
+  /// Returns the same feature in frame A, with its own frame at the pose `X_AB`.
   [[nodiscard]] SupportFeature transformed(const Transform<S>& X_AB) const {
     SupportFeature result = *this;
     const Mat3<S> R = X_AB.rotation_matrix();
@@ -53,26 +52,26 @@ struct SupportFeature {
   }
 };
 
-/// Three corners in space as a two-sided plate: what one triangle of a mesh is to a contact.
+/// Three corners in space as a two-sided plate: one triangle of a mesh, for contacts.
 template <Scalar S>
 struct Triangle {
   /// [m] Corners.
   std::array<Vec3<S>, 3> corners{Vec3<S>::Zero(), Vec3<S>::Zero(), Vec3<S>::Zero()};
-  /// [-] Names of the corners in a contact.
+  /// [-] Ids of the corners in a contact.
   std::array<std::uint32_t, 3> names{0, 1, 2};
 };
 
-/// [1] Sine of the angle within which an edge counts as lying across a direction, and two edges as
-/// parallel: 3 degrees, what normals of iterative methods need, and small against any edge's sway.
+/// [1] Sine of 3 degrees. Within it an edge counts as across a direction, and two edges as
+/// parallel. Normals of iterative methods need that much. It is small against any edge's tilt.
 template <Scalar S>
 inline constexpr S edge_tolerance = S(0.05);
 
 // For each shape:
-// - support_point: the farthest point along the direction. Where several are, one of them.
-// - support_edge: the edge through that point if it lies across the direction within
-//   `edge_tolerance`, else the point. For a cylinder or cone a line of its side is an edge.
-// - support_face: the face at that point that is turned most towards the direction; its
-//   `SupportFeature::cosine` says how much. Disks are sampled at fixed places and at their farthest
+// - support_point: the farthest point along the direction, or one of several.
+// - support_edge: the edge through that point if it is across the direction within
+//   `edge_tolerance`, else the point. Lines on the side of a cylinder or cone are edges.
+// - support_face: the face at that point that is nearest to perpendicular to the direction.
+//   `SupportFeature::cosine` says how near. Disks are sampled at fixed angles and at their farthest
 //   point. Capsules have lines for faces, balls points.
 
 template <Scalar S>
@@ -146,9 +145,7 @@ template <Scalar S>
 
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
-
-/// Names of what bodies of revolution have; samples of a rim are numbered from 0.
+/// Ids of features of bodies of revolution. Samples of a rim are numbered from 0.
 enum : std::uint32_t { rim_farthest = 64, apex_id = 65 };
 
 /// [-] Samples of a rim at fixed angles: the inscribed polygon keeps 97 % of the radius.
@@ -161,7 +158,7 @@ template <Scalar S>
   return feature;
 }
 
-/// Where the direction points seen along z; x where it points nowhere.
+/// The direction's unit projection along z, or the x axis if it vanishes.
 template <Scalar S>
 [[nodiscard]] Vec2<S> radial(const Vec3<S>& direction) {
   const Vec2<S> planar = direction.template head<2>();
@@ -209,7 +206,7 @@ template <Scalar S>
   return disk;
 }
 
-/// The corner of `corners` that is farthest along the direction; the first of equals.
+/// Index of the corner that is farthest along the direction, or the first of equals.
 template <Scalar S>
 [[nodiscard]] std::uint32_t farthest_corner(std::span<const Vec3<S>> corners,
                                             const Vec3<S>& direction) {
@@ -225,51 +222,49 @@ template <Scalar S>
   return best;
 }
 
-/// [1] How far an edge is from lying across the direction: the sine of the angle, >= 0.
+/// [1] Deviation of an edge from across the direction: the sine of the angle, >= 0.
 template <Scalar S>
 [[nodiscard]] S edge_slope(const Vec3<S>& edge, const Vec3<S>& direction) {
   using std::abs;
   return abs(edge.dot(direction)) / edge.norm();
 }
 
-}  // namespace detail
-
 template <Scalar S>
 Vec3<S> support_point(const Cylinder<S>& cylinder, const Vec3<S>& direction) {
-  return detail::rim_point(cylinder.radius,
-                           direction.z() < S(0) ? -cylinder.half_length : cylinder.half_length,
-                           detail::radial(direction));
+  return rim_point(cylinder.radius,
+                   direction.z() < S(0) ? -cylinder.half_length : cylinder.half_length,
+                   radial(direction));
 }
 
 template <Scalar S>
 Vec3<S> support_point(const Cone<S>& cone, const Vec3<S>& direction) {
-  const Vec3<S> rim = detail::rim_point(cone.radius, -cone.half_length, detail::radial(direction));
+  const Vec3<S> rim = rim_point(cone.radius, -cone.half_length, radial(direction));
   const Vec3<S> apex(S(0), S(0), cone.half_length);
   return apex.dot(direction) >= rim.dot(direction) ? apex : rim;
 }
 
 template <Scalar S>
 Vec3<S> support_point(const ConvexHull<S>& hull, const Vec3<S>& direction) {
-  return hull.vertices[detail::farthest_corner<S>(hull.vertices, direction)];
+  return hull.vertices[farthest_corner<S>(hull.vertices, direction)];
 }
 
 template <Scalar S>
 Vec3<S> support_point(const Triangle<S>& triangle, const Vec3<S>& direction) {
-  return triangle.corners[detail::farthest_corner<S>(triangle.corners, direction)];
+  return triangle.corners[farthest_corner<S>(triangle.corners, direction)];
 }
 
 template <Scalar S>
 SupportFeature<S> support_edge(const Sphere<S>& sphere, const Vec3<S>& direction) {
-  return detail::point_feature<S>(support_point(sphere, direction), 0);
+  return point_feature<S>(support_point(sphere, direction), 0);
 }
 
 template <Scalar S>
 SupportFeature<S> support_edge(const Ellipsoid<S>& ellipsoid, const Vec3<S>& direction) {
-  return detail::point_feature<S>(support_point(ellipsoid, direction), 0);
+  return point_feature<S>(support_point(ellipsoid, direction), 0);
 }
 
-// Corners of a box are numbered by the signs of their coordinates: bit i is set where coordinate i
-// is positive.
+// Corners of a box are numbered by the signs of their coordinates: bit i is set if coordinate i is
+// positive.
 template <Scalar S>
 SupportFeature<S> support_edge(const Box<S>& box, const Vec3<S>& direction) {
   int across = 0;
@@ -299,7 +294,7 @@ SupportFeature<S> support_face(const Box<S>& box, const Vec3<S>& direction) {
   const int u = (axis + 1) % 3;
   const int v = (axis + 2) % 3;
   for (std::uint32_t i = 0; i < 4; ++i) {
-    // Counter-clockwise in (u, v) seen from +axis, the other way round from -axis.
+    // Counter-clockwise in (u, v) seen from +axis, clockwise from -axis.
     const std::uint32_t k = is_up ? i : 3 - i;
     const bool u_up = k == 1 || k == 2;
     const bool v_up = k >= 2;
@@ -324,7 +319,7 @@ SupportFeature<S> support_edge(const Capsule<S>& capsule, const Vec3<S>& directi
   return feature;
 }
 
-// Both ends, however the capsule stands, until one hides the other.
+// Both ends, at any tilt of the capsule, until one hides the other.
 template <Scalar S>
 SupportFeature<S> support_face(const Capsule<S>& capsule, const Vec3<S>& direction) {
   using std::abs;
@@ -340,15 +335,15 @@ SupportFeature<S> support_face(const Capsule<S>& capsule, const Vec3<S>& directi
 template <Scalar S>
 SupportFeature<S> support_edge(const Cylinder<S>& cylinder, const Vec3<S>& direction) {
   using std::abs;
-  const Vec2<S> towards = detail::radial(direction);
+  const Vec2<S> towards = radial(direction);
   const bool is_across = abs(direction.z()) <= edge_tolerance<S>;
   SupportFeature<S> feature;
   feature.is_round = !is_across;
   if (is_across || direction.z() < S(0)) {
-    feature.add(detail::rim_point(cylinder.radius, -cylinder.half_length, towards), 0);
+    feature.add(rim_point(cylinder.radius, -cylinder.half_length, towards), 0);
   }
   if (is_across || !(direction.z() < S(0))) {
-    feature.add(detail::rim_point(cylinder.radius, cylinder.half_length, towards), 1);
+    feature.add(rim_point(cylinder.radius, cylinder.half_length, towards), 1);
   }
   return feature;
 }
@@ -358,26 +353,26 @@ SupportFeature<S> support_face(const Cylinder<S>& cylinder, const Vec3<S>& direc
   using std::abs;
   const bool is_up = !(direction.z() < S(0));
   if (abs(direction.z()) >= direction.template head<2>().norm()) {
-    return detail::disk_feature(
-        cylinder.radius, is_up ? cylinder.half_length : -cylinder.half_length, is_up, direction);
+    return disk_feature(cylinder.radius, is_up ? cylinder.half_length : -cylinder.half_length,
+                        is_up, direction);
   }
-  const Vec2<S> towards = detail::radial(direction);
+  const Vec2<S> towards = radial(direction);
   SupportFeature<S> side;
-  side.add(detail::rim_point(cylinder.radius, -cylinder.half_length, towards), 0);
-  side.add(detail::rim_point(cylinder.radius, cylinder.half_length, towards), 1);
+  side.add(rim_point(cylinder.radius, -cylinder.half_length, towards), 0);
+  side.add(rim_point(cylinder.radius, cylinder.half_length, towards), 1);
   return side;
 }
 
 template <Scalar S>
 SupportFeature<S> support_edge(const Cone<S>& cone, const Vec3<S>& direction) {
-  const Vec3<S> rim = detail::rim_point(cone.radius, -cone.half_length, detail::radial(direction));
+  const Vec3<S> rim = rim_point(cone.radius, -cone.half_length, radial(direction));
   const Vec3<S> apex(S(0), S(0), cone.half_length);
-  const bool is_across = detail::edge_slope<S>(apex - rim, direction) <= edge_tolerance<S>;
+  const bool is_across = edge_slope<S>(apex - rim, direction) <= edge_tolerance<S>;
   const bool is_apex = apex.dot(direction) >= rim.dot(direction);
   SupportFeature<S> feature;
   feature.is_round = !is_across && !is_apex;
-  if (is_across || !is_apex) feature.add(rim, detail::rim_farthest);
-  if (is_across || is_apex) feature.add(apex, detail::apex_id);
+  if (is_across || !is_apex) feature.add(rim, rim_farthest);
+  if (is_across || is_apex) feature.add(apex, apex_id);
   return feature;
 }
 
@@ -388,27 +383,26 @@ SupportFeature<S> support_face(const Cone<S>& cone, const Vec3<S>& direction) {
   const S side_cosine =
       side_normal.dot(Vec2<S>(direction.template head<2>().norm(), direction.z()));
   if (-direction.z() >= side_cosine) {
-    return detail::disk_feature(cone.radius, -cone.half_length, false, direction);
+    return disk_feature(cone.radius, -cone.half_length, false, direction);
   }
   SupportFeature<S> side;
-  side.add(detail::rim_point(cone.radius, -cone.half_length, detail::radial(direction)),
-           detail::rim_farthest);
-  side.add({S(0), S(0), cone.half_length}, detail::apex_id);
+  side.add(rim_point(cone.radius, -cone.half_length, radial(direction)), rim_farthest);
+  side.add({S(0), S(0), cone.half_length}, apex_id);
   return side;
 }
 
 template <Scalar S>
 SupportFeature<S> support_edge(const ConvexHull<S>& hull, const Vec3<S>& direction) {
-  const std::uint32_t corner = detail::farthest_corner<S>(hull.vertices, direction);
+  const std::uint32_t corner = farthest_corner<S>(hull.vertices, direction);
   std::uint32_t other = corner;
   S least_slope = edge_tolerance<S>;
   for (std::size_t f = 0; f < hull.face_count(); ++f) {
     const auto face = hull.face(f);
     for (std::size_t i = 0; i < face.size(); ++i) {
-      // The edge that leaves the corner; the face on its other side has the one that arrives.
+      // The edge that starts at the corner. The face on its other side has the one that ends there.
       if (face[i] != corner) continue;
       const std::uint32_t next = face[(i + 1) % face.size()];
-      const S slope = detail::edge_slope<S>(hull.vertices[next] - hull.vertices[corner], direction);
+      const S slope = edge_slope<S>(hull.vertices[next] - hull.vertices[corner], direction);
       if (slope <= least_slope) {
         least_slope = slope;
         other = next;
@@ -423,8 +417,8 @@ SupportFeature<S> support_edge(const ConvexHull<S>& hull, const Vec3<S>& directi
 
 template <Scalar S>
 SupportFeature<S> support_face(const ConvexHull<S>& hull, const Vec3<S>& direction) {
-  // A face that has the farthest corner, or what is deepest could be missed.
-  const std::uint32_t corner = detail::farthest_corner<S>(hull.vertices, direction);
+  // Only a face with the farthest corner: otherwise the deepest point could be missed.
+  const std::uint32_t corner = farthest_corner<S>(hull.vertices, direction);
   SupportFeature<S> feature;
   std::size_t best = 0;
   std::size_t corner_place = 0;
@@ -441,7 +435,7 @@ SupportFeature<S> support_face(const ConvexHull<S>& hull, const Vec3<S>& directi
     }
   }
   feature.normal = hull.face_normals[best];
-  // Of a face with many corners, evenly spread ones, the farthest among them.
+  // Of a face with many corners, evenly spread ones, with the farthest among them.
   const auto face = hull.face(best);
   const std::size_t count = std::min(face.size(), SupportFeature<S>::capacity);
   for (std::size_t i = 0; i < count; ++i) {
@@ -453,12 +447,11 @@ SupportFeature<S> support_face(const ConvexHull<S>& hull, const Vec3<S>& directi
 
 template <Scalar S>
 SupportFeature<S> support_edge(const Triangle<S>& triangle, const Vec3<S>& direction) {
-  const std::uint32_t corner = detail::farthest_corner<S>(triangle.corners, direction);
+  const std::uint32_t corner = farthest_corner<S>(triangle.corners, direction);
   std::uint32_t other = corner;
   S least_slope = edge_tolerance<S>;
   for (const std::uint32_t next : {(corner + 1) % 3, (corner + 2) % 3}) {
-    const S slope =
-        detail::edge_slope<S>(triangle.corners[next] - triangle.corners[corner], direction);
+    const S slope = edge_slope<S>(triangle.corners[next] - triangle.corners[corner], direction);
     if (slope <= least_slope) {
       least_slope = slope;
       other = next;
@@ -486,4 +479,4 @@ SupportFeature<S> support_face(const Triangle<S>& triangle, const Vec3<S>& direc
   return face;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

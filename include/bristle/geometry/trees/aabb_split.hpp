@@ -1,5 +1,5 @@
 /// @file
-/// How a set of boxes is divided between the two children of a tree node.
+/// Split of a set of boxes between the two children of a tree node.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -16,38 +16,37 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// [m] So large that no scene reaches it, and so small that sums of areas of such boxes are finite.
-/// A function, not a constant: one that is computed when the program starts would be 0 for a world
-/// that other constants make before.
+/// [m] Limit that no scene reaches, small enough that sums of areas of such boxes are finite. It is
+/// a function, not a constant. A constant computed at program start would be 0 for a world that
+/// other constants build before.
 template <Scalar S>
 [[nodiscard]] inline S tree_extent_limit() {
   using std::sqrt;
   return sqrt(std::numeric_limits<S>::max()) / S(65536);
 }
 
-/// The box cut to a size that can be computed with, so that infinite boxes can be compared.
+/// The box clamped to a finite size, so that infinite boxes can be compared.
 template <Scalar S>
 [[nodiscard]] Aabb<S> finite_part(const Aabb<S>& box) {
   const S limit = tree_extent_limit<S>();
   return {box.lower.cwiseMax(-limit).cwiseMin(limit), box.upper.cwiseMax(-limit).cwiseMin(limit)};
 }
 
-/// Middle of a box, finite even where the box is not.
+/// Middle of a box. Finite even if the box is not.
 template <Scalar S>
 [[nodiscard]] Vec3<S> finite_center(const Aabb<S>& box) {
   return finite_part(box).center();
 }
 
-/// A leaf that is being sorted into a tree. What it is sorted by is computed once and kept:
-/// computed anew for each comparison it may be rounded in another way, and there would be no order.
+/// A leaf that is being sorted into a tree. Its sort key is computed once and stored. Computed anew
+/// for each comparison it may be rounded in another way. The order would be lost.
 template <Scalar S>
 struct SplitLeaf {
   std::uint32_t number = 0;
   S key = S(0);
 };
 
-/// Gives each leaf the middle of its box, along the axis on which these are spread out most, as its
-/// key.
+/// Sets the key of each leaf to the middle of its box, along the axis of largest spread.
 /// @param box_of  Callable: the box of the leaf of a number.
 template <Scalar S, typename BoxOf>
 void key_by_center(std::span<SplitLeaf<S>> leaves, const BoxOf& box_of) {
@@ -59,7 +58,7 @@ void key_by_center(std::span<SplitLeaf<S>> leaves, const BoxOf& box_of) {
 }
 
 /// Orders `leaves` along their longest extent, by the boxes that `box_of(number)` returns.
-/// @return How many go to the first child: half of them.
+/// @return Number of leaves of the first child: half of them.
 template <Scalar S, typename BoxOf>
 [[nodiscard]] std::size_t split_in_halves(std::span<SplitLeaf<S>> leaves, const BoxOf& box_of) {
   key_by_center(leaves, box_of);
@@ -70,9 +69,10 @@ template <Scalar S, typename BoxOf>
   return leaves.size() / 2;
 }
 
-/// Orders `leaves` so that two groups have least total surface times number, over 16 bins along the
-/// longest extent (Wald 2007, "On fast Construction of SAH-based Bounding Volume Hierarchies").
-/// @return How many go to the first child, at least 1 and less than all of two or more.
+/// Orders `leaves` so that two groups have the least total of surface times number. Tests 16 bins
+/// along the longest extent (Wald 2007, "On fast Construction of SAH-based Bounding Volume
+/// Hierarchies").
+/// @return Number of leaves of the first child, at least 1 and less than all of two or more.
 template <Scalar S, typename BoxOf>
 [[nodiscard]] std::size_t split_by_surface(std::span<SplitLeaf<S>> leaves, const BoxOf& box_of) {
   key_by_center(leaves, box_of);
@@ -111,7 +111,7 @@ template <Scalar S, typename BoxOf>
     rest.include(bins[i]);
     cost_of_rest[i] = rest.cost();
   }
-  // The first and the last bin hold the extreme middles: every cut leaves something on both sides.
+  // The first and the last bin hold the extreme middles: every cut leaves leaves on both sides.
   Bin first;
   std::size_t cut = 1;
   S least_cost = infinity<S>;

@@ -1,5 +1,5 @@
 /// @file
-/// Binary tree of boxes: moving bodies in the broad phase and triangles of a mesh share it.
+/// Binary tree of boxes, for moving bodies in the broad phase and triangles of a mesh.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -18,28 +18,28 @@
 #include <utility>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Boxes, each with a number that is its owner's (the payload), found by box or by ray.
+/// Boxes with their owners' numbers (payloads), found by box or by ray.
 ///
-/// Leaves are inserted where they add least surface (the heuristic of Goldsmith and Salmon 1987)
-/// and the path above them is improved by rotations (Kopta et al. 2012; Catto, GDC 2019). The tree
-/// is a function of the sequence of calls alone, and so is the order of visits.
+/// A leaf is inserted where it adds the least surface (the heuristic of Goldsmith and Salmon 1987).
+/// Rotations improve the path above it (Kopta et al. 2012; Catto, GDC 2019). The tree depends only
+/// on the sequence of calls. So does the order of visits.
 ///
-/// Nodes are pooled: a tree that has once held n leaves does not allocate until it holds more. No
-/// tree is higher than `max_height`: one that would grow beyond is built anew, balanced by count.
-/// So queries run on a stack of fixed size.
+/// Nodes are pooled. A tree that has once held n leaves does not allocate until it holds more. No
+/// tree is higher than `max_height`: it is rebuilt, balanced by count, before that. So queries use
+/// a stack of fixed size.
 ///
-/// Boxes may be infinite, and are found, but one that overlaps everything is a cost to every query
-/// near it: a world keeps its half-spaces in a list beside the tree.
+/// Boxes may be infinite, and are found. A box that overlaps everything costs every query near it.
+/// So a world keeps its half-spaces in a list beside the tree.
 ///
-/// Queries change nothing and may run concurrently; a visitor must not change the tree.
+/// Queries change nothing and may run concurrently. A visitor must not change the tree.
 template <Scalar S>
 class AabbTree {
  public:
-  /// Names a leaf until it is removed.
+  /// Id of a leaf until it is removed.
   using NodeId = std::uint32_t;
-  /// Names no node.
+  /// Id of no node.
   static constexpr NodeId null = 0xffffffffu;
   /// [-] Bound on the number of edges from the root to any leaf.
   static constexpr int max_height = 64;
@@ -47,15 +47,15 @@ class AabbTree {
   /// Adds a leaf. O(log n) on boxes that are spread out.
   NodeId insert(const Aabb<S>& box, std::uint32_t payload);
 
-  /// Ends a leaf; its id may be given out again.
+  /// Removes a leaf. Its id may be reused.
   void remove(NodeId leaf);
 
-  /// Moves a leaf, which keeps its id. Where its parent still contains it the boxes above shrink to
-  /// fit; otherwise it is inserted anew.
+  /// Moves a leaf, which keeps its id. If its parent still contains it, the boxes above shrink to
+  /// fit. Otherwise it is inserted anew.
   void update(NodeId leaf, const Aabb<S>& box);
 
-  /// Replaces all content by one leaf for each box, its place in `boxes` being its payload and its
-  /// id. Gives better trees than insertion (binned surface-area heuristic, Wald 2007). O(n log n).
+  /// Replaces all content by one leaf for each box. Its index in `boxes` is its payload and its id.
+  /// Gives better trees than insertion (binned surface-area heuristic, Wald 2007). O(n log n).
   void build(std::span<const Aabb<S>> boxes);
 
   /// Removes everything and keeps the memory.
@@ -75,7 +75,7 @@ class AabbTree {
     BRISTLE_ASSERT(is_live_leaf(leaf));
     return nodes_[leaf].child[1];
   }
-  /// Box around all leaves; empty for an empty tree.
+  /// Box around all leaves. Empty for an empty tree.
   [[nodiscard]] Aabb<S> root_box() const { return root_ == null ? Aabb<S>{} : nodes_[root_].box; }
 
   /// Calls `visit(payload) -> bool` for every leaf whose box overlaps or touches `box`, until a
@@ -85,23 +85,24 @@ class AabbTree {
     find([&](const Aabb<S>& other) { return other.overlaps(box); }, visit);
   }
 
-  /// Calls `visit(payload) -> bool` for every leaf that `accept(box) -> bool`s together with all
-  /// boxes around it, until a visit returns false.
+  /// Calls `visit(payload) -> bool` for every leaf that `accept(box) -> bool` takes together with
+  /// all boxes around it, until a visit returns false.
   template <typename Accept, typename Visit>
   void find(Accept&& accept, Visit&& visit) const;
 
   /// Calls `visit(payload, max_distance) -> new max_distance` for every leaf whose box the ray
-  /// meets before max_distance [m], which starts as the ray's length; nearer boxes come first.
+  /// meets before max_distance [m]. It starts as the ray's length. Nearer boxes come first. A visit
+  /// ends the traversal by a negative number.
   ///
-  /// No box that the ray touches is missed: what rounding may hide is visited too, up to
-  /// `Tolerance::round_off` of the distance. A visit that wants no more returns a negative number.
+  /// No box that the ray touches is missed. Boxes beyond it by up to `Tolerance::round_off` of the
+  /// distance are visited, too.
   template <typename Visit>
   void walk_ray(const Ray<S>& ray, Visit&& visit) const;
 
  private:
   struct Node {
     Aabb<S> box;
-    NodeId parent = null;                     // Next free node where height < 0.
+    NodeId parent = null;                     // Next free node if height < 0.
     std::array<NodeId, 2> child{null, null};  // A leaf has null and its payload.
     std::int32_t height = 0;
 
@@ -123,10 +124,10 @@ class AabbTree {
   void swap_subtrees(NodeId a, NodeId b);
 
   void rebuild();
-  NodeId build_range(std::span<detail::SplitLeaf<S>> leaves, int depth);
+  NodeId build_range(std::span<SplitLeaf<S>> leaves, int depth);
 
   std::vector<Node> nodes_;
-  std::vector<detail::SplitLeaf<S>> order_;  // Scratch of rebuild(), kept as large as the pool.
+  std::vector<SplitLeaf<S>> order_;  // Scratch of rebuild(), as large as the pool.
   NodeId root_ = null;
   NodeId free_ = null;
   std::size_t size_ = 0;
@@ -134,13 +135,11 @@ class AabbTree {
 
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
-
-/// What a node costs a query: in proportion to its surface.
+/// Cost of a node for a query, in proportion to its surface.
 template <Scalar S>
 [[nodiscard]] S tree_cost(const Aabb<S>& box) {
   const S area = box.half_area();
-  // Not so where it overflows or is no number.
+  // Clamped if it overflows or is NaN.
   if (area <= tree_extent_limit<S>() * tree_extent_limit<S>()) return area;
   return finite_part(box).half_area();
 }
@@ -151,9 +150,9 @@ template <Scalar S>
   return a;
 }
 
-/// What a node around two boxes costs. The edges stay scalars: a box that goes through memory is
-/// written in other pieces than it is read in, and that takes longer than all of this. Boxes beyond
-/// bounds go the long way.
+/// Cost of a node around two boxes. The edges stay scalars: a box in memory is written in other
+/// pieces than it is read in, and that stall exceeds all of this. Boxes beyond bounds take the slow
+/// branch.
 template <Scalar S>
 [[nodiscard]] S merged_cost(const Aabb<S>& a, const Aabb<S>& b) {
   const auto edge = [&](Eigen::Index i) {
@@ -163,8 +162,6 @@ template <Scalar S>
   if (area <= tree_extent_limit<S>() * tree_extent_limit<S>()) return area;
   return tree_cost(merged(a, b));
 }
-
-}  // namespace detail
 
 template <Scalar S>
 auto AabbTree<S>::insert(const Aabb<S>& box, std::uint32_t payload) -> NodeId {
@@ -247,7 +244,7 @@ template <typename Visit>
 void AabbTree<S>::walk_ray(const Ray<S>& ray, Visit&& visit) const {
   if (root_ == null) return;
   const SlabTest<S> slabs(ray);
-  // A finite reach, so that planes at infinity are out of it.
+  // Finite, so that planes at infinity are beyond it.
   S reach = std::min(ray.length, std::numeric_limits<S>::max() / S(2));
   struct Entry {
     NodeId node;
@@ -293,7 +290,7 @@ void AabbTree<S>::release(NodeId id) {
   free_ = id;
 }
 
-/// Hangs a loose leaf into the tree.
+/// Inserts a detached leaf.
 template <Scalar S>
 void AabbTree<S>::attach(NodeId leaf) {
   if (root_ == null) {
@@ -321,7 +318,7 @@ void AabbTree<S>::attach(NodeId leaf) {
   if (nodes_[root_].height > max_height) rebuild();
 }
 
-/// Takes a leaf out of the tree; its parent goes, its sibling moves up.
+/// Removes a leaf from the tree. Its parent goes, and its sibling moves up.
 template <Scalar S>
 void AabbTree<S>::detach(NodeId leaf) {
   const NodeId parent = nodes_[leaf].parent;
@@ -343,15 +340,13 @@ void AabbTree<S>::detach(NodeId leaf) {
   }
 }
 
-/// The node beside which a new leaf adds least surface, searched down one path: what a sibling
-/// costs is the surface of the common parent plus the growth of all nodes above.
+/// Returns the node beside which a new leaf adds the least surface, searched down one path. The
+/// cost of a sibling is the surface of the common parent plus the growth of all nodes above.
 template <Scalar S>
 auto AabbTree<S>::best_sibling(const Aabb<S>& box) const -> NodeId {
-  using detail::merged_cost;
-  using detail::tree_cost;
   const S box_cost = tree_cost(box);
   const auto distance_of = [&](NodeId child) {
-    return (detail::finite_center(nodes_[child].box) - detail::finite_center(box)).squaredNorm();
+    return (finite_center(nodes_[child].box) - finite_center(box)).squaredNorm();
   };
   NodeId best = root_;
   NodeId id = root_;
@@ -371,8 +366,8 @@ auto AabbTree<S>::best_sibling(const Aabb<S>& box) const -> NodeId {
         best_cost = cost + growth_above;
       }
       if (node.is_leaf()) continue;
-      // Below the child at least the leaf itself is paid for. Boxes that contain the leaf tie, and
-      // then the one around it goes first.
+      // Lower bound of the cost below the child: at least that of the leaf itself. Boxes that
+      // contain the leaf tie. Then the one with the nearer middle goes first.
       const S bound = growth_above + (cost - tree_cost(node.box)) + box_cost;
       const bool is_nearer =
           bound == next_bound && next != null && distance_of(child) < distance_of(next);
@@ -389,13 +384,13 @@ auto AabbTree<S>::best_sibling(const Aabb<S>& box) const -> NodeId {
   return best;
 }
 
-/// Box and height of an inner node from its children. Returns whether they are others than before.
+/// Fits box and height of an inner node to its children. Returns whether they changed.
 template <Scalar S>
 bool AabbTree<S>::fit(NodeId id) {
   Node& node = nodes_[id];
   const Node& a = nodes_[node.child[0]];
   const Node& b = nodes_[node.child[1]];
-  const Aabb<S> box = detail::merged(a.box, b.box);
+  const Aabb<S> box = merged(a.box, b.box);
   const std::int32_t height = 1 + std::max(a.height, b.height);
   if (height == node.height && box.lower == node.box.lower && box.upper == node.box.upper) {
     return false;
@@ -405,14 +400,14 @@ bool AabbTree<S>::fit(NodeId id) {
   return true;
 }
 
-/// Fits a node and those above it, as far as anything changes.
+/// Fits a node and its ancestors, up to the first that does not change.
 template <Scalar S>
 void AabbTree<S>::fit_upwards(NodeId id) {
   while (id != null && fit(id)) id = nodes_[id].parent;
 }
 
-/// Exchanges a child with a grandchild from the other side where that makes the child's box
-/// smaller; the node's own box stays.
+/// Exchanges a child with a grandchild from the other side if that makes the child's box smaller.
+/// The node's own box stays.
 template <Scalar S>
 void AabbTree<S>::rotate(NodeId id) {
   NodeId best_child = null;
@@ -422,10 +417,10 @@ void AabbTree<S>::rotate(NodeId id) {
     const NodeId child = nodes_[id].child[side];
     const NodeId other = nodes_[id].child[1 - side];
     if (nodes_[other].is_leaf()) continue;
-    const S cost = detail::tree_cost(nodes_[other].box);
+    const S cost = tree_cost(nodes_[other].box);
     for (std::size_t i = 0; i < 2; ++i) {
       const NodeId stays = nodes_[other].child[1 - i];
-      const S gain = cost - detail::merged_cost(nodes_[child].box, nodes_[stays].box);
+      const S gain = cost - merged_cost(nodes_[child].box, nodes_[stays].box);
       if (gain > best_gain) {
         best_gain = gain;
         best_child = child;
@@ -452,7 +447,7 @@ void AabbTree<S>::swap_subtrees(NodeId a, NodeId b) {
   nodes_[b].parent = parent_a;
 }
 
-/// Builds all inner nodes anew over the leaves there are.
+/// Rebuilds all inner nodes over the present leaves.
 template <Scalar S>
 void AabbTree<S>::rebuild() {
   order_.clear();
@@ -465,13 +460,13 @@ void AabbTree<S>::rebuild() {
 }
 
 template <Scalar S>
-auto AabbTree<S>::build_range(std::span<detail::SplitLeaf<S>> leaves, int depth) -> NodeId {
+auto AabbTree<S>::build_range(std::span<SplitLeaf<S>> leaves, int depth) -> NodeId {
   if (leaves.size() == 1) return leaves.front().number;
   const NodeId id = allocate();
   const auto box_of = [this](NodeId leaf) -> const Aabb<S>& { return nodes_[leaf].box; };
   // From half the height on, halves: 2^32 leaves then end at the full height.
-  const std::size_t middle = depth < max_height / 2 ? detail::split_by_surface<S>(leaves, box_of)
-                                                    : detail::split_in_halves<S>(leaves, box_of);
+  const std::size_t middle = depth < max_height / 2 ? split_by_surface<S>(leaves, box_of)
+                                                    : split_in_halves<S>(leaves, box_of);
   const NodeId a = build_range(leaves.first(middle), depth + 1);
   const NodeId b = build_range(leaves.subspan(middle), depth + 1);
   nodes_[id].child = {a, b};
@@ -481,4 +476,4 @@ auto AabbTree<S>::build_range(std::span<detail::SplitLeaf<S>> leaves, int depth)
   return id;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

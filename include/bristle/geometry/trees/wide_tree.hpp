@@ -1,8 +1,8 @@
 /// @file
-/// A tree over triangles with many children a node, so that vector registers test all of them at
-/// once: what rays are cast at.
+/// A tree over triangles for ray casts. A node has many children, and vector registers test them
+/// all at once.
 ///
-/// Flat, immutable and small: about 50 bytes a triangle in float and 90 in double, so that a patch
+/// It is flat, immutable and small: about 50 bytes a triangle in float and 90 in double. So a patch
 /// that meets a fine mesh with cold caches does not wait for memory. Leaves keep their corners
 /// beside each other, coordinate by coordinate, as the tests read them.
 // SPDX-License-Identifier: BSD-3-Clause
@@ -20,15 +20,15 @@
 #include <span>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Some triangles that stand together, at most `WideTree::leaf_size` of them.
+/// Some adjacent triangles, at most `WideTree::leaf_size` of them.
 struct TriangleRange {
   std::uint32_t first;
   std::uint32_t count;
 };
 
-/// Immutable. The same triangles in the same order give the same tree.
+/// The tree. Immutable. The same triangles in the same order give the same tree.
 template <Scalar S>
 class WideTree {
  public:
@@ -36,12 +36,12 @@ class WideTree {
   static constexpr std::size_t width = 16;
   static constexpr std::size_t leaf_size = 16;
 
-  /// Boxes of the children, coordinate by coordinate; those there are come first, the others are
-  /// empty boxes, which nothing overlaps.
+  /// Boxes of the children, coordinate by coordinate. The children come first. The other boxes are
+  /// empty, and nothing overlaps them.
   struct alignas(64) Node {
     std::array<std::array<S, width>, 3> lower;
     std::array<std::array<S, width>, 3> upper;
-    /// [-] First triangle of a leaf, or the node, where the child's `triangles` are 0.
+    /// [-] First triangle of a leaf, or the node if the child's `triangles` are 0.
     std::array<std::uint32_t, width> first;
     std::array<std::uint8_t, width> triangles;
     std::uint32_t children;
@@ -54,40 +54,40 @@ class WideTree {
 
   /// [-] Number of triangles.
   [[nodiscard]] std::size_t size() const { return places_.size(); }
-  /// [m] Around all triangles.
+  /// [m] Box around all triangles.
   [[nodiscard]] const Aabb<S>& box() const { return box_; }
-  /// [m^2] Of a triangle on average.
+  /// [m^2] Mean area of a triangle.
   [[nodiscard]] S mean_area() const { return mean_area_; }
-  /// [-] Root first; empty where there are no triangles.
+  /// [-] Root first. Empty if there are no triangles.
   [[nodiscard]] const std::vector<Node>& nodes() const { return nodes_; }
 
-  /// [-] The triangle, as its maker counts, that stands at a place.
+  /// [-] Number of the triangle at a position, as given to the constructor.
   [[nodiscard]] std::uint32_t number(std::size_t place) const { return numbers_[place]; }
-  /// [-] The same from a place on. A pack may be loaded from anywhere among them.
+  /// [-] The same from a position on. A pack may be loaded from any position.
   [[nodiscard]] const std::uint32_t* numbers(std::size_t place) const {
     return numbers_.data() + place;
   }
   /// [m] Coordinate `axis` of corner `corner` of the triangles of a leaf. A pack may be loaded from
-  /// anywhere among them; what it has beyond them means nothing.
+  /// any of them. Its lanes beyond the last are garbage.
   [[nodiscard]] const S* row(const TriangleRange& leaf, std::size_t corner,
                              std::size_t axis) const {
     return corners_.data() + 9 * leaf.first + (3 * corner + axis) * leaf.count;
   }
-  /// [m] Corners of a triangle, by the number its maker gave it.
+  /// [m] Corners of a triangle, by its number as given to the constructor.
   [[nodiscard]] std::array<Vec3<S>, 3> corners(std::uint32_t number) const;
 
-  /// [-] Entries that a depth-first walk needs room for: nodes are at most `max_height` deep, and
-  /// each leaves all its children but one behind.
+  /// [-] Stack entries of a depth-first traversal. Nodes are at most `max_height` deep, and each
+  /// leaves all its children but one behind.
   static constexpr std::size_t max_height = 24;
   static constexpr std::size_t stack_size = max_height * (width - 1) + 1;
 
  private:
   struct Place {
-    std::uint32_t row;  // Where its corners begin.
+    std::uint32_t row;  // Start of its corners.
     std::uint8_t stride;
   };
 
-  std::uint32_t build(std::span<detail::SplitLeaf<S>> triangles, std::size_t first,
+  std::uint32_t build(std::span<SplitLeaf<S>> triangles, std::size_t first,
                       const std::vector<Aabb<S>>& boxes, std::size_t depth);
   template <typename CornersOf>
   void store(const CornersOf& corners_of);
@@ -106,7 +106,7 @@ template <Scalar S>
 template <typename CornersOf>
 WideTree<S>::WideTree(std::size_t count, const CornersOf& corners_of) {
   std::vector<Aabb<S>> boxes(count);
-  std::vector<detail::SplitLeaf<S>> order(count);
+  std::vector<SplitLeaf<S>> order(count);
   // Packs may be loaded up to their width beyond the last one.
   numbers_.assign(count + leaf_size, 0);
   places_.resize(count);
@@ -125,18 +125,18 @@ WideTree<S>::WideTree(std::size_t count, const CornersOf& corners_of) {
   store(corners_of);
 }
 
-/// Divides triangles among the children of a new node: the one with the largest surface first, as
-/// it is the one met most often.
-/// @param first  [-] Place of the first of these triangles among all.
+/// Divides triangles among the children of a new node. The one with the largest surface is divided
+/// first, as it is met most often.
+/// @param first  [-] Position of the first of these triangles among all.
 template <Scalar S>
-std::uint32_t WideTree<S>::build(std::span<detail::SplitLeaf<S>> triangles, std::size_t first,
+std::uint32_t WideTree<S>::build(std::span<SplitLeaf<S>> triangles, std::size_t first,
                                  const std::vector<Aabb<S>>& boxes, std::size_t depth) {
   const auto box_of = [&](std::uint32_t i) -> const Aabb<S>& { return boxes[i]; };
   struct Piece {
-    std::span<detail::SplitLeaf<S>> triangles;
+    std::span<SplitLeaf<S>> triangles;
     Aabb<S> box;
   };
-  const auto piece_of = [&](std::span<detail::SplitLeaf<S>> some) {
+  const auto piece_of = [&](std::span<SplitLeaf<S>> some) {
     Piece piece{some, {}};
     for (const auto& leaf : some) piece.box.include(boxes[leaf.number]);
     return piece;
@@ -152,7 +152,7 @@ std::uint32_t WideTree<S>::build(std::span<detail::SplitLeaf<S>> triangles, std:
     for (std::size_t k = 0; k < count; ++k) {
       if (pieces[k].triangles.size() <= leaf_size) continue;
       const S cost =
-          is_deep ? S(pieces[k].triangles.size()) : detail::finite_part(pieces[k].box).half_area();
+          is_deep ? S(pieces[k].triangles.size()) : finite_part(pieces[k].box).half_area();
       if (cost > largest_cost) {
         largest = &pieces[k];
         largest_cost = cost;
@@ -160,8 +160,8 @@ std::uint32_t WideTree<S>::build(std::span<detail::SplitLeaf<S>> triangles, std:
     }
     if (largest == nullptr) break;
     const auto all = largest->triangles;
-    const std::size_t middle = is_deep ? detail::split_in_halves<S>(all, box_of)
-                                       : detail::split_by_surface<S>(all, box_of);
+    const std::size_t middle =
+        is_deep ? split_in_halves<S>(all, box_of) : split_by_surface<S>(all, box_of);
     *largest = piece_of(all.first(middle));
     pieces[count++] = piece_of(all.subspan(middle));
   }
@@ -173,7 +173,7 @@ std::uint32_t WideTree<S>::build(std::span<detail::SplitLeaf<S>> triangles, std:
     std::uint32_t child = 0;
     std::size_t leaf = 0;
     if (k < count) {
-      const std::span<detail::SplitLeaf<S>> some = pieces[k].triangles;
+      const std::span<SplitLeaf<S>> some = pieces[k].triangles;
       const std::size_t place = first + static_cast<std::size_t>(some.data() - triangles.data());
       leaf = some.size() <= leaf_size ? some.size() : 0;
       child = leaf > 0 ? static_cast<std::uint32_t>(place) : build(some, place, boxes, depth + 1);
@@ -218,4 +218,4 @@ std::array<Vec3<S>, 3> WideTree<S>::corners(std::uint32_t number) const {
           Vec3<S>(p[6 * n], p[7 * n], p[8 * n])};
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,5 +1,5 @@
 /// @file
-/// Bodies of an AMBF description as definitions of bodies.
+/// Converts bodies of an AMBF description to body definitions.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -20,7 +20,7 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// A primitive in the scalar of a world, scaled.
+/// Converts a primitive to the scalar of a world, scaled.
 template <Scalar S>
 struct ScaledShape {
   S scale;
@@ -38,15 +38,15 @@ struct ScaledShape {
   Shape<S> operator()(const Solid<double>& s) const {
     return Solid<S>{scale * S(s.radius), scale * S(s.half_length)};
   }
-  /// Descriptions have none of the others among their primitives.
+  /// Descriptions have no other primitives.
   template <typename Other>
   Shape<S> operator()(const Other&) const {
     return Sphere<S>{};
   }
 };
 
-/// A pose in the scalar of a world, scaled. Rotations are unit ones and stay as they are, but for
-/// the digits that another scalar takes.
+/// Converts a pose to the scalar of a world and scales its position. Rotations are unit quaternions
+/// and stay so, but for the digits that another scalar drops.
 template <Scalar S>
 [[nodiscard]] Transform<S> scaled_pose(const Transform<double>& X, double scale) {
   const Quat<S> rotation = X.rotation.cast<S>();
@@ -55,8 +55,8 @@ template <Scalar S>
   return {rotation.normalized(), translation};
 }
 
-/// Bits of collision groups. Group g has bit g, so that bodies of group 0 are of the category that
-/// a body has by default; numbers above 31 get the bits that are left, from the last down.
+/// Category bits of collision groups. Group g has bit g, so that bodies of group 0 have the default
+/// category. Numbers above 31 get the free bits, from the last down.
 class AdfGroups {
  public:
   explicit AdfGroups(const AdfModel& model) {
@@ -99,7 +99,7 @@ class AdfGroups {
 template <Scalar S>
 class AdfBodyBuilder {
  public:
-  /// @param gravity  [m/s^2] Of the world.
+  /// @param gravity  [m/s^2] Gravity of the world.
   AdfBodyBuilder(const AdfModel& model, const AdfBuildDef<S>& def, const Vec3<S>& gravity,
                  AdfMeshes<S>& meshes, AdfReport& report)
       : model_(model),
@@ -115,7 +115,7 @@ class AdfBodyBuilder {
     result.position = X_WB.translation;
     result.orientation = X_WB.rotation.normalized();
     result.filter.category = groups_.bits_of(model_, body);
-    // Bodies from elsewhere, of the default category, meet all that is of group 0.
+    // Bodies from elsewhere, of the default category, collide with group 0.
     result.filter.mask = result.filter.category;
     add_shapes(body, result);
     result.motion = body.mass > 0.0 ? Motion::dynamic : Motion::fixed;
@@ -125,8 +125,8 @@ class AdfBodyBuilder {
   }
 
  private:
-  /// Coefficients of Bullet multiply. Squared, they give the same for a pair here: friction always,
-  /// since the geometric mean of squares is the product, restitution for equal ones.
+  /// Bullet multiplies coefficients. Squares give the same for a pair here. For friction that is
+  /// exact, as the geometric mean of squares is the product; for restitution, if both are equal.
   [[nodiscard]] static Material<S> material(const AdfBody& body) {
     return {S(body.friction * body.friction), S(body.restitution * body.restitution)};
   }
@@ -159,7 +159,7 @@ class AdfBodyBuilder {
     return R * Vec3<S>(moments.cast<S>()).asDiagonal() * R.transpose();
   }
 
-  /// The world has one gravity, of which bodies take a multiple.
+  /// The world has one gravity, and each body scales it.
   [[nodiscard]] S gravity_scale(const AdfBody& body) {
     const std::optional<Vec3<double>>& wanted = body.gravity ? body.gravity : model_.gravity;
     if (!wanted) return S(1);

@@ -19,7 +19,7 @@ namespace bristle::inline BRISTLE_ABI::detail {
 /// Largest number of a collision group.
 inline constexpr std::size_t adf_max_group = 999;
 
-/// Turns z into the axis that a geometry names.
+/// Rotation of z to the axis that a geometry names.
 [[nodiscard]] inline Quat<double> adf_axis(AdfMap& geometry) {
   const std::string axis = to_lower(geometry.text("axis", "z"));
   const double quarter = std::numbers::pi / 2.0;
@@ -29,7 +29,7 @@ inline constexpr std::size_t adf_max_group = 999;
   return Quat<double>::Identity();
 }
 
-/// A primitive from its kind and sizes: extents and heights are whole ones, and a capsule's height
+/// Reads a primitive by its kind and sizes. Extents and heights are whole ones. A capsule's height
 /// includes its caps.
 [[nodiscard]] inline AdfShape read_adf_shape(AdfMap& body, const char* kind_key,
                                              const char* geometry_key) {
@@ -99,7 +99,7 @@ inline void read_adf_inertia(AdfMap& map, AdfBody& body) {
   if (map.has("inertial offset")) body.inertial_offset = map.pose("inertial offset");
   if (map.has("inertia")) {
     AdfMap inertia = map.map("inertia");
-    // Bodies that do not move are written with zeros.
+    // Files give zeros for bodies that do not move.
     const AdfRule& rule = body.mass > 0.0 ? adf_positive : adf_not_negative;
     body.inertia = Vec3<double>(inertia.number("ix", rule), inertia.number("iy", rule),
                                 inertia.number("iz", rule));
@@ -119,7 +119,7 @@ inline void read_adf_surface(AdfMap& map, AdfBody& body) {
   body.collision_groups = map.counts("collision groups", adf_max_group);
 }
 
-/// Where sensors were given before there were blocks of sensors.
+/// Reads a sensor in the older form, nested in its body.
 [[nodiscard]] inline std::optional<AdfSensor> read_adf_surface_sensor(AdfMap& map,
                                                                       const AdfBody& body) {
   if (!map.has("resistive surface")) return std::nullopt;
@@ -133,7 +133,7 @@ inline void read_adf_surface(AdfMap& map, AdfBody& body) {
   return sensor;
 }
 
-/// All of a body but its names. The second is what it says of sensors on its surface.
+/// Reads all of a body but its names. Returns the sensor on its surface, if there is one.
 inline std::optional<AdfSensor> read_adf_body(AdfMap& map, AdfBody& body) {
   body.location = map.pose("location");
   body.scale = map.number("scale", body.scale, adf_positive);
@@ -147,7 +147,7 @@ inline std::optional<AdfSensor> read_adf_body(AdfMap& map, AdfBody& body) {
   std::optional<AdfSensor> sensor = read_adf_surface_sensor(map, body);
 
   if (body.mass > 0.0 || map.has("damping")) {
-    // A body that says nothing of it has some in AMBF.
+    // A body without the key has some damping in AMBF.
     map.note(AdfNoteKind::unsupported, "damping",
              "bodies have no damping of their own; the default of the format is 0.04 "
              "and 0.1 of the velocities a second");

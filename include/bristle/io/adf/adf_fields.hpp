@@ -1,5 +1,5 @@
 /// @file
-/// Which key of an AMBF description a field of a definition comes from.
+/// Keys of an AMBF description for the fields of definitions.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -10,8 +10,8 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// The key that gives a field which the world refuses ("JointDef::swing_limit": "joint limits");
-/// empty for what no single key gives. Fields may go on with an index.
+/// Returns the key of a field that the world refuses ("JointDef::swing_limit": "joint limits"). It
+/// is empty if no single key gives the field. Fields may end with an index.
 [[nodiscard]] constexpr std::string_view adf_key_of(std::string_view field) {
   using Pair = std::pair<std::string_view, std::string_view>;
   constexpr Pair keys[] = {{"BodyDef::mass", "mass"},
@@ -40,7 +40,7 @@ namespace bristle::inline BRISTLE_ABI::detail {
                            {"JointSpring::rest", "equilibrium point"},
                            {"JointBushing::stiffness", "stiffness"},
                            {"JointBushing::damping", "damping"},
-                           {"JointDrive::max_force", "max motor impulse"},
+                           {"JointMotor::max_force", "max motor impulse"},
                            {"SensorParameters::normal_stiffness", "contact stiffness"},
                            {"SensorParameters::normal_damping", "contact damping"},
                            {"SensorParameters::static_friction", "friction/static"},

@@ -1,5 +1,5 @@
 /// @file
-/// Joints of an AMBF description as definitions of joints.
+/// Converts joints of an AMBF description to joint definitions.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -16,9 +16,8 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// The turn that brings one unit vector to another by the shortest way. Of the many half turns
-/// between opposite vectors the format takes the one about from x X, or from x Y where X is along
-/// it.
+/// Shortest rotation from one unit vector to another. Between opposite vectors the format takes the
+/// half turn about from x X, or about from x Y if X is parallel.
 [[nodiscard]] inline Quat<double> axis_turn(const Vec3<double>& from, const Vec3<double>& to) {
   const double cosine = from.dot(to);
   if (cosine > -0.5) {
@@ -31,7 +30,7 @@ namespace bristle::inline BRISTLE_ABI::detail {
     axis = from.cross(Vec3<double>::UnitX());
     if (axis.norm() < 0.1) axis = from.cross(Vec3<double>::UnitY());
   }
-  // Half a turn, or two thirds of one; what is left to do is no longer close to opposite.
+  // Half a turn, or two thirds of one. The remaining rotation is no longer close to opposite.
   const double angle = is_opposite ? std::numbers::pi : 2.0;
   const Quat<double> first(Eigen::AngleAxis<double>(angle, axis.normalized()));
   return (axis_turn(first * from, to) * first).normalized();
@@ -44,16 +43,16 @@ struct JointFrames {
   Transform<S> X_BJ;
 };
 
-/// Which axis of its frame lies along the axis of a joint: the free one, x. Those with limits or
-/// springs about all three axes have them in the frame of the format, whose z lies along the axis.
+/// Axis of the joint's frame that is along its axis: the free one, x. Joints with limits or springs
+/// about all three axes have them in the frame of the format, whose z is along the axis.
 [[nodiscard]] inline Vec3<double> frame_axis(AdfJointType type) {
   const bool has_three = type == AdfJointType::cone_twist || type == AdfJointType::six_dof ||
                          type == AdfJointType::six_dof_spring;
   return has_three ? Vec3<double>::UnitZ() : Vec3<double>::UnitX();
 }
 
-/// At zero the child, turned so that its axis lies along the parent's, is turned by the offset
-/// about it.
+/// Returns the frames of a joint. At zero the child's axis is along the parent's, and the child is
+/// turned by the offset about it.
 template <Scalar S>
 [[nodiscard]] JointFrames<S> joint_frames(const AdfJoint& joint, double parent_scale,
                                           double child_scale) {
@@ -69,7 +68,7 @@ template <Scalar S>
           scaled_pose<S>({R_BJ, joint.child_pivot}, child_scale)};
 }
 
-/// Which kind of joint a type becomes.
+/// Kind of joint for a type of the format.
 [[nodiscard]] constexpr JointKind kind_of(AdfJointType type) {
   switch (type) {
     case AdfJointType::revolute:
@@ -91,7 +90,7 @@ template <Scalar S>
   return JointKind::fixed;
 }
 
-/// [m or rad] Where a joint stands between bodies at these poses; an angle at the turn that is
+/// [m or rad] Position of a joint for bodies at these poses. Of equivalent angles it is the one
 /// nearest to the limits.
 template <Scalar S>
 [[nodiscard]] S joint_position(const JointDef<S>& def, const Transform<S>& X_WA,
@@ -151,12 +150,12 @@ class AdfJointBuilder {
         .stiffness = S(joint.stiffness), .damping = S(joint.damping), .rest = S(joint.equilibrium)};
   }
 
-  /// A controller holds like a spring and a damper, beside those that the joint has; a motor like a
-  /// brake.
+  /// Adds the holding force. A controller acts like a spring and a damper, added to those of the
+  /// joint. A motor acts like a brake.
   void hold(const AdfJoint& joint, const Transform<S>& X_WA, const Transform<S>& X_WB,
             JointDef<S>& result) const {
     if (!joint.controller) {
-      result.drive = {.mode = DriveMode::velocity,
+      result.motor = {.mode = MotorMode::velocity,
                       .max_force = S(joint.max_motor_impulse) / def_.authored_step};
       return;
     }

@@ -40,7 +40,7 @@ namespace bristle::inline BRISTLE_ABI::detail {
            "six dof spring");
 }
 
-/// {linear: {x, y, z}, angular: {x, y, z}}.
+/// Reads {linear: {x, y, z}, angular: {x, y, z}}.
 [[nodiscard]] inline std::array<double, 6> read_adf_six(AdfMap& map, const char* key) {
   std::array<double, 6> result{};
   if (!map.has(key)) return result;
@@ -55,7 +55,7 @@ namespace bristle::inline BRISTLE_ABI::detail {
   return result;
 }
 
-/// Stops, springs and dampers of the one free axis.
+/// Reads limits, springs and dampers of the one free axis.
 inline void read_adf_axis(AdfMap& map, AdfJoint& joint) {
   if (map.has("joint limits")) {
     AdfMap limits = map.map("joint limits");
@@ -72,7 +72,7 @@ inline void read_adf_axis(AdfMap& map, AdfJoint& joint) {
   joint.equilibrium = map.number("equilibrium point", middle, adf_finite);
 }
 
-/// Springs and dampers of joints that have none here.
+/// Skips the springs and dampers of joints without them here.
 inline void skip_adf_springs(AdfMap& map) {
   map.skip({"stiffness", "damping", "equilibrium point"}, "joints of this type have no springs");
 }
@@ -92,7 +92,7 @@ inline void read_adf_controller(AdfMap& map, AdfJoint& joint) {
       map.number("max motor impulse", joint.max_motor_impulse, adf_not_negative);
 }
 
-/// All of a joint but its names.
+/// Reads all of a joint but its names.
 inline void read_adf_joint(AdfMap& map, AdfJoint& joint) {
   joint.type = read_adf_joint_type(map);
   joint.parent = map.text("parent");
@@ -101,7 +101,7 @@ inline void read_adf_joint(AdfMap& map, AdfJoint& joint) {
   joint.child_pivot = map.vector("child pivot");
   joint.parent_axis = map.direction("parent axis");
   joint.child_axis = map.direction("child axis");
-  // Two names of one thing; where both are given the shorter counts.
+  // Two names of one value. The shorter wins.
   const double child_offset = map.number("child offset", 0.0, adf_finite);
   joint.offset = map.number("offset", child_offset, adf_finite);
   joint.frame_offset = map.number("joint offset", 0.0, adf_finite);
@@ -143,7 +143,7 @@ inline void read_adf_joint(AdfMap& map, AdfJoint& joint) {
   joint.ignore_inter_collision = map.flag("ignore inter-collision", true);
   map.pass({"joint limits", "stiffness", "damping", "equilibrium point"});
   map.skip({"joint erp", "joint cfm"}, "joints are solved exactly");
-  map.skip({"enable motor", "controller output type"}, "a joint is free until it is given a drive");
+  map.skip({"enable motor", "controller output type"}, "a joint is free until it is given a motor");
   map.skip({"enable feedback", "passive", "publish frequency", "plugins"}, "communication");
   map.skip({"detached", "origin", "axis"}, "not used by the format's own reader");
 }

@@ -1,6 +1,6 @@
 /// @file
-/// Typed reading of one map of an AMBF description: each value with its rule, each fault with its
-/// place, and what nobody read on the report.
+/// Typed reading of one map of an AMBF description. Each value has its rule, and each error its
+/// place. Unread keys go on the report.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -23,7 +23,7 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// What a number must be.
+/// Rule that a number must satisfy.
 struct AdfRule {
   const char* text;
   bool (*holds)(double);
@@ -33,7 +33,7 @@ inline constexpr AdfRule adf_positive{"must be finite and > 0", [](double x) { r
 inline constexpr AdfRule adf_not_negative{"must be finite and >= 0",
                                           [](double x) { return x >= 0; }};
 
-/// R = Rz(yaw) Ry(pitch) Rx(roll): about the axes of the frame that stays.
+/// R = Rz(yaw) Ry(pitch) Rx(roll), about the fixed axes.
 [[nodiscard]] inline Quat<double> from_roll_pitch_yaw(double roll, double pitch, double yaw) {
   using AngleAxis = Eigen::AngleAxis<double>;
   return Quat<double>(AngleAxis(yaw, Vec3<double>::UnitZ()) *
@@ -42,14 +42,14 @@ inline constexpr AdfRule adf_not_negative{"must be finite and >= 0",
       .normalized();
 }
 
-/// A map under its name. Keys are read once; `finish` reports those that were not.
+/// A map under its name. Each key is read once; `finish` reports the unread ones.
 class AdfMap {
  public:
   /// @param path   Names of the maps around it and its own, for errors ("BODY Tip/friction").
-  /// @param block  What kind of map it is, for the report ("body/friction").
+  /// @param block  Kind of the map, for the report ("body/friction").
   AdfMap(AdfTree& tree, std::uint32_t node, std::string path, std::string block)
       : tree_(&tree), node_(node), path_(std::move(path)), block_(std::move(block)) {
-    if (self().kind == AdfNode::Kind::null) return;  // `joint limits:` with nothing behind it
+    if (self().kind == AdfNode::Kind::null) return;  // `joint limits:` without a value
     if (self().kind != AdfNode::Kind::map) {
       tree_->fail(self().line, path_, printable(self().text), "must be a map of keys");
     }
@@ -59,13 +59,13 @@ class AdfMap {
   [[nodiscard]] const std::string& path() const { return path_; }
   [[nodiscard]] AdfTree& tree() const { return *tree_; }
 
-  /// Whether a key is there with something behind it.
+  /// Returns whether the key is present with a value.
   [[nodiscard]] bool has(std::string_view key) const {
     const AdfNode* node = find(key);
     return node != nullptr && node->kind != AdfNode::Kind::null;
   }
 
-  /// Whether a list is behind a key.
+  /// Returns whether the key is present with a list.
   [[nodiscard]] bool has_list(std::string_view key) const {
     const AdfNode* node = find(key);
     return node != nullptr && node->kind == AdfNode::Kind::list;
@@ -78,7 +78,7 @@ class AdfMap {
     return has(key) ? number(key, rule) : otherwise;
   }
 
-  /// A whole number in [low, high].
+  /// Reads a whole number in [low, high].
   [[nodiscard]] std::size_t count(std::string_view key, std::size_t low, std::size_t high) {
     return to_count(key, require(key), low, high);
   }
@@ -104,7 +104,7 @@ class AdfMap {
     return has(key) ? text(key) : otherwise;
   }
 
-  /// {x, y, z}, all three.
+  /// Reads {x, y, z}, all three.
   [[nodiscard]] Vec3<double> vector(std::string_view key) {
     AdfMap m = map(key);
     const Vec3<double> v(m.number("x", adf_finite), m.number("y", adf_finite),
@@ -112,14 +112,14 @@ class AdfMap {
     m.finish();
     return v;
   }
-  /// The same as a direction: any length but zero.
+  /// Reads the same as a direction: any length but zero.
   [[nodiscard]] Vec3<double> direction(std::string_view key) {
     const Vec3<double> v = vector(key);
     const Vec3<double> unit = v.stableNormalized();
     if (!(unit.squaredNorm() > 0.5)) fail(key, "must not be zero");
     return unit;
   }
-  /// {position: {x, y, z}, orientation: {r, p, y}}, either of which may be missing.
+  /// Reads {position: {x, y, z}, orientation: {r, p, y}}, either of which may be missing.
   [[nodiscard]] Transform<double> pose(std::string_view key) {
     Transform<double> X;
     if (!has(key)) return X;
@@ -137,14 +137,14 @@ class AdfMap {
     return X;
   }
 
-  /// A map behind a key; without keys where the key is missing.
+  /// Returns the map of a key. @throws AdfError if the key is missing.
   [[nodiscard]] AdfMap map(std::string_view key) {
     read_.emplace(key);
     const auto at = self().entries.find(key);
     if (at == self().entries.end()) fail(key, "must be given");
     return AdfMap(*tree_, at->second, join(path_, key), join(block_, key));
   }
-  /// The maps of a list; none where the key is missing.
+  /// Returns the maps of a list. None if the key is missing.
   [[nodiscard]] std::vector<AdfMap> maps(std::string_view key) {
     std::vector<AdfMap> result;
     const std::vector<std::uint32_t> list = items(key);
@@ -154,7 +154,7 @@ class AdfMap {
     }
     return result;
   }
-  /// The scalars of a list, with their lines; none where the key is missing.
+  /// Returns the scalars of a list, with their lines. None if the key is missing.
   [[nodiscard]] std::vector<std::pair<std::string, std::size_t>> texts(std::string_view key) {
     std::vector<std::pair<std::string, std::size_t>> result;
     for (const std::uint32_t item : items(key)) {
@@ -166,8 +166,8 @@ class AdfMap {
     }
     return result;
   }
-  /// The whole numbers of a list, each in [0, high]; no more of them than there are different ones,
-  /// since many blocks may name one list by aliases.
+  /// Returns the whole numbers of a list, each in [0, high]. There may be no more of them than
+  /// different ones, since many blocks may name one list by aliases.
   [[nodiscard]] std::vector<std::size_t> counts(std::string_view key, std::size_t high) {
     std::vector<std::size_t> result;
     const std::vector<std::uint32_t> list = items(key);
@@ -180,7 +180,7 @@ class AdfMap {
     return result;
   }
 
-  /// Keys of the format that are passed over, each on the report where it is given.
+  /// Skips keys of the format. Each goes on the report if it is given.
   void skip(std::initializer_list<const char*> keys, const char* reason) {
     for (const char* key : keys) {
       if (self().entries.count(key) == 0) continue;
@@ -188,7 +188,7 @@ class AdfMap {
       read_.emplace(key);
     }
   }
-  /// Keys that change nothing that anybody could miss.
+  /// Skips keys without effect, and without a note.
   void pass(std::initializer_list<const char*> keys) {
     for (const char* key : keys) read_.emplace(key);
   }
@@ -199,23 +199,23 @@ class AdfMap {
                       node != nullptr ? node->line : line());
   }
 
-  /// The same map as a block of a kind, whatever its name.
+  /// Returns the same map as a block of another kind.
   [[nodiscard]] AdfMap renamed(std::string block) const {
     return AdfMap(*tree_, node_, path_, std::move(block));
   }
-  /// Passes over all keys.
+  /// Skips all keys.
   void pass_all() {
     for (const auto& [key, node] : self().entries) read_.insert(key);
   }
 
-  /// Passes over keys whose values are used elsewhere, by aliases.
+  /// Skips keys whose values are used elsewhere, by aliases.
   void pass_aliased() {
     for (const auto& [key, node] : self().entries) {
       if (tree_->nodes[node].is_aliased) read_.insert(key);
     }
   }
 
-  /// Reports the keys that nobody asked for.
+  /// Reports the unread keys.
   void finish() const {
     for (const auto& [key, node] : self().entries) {
       if (read_.find(key) == read_.end()) {
@@ -272,7 +272,7 @@ class AdfMap {
   [[nodiscard]] double to_number(std::string_view key, const AdfNode& node,
                                  const AdfRule& rule) const {
     std::string_view digits = node.text;
-    // from_chars knows no leading plus; "+-1" stays an error.
+    // from_chars rejects a leading plus; "+-1" stays an error.
     if (digits.size() > 1 && digits[0] == '+' && digits[1] != '-') digits.remove_prefix(1);
     double value = 0.0;
     const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);

@@ -21,7 +21,7 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Which folder of meshes is looked at first.
+/// Folder of meshes that is searched first.
 enum class AdfResolution { low, high };
 
 /// Meshes by their files, each read once.
@@ -30,21 +30,20 @@ class AdfMeshes {
  public:
   AdfMeshes(const AdfModel& model, const AdfLimits& limits) : model_(model), limits_(limits) {}
 
-  /// The mesh of a body or sensor, in metres and unscaled.
+  /// Returns the mesh of a body or sensor, in metres and unscaled.
   ///
-  /// Shapes collide with the coarse mesh and sensors sit on the fine one, each with the other as a
-  /// second choice; the folder of the description itself comes last. Paths of the body, where it
-  /// has any, replace the model's.
+  /// Shapes collide with the coarse mesh and sensors are on the fine one. Each has the other as a
+  /// second choice. The folder of the description itself comes last. Paths of the body replace the
+  /// model's.
   ///
-  /// @param key   Of the item, that names the file.
-  /// @throws AdfError when none of the folders has the file, it is too large, or it cannot be
-  ///         understood.
+  /// @param key   Key of the item that names the file.
+  /// @throws AdfError if no folder has the file, it is too large, or it is no valid mesh.
   [[nodiscard]] const TriangleMesh<S>& load(const AdfItem& item, const char* key,
                                             const std::string& file, AdfResolution first,
                                             const AdfBody* body) {
     const std::filesystem::path path = find(item, key, file, first, body);
     std::error_code error;
-    // One file has many names: "a.stl", "./a.stl".
+    // A file has many names: "a.stl", "./a.stl".
     const std::string one_name = std::filesystem::canonical(path, error).string();
     const auto known = meshes_.find(one_name);
     if (known != meshes_.end()) return known->second;

@@ -1,5 +1,5 @@
 /// @file
-/// What an AMBF description (ADF) says: plain structs, defaults filled in, before any world.
+/// Content of an AMBF description (ADF): plain structs, defaults filled in, before any world.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -14,15 +14,15 @@
 #include <string>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// What bodies, joints, sensors and actuators have in common.
+/// Fields common to bodies, joints, sensors and actuators.
 struct AdfItem {
   /// Key of its block ("BODY Tip").
   std::string key;
-  /// Namespace and key, by which others find it ("/ambf/env/gripper/BODY Tip").
+  /// Namespace and key, by which other items name it ("/ambf/env/gripper/BODY Tip").
   std::string qualified;
-  /// The `name` it gives itself, without blanks; the key where it gives none.
+  /// Its own `name`, without blanks. The key if it has none.
   std::string name;
   /// 1-based line of its block.
   std::size_t line = 0;
@@ -32,45 +32,45 @@ struct AdfItem {
 struct AdfShape {
   /// [m] The primitive, unscaled.
   Shape<double> shape{};
-  /// [m] Its pose in the body frame, unscaled; the primitive's axis lies along z of this frame.
+  /// [m] Its pose in the body frame, unscaled. The primitive's axis is along z of this frame.
   Transform<double> X_BS{};
 };
 
-/// How a mesh is to collide.
+/// Collision geometry of a mesh.
 enum class AdfMeshType { convex_hull, concave };
 
 /// A body. Lengths are those of the file, before `scale`.
 struct AdfBody : AdfItem {
   /// [m] Pose of the body frame in the model.
   Transform<double> location{};
-  /// [1] Factor on shapes, meshes, their places, the centre of mass and the pivots of joints.
+  /// [1] Factor on shapes, meshes, their positions, the centre of mass and the pivots of joints.
   double scale = 1.0;
-  /// [kg] Mass; 0 is a body that does not move.
+  /// [kg] Mass; 0 for a body that does not move.
   double mass = 1.0;
-  /// [kg m^2] Principal moments along the axes of `inertial_offset`; unset: the shapes'.
+  /// [kg m^2] Principal moments along the axes of `inertial_offset`; unset: those of the shapes.
   std::optional<Vec3<double>> inertia{};
   /// [m] Centre of mass and principal axes in the body frame; unset: a mesh's own, or the origin.
   std::optional<Transform<double>> inertial_offset{};
-  /// [-] Primitives of the collision geometry; where there are any, no mesh collides.
+  /// [-] Primitives of the collision geometry. If there are any, no mesh collides.
   std::vector<AdfShape> shapes{};
-  /// [-] File of the mesh that collides; empty for none.
+  /// [-] File of the collision mesh. Empty for none.
   std::string collision_mesh{};
   AdfMeshType mesh_type = AdfMeshType::concave;
-  /// [-] File of the mesh that is seen; empty for none.
+  /// [-] File of the visual mesh. Empty for none.
   std::string visual_mesh{};
-  /// [-] Folders of meshes, in place of the model's; empty for those.
+  /// [-] Folders of meshes, in place of the model's; empty: the model's.
   std::string high_resolution_path{};
   std::string low_resolution_path{};
-  /// [1] Coefficients as Bullet means them: of a pair, the product.
+  /// [1] Coefficients as in Bullet: those of a pair are the product.
   double friction = 0.5;
   double restitution = 0.1;
-  /// [-] Only bodies with a group in common touch; none: group 0.
+  /// [-] Only bodies with a common group collide; none: group 0.
   std::vector<std::size_t> collision_groups{};
   /// [m/s^2] Gravity of this body, in place of the world's.
   std::optional<Vec3<double>> gravity{};
 };
 
-/// What a joint leaves free, under the names of the format.
+/// Free motion of a joint, under the names of the format.
 enum class AdfJointType {
   fixed,
   revolute,
@@ -85,7 +85,7 @@ enum class AdfJointType {
 
 /// Gains of a joint's controller.
 struct AdfGains {
-  /// [N/m, N m/rad], [N/(m s), ...], [N s/m, ...] Of the error, its integral and its rate.
+  /// [N/m, N m/rad], [N/(m s), ...], [N s/m, ...] Gains of the error, its integral and its rate.
   double P = 0.0;
   double I = 0.0;
   double D = 0.0;
@@ -97,65 +97,64 @@ struct AdfRange {
   double high = 0.0;
 };
 
-/// A joint. It stands at zero where the child, turned so that its axis lies along the parent's by
-/// the shortest way, is turned by `offset` about that axis. Its frame is that of the parent, turned
-/// so that z (of a slide x) lies along the axis, and by `frame_offset` about it.
+/// A joint. Its zero: the child's axis is turned to the parent's by the shortest way, then the
+/// child by `offset` about it. Its frame is that of the parent, turned so that z (of a slide x) is
+/// along the axis, and by `frame_offset` about it.
 struct AdfJoint : AdfItem {
   AdfJointType type = AdfJointType::fixed;
   /// [-] Names of the two bodies.
   std::string parent;
   std::string child;
-  /// [m] The joint's point in the frame of either body, unscaled.
+  /// [m] Point of the joint in the frame of either body, unscaled.
   Vec3<double> parent_pivot = Vec3<double>::Zero();
   Vec3<double> child_pivot = Vec3<double>::Zero();
-  /// [1] Its axis there, of length 1.
+  /// [1] Unit axis of the joint in those frames.
   Vec3<double> parent_axis = Vec3<double>::UnitZ();
   Vec3<double> child_axis = Vec3<double>::UnitZ();
-  /// [rad] See above: `offset` of the format, or `child offset`, and `joint offset`.
+  /// [rad] As above: `offset` of the format, or `child offset`, and `joint offset`.
   double offset = 0.0;
   double frame_offset = 0.0;
-  /// [m or rad] Stops of the free axis; unset: none.
+  /// [m or rad] Limits of the free axis; unset: none.
   std::optional<AdfRange> limits{};
-  /// [N/m or N m/rad], [N s/m or N m s/rad], [m or rad] Passive spring and damper, and where the
-  /// spring is at rest.
+  /// [N/m or N m/rad], [N s/m or N m s/rad], [m or rad] Passive spring and damper, and rest
+  /// position of the spring.
   double stiffness = 0.0;
   double damping = 0.0;
   double equilibrium = 0.0;
-  /// [rad] Of a cone twist: largest turn about x of the joint's frame, and tilts of x.
+  /// [rad] Limits of a cone twist: largest turn about x of the joint's frame, and tilts of x.
   Vec3<double> cone_limits = Vec3<double>::Constant(0.7);
-  /// Of a spring of six degrees of freedom: along and about x, y, z.
+  /// Constants of a six-degree spring: along and about x, y, z.
   std::array<double, 6> six_stiffness{};
   std::array<double, 6> six_damping{};
   std::optional<AdfGains> controller{};
-  /// [N s or N m s] Largest impulse of the motor that turns a joint without a controller, a step.
+  /// [N s or N m s] Largest impulse a step of the motor of a joint without a controller.
   double max_motor_impulse = 0.1;
-  /// [-] Whether the two bodies pass through each other.
+  /// [-] True if the two bodies pass through each other.
   bool ignore_inter_collision = true;
 };
 
 /// A ray of a sensor, in the sensor's frame.
 struct AdfRay {
-  /// [m] Its start.
+  /// [m] Start.
   Vec3<double> offset = Vec3<double>::Zero();
-  /// [1] Its direction, of length 1.
+  /// [1] Unit direction.
   Vec3<double> direction = Vec3<double>::UnitX();
 };
 
-/// `resolution` x `resolution` rays that spread about x.
+/// A fan of `resolution` x `resolution` rays about x.
 struct AdfFan {
   /// [-] Rays in a row, and rows, >= 2.
   std::size_t resolution = 2;
-  /// [rad] Angles between the first and the last.
+  /// [rad] Angles between the first and the last ray.
   double horizontal_angle = 0.0;
   double vertical_angle = 0.0;
-  /// [m] Distance from the origin at which they start.
+  /// [m] Distance of the starts from the origin.
   double start_offset = 0.0;
 };
 
 enum class AdfSensorType { proximity, resistance };
 
-/// A sensor: rays that all have its constants. Of array, mesh and fan the first that is given
-/// counts.
+/// A sensor: rays with common constants. Of array, mesh and fan the first given one counts.
 struct AdfSensor : AdfItem {
   AdfSensorType type = AdfSensorType::proximity;
   /// [-] Name of the body that carries it.
@@ -165,10 +164,10 @@ struct AdfSensor : AdfItem {
   /// [m] Length of the rays.
   double range = 0.5;
   std::vector<AdfRay> array{};
-  /// [-] File of the mesh that carries a ray on each face; empty for none.
+  /// [-] File of the mesh with a ray on each face. Empty for none.
   std::string mesh{};
   std::optional<AdfFan> fan{};
-  /// [m] How far below the mesh rays start.
+  /// [m] Depth of the rays' starts below the mesh.
   double depth = 0.0;
   /// [1/m] (or [N/m] unless `variable`) mu_S.
   double static_friction = 0.0;
@@ -176,13 +175,13 @@ struct AdfSensor : AdfItem {
   double dynamic_friction = 0.0;
   /// [N/m a step] Damping of the bristle.
   double friction_damping = 0.1;
-  /// [-] Whether friction grows with the normal force.
+  /// [-] True if friction grows with the normal force.
   bool variable_friction = false;
   /// [m] sigma_a.
   double contact_area = 0.1;
   /// [N] K_N.
   double contact_stiffness = 0.0;
-  /// [-] Whether it stood in its body, as a block `resistive surface` of 2019.
+  /// [-] True if it was nested in its body, as a block `resistive surface` of 2019.
   bool is_legacy_surface = false;
   /// [N s a step] K_D.
   double contact_damping = 0.0;
@@ -190,21 +189,21 @@ struct AdfSensor : AdfItem {
 
 /// A whole description.
 struct AdfModel {
-  /// [-] The file it was read from, for error messages and to find meshes beside it.
+  /// [-] Source file, for error messages and to find meshes beside it.
   std::filesystem::path file{};
   std::string name_space{};
   /// [-] Folders of meshes, relative to the file's.
   std::string high_resolution_path{};
   std::string low_resolution_path{};
-  /// [-] Whether no two of its bodies touch.
+  /// [-] True if no two of its bodies collide.
   bool ignore_inter_collision = false;
   /// [m/s^2] Gravity of its bodies, in place of the world's.
   std::optional<Vec3<double>> gravity{};
   std::vector<AdfBody> bodies{};
   std::vector<AdfJoint> joints{};
   std::vector<AdfSensor> sensors{};
-  /// What of the file is not in here.
+  /// Parts of the file that are not in this model.
   AdfReport report{};
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,5 +1,5 @@
 /// @file
-/// Things under the names of an AMBF description.
+/// Lookup of items by the names of an AMBF description.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -14,11 +14,10 @@
 #include <utility>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
-namespace detail {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// One text that is looked for in many, each read once whatever the two repeat (Knuth, Morris and
-/// Pratt 1977).
+/// Search for one text in many. Each is read once, whatever the two repeat (Knuth, Morris and Pratt
+/// 1977).
 class AdfPart {
  public:
   explicit AdfPart(std::string_view part) : part_(part), border_(part.size(), 0) {
@@ -39,20 +38,18 @@ class AdfPart {
   }
 
  private:
-  /// How much of the part the text ends with after one more character, when it was `met` before.
+  /// Length of the match after one more character, given the length `met` before.
   [[nodiscard]] std::size_t after(std::size_t met, char c) const {
     while (met > 0 && part_[met] != c) met = border_[met - 1];
     return part_[met] == c ? met + 1 : 0;
   }
 
   std::string_view part_;
-  // Length of the longest proper prefix that the first i + 1 characters end with.
+  // Length of the longest proper prefix that ends the first i + 1 characters.
   std::vector<std::size_t> border_;
 };
 
-}  // namespace detail
-
-/// Things under the names of a description, in the order of the file.
+/// Items by the names of a description, in the order of the file.
 template <typename T>
 class AdfNames {
  public:
@@ -70,8 +67,8 @@ class AdfNames {
     entries_.push_back({item.qualified, item.key, item.name, std::move(value)});
   }
 
-  /// What a name stands for: the one of that qualified name, or key, or the only one that calls
-  /// itself so, or the only one whose qualified name has it as a part. Null where there is none, or
+  /// Returns the item of a name: the one of that qualified name or key, else the only one with that
+  /// own name, else the only one whose qualified name contains it. Null if there is none, or
   /// several.
   [[nodiscard]] const T* find(std::string_view name) const {
     std::size_t searched = 0;
@@ -80,8 +77,8 @@ class AdfNames {
   [[nodiscard]] T* find(std::string_view name) {
     return const_cast<T*>(std::as_const(*this).find(name));
   }
-  /// The same, and adds to `searched` the bytes of the names in which it looked for a part; whole
-  /// names are found without.
+  /// The same. Adds to `searched` the bytes of the names that it searched for a part. Whole names
+  /// are found without.
   [[nodiscard]] const T* find(std::string_view name, std::size_t& searched) const {
     for (const auto* names : {&by_qualified_, &by_key_}) {
       const auto at = names->find(name);
@@ -91,7 +88,7 @@ class AdfNames {
     if (named != by_name_.end()) {
       return named->second.count == 1 ? &entries_[named->second.first].value : nullptr;
     }
-    const detail::AdfPart part(name);
+    const AdfPart part(name);
     const T* found = nullptr;
     for (const Entry& entry : entries_) {
       searched += entry.qualified.size();
@@ -102,13 +99,13 @@ class AdfNames {
     return found;
   }
 
-  /// The same as `find`, for names that must be there.
-  /// @throws InvalidArgument when the name stands for nothing, or for several things.
+  /// The same as `find`, for names that must exist.
+  /// @throws InvalidArgument if the name matches no item, or several.
   [[nodiscard]] const T& at(std::string_view name) const {
     const T* found = find(name);
     if (found == nullptr) {
-      detail::raise(InvalidArgument("AdfNames::at: name", std::string(name),
-                                    "must be a name of the description, or a part of just one"));
+      raise(InvalidArgument("AdfNames::at: name", std::string(name),
+                            "must be a name of the description, or a part of just one"));
     }
     return *found;
   }
@@ -121,7 +118,7 @@ class AdfNames {
   [[nodiscard]] auto end() const noexcept { return entries_.end(); }
 
  private:
-  /// The first of those that call themselves so, and how many do.
+  /// First item with an own name, and the number of such items.
   struct Named {
     std::size_t first;
     std::size_t count;
@@ -133,4 +130,4 @@ class AdfNames {
   std::map<std::string, Named, std::less<>> by_name_;
 };
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -22,28 +22,26 @@
 #include <utility>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-/// A description from the text of an ADF file. Meshes are not looked at.
+/// Reads a description from the text of an ADF file. Meshes are not read.
 ///
-/// What is missing gets the format's default; keys that are not read are on the model's report,
-/// each once, and so are blocks that no list names.
+/// Missing values get the format's default. Keys that are not read are on the model's report, each
+/// once, and so are blocks that no list names.
 ///
-/// @param file    Where the text is from: for messages, and to find meshes beside it.
-/// @throws AdfError that names line, key and rule of what is no YAML, is missing, breaks a rule or
-///         exceeds a limit. Whatever the bytes, that is all that can happen.
+/// @param file    Source of the text: for messages, and to find meshes beside it.
+/// @throws AdfError that names line, key and rule, if the text is no YAML, a value is missing or
+///         breaks a rule, or a limit is exceeded. No input throws anything else.
 [[nodiscard]] AdfModel read_adf(std::string_view text, const std::filesystem::path& file,
                                 const AdfLimits& limits = {});
 
-/// `read_adf` of a file.
-/// @throws IoError when it cannot be read, AdfError as `read_adf`.
+/// Reads a description from a file.
+/// @throws IoError if the file cannot be read, AdfError as `read_adf`.
 [[nodiscard]] AdfModel load_adf(const std::filesystem::path& path, const AdfLimits& limits = {});
 
 // Implementation -----------------------------------------------------------------------------------
 
-namespace detail {
-
-/// Goes through the blocks that the lists of a model name.
+/// Reads the blocks that the lists of a model name.
 class AdfReader {
  public:
   AdfReader(AdfTree& tree, const AdfLimits& limits) : limits_(limits), root_(tree, 0, "", "") {}
@@ -122,11 +120,11 @@ class AdfReader {
     map.pass_all();
   }
 
-  /// What the world here has not got.
+  /// Reports the kinds of objects that the world lacks.
   void leave_out_the_rest() {
     for (const char* list :
          {"soft bodies", "ghost objects", "vehicles", "volumes", "cameras", "lights"}) {
-      // The Blender add-on writes `cameras: 'CAMERA '` where there is none.
+      // The Blender add-on writes `cameras: 'CAMERA '` if there is none.
       if (!root_.has_list(list)) {
         root_.skip({list}, "one of the kinds that are not read");
         continue;
@@ -163,22 +161,20 @@ class AdfReader {
   std::size_t rays_ = 0;
 };
 
-}  // namespace detail
-
 inline AdfModel read_adf(std::string_view text, const std::filesystem::path& file,
                          const AdfLimits& limits) {
-  detail::AdfTree tree = detail::read_adf_tree(text, file.string(), limits);
-  return detail::AdfReader(tree, limits).read(file);
+  AdfTree tree = read_adf_tree(text, file.string(), limits);
+  return AdfReader(tree, limits).read(file);
 }
 
 inline AdfModel load_adf(const std::filesystem::path& path, const AdfLimits& limits) {
   std::error_code error;
   const std::uintmax_t size = std::filesystem::file_size(path, error);
   if (!error && size > limits.max_bytes) {
-    detail::raise(AdfError(path.string(), 0, "", "",
-                           "larger than " + std::to_string(limits.max_bytes) + " bytes"));
+    raise(AdfError(path.string(), 0, "", "",
+                   "larger than " + std::to_string(limits.max_bytes) + " bytes"));
   }
   return read_adf(read_file(path), path, limits);
 }
 
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

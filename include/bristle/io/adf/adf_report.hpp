@@ -1,6 +1,6 @@
 /// @file
-/// What reading an AMBF description (ADF) can say: one error with its place, and the list of what
-/// was not taken as it stands.
+/// Results of reading an AMBF description (ADF): one error with its place, and the list of changed
+/// or omitted parts.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -17,8 +17,8 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Something in a description breaks a rule. Reads
-/// "gripper.yaml:12: BODY Tip/mass = -1: must be finite and >= 0".
+/// Thrown if a value in a description breaks a rule. Its text is "gripper.yaml:12: BODY Tip/mass =
+/// -1: must be finite and >= 0".
 class AdfError : public IoError {
  public:
   AdfError(std::string file, std::size_t line, std::string key, std::string value, std::string rule)
@@ -29,12 +29,12 @@ class AdfError : public IoError {
         value_(std::move(value)),
         rule_(std::move(rule)) {}
 
-  /// The offending key with those around it ("BODY Tip/friction/static"); empty where the fault is
-  /// the file's.
+  /// The offending key with its parents ("BODY Tip/friction/static"). Empty if the fault is the
+  /// whole file's.
   [[nodiscard]] const std::string& key() const noexcept { return key_; }
-  /// What the file gives for it; empty where it gives nothing, or something without a short text.
+  /// Value in the file. Empty if there is none, or none with a short text.
   [[nodiscard]] const std::string& value() const noexcept { return value_; }
-  /// The rule it breaks ("must be finite and >= 0").
+  /// The broken rule ("must be finite and >= 0").
   [[nodiscard]] const std::string& rule() const noexcept { return rule_; }
 
  private:
@@ -43,13 +43,13 @@ class AdfError : public IoError {
   std::string rule_;
 };
 
-/// In what way something was not taken as it stands.
+/// Kind of change or omission.
 enum class AdfNoteKind {
-  /// A key of the format that nothing here answers to: looks, communication, soft bodies.
+  /// A key of the format without an equivalent here: looks, communication, soft bodies.
   unsupported,
-  /// No key of the format: an anchor's holder, a leftover, a slip of the pen.
+  /// No key of the format: an anchor's holder, a leftover, a typing error.
   unknown,
-  /// Taken, but not word for word.
+  /// Read, but changed.
   changed,
   /// A whole joint, sensor or actuator that was left out.
   left_out
@@ -61,23 +61,24 @@ enum class AdfNoteKind {
   return names[static_cast<std::size_t>(kind)];
 }
 
-/// One thing that was not taken as it stands, however often it occurs.
+/// One changed or omitted part, however often it occurs.
 struct AdfNote {
+  /// Kind of change or omission.
   AdfNoteKind kind = AdfNoteKind::unknown;
-  /// The key with the kind of block it stands in ("body/collision margin"), or the name of the
-  /// block that was left out.
+  /// The key with its kind of block ("body/collision margin"), or the name of the omitted block.
   std::string key;
-  /// Why, or what was made of it.
+  /// Reason of the omission, or the replacement.
   std::string reason;
   /// 1-based line of the first occurrence.
   std::size_t line = 0;
+  /// [-] Number of occurrences.
   std::size_t count = 1;
 };
 
-/// All that was not taken as it stands.
+/// All changed or omitted parts.
 class AdfReport {
  public:
-  /// Adds a note, or counts one more of its kind, key and reason.
+  /// Adds a note, or counts one more with its kind, key and reason.
   void add(AdfNoteKind kind, std::string key, std::string reason, std::size_t line) {
     const auto known = places_.find({kind, key, reason});
     if (known != places_.end()) {
@@ -94,16 +95,16 @@ class AdfReport {
     notes_.push_back({kind, std::move(key), std::move(reason), line, 1});
   }
 
-  /// In the order in which they were found.
+  /// Notes in the order in which they were found.
   [[nodiscard]] const std::vector<AdfNote>& notes() const noexcept { return notes_; }
-  /// [-] Notes that found no place: a file of nothing but slips does not fill the memory.
+  /// [-] Notes beyond the capacity: a file full of errors does not fill the memory.
   [[nodiscard]] std::size_t dropped() const noexcept { return dropped_; }
 
   /// The notes as text, a line each, in the order of the file.
   [[nodiscard]] std::string text() const {
     std::vector<const AdfNote*> sorted;
     for (const AdfNote& note : notes_) sorted.push_back(&note);
-    // Those of one line in the order in which they were found.
+    // Notes of one line keep the order in which they were found.
     std::sort(sorted.begin(), sorted.end(), [](const AdfNote* a, const AdfNote* b) {
       return a->line != b->line ? a->line < b->line : a < b;
     });
@@ -130,7 +131,7 @@ class AdfReport {
 
 namespace detail {
 
-/// A scalar as it may stand in a message: short, and without control characters.
+/// A scalar for messages: short, and without control characters.
 [[nodiscard]] inline std::string printable(std::string_view text) {
   std::string result;
   for (const char c : text.substr(0, 60)) result += c < ' ' || c > '~' ? '?' : c;

@@ -1,5 +1,5 @@
 /// @file
-/// What became of an AMBF description in a world, and how it is to become part of one.
+/// Options for building an AMBF description into a world, and the resulting handles.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -12,40 +12,43 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// A proximity sensor and the body that carries it: `world.sense(p.carrier, p.rays)` reads it.
+/// A proximity sensor and its body: `world.sense(p.carrier, p.rays)` reads it.
 template <Scalar S>
 struct AdfProximity {
+  /// Body that carries the sensor.
   BodyId carrier{};
+  /// Rays in the frame of that body.
   ProximityArray<S> rays;
 };
 
 /// A description that has been added to a world.
 template <Scalar S>
 struct AdfScene {
-  AdfNames<BodyId> bodies;
-  AdfNames<JointId> joints;
-  AdfNames<PatchId> patches;
-  AdfNames<AdfProximity<S>> proximity;
-  /// What was not taken as it stands, from reading and from building.
+  /// Handles by the names of the description.
+  detail::AdfNames<BodyId> bodies;
+  detail::AdfNames<JointId> joints;
+  detail::AdfNames<PatchId> patches;
+  detail::AdfNames<AdfProximity<S>> proximity;
+  /// Changed or omitted parts, from reading and from building.
   AdfReport report;
 };
 
-/// How a description becomes part of a world.
+/// Options for adding a description to a world.
 template <Scalar S>
 struct AdfBuildDef {
   /// [m] Pose of the model's frame in the world.
   Transform<S> X_WM{};
-  /// [-] Whether joints with a controller are held where they stand, by a spring of its P and a
-  /// damper of its D. Else joints are free until they are given a drive, as in AMBF.
+  /// [-] True if joints with a controller are held where they stand, by a spring of its P and a
+  /// damper of its D. Else joints are free until they are given a motor, as in AMBF.
   bool hold_joints = false;
-  /// [s] Step of the loop for which the file's damping was chosen: constants that the format means
-  /// per step are taken for this one.
+  /// [s] Step for which the file's damping was chosen. Constants that the format gives per step are
+  /// converted with it.
   S authored_step = S(1e-3);
-  /// [-] How the forces of patches enter the step.
+  /// [-] Integration of the patches' forces.
   Integration integration = Integration::automatic;
-  /// [-] Readings of the law, but for what friction grows with, which each sensor says.
+  /// [-] Options of the law. Each sensor itself says whether friction grows with the normal force.
   LawOptions law{};
-  /// [-] What meshes and their rays may ask for.
+  /// [-] Limits for meshes and their rays.
   AdfLimits limits{};
 };
 

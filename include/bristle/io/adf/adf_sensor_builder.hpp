@@ -1,5 +1,5 @@
 /// @file
-/// Sensors of an AMBF description as layouts of rays and definitions of patches.
+/// Converts sensors of an AMBF description to layouts of rays and patch definitions.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -74,7 +74,7 @@ class AdfSensorBuilder {
                          .static_friction = S(sensor.static_friction),
                          .sliding_friction = S(sensor.dynamic_friction) + bristle_damping(sensor),
                          .breakaway_distance = S(sensor.contact_area)};
-    // AMBF takes any ray, and its files are taken as they are.
+    // AMBF takes any ray, and so does this loader for its files.
     result.may_point_inwards = true;
     result.integration = def_.integration;
     result.options = def_.law;
@@ -102,8 +102,8 @@ class AdfSensorBuilder {
     return result;
   }
 
-  /// [N s/m] What `friction: damping` adds to the sliding friction. The paper's law leaves both
-  /// unscaled; AMBF's has the one grow with the normal force, and not the other.
+  /// [N s/m] Contribution of `friction: damping` to the sliding friction. The paper's law scales
+  /// neither; AMBF's scales only sliding friction with the normal force.
   [[nodiscard]] S bristle_damping(const AdfSensor& sensor) {
     if (def_.law.law == Law::ambf && sensor.variable_friction) {
       if (sensor.friction_damping > 0.0) {

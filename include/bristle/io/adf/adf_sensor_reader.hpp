@@ -1,5 +1,5 @@
 /// @file
-/// Reads the sensors of an AMBF description, in today's form and in the two older ones.
+/// Reads the sensors of an AMBF description, in the current form and in the two older ones.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -13,7 +13,7 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Rows of a fan at most; its rays are that many squared.
+/// Most rows of a fan. Its rays are that many squared.
 inline constexpr std::size_t adf_max_resolution = 10'000;
 
 inline void read_adf_constants(AdfMap& map, AdfSensor& sensor) {
@@ -48,13 +48,13 @@ inline void read_adf_fan(AdfMap& map, AdfSensor& sensor) {
   fan.finish();
 }
 
-/// The form of 2019: a flat location {x, y, z}, and one direction.
+/// Reads the form of 2019: a flat location {x, y, z}, and one direction.
 inline void read_adf_single_ray(AdfMap& map, AdfSensor& sensor) {
   const Vec3<double> offset = map.has("location") ? map.vector("location") : Vec3<double>::Zero();
   sensor.array.push_back({offset, map.direction("direction")});
 }
 
-/// All of a sensor but its names.
+/// Reads all of a sensor but its names.
 inline void read_adf_sensor(AdfMap& map, AdfSensor& sensor) {
   const std::string type = to_lower(map.text("type"));
   if (type == "resistance") {
@@ -94,7 +94,7 @@ inline void read_adf_sensor(AdfMap& map, AdfSensor& sensor) {
   map.skip({"publish frequency", "passive", "plugins"}, "communication");
 }
 
-/// The block of 2019 in a body: a sensor on each face of a mesh, or of the one that is seen.
+/// Reads the block of 2019 in a body: a sensor on each face of a mesh, by default the visual one.
 [[nodiscard]] inline AdfSensor read_adf_resistive_surface(AdfMap& map,
                                                           const std::string& visual_mesh) {
   AdfSensor sensor;

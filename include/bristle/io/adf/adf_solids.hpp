@@ -1,5 +1,5 @@
 /// @file
-/// Solids made of the meshes of an AMBF description.
+/// Solids from the meshes of an AMBF description.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -24,8 +24,8 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// A mesh as a solid: without triangles that have no area, and turned right side out. None where
-/// it does not close.
+/// Converts a mesh to a solid: without triangles of no area, and facing outwards. Returns none if
+/// the mesh is open.
 template <Scalar S>
 [[nodiscard]] std::optional<TriangleMesh<S>> closed_solid(const TriangleMesh<S>& mesh) {
   const std::vector<std::uint32_t> flat = degenerate_triangles(mesh);
@@ -42,21 +42,21 @@ template <Scalar S>
   return solid;
 }
 
-/// The key that gave the mesh with which a body collides.
+/// Key of a body's collision mesh.
 [[nodiscard]] inline const char* collision_mesh_key(const AdfBody& body) {
   return body.collision_mesh == body.visual_mesh ? "mesh" : "collision mesh";
 }
 
-/// Solids by file, type and scale, each made once.
+/// Solids by file, type and scale, each built once.
 template <Scalar S>
 class AdfSolids {
  public:
   AdfSolids(const AdfModel& model, const AdfLimits& limits, AdfMeshes<S>& meshes, AdfReport& report)
       : model_(model), limits_(limits), meshes_(meshes), report_(report) {}
 
-  /// What a body with a mesh collides with.
-  /// @throws AdfError as `AdfMeshes::load`, when the mesh spans no volume, and when the bodies
-  ///         collide with more triangles than the limit.
+  /// Collision shape of a body with a mesh.
+  /// @throws AdfError as `AdfMeshes::load`, if the mesh spans no volume, or if the bodies collide
+  ///         with more triangles than the limit.
   [[nodiscard]] const Shape<S>& of(const AdfBody& body) {
     const TriangleMesh<S>& mesh = meshes_.load(body, collision_mesh_key(body), body.collision_mesh,
                                                AdfResolution::low, &body);
@@ -78,7 +78,7 @@ class AdfSolids {
   struct Solid {
     Shape<S> shape;
     std::size_t triangles = 0;
-    /// A hull, where the file wants the mesh.
+    /// True for a hull in place of an open mesh.
     bool stands_for_open = false;
   };
 

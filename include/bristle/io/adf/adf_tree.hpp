@@ -1,5 +1,5 @@
 /// @file
-/// The YAML of an AMBF description as a tree of bounded size, whatever the bytes. Needs yaml-cpp.
+/// The YAML of an AMBF description as a tree of bounded size, for any input. Needs yaml-cpp.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -24,23 +24,21 @@
 #include <yaml-cpp/mark.h>
 #include <yaml-cpp/parser.h>
 
-namespace bristle::inline BRISTLE_ABI {
+namespace bristle::inline BRISTLE_ABI::detail {
 
-namespace detail {
-
-/// One map, list or scalar. Aliases name the node itself, so that a tree has no copies.
+/// One map, list or scalar. Aliases refer to the node itself, so a tree has no copies.
 struct AdfNode {
   enum class Kind { null, scalar, list, map };
 
   Kind kind = Kind::null;
   std::uint32_t line = 0;
-  /// Whether an alias names it.
+  /// True if an alias names it.
   bool is_aliased = false;
-  /// Of a scalar.
+  /// Text of a scalar.
   std::string text;
-  /// Of a list.
+  /// Items of a list.
   std::vector<std::uint32_t> items;
-  /// Of a map.
+  /// Entries of a map.
   std::map<std::string, std::uint32_t, std::less<>> entries;
 };
 
@@ -56,8 +54,8 @@ struct AdfTree {
   }
 };
 
-/// Builds the tree from the parser's events. Depth is refused where it begins, before the parser
-/// descends, which it does by recursion.
+/// Builds the tree from the parser's events. The parser descends by recursion, so depth is limited
+/// before it does.
 class AdfTreeBuilder final : public YAML::EventHandler {
  public:
   AdfTreeBuilder(AdfTree& tree, const AdfLimits& limits) : tree_(tree), limits_(limits) {}
@@ -107,15 +105,15 @@ class AdfTreeBuilder final : public YAML::EventHandler {
  private:
   static constexpr std::uint32_t none = 0xffffffffu;
   /// [-] Bytes of a scalar. Readers copy names and paths for each block that an alias gives them
-  /// to, so that the length of one counts as often as there are blocks.
+  /// to, so one length counts as often as there are blocks.
   static constexpr std::size_t max_text = 1024;
 
-  /// A map or list whose end has not come.
+  /// A map or list that has not ended yet.
   struct Open {
     std::uint32_t node = 0;
     bool has_key = false;
     std::string key;
-    /// What `<<` names, in order.
+    /// Nodes that `<<` names, in order.
     std::vector<std::uint32_t> merged;
   };
 
@@ -160,7 +158,7 @@ class AdfTreeBuilder final : public YAML::EventHandler {
     finish(node);
   }
 
-  /// Gives a finished node to the map or list around it.
+  /// Adds a finished node to the map or list around it.
   void finish(std::uint32_t number) {
     if (open_.empty()) return;
     Open& parent = open_.back();
@@ -185,8 +183,8 @@ class AdfTreeBuilder final : public YAML::EventHandler {
     }
   }
 
-  /// Keys of other maps, as far as a map has none of its own; the first of several wins. What is
-  /// merged has been merged itself, since an alias follows what it names.
+  /// Copies the keys of other maps that a map lacks. The first source with a key wins. Sources are
+  /// merged already, since an alias follows its anchor.
   void merge(std::uint32_t into, const std::vector<std::uint32_t>& sources) {
     for (const std::uint32_t source : sources) {
       if (tree_.nodes[source].kind == AdfNode::Kind::list) {
@@ -211,8 +209,8 @@ class AdfTreeBuilder final : public YAML::EventHandler {
   std::uint32_t line_ = 0;
 };
 
-/// The first document of a text.
-/// @throws AdfError that names the line of what is no YAML or exceeds a limit.
+/// Parses the first document of a text.
+/// @throws AdfError that names the line, if the text is no YAML or exceeds a limit.
 [[nodiscard]] inline AdfTree read_adf_tree(std::string_view text, std::string_view file,
                                            const AdfLimits& limits) {
   AdfTree tree;
@@ -234,5 +232,4 @@ class AdfTreeBuilder final : public YAML::EventHandler {
   return tree;
 }
 
-}  // namespace detail
-}  // namespace bristle::inline BRISTLE_ABI
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -16,6 +16,8 @@
 
 namespace bristle::work_precision {
 
+using namespace bristle::detail;
+
 /// [-] Settings of a world by name, the defaults first.
 [[nodiscard]] inline std::vector<std::string> bristle_settings() { return {"def", "paper"}; }
 
@@ -132,13 +134,13 @@ class BristleEngine : public scenes::Engine {
         def.upper_limit = S(joint.upper);
       }
       def.swing_limit = S(joint.swing);
-      if (joint.drive) {
+      if (joint.motor) {
         // One without gains is a motor, if one without torque.
-        def.drive = {.mode = joint.drive->is_inert() ? DriveMode::velocity : DriveMode::spring,
-                     .target = S(joint.drive->target),
-                     .max_force = S(std::min(joint.drive->max_torque, 1e6)),
-                     .stiffness = S(joint.drive->stiffness),
-                     .damping = S(joint.drive->damping)};
+        def.motor = {.mode = joint.motor->is_inert() ? MotorMode::velocity : MotorMode::spring,
+                     .target = S(joint.motor->target),
+                     .max_force = S(std::min(joint.motor->max_torque, 1e6)),
+                     .stiffness = S(joint.motor->stiffness),
+                     .damping = S(joint.motor->damping)};
       }
       world_.add_joint(def);
     }

@@ -14,6 +14,8 @@ extern btScalar gContactBreakingThreshold;
 
 namespace bristle::work_precision {
 
+using namespace bristle::detail;
+
 namespace {
 
 using scenes::Scene;

@@ -21,6 +21,8 @@
 
 namespace bristle::work_precision {
 
+using namespace bristle::detail;
+
 namespace {
 
 namespace dynamics = dart::dynamics;

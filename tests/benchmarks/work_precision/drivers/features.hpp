@@ -1,5 +1,5 @@
 /// @file
-/// What scenes ask of an engine, so that a driver can leave out the ones that it cannot run.
+/// Features that scenes need of an engine; a driver leaves out the scenes that it cannot run.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -11,18 +11,18 @@
 
 namespace bristle::work_precision {
 
-/// What a driver knows beyond bodies and ball joints without stops.
+/// Features of a driver beyond bodies and ball joints without limits.
 struct Features {
   bool has_paths = false;
-  /// [-] Whether driven bodies carry others along: contacts see their velocity.
+  /// [-] True if driven bodies carry others along: contacts see their velocity.
   bool has_moving_surfaces = false;
   bool has_capsules = false;
   bool has_cylinders = false;
   bool has_surfaces = false;
   bool has_families = false;
   bool has_hinges = false;
-  bool has_swing_stops = false;
-  bool has_drives = false;
+  bool has_swing_limits = false;
+  bool has_motors = false;
   bool has_torque_limits = false;
 };
 
@@ -44,9 +44,9 @@ inline void require_known(const scenes::Scene& scene, const Features& known) {
   }
   for (const scenes::SceneJoint& joint : scene.joints) {
     refuse(known.has_hinges, joint.kind == scenes::SceneJointKind::hinge, "no hinges");
-    refuse(known.has_swing_stops, std::isfinite(joint.swing), "no stops of the swing");
-    refuse(known.has_drives, joint.drive.has_value(), "no drives");
-    refuse(known.has_torque_limits, joint.drive && std::isfinite(joint.drive->max_torque),
+    refuse(known.has_swing_limits, std::isfinite(joint.swing), "no stops of the swing");
+    refuse(known.has_motors, joint.motor.has_value(), "no drives");
+    refuse(known.has_torque_limits, joint.motor && std::isfinite(joint.motor->max_torque),
            "no torque limits of drives");
   }
   refuse(false, !scene.sensors.empty(), "no sensors");

@@ -15,6 +15,8 @@
 
 namespace bristle::work_precision {
 
+using namespace bristle::detail;
+
 namespace {
 
 using scenes::Rotation;

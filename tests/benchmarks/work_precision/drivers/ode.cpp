@@ -10,6 +10,8 @@
 
 namespace bristle::work_precision {
 
+using namespace bristle::detail;
+
 namespace {
 
 using scenes::Scene;

@@ -1,0 +1,201 @@
+/// @file
+/// Sensors and their contacts, sixteen to a packet: arrays to load registers from.
+///
+/// A packet holds short arrays, one entry a sensor. The values that a kernel reads of one sensor
+/// lie within a few pages, aligned, in the order in which they are read. Long separate arrays would
+/// be thirty streams. Sixteen lanes are the widest register there is, so packets look the same for
+/// every instruction set. A word of bits tells which lanes take part.
+///
+/// All vectors are in the axes of A, the body of the patch, where rays stand still.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/core/slot_map.hpp>
+#include <bristle/dynamics/bodies/body.hpp>
+#include <bristle/geometry/rays/ray.hpp>
+#include <bristle/math/lane_value.hpp>
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// [-] Packets of a range at most. Patch sums add up range sums (`sum_in_ranges`). A sweep over 512
+/// sensors takes about a microsecond: starting and summing a range costs little against it.
+inline constexpr std::size_t range_packets = 32;
+/// [-] Ranges from which on threads share a sweep. Fewer would be done before the first thread
+/// wakes.
+inline constexpr std::size_t fewest_shared_ranges = 8;
+
+/// [-] Ranges that so many packets are cut into, at most. Ranges that threads share are a multiple
+/// of four: two and four threads get equal numbers. One range more is a tenth of a sweep over 5000
+/// sensors. Above 28 ranges, sizes are rounded up to so few packets that a few ranges may be
+/// missing, which matters little then.
+[[nodiscard]] constexpr std::size_t range_count(std::size_t packets) {
+  const std::size_t fewest = (packets + range_packets - 1) / range_packets;
+  return fewest < fewest_shared_ranges ? fewest : (fewest + 3) / 4 * 4;
+}
+/// [-] Packets of each range; the last may have fewer.
+[[nodiscard]] constexpr std::size_t packets_per_range(std::size_t packets) {
+  const std::size_t fewest = (packets + range_packets - 1) / range_packets;
+  return fewest < fewest_shared_ranges
+             ? range_packets
+             : (packets + range_count(packets) - 1) / range_count(packets);
+}
+
+/// One entry for each sensor of a packet.
+template <typename T>
+using Row = std::array<T, packet_size>;
+
+/// Lane bits: bit i is sensor i.
+using LaneBits = std::uint16_t;
+
+/// Key of a body, for comparison in lanes.
+[[nodiscard]] inline std::uint64_t anchor_key(BodyId id) {
+  return std::uint64_t(id.generation) << 32 | id.index;
+}
+
+/// Returns which of the sixteen items from `first` on equal `value`. Quick if all do.
+template <typename T>
+[[nodiscard]] BRISTLE_FORCE_INLINE LaneBits equal_lanes(const T* first, T value) {
+  T difference = 0;
+  for (std::uint32_t i = 0; i < packet_size; ++i) difference |= first[i] ^ value;
+  if (difference == 0) return 0xffffu;
+  std::uint32_t bits = 0;
+  for (std::uint32_t i = 0; i < packet_size; ++i) bits |= first[i] == value ? 1u << i : 0u;
+  return static_cast<LaneBits>(bits);
+}
+
+/// Three rows of coordinates.
+template <Scalar S>
+struct Row3 {
+  Row<S> x, y, z;
+
+  [[nodiscard]] Vec3<S> operator[](std::size_t i) const { return {x[i], y[i], z[i]}; }
+  void set(std::size_t i, const Vec3<S>& v) {
+    x[i] = v.x();
+    y[i] = v.y();
+    z[i] = v.z();
+  }
+};
+
+/// Bodies in which the bristles of a packet are anchored (`anchor_key`). Mostly one, which spares
+/// the look at sixteen keys.
+struct AnchorBodies {
+  /// Key of all lanes, or `several`: each its own.
+  std::uint64_t common = several;
+  Row<std::uint64_t> own{};
+
+  static constexpr std::uint64_t several = ~std::uint64_t(0);
+
+  [[nodiscard]] std::uint64_t operator[](std::size_t i) const {
+    return common == several ? own[i] : common;
+  }
+  /// Lanes whose key is `key`.
+  [[nodiscard]] BRISTLE_FORCE_INLINE LaneBits lanes_in(std::uint64_t key) const {
+    if (common == several) return equal_lanes(own.data(), key);
+    return common == key ? 0xffffu : 0u;
+  }
+  /// Sets the key of some lanes. If `is_used`, the other lanes keep theirs.
+  void set(LaneBits lanes, std::uint64_t key, bool is_used) {
+    if (!is_used || common == key) {
+      common = key;
+      return;
+    }
+    if (common != several) own.fill(common);
+    common = several;
+    for (std::uint32_t rest = lanes; rest != 0; rest &= rest - 1) {
+      own[static_cast<std::size_t>(std::countr_zero(rest))] = key;
+    }
+  }
+};
+
+/// Sixteen sensors of a patch and their bristles.
+template <Scalar S>
+struct alignas(64) SensorPacket {
+  /// [m] Starts of the rays from A's centre of mass; [1] unit directions and their first tangents
+  /// (`tangent_basis`); [1/m] inverse lengths.
+  Row3<S> start{}, direction{}, tangent{};
+  Row<S> inverse_length{};
+  /// [m] Anchors of the bristles on A in A's axes, on B in B's.
+  Row3<S> anchor_a{}, anchor_b{};
+  /// Lanes that are anchored, and their bodies.
+  LaneBits is_anchored = 0;
+  AnchorBodies anchored_on{};
+};
+
+/// Contacts of up to sixteen neighbouring sensors with one body in one step: bristle stretch and
+/// final impulses. The rest follows from the hits (patch_touch.hpp), but for moved linear models.
+/// Lanes without contact hold garbage. `PatchContact` explains the rows.
+template <Scalar S>
+struct alignas(64) ContactPacket {
+  /// Leaves the rows as they are: every kernel writes the rows that the next ones read.
+  ContactPacket() {}  // NOLINT(modernize-use-equals-default): that would clear them.
+
+  Row3<S> stretch;
+  Row3<S> impulse;
+  Row<S> normal_impulse;
+
+  /// Models that were moved (`PatchPair::has_moved_models`), and the force they were made for.
+  Row3<S> constant;
+  Row<S> a_normal, a_across, force;
+  /// Slipping sensors only.
+  Row3<S> along, last_slip;
+  Row<S> a_along;
+
+  /// [-] Index of the packet of sensors.
+  std::uint32_t packet = 0;
+  /// Lanes in range, in contact at the start, loaded, slipping, and with damped slip. Loaded and
+  /// damped lanes are those of the last pass that had another solve left.
+  LaneBits is_met = 0;
+  LaneBits is_touching = 0;
+  LaneBits is_pushing = 0;
+  LaneBits is_slipping = 0;
+  LaneBits is_damping_slip = 0;
+
+  /// Resets to sensor packet `number`, without a contact.
+  void begin(std::uint32_t number) {
+    packet = number;
+    is_met = is_touching = is_pushing = is_slipping = is_damping_slip = 0;
+  }
+};
+
+/// [-] The bits of a full pack.
+template <Scalar S>
+inline constexpr std::uint32_t full_pack = (1u << lanes<S>)-1u;
+
+/// Lanes [at, at + lanes) of a packet's bits, as bits of a pack.
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE std::uint32_t pack_bits(LaneBits bits, std::size_t at) {
+  return (static_cast<std::uint32_t>(bits) >> at) & full_pack<S>;
+}
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Mask<S> load_mask(LaneBits bits, std::size_t at) {
+  return Mask<S>::from_bits(pack_bits<S>(bits, at));
+}
+/// Stores a pack's bits among those of a packet.
+template <Scalar S>
+BRISTLE_FORCE_INLINE void store_mask(LaneBits& bits, std::size_t at, const Mask<S>& mask) {
+  bits = static_cast<LaneBits>((bits & ~(full_pack<S> << at)) | (detail::bits(mask) << at));
+}
+
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Pack<S> load_pack(const Row<S>& row, std::size_t at) {
+  return Pack<S>::load(row.data() + at);
+}
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Pack3<S> load_pack(const Row3<S>& row, std::size_t at) {
+  return Pack3<S>::load(row.x.data() + at, row.y.data() + at, row.z.data() + at);
+}
+template <Scalar S>
+BRISTLE_FORCE_INLINE void store_pack(Row<S>& row, std::size_t at, const Pack<S>& value) {
+  value.store(row.data() + at);
+}
+template <Scalar S>
+BRISTLE_FORCE_INLINE void store_pack(Row3<S>& row, std::size_t at, const Pack3<S>& value) {
+  value.store(row.x.data() + at, row.y.data() + at, row.z.data() + at);
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
