@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 
 namespace fig2 {
 
@@ -42,7 +43,9 @@ struct Depth {
 };
 
 /// @param frequency  Of the mesh, 20 f^2 triangles; 0: a primitive.
-inline Depth drop(std::uint32_t frequency, double rate, double extra_height) {
+/// @param watch      Sees the world after every step.
+inline Depth drop(std::uint32_t frequency, double rate, double extra_height,
+                  const std::function<void(const bristle::World<double>&)>& watch = {}) {
   using namespace bristle;
   World<double> world({.time_step = 1 / rate});
   world.add_body(
@@ -73,6 +76,7 @@ inline Depth drop(std::uint32_t frequency, double rate, double extra_height) {
   const long steps = std::lround(1.5 * rate);
   for (long i = 0; i < steps; ++i) {
     world.step();
+    if (watch) watch(world);
     const Transform<double> X = world.pose(ball);
     lowest_center = std::min(lowest_center, X.translation.z());
     if (X.translation.z() < 1.1 * radius) depth.deepest = std::max(depth.deepest, -lowest_point(X));

@@ -5,9 +5,11 @@
 // add up to the weight and meet below the centre of mass; under the round skin it falls off from
 // the middle as the plane recedes. The table sets every sensor's depth beside that of statics.
 //
-// Prints a table, writes fig4_press.csv, fig4_press_sensors.csv and fig4_press.svg.
+// Prints a table, writes fig4_press.csv, fig4_press_sensors.csv and fig4_press.svg; `--replay
+// FILE.glb` how the skin is pressed.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "press.hpp"
+#include "support/replay.hpp"
 #include "support/svg_heat_map.hpp"
 #include "support/table.hpp"
 
@@ -63,7 +65,8 @@ figure::HeatMap map_of(std::string title, std::string label, std::span<const dou
 
 }  // namespace
 
-int main() {
+int main(int argc, char** argv) {
+  figure::Replay replay = figure::Replay::of_arguments(argc, argv);
   figure::Table table({"scene", "dt [ms]", "integration", "sensors touching", "force [N]",
                        "weight [N]", "imbalance [1]", "largest depth [1]",
                        "largest error of depth [1]"});
@@ -87,7 +90,7 @@ int main() {
                          {"skin: normal force", "N"}};
   for (const Scene& scene : scenes) {
     Press press = scene.make({});
-    press.run(4);
+    press.run(4, scene.make == fig4::press_skin ? replay.watch() : nullptr);
     const auto reading = press.world.reading(press.patch);
     figure.maps.push_back(map_of(scene.name, "depth [1]", reading.depth));
     figure.maps.push_back(map_of(scene.name, "normal force [N]", reading.normal_force));
@@ -98,5 +101,6 @@ int main() {
   }
   sensors.write_csv("fig4_press_sensors.csv");
   figure.write_svg("fig4_press.svg");
+  replay.write();
   return table.is_good() ? 0 : 1;
 }

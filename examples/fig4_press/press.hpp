@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <functional>
 #include <numbers>
 #include <vector>
 
@@ -49,9 +50,13 @@ struct Press {
                     reading.torque.norm() / 0.01) /
            weight;
   }
-  void run(double seconds) {
+  /// @param watch  Sees the world after every step.
+  void run(double seconds, const std::function<void(const bristle::World<double>&)>& watch = {}) {
     const long steps = std::lround(seconds / world.time_step());
-    for (long i = 0; i < steps; ++i) world.step();
+    for (long i = 0; i < steps; ++i) {
+      world.step();
+      if (watch) watch(world);
+    }
   }
 };
 

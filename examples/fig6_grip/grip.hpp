@@ -12,6 +12,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <functional>
 #include <numbers>
 #include <optional>
 #include <span>
@@ -48,6 +49,8 @@ struct GripDef {
   bristle::SlipReset reset = bristle::SlipReset::release;
   /// Unset: tuned for a friction of 1 at a creep of 1 mm.
   std::optional<bristle::SensorParameters<double>> parameters{};
+  /// Sees the world after every step.
+  std::function<void(const bristle::World<double>&)> watch{};
 };
 
 inline constexpr double half_part = 0.025;   // [m]
@@ -188,12 +191,12 @@ class Grip {
     const long steps = std::lround(0.4 / def_.time_step);
     for (long i = 1; i <= steps; ++i) {
       world_.set_gravity({0, 0, -gravity * static_cast<double>(i) / static_cast<double>(steps)});
-      world_.step();
+      step();
     }
   }
   void run(double seconds) {
     const long steps = std::lround(seconds / def_.time_step);
-    for (long i = 0; i < steps; ++i) world_.step();
+    for (long i = 0; i < steps; ++i) step();
   }
 
   [[nodiscard]] bristle::World<double>& world() { return world_; }
@@ -230,6 +233,10 @@ class Grip {
   static constexpr double gravity = 9.81;
 
  private:
+  void step() {
+    world_.step();
+    if (def_.watch) def_.watch(world_);
+  }
   [[nodiscard]] double sigma() const { return parameters_.breakaway_distance; }
   [[nodiscard]] double friction() const { return parameters_.static_friction * sigma(); }
   template <typename Weight>

@@ -7,9 +7,11 @@
 // disk under Coulomb friction does; with the paper's bristles, which release, the outermost let go
 // first, at (1/2) mu F R, and that is the limit.
 //
-// Prints two tables, writes fig6_grip.csv, fig6_grip_torsion.csv and fig6_grip.svg.
+// Prints two tables, writes fig6_grip.csv, fig6_grip_torsion.csv and fig6_grip.svg; `--replay
+// FILE.glb` the grip of the rolled cube.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "grip.hpp"
+#include "support/replay.hpp"
 #include "support/svg_plot.hpp"
 #include "support/table.hpp"
 
@@ -100,8 +102,13 @@ bool print_torsion() {
 
 }  // namespace
 
-int main() {
+int main(int argc, char** argv) {
+  figure::Replay replay = figure::Replay::of_arguments(argc, argv);
   const bool holds = print_postures();
   const bool resists = print_torsion();
+  if (replay.is_wanted()) {
+    fig6::hold({.posture = fig6::Posture::rolled, .watch = replay.watch()}, 1, 1);
+  }
+  replay.write();
   return holds && resists ? 0 : 1;
 }

@@ -6,9 +6,11 @@
 // creep is zero, not small. The law as the paper's own simulator, AMBF, computes it has no normal
 // damping and no force at small stretches; its box never comes to rest.
 //
-// Prints a table, writes fig7_incline.csv and fig7_incline.svg.
+// Prints a table, writes fig7_incline.csv and fig7_incline.svg; `--replay FILE.glb` the first
+// second on the steepest.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "hold.hpp"
+#include "support/replay.hpp"
 #include "support/svg_plot.hpp"
 #include "support/table.hpp"
 
@@ -49,8 +51,8 @@ void add_row(figure::Table& table, const Incline& incline) {
   }
 }
 
-/// The way down the slope in the first second, for each incline.
-figure::PlotPanel panel(Law law, int per_side, const char* label) {
+/// The way down the slope in the first second, for each incline; the steepest is recorded.
+figure::PlotPanel panel(Law law, int per_side, const char* label, figure::Replay& replay) {
   figure::PlotPanel panel{.y_label = label, .series = {}};
   for (const double angle : angles) {
     const auto def = fig7::plate_of(
@@ -62,6 +64,7 @@ figure::PlotPanel panel(Law law, int per_side, const char* label) {
     figure::PlotSeries curve{figure::text("%.0f degrees", angle), {}, {}};
     for (int i = 0; i < 1000; ++i) {
       scene.world.step();
+      if (law == Law::paper && angle == angles.back()) replay.observe(scene.world);
       curve.x.push_back(1e-3 * (i + 1));
       curve.y.push_back(1e6 * scene.position().x());
     }
@@ -72,7 +75,8 @@ figure::PlotPanel panel(Law law, int per_side, const char* label) {
 
 }  // namespace
 
-int main() {
+int main(int argc, char** argv) {
+  figure::Replay replay = figure::Replay::of_arguments(argc, argv);
   figure::Table table({"incline [deg]", "sensors", "dt [ms]", "integration", "shift [um]",
                        "by statics", "drift in 10 s [m]", "rms speed [m/s]"});
   for (const double angle : angles) {
@@ -97,10 +101,11 @@ int main() {
   figure::SvgPlot plot{.title = "Set down on inclines of 5 to 45 degrees (Fig. 7 (b))",
                         .x_label = "time [s]"};
   plot.width = 860;
-  plot.panels.push_back(panel(Law::paper, 4, "way down [um]"));
-  plot.panels.push_back(panel(Law::ambf, 2, "AMBF's law, 4 sensors [um]"));
+  plot.panels.push_back(panel(Law::paper, 4, "way down [um]", replay));
+  plot.panels.push_back(panel(Law::ambf, 2, "AMBF's law, 4 sensors [um]", replay));
   plot.panels.back().y_low = -200;
   plot.panels.back().y_high = 1200;
   plot.write_svg("fig7_incline.svg");
+  replay.write();
   return table.is_good() ? 0 : 1;
 }

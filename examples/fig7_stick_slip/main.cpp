@@ -6,9 +6,11 @@
 // half the static one. The table sets height, period and mean speed beside those of the plate's
 // equation, m e'' + c e' + k e = F with e back at 0 at every release.
 //
-// Prints a table, writes fig7_stick_slip.csv and fig7_stick_slip.svg.
+// Prints a table, writes fig7_stick_slip.csv and fig7_stick_slip.svg; `--replay FILE.glb` a push by
+// 0.51 F_max.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "stairs.hpp"
+#include "support/replay.hpp"
 #include "support/svg_plot.hpp"
 #include "support/table.hpp"
 
@@ -62,7 +64,8 @@ void plot() {
 
 }  // namespace
 
-int main() {
+int main(int argc, char** argv) {
+  figure::Replay replay = figure::Replay::of_arguments(argc, argv);
   figure::Table table({"F / F_max", "damping ratio", "dt [ms]", "integration", "height [mm]",
                        "period [ms]", "its equation", "speed [m/s]", "its equation",
                        "friction / F_max", "steps a stair"});
@@ -97,5 +100,12 @@ int main() {
   table.print();
   table.write_csv("fig7_stick_slip.csv");
   plot();
+  if (replay.is_wanted()) {
+    fig7::climb({0.51, papers}, 0.4, [&replay](const auto& scene, double) {
+      replay.recorder().scalar("place", "mm", 1e3 * scene.position().x());
+      replay.observe(scene.world);
+    });
+  }
+  replay.write();
   return table.is_good() ? 0 : 1;
 }

@@ -7,8 +7,9 @@
 // shapes. A hand holds while its surface moves along what it grips by less than sigma_a.
 //
 // Prints the phases, and the task at several steps; writes fig8_screwdriver.csv,
-// fig8_screwdriver_steps.csv and fig8_screwdriver.svg.
+// fig8_screwdriver_steps.csv and fig8_screwdriver.svg; `--replay FILE.glb` the task.
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/replay.hpp"
 #include "support/svg_plot.hpp"
 #include "support/table.hpp"
 #include "task.hpp"
@@ -127,11 +128,13 @@ bool print_steps() {
 
 }  // namespace
 
-int main() {
-  Task task({});
+int main(int argc, char** argv) {
+  figure::Replay replay = figure::Replay::of_arguments(argc, argv);
+  Task task({.watch = replay.watch()});
   task.run();
   const bool is_done = print_phases(task);
   draw(task);
+  replay.write();
   const bool is_done_at_all_steps = print_steps();
   return is_done && is_done_at_all_steps ? 0 : 1;
 }

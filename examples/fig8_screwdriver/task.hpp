@@ -33,6 +33,8 @@ struct TaskDef {
   bristle::Integration integration = bristle::Integration::implicit;
   PadGrid grid{};  // of each of the four pads
   bristle::SolverDef<double> solver = bounded_solver();
+  /// Sees the world after every step.
+  std::function<void(const bristle::World<double>&)> watch{};
 };
 
 /// One phase of the task.
@@ -269,6 +271,7 @@ inline void Task::step() {
   world_.step();
   const double cpu_time = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
   budget_.after_step(world_);
+  if (def_.watch) def_.watch(world_);
   time_ += def_.time_step;
   const Vec3<double> x = world_.pose(bench_.driver).rotation * Vec3<double>::UnitX();
   driver_turn_ += std::remainder(std::atan2(x.y(), x.x()) - driver_turn_, 2 * std::numbers::pi);

@@ -7,10 +7,12 @@
 // over, and pulls on alone. Nothing is glued.
 //
 // Prints a table, writes fig8_thread.csv, fig8_thread.svg (tensions and slip over time) and
-// fig8_thread_shape.svg (the thread at the end of each phase, seen along the post). The cost of a
-// step goes to the error stream, since it differs from run to run.
+// fig8_thread_shape.svg (the thread at the end of each phase, seen along the post); `--replay
+// FILE.glb` the run that these show. What a step costs goes to the error stream, since it differs
+// from run to run.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fig8_thread/task.hpp"
+#include "support/replay.hpp"
 #include "support/svg_plot.hpp"
 #include "support/table.hpp"
 
@@ -144,7 +146,8 @@ void add_row(figure::Table& table, const TaskDef& def, const Measured& m) {
 
 }  // namespace
 
-int main() {
+int main(int argc, char** argv) {
+  figure::Replay replay = figure::Replay::of_arguments(argc, argv);
   figure::Table table({"phase",       "dt [ms]",     "integration", "length error", "gap [um]",
                        "slip 0 [mm]", "slip 1 [mm]", "pull 0 [N]",  "pull 1 [N]",   "T -y [N]",
                        "T +y [N]",    "capstan [N]", "work [J]",    "held [J]",     "post [J]",
@@ -160,7 +163,9 @@ int main() {
       for (const Phase phase : fig8b::phases) {
         const double begin = task.time();
         const Measured measured = task.run(phase, [&](const Task& now) {
-          if (is_drawn) curves.add(now, phase);
+          if (!is_drawn) return;
+          curves.add(now, phase);
+          replay.observe(now.world());
         });
         add_row(table, def, measured);
         if (is_drawn) {
@@ -185,5 +190,6 @@ int main() {
   table.write_csv("fig8_thread.csv");
   curves.write();
   shapes.write();
+  replay.write();
   return table.is_good() ? 0 : 1;
 }

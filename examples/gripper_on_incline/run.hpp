@@ -116,6 +116,7 @@ class Gripper {
     joint.lower_limit = S(0);
     joint.upper_limit = S(layout_.open_gap + 0.01);
     slides_[side] = world_.add_joint(joint);
+    recorder_.add_joint(world_, slides_[side], side == 0 ? "first slide" : "second slide");
 
     // The pad's mesh lies in its own plane z = 0; it goes onto the finger's front.
     PlacementDef<S> placement;
@@ -182,7 +183,7 @@ class Gripper {
   void step() {
     world_.step();
     world_.set_velocity(palm_, {});
-    if (!settings_.replay.empty()) recorder_.observe(world_);
+    if (!settings_.replay.empty()) observe();
     time_ += settings_.time_step;
     const auto& report = world_.report();
     outcome_.rays_cast += report.rays_cast;
@@ -199,6 +200,12 @@ class Gripper {
                             total_normal(), double(force_on_part().z()), double(most_slipping_),
                             double(world_.reading(slides_[1]).motor_force)});
     most_slipping_ = 0;
+  }
+
+  void observe() {
+    recorder_.scalar("grip force", "N", total_normal());
+    recorder_.scalar("sag", "mm", 1e3 * sag_depth());
+    recorder_.observe(world_);
   }
 
   /// Steps for `duration` [s], calling `before_step(t)` with the time [s] at the end of each step.

@@ -6,6 +6,7 @@ import { readFileSync, writeFileSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { createRequire } from 'node:module';
+import { gzipSync } from 'node:zlib';
 
 const here = dirname(fileURLToPath(import.meta.url));
 const packages = process.env.NODE_PATH ?? join(here, 'node_modules');
@@ -42,5 +43,5 @@ const node = esbuild.buildSync({
 const script = node.replaceAll('</script', '<\\/script');
 const page = readFileSync(join(here, 'page.html'), 'utf8')
   .replace('VIEWER', () => script)
-  .replace('RECORDING', () => recording.toString('base64'));
+  .replace('RECORDING', () => gzipSync(recording, { level: 9 }).toString('base64'));
 writeFileSync(to, page);

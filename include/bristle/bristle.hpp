@@ -138,7 +138,13 @@
 #include <bristle/geometry/trees/aabb_tree.hpp>
 #include <bristle/geometry/trees/wide_tree.hpp>
 #include <bristle/hosts/host_stage.hpp>
+#include <bristle/io/glb_extras.hpp>
+#include <bristle/io/gltf_buffer.hpp>
+#include <bristle/io/gltf_json.hpp>
+#include <bristle/io/recording.hpp>
+#include <bristle/io/recording_check.hpp>
 #include <bristle/io/text_scanner.hpp>
+#include <bristle/io/utf8.hpp>
 #include <bristle/math/block_envelope.hpp>
 #include <bristle/math/cholesky.hpp>
 #include <bristle/math/dormand_prince.hpp>
@@ -179,6 +185,7 @@
 #include <bristle/sensors/sensor_packets.hpp>
 #include <bristle/sensors/sensor_parameters.hpp>
 #include <bristle/sensors/sensor_wrench.hpp>
+#include <bristle/sensors/touch_force.hpp>
 #include <bristle/world/contact_events.hpp>
 #include <bristle/world/contact_stage.hpp>
 #include <bristle/world/haptic_body.hpp>
@@ -204,6 +211,7 @@
 #include <bristle/world/world_bodies_impl.hpp>
 #include <bristle/world/world_contacts_impl.hpp>
 #include <bristle/world/world_impl.hpp>
+#include <bristle/world/world_lists_impl.hpp>
 #include <bristle/world/world_state.hpp>
 #if defined(BRISTLE_WITH_FCL)
 #include <bristle/geometry/backends/fcl_contact_normal.hpp>

@@ -15,6 +15,8 @@
 
 namespace bristle::test {
 
+using namespace bristle::detail;
+
 template <Scalar S>
 struct ReferenceShape {
   std::string name;

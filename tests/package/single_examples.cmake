@@ -1,5 +1,6 @@
 # Examples of one file need no other header than the single one: each is compiled against it,
-# declared only. Those with scene files need yaml-cpp and io/adf.hpp, which is not in it.
+# declared only. Those with scene files or a renderer need io/adf.hpp or io/drawn_world.hpp, which
+# are not in it.
 # Usage: cmake -DROOT=<tree> -DCXX=<compiler> -DEIGEN=<include dir> -P single_examples.cmake
 # SPDX-License-Identifier: BSD-3-Clause
 cmake_minimum_required(VERSION 3.24)
@@ -8,8 +9,8 @@ file(GLOB examples "${ROOT}/examples/*.cpp")
 set(failed "")
 set(count 0)
 foreach(example IN LISTS examples)
-  file(STRINGS "${example}" loads_scenes REGEX "^#include <bristle/io/adf")
-  if(loads_scenes)
+  file(STRINGS "${example}" opts_in REGEX "^#include <bristle/io/(adf|drawn_world)")
+  if(opts_in)
     continue()
   endif()
   # Backends and scalars of their own.

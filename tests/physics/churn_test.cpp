@@ -10,6 +10,7 @@
 #include <vector>
 
 using namespace bristle;
+using namespace bristle::detail;
 
 namespace {
 

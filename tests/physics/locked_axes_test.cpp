@@ -12,6 +12,7 @@
 #include <cmath>
 
 using namespace bristle;
+using namespace bristle::detail;
 
 namespace {
 

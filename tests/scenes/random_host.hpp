@@ -15,6 +15,8 @@
 
 namespace bristle::scenes {
 
+using namespace bristle::detail;
+
 template <typename S>
 class RandomHost {
  public:

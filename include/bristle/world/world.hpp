@@ -120,6 +120,10 @@ class World {
   [[nodiscard]] bool contains(JointId id) const noexcept { return state_.joints.contains(id); }
   /// Changes the motor of a joint.
   void set_motor(JointId id, const JointMotor<S>& motor);
+  /// Definition of a joint, its frames about the centres of mass, and its impulses.
+  [[nodiscard]] const detail::Joint<S>& joint(JointId id) const {
+    return state_.joints.get(id, "JointId");
+  }
   /// Last step's position, velocity and forces of a joint.
   [[nodiscard]] JointReading<S> reading(JointId id) const;
 
@@ -167,6 +171,22 @@ class World {
   /// Measures present distances with an array of rays on a body, given in its frame. Several
   /// threads may fill several arrays at once.
   void sense(BodyId carrier, ProximityArray<S>& array) const;
+
+  // What is in it
+  // ----------------------------------------------------------------------------------
+
+  /// Calls visit(BodyId), visit(JointId) or visit(PatchId) for each there is, in the order of
+  /// slots. Nothing may be added or removed meanwhile.
+  template <typename Visit>
+  void for_each_body(Visit&& visit) const;
+  template <typename Visit>
+  void for_each_joint(Visit&& visit) const;
+  template <typename Visit>
+  void for_each_patch(Visit&& visit) const;
+  /// Calls visit(const Shape<S>&, const Transform<S>& X_BS) for each shape of a body, as the
+  /// backend tells it. O(shapes of the world), and copies meshes.
+  template <typename Visit>
+  void for_each_shape(BodyId id, Visit&& visit) const requires detail::TellsShapes<Backend, S>;
 
   // Contacts
   // ---------------------------------------------------------------------------------------
@@ -276,6 +296,7 @@ class World {
 }  // namespace bristle::inline BRISTLE_ABI
 
 #include <bristle/world/world_contacts_impl.hpp>
+#include <bristle/world/world_lists_impl.hpp>
 #if defined(BRISTLE_WITH_FCL)
 #include <bristle/geometry/backends/fcl_backend.hpp>
 #endif

@@ -1,171 +1,23 @@
 /// @file
-/// Tests of what is kept for a replay, and of its binary glTF.
+/// Tests of what is kept for a replay.
 // SPDX-License-Identifier: BSD-3-Clause
-#include "support/json.hpp"
+#include "scenes/recorded_scene.hpp"
 #include "support/relative.hpp"
 
 #include <bristle/io/glb.hpp>
 #include <bristle/io/recorder.hpp>
-#include <bristle/sensors/tuning.hpp>
 
 #include <doctest/doctest.h>
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 using namespace bristle;
-using bristle::test::Json;
-
-namespace {
-
-/// A plate whose sensors come down on the ground and are pushed aside, and a ball.
-template <typename S>
-struct RecordedScene {
-  World<S> world;
-  BodyDef<S> ground_def, plate_def, ball_def;
-  BodyId ground, plate, ball;
-  PatchId patch;
-  Recorder<S> recorder;
-
-  explicit RecordedScene(double rate = 100) : recorder(rate) {
-    world.set_time_step(S(1e-3));
-    ground_def.motion = Motion::fixed;
-    ground_def.shape = HalfSpace<S>{};
-    ground = world.add_body(ground_def);
-    plate_def.shape = Box<S>{{S(0.1), S(0.1), S(0.01)}};
-    plate_def.mass = S(1);
-    plate_def.center_of_mass = Vec3<S>(S(0.01), S(0.005), S(0));
-    plate_def.position = {S(0), S(0), S(0.018)};
-    plate = world.add_body(plate_def);
-    ball_def.shape = Sphere<S>{S(0.05)};
-    ball_def.position = {S(0.5), S(0), S(1)};
-    ball = world.add_body(ball_def);
-    PatchDef<S> pad;
-    for (const int i : {-1, 1}) {
-      for (const int j : {-1, 1}) {
-        const S x = S(0.08) * S(i), y = S(0.08) * S(j);
-        pad.sensors.add({x, y, S(0)}, {x, y, S(-0.02)});
-      }
-    }
-    GripSpec<S> spec;
-    spec.load = S(9.81);
-    spec.mass = S(1);
-    pad.parameters = tuned_for<S>(spec).parameters(pad.sensors);
-    patch = world.add_patch(plate, pad);
-  }
-  void record_all() {
-    recorder.add_body(ground, ground_def, "ground");
-    recorder.add_body(plate, plate_def, "a \"plate\"\t");
-    recorder.add_body(ball, ball_def, "ball");
-    recorder.add_patch(world, patch, "pad");
-  }
-  void run(int steps) {
-    for (int i = 0; i < steps; ++i) {
-      world.apply_force(plate, {S(2), S(1), S(0)}, world.pose(plate).translation);
-      world.step();
-      recorder.observe(world);
-    }
-  }
-};
-
-/// A .glb file, taken apart.
-struct Glb {
-  Json json;
-  std::string binary;
-
-  explicit Glb(const std::string& bytes) : json(chunk(bytes, 12, "JSON")) {
-    REQUIRE(bytes.substr(0, 4) == "glTF");
-    REQUIRE(number<std::uint32_t>(bytes, 4) == 2);
-    REQUIRE(number<std::uint32_t>(bytes, 8) == bytes.size());
-    const std::size_t second = 20 + number<std::uint32_t>(bytes, 12);
-    REQUIRE(second % 4 == 0);
-    binary = chunk(bytes, second, std::string("BIN\0", 4));
-    REQUIRE(second + 8 + binary.size() == bytes.size());
-    REQUIRE(json["buffers"][0]["byteLength"].index() == binary.size());
-  }
-  template <typename T>
-  static T number(const std::string& bytes, std::size_t at) {
-    T value;
-    REQUIRE(at + sizeof value <= bytes.size());
-    std::memcpy(&value, bytes.data() + at, sizeof value);
-    return value;
-  }
-  static std::string chunk(const std::string& bytes, std::size_t at, const std::string& type) {
-    REQUIRE(bytes.substr(at + 4, 4) == type);
-    return bytes.substr(at + 8, number<std::uint32_t>(bytes, at));
-  }
-  /// All numbers of an accessor, one value after another.
-  [[nodiscard]] std::vector<double> values(const Json& index) const {
-    const Json& accessor = json["accessors"][index.index()];
-    const Json& view = json["bufferViews"][accessor["bufferView"].index()];
-    const std::string& type = accessor["type"].text();
-    const std::size_t width = type == "SCALAR" ? 1 : type == "VEC3" ? 3 : 4;
-    const std::size_t start = view["byteOffset"].index();
-    const std::size_t kind = accessor["componentType"].index();
-    const std::size_t size = kind == 5122 ? 2 : 4;
-    const std::size_t count = accessor["count"].index() * width;
-    REQUIRE(start % 4 == 0);
-    REQUIRE(count * size == view["byteLength"].index());
-    std::vector<double> out;
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::size_t at = start + i * size;
-      out.push_back(kind == 5126   ? static_cast<double>(number<float>(binary, at))
-                    : kind == 5122 ? number<std::int16_t>(binary, at) / 32767.0
-                                   : static_cast<double>(number<std::uint32_t>(binary, at)));
-    }
-    for (std::size_t k = 0; accessor.has("min") && k < width; ++k) {
-      for (std::size_t i = k; i < out.size(); i += width) {
-        CHECK(out[i] >= static_cast<double>(static_cast<float>(accessor["min"][k].number())));
-        CHECK(out[i] <= static_cast<double>(static_cast<float>(accessor["max"][k].number())));
-      }
-    }
-    return out;
-  }
-  [[nodiscard]] std::size_t node(const std::string& name) const {
-    for (std::size_t i = 0; i < json["nodes"].size(); ++i) {
-      if (json["nodes"][i]["name"].text() == name) return i;
-    }
-    FAIL("no node " << name);
-    return 0;
-  }
-  /// A property of a node at a time [s], as a viewer finds it.
-  [[nodiscard]] std::vector<double> at(std::size_t node, const std::string& path, double t) const {
-    std::vector<double> out;
-    const Json& animation = json["animations"][0];
-    for (const Json& channel : animation["channels"].items()) {
-      if (channel["target"]["node"].index() != node || channel["target"]["path"].text() != path) {
-        continue;
-      }
-      const Json& sampler = animation["samplers"][channel["sampler"].index()];
-      const std::vector<double> times = values(sampler["input"]);
-      const std::vector<double> keys = values(sampler["output"]);
-      const std::size_t width = keys.size() / times.size();
-      std::size_t i = 0;
-      while (i + 2 < times.size() && times[i + 1] <= t) ++i;
-      REQUIRE(times[i + 1] > times[i]);
-      double u = (t - times[i]) / (times[i + 1] - times[i]);
-      if (sampler["interpolation"].text() == "STEP") u = u < 1 ? 0 : 1;
-      for (std::size_t k = 0; k < width; ++k) {
-        out.push_back((1 - u) * keys[i * width + k] + u * keys[(i + 1) * width + k]);
-      }
-      return out;
-    }
-    for (const Json& x : json["nodes"][node][path.c_str()].items()) out.push_back(x.number());
-    return out;
-  }
-};
-
-Quat<double> quaternion(const std::vector<double>& x) {
-  return Quat<double>(x[3], x[0], x[1], x[2]).normalized();
-}
-
-}  // namespace
+using namespace bristle::test;
 
 TEST_CASE_TEMPLATE("Recorder: frames at its rate, with poses and forces as the world has them", S,
                    float, double) {
@@ -239,34 +91,6 @@ TEST_CASE("Recorder: frames that long steps missed are not made up for") {
   CHECK(std::abs(static_cast<int>(scene.recorder.recording().times.size()) - 60) <= 1);
 }
 
-TEST_CASE("glb: recordings that do not fit together are refused") {
-  RecordedScene<double> scene;
-  scene.record_all();
-  scene.run(100);
-  const auto field = [&](const auto& change) -> std::string {
-    Recording<double> recording = scene.recorder.recording();
-    change(recording);
-    try {
-      (void)glb(recording);
-    } catch (const InvalidArgument& error) {
-      return error.field();
-    }
-    return {};
-  };
-  CHECK(field([](Recording<double>&) {}).empty());
-  CHECK(field([](Recording<double>& r) { r.times[3] = r.times[2]; }) == "glb: Recording::times");
-  CHECK(field([](Recording<double>& r) { r.bodies[1].poses.pop_back(); }) ==
-        "glb: Recording::Body::poses.size()");
-  CHECK(field([](Recording<double>& r) { r.bodies[1].poses[2].translation.x() = 1e39; }) ==
-        "glb: Recording::Body::poses");
-  CHECK(field([](Recording<double>& r) { r.patches[0].body = 3; }) ==
-        "glb: Recording::Patch::body");
-  CHECK(field([](Recording<double>& r) { r.patches[0].forces.pop_back(); }) ==
-        "glb: Recording::Patch::forces.size()");
-  CHECK(field([](Recording<double>& r) { r.patches[0].forces[2].x() = 1e30; }) ==
-        "glb: Recording::Patch");
-}
-
 TEST_CASE("Recorder: what cannot be recorded is refused by name") {
   RecordedScene<double> scene;
   CHECK_THROWS_WITH_AS(Recorder<double>(0), doctest::Contains("rate"), InvalidArgument);
@@ -285,8 +109,8 @@ TEST_CASE("Recorder: what cannot be recorded is refused by name") {
   small.sensors.add({0, 0, 0}, {0, 0, -0.02});
   small.parameters = scene.world.patch(scene.patch).def.parameters;
   REQUIRE(other.add_patch(body, small) == scene.patch);
-  CHECK_THROWS_WITH_AS(scene.recorder.observe(other), doctest::Contains("the world it was added"),
-                       InvalidArgument);
+  CHECK_THROWS_WITH_AS(scene.recorder.observe(other),
+                       doctest::Contains("the world it was added from"), InvalidArgument);
   CHECK(scene.recorder.recording().times.empty());
   scene.world.remove_patch(scene.patch);
   CHECK_THROWS_AS(scene.recorder.add_patch(scene.world, scene.patch, "pad"), InvalidArgument);
@@ -298,75 +122,171 @@ TEST_CASE("Recorder: what cannot be recorded is refused by name") {
   CHECK(scene.recorder.recording().bodies.size() == 3);
 }
 
-TEST_CASE("glb: bodies and arrows are where they were recorded, at every frame") {
-  RecordedScene<double> scene;
-  scene.record_all();
-  scene.run(400);
-  scene.world.remove_body(scene.ball);
-  scene.run(200);
-  Recording<double> recording = scene.recorder.recording();
-  // Arrows point everywhere, straight and nearly down, too.
-  const std::array<Vec3<double>, 6> directions{Vec3<double>(0, 0, -5), {0, 0, 5}, {1e-6, 0, -5},
-                                               {1e-3, -2e-3, -5},      {3, 0, 0}, {-1, -2, -0.01}};
-  for (std::size_t i = 0; i < directions.size(); ++i) {
-    recording.patches[0].forces[4 * (20 + i)] = directions[i];
+TEST_CASE_TEMPLATE("Recorder: bodies of a world look as their definitions say", S, float, double) {
+  World<S> world;
+  BodyDef<S> def;
+  def.center_of_mass = Vec3<S>(S(0.3), S(0), S(0.1));
+  def.shapes.push_back(
+      {Box<S>{{S(0.1), S(0.2), S(0.3)}}, {Quat<S>::Identity(), {S(1), S(0), S(0)}}});
+  def.shapes.push_back({box_mesh<S>({S(1), S(1), S(2)}), {}});
+  def.position = {S(3), S(2), S(1)};
+  const BodyId body = world.add_body(def);
+  Recorder<S> told, asked;
+  told.add_body(body, def, "told");
+  asked.add_body(world, body, "asked");
+  const TriangleMesh<S>& a = told.recording().bodies[0].mesh;
+  const TriangleMesh<S>& b = asked.recording().bodies[0].mesh;
+  CHECK(a.triangles == b.triangles);
+  REQUIRE(a.vertices.size() == b.vertices.size());
+  for (std::size_t i = 0; i < a.vertices.size(); ++i) {
+    CHECK((a.vertices[i] - b.vertices[i]).norm() < S(4) * Tolerance<S>::round_off());
   }
-  const Glb file(glb(recording, {.longest_arrow = 0.05}));
-  // The world's z is glTF's y.
-  const std::size_t root = file.json["scenes"][0]["nodes"][0].index();
-  CHECK((quaternion(file.at(root, "rotation", 0)) * Vec3<double>(1, 2, 3) - Vec3<double>(1, 3, -2))
-            .norm() < 1e-7);
-  double largest = 0;
-  for (const Vec3<double>& force : recording.patches[0].forces) {
-    largest = std::max(largest, force.norm());
-  }
-  for (std::size_t i = 0; i < recording.times.size(); ++i) {
-    const double t =
-        static_cast<double>(static_cast<float>(recording.times[i] - recording.times[0]));
-    for (const Recording<double>::Body& body : recording.bodies) {
-      const std::size_t node = file.node(body.name);
-      const std::vector<double> x = file.at(node, "translation", t);
-      const Quat<double> q = quaternion(file.at(node, "rotation", t));
-      const Transform<double>& pose = body.poses[i];
-      CHECK((Vec3<double>(x[0], x[1], x[2]) - pose.translation).norm() < 1e-6);
-      CHECK(q.angularDistance(pose.rotation) < 1e-5);
-      CHECK(file.at(node, "scale", t)[1] == (body.was_there[i] ? 1 : 0));
-    }
-    for (std::size_t k = 0; k < 4; ++k) {
-      const std::size_t node = file.node("pad " + std::to_string(k));
-      const Vec3<double> force = recording.patches[0].forces[4 * i + k];
-      const double length = file.at(node, "scale", t)[2];
-      CHECK(std::abs(length - 0.05 * force.norm() / largest) < 1e-7);
-      const double newtons =
-          file.json["nodes"][node]["extras"]["newton_per_metre"].number() * length;
-      CHECK(std::abs(newtons - force.norm()) < 1e-5 * largest);
-      if (force.norm() == 0) continue;
-      const Vec3<double> along = quaternion(file.at(node, "rotation", t)) * Vec3<double>::UnitZ();
-      // Rotations have steps of 1/32767.
-      CHECK((along - force.normalized()).norm() < 1e-4);
-    }
-  }
+  CHECK(asked.recording().bodies[0].moves);
 }
 
-TEST_CASE("glb: meshes are whole, and what stands still has no keys") {
+TEST_CASE("Recorder: contacts are forces on what moves, and carry it") {
   RecordedScene<double> scene;
   scene.record_all();
-  scene.run(600);
-  const Glb file(glb(scene.recorder.recording()));
-  for (const Json& mesh : file.json["meshes"].items()) {
-    const Json& part = mesh["primitives"][0];
-    const std::vector<double> points = file.values(part["attributes"]["POSITION"]);
-    const std::vector<double> corners = file.values(part["indices"]);
-    REQUIRE(corners.size() % 3 == 0);
-    for (const double corner : corners) CHECK(3 * corner + 2 < static_cast<double>(points.size()));
-    CHECK(part["material"].index() < file.json["materials"].size());
+  scene.run(2500);
+  const Recording<double>& recording = scene.recorder.recording();
+  REQUIRE(recording.contacts.size() == recording.times.size());
+  CHECK(recording.contacts.front().empty());
+  Vec3<double> sum = Vec3<double>::Zero();
+  for (const Recording<double>::Contact& contact : recording.contacts.back()) {
+    if (contact.body != 2) continue;
+    CHECK(std::abs(contact.point.z()) < 1e-3);
+    sum += contact.force;
   }
-  const std::size_t ground = file.node("ground");
-  for (const Json& channel : file.json["animations"][0]["channels"].items()) {
-    CHECK(channel["target"]["node"].index() != ground);
+  const double weight = 9.81 * scene.world.body(scene.ball).mass;
+  CHECK(sum.z() == relative(weight).epsilon(0.01));
+}
+
+TEST_CASE("Recorder: joints have position and drive, scalars their last value") {
+  World<double> world({.gravity = {0, 0, 0}, .time_step = 1e-2});
+  const BodyId base = world.add_body({.motion = Motion::fixed});
+  const BodyId slider =
+      world.add_body({.mass = 2.0, .shape = Sphere<double>{.radius = 0.1}, .position = {0, 0, 1}});
+  JointDef<double> def;
+  def.kind = JointKind::prismatic;
+  def.body_a = base;
+  def.body_b = slider;
+  def.X_AJ.translation = {0, 0, 1};
+  def.motor = {MotorMode::velocity, 0.5, 3};
+  const JointId joint = world.add_joint(def);
+  Recorder<double> recorder(100);
+  CHECK_THROWS_WITH_AS(recorder.add_joint(world, joint, "slide"), doctest::Contains("body B"),
+                       InvalidArgument);
+  recorder.add_world(world);
+  recorder.add_world(world);
+  for (int i = 1; i <= 20; ++i) {
+    world.step();
+    if (i > 5) recorder.scalar("count", "", i);
+    if (i == 12) recorder.scalar("late", "mm", 3);
+    recorder.observe(world);
   }
-  RecordedScene<double> once;
-  once.recorder.add_body(once.ground, once.ground_def, "ground");
-  once.run(1);
-  CHECK_FALSE(Glb(glb(once.recorder.recording())).json.has("animations"));
+  const Recording<double>& recording = recorder.recording();
+  REQUIRE(recording.bodies.size() == 2);
+  REQUIRE(recording.joints.size() == 1);
+  CHECK(recording.bodies[1].name == "body 1");
+  CHECK(recording.joints[0].name == "joint 0");
+  CHECK(recording.joints[0].body == 1);
+  CHECK(recording.joints[0].slides);
+  CHECK_FALSE(recording.joints[0].turns);
+  REQUIRE(recording.joints[0].positions.size() == 20);
+  CHECK(recording.joints[0].positions.back() == world.reading(joint).position);
+  CHECK(recording.joints[0].drive_forces[2] == relative(3.0).epsilon(1e-9));
+  REQUIRE(recording.channels.size() == 2);
+  CHECK(recording.channels[0].first_frame == 5);
+  CHECK(recording.channels[0].values.size() == 15);
+  CHECK(recording.channels[0].values.back() == 20);
+  CHECK(recording.channels[1].first_frame == 11);
+  CHECK(recording.channels[1].values == std::vector<double>(9, 3.0));
+
+  CHECK_THROWS_WITH_AS(recorder.scalar("count", "N", 1), doctest::Contains("first call"),
+                       InvalidArgument);
+  CHECK_THROWS_WITH_AS(recorder.scalar("count", "", std::numeric_limits<double>::quiet_NaN()),
+                       doctest::Contains("must be finite"), InvalidArgument);
+  CHECK_THROWS_WITH_AS(recorder.scalar("new", "", 1e300), doctest::Contains("must be finite"),
+                       InvalidArgument);
+  CHECK(recorder.recording().channels.size() == 2);
+}
+
+TEST_CASE("Recorder: another world is refused, and a moved one followed") {
+  RecordedScene<double> scene;
+  scene.record_all();
+  scene.run(10);
+  World<double> copy = scene.world;
+  CHECK_THROWS_WITH_AS(scene.recorder.observe(copy), doctest::Contains("must be the world"),
+                       InvalidArgument);
+  CHECK_THROWS_WITH_AS(scene.recorder.add_world(copy), doctest::Contains("must be the world"),
+                       InvalidArgument);
+  CHECK(scene.recorder.recording().times.size() == 1);
+  World<double> moved = std::move(scene.world);
+  scene.recorder.follow(moved);
+  for (int i = 0; i < 10; ++i) {
+    moved.step();
+    scene.recorder.observe(moved);
+  }
+  CHECK(scene.recorder.recording().times.size() == 2);
+}
+
+TEST_CASE("Recorder: names that are not UTF-8 are refused, with their bytes") {
+  RecordedScene<double> scene;
+  const auto refused = [&](const std::string& name) -> std::string {
+    try {
+      scene.recorder.add_body(scene.ball, scene.ball_def, name);
+    } catch (const InvalidArgument& error) {
+      return error.what();
+    }
+    return "taken";
+  };
+  // Latin-1, a byte that follows nothing, a character cut short, an overlong slash, a surrogate,
+  // and what is above all characters.
+  CHECK(refused("Pr\xfc"
+                "fling") == "Recorder: name = Pr\\xfcfling: must be UTF-8");
+  CHECK(refused("\x80") == "Recorder: name = \\x80: must be UTF-8");
+  CHECK(refused("a\xe2\x82") == "Recorder: name = a\\xe2\\x82: must be UTF-8");
+  CHECK(refused("\xc0\xaf") == "Recorder: name = \\xc0\\xaf: must be UTF-8");
+  CHECK(refused("\xed\xa0\x80") == "Recorder: name = \\xed\\xa0\\x80: must be UTF-8");
+  CHECK(refused("\xf4\x90\x80\x80") == "Recorder: name = \\xf4\\x90\\x80\\x80: must be UTF-8");
+  CHECK(scene.recorder.recording().bodies.empty());
+  scene.recorder.add_body(scene.plate, scene.plate_def, "plate");
+  CHECK_THROWS_AS(scene.recorder.add_patch(scene.world, scene.patch, "\xff"), InvalidArgument);
+  CHECK_THROWS_AS(scene.recorder.scalar("\xff", "N", 1), InvalidArgument);
+  CHECK_THROWS_AS(scene.recorder.scalar("force", "\xff", 1), InvalidArgument);
+  CHECK(scene.recorder.recording().patches.empty());
+  CHECK(scene.recorder.recording().channels.empty());
+  CHECK(refused("Pr\xc3\xbc"
+                "fling \xe2\x82\xac \xf0\x9f\x96\x90") == "taken");
+}
+
+TEST_CASE("Recorder: a sensor that let go between two frames slips in the second") {
+  RecordedScene<double> scene(20);
+  scene.record_all();
+  std::size_t slips = 0, seen = 0, frames = 0;
+  std::vector<bool> slipped(4, false);
+  for (int i = 0; i < 1500; ++i) {
+    // Harder than bristles hold, one way and back.
+    scene.world.apply_force(scene.plate, {i % 400 < 200 ? 14.0 : -14.0, 0, 0},
+                            scene.world.pose(scene.plate).translation);
+    scene.world.step();
+    scene.recorder.observe(scene.world);
+    const auto states = scene.world.reading(scene.patch).state;
+    for (std::size_t k = 0; k < 4; ++k) {
+      if (states[k] == SensorState::slipping) ++slips;
+      slipped[k] = slipped[k] || states[k] == SensorState::slipping;
+    }
+    const Recording<double>& recording = scene.recorder.recording();
+    if (recording.times.size() == frames) continue;
+    frames = recording.times.size();
+    for (std::size_t k = 0; k < 4; ++k) {
+      const bool is_slipping =
+          recording.patches[0].states[4 * (frames - 1) + k] == SensorState::slipping;
+      CHECK(is_slipping == (slipped[k] && states[k] != SensorState::free));
+      if (is_slipping) ++seen;
+      slipped[k] = false;
+    }
+  }
+  CHECK(slips > 20);
+  CHECK(seen > 5);
 }

@@ -93,7 +93,7 @@ TEST_CASE("Trace: writes a decimal point in every locale") {
 }
 
 TEST_CASE("Trace: names the channel, the row or the setting that breaks a rule") {
-  CHECK(error_of([] { Trace trace(std::vector<TraceChannel>{}); }) ==
+  CHECK(error_of([] { Trace trace(std::vector<bristle::detail::TraceChannel>{}); }) ==
         "Trace: number of channels = 0: must be > 0");
   CHECK(error_of([] {
           Trace trace{{"time", "s"}, {"", "m"}};

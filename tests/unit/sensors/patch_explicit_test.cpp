@@ -2,8 +2,8 @@
 #include "support/random_patch.hpp"
 
 #include <bristle/sensors/patch_explicit.hpp>
-#include <bristle/sensors/sensor_wrench.hpp>
 #include <bristle/sensors/patch_readings.hpp>
+#include <bristle/sensors/sensor_wrench.hpp>
 
 #include <doctest/doctest.h>
 

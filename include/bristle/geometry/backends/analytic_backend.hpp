@@ -64,6 +64,9 @@ struct AnalyticBackend {
   template <Scalar S>
   [[nodiscard]] static bool is_clear(const std::shared_ptr<const detail::AnalyticShape<S>>& c,
                                      const Transform<S>& X_RC, const RayBatch<S>& rays) noexcept;
+
+  template <Scalar S>
+  [[nodiscard]] static Shape<S> shape(const std::shared_ptr<const detail::AnalyticShape<S>>& c);
 };
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -220,6 +223,20 @@ bool AnalyticBackend::is_clear(const std::shared_ptr<const detail::AnalyticShape
                                const Transform<S>& X_RC, const RayBatch<S>& rays) noexcept {
   const auto* mesh = std::get_if<detail::MeshTree<S>>(&c->shape());
   return mesh != nullptr && detail::is_clear_of_mesh(mesh->for_rays(), X_RC, rays);
+}
+
+template <Scalar S>
+Shape<S> AnalyticBackend::shape(const std::shared_ptr<const detail::AnalyticShape<S>>& c) {
+  return std::visit(
+      [](const auto& prepared) -> Shape<S> {
+        using Prepared = std::remove_cvref_t<decltype(prepared)>;
+        if constexpr (std::is_same_v<Prepared, detail::MeshTree<S>>) {
+          return prepared.mesh();
+        } else {
+          return prepared;
+        }
+      },
+      c->shape());
 }
 
 template <Scalar S>

@@ -70,6 +70,10 @@ struct FclBackend {
   template <Scalar S>
   [[nodiscard]] static bool is_clear(const Collidable<S>& c, const Transform<S>& X_RC,
                                      const RayBatch<S>& rays) noexcept;
+
+  /// As FCL keeps it, in double.
+  template <Scalar S>
+  [[nodiscard]] static Shape<S> shape(const Collidable<S>& c);
 };
 
 /// A shape prepared by the FCL backend. Copies share one immutable preparation. A
@@ -101,6 +105,7 @@ class FclBackend::Collidable {
 #include <bristle/geometry/backends/fcl_shapes.hpp>
 #include <bristle/geometry/contacts/contact_clip.hpp>
 #include <bristle/geometry/contacts/contact_sink.hpp>
+#include <bristle/geometry/contacts/shape_cast.hpp>
 #include <bristle/geometry/contacts/solid_contacts.hpp>
 #include <bristle/geometry/shapes/shape_properties.hpp>
 
@@ -327,6 +332,20 @@ template <Scalar S>
 bool FclBackend::is_clear(const Collidable<S>& c, const Transform<S>& X_RC,
                           const RayBatch<S>& rays) noexcept {
   return c.data_->rays.is_clear(X_RC, rays);
+}
+
+template <Scalar S>
+Shape<S> FclBackend::shape(const Collidable<S>& c) {
+  return std::visit(
+      [](const auto& view) -> Shape<S> {
+        using View = std::remove_cvref_t<decltype(view)>;
+        if constexpr (std::is_same_v<View, detail::FclMeshTree<double>>) {
+          return view.template mesh<S>();
+        } else {
+          return detail::ShapeCast<S, double>{}(view);
+        }
+      },
+      c.data_->rays.view());
 }
 
 }  // namespace bristle::inline BRISTLE_ABI

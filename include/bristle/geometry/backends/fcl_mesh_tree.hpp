@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/geometry/meshes/triangle_mesh.hpp>
 #include <bristle/geometry/rays/ray.hpp>
 #include <bristle/geometry/rays/ray_box.hpp>
 #include <bristle/geometry/trees/aabb.hpp>
@@ -49,6 +50,17 @@ class FclMeshTree {
     const fcl::Triangle& t = mesh_->tri_indices[i];
     return {static_cast<std::uint32_t>(t[0]), static_cast<std::uint32_t>(t[1]),
             static_cast<std::uint32_t>(t[2])};
+  }
+
+  /// The triangles by themselves, in another scalar.
+  template <Scalar P>
+  [[nodiscard]] TriangleMesh<P> mesh() const {
+    TriangleMesh<P> triangles;
+    for (int i = 0; i < mesh_->num_vertices; ++i) {
+      triangles.vertices.push_back(mesh_->vertices[i].template cast<P>());
+    }
+    for (std::uint32_t i = 0; i < size(); ++i) triangles.triangles.push_back(vertex_numbers(i));
+    return triangles;
   }
 
   /// Box around all triangles.

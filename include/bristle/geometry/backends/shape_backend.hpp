@@ -43,6 +43,9 @@ namespace bristle::inline BRISTLE_ABI {
 ///
 /// A backend with `is_clear(c, X_RC, rays)` returns true early if no ray can meet the shape. It may
 /// return false then, too. Large patches that meet nothing then cost less.
+///
+/// A backend with `shape(c)` gives the shape that `c` was made from. Then worlds can be drawn and
+/// recorded without a copy of their definitions.
 template <typename B, typename S>
 concept ShapeBackend = Scalar<S> && std::copyable<typename B::template Collidable<S>> &&
     requires(const Shape<S>& shape, const typename B::template Collidable<S>& c,
@@ -64,6 +67,16 @@ template <typename B>
 inline constexpr bool asks_ranges = requires {
   requires B::asks_ranges;
 };
+
+namespace detail {
+
+/// True for a backend that gives the shape a collidable was made from.
+template <typename B, typename S>
+concept TellsShapes = requires(const typename B::template Collidable<S>& c) {
+  { B::shape(c) } -> std::same_as<Shape<S>>;
+};
+
+}  // namespace detail
 
 /// Returns true only if no ray of a batch can meet the shape. False if the backend cannot tell. See
 /// `ShapeBackend`.
@@ -88,4 +101,5 @@ template <Scalar S, typename B>
   instantiate void Backend::cast_rays<S>(const Backend::Collidable<S>&, const Transform<S>&,       \
                                          const RayBatch<S>&, std::uint32_t, RayHits<S>&) noexcept; \
   instantiate bool Backend::is_clear<S>(const Backend::Collidable<S>&, const Transform<S>&,        \
-                                        const RayBatch<S>&) noexcept;
+                                        const RayBatch<S>&) noexcept;                              \
+  instantiate Shape<S> Backend::shape<S>(const Backend::Collidable<S>&);

@@ -1,0 +1,56 @@
+/// @file
+/// Definitions of `World`: lists of what is in it. Included by world.hpp.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/world/world.hpp>
+
+namespace bristle::inline BRISTLE_ABI {
+
+namespace detail {
+
+/// Calls visit(handle) for each live slot.
+template <typename Slots, typename Visit>
+void for_each_handle(const Slots& slots, Visit&& visit) {
+  for (std::uint32_t i = 0; i < slots.slot_count(); ++i) {
+    if (slots.is_live(i)) visit(slots.handle(i));
+  }
+}
+
+}  // namespace detail
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+template <typename Visit>
+void World<S, Backend>::for_each_body(Visit&& visit) const {
+  detail::for_each_handle(state_.bodies, visit);
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+template <typename Visit>
+void World<S, Backend>::for_each_joint(Visit&& visit) const {
+  detail::for_each_handle(state_.joints, visit);
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+template <typename Visit>
+void World<S, Backend>::for_each_patch(Visit&& visit) const {
+  detail::for_each_handle(state_.patches, visit);
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+template <typename Visit>
+void World<S, Backend>::for_each_shape(BodyId id,
+                                       Visit&& visit) const requires detail::TellsShapes<Backend, S> {
+  const Vec3<S> center_B = body(id).center_B;
+  for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
+    if (!state_.colliders.is_live(i) || state_.colliders.at(i).body != id) continue;
+    const detail::Collider<S, Backend>& c = state_.colliders.at(i);
+    visit(Backend::shape(c.shape), Transform<S>{c.X_CmS.rotation, center_B + c.X_CmS.translation});
+  }
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
