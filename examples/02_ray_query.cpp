@@ -62,7 +62,7 @@ int main() {
 
   // A query can exclude the body that a ray starts from, or whole categories of bodies.
   const WorldRayHit<double> behind =
-      world.cast_ray({.origin = {2, 0, 1}, .direction = {1, 0, 0}}, {.excluded = ball});
+      world.cast_ray({.origin = {2, 0, 1}, .direction = {1, 0, 0}}, {.excluded = {ball}});
   std::printf("from the ball's centre without the ball: %s at %.3f m\n", name(behind.body),
               behind.distance);
 }

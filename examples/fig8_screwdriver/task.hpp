@@ -225,7 +225,7 @@ class Task {
   double driver_turn_ = 0;  // [rad] heading of the driver, whole turns counted
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// From 0 to 1 with speed and acceleration zero at both ends.
 inline double smooth_step(double u) { return u * u * u * (10 - u * (15 - 6 * u)); }

@@ -8,7 +8,7 @@
 //
 // Prints a table, writes fig8_thread.csv, fig8_thread.svg (tensions and slip over time) and
 // fig8_thread_shape.svg (the thread at the end of each phase, seen along the post); `--replay
-// FILE.glb` the run that these show. What a step costs goes to the error stream, since it differs
+// FILE.glb` the run that these show. The cost of a step goes to the error stream, since it differs
 // from run to run.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fig8_thread/task.hpp"

@@ -182,7 +182,7 @@ class Task {
   double time_ = 0;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Where a hand shall be `t` seconds into a phase.
 inline Place Task::place_at(Phase phase, std::size_t k, double t) const {

@@ -55,7 +55,7 @@ class Thread {
   std::vector<bristle::JointDef<double>> joint_defs_;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 inline Thread::Thread(World& world, double height, double friction) {
   using namespace bristle;

@@ -102,7 +102,7 @@ export class Tracks {
     this.joints = (json.joints ?? []).map((joint) => ({
       ...joint,
       positions: glb.numbers(joint.position),
-      driveForces: glb.numbers(joint.drive_force),
+      motorForces: glb.numbers(joint.motor_force),
     }));
     this.channels = (json.channels ?? []).map((channel) => ({ ...channel, values: glb.numbers(channel.values) }));
     this.contacts = {
@@ -126,12 +126,12 @@ export class Tracks {
       curves.push({ name: `${patch.name}: force`, unit: 'N', values: force, first: 0, isShown });
       curves.push({ name: `${patch.name}: slipping sensors`, unit: '', values: slips, first: 0, isShown });
     }
-    for (const { name, kind, positions, driveForces } of this.joints) {
+    for (const { name, kind, positions, motorForces } of this.joints) {
       if (positions.length === 0) continue;
       const isShown = this.joints.length <= 4;
       const [unit, forceUnit] = kind === 'turns' ? ['rad', 'N m'] : ['m', 'N'];
       curves.push({ name: `${name}: position`, unit, values: positions, first: 0, isShown });
-      curves.push({ name: `${name}: drive`, unit: forceUnit, values: driveForces, first: 0, isShown });
+      curves.push({ name: `${name}: motor`, unit: forceUnit, values: motorForces, first: 0, isShown });
     }
     return curves;
   }

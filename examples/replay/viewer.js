@@ -192,10 +192,10 @@ class Page {
       return `${body.userData.name ?? body.name}: ${millimetres(this.#inWorld(body.getWorldPosition(new THREE.Vector3())))}`;
     }
     if (thing.joint) {
-      const { name, kind, positions, driveForces } = thing.joint;
+      const { name, kind, positions, motorForces } = thing.joint;
       if (positions.length === 0) return `${name}`;
-      const [x, f] = [positions[this.#frame], driveForces[this.#frame]];
-      return kind === 'turns' ? `${name}: ${x.toFixed(4)} rad, drive ${f.toFixed(4)} N m` : `${name}: ${(1000 * x).toFixed(3)} mm, drive ${f.toFixed(4)} N`;
+      const [x, f] = [positions[this.#frame], motorForces[this.#frame]];
+      return kind === 'turns' ? `${name}: ${x.toFixed(4)} rad, motor ${f.toFixed(4)} N m` : `${name}: ${(1000 * x).toFixed(3)} mm, motor ${f.toFixed(4)} N`;
     }
     if (thing.contact !== undefined) {
       if (thing.frame !== this.#frame) return '';

@@ -86,7 +86,7 @@ class PlotAxis {
   std::vector<PlotTick> ticks_;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// 10^exponent in Unicode superscripts.
 [[nodiscard]] inline std::string power_of_ten(int exponent) {

@@ -1,4 +1,4 @@
-// What `--replay FILE.glb` asks of an example: its scene, recorded.
+// The scene of an example, recorded as `--replay FILE.glb` asks.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 

@@ -60,7 +60,7 @@ struct SvgHeatMaps {
   void write_svg(const std::filesystem::path& path) const { bristle::write_file(path, svg()); }
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Colour of a position on the scale, 0 to 1. Positions outside take the colour of the nearer end.
 [[nodiscard]] inline std::string heat_colour(double place) {

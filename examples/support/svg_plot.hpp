@@ -93,7 +93,7 @@ struct SvgPlot {
   void write_svg(const std::filesystem::path& path) const { bristle::write_file(path, svg()); }
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Checks that a figure can be drawn.
 /// @throws InvalidArgument that names the field that breaks a rule.

@@ -172,7 +172,7 @@ class SvgWriter {
   Frame frame_{};
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 inline void SvgWriter::number(double value) {
   // Far outside every frame the exact position does not matter.

@@ -16,7 +16,6 @@
 #include <bristle/geometry/meshes/mesh_shapes.hpp>
 #include <bristle/geometry/shapes/quickhull.hpp>
 #include <bristle/geometry/shapes/shapes.hpp>
-#include <bristle/hosts/engine_host.hpp>
 #include <bristle/hosts/host_sensors.hpp>
 #include <bristle/io/file.hpp>
 #include <bristle/io/glb.hpp>
@@ -199,6 +198,7 @@
 #include <bristle/world/outward_rays.hpp>
 #include <bristle/world/patch_rays.hpp>
 #include <bristle/world/proximity.hpp>
+#include <bristle/world/ray_filter.hpp>
 #include <bristle/world/ray_query.hpp>
 #include <bristle/world/report.hpp>
 #include <bristle/world/sensor_stage.hpp>

@@ -425,7 +425,7 @@ template <typename Sum, typename Part>
 [[nodiscard]] Sum sum_in_ranges(std::size_t count, std::size_t size, std::size_t fewest_shared,
                                 const ParallelFor& parallel_for, const Part& part);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 inline bool is_serial(const ParallelFor& parallel_for) {
 #if defined(__cpp_rtti)
@@ -803,6 +803,8 @@ using Mat6 = Eigen::Matrix<S, 6, 6, Eigen::DontAlign>;
 template <Scalar S>
 using Quat = Eigen::Quaternion<S, Eigen::DontAlign>;
 
+namespace detail {
+
 /// The only source of tolerances in library code. All are relative. Multiply by the size of the
 /// compared things. Then a scene and its copy at x0.01 or x100 behave alike.
 template <Scalar S>
@@ -813,8 +815,6 @@ struct Tolerance {
   /// precision. A first-order error becomes a second-order one.
   static constexpr S equal() { return std::numeric_limits<S>::digits > 30 ? S(1.5e-8) : S(3.5e-4); }
 };
-
-namespace detail {
 
 /// Number type of iterative geometry in a world in S. It is double for float, else S itself
 /// (docs/decisions/0010-one-search-for-contact-normals.md).
@@ -2129,7 +2129,7 @@ template <Scalar S>
   return rest;
 }
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 namespace detail {
 
@@ -2332,7 +2332,7 @@ void validate_surface(const TriangleMesh<S>& mesh);
 template <Scalar S>
 void validate_solid(const TriangleMesh<S>& mesh);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 namespace detail {
 
@@ -2431,7 +2431,7 @@ std::vector<std::uint32_t> degenerate_triangles(const TriangleMesh<S>& mesh) {
     const S reach = max(longest, max(a.cwiseAbs().maxCoeff(),
                                      max(b.cwiseAbs().maxCoeff(), c.cwiseAbs().maxCoeff())));
     const bool has_height = longest > S(0) && ((b - a) / longest).cross(c - a).norm() >
-                                                  Tolerance<S>::round_off() * reach;
+                                                  detail::Tolerance<S>::round_off() * reach;
     if (!has_height) numbers.push_back(t);
   }
   return numbers;
@@ -2518,7 +2518,7 @@ struct ConvexHull {
   void validate_planes() const;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 namespace detail {
 
@@ -2606,10 +2606,10 @@ void ConvexHull<S>::validate_planes() const {
   // Coordinates far from the origin are rounded to a multiple of their own size.
   const S size = (box.upper - box.lower).norm();
   const S reach = box.lower.cwiseAbs().cwiseMax(box.upper.cwiseAbs()).maxCoeff();
-  const S slack = S(2) * Tolerance<S>::equal() * size + Tolerance<S>::round_off() * reach;
+  const S slack = S(2) * detail::Tolerance<S>::equal() * size + detail::Tolerance<S>::round_off() * reach;
 
   for (std::size_t f = 0; f < face_count(); ++f) {
-    if (abs(face_normals[f].squaredNorm() - S(1)) > Tolerance<S>::equal()) {
+    if (abs(face_normals[f].squaredNorm() - S(1)) > detail::Tolerance<S>::equal()) {
       detail::raise_face(f, "normal of length " + detail::to_text(face_normals[f].norm()),
                          "must have length 1");
     }
@@ -2629,7 +2629,7 @@ void ConvexHull<S>::validate_planes() const {
                            "must have all vertices behind its plane (not convex)");
       }
     }
-    if (lowest >= -Tolerance<S>::round_off() * std::max(size, reach)) {
+    if (lowest >= -detail::Tolerance<S>::round_off() * std::max(size, reach)) {
       detail::raise_face(f, "no vertex behind it", "must bound a solid (flat)");
     }
   }
@@ -2771,7 +2771,7 @@ class OptionalShape {
 template <Scalar S>
 void validate(const Shape<S>& shape);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 namespace detail {
 
@@ -2858,7 +2858,7 @@ template <Scalar S>
 [[nodiscard]] TriangleMesh<S> grid_mesh(const detail::Vec2<S>& size,
                                         const std::array<std::uint32_t, 2>& cells);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 TriangleMesh<S> box_mesh(const Vec3<S>& half_extents) {
@@ -2917,7 +2917,7 @@ TriangleMesh<S> sphere_mesh(S radius, std::uint32_t frequency) {
     }
   }
   // Faces repeat the points of their common edges, with other rounding.
-  return weld(mesh, S(16) * Tolerance<S>::round_off());
+  return weld(mesh, S(16) * detail::Tolerance<S>::round_off());
 }
 
 template <Scalar S>
@@ -3018,7 +3018,7 @@ template <Scalar S>
   const S sign = q.w() < S(0) ? S(-1) : S(1);
   const Vec3<S> v = sign * q.vec();
   const S sine = v.norm();
-  if (sine * sine < Tolerance<S>::round_off()) return S(2) * v;
+  if (sine * sine < detail::Tolerance<S>::round_off()) return S(2) * v;
   return (S(2) * atan2(sine, sign * q.w()) / sine) * v;
 }
 
@@ -3029,7 +3029,7 @@ template <Scalar S>
   using std::atan2;
   const Vec3<S> c = a.cross(b);
   const S sine = c.norm();
-  if (sine * sine < Tolerance<S>::round_off()) return c;
+  if (sine * sine < detail::Tolerance<S>::round_off()) return c;
   return (atan2(sine, a.dot(b)) / sine) * c;
 }
 
@@ -3041,7 +3041,7 @@ template <Scalar S>
   const S turn = S(2 * std::numbers::pi);
   const S turns = (guess - angle) / turn;
   // The angle stays as it is if round-off reaches a whole turn.
-  if (!(abs(turns) * Tolerance<S>::round_off() < S(1))) return angle;
+  if (!(abs(turns) * detail::Tolerance<S>::round_off() < S(1))) return angle;
   return angle + turn * floor(turns + S(0.5));
 }
 
@@ -3057,7 +3057,7 @@ template <Scalar S>
   const S w = (p.w() * q.w() - p.x() * q.x()) - (p.y() * q.y() + p.z() * q.z());
   const S norm2 = (x * x + y * y) + (z * z + w * w);
   // Where the length is 1 but for round-off, one Newton step for 1 / |p q| is exact.
-  if (!(abs(norm2 - S(1)) < Tolerance<S>::equal())) return Quat<S>(w, x, y, z).normalized();
+  if (!(abs(norm2 - S(1)) < detail::Tolerance<S>::equal())) return Quat<S>(w, x, y, z).normalized();
   const S scale = S(0.5) * (S(3) - norm2);
   return Quat<S>(scale * w, scale * x, scale * y, scale * z);
 }
@@ -3102,7 +3102,7 @@ namespace bristle::inline BRISTLE_ABI {
 template <Scalar S>
 [[nodiscard]] TriangleMesh<S> drawn_mesh(const Shape<S>& shape, S plane_size = S(2));
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 namespace detail {
 
@@ -3236,12 +3236,12 @@ template <Scalar S>
 /// of the longest side of their box.
 template <Scalar S>
 [[nodiscard]] constexpr S hull_resolution() {
-  return std::max(Tolerance<S>::round_off(), S(8.0 / (1 << 30)));
+  return std::max(detail::Tolerance<S>::round_off(), S(8.0 / (1 << 30)));
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Declares (`extern template`) or defines (`template`) the hulls in a scalar.
 #define BRISTLE_HULL_FUNCTIONS(declare_or_make, S)                               \
@@ -3256,12 +3256,6 @@ BRISTLE_HULL_FUNCTIONS(extern template, double)
 
 }  // namespace bristle::inline BRISTLE_ABI
 #endif
-
-// === bristle/hosts/engine_host.hpp
-
-/// @file
-/// Common base of the engines' hosts: the sensors, and the map between mirrored and engine bodies.
-// SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/hosts/host_sensors.hpp
 
@@ -3816,7 +3810,7 @@ struct AnalyticBackend {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
 namespace bristle::inline BRISTLE_ABI {
@@ -3883,7 +3877,7 @@ struct SensorLayout {
   void validate() const;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 void SensorLayout<S>::add(const Vec3<S>& p_AStart, const Vec3<S>& direction_A, S reach) {
@@ -3932,7 +3926,7 @@ void SensorLayout<S>::validate() const {
     detail::require_all_finite("SensorLayout::start" + number, start[i]);
     detail::require_positive("SensorLayout::length" + number, length[i]);
     detail::require_all_finite("SensorLayout::direction" + number, direction[i]);
-    detail::require(abs(direction[i].squaredNorm() - S(1)) <= Tolerance<S>::equal(),
+    detail::require(abs(direction[i].squaredNorm() - S(1)) <= detail::Tolerance<S>::equal(),
                     "SensorLayout::direction" + number + ": length", direction[i].norm(),
                     "must be 1");
   }
@@ -4242,7 +4236,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] S max_of_lanes(const Pack<S>& a);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 class Mask {
@@ -5478,7 +5472,7 @@ template <Scalar S>
 template <Scalar S>
 void validate(const ShapeDef<S>& def);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 namespace detail {
 
@@ -5772,7 +5766,7 @@ template <Scalar S, SolidMesh<S> Mesh>
 template <Scalar S, SolidMesh<S> Mesh>
 [[nodiscard]] bool is_inside_mesh(const Mesh& mesh, const Vec3<S>& point);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Summary of the crossings of a ray in front of its start.
 template <Scalar S>
@@ -6205,7 +6199,7 @@ class WideTree {
   S mean_area_ = S(0);
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 template <typename CornersOf>
@@ -6364,7 +6358,7 @@ class RayMesh {
   WideTree<S> tree_;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// The slab test of ray_box.hpp for all children of a node.
 template <Scalar S>
@@ -6637,7 +6631,7 @@ class TriangleCache {
   std::size_t reused_before_ = 0;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 BRISTLE_NOINLINE void TrianglesNearRay<S>::search(const WideTree<S>& tree, const Ray<S>& ray,
@@ -6934,7 +6928,7 @@ class RayTree {
   Lines lines_;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// [m] Spacing of n rays on a whole square grid, or in a row, of these extents: (a / s + 1)(b / s +
 /// 1) = n.
@@ -7827,7 +7821,7 @@ struct PlaneCache {
   void advance(Patch& patch, ReachOf&& reach_of) const;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Puts the distances of the planes of a pack into `hits`, where they are in range.
 template <Scalar S>
@@ -8420,6 +8414,8 @@ struct TouchPack : SensorTouch<Pack<S>> {
 
 namespace bristle::inline BRISTLE_ABI {
 
+namespace detail {
+
 /// One mode and its longest stable explicit step.
 template <Scalar S>
 struct Mode {
@@ -8439,6 +8435,8 @@ struct Mode {
   }
 };
 
+}  // namespace detail
+
 /// [s] Longest explicit step at which symplectic Euler is stable for the present contacts of a
 /// patch, in all six directions of each body in contact. Infinite without a contact with a body
 /// that moves.
@@ -8449,7 +8447,7 @@ struct Mode {
 template <Scalar S, typename MobilityOf>
 [[nodiscard]] S largest_stable_step(const detail::SensorPatch<S>& patch, MobilityOf&& mobility_of);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 namespace detail {
 
@@ -8524,14 +8522,14 @@ S largest_stable_step(const detail::SensorPatch<S>& patch, MobilityOf&& mobility
     if (!(K.trace() + D.trace() > S(0))) continue;
     // The criterion is monotone in dt. Bracket by doubling, then bisect to round-off.
     S low = S(0);
-    S high = Mode<S>{S(1), K.trace(), D.trace()}.largest_stable_step();
+    S high = detail::Mode<S>{S(1), K.trace(), D.trace()}.largest_stable_step();
     for (int i = 0; i < 200 && detail::is_stable_step(K, D, high); ++i) {
       low = high;
       high *= S(2);
     }
     // Halves once for each bit of a number if any step is stable. If none is, it halves until
     // `high` is 0: as many times more as the scalar has powers of two below it.
-    while (high - low > Tolerance<S>::round_off() * high) {
+    while (high - low > detail::Tolerance<S>::round_off() * high) {
       const S middle = S(0.5) * (low + high);
       (detail::is_stable_step(K, D, middle) ? low : high) = middle;
     }
@@ -8639,7 +8637,7 @@ template <Scalar S>
 [[nodiscard]] PatchDescription<S> describe(const SensorParameters<S>& p, const PatchUse<S>& use,
                                            FrictionScaling scaling = FrictionScaling::normal_force);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 Tuning<S> tuned_for(const GripSpec<S>& spec) {
@@ -8721,8 +8719,8 @@ PatchDescription<S> describe(const SensorParameters<S>& p, const PatchUse<S>& us
   const S z = out.bristle_damping_ratio;
   const S overshoot = z < S(1) ? S(exp(-S(EIGEN_PI) * z / sqrt(S(1) - z * z))) : S(0);
   out.sudden_coefficient = out.holding_coefficient / (S(1) + overshoot);
-  const Mode<S> tangential_mode{use.mass, out.bristle_stiffness * use.lever, viscous};
-  const Mode<S> normal_mode{use.mass, out.normal_stiffness, n * p.normal_damping / use.length};
+  const detail::Mode<S> tangential_mode{use.mass, out.bristle_stiffness * use.lever, viscous};
+  const detail::Mode<S> normal_mode{use.mass, out.normal_stiffness, n * p.normal_damping / use.length};
   out.largest_explicit_step =
       std::min(tangential_mode.largest_stable_step(), normal_mode.largest_stable_step());
   out.recommended_explicit_step = S(0.35) * out.largest_explicit_step;
@@ -8923,7 +8921,7 @@ class AabbTree {
   std::size_t size_ = 0;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Cost of a node for a query, in proportion to its surface.
 template <Scalar S>
@@ -9864,6 +9862,8 @@ struct ContactEvent {
   BodyId body_b{};
 };
 
+namespace detail {
+
 /// Contact point of two shapes in the last step. World axes.
 template <Scalar S>
 struct ContactPointReading {
@@ -9878,6 +9878,8 @@ struct ContactPointReading {
   /// [N s] Impulse of friction on b.
   Vec3<S> friction_impulse = Vec3<S>::Zero();
 };
+
+}  // namespace detail
 
 /// All contacts of two shapes in the last step. Valid until the world changes.
 template <Scalar S>
@@ -9918,7 +9920,7 @@ class ContactReading {
   const std::vector<detail::CachedPoint<S>>* points_;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 namespace detail {
 
@@ -9991,7 +9993,7 @@ void ContactReading<S>::for_each_point(Visit&& visit) const {
   for (const detail::CachedManifold<S>& m : manifolds_) {
     for (std::uint32_t i = m.first; i < m.first + m.count; ++i) {
       const detail::CachedPoint<S>& point = (*points_)[i];
-      visit(ContactPointReading<S>{m.center_a + point.arm_a, m.normal, point.gap, point.impulse[0],
+      visit(detail::ContactPointReading<S>{m.center_a + point.arm_a, m.normal, point.gap, point.impulse[0],
                                    detail::friction_impulse(m, point)});
     }
   }
@@ -10104,7 +10106,7 @@ template <Scalar S>
 template <Scalar S>
 void step_pose(Body<S>& body, const Twist<S>& motion, S dt);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Solves one step of the free top, in body axes. The vector part q of its quaternion is found by
 /// Newton's method. It is the root of q0 J q + q x J q = h y / 2 with q0 = sqrt(1 - |q|^2). Returns
@@ -10530,7 +10532,7 @@ void validate(const JointMotor<S>& motor, JointKind kind) {
   detail::require(motor.max_speed > S(0), "JointMotor::max_speed", motor.max_speed, "must be > 0");
   detail::require_not_negative("JointMotor::stiffness", motor.stiffness);
   detail::require_not_negative("JointMotor::damping", motor.damping);
-  detail::require(has_free_axis(kind) || motor.mode == MotorMode::none, "JointDef::drive",
+  detail::require(has_free_axis(kind) || motor.mode == MotorMode::none, "JointDef::motor",
                   name_of(kind), "needs a revolute or prismatic joint");
 }
 
@@ -10685,7 +10687,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] S axis_rate(const JointState<S>& at, const Twist<S>& a, const Twist<S>& b);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 void BodyState<S>::set_axes(const Quat<S>& rotation) {
@@ -11190,7 +11192,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] bool is_within_limits(const JointDef<S>& def, const JointPose<S>& pose, S position);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 JointPose<S> joint_pose(const Joint<S>& joint, const Transform<S>& X_WA, const Transform<S>& X_WB) {
@@ -11695,7 +11697,7 @@ void add_joint_spring(Joint<S>& joint, const JointPose<S>& pose, const Constrain
 template <Scalar S>
 void add_joint_bushing(Joint<S>& joint, const JointPose<S>& pose, S dt, Constraints<S>& out);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Adds an empty soft block about B's joint origin. The last step warm starts it.
 template <Scalar S>
@@ -11822,7 +11824,7 @@ template <Scalar S>
 [[nodiscard]] JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S>& b,
                                          S dt);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// [m/s] Speed of a motor in position mode at a distance [m] from its target. The motor can still
 /// brake from it with half of its force. The other half is for loads. It does not pass the target
@@ -12670,6 +12672,39 @@ template <Scalar S, typename Backend>
 /// Hits of the rays of a patch: cast at the shapes in range, or extrapolated since the last cast.
 // SPDX-License-Identifier: BSD-3-Clause
 
+// === bristle/world/ray_filter.hpp
+
+/// @file
+/// Filter of the bodies that rays and sensors meet.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Bodies that a ray query meets: those of the categories in `sense_mask` that are not `excluded`.
+struct RayFilter {
+  /// [-] Categories of the bodies that are met. Collision masks do not matter to rays.
+  std::uint32_t sense_mask = 0xffffffffu;
+  /// [-] Bodies that are not met. A ray that starts on a body excludes it, as a rule.
+  std::vector<BodyId> excluded{};
+};
+
+namespace detail {
+
+/// Returns whether a filter lets a ray meet a body.
+/// @param filter  Anything with `sense_mask` and `excluded`.
+template <typename Filter, Scalar S>
+[[nodiscard]] bool can_meet(const Filter& filter, BodyId id, const Body<S>& body) {
+  return (filter.sense_mask & body.filter.category) != 0 &&
+         std::find(filter.excluded.begin(), filter.excluded.end(), id) == filter.excluded.end();
+}
+
+}  // namespace detail
+}  // namespace bristle::inline BRISTLE_ABI
+
 #include <algorithm>
 #include <cstdint>
 #include <span>
@@ -12746,16 +12781,13 @@ template <Scalar S, typename Backend>
 void extrapolate_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
                       bool has_cast);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Returns whether a patch's sensors sense a shape.
 template <Scalar S, typename Backend>
-[[nodiscard]] bool sense_mask(const WorldState<S, Backend>& state, const SensorPatch<S>& patch,
-                              const Collider<S, Backend>& c) {
-  if (c.body == patch.body) return false;
-  if ((patch.def.sense_mask & state.body_of(c).filter.category) == 0) return false;
-  return std::find(patch.def.excluded.begin(), patch.def.excluded.end(), c.body) ==
-         patch.def.excluded.end();
+[[nodiscard]] bool senses(const WorldState<S, Backend>& state, const SensorPatch<S>& patch,
+                          const Collider<S, Backend>& c) {
+  return c.body != patch.body && can_meet(patch.def, c.body, state.body_of(c));
 }
 
 /// [m/s] Fastest speed at which a body B can come closer to any point of a box on A.
@@ -13113,7 +13145,7 @@ class HapticLoop {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 // === bristle/world/proximity.hpp
 
@@ -13130,14 +13162,6 @@ class HapticLoop {
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Bodies that distance sensors see.
-struct ProximityFilter {
-  /// [-] Categories of the bodies to see.
-  std::uint32_t sense_mask = 0xffffffffu;
-  /// [-] Bodies not to see, besides the carrier.
-  std::vector<BodyId> excluded{};
-};
-
 /// Rays on a body, with their last hits.
 ///
 /// It belongs to no world: `world.sense(body, array)` fills it on request. Sensors that are read
@@ -13147,7 +13171,7 @@ template <Scalar S>
 class ProximityArray {
  public:
   /// @throws InvalidArgument as `SensorLayout::validate`, or when there are no rays.
-  explicit ProximityArray(SensorLayout<S> rays, ProximityFilter filter = {})
+  explicit ProximityArray(SensorLayout<S> rays, RayFilter filter = {})
       : rays_(std::move(rays)), filter_(std::move(filter)) {
     rays_.validate();
     detail::require(rays_.size() > 0, "ProximityArray: rays.size()", rays_.size(), "must be > 0");
@@ -13184,14 +13208,6 @@ class ProximityArray {
   void sense(const detail::WorldState<S, Backend>& state, BodyId carrier);
 
  private:
-  template <typename Backend>
-  [[nodiscard]] bool sense_mask(const detail::WorldState<S, Backend>& state, BodyId carrier,
-                                const detail::Collider<S, Backend>& c) const {
-    return c.body != carrier && (filter_.sense_mask & state.body_of(c).filter.category) != 0 &&
-           std::find(filter_.excluded.begin(), filter_.excluded.end(), c.body) ==
-               filter_.excluded.end();
-  }
-
   [[nodiscard]] RayBatch<S> batch(const detail::RayTree<S>* ray_tree) const {
     RayBatch<S> batch = rays_.rays();
     batch.ray_tree = ray_tree;
@@ -13200,7 +13216,7 @@ class ProximityArray {
 
   SensorLayout<S> rays_;
   detail::RayTree<S> ray_tree_;
-  ProximityFilter filter_;
+  RayFilter filter_;
   Aabb<S> box_{};
   RayHits<S> hits_;
   std::vector<BodyId> body_;
@@ -13210,7 +13226,7 @@ class ProximityArray {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 // === bristle/world/ray_query.hpp
 
@@ -13221,14 +13237,6 @@ class ProximityArray {
 #include <span>
 
 namespace bristle::inline BRISTLE_ABI {
-
-/// Bodies that a ray query meets.
-struct RayFilter {
-  /// [-] Categories of the bodies to meet.
-  std::uint32_t categories = 0xffffffffu;
-  /// [-] A body not to meet: the one the ray starts from, say.
-  BodyId excluded{};
-};
 
 /// Nearest hit of a ray through a world.
 template <Scalar S>
@@ -13270,9 +13278,7 @@ template <Scalar S, typename Backend>
   state.broad_phase.walk_ray(ray, [&](std::uint32_t tag, S nearest) {
     const Collider<S, Backend>& c = state.colliders.at(tag);
     const Body<S>& body = state.body_of(c);
-    if (c.body == filter.excluded || (body.filter.category & filter.categories) == 0) {
-      return nearest;
-    }
+    if (!can_meet(filter, c.body, body)) return nearest;
     // The frame starts at the ray's own origin, which keeps precision far from the world's.
     Transform<S> X_RS = body.center_pose * c.X_CmS;
     X_RS.translation -= ray.origin;
@@ -13349,8 +13355,7 @@ class World {
   World& operator=(World&& other) noexcept;
   ~World();
 
-  // Bodies and shapes
-  // ------------------------------------------------------------------------------
+  // Bodies and shapes -----------------------------------------------------------------------------
 
   /// Adds a body with its shapes.
   /// @throws InvalidArgument naming the field; or when the backend knows no contact between a shape
@@ -13406,8 +13411,7 @@ class World {
   /// Wakes a body with its island. It sleeps again after `SleepDef::time` at rest.
   void wake(BodyId id);
 
-  // Joints
-  // -----------------------------------------------------------------------------------------
+  // Joints ----------------------------------------------------------------------------------------
 
   /// Adds a joint between two bodies, of which at least one is dynamic.
   /// @throws InvalidArgument naming the field.
@@ -13425,8 +13429,7 @@ class World {
   /// Last step's position, velocity and forces of a joint.
   [[nodiscard]] JointReading<S> reading(JointId id) const;
 
-  // Sensors
-  // ----------------------------------------------------------------------------------------
+  // Sensors ---------------------------------------------------------------------------------------
 
   /// Adds sensors to a body, in its frame. Shapes added later are not checked against the rays.
   /// @throws InvalidArgument naming the field or the sensor that points into its own body.
@@ -13456,8 +13459,7 @@ class World {
   /// Infinite without a contact with a body that moves.
   [[nodiscard]] S largest_stable_step(PatchId id) const;
 
-  // Queries
-  // ----------------------------------------------------------------------------------------
+  // Queries ---------------------------------------------------------------------------------------
 
   /// Nearest hit of a ray with any shape. O(log n) in the number of shapes.
   /// @throws InvalidArgument when the ray is not finite, has no unit direction or no length.
@@ -13470,8 +13472,7 @@ class World {
   /// threads may fill several arrays at once.
   void sense(BodyId carrier, ProximityArray<S>& array) const;
 
-  // What is in it
-  // ----------------------------------------------------------------------------------
+  // Lists of its contents -------------------------------------------------------------------------
 
   /// Calls visit(BodyId), visit(JointId) or visit(PatchId) for each there is, in the order of
   /// slots. Nothing may be added or removed meanwhile.
@@ -13486,8 +13487,7 @@ class World {
   template <typename Visit>
   void for_each_shape(BodyId id, Visit&& visit) const requires detail::TellsShapes<Backend, S>;
 
-  // Contacts
-  // ---------------------------------------------------------------------------------------
+  // Contacts --------------------------------------------------------------------------------------
 
   /// Calls visit(const ContactEvent&) for every two shapes that touched in the last step or in the
   /// one before it. Contacts that a removal ended come first, the others in the order of indices.
@@ -13503,8 +13503,7 @@ class World {
   /// The same for the contacts with one other body.
   [[nodiscard]] Wrench<S> contact_impulse(BodyId id, BodyId from) const;
 
-  // State
-  // ------------------------------------------------------------------------------------------
+  // State -----------------------------------------------------------------------------------------
 
   /// Returns all state as bytes: poses, velocities, contact and joint impulses, bristles, readings,
   /// motors, filters, masses, materials, constants of sensors, step length and gravity. Shapes and
@@ -13520,8 +13519,7 @@ class World {
   /// Different bits collide with a chance of 2^-64.
   [[nodiscard]] std::uint64_t state_hash() const;
 
-  // Time
-  // -------------------------------------------------------------------------------------------
+  // Time ------------------------------------------------------------------------------------------
 
   /// Advances the world by one time step.
   void step();
@@ -13834,7 +13832,7 @@ class FclBackend::Collidable {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
 namespace bristle::inline BRISTLE_ABI {
@@ -13902,6 +13900,8 @@ struct HostBody {
   static constexpr std::uint32_t no_mechanism = 0xffffffffu;
 };
 
+namespace detail {
+
 /// Interface of an engine that sensors query, for mirrored bodies that are not fixed.
 ///
 /// - `host.body(id)` is the present state of a body: a `HostBody<S>`, or nothing if it is gone.
@@ -13918,8 +13918,6 @@ concept SensorHost = Scalar<S> &&
   { view.mobility(id, id) } -> std::convertible_to<Mat6<S>>;
   host.apply_wrench(id, wrench);
 };
-
-namespace detail {
 
 /// An engine that also casts rays, at geometry that is not mirrored.
 ///
@@ -14041,7 +14039,7 @@ class HostSensors {
   /// @throws InvalidArgument when dt is not finite and > 0, or when the engine hits a body that is
   ///         not mirrored; and any exception of the engine. Nothing was applied then.
   template <typename Host>
-  requires SensorHost<Host, S>
+  requires detail::SensorHost<Host, S>
   void step(Host& host, S dt) {
     detail::require_positive("dt", dt);
     if (dt != world_.time_step()) world_.set_time_step(dt);
@@ -14140,7 +14138,7 @@ class HostSensors {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
 namespace bristle::inline BRISTLE_ABI {
@@ -14159,68 +14157,6 @@ BRISTLE_COMPILED_HOSTS(double, FclBackend)
 
 }  // namespace bristle::inline BRISTLE_ABI
 #endif
-
-#include <cstddef>
-#include <optional>
-#include <unordered_map>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Sensors in an engine that identifies bodies by a `Key`: a pointer, or a number. In double, since
-/// engines are, or can be. Bodies added to the mirror directly have no key. Nothing senses them
-/// unless they are fixed.
-template <typename Key, typename Backend>
-class EngineHost {
- public:
-  /// The sensors, with the report of the last step.
-  [[nodiscard]] HostSensors<double, Backend>& sensors() noexcept { return sensors_; }
-  /// Mirror of the engine's world, with patches and readings.
-  [[nodiscard]] World<double, Backend>& world() noexcept { return sensors_.world(); }
-
-  /// The mirrored body of an engine body, if any.
-  [[nodiscard]] std::optional<BodyId> find(Key key) const {
-    const auto found = ids_.find(key);
-    if (found == ids_.end() || !sensors_.world().contains(found->second)) return {};
-    return found->second;
-  }
-  /// Removes a mirrored body, with its patches, before the engine destroys the original. Sensors in
-  /// contact with it let go.
-  void forget(Key key) {
-    if (const auto id = find(key)) world().remove_body(*id);
-    ids_.erase(key);
-  }
-
- protected:
-  EngineHost() = default;
-  ~EngineHost() = default;
-
-  /// Mirrors an engine body that is not mirrored yet.
-  BodyId insert(Key key, const BodyDef<double>& def) {
-    const BodyId id = world().add_body(def);
-    ids_[key] = id;
-    if (entries_.size() <= id.index) entries_.resize(id.index + std::size_t(1));
-    entries_[id.index] = {id, key};
-    return id;
-  }
-  /// Key of the engine body of a mirrored one; nothing if a caller added it.
-  [[nodiscard]] std::optional<Key> key_of(BodyId id) const {
-    if (id.index >= entries_.size() || entries_[id.index].id != id) return {};
-    return entries_[id.index].key;
-  }
-
- private:
-  struct Entry {
-    BodyId id{};
-    Key key{};
-  };
-
-  HostSensors<double, Backend> sensors_;
-  std::unordered_map<Key, BodyId> ids_;
-  std::vector<Entry> entries_;  // By index of mirrored bodies.
-};
-
-}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/io/file.hpp
 
@@ -14297,15 +14233,15 @@ inline void write_file(const std::filesystem::path& path, std::string_view bytes
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// What a replay shows. Frames are instants; all vectors that run over frames are as long as
+/// The contents of a replay. Frames are instants; all vectors that run over frames are as long as
 /// `times`. Names are UTF-8.
 template <Scalar S>
 struct Recording {
   struct Body {
     std::string name{};
-    /// Whether the world moves it.
+    /// True if the world moves it.
     bool moves = false;
-    /// [m] What it looks like, in its frame.
+    /// [m] Its look, in its frame.
     TriangleMesh<S> mesh{};
     /// [m] Frame by frame: its pose in the world, and whether it was there.
     std::vector<Transform<S>> poses{};
@@ -14338,12 +14274,12 @@ struct Recording {
     std::size_t body = 0;
     /// [m] Its frame in that of body B; its axis is x.
     Transform<S> X_BJ{};
-    /// Whether it turns about its axis, or slides along it. Those that have none keep no numbers.
+    /// True if it turns about its axis, false if it slides along it. Those that have none keep no numbers.
     bool turns = false;
     bool slides = false;
     /// [m; rad] Frame by frame: its position; [N; N m] the force of its motor.
     std::vector<S> positions{};
-    std::vector<S> drive_forces{};
+    std::vector<S> motor_forces{};
   };
   /// A number that the caller named.
   struct Channel {
@@ -14590,7 +14526,7 @@ class Recorder {
   const void* world_ = nullptr;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 void Recorder<S>::add_shape(const Shape<S>& shape, const Transform<S>& X_BS, S plane_size,
@@ -14685,7 +14621,7 @@ void Recorder<S>::add_joint(const World<S, Backend>& world, JointId id, std::str
   joint.turns = def.kind == JointKind::revolute || def.kind == JointKind::cone_twist;
   joint.slides = def.kind == JointKind::prismatic;
   joint.positions.resize(recording_.times.size());
-  joint.drive_forces.resize(recording_.times.size());
+  joint.motor_forces.resize(recording_.times.size());
   recording_.joints.push_back(std::move(joint));
   joints_.push_back(id);
 }
@@ -14776,7 +14712,7 @@ auto Recorder<S>::contacts_of(const World<S, Backend>& world, double dt) const
     const bool is_on_b = has_b && (!has_a || recording_.bodies[numbers_[pair.body_b.index]].moves ||
                                    !recording_.bodies[numbers_[pair.body_a.index]].moves);
     const std::size_t body = numbers_[is_on_b ? pair.body_b.index : pair.body_a.index];
-    pair.for_each_point([&](const ContactPointReading<S>& point) {
+    pair.for_each_point([&](const detail::ContactPointReading<S>& point) {
       const Vec3<S> impulse = point.normal_impulse * point.normal + point.friction_impulse;
       if (impulse.isZero(S(0))) return;
       const Vec3<S> force = impulse / S(dt);
@@ -14814,7 +14750,7 @@ void Recorder<S>::observe(const World<S, Backend>& world) {
     const JointReading<S> reading = is_there ? world.reading(joints_[k]) : JointReading<S>{};
     const S last = joint.positions.empty() ? S(0) : joint.positions.back();
     joint.positions.push_back(is_there ? reading.position : last);
-    joint.drive_forces.push_back(reading.motor_force);
+    joint.motor_forces.push_back(reading.motor_force);
   }
   for (std::size_t k = 0; k < values_.size(); ++k) {
     recording_.channels[k].values.push_back(values_[k]);
@@ -14844,7 +14780,7 @@ struct GlbDef {
 ///
 /// Bodies are nodes with a mesh, joints nodes without one. Each sensor that ever pushed is an arrow
 /// on its body, from the end of its ray along the force on what it touches, whose extras say
-/// `newton_per_metre` of its length. What moves has keys in the only animation: linear between
+/// `newton_per_metre` of its length. A moving node has keys in the only animation: linear between
 /// frames; where two frames and the one between are the same, that one has no key. The world's z
 /// points up, as glTF's y does. Bodies that move are translucent, so that arrows in what is touched
 /// are seen.
@@ -14868,7 +14804,7 @@ void write_glb(const std::filesystem::path& path, const Recording<S>& recording,
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
 namespace bristle::inline BRISTLE_ABI {
@@ -14898,7 +14834,7 @@ template <Scalar S>
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
 namespace bristle::inline BRISTLE_ABI {
@@ -15085,7 +15021,7 @@ void save_obj(const std::filesystem::path& path, const TriangleMesh<S>& mesh) {
   write_file(path, write_obj(mesh));
 }
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 namespace detail {
 
@@ -15238,7 +15174,7 @@ void save_stl(const std::filesystem::path& path, const TriangleMesh<S>& mesh) {
   write_file(path, write_stl(mesh));
 }
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 namespace detail {
 
@@ -15491,7 +15427,7 @@ class Trace {
   std::vector<std::vector<double>> columns_;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 namespace detail {
 
@@ -15624,7 +15560,7 @@ struct ElasticSkin {
   [[nodiscard]] SensorParameters<S> parameters() const;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 SensorParameters<S> ElasticSkin<S>::parameters() const {
@@ -15693,7 +15629,7 @@ template <Scalar S>
 [[nodiscard]] SensorLayout<S> in_order(const SensorLayout<S>& layout,
                                        std::span<const std::uint32_t> order);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 std::vector<std::uint32_t> neighbour_order(const SensorLayout<S>& layout) {
@@ -15794,7 +15730,7 @@ class PassivityObserver {
     // A debt within round-off does not count.
     const S missing = -(energy_ - dt * power(on_tool, tool) + allowance_);
     const S speed2 = tool.linear.squaredNorm() + radius_ * radius_ * tool.angular.squaredNorm();
-    if (missing > Tolerance<S>::equal() * turnover_ && speed2 > S(0) && isfinite(speed2)) {
+    if (missing > detail::Tolerance<S>::equal() * turnover_ && speed2 > S(0) && isfinite(speed2)) {
       const S alpha = std::min(missing / (dt * speed2), most_);
       damper_ = {-alpha * tool.linear, (-alpha * radius_ * radius_) * tool.angular};
     }
@@ -15810,7 +15746,7 @@ class PassivityObserver {
   [[nodiscard]] S damped_energy() const { return damped_; }
   /// Returns whether at most the energy put in and `allowance` came out, up to the sum's round-off.
   [[nodiscard]] bool is_passive() const {
-    return lowest_ >= -allowance_ - Tolerance<S>::equal() * turnover_;
+    return lowest_ >= -allowance_ - detail::Tolerance<S>::equal() * turnover_;
   }
 
  private:
@@ -15929,7 +15865,7 @@ template <Scalar S>
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
 namespace bristle::inline BRISTLE_ABI {
@@ -15986,7 +15922,7 @@ struct RayFanDef {
 template <Scalar S>
 [[nodiscard]] SensorLayout<S> ray_fan(const RayFanDef<S>& def);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 SensorLayout<S> ray_fan(const RayFanDef<S>& def) {
@@ -15996,9 +15932,9 @@ SensorLayout<S> ray_fan(const RayFanDef<S>& def) {
   detail::require_all_finite("RayFanDef::forward", def.forward);
   detail::require_all_finite("RayFanDef::up", def.up);
   const S pi = S(std::numbers::pi);
-  detail::require(def.width >= S(0) && def.width <= S(2) * pi * (S(1) + Tolerance<S>::equal()),
+  detail::require(def.width >= S(0) && def.width <= S(2) * pi * (S(1) + detail::Tolerance<S>::equal()),
                   "RayFanDef::width", def.width, "must be in [0, 2 pi]");
-  detail::require(def.height >= S(0) && def.height <= pi * (S(1) + Tolerance<S>::equal()),
+  detail::require(def.height >= S(0) && def.height <= pi * (S(1) + detail::Tolerance<S>::equal()),
                   "RayFanDef::height", def.height, "must be in [0, pi]");
   detail::require(def.columns > 0, "RayFanDef::columns", def.columns, "must be >= 1");
   detail::require(def.rows > 0, "RayFanDef::rows", def.rows, "must be >= 1");
@@ -16007,7 +15943,7 @@ SensorLayout<S> ray_fan(const RayFanDef<S>& def) {
   detail::require(def.forward.stableNorm() > S(0), "RayFanDef::forward", S(0), "must not be 0");
   const Vec3<S> forward = def.forward.stableNormalized();
   const Vec3<S> left_of = def.up.stableNormalized().cross(forward);
-  detail::require(left_of.norm() > Tolerance<S>::equal(), "RayFanDef::up", left_of.norm(),
+  detail::require(left_of.norm() > detail::Tolerance<S>::equal(), "RayFanDef::up", left_of.norm(),
                   "must not be along forward");
   const Vec3<S> left = left_of.normalized();
   const Vec3<S> up = forward.cross(left);
@@ -16131,7 +16067,7 @@ class TactileHistory {
   std::vector<S> values_;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 namespace detail {
 
@@ -16264,7 +16200,7 @@ class TaxelFlaws {
   std::vector<S> play_;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 namespace detail {
 
@@ -16399,7 +16335,7 @@ template <Scalar S>
 [[nodiscard]] std::vector<NormalSum<S>> vertex_normals(const TriangleMesh<S>& mesh,
                                                        std::span<const Vec3<S>> normals);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Angle [rad] of a triangle at its corner k.
 template <Scalar S>
@@ -16501,7 +16437,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] PatchMesh<S> patch_from_mesh(const TriangleMesh<S>& mesh);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 PatchMesh<S> plane_patch(const detail::Vec2<S>& size, const std::array<std::uint32_t, 2>& cells) {
@@ -16529,7 +16465,7 @@ PatchMesh<S> cylinder_patch(const CylinderPatchDef<S>& def) {
     p = {def.radius * sin(p.x()), p.y(), def.radius * cos(p.x())};
   }
   // A closed wall's ends coincide but for rounding.
-  PatchMesh<S> patch{weld(mesh, S(16) * Tolerance<S>::round_off()), {}};
+  PatchMesh<S> patch{weld(mesh, S(16) * detail::Tolerance<S>::round_off()), {}};
   for (const Vec3<S>& p : patch.mesh.vertices) {
     patch.normals.push_back(Vec3<S>(p.x(), S(0), p.z()).normalized());
   }
@@ -16653,7 +16589,7 @@ template <Scalar S>
 [[nodiscard]] TriangleMesh<S> wrap_patch(const PatchMesh<S>& patch, const TriangleMesh<S>& shape,
                                          const WrapDef<S>& def = {}, WrapReport* report = nullptr);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 namespace detail {
 
@@ -16875,7 +16811,7 @@ class WorldBatch {
   ParallelFor parallel_for_;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S, typename Backend>
 WorldBatch<S, Backend>::WorldBatch(const World<S, Backend>& origin, std::size_t count,
@@ -18174,7 +18110,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] SupportFeature<S> support_face(const Triangle<S>& triangle, const Vec3<S>& direction);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Ids of features of bodies of revolution. Samples of a rim are numbered from 0.
 enum : std::uint32_t { rim_farthest = 64, apex_id = 65 };
@@ -18543,7 +18479,7 @@ bool build_manifold(const ShapeA& a, const ShapeB& b, const Transform<S>& X_AB,
                     const Vec3<S>& normal, S margin, ContactManifolds<S>& out,
                     std::uint32_t key = 0);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// [1] Faces within 3 degrees of the normal are aligned. Each takes part in a contact by itself.
 template <Scalar S>
@@ -18997,7 +18933,7 @@ class MeshTree {
 template <Scalar S>
 [[nodiscard]] RayHit<S> ray_cast(const MeshTree<S>& mesh, const Ray<S>& ray);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 MeshTree<S>::MeshTree(TriangleMesh<S> mesh) : mesh_(std::move(mesh)) {
@@ -19096,7 +19032,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] Aabb<S> bounds_at(const ConvexView<S>& convex, const Transform<S>& X);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 [[nodiscard]] Vec3<S> support_core(const Sphere<S>&, const Vec3<S>&) {
@@ -19272,7 +19208,7 @@ template <Scalar S>
 void collide_shapes(const HalfSpace<S>& a, const MeshTree<S>& b, const Transform<S>& X_AB, S margin,
                     ContactManifolds<S>& out);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Contact of two balls of the given radii around two points.
 /// @param fallback  [1] Normal of concentric balls.
@@ -19820,7 +19756,7 @@ class ExpandingPolytope {
   S size_ = S(0);
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 bool ExpandingPolytope<S>::start(const std::array<Vec3<S>, 4>& corners) {
@@ -19950,7 +19886,7 @@ template <Scalar S, typename Support>
 [[nodiscard]] GjkResult<S> gjk_distance(const Support& support, const Vec3<S>& start,
                                         S far = infinity<S>, S enough = S(0));
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Simplex of up to four points, and the point of it nearest to the origin.
 template <Scalar S>
@@ -20151,7 +20087,7 @@ template <typename Distance = GjkDistance, Scalar S>
 [[nodiscard]] ContactNormal<S> contact_normal(const ConvexView<S>& a, const ConvexView<S>& b,
                                               const Transform<S>& X_AB, S margin);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Search for the direction of least overlap of one pair, in units of the larger solid.
 template <Scalar S, typename Distance>
@@ -20456,7 +20392,7 @@ template <Scalar S>
 void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, S margin,
                     ContactManifolds<S>& out);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Axis of largest separation of two boxes.
 template <Scalar S>
@@ -21010,7 +20946,7 @@ class MeshSurface {
   std::vector<ConvexHull<S>> faces_;  // Indexed by patch.
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// [1] Cosine and sine of the angle, 0.01 degrees, within which directions count as equal. It
 /// exceeds the error of GJK and is less than any edge of a mesh that is not meant to be flat.
@@ -21230,7 +21166,7 @@ template <typename Distance, Scalar S, typename Tree>
 void collide_meshes(const MeshSurface<Precise<S>, Tree>& a, const MeshSurface<Precise<S>, Tree>& b,
                     const Transform<Precise<S>>& X_AB, Precise<S> margin, ContactSink<S>& sink);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Opposite side of a contact that is a convex solid. Any normal suits it.
 template <typename Surface, Scalar P>
@@ -21569,7 +21505,7 @@ template <typename Distance, Scalar S, typename Tree>
 bool collide_solids(const SolidView<Precise<S>, Tree>& a, const SolidView<Precise<S>, Tree>& b,
                     const Transform<Precise<S>>& X_AB, Precise<S> margin, ContactSink<S>& sink);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <typename Distance, Scalar S, Scalar P>
 bool collide_convex(const ConvexView<P>& a, const ConvexView<P>& b, const Transform<P>& X_AB,
@@ -21650,7 +21586,7 @@ template <Scalar S, typename ConvexShape>
 void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, const RayBatch<S>& rays,
                         std::uint32_t tag, RayHits<S>& hits);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// A hit at `distance` if `is_hit` and the ray reaches it. At the start if `is_inside`.
 template <Scalar S>
@@ -22102,7 +22038,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] RayHit<S> ray_cast(const ConvexHull<S>& hull, const Ray<S>& ray);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 namespace detail {
 
@@ -22708,7 +22644,7 @@ class NodeTriangles {
   std::size_t size_ = 0;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 BRISTLE_FORCE_INLINE auto NodeTriangles<S>::turned(const WideTree<S>& tree,
@@ -22884,7 +22820,7 @@ template <Scalar S>
 [[nodiscard]] bool is_clear_of_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC,
                                     const RayBatch<S>& rays);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// One query of the rays of a batch at a mesh.
 template <Scalar S>
@@ -23361,7 +23297,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] MassProperties<S> unit_mass_properties(const Shape<S>& shape);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 namespace detail {
 
@@ -23873,7 +23809,7 @@ void HapticLoop<S, Backend>::find_near(const detail::WorldState<S, Backend>& sta
   const Aabb<S> box = transformed(tool_patch.patch.box, tool.pose).inflated(dt * def_.max_speed);
   state.broad_phase.overlap(box.inflated(dt * (fastest + fall)), [&](std::uint32_t tag) {
     const detail::Collider<S, Backend>& c = state.colliders.at(tag);
-    if (!detail::sense_mask(state, tool_patch.patch, c)) return true;
+    if (!detail::senses(state, tool_patch.patch, c)) return true;
     const Aabb<S> swept = box.inflated(dt * (speed_of(state, c) + fall));
     const bool is_near =
         c.half_space ? state.reaches(swept, c) : swept.overlaps(detail::box_of(state, c));
@@ -23944,7 +23880,7 @@ void ProximityArray<S>::sense(const detail::WorldState<S, Backend>& state, BodyI
   near_.clear();
   state.broad_phase.overlap(box, [&](std::uint32_t tag) {
     const detail::Collider<S, Backend>& c = state.colliders.at(tag);
-    if (!sense_mask(state, carrier, c)) return true;
+    if (c.body == carrier || !detail::can_meet(filter_, c.body, state.body_of(c))) return true;
     const Transform<S> X_AS = relative_pose(X_WA, state.body_of(c).center_pose) * c.X_CmS;
     const bool is_near =
         c.half_space ? state.reaches(box, c) : transformed(box_, X_AS.inverse()).overlaps(c.bounds);
@@ -23998,7 +23934,7 @@ struct FclDistance {
                                              const Vec3<double>& towards, double far) const;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Support function that libccd calls; `object` is a PlacedConvex.
 inline void ccd_support(const void* object, const ccd_vec3_t* direction, ccd_vec3_t* result) {
@@ -24220,7 +24156,7 @@ using FclView = std::variant<Sphere<S>, Box<S>, Capsule<S>, Cylinder<S>, Cone<S>
 template <Scalar S>
 [[nodiscard]] FclView<S> from_fcl(const fcl::CollisionGeometry<S>& geometry);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// One FCL geometry for each alternative of `Shape`.
 template <Scalar S>
@@ -24440,7 +24376,7 @@ class FclRayTarget {
   Prepared shape_;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 void FclRayTarget<S>::cast_rays(const Transform<S>& X_RC, const RayBatch<S>& rays,
@@ -24862,7 +24798,7 @@ template <Scalar S, typename FindBody>
 void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
                       const CollectDef<S>& def, const ParallelFor& parallel_for = serial_for);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 void clear_patch(SensorPatch<S>& patch) {
@@ -25649,7 +25585,7 @@ void fill_block(const PatchPair<S>& pair, SoftBlock<S>& block);
 template <Scalar S>
 void clear_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 void set_scheme(PatchPair<S>& pair, S bristle_sum, S viscous_sum, S w, S dt) {
@@ -26047,7 +25983,7 @@ template <Scalar S, typename FindId>
 void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& find_id,
                    const ParallelFor& parallel_for = serial_for);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Writes `value` into the lanes of `mask`. The other lanes become 0, or stay if `keeps`.
 template <Scalar S>
@@ -26226,7 +26162,7 @@ class HapticSubstep {
   Loop& loop_;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S, typename Backend>
 void HapticSubstep<S, Backend>::run() {
@@ -26522,7 +26458,7 @@ template <Scalar S>
                                  std::span<const SolverBody<S>> bodies,
                                  const SolveContext<S>& context);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// [1] Share of the step after which a gap closes. The gap opens at the speed v0 and accelerates by
 /// a. It is the first root of gap + v0 t + a t^2 / 2, in units of the step. Units of v0 and a are
@@ -26987,7 +26923,7 @@ template <Scalar S>
 Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt,
                             const ParallelFor& parallel_for = serial_for);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 void measure_pair(const SensorPatch<S>& patch, PatchPair<S>& pair, const SolverBody<S>& a,
@@ -27492,7 +27428,7 @@ void SensorStage<S, Backend>::find_near(const State& state, const SensorPatch<S>
   const Aabb<S> box = transformed(patch.box, A.center_pose);
   state.broad_phase.overlap(box.inflated(own_reach), [&](std::uint32_t tag) {
     const Collider<S, Backend>& c = state.colliders.at(tag);
-    if (!sense_mask(state, patch, c)) return true;
+    if (!senses(state, patch, c)) return true;
     // The set of shapes in range must not depend on the size of the box in the tree.
     if (state.broad_phase.is_loose(tag) && !swept_box(state, c).overlaps(box.inflated(own_reach))) {
       return true;
@@ -28463,7 +28399,7 @@ class IslandRows {
   bool can_switch_ = false;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S, typename Real>
 void IslandRows<S, Real>::add_hessian(Real eps, EnvelopeMatrix<Real>& h) {
@@ -28637,7 +28573,7 @@ class ProximalSolver {
   std::vector<Real> v_, settled_, gradient_, step_, product_;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Solves with Coulomb's law itself, from the solution of the last step.
 /// @return [m/s] Residual. Infinite if no solution is good enough. The impulses are then as before.
@@ -29019,7 +28955,7 @@ template <std::size_t count, Scalar S>
 BRISTLE_FORCE_INLINE void store_rows(S* rows, const std::uint32_t* at,
                                      const Pack<S> (&columns)[count]);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 #if BRISTLE_HAS_SHUFFLE
 
@@ -29433,7 +29369,7 @@ class ManifoldKernel : ManifoldMotion<S> {
                                                  const Relative& v);
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 BRISTLE_FORCE_INLINE Pack<S> ManifoldKernel<S>::solve(VelocityTable<S>& velocities) {
@@ -29750,7 +29686,7 @@ class ManifoldPart : ManifoldMotion<S> {
   std::span<Contacts> contacts_;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 void ManifoldPart<S>::target(const VelocityTable<S>& start, const VelocityTable<S>& free,
@@ -30026,7 +29962,7 @@ class ManifoldSweeps {
   bool is_cold_ = false;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 void ManifoldSweeps<S>::start(const Island& island, const Constraints<S>& constraints,
@@ -31263,7 +31199,7 @@ void to_triangle(const TallQr<S>& qr, std::span<const Row6<S>> rows, std::span<S
 template <Scalar S>
 void from_triangle(const TallQr<S>& qr, std::span<const Row6<S>> rows, std::span<S> x);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 TallQr<S> reduce_rows(std::span<Row6<S>> rows) {
@@ -31403,7 +31339,7 @@ class JointGroups {
   std::vector<S> values_;           // One value per row of a group.
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 void JointGroups<S>::build(std::span<const MechanismJoint<S>> joints,
@@ -31661,7 +31597,7 @@ class JointOrder {
   bool has_loop_ = false;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 inline constexpr std::uint32_t no_number = 0xffffffffu;
 
@@ -31824,7 +31760,7 @@ class BlockEnvelope {
   std::vector<Mat3<S>> row_;  // Blocks of the current row, times D.
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Inverse of a symmetric positive definite matrix by elimination. The closed form by cofactors is
 /// no cheaper. It loses all digits where two rows are nearly the same.
@@ -32022,7 +31958,7 @@ class JointSystem {
   std::vector<Wrench<S>> wrenches_;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 MechanismBody<S> mechanism_body(const Body<S>& body, const Vec3<S>& gravity) {
@@ -32408,7 +32344,7 @@ template <Scalar S>
 template <Scalar S>
 void set_momentum(const Vec3<S>& point, const Wrench<S>& wanted, JointSystem<S>& system);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 bool JointProjection<S>::has_open_velocities(const JointSystem<S>& system) {
@@ -32622,7 +32558,7 @@ class DormandPrince {
   int substeps_ = 0;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 template <std::size_t n>
@@ -32805,7 +32741,7 @@ class MechanismIntegrator {
   int substeps_ = 0;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 void validate(const MechanismIntegratorDef<S>& def) {
@@ -34149,7 +34085,7 @@ class Stepper {
   SleepStage<S, Backend> sleep_;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S, typename Backend>
 void Stepper<S, Backend>::step(State& state) {
@@ -34782,7 +34718,7 @@ namespace bristle::inline BRISTLE_ABI::detail {
 template <typename State, typename Visitor>
 void for_each_state(State& state, Visitor& visit);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <typename Map, typename Visitor, typename Each>
 void visit_slots(const char* name, Map& map, Visitor& visit, Each&& each) {
@@ -35976,7 +35912,7 @@ class SoftSystem {
   std::vector<Real> left_, stiffness_, right_, load_;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 void SoftSystem<S>::solve(std::span<SoftBlock<S>> blocks) {
@@ -36150,7 +36086,7 @@ const HostKernels<S, Backend>& host_kernels() {
   return own_host_kernels<S, Backend>();
 }
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S, typename Backend>
 void HostStage<S, Backend>::cast(Sensors& sensors, bool all_rays) {
@@ -36193,7 +36129,7 @@ void HostStage<S, Backend>::find_shapes(Sensors& sensors, const SensorPatch<S>& 
   const Aabb<S> box = transformed(patch.box, A.center_pose).inflated(sensors.host_reach(patch));
   state.broad_phase.overlap(box, [&](std::uint32_t tag) {
     const Collider<S, Backend>& c = state.colliders.at(tag);
-    if (!sensors.bodies_[c.body.index].is_there || !sense_mask(state, patch, c)) return true;
+    if (!sensors.bodies_[c.body.index].is_there || !senses(state, patch, c)) return true;
     const Shape shape = shape_in_reach(patch, state.colliders.handle(tag), c,
                                        relative_pose(A.center_pose, state.body_of(c).center_pose),
                                        approach_of(c.body.index));
@@ -36583,16 +36519,16 @@ void append_little_endian(std::string& out, T x) {
   for (std::size_t i = 0; i < sizeof(T); ++i) out += static_cast<char>(bits >> 8 * i & 0xff);
 }
 
-/// What a mesh uses values for (`bufferView.target`).
+/// Use of values by a mesh (`bufferView.target`).
 enum class GltfUse { none = 0, vertices = 34962, corners = 34963 };
 
 /// How a file describes values.
 struct GltfAccessorDef {
-  /// [-] Whether the file says the least and the largest value.
+  /// [-] The file says the least and the largest value.
   bool has_bounds = false;
-  /// [-] Who reads them.
+  /// [-] Reader of the values.
   GltfUse use = GltfUse::none;
-  /// [-] Whether integers stand for numbers in [-1, 1].
+  /// [-] Integers stand for numbers in [-1, 1].
   bool is_normalized = false;
 };
 
@@ -36639,7 +36575,7 @@ class GltfBuffer {
   [[nodiscard]] const JsonList& views() const { return views_; }
 
  private:
-  /// What glTF calls the type of a number (`accessor.componentType`).
+  /// The name of glTF for the type of a number (`accessor.componentType`).
   template <typename T>
   [[nodiscard]] static constexpr int component() {
     if constexpr (std::is_same_v<T, std::uint8_t>) return 5121;
@@ -36705,7 +36641,7 @@ class GlbExtras {
   }
 
  private:
-  /// What a sensor says in a frame, in the steps of the file.
+  /// Numbers of a sensor in a frame, in the steps of the file.
   struct Row {
     std::array<std::int16_t, 3> force{};
     std::uint8_t depth = 0;
@@ -36802,7 +36738,7 @@ class GlbExtras {
         joint.turns ? "turns" : (joint.slides ? "slides" : "other"), '"');
     if (has_axis) {
       json += track("position", column(joint.positions));
-      json += track("motor_force", column(joint.drive_forces));
+      json += track("motor_force", column(joint.motor_forces));
     }
     return json + '}';
   }
@@ -36822,7 +36758,7 @@ class GlbExtras {
 // === bristle/io/recording_check.hpp
 
 /// @file
-/// Whether a recording can be written.
+/// Checks that a recording can be written.
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <cmath>
@@ -36911,8 +36847,8 @@ class RecordingCheck {
     require(is_finite_in_float(joint.X_BJ.translation) && joint.X_BJ.rotation.coeffs().allFinite(),
             "glb: Recording::Joint::X_BJ", joint.name.c_str(), "must be finite in float");
     require_size("glb: Recording::Joint::positions.size()", joint.positions.size(), frames());
-    require_size("glb: Recording::Joint::drive_forces.size()", joint.drive_forces.size(), frames());
-    for (const auto* values : {&joint.positions, &joint.drive_forces}) {
+    require_size("glb: Recording::Joint::motor_forces.size()", joint.motor_forces.size(), frames());
+    for (const auto* values : {&joint.positions, &joint.motor_forces}) {
       for (const S x : *values) {
         require(std::isfinite(static_cast<float>(x)), "glb: Recording::Joint", x,
                 "must be finite in float");
@@ -37426,7 +37362,7 @@ SensorLayout<S> sensor_grid(const SensorGridDef<S>& def) {
   const Vec3<S> u = def.side_u.stableNormalized();
   const Vec3<S> v = def.side_v.stableNormalized();
   const S sine = u.cross(v).norm();
-  detail::require(sine > Tolerance<S>::equal(), "SensorGridDef: sine of the angle of the sides",
+  detail::require(sine > detail::Tolerance<S>::equal(), "SensorGridDef: sine of the angle of the sides",
                   sine, "must not be 0 (sides parallel or of no length)");
 
   const Vec3<S> normal = u.cross(v) / sine;
@@ -37722,63 +37658,47 @@ struct SensorMemory {
   detail::Anchor<S> anchor{};
 };
 
-/// Pose and motion about a body's centre of mass.
-template <Scalar S>
-struct BodyMotion {
-  /// [m] Pose of the body's axes at its centre of mass, in the world.
-  Transform<S> pose{};
-  /// [m/s, rad/s] Velocity about the centre of mass, world axes.
-  Twist<S> twist{};
-};
-
-/// One resistive sensor that met one body.
-template <Scalar S>
-struct SensorRay {
-  /// [m] Start of the ray from A's centre of mass, in A's axes.
-  Vec3<S> p_AStart = Vec3<S>::Zero();
-  /// [1] Unit direction, out of A, in A's axes.
-  Vec3<S> d_A = Vec3<S>::UnitX();
-  /// [m] Length, > 0.
-  S length = S(0.01);
-};
-
 /// Wrench of one sensor on its own body A about A's centre of mass, in world axes. Updates its
 /// memory. It is the whole law for one sensor, for embedding by hand and for reading. Patches run
 /// the same functions over arrays.
 ///
+/// @param ray       [m] From A's centre of mass, in A's axes.
 /// @param distance  [m] Distance along the ray at which B was hit; infinite or >= length without a
 ///                  hit.
 /// @param m         [1] Outward unit normal of B there, world axes.
-/// @param B         The body that was hit. Its wrench is `-wrench` about A's centre of mass.
+/// @param X_WA, X_WB  Poses of the centres of mass of A and of B, which was hit.
+/// @param V_WA, V_WB  [m/s, rad/s] Twists of A and B about their centres of mass, world axes.
 /// @param dt        [s] Step length, > 0.
 /// @return Exactly zero without a hit. The memory is then cleared: a new contact starts
-///         unstretched.
+///         unstretched. The wrench on B is `-wrench` about A's centre of mass.
 template <Scalar S>
 [[nodiscard]] Wrench<S> sensor_wrench(const SensorParameters<S>& p, const LawOptions& options,
-                                      const SensorRay<S>& ray, S distance, const Vec3<S>& m,
-                                      const BodyMotion<S>& A, const BodyMotion<S>& B, S dt,
+                                      const Ray<S>& ray, S distance, const Vec3<S>& m,
+                                      const Transform<S>& X_WA, const Twist<S>& V_WA,
+                                      const Transform<S>& X_WB, const Twist<S>& V_WB, S dt,
                                       SensorMemory<S>& memory) {
-  const Quat<S> into_A = A.pose.rotation.conjugate();
+  const Quat<S> into_A = X_WA.rotation.conjugate();
   const Vec3<S> m_A = into_A * m;
-  if (!(distance < ray.length) || !(m_A.dot(ray.d_A) <= detail::grazing_cosine<S>)) {
+  const Vec3<S>& n = ray.direction;
+  if (!(distance < ray.length) || !(m_A.dot(n) <= detail::grazing_cosine<S>)) {
     memory.is_anchored = false;
     return {};
   }
-  const detail::PairPose<S> pair = detail::pair_pose(A.pose, B.pose);
-  const Vec3<S> r_A = ray.p_AStart + distance * ray.d_A;
-  const Vec3<S> r_W = A.pose.rotate(r_A);
+  const detail::PairPose<S> pair = detail::pair_pose(X_WA, X_WB);
+  const Vec3<S> r_A = ray.origin + distance * n;
+  const Vec3<S> r_W = X_WA.rotate(r_A);
   const S inverse_length = S(1) / ray.length;
   const detail::SensorContact<S> contact{
-      detail::sensor_depth(distance, inverse_length), inverse_length, ray.d_A,
-      detail::depth_gradient<S>(ray.d_A, m_A),
-      into_A * (A.twist.at(r_W) - B.twist.at(r_W - (B.pose.translation - A.pose.translation)))};
+      detail::sensor_depth(distance, inverse_length), inverse_length, n,
+      detail::depth_gradient<S>(n, m_A),
+      into_A * (V_WA.at(r_W) - V_WB.at(r_W - (X_WB.translation - X_WA.translation)))};
   bool did_slip = false;
   const Vec3<S> stretch =
-      detail::advance_anchor<S>(memory.anchor, memory.is_anchored, pair, ray.d_A, r_A,
+      detail::advance_anchor<S>(memory.anchor, memory.is_anchored, pair, n, r_A,
                                 p.breakaway_distance, options.reset, did_slip);
   memory.is_anchored = true;
   return Wrench<S>::at(
-      r_W, -A.pose.rotate(detail::sensor_force(p, options, contact, stretch, dt).total()));
+      r_W, -X_WA.rotate(detail::sensor_force(p, options, contact, stretch, dt).total()));
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -37831,7 +37751,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] RayHit<S> ray_cast(const fcl::CollisionObject<S>& object, const Ray<S>& ray);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// True if this translation unit and libfcl agree on the layout of a CollisionObject. That of
 /// double holds 4x4 matrices. Eigen aligns them to 64 bytes where the compiler may use AVX-512, and

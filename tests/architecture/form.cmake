@@ -66,7 +66,7 @@ compiled together, so another name")
   if(file MATCHES "^include/(.+)$" AND NOT file STREQUAL umbrella)
     string(FIND "${umbrella_text}" "\n#include <${CMAKE_MATCH_1}>\n" at)
     # kernel_tables.hpp is between the files of the compiled library.
-    if(at EQUAL -1 AND NOT file MATCHES "/(io/adf|io/adf/[a-z_]+|io/drawn_world|hosts/(mujoco|bullet|ode|dart)_host|core/kernel_tables)\\.hpp$")
+    if(at EQUAL -1 AND NOT file MATCHES "/(io/adf|io/adf/[a-z_]+|io/drawn_world|hosts/(mujoco|bullet|ode|dart|engine)_host|core/kernel_tables)\\.hpp$")
       violation("${file}:1" "not included by ${umbrella}")
     endif()
   endif()

@@ -135,8 +135,8 @@ class ScalarSlide {
     for (std::size_t i = 0; i < patch.size(); ++i) {
       sum += -sensor_wrench<double>(patch.def.parameters, patch.def.options,
                                     {patch.start[i], patch.direction[i], patch.length[i]},
-                                    patch.hits.distance[i], patch.hits.normal[i], {},
-                                    {ball.center_pose, ball.twist}, dt, memory_[i]);
+                                    patch.hits.distance[i], patch.hits.normal[i], {}, {},
+                                    ball.center_pose, ball.twist, dt, memory_[i]);
     }
     return {dt * sum.force, dt * sum.torque};
   }

@@ -125,8 +125,8 @@ struct PadReference {
         found[i] = hit.distance;
         if (hit.distance <= ray.length + reach) hits.offer(i, hit, 0);
         force += -sensor_wrench<double>(by_force.patch.def.parameters, by_force.patch.def.options,
-                                        {ray.origin, ray.direction, ray.length}, hit.distance,
-                                        hit.normal, {}, {body.center_pose, body.twist},
+                                        ray, hit.distance, hit.normal, {}, {},
+                                        body.center_pose, body.twist,
                                         pad_time_step, memory[i]);
       }
       distances.push_back(std::move(found));

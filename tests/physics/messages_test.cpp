@@ -39,5 +39,5 @@ TEST_CASE("messages: they show what was given") {
   JointDef<double> ball{.kind = JointKind::ball, .body_a = body, .body_b = m.bodies[1]};
   ball.motor.mode = MotorMode::velocity;
   CHECK(message_of([&](auto& w) { w.add_joint(ball); }) ==
-        "JointDef::drive = ball: needs a revolute or prismatic joint");
+        "JointDef::motor = ball: needs a revolute or prismatic joint");
 }

@@ -44,7 +44,7 @@ inline constexpr std::array<double, 6> step_ladder{1.0 / 50,  1.0 / 100, 1.0 / 2
 [[nodiscard]] double fitted_order(std::span<const double> steps, std::span<const double> errors,
                                   double floor);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 inline double fitted_order(std::span<const double> steps, std::span<const double> errors,
                            double floor) {

@@ -43,7 +43,7 @@ struct RandomHeap {
 /// above a floor, apart from each other, at steps of 1 ms to 1/60 s.
 [[nodiscard]] RandomHeap make_random_heap(std::uint64_t seed, const HeapKind& kind);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 namespace parts {
 

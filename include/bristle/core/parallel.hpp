@@ -43,7 +43,7 @@ template <typename Sum, typename Part>
 [[nodiscard]] Sum sum_in_ranges(std::size_t count, std::size_t size, std::size_t fewest_shared,
                                 const ParallelFor& parallel_for, const Part& part);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 inline bool is_serial(const ParallelFor& parallel_for) {
 #if defined(__cpp_rtti)

@@ -54,6 +54,8 @@ struct HostBody {
   static constexpr std::uint32_t no_mechanism = 0xffffffffu;
 };
 
+namespace detail {
+
 /// Interface of an engine that sensors query, for mirrored bodies that are not fixed.
 ///
 /// - `host.body(id)` is the present state of a body: a `HostBody<S>`, or nothing if it is gone.
@@ -70,8 +72,6 @@ concept SensorHost = Scalar<S> &&
   { view.mobility(id, id) } -> std::convertible_to<Mat6<S>>;
   host.apply_wrench(id, wrench);
 };
-
-namespace detail {
 
 /// An engine that also casts rays, at geometry that is not mirrored.
 ///
@@ -193,7 +193,7 @@ class HostSensors {
   /// @throws InvalidArgument when dt is not finite and > 0, or when the engine hits a body that is
   ///         not mirrored; and any exception of the engine. Nothing was applied then.
   template <typename Host>
-  requires SensorHost<Host, S>
+  requires detail::SensorHost<Host, S>
   void step(Host& host, S dt) {
     detail::require_positive("dt", dt);
     if (dt != world_.time_step()) world_.set_time_step(dt);
@@ -292,7 +292,7 @@ class HostSensors {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 #if BRISTLE_HAS_DEFINITIONS
 #include <bristle/hosts/host_stage.hpp>

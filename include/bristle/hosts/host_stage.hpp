@@ -96,7 +96,7 @@ const HostKernels<S, Backend>& host_kernels() {
   return own_host_kernels<S, Backend>();
 }
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S, typename Backend>
 void HostStage<S, Backend>::cast(Sensors& sensors, bool all_rays) {
@@ -139,7 +139,7 @@ void HostStage<S, Backend>::find_shapes(Sensors& sensors, const SensorPatch<S>& 
   const Aabb<S> box = transformed(patch.box, A.center_pose).inflated(sensors.host_reach(patch));
   state.broad_phase.overlap(box, [&](std::uint32_t tag) {
     const Collider<S, Backend>& c = state.colliders.at(tag);
-    if (!sensors.bodies_[c.body.index].is_there || !sense_mask(state, patch, c)) return true;
+    if (!sensors.bodies_[c.body.index].is_there || !senses(state, patch, c)) return true;
     const Shape shape = shape_in_reach(patch, state.colliders.handle(tag), c,
                                        relative_pose(A.center_pose, state.body_of(c).center_pose),
                                        approach_of(c.body.index));

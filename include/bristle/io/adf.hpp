@@ -29,7 +29,7 @@ AdfScene<S> add_adf(World<S, Backend>& world, const std::filesystem::path& path,
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 #if BRISTLE_HAS_DEFINITIONS
 #include <bristle/io/adf/adf_body_builder.hpp>

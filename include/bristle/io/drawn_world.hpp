@@ -19,7 +19,7 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// What a drawn thing stands for. A renderer gives each a colour.
+/// Meaning of a drawn thing. A renderer gives each a colour.
 enum class DrawnKind {
   /// Triangles of a shape, of a body that moves or does not.
   moving_shape,
@@ -42,7 +42,7 @@ enum class DrawnKind {
   patch_name
 };
 
-/// What a drawn thing belongs to.
+/// Owner of a drawn thing.
 struct Drawn {
   DrawnKind kind = DrawnKind::moving_shape;
   /// [-] Body that carries it, or that is pressed; body B of a joint.
@@ -52,7 +52,7 @@ struct Drawn {
   std::size_t sensor = 0;
 };
 
-/// What is drawn of a world, and how large.
+/// Choice of the things that are drawn, and their size.
 template <Scalar S>
 struct DrawDef {
   /// [m/N] Length of a line for a newton of its force, > 0.
@@ -61,22 +61,22 @@ struct DrawDef {
   S plane_size = S(2);
   /// [m] Length of the line of a joint, > 0.
   S joint_length = S(0.1);
-  /// [-] Whether shapes are drawn. They are made anew in each call: ask for them once, and draw them
+  /// [-] Draws shapes. They are made anew in each call: ask for them once, and draw them
   /// where their bodies are then.
   bool has_shapes = true;
-  /// [-] Whether the rays of sensors are drawn.
+  /// [-] Draws the rays of sensors.
   bool has_sensors = true;
-  /// [-] Whether points of touch and forces of sensors are drawn.
+  /// [-] Draws contact points and forces of sensors.
   bool has_forces = true;
-  /// [-] Whether contacts and their forces are drawn.
+  /// [-] Draws contacts and their forces.
   bool has_contacts = true;
-  /// [-] Whether joints are drawn.
+  /// [-] Draws joints.
   bool has_joints = true;
-  /// [-] Whether bodies and patches are named.
+  /// [-] Draws the names of bodies and patches.
   bool has_names = true;
 };
 
-/// What `for_each_drawn` tells things to. Points are in the world [m]; a mesh is in a frame of its
+/// Receiver of the things that `for_each_drawn` draws. Points are in the world [m]; a mesh is in a frame of its
 /// own, whose pose in the world is X_WM.
 template <typename V, typename S>
 concept DrawVisitor = requires(V& visitor, const Drawn& drawn, const Vec3<S>& point,
@@ -97,7 +97,7 @@ concept DrawVisitor = requires(V& visitor, const Drawn& drawn, const Vec3<S>& po
 template <Scalar S, typename Backend, DrawVisitor<S> Visitor>
 void for_each_drawn(const World<S, Backend>& world, Visitor&& visitor, const DrawDef<S>& def = {});
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 namespace detail {
 

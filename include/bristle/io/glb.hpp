@@ -27,7 +27,7 @@ struct GlbDef {
 ///
 /// Bodies are nodes with a mesh, joints nodes without one. Each sensor that ever pushed is an arrow
 /// on its body, from the end of its ray along the force on what it touches, whose extras say
-/// `newton_per_metre` of its length. What moves has keys in the only animation: linear between
+/// `newton_per_metre` of its length. A moving node has keys in the only animation: linear between
 /// frames; where two frames and the one between are the same, that one has no key. The world's z
 /// points up, as glTF's y does. Bodies that move are translucent, so that arrows in what is touched
 /// are seen.
@@ -51,7 +51,7 @@ void write_glb(const std::filesystem::path& path, const Recording<S>& recording,
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 #if BRISTLE_HAS_DEFINITIONS
 #include <bristle/core/error.hpp>

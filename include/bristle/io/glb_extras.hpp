@@ -80,7 +80,7 @@ class GlbExtras {
   }
 
  private:
-  /// What a sensor says in a frame, in the steps of the file.
+  /// Numbers of a sensor in a frame, in the steps of the file.
   struct Row {
     std::array<std::int16_t, 3> force{};
     std::uint8_t depth = 0;
@@ -177,7 +177,7 @@ class GlbExtras {
         joint.turns ? "turns" : (joint.slides ? "slides" : "other"), '"');
     if (has_axis) {
       json += track("position", column(joint.positions));
-      json += track("motor_force", column(joint.drive_forces));
+      json += track("motor_force", column(joint.motor_forces));
     }
     return json + '}';
   }

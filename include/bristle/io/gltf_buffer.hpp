@@ -45,16 +45,16 @@ void append_little_endian(std::string& out, T x) {
   for (std::size_t i = 0; i < sizeof(T); ++i) out += static_cast<char>(bits >> 8 * i & 0xff);
 }
 
-/// What a mesh uses values for (`bufferView.target`).
+/// Use of values by a mesh (`bufferView.target`).
 enum class GltfUse { none = 0, vertices = 34962, corners = 34963 };
 
 /// How a file describes values.
 struct GltfAccessorDef {
-  /// [-] Whether the file says the least and the largest value.
+  /// [-] The file says the least and the largest value.
   bool has_bounds = false;
-  /// [-] Who reads them.
+  /// [-] Reader of the values.
   GltfUse use = GltfUse::none;
-  /// [-] Whether integers stand for numbers in [-1, 1].
+  /// [-] Integers stand for numbers in [-1, 1].
   bool is_normalized = false;
 };
 
@@ -101,7 +101,7 @@ class GltfBuffer {
   [[nodiscard]] const JsonList& views() const { return views_; }
 
  private:
-  /// What glTF calls the type of a number (`accessor.componentType`).
+  /// The name of glTF for the type of a number (`accessor.componentType`).
   template <typename T>
   [[nodiscard]] static constexpr int component() {
     if constexpr (std::is_same_v<T, std::uint8_t>) return 5121;

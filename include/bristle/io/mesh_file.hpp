@@ -19,7 +19,7 @@ template <Scalar S>
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 #if BRISTLE_HAS_DEFINITIONS
 #include <bristle/core/error.hpp>

@@ -49,7 +49,7 @@ void save_obj(const std::filesystem::path& path, const TriangleMesh<S>& mesh) {
   write_file(path, write_obj(mesh));
 }
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 namespace detail {
 

@@ -153,7 +153,7 @@ class Recorder {
   const void* world_ = nullptr;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 void Recorder<S>::add_shape(const Shape<S>& shape, const Transform<S>& X_BS, S plane_size,
@@ -248,7 +248,7 @@ void Recorder<S>::add_joint(const World<S, Backend>& world, JointId id, std::str
   joint.turns = def.kind == JointKind::revolute || def.kind == JointKind::cone_twist;
   joint.slides = def.kind == JointKind::prismatic;
   joint.positions.resize(recording_.times.size());
-  joint.drive_forces.resize(recording_.times.size());
+  joint.motor_forces.resize(recording_.times.size());
   recording_.joints.push_back(std::move(joint));
   joints_.push_back(id);
 }
@@ -339,7 +339,7 @@ auto Recorder<S>::contacts_of(const World<S, Backend>& world, double dt) const
     const bool is_on_b = has_b && (!has_a || recording_.bodies[numbers_[pair.body_b.index]].moves ||
                                    !recording_.bodies[numbers_[pair.body_a.index]].moves);
     const std::size_t body = numbers_[is_on_b ? pair.body_b.index : pair.body_a.index];
-    pair.for_each_point([&](const ContactPointReading<S>& point) {
+    pair.for_each_point([&](const detail::ContactPointReading<S>& point) {
       const Vec3<S> impulse = point.normal_impulse * point.normal + point.friction_impulse;
       if (impulse.isZero(S(0))) return;
       const Vec3<S> force = impulse / S(dt);
@@ -377,7 +377,7 @@ void Recorder<S>::observe(const World<S, Backend>& world) {
     const JointReading<S> reading = is_there ? world.reading(joints_[k]) : JointReading<S>{};
     const S last = joint.positions.empty() ? S(0) : joint.positions.back();
     joint.positions.push_back(is_there ? reading.position : last);
-    joint.drive_forces.push_back(reading.motor_force);
+    joint.motor_forces.push_back(reading.motor_force);
   }
   for (std::size_t k = 0; k < values_.size(); ++k) {
     recording_.channels[k].values.push_back(values_[k]);

@@ -13,15 +13,15 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// What a replay shows. Frames are instants; all vectors that run over frames are as long as
+/// The contents of a replay. Frames are instants; all vectors that run over frames are as long as
 /// `times`. Names are UTF-8.
 template <Scalar S>
 struct Recording {
   struct Body {
     std::string name{};
-    /// Whether the world moves it.
+    /// True if the world moves it.
     bool moves = false;
-    /// [m] What it looks like, in its frame.
+    /// [m] Its look, in its frame.
     TriangleMesh<S> mesh{};
     /// [m] Frame by frame: its pose in the world, and whether it was there.
     std::vector<Transform<S>> poses{};
@@ -54,12 +54,12 @@ struct Recording {
     std::size_t body = 0;
     /// [m] Its frame in that of body B; its axis is x.
     Transform<S> X_BJ{};
-    /// Whether it turns about its axis, or slides along it. Those that have none keep no numbers.
+    /// True if it turns about its axis, false if it slides along it. Those that have none keep no numbers.
     bool turns = false;
     bool slides = false;
     /// [m; rad] Frame by frame: its position; [N; N m] the force of its motor.
     std::vector<S> positions{};
-    std::vector<S> drive_forces{};
+    std::vector<S> motor_forces{};
   };
   /// A number that the caller named.
   struct Channel {

@@ -1,5 +1,5 @@
 /// @file
-/// Whether a recording can be written.
+/// Checks that a recording can be written.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -94,8 +94,8 @@ class RecordingCheck {
     require(is_finite_in_float(joint.X_BJ.translation) && joint.X_BJ.rotation.coeffs().allFinite(),
             "glb: Recording::Joint::X_BJ", joint.name.c_str(), "must be finite in float");
     require_size("glb: Recording::Joint::positions.size()", joint.positions.size(), frames());
-    require_size("glb: Recording::Joint::drive_forces.size()", joint.drive_forces.size(), frames());
-    for (const auto* values : {&joint.positions, &joint.drive_forces}) {
+    require_size("glb: Recording::Joint::motor_forces.size()", joint.motor_forces.size(), frames());
+    for (const auto* values : {&joint.positions, &joint.motor_forces}) {
       for (const S x : *values) {
         require(std::isfinite(static_cast<float>(x)), "glb: Recording::Joint", x,
                 "must be finite in float");

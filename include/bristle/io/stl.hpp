@@ -46,7 +46,7 @@ void save_stl(const std::filesystem::path& path, const TriangleMesh<S>& mesh) {
   write_file(path, write_stl(mesh));
 }
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 namespace detail {
 

@@ -51,7 +51,7 @@ class BlockEnvelope {
   std::vector<Mat3<S>> row_;  // Blocks of the current row, times D.
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Inverse of a symmetric positive definite matrix by elimination. The closed form by cofactors is
 /// no cheaper. It loses all digits where two rows are nearly the same.

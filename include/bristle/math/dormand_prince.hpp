@@ -54,7 +54,7 @@ class DormandPrince {
   int substeps_ = 0;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 template <std::size_t n>

@@ -28,7 +28,7 @@ template <std::size_t count, Scalar S>
 BRISTLE_FORCE_INLINE void store_rows(S* rows, const std::uint32_t* at,
                                      const Pack<S> (&columns)[count]);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 #if BRISTLE_HAS_SHUFFLE
 

@@ -44,7 +44,7 @@ template <Scalar S>
   const S sign = q.w() < S(0) ? S(-1) : S(1);
   const Vec3<S> v = sign * q.vec();
   const S sine = v.norm();
-  if (sine * sine < Tolerance<S>::round_off()) return S(2) * v;
+  if (sine * sine < detail::Tolerance<S>::round_off()) return S(2) * v;
   return (S(2) * atan2(sine, sign * q.w()) / sine) * v;
 }
 
@@ -55,7 +55,7 @@ template <Scalar S>
   using std::atan2;
   const Vec3<S> c = a.cross(b);
   const S sine = c.norm();
-  if (sine * sine < Tolerance<S>::round_off()) return c;
+  if (sine * sine < detail::Tolerance<S>::round_off()) return c;
   return (atan2(sine, a.dot(b)) / sine) * c;
 }
 
@@ -67,7 +67,7 @@ template <Scalar S>
   const S turn = S(2 * std::numbers::pi);
   const S turns = (guess - angle) / turn;
   // The angle stays as it is if round-off reaches a whole turn.
-  if (!(abs(turns) * Tolerance<S>::round_off() < S(1))) return angle;
+  if (!(abs(turns) * detail::Tolerance<S>::round_off() < S(1))) return angle;
   return angle + turn * floor(turns + S(0.5));
 }
 
@@ -83,7 +83,7 @@ template <Scalar S>
   const S w = (p.w() * q.w() - p.x() * q.x()) - (p.y() * q.y() + p.z() * q.z());
   const S norm2 = (x * x + y * y) + (z * z + w * w);
   // Where the length is 1 but for round-off, one Newton step for 1 / |p q| is exact.
-  if (!(abs(norm2 - S(1)) < Tolerance<S>::equal())) return Quat<S>(w, x, y, z).normalized();
+  if (!(abs(norm2 - S(1)) < detail::Tolerance<S>::equal())) return Quat<S>(w, x, y, z).normalized();
   const S scale = S(0.5) * (S(3) - norm2);
   return Quat<S>(scale * w, scale * x, scale * y, scale * z);
 }

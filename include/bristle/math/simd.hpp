@@ -72,7 +72,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] S max_of_lanes(const Pack<S>& a);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 class Mask {

@@ -43,7 +43,7 @@ void to_triangle(const TallQr<S>& qr, std::span<const Row6<S>> rows, std::span<S
 template <Scalar S>
 void from_triangle(const TallQr<S>& qr, std::span<const Row6<S>> rows, std::span<S> x);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 TallQr<S> reduce_rows(std::span<Row6<S>> rows) {

@@ -56,6 +56,8 @@ using Mat6 = Eigen::Matrix<S, 6, 6, Eigen::DontAlign>;
 template <Scalar S>
 using Quat = Eigen::Quaternion<S, Eigen::DontAlign>;
 
+namespace detail {
+
 /// The only source of tolerances in library code. All are relative. Multiply by the size of the
 /// compared things. Then a scene and its copy at x0.01 or x100 behave alike.
 template <Scalar S>
@@ -66,8 +68,6 @@ struct Tolerance {
   /// precision. A first-order error becomes a second-order one.
   static constexpr S equal() { return std::numeric_limits<S>::digits > 30 ? S(1.5e-8) : S(3.5e-4); }
 };
-
-namespace detail {
 
 /// Number type of iterative geometry in a world in S. It is double for float, else S itself
 /// (docs/decisions/0010-one-search-for-contact-normals.md).

@@ -51,7 +51,7 @@ struct ElasticSkin {
   [[nodiscard]] SensorParameters<S> parameters() const;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 SensorParameters<S> ElasticSkin<S>::parameters() const {

@@ -40,7 +40,7 @@ template <Scalar S>
 [[nodiscard]] SensorLayout<S> in_order(const SensorLayout<S>& layout,
                                        std::span<const std::uint32_t> order);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 std::vector<std::uint32_t> neighbour_order(const SensorLayout<S>& layout) {

@@ -70,7 +70,7 @@ class PassivityObserver {
     // A debt within round-off does not count.
     const S missing = -(energy_ - dt * power(on_tool, tool) + allowance_);
     const S speed2 = tool.linear.squaredNorm() + radius_ * radius_ * tool.angular.squaredNorm();
-    if (missing > Tolerance<S>::equal() * turnover_ && speed2 > S(0) && isfinite(speed2)) {
+    if (missing > detail::Tolerance<S>::equal() * turnover_ && speed2 > S(0) && isfinite(speed2)) {
       const S alpha = std::min(missing / (dt * speed2), most_);
       damper_ = {-alpha * tool.linear, (-alpha * radius_ * radius_) * tool.angular};
     }
@@ -86,7 +86,7 @@ class PassivityObserver {
   [[nodiscard]] S damped_energy() const { return damped_; }
   /// Returns whether at most the energy put in and `allowance` came out, up to the sum's round-off.
   [[nodiscard]] bool is_passive() const {
-    return lowest_ >= -allowance_ - Tolerance<S>::equal() * turnover_;
+    return lowest_ >= -allowance_ - detail::Tolerance<S>::equal() * turnover_;
   }
 
  private:

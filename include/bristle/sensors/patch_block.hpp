@@ -58,7 +58,7 @@ void fill_block(const PatchPair<S>& pair, SoftBlock<S>& block);
 template <Scalar S>
 void clear_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 void set_scheme(PatchPair<S>& pair, S bristle_sum, S viscous_sum, S w, S dt) {

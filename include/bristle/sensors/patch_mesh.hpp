@@ -73,7 +73,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] PatchMesh<S> patch_from_mesh(const TriangleMesh<S>& mesh);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 PatchMesh<S> plane_patch(const detail::Vec2<S>& size, const std::array<std::uint32_t, 2>& cells) {
@@ -101,7 +101,7 @@ PatchMesh<S> cylinder_patch(const CylinderPatchDef<S>& def) {
     p = {def.radius * sin(p.x()), p.y(), def.radius * cos(p.x())};
   }
   // A closed wall's ends coincide but for rounding.
-  PatchMesh<S> patch{weld(mesh, S(16) * Tolerance<S>::round_off()), {}};
+  PatchMesh<S> patch{weld(mesh, S(16) * detail::Tolerance<S>::round_off()), {}};
   for (const Vec3<S>& p : patch.mesh.vertices) {
     patch.normals.push_back(Vec3<S>(p.x(), S(0), p.z()).normalized());
   }

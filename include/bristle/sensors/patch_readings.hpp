@@ -17,7 +17,7 @@ template <Scalar S, typename FindId>
 void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& find_id,
                    const ParallelFor& parallel_for = serial_for);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Writes `value` into the lanes of `mask`. The other lanes become 0, or stay if `keeps`.
 template <Scalar S>

@@ -91,7 +91,7 @@ template <Scalar S>
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 #if BRISTLE_HAS_DEFINITIONS
 #include <bristle/core/error.hpp>
@@ -221,7 +221,7 @@ SensorLayout<S> sensor_grid(const SensorGridDef<S>& def) {
   const Vec3<S> u = def.side_u.stableNormalized();
   const Vec3<S> v = def.side_v.stableNormalized();
   const S sine = u.cross(v).norm();
-  detail::require(sine > Tolerance<S>::equal(), "SensorGridDef: sine of the angle of the sides",
+  detail::require(sine > detail::Tolerance<S>::equal(), "SensorGridDef: sine of the angle of the sides",
                   sine, "must not be 0 (sides parallel or of no length)");
 
   const Vec3<S> normal = u.cross(v) / sine;

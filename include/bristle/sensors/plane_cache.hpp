@@ -78,7 +78,7 @@ struct PlaneCache {
   void advance(Patch& patch, ReachOf&& reach_of) const;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Puts the distances of the planes of a pack into `hits`, where they are in range.
 template <Scalar S>

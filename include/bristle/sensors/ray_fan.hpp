@@ -41,7 +41,7 @@ struct RayFanDef {
 template <Scalar S>
 [[nodiscard]] SensorLayout<S> ray_fan(const RayFanDef<S>& def);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 SensorLayout<S> ray_fan(const RayFanDef<S>& def) {
@@ -51,9 +51,9 @@ SensorLayout<S> ray_fan(const RayFanDef<S>& def) {
   detail::require_all_finite("RayFanDef::forward", def.forward);
   detail::require_all_finite("RayFanDef::up", def.up);
   const S pi = S(std::numbers::pi);
-  detail::require(def.width >= S(0) && def.width <= S(2) * pi * (S(1) + Tolerance<S>::equal()),
+  detail::require(def.width >= S(0) && def.width <= S(2) * pi * (S(1) + detail::Tolerance<S>::equal()),
                   "RayFanDef::width", def.width, "must be in [0, 2 pi]");
-  detail::require(def.height >= S(0) && def.height <= pi * (S(1) + Tolerance<S>::equal()),
+  detail::require(def.height >= S(0) && def.height <= pi * (S(1) + detail::Tolerance<S>::equal()),
                   "RayFanDef::height", def.height, "must be in [0, pi]");
   detail::require(def.columns > 0, "RayFanDef::columns", def.columns, "must be >= 1");
   detail::require(def.rows > 0, "RayFanDef::rows", def.rows, "must be >= 1");
@@ -62,7 +62,7 @@ SensorLayout<S> ray_fan(const RayFanDef<S>& def) {
   detail::require(def.forward.stableNorm() > S(0), "RayFanDef::forward", S(0), "must not be 0");
   const Vec3<S> forward = def.forward.stableNormalized();
   const Vec3<S> left_of = def.up.stableNormalized().cross(forward);
-  detail::require(left_of.norm() > Tolerance<S>::equal(), "RayFanDef::up", left_of.norm(),
+  detail::require(left_of.norm() > detail::Tolerance<S>::equal(), "RayFanDef::up", left_of.norm(),
                   "must not be along forward");
   const Vec3<S> left = left_of.normalized();
   const Vec3<S> up = forward.cross(left);

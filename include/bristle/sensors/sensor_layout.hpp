@@ -49,7 +49,7 @@ struct SensorLayout {
   void validate() const;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 void SensorLayout<S>::add(const Vec3<S>& p_AStart, const Vec3<S>& direction_A, S reach) {
@@ -98,7 +98,7 @@ void SensorLayout<S>::validate() const {
     detail::require_all_finite("SensorLayout::start" + number, start[i]);
     detail::require_positive("SensorLayout::length" + number, length[i]);
     detail::require_all_finite("SensorLayout::direction" + number, direction[i]);
-    detail::require(abs(direction[i].squaredNorm() - S(1)) <= Tolerance<S>::equal(),
+    detail::require(abs(direction[i].squaredNorm() - S(1)) <= detail::Tolerance<S>::equal(),
                     "SensorLayout::direction" + number + ": length", direction[i].norm(),
                     "must be 1");
   }

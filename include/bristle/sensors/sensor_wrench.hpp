@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/geometry/rays/ray.hpp>
 #include <bristle/math/spatial.hpp>
 #include <bristle/math/transform.hpp>
 #include <bristle/sensors/law.hpp>
@@ -19,63 +20,47 @@ struct SensorMemory {
   detail::Anchor<S> anchor{};
 };
 
-/// Pose and motion about a body's centre of mass.
-template <Scalar S>
-struct BodyMotion {
-  /// [m] Pose of the body's axes at its centre of mass, in the world.
-  Transform<S> pose{};
-  /// [m/s, rad/s] Velocity about the centre of mass, world axes.
-  Twist<S> twist{};
-};
-
-/// One resistive sensor that met one body.
-template <Scalar S>
-struct SensorRay {
-  /// [m] Start of the ray from A's centre of mass, in A's axes.
-  Vec3<S> p_AStart = Vec3<S>::Zero();
-  /// [1] Unit direction, out of A, in A's axes.
-  Vec3<S> d_A = Vec3<S>::UnitX();
-  /// [m] Length, > 0.
-  S length = S(0.01);
-};
-
 /// Wrench of one sensor on its own body A about A's centre of mass, in world axes. Updates its
 /// memory. It is the whole law for one sensor, for embedding by hand and for reading. Patches run
 /// the same functions over arrays.
 ///
+/// @param ray       [m] From A's centre of mass, in A's axes.
 /// @param distance  [m] Distance along the ray at which B was hit; infinite or >= length without a
 ///                  hit.
 /// @param m         [1] Outward unit normal of B there, world axes.
-/// @param B         The body that was hit. Its wrench is `-wrench` about A's centre of mass.
+/// @param X_WA, X_WB  Poses of the centres of mass of A and of B, which was hit.
+/// @param V_WA, V_WB  [m/s, rad/s] Twists of A and B about their centres of mass, world axes.
 /// @param dt        [s] Step length, > 0.
 /// @return Exactly zero without a hit. The memory is then cleared: a new contact starts
-///         unstretched.
+///         unstretched. The wrench on B is `-wrench` about A's centre of mass.
 template <Scalar S>
 [[nodiscard]] Wrench<S> sensor_wrench(const SensorParameters<S>& p, const LawOptions& options,
-                                      const SensorRay<S>& ray, S distance, const Vec3<S>& m,
-                                      const BodyMotion<S>& A, const BodyMotion<S>& B, S dt,
+                                      const Ray<S>& ray, S distance, const Vec3<S>& m,
+                                      const Transform<S>& X_WA, const Twist<S>& V_WA,
+                                      const Transform<S>& X_WB, const Twist<S>& V_WB, S dt,
                                       SensorMemory<S>& memory) {
-  const Quat<S> into_A = A.pose.rotation.conjugate();
+  const Quat<S> into_A = X_WA.rotation.conjugate();
   const Vec3<S> m_A = into_A * m;
-  if (!(distance < ray.length) || !(m_A.dot(ray.d_A) <= detail::grazing_cosine<S>)) {
+  const Vec3<S>& n = ray.direction;
+  if (!(distance < ray.length) || !(m_A.dot(n) <= detail::grazing_cosine<S>)) {
     memory.is_anchored = false;
     return {};
   }
-  const detail::PairPose<S> pair = detail::pair_pose(A.pose, B.pose);
-  const Vec3<S> r_A = ray.p_AStart + distance * ray.d_A;
-  const Vec3<S> r_W = A.pose.rotate(r_A);
+  const detail::PairPose<S> pair = detail::pair_pose(X_WA, X_WB);
+  const Vec3<S> r_A = ray.origin + distance * n;
+  const Vec3<S> r_W = X_WA.rotate(r_A);
   const S inverse_length = S(1) / ray.length;
   const detail::SensorContact<S> contact{
-      detail::sensor_depth(distance, inverse_length), inverse_length, ray.d_A,
-      detail::depth_gradient<S>(ray.d_A, m_A),
-      into_A * (A.twist.at(r_W) - B.twist.at(r_W - (B.pose.translation - A.pose.translation)))};
+      detail::sensor_depth(distance, inverse_length), inverse_length, n,
+      detail::depth_gradient<S>(n, m_A),
+      into_A * (V_WA.at(r_W) - V_WB.at(r_W - (X_WB.translation - X_WA.translation)))};
   bool did_slip = false;
   const Vec3<S> stretch =
-      detail::advance_anchor<S>(memory.anchor, memory.is_anchored, pair, ray.d_A, r_A,
+      detail::advance_anchor<S>(memory.anchor, memory.is_anchored, pair, n, r_A,
                                 p.breakaway_distance, options.reset, did_slip);
   memory.is_anchored = true;
   return Wrench<S>::at(
-      r_W, -A.pose.rotate(detail::sensor_force(p, options, contact, stretch, dt).total()));
+      r_W, -X_WA.rotate(detail::sensor_force(p, options, contact, stretch, dt).total()));
 }
 
 }  // namespace bristle::inline BRISTLE_ABI

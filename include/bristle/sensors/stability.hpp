@@ -13,6 +13,8 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
+namespace detail {
+
 /// One mode and its longest stable explicit step.
 template <Scalar S>
 struct Mode {
@@ -32,6 +34,8 @@ struct Mode {
   }
 };
 
+}  // namespace detail
+
 /// [s] Longest explicit step at which symplectic Euler is stable for the present contacts of a
 /// patch, in all six directions of each body in contact. Infinite without a contact with a body
 /// that moves.
@@ -42,7 +46,7 @@ struct Mode {
 template <Scalar S, typename MobilityOf>
 [[nodiscard]] S largest_stable_step(const detail::SensorPatch<S>& patch, MobilityOf&& mobility_of);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 namespace detail {
 
@@ -117,14 +121,14 @@ S largest_stable_step(const detail::SensorPatch<S>& patch, MobilityOf&& mobility
     if (!(K.trace() + D.trace() > S(0))) continue;
     // The criterion is monotone in dt. Bracket by doubling, then bisect to round-off.
     S low = S(0);
-    S high = Mode<S>{S(1), K.trace(), D.trace()}.largest_stable_step();
+    S high = detail::Mode<S>{S(1), K.trace(), D.trace()}.largest_stable_step();
     for (int i = 0; i < 200 && detail::is_stable_step(K, D, high); ++i) {
       low = high;
       high *= S(2);
     }
     // Halves once for each bit of a number if any step is stable. If none is, it halves until
     // `high` is 0: as many times more as the scalar has powers of two below it.
-    while (high - low > Tolerance<S>::round_off() * high) {
+    while (high - low > detail::Tolerance<S>::round_off() * high) {
       const S middle = S(0.5) * (low + high);
       (detail::is_stable_step(K, D, middle) ? low : high) = middle;
     }

@@ -88,7 +88,7 @@ template <Scalar S>
 [[nodiscard]] TriangleMesh<S> wrap_patch(const PatchMesh<S>& patch, const TriangleMesh<S>& shape,
                                          const WrapDef<S>& def = {}, WrapReport* report = nullptr);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 namespace detail {
 

@@ -38,6 +38,8 @@ struct ContactEvent {
   BodyId body_b{};
 };
 
+namespace detail {
+
 /// Contact point of two shapes in the last step. World axes.
 template <Scalar S>
 struct ContactPointReading {
@@ -52,6 +54,8 @@ struct ContactPointReading {
   /// [N s] Impulse of friction on b.
   Vec3<S> friction_impulse = Vec3<S>::Zero();
 };
+
+}  // namespace detail
 
 /// All contacts of two shapes in the last step. Valid until the world changes.
 template <Scalar S>
@@ -92,7 +96,7 @@ class ContactReading {
   const std::vector<detail::CachedPoint<S>>* points_;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 namespace detail {
 
@@ -165,7 +169,7 @@ void ContactReading<S>::for_each_point(Visit&& visit) const {
   for (const detail::CachedManifold<S>& m : manifolds_) {
     for (std::uint32_t i = m.first; i < m.first + m.count; ++i) {
       const detail::CachedPoint<S>& point = (*points_)[i];
-      visit(ContactPointReading<S>{m.center_a + point.arm_a, m.normal, point.gap, point.impulse[0],
+      visit(detail::ContactPointReading<S>{m.center_a + point.arm_a, m.normal, point.gap, point.impulse[0],
                                    detail::friction_impulse(m, point)});
     }
   }

@@ -252,7 +252,7 @@ class HapticLoop {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 #if BRISTLE_HAS_DEFINITIONS
 #include <bristle/world/near_shapes.hpp>
@@ -307,7 +307,7 @@ void HapticLoop<S, Backend>::find_near(const detail::WorldState<S, Backend>& sta
   const Aabb<S> box = transformed(tool_patch.patch.box, tool.pose).inflated(dt * def_.max_speed);
   state.broad_phase.overlap(box.inflated(dt * (fastest + fall)), [&](std::uint32_t tag) {
     const detail::Collider<S, Backend>& c = state.colliders.at(tag);
-    if (!detail::sense_mask(state, tool_patch.patch, c)) return true;
+    if (!detail::senses(state, tool_patch.patch, c)) return true;
     const Aabb<S> swept = box.inflated(dt * (speed_of(state, c) + fall));
     const bool is_near =
         c.half_space ? state.reaches(swept, c) : swept.overlaps(detail::box_of(state, c));

@@ -55,7 +55,7 @@ class HapticSubstep {
   Loop& loop_;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S, typename Backend>
 void HapticSubstep<S, Backend>::run() {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <bristle/sensors/patch.hpp>
+#include <bristle/world/ray_filter.hpp>
 #include <bristle/world/world_state.hpp>
 
 #include <algorithm>
@@ -82,16 +83,13 @@ template <Scalar S, typename Backend>
 void extrapolate_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
                       bool has_cast);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Returns whether a patch's sensors sense a shape.
 template <Scalar S, typename Backend>
-[[nodiscard]] bool sense_mask(const WorldState<S, Backend>& state, const SensorPatch<S>& patch,
-                              const Collider<S, Backend>& c) {
-  if (c.body == patch.body) return false;
-  if ((patch.def.sense_mask & state.body_of(c).filter.category) == 0) return false;
-  return std::find(patch.def.excluded.begin(), patch.def.excluded.end(), c.body) ==
-         patch.def.excluded.end();
+[[nodiscard]] bool senses(const WorldState<S, Backend>& state, const SensorPatch<S>& patch,
+                          const Collider<S, Backend>& c) {
+  return c.body != patch.body && can_meet(patch.def, c.body, state.body_of(c));
 }
 
 /// [m/s] Fastest speed at which a body B can come closer to any point of a box on A.

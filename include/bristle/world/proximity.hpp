@@ -5,6 +5,7 @@
 
 #include <bristle/geometry/rays/ray_tree.hpp>
 #include <bristle/sensors/sensor_layout.hpp>
+#include <bristle/world/ray_filter.hpp>
 #include <bristle/world/world_state.hpp>
 
 #include <algorithm>
@@ -16,14 +17,6 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Bodies that distance sensors see.
-struct ProximityFilter {
-  /// [-] Categories of the bodies to see.
-  std::uint32_t sense_mask = 0xffffffffu;
-  /// [-] Bodies not to see, besides the carrier.
-  std::vector<BodyId> excluded{};
-};
-
 /// Rays on a body, with their last hits.
 ///
 /// It belongs to no world: `world.sense(body, array)` fills it on request. Sensors that are read
@@ -33,7 +26,7 @@ template <Scalar S>
 class ProximityArray {
  public:
   /// @throws InvalidArgument as `SensorLayout::validate`, or when there are no rays.
-  explicit ProximityArray(SensorLayout<S> rays, ProximityFilter filter = {})
+  explicit ProximityArray(SensorLayout<S> rays, RayFilter filter = {})
       : rays_(std::move(rays)), filter_(std::move(filter)) {
     rays_.validate();
     detail::require(rays_.size() > 0, "ProximityArray: rays.size()", rays_.size(), "must be > 0");
@@ -70,14 +63,6 @@ class ProximityArray {
   void sense(const detail::WorldState<S, Backend>& state, BodyId carrier);
 
  private:
-  template <typename Backend>
-  [[nodiscard]] bool sense_mask(const detail::WorldState<S, Backend>& state, BodyId carrier,
-                                const detail::Collider<S, Backend>& c) const {
-    return c.body != carrier && (filter_.sense_mask & state.body_of(c).filter.category) != 0 &&
-           std::find(filter_.excluded.begin(), filter_.excluded.end(), c.body) ==
-               filter_.excluded.end();
-  }
-
   [[nodiscard]] RayBatch<S> batch(const detail::RayTree<S>* ray_tree) const {
     RayBatch<S> batch = rays_.rays();
     batch.ray_tree = ray_tree;
@@ -86,7 +71,7 @@ class ProximityArray {
 
   SensorLayout<S> rays_;
   detail::RayTree<S> ray_tree_;
-  ProximityFilter filter_;
+  RayFilter filter_;
   Aabb<S> box_{};
   RayHits<S> hits_;
   std::vector<BodyId> body_;
@@ -96,7 +81,7 @@ class ProximityArray {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 #if BRISTLE_HAS_DEFINITIONS
 namespace bristle::inline BRISTLE_ABI {
@@ -109,7 +94,7 @@ void ProximityArray<S>::sense(const detail::WorldState<S, Backend>& state, BodyI
   near_.clear();
   state.broad_phase.overlap(box, [&](std::uint32_t tag) {
     const detail::Collider<S, Backend>& c = state.colliders.at(tag);
-    if (!sense_mask(state, carrier, c)) return true;
+    if (c.body == carrier || !detail::can_meet(filter_, c.body, state.body_of(c))) return true;
     const Transform<S> X_AS = relative_pose(X_WA, state.body_of(c).center_pose) * c.X_CmS;
     const bool is_near =
         c.half_space ? state.reaches(box, c) : transformed(box_, X_AS.inverse()).overlaps(c.bounds);

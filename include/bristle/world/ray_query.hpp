@@ -3,19 +3,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/world/ray_filter.hpp>
 #include <bristle/world/world_state.hpp>
 
 #include <span>
 
 namespace bristle::inline BRISTLE_ABI {
-
-/// Bodies that a ray query meets.
-struct RayFilter {
-  /// [-] Categories of the bodies to meet.
-  std::uint32_t categories = 0xffffffffu;
-  /// [-] A body not to meet: the one the ray starts from, say.
-  BodyId excluded{};
-};
 
 /// Nearest hit of a ray through a world.
 template <Scalar S>
@@ -57,9 +50,7 @@ template <Scalar S, typename Backend>
   state.broad_phase.walk_ray(ray, [&](std::uint32_t tag, S nearest) {
     const Collider<S, Backend>& c = state.colliders.at(tag);
     const Body<S>& body = state.body_of(c);
-    if (c.body == filter.excluded || (body.filter.category & filter.categories) == 0) {
-      return nearest;
-    }
+    if (!can_meet(filter, c.body, body)) return nearest;
     // The frame starts at the ray's own origin, which keeps precision far from the world's.
     Transform<S> X_RS = body.center_pose * c.X_CmS;
     X_RS.translation -= ray.origin;

@@ -407,7 +407,7 @@ void SensorStage<S, Backend>::find_near(const State& state, const SensorPatch<S>
   const Aabb<S> box = transformed(patch.box, A.center_pose);
   state.broad_phase.overlap(box.inflated(own_reach), [&](std::uint32_t tag) {
     const Collider<S, Backend>& c = state.colliders.at(tag);
-    if (!sense_mask(state, patch, c)) return true;
+    if (!senses(state, patch, c)) return true;
     // The set of shapes in range must not depend on the size of the box in the tree.
     if (state.broad_phase.is_loose(tag) && !swept_box(state, c).overlaps(box.inflated(own_reach))) {
       return true;

@@ -35,7 +35,7 @@ namespace bristle::inline BRISTLE_ABI::detail {
 template <typename State, typename Visitor>
 void for_each_state(State& state, Visitor& visit);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <typename Map, typename Visitor, typename Each>
 void visit_slots(const char* name, Map& map, Visitor& visit, Each&& each) {

@@ -38,7 +38,7 @@ class Stepper {
   SleepStage<S, Backend> sleep_;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S, typename Backend>
 void Stepper<S, Backend>::step(State& state) {

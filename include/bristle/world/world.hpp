@@ -51,8 +51,7 @@ class World {
   World& operator=(World&& other) noexcept;
   ~World();
 
-  // Bodies and shapes
-  // ------------------------------------------------------------------------------
+  // Bodies and shapes -----------------------------------------------------------------------------
 
   /// Adds a body with its shapes.
   /// @throws InvalidArgument naming the field; or when the backend knows no contact between a shape
@@ -108,8 +107,7 @@ class World {
   /// Wakes a body with its island. It sleeps again after `SleepDef::time` at rest.
   void wake(BodyId id);
 
-  // Joints
-  // -----------------------------------------------------------------------------------------
+  // Joints ----------------------------------------------------------------------------------------
 
   /// Adds a joint between two bodies, of which at least one is dynamic.
   /// @throws InvalidArgument naming the field.
@@ -127,8 +125,7 @@ class World {
   /// Last step's position, velocity and forces of a joint.
   [[nodiscard]] JointReading<S> reading(JointId id) const;
 
-  // Sensors
-  // ----------------------------------------------------------------------------------------
+  // Sensors ---------------------------------------------------------------------------------------
 
   /// Adds sensors to a body, in its frame. Shapes added later are not checked against the rays.
   /// @throws InvalidArgument naming the field or the sensor that points into its own body.
@@ -158,8 +155,7 @@ class World {
   /// Infinite without a contact with a body that moves.
   [[nodiscard]] S largest_stable_step(PatchId id) const;
 
-  // Queries
-  // ----------------------------------------------------------------------------------------
+  // Queries ---------------------------------------------------------------------------------------
 
   /// Nearest hit of a ray with any shape. O(log n) in the number of shapes.
   /// @throws InvalidArgument when the ray is not finite, has no unit direction or no length.
@@ -172,8 +168,7 @@ class World {
   /// threads may fill several arrays at once.
   void sense(BodyId carrier, ProximityArray<S>& array) const;
 
-  // What is in it
-  // ----------------------------------------------------------------------------------
+  // Lists of its contents -------------------------------------------------------------------------
 
   /// Calls visit(BodyId), visit(JointId) or visit(PatchId) for each there is, in the order of
   /// slots. Nothing may be added or removed meanwhile.
@@ -188,8 +183,7 @@ class World {
   template <typename Visit>
   void for_each_shape(BodyId id, Visit&& visit) const requires detail::TellsShapes<Backend, S>;
 
-  // Contacts
-  // ---------------------------------------------------------------------------------------
+  // Contacts --------------------------------------------------------------------------------------
 
   /// Calls visit(const ContactEvent&) for every two shapes that touched in the last step or in the
   /// one before it. Contacts that a removal ended come first, the others in the order of indices.
@@ -205,8 +199,7 @@ class World {
   /// The same for the contacts with one other body.
   [[nodiscard]] Wrench<S> contact_impulse(BodyId id, BodyId from) const;
 
-  // State
-  // ------------------------------------------------------------------------------------------
+  // State -----------------------------------------------------------------------------------------
 
   /// Returns all state as bytes: poses, velocities, contact and joint impulses, bristles, readings,
   /// motors, filters, masses, materials, constants of sensors, step length and gravity. Shapes and
@@ -222,8 +215,7 @@ class World {
   /// Different bits collide with a chance of 2^-64.
   [[nodiscard]] std::uint64_t state_hash() const;
 
-  // Time
-  // -------------------------------------------------------------------------------------------
+  // Time ------------------------------------------------------------------------------------------
 
   /// Advances the world by one time step.
   void step();

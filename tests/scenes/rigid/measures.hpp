@@ -49,7 +49,7 @@ struct Overlaps {
 };
 [[nodiscard]] Overlaps overlaps(const Scene& scene, const Engine& engine);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 inline double kinetic_energy(const SceneBody& body, const BodyState& state) {
   const Vector spin = state.orientation.conjugate() * state.angular_velocity;

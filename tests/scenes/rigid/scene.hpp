@@ -173,8 +173,7 @@ struct Scene {
   return {body.position, body.orientation, body.velocity, body.angular_velocity};
 }
 
-// Makers; `friction` is that of a pair of such bodies
-// -----------------------------------------------
+// Makers; `friction` is that of a pair of such bodies ---------------------------------------------
 
 [[nodiscard]] inline SceneBody floor_body(double friction, const Vector& normal = Vector::UnitZ()) {
   SceneBody body;

@@ -33,33 +33,33 @@ TEST_CASE("DerivativeWatch: Newton's method goes on from a root whose derivative
 
 TEST_CASE("DerivativeWatch: each variable counts by itself, relative to its own largest") {
   DerivativeWatch<D> watch;
-  const auto sense_mask = [&](const D& a, const D& b) {
+  const auto sees = [&](const D& a, const D& b) {
     return watch.have_settled(1e-3, [&](auto& w) {
       w.velocity(a);
       w.velocity(b);
     });
   };
   watch.start();
-  CHECK_FALSE(sense_mask(D(1, {1e6, 1e-6}), D(0, {0, 0})));
-  CHECK(sense_mask(D(2, {1e6 + 1, 1e-6}), D(0, {999, 0})));  // Values are not looked at.
-  CHECK_FALSE(sense_mask(D(2, {1e6, 1.002e-6}), D(0, {0, 0})));
-  CHECK(sense_mask(D(2, {1e6, 1.002e-6}), D(0, {0, 0})));
+  CHECK_FALSE(sees(D(1, {1e6, 1e-6}), D(0, {0, 0})));
+  CHECK(sees(D(2, {1e6 + 1, 1e-6}), D(0, {999, 0})));  // Values are not looked at.
+  CHECK_FALSE(sees(D(2, {1e6, 1.002e-6}), D(0, {0, 0})));
+  CHECK(sees(D(2, {1e6, 1.002e-6}), D(0, {0, 0})));
   watch.start();
-  CHECK_FALSE(sense_mask(D(2, {1e6, 1.002e-6}), D(0, {0, 0})));
+  CHECK_FALSE(sees(D(2, {1e6, 1.002e-6}), D(0, {0, 0})));
 }
 
 TEST_CASE("DerivativeWatch: what is round-off beside the impulses has settled") {
   DerivativeWatch<D> watch;
   watch.start();
-  const auto sense_mask = [&](double noise) {
+  const auto sees = [&](double noise) {
     return watch.have_settled(1e-8, [&](auto& w) {
       w.velocity(D(0, {noise, 0}));
       w.impulse(D(5, {4, 0}), D(0.5));
     });
   };
-  CHECK_FALSE(sense_mask(1e-17));
-  CHECK(sense_mask(-2e-17));
-  CHECK_FALSE(sense_mask(1e-7));
+  CHECK_FALSE(sees(1e-17));
+  CHECK(sees(-2e-17));
+  CHECK_FALSE(sees(1e-7));
 }
 
 TEST_CASE("DerivativeWatch: without derivatives there is nothing to wait for") {

@@ -249,7 +249,7 @@ TEST_CASE("glb: contacts, joints and channels are in the file") {
                               .X_BJ = {Quat<double>::Identity(), {0.1, 0.2, 0.3}},
                               .turns = true,
                               .positions = {1, 2, 3, 4},
-                              .drive_forces = {0, 0, 0.5, 0}});
+                              .motor_forces = {0, 0, 0.5, 0}});
   recording.channels.push_back({"grip \xc2\xb5", "N", 1, {10, 11, 12}});
   const Glb file(glb(recording));
   const Json& extras = file.json["extras"]["bristle"];

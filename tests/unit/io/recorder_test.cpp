@@ -194,7 +194,7 @@ TEST_CASE("Recorder: joints have position and drive, scalars their last value") 
   CHECK_FALSE(recording.joints[0].turns);
   REQUIRE(recording.joints[0].positions.size() == 20);
   CHECK(recording.joints[0].positions.back() == world.reading(joint).position);
-  CHECK(recording.joints[0].drive_forces[2] == relative(3.0).epsilon(1e-9));
+  CHECK(recording.joints[0].motor_forces[2] == relative(3.0).epsilon(1e-9));
   REQUIRE(recording.channels.size() == 2);
   CHECK(recording.channels[0].first_frame == 5);
   CHECK(recording.channels[0].values.size() == 15);

@@ -2,6 +2,7 @@
 /// The law and the placement of sensors with their derivatives, against closed forms and against
 /// differences.
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/body_motion.hpp"
 #include "support/relative.hpp"
 
 #include <bristle/geometry/meshes/mesh_shapes.hpp>
@@ -34,14 +35,14 @@ Vec3<S> force_after_slip(const std::array<S, inputs>& x, SlipReset reset) {
   const SensorParameters<S> p{x[K_N], x[K_D], x[mu_S], x[mu_V], x[sigma]};
   LawOptions options;
   options.reset = reset;
-  const SensorRay<S> ray{Vec3<S>::Zero(), Vec3<S>::UnitX(), S(ray_length)};
+  const Ray<S> ray{Vec3<S>::Zero(), Vec3<S>::UnitX(), S(ray_length)};
   const Vec3<S> normal = -Vec3<S>::UnitX();
   SensorMemory<S> memory;
-  BodyMotion<S> A, B;
-  (void)sensor_wrench<S>(p, options, ray, x[distance], normal, A, B, S(1e-3), memory);
+  test::BodyMotion<S> A, B;
+  (void)sensor_wrench<S>(p, options, ray, x[distance], normal, A.pose, A.twist, B.pose, B.twist, S(1e-3), memory);
   A.twist.linear = {x[press], x[speed], S(0)};
   B.pose.translation.y() = -x[slip];
-  return sensor_wrench<S>(p, options, ray, x[distance], normal, A, B, S(1e-3), memory).force;
+  return sensor_wrench<S>(p, options, ray, x[distance], normal, A.pose, A.twist, B.pose, B.twist, S(1e-3), memory).force;
 }
 
 std::array<Derived, inputs> as_variables(const std::array<double, inputs>& x) {
@@ -119,12 +120,12 @@ std::array<S, 6> oblique(S a, S b, S c, NormalDirection normal) {
   LawOptions options;
   options.normal = normal;
   const Vec3<S> direction = Vec3<S>(S(2), a, b * c).normalized();
-  const SensorRay<S> ray{Vec3<S>(S(0.01) * a, S(0.02) * b, S(-0.01) * c), direction, S(0.012) * b};
+  const Ray<S> ray{Vec3<S>(S(0.01) * a, S(0.02) * b, S(-0.01) * c), direction, S(0.012) * b};
   const Vec3<S> face = Vec3<S>(S(-2), S(0.3) * b, S(-0.4) * a).normalized();
   SensorMemory<S> memory;
   Wrench<S> wrench;
   for (const S t : {S(0), S(1)}) {
-    BodyMotion<S> A, B;
+    test::BodyMotion<S> A, B;
     A.pose.rotation = exp_rotation<S>(Vec3<S>(S(0.3) * a, S(0.02) * b * t, S(-0.7)));
     A.pose.translation = Vec3<S>(S(0.4), S(0.1) * c, S(2e-4) * t * b);
     A.twist = {Vec3<S>(S(0.02) * b, S(0.03), S(-0.01) * c), Vec3<S>(S(0.2) * a, S(0.1), S(0.3))};
@@ -132,7 +133,7 @@ std::array<S, 6> oblique(S a, S b, S c, NormalDirection normal) {
     B.pose.translation = Vec3<S>(S(0.41), S(1e-4) * t * a, S(0));
     B.twist = {Vec3<S>(S(0), S(0.01) * a, S(0)), Vec3<S>(S(0), S(0.5) * b, S(0))};
     const Vec3<S> m_W = A.pose.rotation * face;
-    wrench = sensor_wrench<S>(p, options, ray, S(0.005) * a * c, m_W, A, B, S(1e-3), memory);
+    wrench = sensor_wrench<S>(p, options, ray, S(0.005) * a * c, m_W, A.pose, A.twist, B.pose, B.twist, S(1e-3), memory);
   }
   return {wrench.force.x(),  wrench.force.y(),  wrench.force.z(),
           wrench.torque.x(), wrench.torque.y(), wrench.torque.z()};

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/body_motion.hpp"
 #include "support/random.hpp"
 #include "support/relative.hpp"
 
@@ -224,12 +225,12 @@ TEST_CASE_TEMPLATE("sensor_force: a bristle that passes whole stretches has its 
 TEST_CASE_TEMPLATE("sensor_wrench: is exactly zero without a hit, and forgets", S, float, double) {
   SensorMemory<S> memory;
   memory.is_anchored = true;
-  const SensorRay<S> ray{Vec3<S>::Zero(), Vec3<S>(0, 0, -1), S(0.01)};
-  const BodyMotion<S> A, B;
+  const Ray<S> ray{Vec3<S>::Zero(), Vec3<S>(0, 0, -1), S(0.01)};
+  const test::BodyMotion<S> A, B;
   for (const S distance : {S(0.01), S(0.02), infinity<S>}) {
     memory.is_anchored = true;
     const Wrench<S> w = sensor_wrench(constants<S>(), LawOptions{}, ray, distance, Vec3<S>(0, 0, 1),
-                                      A, B, S(1e-3), memory);
+                                      A.pose, A.twist, B.pose, B.twist, S(1e-3), memory);
     CHECK(w.force == Vec3<S>::Zero());
     CHECK(w.torque == Vec3<S>::Zero());
     CHECK_FALSE(memory.is_anchored);
@@ -237,7 +238,7 @@ TEST_CASE_TEMPLATE("sensor_wrench: is exactly zero without a hit, and forgets", 
   // Grazing, and from behind.
   memory.is_anchored = true;
   const Wrench<S> w = sensor_wrench(constants<S>(), LawOptions{}, ray, S(0.005), Vec3<S>(1, 0, 0),
-                                    A, B, S(1e-3), memory);
+                                    A.pose, A.twist, B.pose, B.twist, S(1e-3), memory);
   CHECK(w.force == Vec3<S>::Zero());
   CHECK_FALSE(memory.is_anchored);
 }
@@ -247,16 +248,16 @@ TEST_CASE_TEMPLATE("sensor_wrench: opposes displacement and turns A as r x F", S
   p.sliding_friction = S(0);
   p.normal_damping = S(0);
   SensorMemory<S> memory;
-  const SensorRay<S> ray{Vec3<S>(S(0.1), 0, 0), Vec3<S>(0, 0, -1), S(0.01)};
-  BodyMotion<S> A, B;
+  const Ray<S> ray{Vec3<S>(S(0.1), 0, 0), Vec3<S>(0, 0, -1), S(0.01)};
+  test::BodyMotion<S> A, B;
   const Vec3<S> m(0, 0, 1);
-  Wrench<S> w = sensor_wrench(p, LawOptions{}, ray, S(0.005), m, A, B, S(1e-3), memory);
+  Wrench<S> w = sensor_wrench(p, LawOptions{}, ray, S(0.005), m, A.pose, A.twist, B.pose, B.twist, S(1e-3), memory);
   CHECK(memory.is_anchored);
   // Pushed back along the ray by K_N / 2 = 1 N at (0.1, 0, -0.005).
   CHECK(w.force.isApprox(Vec3<S>(0, 0, 1), law_round_off<S>));
   CHECK(w.torque.isApprox(Vec3<S>(0, S(-0.1), 0), law_round_off<S>));
   A.pose.translation.y() = S(5e-4);
-  w = sensor_wrench(p, LawOptions{}, ray, S(0.005), m, A, B, S(1e-3), memory);
+  w = sensor_wrench(p, LawOptions{}, ray, S(0.005), m, A.pose, A.twist, B.pose, B.twist, S(1e-3), memory);
   CHECK(w.force.isApprox(Vec3<S>(0, S(-1.5), 1), S(1e3) * law_round_off<S>));
   CHECK(w.torque.isApprox(
       Vec3<S>(0, S(0.1), 0).cross(Vec3<S>::Zero()) + Vec3<S>(S(0.1), 0, S(-0.005)).cross(w.force),
@@ -266,8 +267,8 @@ TEST_CASE_TEMPLATE("sensor_wrench: opposes displacement and turns A as r x F", S
 TEST_CASE("sensor_wrench: does not depend on where the world's origin is") {
   test::Random random(4);
   for (int i = 0; i < 50; ++i) {
-    const SensorRay<double> ray{random.in_cube(0.05), random.direction<double>(), 0.02};
-    BodyMotion<double> A, B;
+    const Ray<double> ray{random.in_cube(0.05), random.direction<double>(), 0.02};
+    test::BodyMotion<double> A, B;
     A.pose = random.pose(0.1);
     B.pose = random.pose(0.1);
     A.twist = {random.in_cube(0.1), random.in_cube(1.0)};
@@ -277,12 +278,12 @@ TEST_CASE("sensor_wrench: does not depend on where the world's origin is") {
     SensorMemory<double> here, there;
     for (int step = 0; step < 2; ++step) {
       const auto w =
-          sensor_wrench(constants<double>(), LawOptions{}, ray, 0.01, m, A, B, 1e-3, here);
-      BodyMotion<double> A2 = A, B2 = B;
+          sensor_wrench(constants<double>(), LawOptions{}, ray, 0.01, m, A.pose, A.twist, B.pose, B.twist, 1e-3, here);
+      test::BodyMotion<double> A2 = A, B2 = B;
       A2.pose.translation += shift;
       B2.pose.translation += shift;
       const auto w2 =
-          sensor_wrench(constants<double>(), LawOptions{}, ray, 0.01, m, A2, B2, 1e-3, there);
+          sensor_wrench(constants<double>(), LawOptions{}, ray, 0.01, m, A2.pose, A2.twist, B2.pose, B2.twist, 1e-3, there);
       CHECK((w.force - w2.force).norm() < 1e-10);
       CHECK((w.torque - w2.torque).norm() < 1e-11);
       A.pose.translation += 1e-3 * A.twist.linear;

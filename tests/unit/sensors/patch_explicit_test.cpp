@@ -30,12 +30,13 @@ class OneByOne {
       // sensor_wrench leaves this to its caller: a bristle anchored elsewhere starts anew.
       if (body_[i] != body) memory_[i].is_anchored = false;
       body_[i] = body;
-      const auto motion = [](const Body<S>& x) { return BodyMotion<S>{x.center_pose, x.twist}; };
+      const Body<S>& a = random.a;
+      const Body<S>& b = random.b[body];
       wrenches.push_back(sensor_wrench<S>(
           patch.parameters(i), patch.def.options,
           {patch.start[i], patch.direction[i], patch.length[i]}, patch.hits.distance[i],
-          random.a.center_pose.rotate(patch.hits.normal[i]), motion(random.a),
-          motion(random.b[body]), random.dt, memory_[i]));
+          random.a.center_pose.rotate(patch.hits.normal[i]), a.center_pose, a.twist,
+          b.center_pose, b.twist, random.dt, memory_[i]));
     }
     return wrenches;
   }

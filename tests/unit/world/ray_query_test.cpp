@@ -69,12 +69,12 @@ TEST_CASE_TEMPLATE("cast_ray: filters by category and skips one body", S, float,
   const auto row = make_row<S>();
   const Ray<S> ray = ray_from<S>({-3, 0, 1}, {1, 0, 0}, S(100));
   RayFilter filter;
-  filter.excluded = row.balls[0];
+  filter.excluded = {row.balls[0]};
   CHECK(row.world.cast_ray(ray, filter).body == row.balls[1]);
   filter = {};
-  filter.categories = 1u << 3;
+  filter.sense_mask = 1u << 3;
   CHECK(row.world.cast_ray(ray, filter).body == row.balls[2]);
-  filter.categories = 1u << 9;
+  filter.sense_mask = 1u << 9;
   CHECK_FALSE(row.world.cast_ray(ray, filter).is_hit());
 }
 

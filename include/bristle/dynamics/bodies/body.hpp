@@ -236,7 +236,7 @@ template <Scalar S>
 template <Scalar S>
 void validate(const ShapeDef<S>& def);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 namespace detail {
 

@@ -40,7 +40,7 @@ template <Scalar S>
 template <Scalar S>
 void step_pose(Body<S>& body, const Twist<S>& motion, S dt);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Solves one step of the free top, in body axes. The vector part q of its quaternion is found by
 /// Newton's method. It is the root of q0 J q + q x J q = h y / 2 with q0 = sqrt(1 - |q|^2). Returns

@@ -144,7 +144,7 @@ template <Scalar S>
                                  std::span<const SolverBody<S>> bodies,
                                  const SolveContext<S>& context);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// [1] Share of the step after which a gap closes. The gap opens at the speed v0 and accelerates by
 /// a. It is the first root of gap + v0 t + a t^2 / 2, in units of the step. Units of v0 and a are

@@ -63,7 +63,7 @@ class ManifoldKernel : ManifoldMotion<S> {
                                                  const Relative& v);
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 BRISTLE_FORCE_INLINE Pack<S> ManifoldKernel<S>::solve(VelocityTable<S>& velocities) {

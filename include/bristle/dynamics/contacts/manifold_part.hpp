@@ -68,7 +68,7 @@ class ManifoldPart : ManifoldMotion<S> {
   std::span<Contacts> contacts_;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 void ManifoldPart<S>::target(const VelocityTable<S>& start, const VelocityTable<S>& free,

@@ -226,7 +226,7 @@ void validate(const JointMotor<S>& motor, JointKind kind) {
   detail::require(motor.max_speed > S(0), "JointMotor::max_speed", motor.max_speed, "must be > 0");
   detail::require_not_negative("JointMotor::stiffness", motor.stiffness);
   detail::require_not_negative("JointMotor::damping", motor.damping);
-  detail::require(has_free_axis(kind) || motor.mode == MotorMode::none, "JointDef::drive",
+  detail::require(has_free_axis(kind) || motor.mode == MotorMode::none, "JointDef::motor",
                   name_of(kind), "needs a revolute or prismatic joint");
 }
 

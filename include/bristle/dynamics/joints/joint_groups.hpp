@@ -102,7 +102,7 @@ class JointGroups {
   std::vector<S> values_;           // One value per row of a group.
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 void JointGroups<S>::build(std::span<const MechanismJoint<S>> joints,

@@ -130,7 +130,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] S axis_rate(const JointState<S>& at, const Twist<S>& a, const Twist<S>& b);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 void BodyState<S>::set_axes(const Quat<S>& rotation) {

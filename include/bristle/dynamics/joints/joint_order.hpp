@@ -71,7 +71,7 @@ class JointOrder {
   bool has_loop_ = false;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 inline constexpr std::uint32_t no_number = 0xffffffffu;
 

@@ -65,7 +65,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] bool is_within_limits(const JointDef<S>& def, const JointPose<S>& pose, S position);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 JointPose<S> joint_pose(const Joint<S>& joint, const Transform<S>& X_WA, const Transform<S>& X_WB) {

@@ -53,7 +53,7 @@ template <Scalar S>
 template <Scalar S>
 void set_momentum(const Vec3<S>& point, const Wrench<S>& wanted, JointSystem<S>& system);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 bool JointProjection<S>::has_open_velocities(const JointSystem<S>& system) {

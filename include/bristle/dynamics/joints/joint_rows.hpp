@@ -55,7 +55,7 @@ template <Scalar S>
 [[nodiscard]] JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S>& b,
                                          S dt);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// [m/s] Speed of a motor in position mode at a distance [m] from its target. The motor can still
 /// brake from it with half of its force. The other half is for loads. It does not pass the target

@@ -32,7 +32,7 @@ void add_joint_spring(Joint<S>& joint, const JointPose<S>& pose, const Constrain
 template <Scalar S>
 void add_joint_bushing(Joint<S>& joint, const JointPose<S>& pose, S dt, Constraints<S>& out);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Adds an empty soft block about B's joint origin. The last step warm starts it.
 template <Scalar S>

@@ -135,7 +135,7 @@ class JointSystem {
   std::vector<Wrench<S>> wrenches_;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 MechanismBody<S> mechanism_body(const Body<S>& body, const Vec3<S>& gravity) {

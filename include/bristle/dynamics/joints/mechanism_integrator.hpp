@@ -109,7 +109,7 @@ class MechanismIntegrator {
   int substeps_ = 0;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 void validate(const MechanismIntegratorDef<S>& def) {

@@ -150,7 +150,7 @@ class ProximalSolver {
   std::vector<Real> v_, settled_, gradient_, step_, product_;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Solves with Coulomb's law itself, from the solution of the last step.
 /// @return [m/s] Residual. Infinite if no solution is good enough. The impulses are then as before.

@@ -109,7 +109,7 @@ class SoftSystem {
   std::vector<Real> left_, stiffness_, right_, load_;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 void SoftSystem<S>::solve(std::span<SoftBlock<S>> blocks) {

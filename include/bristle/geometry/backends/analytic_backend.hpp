@@ -71,7 +71,7 @@ struct AnalyticBackend {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 #if BRISTLE_HAS_DEFINITIONS
 #include <bristle/geometry/contacts/analytic_contacts.hpp>

@@ -97,7 +97,7 @@ class FclBackend::Collidable {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 #if BRISTLE_HAS_DEFINITIONS
 #include <bristle/geometry/backends/fcl_contact_normal.hpp>

@@ -27,7 +27,7 @@ struct FclDistance {
                                              const Vec3<double>& towards, double far) const;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Support function that libccd calls; `object` is a PlacedConvex.
 inline void ccd_support(const void* object, const ccd_vec3_t* direction, ccd_vec3_t* result) {

@@ -47,7 +47,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] RayHit<S> ray_cast(const fcl::CollisionObject<S>& object, const Ray<S>& ray);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// True if this translation unit and libfcl agree on the layout of a CollisionObject. That of
 /// double holds 4x4 matrices. Eigen aligns them to 64 bytes where the compiler may use AVX-512, and

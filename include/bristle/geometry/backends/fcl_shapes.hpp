@@ -54,7 +54,7 @@ using FclView = std::variant<Sphere<S>, Box<S>, Capsule<S>, Cylinder<S>, Cone<S>
 template <Scalar S>
 [[nodiscard]] FclView<S> from_fcl(const fcl::CollisionGeometry<S>& geometry);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// One FCL geometry for each alternative of `Shape`.
 template <Scalar S>

@@ -63,7 +63,7 @@ template <Scalar S>
 void collide_shapes(const HalfSpace<S>& a, const MeshTree<S>& b, const Transform<S>& X_AB, S margin,
                     ContactManifolds<S>& out);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Contact of two balls of the given radii around two points.
 /// @param fallback  [1] Normal of concentric balls.

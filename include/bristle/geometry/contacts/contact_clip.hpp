@@ -45,7 +45,7 @@ bool build_manifold(const ShapeA& a, const ShapeB& b, const Transform<S>& X_AB,
                     const Vec3<S>& normal, S margin, ContactManifolds<S>& out,
                     std::uint32_t key = 0);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// [1] Faces within 3 degrees of the normal are aligned. Each takes part in a contact by itself.
 template <Scalar S>

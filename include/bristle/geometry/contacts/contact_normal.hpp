@@ -101,7 +101,7 @@ template <typename Distance = GjkDistance, Scalar S>
 [[nodiscard]] ContactNormal<S> contact_normal(const ConvexView<S>& a, const ConvexView<S>& b,
                                               const Transform<S>& X_AB, S margin);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Search for the direction of least overlap of one pair, in units of the larger solid.
 template <Scalar S, typename Distance>

@@ -62,7 +62,7 @@ class ExpandingPolytope {
   S size_ = S(0);
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 bool ExpandingPolytope<S>::start(const std::array<Vec3<S>, 4>& corners) {

@@ -45,7 +45,7 @@ template <Scalar S, typename Support>
 [[nodiscard]] GjkResult<S> gjk_distance(const Support& support, const Vec3<S>& start,
                                         S far = infinity<S>, S enough = S(0));
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Simplex of up to four points, and the point of it nearest to the origin.
 template <Scalar S>

@@ -49,7 +49,7 @@ template <typename Distance, Scalar S, typename Tree>
 void collide_meshes(const MeshSurface<Precise<S>, Tree>& a, const MeshSurface<Precise<S>, Tree>& b,
                     const Transform<Precise<S>>& X_AB, Precise<S> margin, ContactSink<S>& sink);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Opposite side of a contact that is a convex solid. Any normal suits it.
 template <typename Surface, Scalar P>

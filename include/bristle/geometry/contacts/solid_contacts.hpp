@@ -35,7 +35,7 @@ template <typename Distance, Scalar S, typename Tree>
 bool collide_solids(const SolidView<Precise<S>, Tree>& a, const SolidView<Precise<S>, Tree>& b,
                     const Transform<Precise<S>>& X_AB, Precise<S> margin, ContactSink<S>& sink);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <typename Distance, Scalar S, Scalar P>
 bool collide_convex(const ConvexView<P>& a, const ConvexView<P>& b, const Transform<P>& X_AB,

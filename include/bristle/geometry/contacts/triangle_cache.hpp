@@ -137,7 +137,7 @@ class TriangleCache {
   std::size_t reused_before_ = 0;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 BRISTLE_NOINLINE void TrianglesNearRay<S>::search(const WideTree<S>& tree, const Ray<S>& ray,

@@ -28,7 +28,7 @@ namespace bristle::inline BRISTLE_ABI {
 template <Scalar S>
 [[nodiscard]] TriangleMesh<S> drawn_mesh(const Shape<S>& shape, S plane_size = S(2));
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 namespace detail {
 

@@ -42,7 +42,7 @@ template <Scalar S>
 [[nodiscard]] std::vector<NormalSum<S>> vertex_normals(const TriangleMesh<S>& mesh,
                                                        std::span<const Vec3<S>> normals);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Angle [rad] of a triangle at its corner k.
 template <Scalar S>

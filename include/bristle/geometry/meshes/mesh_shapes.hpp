@@ -46,7 +46,7 @@ template <Scalar S>
 [[nodiscard]] TriangleMesh<S> grid_mesh(const detail::Vec2<S>& size,
                                         const std::array<std::uint32_t, 2>& cells);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 TriangleMesh<S> box_mesh(const Vec3<S>& half_extents) {
@@ -105,7 +105,7 @@ TriangleMesh<S> sphere_mesh(S radius, std::uint32_t frequency) {
     }
   }
   // Faces repeat the points of their common edges, with other rounding.
-  return weld(mesh, S(16) * Tolerance<S>::round_off());
+  return weld(mesh, S(16) * detail::Tolerance<S>::round_off());
 }
 
 template <Scalar S>

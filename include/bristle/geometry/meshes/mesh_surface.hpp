@@ -111,7 +111,7 @@ class MeshSurface {
   std::vector<ConvexHull<S>> faces_;  // Indexed by patch.
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// [1] Cosine and sine of the angle, 0.01 degrees, within which directions count as equal. It
 /// exceeds the error of GJK and is less than any edge of a mesh that is not meant to be flat.

@@ -48,7 +48,7 @@ void validate_surface(const TriangleMesh<S>& mesh);
 template <Scalar S>
 void validate_solid(const TriangleMesh<S>& mesh);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 namespace detail {
 
@@ -147,7 +147,7 @@ std::vector<std::uint32_t> degenerate_triangles(const TriangleMesh<S>& mesh) {
     const S reach = max(longest, max(a.cwiseAbs().maxCoeff(),
                                      max(b.cwiseAbs().maxCoeff(), c.cwiseAbs().maxCoeff())));
     const bool has_height = longest > S(0) && ((b - a) / longest).cross(c - a).norm() >
-                                                  Tolerance<S>::round_off() * reach;
+                                                  detail::Tolerance<S>::round_off() * reach;
     if (!has_height) numbers.push_back(t);
   }
   return numbers;

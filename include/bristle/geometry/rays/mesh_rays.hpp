@@ -47,7 +47,7 @@ template <Scalar S, SolidMesh<S> Mesh>
 template <Scalar S, SolidMesh<S> Mesh>
 [[nodiscard]] bool is_inside_mesh(const Mesh& mesh, const Vec3<S>& point);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Summary of the crossings of a ray in front of its start.
 template <Scalar S>

@@ -109,7 +109,7 @@ class NodeTriangles {
   std::size_t size_ = 0;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 BRISTLE_FORCE_INLINE auto NodeTriangles<S>::turned(const WideTree<S>& tree,

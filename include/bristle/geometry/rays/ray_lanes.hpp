@@ -36,7 +36,7 @@ template <Scalar S, typename ConvexShape>
 void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, const RayBatch<S>& rays,
                         std::uint32_t tag, RayHits<S>& hits);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// A hit at `distance` if `is_hit` and the ray reaches it. At the start if `is_inside`.
 template <Scalar S>

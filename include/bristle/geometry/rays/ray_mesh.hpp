@@ -46,7 +46,7 @@ class RayMesh {
   WideTree<S> tree_;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// The slab test of ray_box.hpp for all children of a node.
 template <Scalar S>

@@ -47,7 +47,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] RayHit<S> ray_cast(const ConvexHull<S>& hull, const Ray<S>& ray);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 namespace detail {
 

@@ -132,7 +132,7 @@ class RayTree {
   Lines lines_;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// [m] Spacing of n rays on a whole square grid, or in a row, of these extents: (a / s + 1)(b / s +
 /// 1) = n.

@@ -35,7 +35,7 @@ template <Scalar S>
 [[nodiscard]] bool is_clear_of_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC,
                                     const RayBatch<S>& rays);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// One query of the rays of a batch at a mesh.
 template <Scalar S>

@@ -53,7 +53,7 @@ struct ConvexHull {
   void validate_planes() const;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 namespace detail {
 
@@ -141,10 +141,10 @@ void ConvexHull<S>::validate_planes() const {
   // Coordinates far from the origin are rounded to a multiple of their own size.
   const S size = (box.upper - box.lower).norm();
   const S reach = box.lower.cwiseAbs().cwiseMax(box.upper.cwiseAbs()).maxCoeff();
-  const S slack = S(2) * Tolerance<S>::equal() * size + Tolerance<S>::round_off() * reach;
+  const S slack = S(2) * detail::Tolerance<S>::equal() * size + detail::Tolerance<S>::round_off() * reach;
 
   for (std::size_t f = 0; f < face_count(); ++f) {
-    if (abs(face_normals[f].squaredNorm() - S(1)) > Tolerance<S>::equal()) {
+    if (abs(face_normals[f].squaredNorm() - S(1)) > detail::Tolerance<S>::equal()) {
       detail::raise_face(f, "normal of length " + detail::to_text(face_normals[f].norm()),
                          "must have length 1");
     }
@@ -164,7 +164,7 @@ void ConvexHull<S>::validate_planes() const {
                            "must have all vertices behind its plane (not convex)");
       }
     }
-    if (lowest >= -Tolerance<S>::round_off() * std::max(size, reach)) {
+    if (lowest >= -detail::Tolerance<S>::round_off() * std::max(size, reach)) {
       detail::raise_face(f, "no vertex behind it", "must bound a solid (flat)");
     }
   }

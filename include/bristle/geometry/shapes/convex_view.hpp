@@ -82,7 +82,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] Aabb<S> bounds_at(const ConvexView<S>& convex, const Transform<S>& X);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 [[nodiscard]] Vec3<S> support_core(const Sphere<S>&, const Vec3<S>&) {

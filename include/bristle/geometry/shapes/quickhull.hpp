@@ -35,12 +35,12 @@ template <Scalar S>
 /// of the longest side of their box.
 template <Scalar S>
 [[nodiscard]] constexpr S hull_resolution() {
-  return std::max(Tolerance<S>::round_off(), S(8.0 / (1 << 30)));
+  return std::max(detail::Tolerance<S>::round_off(), S(8.0 / (1 << 30)));
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 #if BRISTLE_HAS_DEFINITIONS
 #include <bristle/core/error.hpp>

@@ -33,7 +33,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] MassProperties<S> unit_mass_properties(const Shape<S>& shape);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 namespace detail {
 

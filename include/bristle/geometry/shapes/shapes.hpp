@@ -146,7 +146,7 @@ class OptionalShape {
 template <Scalar S>
 void validate(const Shape<S>& shape);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 namespace detail {
 

@@ -143,7 +143,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] SupportFeature<S> support_face(const Triangle<S>& triangle, const Vec3<S>& direction);
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Ids of features of bodies of revolution. Samples of a rim are numbered from 0.
 enum : std::uint32_t { rim_farthest = 64, apex_id = 65 };

@@ -133,7 +133,7 @@ class AabbTree {
   std::size_t size_ = 0;
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Cost of a node for a query, in proportion to its surface.
 template <Scalar S>

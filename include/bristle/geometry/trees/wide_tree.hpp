@@ -100,7 +100,7 @@ class WideTree {
   S mean_area_ = S(0);
 };
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 template <typename CornersOf>

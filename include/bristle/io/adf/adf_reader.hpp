@@ -39,7 +39,7 @@ namespace bristle::inline BRISTLE_ABI::detail {
 /// @throws IoError if the file cannot be read, AdfError as `read_adf`.
 [[nodiscard]] AdfModel load_adf(const std::filesystem::path& path, const AdfLimits& limits = {});
 
-// Implementation -----------------------------------------------------------------------------------
+// Implementation ----------------------------------------------------------------------------------
 
 /// Reads the blocks that the lists of a model name.
 class AdfReader {

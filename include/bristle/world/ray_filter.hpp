@@ -1,0 +1,33 @@
+/// @file
+/// Filter of the bodies that rays and sensors meet.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/dynamics/bodies/body.hpp>
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Bodies that a ray query meets: those of the categories in `sense_mask` that are not `excluded`.
+struct RayFilter {
+  /// [-] Categories of the bodies that are met. Collision masks do not matter to rays.
+  std::uint32_t sense_mask = 0xffffffffu;
+  /// [-] Bodies that are not met. A ray that starts on a body excludes it, as a rule.
+  std::vector<BodyId> excluded{};
+};
+
+namespace detail {
+
+/// Returns whether a filter lets a ray meet a body.
+/// @param filter  Anything with `sense_mask` and `excluded`.
+template <typename Filter, Scalar S>
+[[nodiscard]] bool can_meet(const Filter& filter, BodyId id, const Body<S>& body) {
+  return (filter.sense_mask & body.filter.category) != 0 &&
+         std::find(filter.excluded.begin(), filter.excluded.end(), id) == filter.excluded.end();
+}
+
+}  // namespace detail
+}  // namespace bristle::inline BRISTLE_ABI
