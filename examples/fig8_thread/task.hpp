@@ -319,7 +319,7 @@ inline void Task::account(EnergyBudget& energy) {
     return body.twist.at(at - body.center_pose.translation);
   };
   world_.for_each_contact([&](const bristle::ContactReading<double>& contact) {
-    contact.for_each_point([&](const bristle::ContactPointReading<double>& point) {
+    contact.for_each_point([&](const auto& point) {
       energy.post -= point.friction_impulse.dot(velocity(contact.body_b, point.position) -
                                                 velocity(contact.body_a, point.position));
     });

@@ -3,11 +3,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/error.hpp>
 #include <bristle/math/types.hpp>
 
+#include <algorithm>
+#include <cstddef>
+#include <optional>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 namespace bristle_python {
 
@@ -18,9 +26,6 @@ using namespace bristle;
 /// An array in C order of exactly this type: what is given out, and what is written into.
 template <typename T>
 using Array = py::array_t<T, py::array::c_style>;
-/// Anything that numpy makes such an array of.
-template <typename T>
-using ArrayLike = py::array_t<T, py::array::c_style | py::array::forcecast>;
 
 template <typename T>
 [[nodiscard]] Array<T> copied(std::span<const T> values) {
@@ -31,6 +36,83 @@ template <typename T>
 template <typename S>
 [[nodiscard]] Quat<S> rotation_of(const Eigen::Matrix<S, 4, 1>& xyzw) {
   return Quat<S>(xyzw[3], xyzw[0], xyzw[1], xyzw[2]);
+}
+
+/// What numpy makes of an argument.
+/// @throws InvalidArgument when it makes nothing of it, as of rows of unequal lengths.
+[[nodiscard]] inline py::array array_of(const std::string& name, const py::object& values) {
+  py::array array = py::array::ensure(values);
+  if (!array) {
+    throw InvalidArgument(name, py::str(py::type::of(values)),
+                          "must be an array, its rows equally long");
+  }
+  return array;
+}
+
+/// The numbers of an argument in the type of the world.
+/// @throws InvalidArgument as `array_of`; TypeError when they are no real numbers.
+template <typename S>
+[[nodiscard]] Array<S> numbers_of(const std::string& name, const py::object& values) {
+  const py::array array = array_of(name, values);
+  if (std::string_view("fiu").find(array.dtype().kind()) == std::string_view::npos) {
+    throw py::type_error(name + ": dtype " + std::string(py::str(array.dtype())) +
+                         ": must be real numbers");
+  }
+  return py::array_t<S, py::array::c_style | py::array::forcecast>(array);
+}
+
+[[nodiscard]] inline std::string shape_text(const std::vector<py::ssize_t>& shape) {
+  std::string text;
+  for (const py::ssize_t n : shape) text += (text.empty() ? "" : ", ") + std::to_string(n);
+  return "(" + text + (shape.size() == 1 ? ",)" : ")");
+}
+[[nodiscard]] inline bool has_shape(const py::array& array, const std::vector<py::ssize_t>& shape) {
+  return array.ndim() == static_cast<py::ssize_t>(shape.size()) &&
+         std::equal(shape.begin(), shape.end(), array.shape());
+}
+
+/// Numbers for each world of a batch: a row each, or one row for all.
+template <typename S>
+class Rows {
+ public:
+  /// @param width  [-] Numbers of a row; 0 for rows that are one number and no array.
+  /// @throws as `numbers_of`; InvalidArgument when the shape is another.
+  Rows(const std::string& name, const py::object& values, std::size_t worlds, py::ssize_t width = 0)
+      : numbers_(numbers_of<S>(name, values)) {
+    std::vector<py::ssize_t> one;
+    if (width > 0) one.push_back(width);
+    std::vector<py::ssize_t> all = one;
+    all.insert(all.begin(), static_cast<py::ssize_t>(worlds));
+    if (has_shape(numbers_, all)) {
+      stride_ = static_cast<std::size_t>(std::max<py::ssize_t>(width, 1));
+    } else if (!has_shape(numbers_, one)) {
+      throw InvalidArgument(name + ".shape", py::str(numbers_.attr("shape")),
+                            "must be " + shape_text(all) + ", a row for each world, or " +
+                                shape_text(one) + " for all");
+    }
+  }
+  /// First number of the row of a world.
+  [[nodiscard]] const S* operator[](std::size_t world) const {
+    return numbers_.data() + world * stride_;
+  }
+
+ private:
+  Array<S> numbers_;
+  std::size_t stride_ = 0;
+};
+
+/// Where to write: the array that was given, or a new one of this shape.
+template <typename T>
+[[nodiscard]] Array<T> out_or_new(std::optional<Array<T>> out, std::vector<py::ssize_t> shape) {
+  if (!out) return Array<T>(std::move(shape));
+  if (!has_shape(*out, shape)) {
+    throw InvalidArgument("out.shape", py::str(out->attr("shape")), "must be " + shape_text(shape));
+  }
+  return *std::move(out);
+}
+template <typename T>
+[[nodiscard]] std::span<T> span_of(Array<T>& array) {
+  return {array.mutable_data(), static_cast<std::size_t>(array.size())};  // throws if read-only
 }
 
 }  // namespace bristle_python

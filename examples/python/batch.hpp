@@ -13,105 +13,193 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <pybind11/eigen.h>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 #include <span>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 namespace bristle_python {
+
+/// Worlds of a batch that are meant: an array of bool, or none for all.
+class WorldMask {
+ public:
+  /// @throws TypeError when it is no bool, InvalidArgument when it is of another size: numbers of
+  ///         worlds would otherwise pass for a mask.
+  WorldMask(const py::object& mask, std::size_t worlds) {
+    if (mask.is_none()) return;
+    const py::array array = array_of("mask", mask);
+    const std::vector<py::ssize_t> shape{static_cast<py::ssize_t>(worlds)};
+    if (!has_shape(array, shape)) {
+      throw InvalidArgument("mask.shape", py::str(array.attr("shape")),
+                            "must be " + shape_text(shape) + ", a bool for each world");
+    }
+    if (array.dtype().kind() != 'b') {
+      throw py::type_error("mask: dtype " + std::string(py::str(array.dtype())) + ": must be bool");
+    }
+    bytes_ = Array<bool>(array);
+  }
+  [[nodiscard]] std::span<const std::uint8_t> get() const {
+    return {reinterpret_cast<const std::uint8_t*>(bytes_.data()),
+            static_cast<std::size_t>(bytes_.size())};
+  }
+
+ private:
+  Array<bool> bytes_;
+};
 
 /// A batch and the threads that step it.
 template <typename S>
 struct ThreadedBatch {
   std::unique_ptr<ThreadPool> pool;
+  World<S> origin;
   WorldBatch<S> worlds;
 
-  ThreadedBatch(const World<S>& origin, std::size_t count, unsigned threads)
-      : pool(std::make_unique<ThreadPool>(threads)), worlds(origin, count, pool->hook()) {}
+  ThreadedBatch(const World<S>& start, std::size_t count, unsigned threads)
+      : pool(std::make_unique<ThreadPool>(threads)),
+        origin(start),
+        worlds(start, count, pool->hook()) {}
+
+  /// Does the same to all worlds of a mask, or raises and does nothing: what a world refuses, a
+  /// copy of the original refuses first.
+  template <typename Id, typename Change>
+  void change(Id id, const py::object& worlds_meant, const Change& change) {
+    const WorldMask mask(worlds_meant, worlds.size());
+    World<S> probe = origin;
+    for (std::size_t i = 0; i < worlds.size(); ++i) {
+      if (!mask.get().empty() && mask.get()[i] == 0) continue;
+      if (!std::as_const(worlds).world(i).contains(id)) {
+        throw InvalidArgument("handle", to_text(id), "must name what all worlds have");
+      }
+      change(i, probe);
+    }
+    worlds.for_each(change, mask.get());
+  }
 };
 
-/// What to gather into: the array that was given, or a new one of this shape.
-template <typename T>
-[[nodiscard]] Array<T> out_or_new(std::optional<Array<T>> out, std::vector<py::ssize_t> shape) {
-  if (!out) return Array<T>(std::move(shape));
-  if (out->ndim() != py::ssize_t(shape.size()) ||
-      !std::equal(shape.begin(), shape.end(), out->shape())) {
-    std::string wanted;
-    for (const py::ssize_t n : shape) wanted += (wanted.empty() ? "" : ", ") + std::to_string(n);
-    throw InvalidArgument("out.shape", py::str(out->attr("shape")), "must be (" + wanted + ")");
-  }
-  return *std::move(out);
-}
-template <typename T>
-[[nodiscard]] std::span<T> span_of(Array<T>& array) {
-  return {array.mutable_data(), static_cast<std::size_t>(array.size())};  // throws if read-only
-}
-[[nodiscard]] inline WorldBatch<double>::Mask mask_of(const std::optional<ArrayLike<bool>>& mask) {
-  if (!mask) return {};
-  if (mask->size() == 0) throw InvalidArgument("mask.size", "0", "must be the number of worlds");
-  return {reinterpret_cast<const std::uint8_t*>(mask->data()),
-          static_cast<std::size_t>(mask->size())};
+template <typename S>
+[[nodiscard]] Transform<S> pose_of(const S* position, const S* xyzw) {
+  return {Quat<S>(xyzw[3], xyzw[0], xyzw[1], xyzw[2]), Eigen::Map<const Vec3<S>>(position)};
 }
 
-template <typename S>
-void bind_batch(py::module_& m) {
+/// What differs from world to world, before or between steps.
+template <typename S, typename Class>
+void bind_batch_changes(Class& c) {
+  using Batch = ThreadedBatch<S>;
+  const py::tuple upright = py::make_tuple(0, 0, 0, 1);
+  c.def(
+       "set_mass",
+       [](Batch& batch, BodyId body, const py::object& masses, const py::object& mask) {
+         const Rows<S> mass("masses", masses, batch.worlds.size());
+         batch.change(body, mask, [&](std::size_t i, World<S>& w) { w.set_mass(body, *mass[i]); });
+       },
+       "body"_a, "masses"_a, "mask"_a = py::none(),
+       "Gives a body a mass [kg] for each world; its inertia follows in proportion.")
+      .def(
+          "set_material",
+          [](Batch& batch, BodyId body, const py::object& friction, const py::object& restitution,
+             const py::object& mask) {
+            const Rows<S> mu("friction", friction, batch.worlds.size());
+            const Rows<S> e("restitution", restitution, batch.worlds.size());
+            batch.change(body, mask, [&](std::size_t i, World<S>& w) {
+              w.set_material(body, {.friction = *mu[i], .restitution = *e[i]});
+            });
+          },
+          "body"_a, "friction"_a, "restitution"_a = 0, "mask"_a = py::none(),
+          "Gives all shapes of a body a friction [1] and a restitution [1] for each world.")
+      .def(
+          "set_parameters",
+          [](Batch& batch, PatchId patch,
+             const std::variant<SensorParameters<S>, std::vector<SensorParameters<S>>>& parameters,
+             const py::object& mask) {
+            const auto* each = std::get_if<std::vector<SensorParameters<S>>>(&parameters);
+            if (each != nullptr && each->size() != batch.worlds.size()) {
+              throw InvalidArgument("len(parameters)", std::to_string(each->size()),
+                                    "must be " + std::to_string(batch.worlds.size()));
+            }
+            batch.change(patch, mask, [&](std::size_t i, World<S>& w) {
+              w.set_parameters(patch, each ? (*each)[i] : std::get<0>(parameters));
+            });
+          },
+          "patch"_a, "parameters"_a, "mask"_a = py::none(),
+          "Gives the sensors of a patch constants: the same in all worlds, or a list, one a world.")
+      .def(
+          "set_motor",
+          [](Batch& batch, JointId joint, MotorMode mode, const py::object& target,
+             const py::object& max_force, const py::object& max_speed, const py::object& stiffness,
+             const py::object& damping, const py::object& mask) {
+            const std::size_t n = batch.worlds.size();
+            const Rows<S> q("target", target, n), f("max_force", max_force, n);
+            const Rows<S> v("max_speed", max_speed, n), k("stiffness", stiffness, n);
+            const Rows<S> d("damping", damping, n);
+            batch.change(joint, mask, [&](std::size_t i, World<S>& w) {
+              w.set_motor(joint, {mode, *q[i], *f[i], *v[i], *k[i], *d[i]});
+            });
+          },
+          "joint"_a, py::kw_only(), "mode"_a, "target"_a = 0, "max_force"_a = 0,
+          "max_speed"_a = py::float_(infinity<double>), "stiffness"_a = 0, "damping"_a = 0,
+          "mask"_a = py::none(),
+          "Drives a joint: numbers [m or m/s, N, m/s, N/m, N s/m; of angles rad and N m] for each "
+          "world or for all.")
+      .def(
+          "set_pose",
+          [](Batch& batch, BodyId body, const py::object& positions, const py::object& orientations,
+             const py::object& mask) {
+            const Rows<S> p("positions", positions, batch.worlds.size(), 3);
+            const Rows<S> q("orientations", orientations, batch.worlds.size(), 4);
+            batch.change(body, mask, [&](std::size_t i, World<S>& w) {
+              w.set_pose(body, pose_of(p[i], q[i]));
+            });
+          },
+          "body"_a, "positions"_a, "orientations"_a = upright, "mask"_a = py::none(),
+          "Puts a body somewhere else at once: [world, 3] in m, [world, 4] as x, y, z, w.")
+      .def(
+          "move_to",
+          [](Batch& batch, BodyId body, const py::object& positions, const py::object& orientations,
+             const py::object& mask) {
+            const Rows<S> p("positions", positions, batch.worlds.size(), 3);
+            const Rows<S> q("orientations", orientations, batch.worlds.size(), 4);
+            batch.change(body, mask,
+                         [&](std::size_t i, World<S>& w) { w.move_to(body, pose_of(p[i], q[i])); });
+          },
+          "body"_a, "positions"_a, "orientations"_a = upright, "mask"_a = py::none(),
+          "Where a kinematic body is to be after the next step: [world, 3] in m, [world, 4]. It "
+          "keeps that velocity in the steps after it.")
+      .def(
+          "set_velocity",
+          [](Batch& batch, BodyId body, const py::object& linear, const py::object& angular,
+             const py::object& mask) {
+            const Rows<S> v("linear", linear, batch.worlds.size(), 3);
+            const Rows<S> w("angular", angular, batch.worlds.size(), 3);
+            batch.change(body, mask, [&](std::size_t i, World<S>& world) {
+              world.set_velocity(body, {Vec3<S>(Eigen::Map<const Vec3<S>>(v[i])),
+                                        Vec3<S>(Eigen::Map<const Vec3<S>>(w[i]))});
+            });
+          },
+          "body"_a, "linear"_a, "angular"_a = py::make_tuple(0, 0, 0), "mask"_a = py::none(),
+          "Velocity of the centre of mass [m/s] and angular velocity [rad/s]: [world, 3] each.");
+}
+
+/// What is read of all worlds into one array.
+template <typename S, typename Class>
+void bind_batch_gathers(Class& c) {
   using Batch = ThreadedBatch<S>;
   using Out = std::optional<Array<S>>;
   const auto length = [](const auto& items) { return static_cast<py::ssize_t>(items.size()); };
-  py::class_<Batch>(m, "WorldBatch", "Copies of one world that step together (docs/batches.md).")
-      .def(py::init<const World<S>&, std::size_t, unsigned>(), "origin"_a, "count"_a,
-           "threads"_a = 1u)
-      .def("__len__", [](const Batch& batch) { return batch.worlds.size(); })
-      .def(
-          "__getitem__",
-          [](Batch& batch, std::size_t number) -> World<S>& {
-            if (number >= batch.worlds.size()) throw py::index_error("no world of this number");
-            return batch.worlds.world(number);
-          },
-          py::return_value_policy::reference_internal)
-      .def(
-          "step", [](Batch& batch, std::size_t steps) { batch.worlds.step(steps); }, "steps"_a = 1,
-          py::call_guard<py::gil_scoped_release>())
-      .def(
-          "reset",
-          [](Batch& batch, const std::optional<ArrayLike<bool>>& mask) {
-            batch.worlds.reset(mask_of(mask));
-          },
-          "mask"_a = py::none(), "Puts the worlds of a mask, or all, back to their start.")
-      .def_property_readonly(
-          "failed",
-          [length](const Batch& batch) {
-            Array<bool> result(length(batch.worlds.failed()));
-            std::copy(batch.worlds.failed().begin(), batch.worlds.failed().end(),
-                      result.mutable_data());
-            return result;
-          },
-          "Which worlds have had a step that could not be computed, since their last reset.")
-      .def(
-          "set_mass",
-          [](Batch& batch, BodyId body, const ArrayLike<S>& masses) {
-            if (masses.size() != py::ssize_t(batch.worlds.size())) {
-              throw InvalidArgument("masses.size", std::to_string(masses.size()),
-                                    "must be the number of worlds");
-            }
-            const S* mass = masses.data();
-            batch.worlds.for_each(
-                [&](std::size_t i, World<S>& world) { world.set_mass(body, mass[i]); });
-          },
-          "body"_a, "masses"_a, "[kg] A mass for each world.")
-      .def(
-          "bodies",
-          [length](const Batch& batch, const std::vector<BodyId>& ids, Out out) {
-            auto to = out_or_new<S>(std::move(out), {length(batch.worlds), length(ids), 13});
-            batch.worlds.gather_bodies(ids, span_of(to));
-            return to;
-          },
-          "bodies"_a, py::arg("out").noconvert() = py::none(),
-          "[world, body, 13]: position, quaternion x y z w, velocity, angular velocity.")
+  const auto out = py::arg("out").noconvert() = py::none();
+  c.def(
+       "bodies",
+       [length](const Batch& batch, const std::vector<BodyId>& ids, Out out) {
+         auto to = out_or_new<S>(std::move(out), {length(batch.worlds), length(ids), 13});
+         batch.worlds.gather_bodies(ids, span_of(to));
+         return to;
+       },
+       "bodies"_a, out,
+       "[world, body, 13]: position [m], quaternion x y z w, velocity of the centre of mass [m/s], "
+       "angular velocity [rad/s]; world axes.")
       .def(
           "joints",
           [length](const Batch& batch, const std::vector<JointId>& ids, Out out) {
@@ -119,7 +207,7 @@ void bind_batch(py::module_& m) {
             batch.worlds.gather_joints(ids, span_of(to));
             return to;
           },
-          "joints"_a, py::arg("out").noconvert() = py::none(), "[world, joint, 2].")
+          "joints"_a, out, "[world, joint, 2]: position [m or rad] and velocity [m/s or rad/s].")
       .def(
           "taxels",
           [length](const Batch& batch, const std::vector<PatchId>& ids, Out out) {
@@ -130,8 +218,64 @@ void bind_batch(py::module_& m) {
             batch.worlds.gather_taxels(ids, span_of(to));
             return to;
           },
-          "patches"_a, py::arg("out").noconvert() = py::none(),
-          "[world, patch, channel, sensor]: depth [1], normal force, shear 1 and 2 [N].");
+          "patches"_a, out,
+          "[world, patch, channel, sensor]: depth [1], normal force, shear along t1 and t2 [N].")
+      .def(
+          "touching",
+          [length](const Batch& batch, const std::vector<PatchId>& ids,
+                   std::optional<Array<std::uint32_t>> out) {
+            auto to =
+                out_or_new<std::uint32_t>(std::move(out), {length(batch.worlds), length(ids)});
+            batch.worlds.gather_touching(ids, span_of(to));
+            return to;
+          },
+          "patches"_a, out, "[world, patch]: number of sensors that touch something.");
+}
+
+template <typename S>
+void bind_batch(py::module_& m) {
+  using Batch = ThreadedBatch<S>;
+  py::class_<Batch> c(m, "WorldBatch",
+                      "Copies of one world that step together, on threads of their own. What "
+                      "changes worlds changes all of a mask of bool, or raises and changes none.");
+  c.def(py::init<const World<S>&, std::size_t, unsigned>(), "origin"_a, "count"_a, "threads"_a = 1u,
+        "Copies `origin`: what all worlds start as and are reset to.")
+      .def(
+          "__len__", [](const Batch& batch) { return batch.worlds.size(); }, "Number of worlds.")
+      .def(
+          "__getitem__",
+          [](Batch& batch, py::ssize_t number) -> World<S>& {
+            const auto count = static_cast<py::ssize_t>(batch.worlds.size());
+            if (number < 0 || number >= count) {
+              throw py::index_error("no world " + std::to_string(number) + ": must be from 0 to " +
+                                    std::to_string(count - 1));
+            }
+            return batch.worlds.world(static_cast<std::size_t>(number));
+          },
+          "number"_a, py::return_value_policy::reference_internal,
+          "The world of a number, itself and no copy.")
+      .def(
+          "step", [](Batch& batch, std::size_t steps) { batch.worlds.step(steps); }, "steps"_a = 1,
+          py::call_guard<py::gil_scoped_release>(),
+          "Advances all worlds by some steps each. Other Python threads run meanwhile.")
+      .def(
+          "reset",
+          [](Batch& batch, const py::object& mask) {
+            batch.worlds.reset(WorldMask(mask, batch.worlds.size()).get());
+          },
+          "mask"_a = py::none(),
+          "Puts the worlds of a mask, or all, back to their start, masses and surfaces included.")
+      .def_property_readonly(
+          "failed",
+          [](const Batch& batch) {
+            Array<bool> result(static_cast<py::ssize_t>(batch.worlds.size()));
+            std::copy(batch.worlds.failed().begin(), batch.worlds.failed().end(),
+                      result.mutable_data());
+            return result;
+          },
+          "[world]: which worlds have had a step that could not be computed, since their reset.");
+  bind_batch_changes<S>(c);
+  bind_batch_gathers<S>(c);
 }
 
 }  // namespace bristle_python

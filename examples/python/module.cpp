@@ -1,13 +1,17 @@
-// The Python module `bristle`: worlds, sensors and batches in double, and in float as
-// `bristle.float32` (docs/python.md).
+// The compiled part of the Python package `bristle`: worlds, sensors and batches in double, and in
+// float as `bristle.float32` (docs/python.md).
 // SPDX-License-Identifier: BSD-3-Clause
 #include "batch.hpp"
+#include "plot.hpp"
+#include "recorder.hpp"
+#include "scene.hpp"
 #include "sensors.hpp"
 #include "world.hpp"
 
 #include <bristle/bristle.hpp>
 
 #include <functional>
+#include <pybind11/operators.h>
 #include <pybind11/pybind11.h>
 #include <string>
 
@@ -16,8 +20,8 @@ namespace {
 
 template <typename T>
 void bind_handle(py::module_& m, const char* name) {
-  py::class_<T>(m, name)
-      .def("__eq__", [](const T& a, const T& b) { return a == b; })
+  py::class_<T>(m, name, "Names a thing of a world, and the same one in its copies.")
+      .def(py::self == py::self)
       .def("__hash__", [](const T& id) { return std::hash<T>()(id); })
       .def("__repr__", [name = std::string(name)](const T& id) { return name + to_text(id); });
 }
@@ -52,6 +56,9 @@ void bind_common(py::module_& m) {
   bind_handle<JointId>(m, "JointId");
   bind_handle<PatchId>(m, "PatchId");
 
+  bind_scene_type(m);
+  bind_plot(m);
+
   py::register_exception<InvalidArgument>(m, "InvalidArgument", PyExc_ValueError);
   py::register_exception<IoError>(m, "IoError", PyExc_OSError);
 }
@@ -62,18 +69,20 @@ void bind_scalar(py::module_& m) {
   bind_sensors<S>(m);
   bind_world<S>(m);
   bind_batch<S>(m);
+  bind_recorder<S>(m);
+  bind_scene<S>(m);
 }
 
 }  // namespace
 }  // namespace bristle_python
 
-PYBIND11_MODULE(bristle, m) {
+PYBIND11_MODULE(_core, m) {
   m.doc() =
-      "Simulated hands that hold things: worlds, sensors and batches in double; "
-      "bristle.float32 has the same in float.";
+      "The compiled part of bristle: worlds, sensors and batches in double; "
+      "_float32 has the same in float.";
   m.attr("__version__") = BRISTLE_VERSION_STRING;
   bristle_python::bind_common(m);
   bristle_python::bind_scalar<double>(m);
-  pybind11::module_ single = m.def_submodule("float32", "Worlds in float.");
+  pybind11::module_ single = m.def_submodule("_float32", "Worlds in float.");
   bristle_python::bind_scalar<float>(single);
 }

@@ -3,6 +3,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "arrays.hpp"
+
 #include <bristle/bristle.hpp>
 
 #include <cstddef>
@@ -11,38 +13,58 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 #include <string>
+#include <vector>
 
 namespace bristle_python {
-
-namespace py = pybind11;
-using namespace py::literals;
-using namespace bristle;
 
 /// @param m  Where it is added: `bristle` for double, `bristle.float32` for float.
 template <typename S>
 void bind_shapes(py::module_& m) {
-  py::class_<Sphere<S>>(m, "Sphere")
+  py::class_<Sphere<S>>(m, "Sphere", "Ball.")
       .def(py::init([](S radius) { return Sphere<S>{radius}; }), "radius"_a,
            "Ball of a radius [m].");
-  py::class_<Box<S>>(m, "Box").def(py::init([](const Vec3<S>& half) { return Box<S>{half}; }),
-                                   "half_extents"_a, "Cuboid of half edges [m].");
-  py::class_<Capsule<S>>(m, "Capsule")
+  py::class_<Box<S>>(m, "Box", "Cuboid.")
+      .def(py::init([](const Vec3<S>& half) { return Box<S>{half}; }), "half_extents"_a,
+           "Cuboid of half edges [m].");
+  py::class_<Capsule<S>>(m, "Capsule", "Segment on z with a radius.")
       .def(py::init([](S radius, S half) {
              return Capsule<S>{radius, half};
            }),
            "radius"_a, "half_length"_a, "Segment on z with a radius [m].");
-  py::class_<Cylinder<S>>(m, "Cylinder")
+  py::class_<Cylinder<S>>(m, "Cylinder", "Cylinder about z.")
       .def(py::init([](S radius, S half) {
              return Cylinder<S>{radius, half};
            }),
            "radius"_a, "half_length"_a, "Cylinder about z [m].");
-  py::class_<HalfSpace<S>>(m, "HalfSpace")
+  py::class_<Cone<S>>(m, "Cone", "Cone about z, its apex up.")
+      .def(py::init([](S radius, S half) {
+             return Cone<S>{radius, half};
+           }),
+           "radius"_a, "half_length"_a, "Cone about z [m], twice `half_length` high.");
+  py::class_<Ellipsoid<S>>(m, "Ellipsoid", "Ellipsoid along the axes.")
+      .def(py::init([](const Vec3<S>& radii) { return Ellipsoid<S>{radii}; }), "radii"_a,
+           "Ellipsoid of three radii [m].");
+  py::class_<ConvexHull<S>>(m, "ConvexHull", "Convex solid.")
+      .def(py::init([](const py::object& points) {
+             const Array<S> rows = numbers_of<S>("points", points);
+             if (rows.ndim() != 2 || rows.shape(1) != 3) {
+               throw InvalidArgument("points.shape", py::str(rows.attr("shape")),
+                                     "must be (points, 3)");
+             }
+             std::vector<Vec3<S>> vertices;
+             for (py::ssize_t i = 0; i < rows.shape(0); ++i) {
+               vertices.push_back({rows.at(i, 0), rows.at(i, 1), rows.at(i, 2)});
+             }
+             return convex_hull<S>(vertices);
+           }),
+           "points"_a, "Hull of points: [point, 3] in m.");
+  py::class_<HalfSpace<S>>(m, "HalfSpace", "All points on one side of a plane.")
       .def(py::init([](const Vec3<S>& n, S offset) {
              return HalfSpace<S>{n, offset};
            }),
            "normal"_a = Vec3<S>(0, 0, 1), "offset"_a = S(0),
            "All p with normal . p <= offset [m].");
-  py::class_<TriangleMesh<S>>(m, "TriangleMesh")
+  py::class_<TriangleMesh<S>>(m, "TriangleMesh", "Closed surface of triangles.")
       .def_static(
           "load", [](const std::string& path) { return load_mesh<S>(path); }, "path"_a,
           "Mesh of an .stl or .obj file.");
@@ -50,7 +72,7 @@ void bind_shapes(py::module_& m) {
 
 template <typename S>
 void bind_sensors(py::module_& m) {
-  py::class_<SensorParameters<S>>(m, "SensorParameters")
+  py::class_<SensorParameters<S>>(m, "SensorParameters", "Constants of a sensor (docs/sensors.md).")
       .def(py::init([](S normal_stiffness, S normal_damping, S static_friction, S sliding_friction,
                        S breakaway_distance) {
              return SensorParameters<S>{normal_stiffness, normal_damping, static_friction,
@@ -59,14 +81,18 @@ void bind_sensors(py::module_& m) {
            "normal_stiffness"_a, "normal_damping"_a = S(0), "static_friction"_a = S(0),
            "sliding_friction"_a = S(0), "breakaway_distance"_a = S(1e-3),
            "K_N [N], K_D [N s], mu_S [1/m], mu_V [N s/m], sigma_a [m].")
-      .def_readwrite("normal_stiffness", &SensorParameters<S>::normal_stiffness)
-      .def_readwrite("normal_damping", &SensorParameters<S>::normal_damping)
-      .def_readwrite("static_friction", &SensorParameters<S>::static_friction)
-      .def_readwrite("sliding_friction", &SensorParameters<S>::sliding_friction)
-      .def_readwrite("breakaway_distance", &SensorParameters<S>::breakaway_distance);
+      .def_readwrite("normal_stiffness", &SensorParameters<S>::normal_stiffness,
+                     "K_N: force [N] at full depth.")
+      .def_readwrite("normal_damping", &SensorParameters<S>::normal_damping, "K_D [N s].")
+      .def_readwrite("static_friction", &SensorParameters<S>::static_friction,
+                     "mu_S [1/m]: shear for each newton of normal force and metre of stretch.")
+      .def_readwrite("sliding_friction", &SensorParameters<S>::sliding_friction, "mu_V [N s/m].")
+      .def_readwrite("breakaway_distance", &SensorParameters<S>::breakaway_distance,
+                     "sigma_a [m]: stretch at which a bristle lets go.");
   py::class_<SensorLayout<S>>(m, "SensorLayout", "Rays in a body's frame.")
-      .def(py::init<>())
-      .def("__len__", [](const SensorLayout<S>& layout) { return layout.size(); })
+      .def(py::init<>(), "No ray.")
+      .def(
+          "__len__", [](const SensorLayout<S>& layout) { return layout.size(); }, "Number of rays.")
       .def(
           "add",
           [](SensorLayout<S>& layout, const Vec3<S>& start, const Vec3<S>& along, S length) {
@@ -82,7 +108,7 @@ void bind_sensors(py::module_& m) {
       "center"_a, "side_u"_a, "side_v"_a, "count_u"_a, "count_v"_a, "depth"_a = S(0.005),
       "range"_a = S(0.010),
       "One sensor in each of count_u x count_v cells of a rectangle; rays along side_u x side_v.");
-  py::class_<Tuning<S>>(m, "Tuning")
+  py::class_<Tuning<S>>(m, "Tuning", "Wants that become constants once the sensors are known.")
       .def(
           "parameters",
           [](const Tuning<S>& tuning, const SensorLayout<S>& layout) {
@@ -91,12 +117,21 @@ void bind_sensors(py::module_& m) {
           "sensors"_a, "Constants for a layout that carries the load alone.");
   m.def(
       "tuned_for",
-      [](S friction, S creep, S load, S mass, S press) {
-        return tuned_for<S>(
-            {.friction = friction, .creep = creep, .load = load, .mass = mass, .press = press});
+      [](S friction, S creep, S load, S mass, S press, S normal_damping_ratio,
+         S bristle_damping_ratio) {
+        return tuned_for<S>({.friction = friction,
+                             .creep = creep,
+                             .load = load,
+                             .mass = mass,
+                             .press = press,
+                             .normal_damping_ratio = normal_damping_ratio,
+                             .bristle_damping_ratio = bristle_damping_ratio});
       },
       py::kw_only(), "friction"_a = S(0.8), "creep"_a = S(1e-3), "load"_a = S(10), "mass"_a = S(0),
-      "press"_a = S(0.3), "Wants: friction [1], creep [m], load [N], moved mass [kg], press [1].");
+      "press"_a = S(0.3), "normal_damping_ratio"_a = S(1), "bristle_damping_ratio"_a = S(0.7),
+      "Constants of sensors that hold `friction` [1] times their `load` [N], `creep` [m] far, at a "
+      "depth of `press` [1] under the load, damped by two ratios [1] for a moved `mass` [kg] (0: "
+      "the heaviest that is held).");
 }
 
 }  // namespace bristle_python

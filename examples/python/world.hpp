@@ -27,7 +27,7 @@ namespace bristle_python {
 template <typename S>
 struct Reading {
   Array<S> depth, normal_force, shear_1, shear_2, point, force, torque;
-  Array<bool> touches;
+  Array<bool> touches, slips;
   S total_normal, total_shear;
   std::size_t touching, slipping;
 
@@ -40,6 +40,7 @@ struct Reading {
         force(3, r.wrench.force.data()),
         torque(3, r.wrench.torque.data()),
         touches(static_cast<py::ssize_t>(r.size())),
+        slips(static_cast<py::ssize_t>(r.size())),
         total_normal(r.total_normal()),
         total_shear(r.total_shear()),
         touching(r.touching()),
@@ -50,6 +51,7 @@ struct Reading {
       point.mutable_at(k, 1) = r.point_y[i];
       point.mutable_at(k, 2) = r.point_z[i];
       touches.mutable_at(k) = r.state[i] != SensorState::free;
+      slips.mutable_at(k) = r.state[i] == SensorState::slipping;
     }
   }
 };
@@ -59,27 +61,40 @@ void bind_world(py::module_& m) {
   using World = bristle::World<S>;
   using Vec4 = Eigen::Matrix<S, 4, 1>;
   py::class_<Reading<S>>(m, "Reading", "What a patch felt in a step: copies, an entry a sensor.")
-      .def_readonly("depth", &Reading<S>::depth, "[1]")
-      .def_readonly("normal_force", &Reading<S>::normal_force, "[N]")
-      .def_readonly("shear_1", &Reading<S>::shear_1, "[N] along t1")
-      .def_readonly("shear_2", &Reading<S>::shear_2, "[N] along t2")
-      .def_readonly("point", &Reading<S>::point, "[m] in the world, where something is touched")
-      .def_readonly("touches", &Reading<S>::touches)
-      .def_readonly("force", &Reading<S>::force, "[N] on the patch's body, world axes")
-      .def_readonly("torque", &Reading<S>::torque, "[N m] about its centre of mass")
-      .def_readonly("total_normal", &Reading<S>::total_normal, "[N]")
-      .def_readonly("total_shear", &Reading<S>::total_shear, "[N]")
-      .def_readonly("touching", &Reading<S>::touching)
-      .def_readonly("slipping", &Reading<S>::slipping);
+      .def_readonly("depth", &Reading<S>::depth,
+                    "[sensor]: depth [1] from 0 to 1 as a part of the ray, 0 without a touch.")
+      .def_readonly("normal_force", &Reading<S>::normal_force, "[sensor]: force [N] along the ray.")
+      .def_readonly("shear_1", &Reading<S>::shear_1,
+                    "[sensor]: force [N] across the ray, along t1.")
+      .def_readonly("shear_2", &Reading<S>::shear_2,
+                    "[sensor]: force [N] across the ray, along t2.")
+      .def_readonly("point", &Reading<S>::point,
+                    "[sensor, 3]: point of touch [m], world axes; valid where `touches`.")
+      .def_readonly("touches", &Reading<S>::touches, "[sensor]: which touch something.")
+      .def_readonly("slips", &Reading<S>::slips, "[sensor]: which let go in this step.")
+      .def_readonly("force", &Reading<S>::force,
+                    "[3]: sum of the forces [N] on the patch's body, world axes.")
+      .def_readonly("torque", &Reading<S>::torque,
+                    "[3]: their torque [N m] about its centre of mass, world axes.")
+      .def_readonly("total_normal", &Reading<S>::total_normal, "Sum of the normal forces [N].")
+      .def_readonly("total_shear", &Reading<S>::total_shear,
+                    "Size [N] of the sum of the shear forces.")
+      .def_readonly("touching", &Reading<S>::touching, "Number of sensors that touch something.")
+      .def_readonly("slipping", &Reading<S>::slipping, "Number of sensors that let go.");
 
   py::class_<World>(m, "World", "A rigid-body world whose hands can hold things.")
       .def(
           py::init([](const Vec3<S>& gravity, S time_step) {
             return std::make_unique<World>(WorldDef<S>{.gravity = gravity, .time_step = time_step});
           }),
-          py::kw_only(), "gravity"_a = Vec3<S>(0, 0, S(-9.81)), "time_step"_a = S(1) / S(240))
-      .def("__copy__", [](const World& world) { return std::make_unique<World>(world); })
-      .def("copy", [](const World& world) { return std::make_unique<World>(world); })
+          py::kw_only(), "gravity"_a = Vec3<S>(0, 0, S(-9.81)), "time_step"_a = S(1) / S(240),
+          "An empty world of a gravity [m/s^2] that steps by `time_step` [s].")
+      .def(
+          "__copy__", [](const World& world) { return std::make_unique<World>(world); },
+          "A copy, which steps on as the original would.")
+      .def(
+          "copy", [](const World& world) { return std::make_unique<World>(world); },
+          "A copy, which steps on as the original would.")
       .def(
           "add_body",
           [](World& world, Motion motion, std::optional<Shape<S>> shape, std::optional<S> mass,
@@ -102,13 +117,15 @@ void bind_world(py::module_& m) {
           "orientation"_a = Vec4(0, 0, 0, 1), "velocity"_a = Vec3<S>(0, 0, 0),
           "angular_velocity"_a = Vec3<S>(0, 0, 0), "friction"_a = Material<S>{}.friction,
           "restitution"_a = Material<S>{}.restitution,
-          "Adds a body [kg, m, m/s, rad/s]; orientation is x, y, z, w.")
-      .def("remove_body", &World::remove_body, "body"_a)
+          "Adds a body of a mass [kg] at a position [m] with an orientation x, y, z, w, a velocity "
+          "[m/s] and an angular velocity [rad/s]. A dynamic body has a mass and a shape.")
+      .def("remove_body", &World::remove_body, "body"_a,
+           "Removes a body with its patches and joints.")
       .def(
           "add_joint",
           [](World& world, JointKind kind, BodyId a, BodyId b, const Vec3<S>& anchor_a,
              const Vec4& rotation_a, const Vec3<S>& anchor_b, const Vec4& rotation_b, S lower,
-             S upper, MotorMode mode, S target, S max_force, S stiffness, S damping) {
+             S upper, MotorMode mode, S target, S max_force, S max_speed, S stiffness, S damping) {
             JointDef<S> def;
             def.kind = kind;
             def.body_a = a;
@@ -117,37 +134,35 @@ void bind_world(py::module_& m) {
             def.X_BJ = {rotation_of<S>(rotation_b), anchor_b};
             def.lower_limit = lower;
             def.upper_limit = upper;
-            def.motor = {.mode = mode,
-                         .target = target,
-                         .max_force = max_force,
-                         .stiffness = stiffness,
-                         .damping = damping};
+            def.motor = {mode, target, max_force, max_speed, stiffness, damping};
             return world.add_joint(def);
           },
           "kind"_a, "body_a"_a, "body_b"_a, py::kw_only(), "anchor_a"_a = Vec3<S>(0, 0, 0),
           "rotation_a"_a = Vec4(0, 0, 0, 1), "anchor_b"_a = Vec3<S>(0, 0, 0),
           "rotation_b"_a = Vec4(0, 0, 0, 1), "lower"_a = -infinity<S>, "upper"_a = infinity<S>,
-          "mode"_a = MotorMode::none, "target"_a = S(0), "max_force"_a = S(0), "stiffness"_a = S(0),
-          "damping"_a = S(0), "Adds a joint about or along the x axis of its frame in both bodies.")
+          "mode"_a = MotorMode::none, "target"_a = S(0), "max_force"_a = S(0),
+          "max_speed"_a = infinity<S>, "stiffness"_a = S(0), "damping"_a = S(0),
+          "Adds a joint about or along the x axis of a frame in both bodies: `anchor` [m] and "
+          "`rotation` x, y, z, w, in the body's axes. Limits are in m or rad; for the motor see "
+          "`set_motor`.")
       .def(
           "set_motor",
-          [](World& world, JointId id, MotorMode mode, S target, S max_force, S stiffness,
-             S damping) {
-            world.set_motor(id, {.mode = mode,
-                                 .target = target,
-                                 .max_force = max_force,
-                                 .stiffness = stiffness,
-                                 .damping = damping});
+          [](World& world, JointId id, MotorMode mode, S target, S max_force, S max_speed,
+             S stiffness, S damping) {
+            world.set_motor(id, {mode, target, max_force, max_speed, stiffness, damping});
           },
           "joint"_a, py::kw_only(), "mode"_a, "target"_a = S(0), "max_force"_a = S(0),
-          "stiffness"_a = S(0), "damping"_a = S(0))
+          "max_speed"_a = infinity<S>, "stiffness"_a = S(0), "damping"_a = S(0),
+          "Drives a joint to a velocity [m/s] or position [m], with a largest force [N] and, to a "
+          "position, speed [m/s]; or as a spring [N/m] with damping [N s/m]. Of joints that turn: "
+          "rad and N m.")
       .def(
           "joint_state",
           [](const World& world, JointId id) {
             const JointReading<S> r = world.reading(id);
             return std::pair(r.position, r.velocity);
           },
-          "joint"_a, "Position and velocity of its free axis.")
+          "joint"_a, "Position [m or rad] and velocity [m/s or rad/s] of its free axis.")
       .def(
           "add_patch",
           [](World& world, BodyId body, const SensorLayout<S>& sensors,
@@ -163,75 +178,89 @@ void bind_world(py::module_& m) {
           },
           "body"_a, "sensors"_a, "parameters"_a, py::kw_only(),
           "integration"_a = Integration::automatic, "reset"_a = SlipReset::release,
-          "normal"_a = LawOptions{}.normal, "cast_every"_a = 1u, "Adds sensors to a body.")
-      .def("set_parameters", &World::set_parameters, "patch"_a, "parameters"_a)
-      .def("set_mass", &World::set_mass, "body"_a, "mass"_a, "[kg]; inertia in proportion.")
+          "normal"_a = LawOptions{}.normal, "cast_every"_a = 1u,
+          "Adds sensors, in the body's frame, that share constants. Rays are cast in every "
+          "`cast_every`-th step.")
+      .def("set_parameters", &World::set_parameters, "patch"_a, "parameters"_a,
+           "Gives all sensors of a patch other constants.")
+      .def("set_mass", &World::set_mass, "body"_a, "mass"_a,
+           "Gives a body another mass [kg]; its inertia follows in proportion.")
       .def(
           "set_material",
           [](World& world, BodyId body, S friction, S restitution) {
             world.set_material(body, {.friction = friction, .restitution = restitution});
           },
-          "body"_a, "friction"_a, "restitution"_a = S(0))
-      .def("set_gravity", &World::set_gravity, "gravity"_a, "[m/s^2]")
-      .def("set_time_step", &World::set_time_step, "time_step"_a, "[s]")
+          "body"_a, "friction"_a, "restitution"_a = S(0),
+          "Gives all shapes of a body a friction [1] and a restitution [1].")
+      .def("set_gravity", &World::set_gravity, "gravity"_a, "Sets gravity [m/s^2].")
+      .def("set_time_step", &World::set_time_step, "time_step"_a,
+           "Sets the length [s] of the steps to come.")
       .def(
           "set_pose",
           [](World& world, BodyId id, const Vec3<S>& position, const Vec4& orientation) {
             world.set_pose(id, {rotation_of<S>(orientation), position});
           },
-          "body"_a, "position"_a, "orientation"_a = Vec4(0, 0, 0, 1))
+          "body"_a, "position"_a, "orientation"_a = Vec4(0, 0, 0, 1),
+          "Puts a body somewhere else [m] at once; its velocity stays.")
       .def(
           "set_velocity",
           [](World& world, BodyId id, const Vec3<S>& linear, const Vec3<S>& angular) {
             world.set_velocity(id, {linear, angular});
           },
-          "body"_a, "linear"_a, "angular"_a = Vec3<S>(0, 0, 0), "[m/s, rad/s]")
+          "body"_a, "linear"_a, "angular"_a = Vec3<S>(0, 0, 0),
+          "Sets the velocity of the centre of mass [m/s] and the angular velocity [rad/s], world "
+          "axes.")
       .def(
           "move_to",
           [](World& world, BodyId id, const Vec3<S>& position, const Vec4& orientation) {
             world.move_to(id, {rotation_of<S>(orientation), position});
           },
           "body"_a, "position"_a, "orientation"_a = Vec4(0, 0, 0, 1),
-          "Where a kinematic body is to be after the next step.")
-      .def("apply_force", &World::apply_force, "body"_a, "force"_a, "point"_a, "[N], [m]")
+          "Where a kinematic body is to be [m] after the next step; it keeps that velocity.")
+      .def("apply_force", &World::apply_force, "body"_a, "force"_a, "point"_a,
+           "Adds a force [N] at a point [m] of the world that acts during the next step.")
       .def(
           "position",
           [](const World& world, BodyId id) { return Vec3<S>(world.pose(id).translation); },
-          "body"_a, "[m] of the body frame")
+          "body"_a, "Origin [m] of the body frame.")
       .def(
           "orientation",
           [](const World& world, BodyId id) { return Vec4(world.pose(id).rotation.coeffs()); },
-          "body"_a, "x, y, z, w")
+          "body"_a, "Orientation x, y, z, w of the body frame.")
       .def(
           "velocity",
           [](const World& world, BodyId id) {
             const Twist<S>& twist = world.body(id).twist;
             return std::pair(Vec3<S>(twist.linear), Vec3<S>(twist.angular));
           },
-          "body"_a, "[m/s, rad/s] of the centre of mass, and angular")
+          "body"_a,
+          "Velocity [m/s] of the centre of mass and angular velocity [rad/s], world axes.")
       .def(
           "reading", [](const World& world, PatchId id) { return Reading<S>(world.reading(id)); },
-          "patch"_a, "What a patch felt in the last step.")
+          "patch"_a, "What a patch felt in the last step, copied.")
       .def(
           "step",
           [](World& world, std::size_t steps) {
             for (std::size_t i = 0; i < steps; ++i) world.step();
           },
-          "steps"_a = 1, py::call_guard<py::gil_scoped_release>())
-      .def("snapshot",
-           [](const World& world) {
-             const std::vector<std::byte> bytes = world.snapshot();
-             return py::bytes(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-           })
+          "steps"_a = 1, py::call_guard<py::gil_scoped_release>(),
+          "Advances the world by some steps. Other Python threads run meanwhile.")
+      .def(
+          "snapshot",
+          [](const World& world) {
+            const std::vector<std::byte> bytes = world.snapshot();
+            return py::bytes(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+          },
+          "All that changes from step to step, as bytes for `restore` of the same build.")
       .def(
           "restore",
           [](World& world, const py::bytes& bytes) {
             const std::string_view view = bytes;
             world.restore(std::as_bytes(std::span(view.data(), view.size())));
           },
-          "bytes"_a)
-      .def("state_hash", &World::state_hash)
-      .def_property_readonly("time_step", &World::time_step, "[s]");
+          "bytes"_a, "Puts the world into the state of a snapshot of it or of a copy.")
+      .def("state_hash", &World::state_hash, "One number for all that a snapshot holds.")
+      .def_property_readonly("time_step", &World::time_step, "Length of the next step [s].");
 }
 
 }  // namespace bristle_python

@@ -60,6 +60,12 @@ class Scripts(unittest.TestCase):
         text, _ = output_of("batch.py")
         self.assertEqual(text, (EXAMPLES / "18_batch.expected").read_text())
 
+    def test_parts_are_gripped_by_feel(self):
+        text, names = output_of("grip_by_feel.py")
+        self.assertEqual(text, f"{names['held']} of {names['ended']} parts are held\n")
+        self.assertGreater(names["ended"], 127)
+        self.assertGreater(names["held"], 0.9 * names["ended"])
+
 
 class Batches(unittest.TestCase):
     def test_worlds_of_a_batch_are_worlds(self):

@@ -1,0 +1,56 @@
+"""Test that a policy learns to grip within seconds, and that it grips by what it feels."""
+# SPDX-License-Identifier: BSD-3-Clause
+import pathlib
+import sys
+import tempfile
+import unittest
+
+try:
+    import numpy as np
+    import torch
+except ImportError as error:
+    print(f"skipped: no {error.name} (Debian: python3-torch)")
+    sys.exit(77)
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "examples" / "python"))
+import train_grip
+
+WORLDS, ITERATIONS, PARTS = 48, 14, 200
+
+
+class Learning(unittest.TestCase):
+    def test_a_policy_learns_to_grip_by_feel(self):
+        torch.set_num_threads(1)
+        policy, curve = train_grip.train(True, ITERATIONS, WORLDS, threads=2, seed=1)
+        untrained, _ = train_grip.train(True, 0, WORLDS, threads=2, seed=1)
+        results = {name: train_grip.try_out(train_grip.act_by(p), touch, PARTS, 2, seed=2)
+                   for name, p, touch in (("trained", policy, True), ("numb", policy, False),
+                                          ("untrained", untrained, True))}
+        for name, result in results.items():
+            train_grip.print_row(name, *result)
+        reward = {name: result[0].mean() for name, result in results.items()}
+        self.assertGreater(curve[-1], curve[0] + 0.15)
+        self.assertGreater(reward["trained"], reward["untrained"] + 0.2)
+        # The same policy without its readings.
+        self.assertGreater(reward["trained"], reward["numb"] + 0.1)
+
+    def test_the_same_seed_learns_the_same(self):
+        curves = [train_grip.train(True, 2, 4, threads=threads, seed=3)[1] for threads in (1, 2)]
+        self.assertEqual(*curves)
+
+    def test_all_of_it_runs(self):
+        with tempfile.TemporaryDirectory() as folder:
+            plot, replay = pathlib.Path(folder, "plot.svg"), pathlib.Path(folder, "grip.glb")
+            curves, results = train_grip.main(
+                ["--iterations", "2", "--worlds", "4", "--parts", "20", "--plot", str(plot),
+                 "--replay", str(replay)])
+            self.assertIn("without touch", plot.read_text())
+            self.assertEqual(replay.read_bytes()[:4], b"glTF")
+        self.assertEqual([len(curve) for curve in curves.values()], [2, 2])
+        for result in results.values():
+            self.assertEqual({column.shape for column in result}, {(20,)})
+            self.assertTrue(all(np.isfinite(column).all() for column in result))
+
+
+if __name__ == "__main__":
+    unittest.main()
