@@ -38,7 +38,7 @@ struct Phase {
 struct Outcome {
   bristle::Trace trace{
       {"time", "s"},         {"part height", "mm"}, {"gripper height", "mm"}, {"sag", "um"},
-      {"normal force", "N"}, {"shear force", "N"},  {"slipping sensors", ""}, {"drive force", "N"}};
+      {"normal force", "N"}, {"shear force", "N"},  {"slipping sensors", ""}, {"motor force", "N"}};
   std::vector<Phase> phases;
   std::string replay;  // binary glTF, if asked for
 

@@ -43,7 +43,12 @@ void bind_recorder(py::module_& m) {
           "Records the forces [N] of a patch on a body that is recorded.")
       .def(
           "observe", [](Recorder& recorder, const World<S>& world) { recorder.observe(world); },
-          "world"_a, "To be called after each step: takes a frame when it is time for one.")
+          "world"_a,
+          "To be called after each step: takes a frame when it is time for one. Raises "
+          "InvalidArgument for another world than before, a copy too; see `follow`.")
+      .def(
+          "follow", [](Recorder& recorder, const World<S>& world) { recorder.follow(world); },
+          "world"_a, "Goes on with a copy of the world. A batch gives a copy of a world each time.")
       .def_property_readonly(
           "times",
           [](const Recorder& recorder) {

@@ -31,8 +31,9 @@ inline void bind_scene_type(py::module_& m) {
 }
 
 #if defined(BRISTLE_PYTHON_WITH_ADF)
-template <typename T>
-[[nodiscard]] py::dict by_name(const AdfNames<T>& names) {
+/// @param names  One of the lists of names of an AdfScene.
+template <typename Names>
+[[nodiscard]] py::dict by_name(const Names& names) {
   py::dict result;
   for (const auto& entry : names) {
     const bool is_only = names.find(entry.name) == &entry.value;

@@ -22,7 +22,7 @@ BATCH = 256  # Actions of one gradient.
 
 
 class Frames:
-    """What a policy sense_mask: the last two observations, so that it knows what changes."""
+    """What a policy sees: the last two observations, so that it knows what changes."""
 
     def __init__(self, observations):
         self.now = self.before = torch.from_dlpack(observations)

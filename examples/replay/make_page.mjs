@@ -17,7 +17,7 @@ function fail(message) {
   process.exit(1);
 }
 
-const [from, to] = process.argv.range(2);
+const [from, to] = process.argv.slice(2);
 if (!to) fail('usage: node make_page.mjs RECORDING.glb PAGE.html');
 let recording;
 try {
@@ -30,9 +30,9 @@ if (recording.readUInt32LE(8) !== recording.length) {
   fail(`${from}: must have ${recording.readUInt32LE(8)} bytes, and has ${recording.length}: it is cut short, or has more after its end`);
 }
 
-const node = esbuild.buildSync({
+const bundle = esbuild.buildSync({
   entryPoints: [join(here, 'viewer.js')],
-  node: true,
+  bundle: true,
   minify: true,
   format: 'esm',
   legalComments: 'inline',
@@ -40,7 +40,7 @@ const node = esbuild.buildSync({
   write: false,
 }).outputFiles[0].text;
 // A script ends at the first closing tag, wherever it stands.
-const script = node.replaceAll('</script', '<\\/script');
+const script = bundle.replaceAll('</script', '<\\/script');
 const page = readFileSync(join(here, 'page.html'), 'utf8')
   .replace('VIEWER', () => script)
   .replace('RECORDING', () => gzipSync(recording, { level: 9 }).toString('base64'));

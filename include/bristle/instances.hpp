@@ -28,7 +28,7 @@ namespace bristle::inline BRISTLE_ABI {
     return detail::own_haptic_kernels<S, Backend>();                              \
   }                                                                               \
   template <>                                                                     \
-  const detail::HostKernels<S, Backend>& host_kernels<S, Backend>() {             \
+  const detail::HostKernels<S, Backend>& detail::host_kernels<S, Backend>() {     \
     return detail::own_host_kernels<S, Backend>();                                \
   }                                                                               \
   template class World<S, Backend>;                                               \

@@ -96,8 +96,11 @@
 /// decides how Eigen aligns objects on the stack. The linker keeps one copy of Eigen's functions
 /// for all files.
 #define BRISTLE_ABI BRISTLE_ABI_OF(BRISTLE_WAY, BRISTLE_REGISTER_BYTES)
+/// Expands its arguments, then joins them.
 #define BRISTLE_ABI_OF(way, bytes) BRISTLE_ABI_OF_(way, bytes)
+/// Joins its arguments as they stand: `way_bytes`.
 #define BRISTLE_ABI_OF_(way, bytes) way##_##bytes
+/// BRISTLE_WAY: first part of the namespace's name, `compiled` or `header_only`.
 #if defined(BRISTLE_COMPILED)
 #define BRISTLE_WAY compiled
 #else
@@ -147,6 +150,7 @@ namespace bristle::inline BRISTLE_ABI {
 /// A caller's value breaks a rule. Reads "BodyDef::mass = -1: must be finite and > 0".
 class InvalidArgument : public std::invalid_argument {
  public:
+  /// The three parts of the message, as `field()`, `value()` and `rule()` return them.
   InvalidArgument(std::string field, std::string value, std::string rule)
       : std::invalid_argument(field + " = " + value + ": " + rule),
         field_(std::move(field)),
@@ -412,6 +416,7 @@ struct SerialFor {
 };
 
 }  // namespace detail
+/// Hook that runs all tasks in the calling thread, in ascending order.
 inline constexpr detail::SerialFor serial_for{};
 
 /// Returns whether a hook is known to be `serial_for`. Work need not be divided for it.
@@ -500,8 +505,11 @@ Sum sum_in_ranges(std::size_t count, std::size_t size, std::size_t fewest_shared
 /// Version of the library. CMake reads these three numbers; nothing else repeats them.
 // SPDX-License-Identifier: BSD-3-Clause
 
+/// First number of the version.
 #define BRISTLE_VERSION_MAJOR 0
+/// Second number of the version.
 #define BRISTLE_VERSION_MINOR 1
+/// Third number of the version.
 #define BRISTLE_VERSION_PATCH 0
 
 /// One number to compare in an `#if`. It counts 10000 for a major version, 100 for a minor one, 1
@@ -513,7 +521,9 @@ Sum sum_in_ranges(std::size_t count, std::size_t size, std::size_t fewest_shared
 #define BRISTLE_VERSION_STRING           \
   BRISTLE_TEXT_OF(BRISTLE_VERSION_MAJOR) \
   "." BRISTLE_TEXT_OF(BRISTLE_VERSION_MINOR) "." BRISTLE_TEXT_OF(BRISTLE_VERSION_PATCH)
+/// Expands a macro, then quotes it.
 #define BRISTLE_TEXT_OF(number) BRISTLE_TEXT_OF_(number)
+/// Quotes its argument as it stands.
 #define BRISTLE_TEXT_OF_(number) #number
 
 // === bristle/dynamics/solver/coulomb_branch.hpp
@@ -668,6 +678,7 @@ template <typename Value, typename Make>
 
 }  // namespace detail
 
+/// Sum of two matrices of one size, entry by entry.
 template <typename A, typename B>
 requires detail::SameSize<A, B>
 [[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> operator+(const A& a, const B& b) {
@@ -677,6 +688,7 @@ requires detail::SameSize<A, B>
       [&](int i, int j) { return detail::entry(x, i, j) + detail::entry(y, i, j); });
 }
 
+/// Difference of two matrices of one size, entry by entry.
 template <typename A, typename B>
 requires detail::SameSize<A, B>
 [[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> operator-(const A& a, const B& b) {
@@ -686,6 +698,7 @@ requires detail::SameSize<A, B>
       [&](int i, int j) { return detail::entry(x, i, j) - detail::entry(y, i, j); });
 }
 
+/// Negative of a matrix.
 template <detail::SmallMatrix A>
 [[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> operator-(const A& a) {
   decltype(auto) x = detail::stored(a);
@@ -693,6 +706,7 @@ template <detail::SmallMatrix A>
       [&](int i, int j) { return -detail::entry(x, i, j); });
 }
 
+/// A matrix times a number.
 template <detail::SmallMatrix A, std::same_as<typename A::Scalar> S>
 [[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> operator*(const S& k, const A& a) {
   decltype(auto) x = detail::stored(a);
@@ -700,6 +714,7 @@ template <detail::SmallMatrix A, std::same_as<typename A::Scalar> S>
       [&](int i, int j) { return k * detail::entry(x, i, j); });
 }
 
+/// A matrix times a number.
 template <detail::SmallMatrix A, std::same_as<typename A::Scalar> S>
 [[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> operator*(const A& a, const S& k) {
   decltype(auto) x = detail::stored(a);
@@ -707,6 +722,7 @@ template <detail::SmallMatrix A, std::same_as<typename A::Scalar> S>
       [&](int i, int j) { return detail::entry(x, i, j) * k; });
 }
 
+/// A matrix divided by a number, entry by entry.
 template <detail::SmallMatrix A, std::same_as<typename A::Scalar> S>
 [[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> operator/(const A& a, const S& k) {
   decltype(auto) x = detail::stored(a);
@@ -766,7 +782,7 @@ namespace bristle::inline BRISTLE_ABI {
 
 /// Opens the library to scalars that are not built in (dual.hpp has one). Specialise it to true for
 /// a type that has std::numeric_limits, arithmetic and `value_of`. ADL must find the functions of
-/// <cmath>.
+/// `<cmath>`.
 template <typename S>
 inline constexpr bool is_scalar = std::floating_point<S>;
 
@@ -788,12 +804,14 @@ namespace detail {
 template <Scalar S>
 using Vec2 = Eigen::Matrix<S, 2, 1>;
 }  // namespace detail
+/// Column vector of three numbers.
 template <Scalar S>
 using Vec3 = Eigen::Matrix<S, 3, 1>;
 namespace detail {
 template <Scalar S>
 using Vec6 = Eigen::Matrix<S, 6, 1, Eigen::DontAlign>;
 }  // namespace detail
+/// Matrix of three rows and three columns.
 template <Scalar S>
 using Mat3 = Eigen::Matrix<S, 3, 3>;
 /// Unaligned, so that structs holding one have the same layout under every -march.
@@ -3487,10 +3505,14 @@ inline constexpr std::size_t packet_size = 16;
 /// Many rays in one frame. All spans have the same length and outlive the query.
 template <Scalar S>
 struct RayBatch {
-  /// [m] Starts.
+  /// [m] A coordinate of each start.
+  /// @{
   std::span<const S> origin_x, origin_y, origin_z;
-  /// [1] Unit directions.
+  /// @}
+  /// [1] A component of each unit direction.
+  /// @{
   std::span<const S> direction_x, direction_y, direction_z;
+  /// @}
   /// [m] Length of each ray.
   std::span<const S> length;
   /// [m] Added to the length of every ray.
@@ -3504,9 +3526,9 @@ struct RayBatch {
   /// left out. Null: all packets.
   const std::vector<std::uint32_t>* near_packets = nullptr;
   /// Triangles that these rays keep from query to query (triangle_cache.hpp). Null: none. Used only
-  /// if one thread casts all rays at once. `shape_life` counts the reuses of the shape's tag.
-  /// Another life is another shape.
-  detail::TriangleCache<S>* kept = nullptr;
+  /// if one thread casts all rays at once.
+  detail::TriangleCache<S>* triangle_cache = nullptr;
+  /// [-] Number of reuses of the shape's tag. Another life is another shape.
   std::uint32_t shape_life = 0;
 
   /// [-] Number of rays.
@@ -3804,6 +3826,7 @@ struct AnalyticBackend {
   [[nodiscard]] static bool is_clear(const std::shared_ptr<const detail::AnalyticShape<S>>& c,
                                      const Transform<S>& X_RC, const RayBatch<S>& rays) noexcept;
 
+  /// The shape that was prepared, as it was given.
   template <Scalar S>
   [[nodiscard]] static Shape<S> shape(const std::shared_ptr<const detail::AnalyticShape<S>>& c);
 };
@@ -3947,7 +3970,7 @@ void SensorLayout<S>::validate() const {
 ///
 /// A formula over a `Value` T uses the operators, `dot`, `cross` and `select`. It uses `any` and
 /// `all` where a branch may skip work that no lane needs. For T = S it is the plain scalar formula.
-/// For T = Pack<S> it is the same lane by lane. So a test of the first tests the second.
+/// For T = `Pack<S>` it is the same lane by lane. So a test of the first tests the second.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/math/pack3.hpp
@@ -4936,6 +4959,7 @@ struct Wrench {
   /// The same load about the point at `r` [m] from the reference point.
   [[nodiscard]] Wrench shifted(const Vec3<S>& r) const { return {force, torque - r.cross(force)}; }
 
+  /// Adds a load about the same reference point.
   Wrench& operator+=(const Wrench& other) {
     force += other.force;
     torque += other.torque;
@@ -5381,11 +5405,13 @@ struct Body {
   Motion motion = Motion::fixed;
   /// [m] Centre of mass in the body frame.
   Vec3<S> center_B = Vec3<S>::Zero();
-  /// [kg], [1/kg] Mass and its inverse; the inverse is zero unless dynamic.
+  /// [kg] Mass.
   S mass = S(0);
+  /// [1/kg] Inverse of the mass. Zero unless dynamic.
   S inverse_mass = S(0);
-  /// [kg m^2], [1/(kg m^2)] Inertia along the body's axes and its inverse. Zero unless dynamic.
+  /// [kg m^2] Inertia about the centre of mass, along the body's axes. Zero unless dynamic.
   Mat3<S> inertia_B = Mat3<S>::Zero();
+  /// [1/(kg m^2)] Inverse of the inertia, along the body's axes. Zero unless dynamic.
   Mat3<S> inverse_inertia_B = Mat3<S>::Zero();
   /// [1] Factor on the world's gravity.
   S gravity_scale = S(1);
@@ -6866,7 +6892,7 @@ class RayTree {
   static constexpr std::size_t range_size = 1024;
 
   /// Rays in the order of the nodes, in the frame of their leaf. At height z a ray is at (x +
-  /// slope_x z, y + slope_y z). Filled up to whole packets with rays of no length.
+  /// slope_x z, y + slope_y z). Filled up to whole packets with rays that reach nothing (length -infinity).
   struct Lines {
     LaneVector<S> x, y, slope_x, slope_y;
     /// [m] z of the start. [1] Length of the ray for each metre of z. [m] Length.
@@ -7145,7 +7171,7 @@ void RayTree<S>::cut_ranges() {
 /// the force ON B. A gets -F at the same point, so momentum is conserved exactly. docs/sensors.md
 /// lists where and why the printed equations are corrected.
 ///
-/// Functions over a `Value` T serve one sensor (T = S) or one register of sensors (T = Pack<S>).
+/// Functions over a `Value` T serve one sensor (T = S) or one register of sensors (T = `Pack<S>`).
 // SPDX-License-Identifier: BSD-3-Clause
 
 namespace bristle::inline BRISTLE_ABI::detail {
@@ -7976,13 +8002,16 @@ struct PatchReading {
   std::span<const S> depth;
   /// [N] Force along the ray, >= 0, that pushes the sensor back.
   std::span<const S> normal_force;
-  /// [N] Force across the ray, along t1 and t2: friction, and the sideways push of an oblique
-  /// surface (`NormalDirection::gradient`).
+  /// [N] Force across the ray, along t1: friction, and the sideways push of an oblique surface
+  /// (`NormalDirection::gradient`).
   std::span<const S> shear_1;
+  /// [N] The same along t2.
   std::span<const S> shear_2;
-  /// [m] World contact point, valid only in contact.
+  /// [m] x of the contact point in the world, valid only in contact.
   std::span<const S> point_x;
+  /// [m] y of the contact point in the world, valid only in contact.
   std::span<const S> point_y;
+  /// [m] z of the contact point in the world, valid only in contact.
   std::span<const S> point_z;
   /// [-] Body in contact; names nothing without one.
   std::span<const BodyId> body;
@@ -8181,10 +8210,10 @@ struct SensorPatch {
   /// [m] Rays from A's centre of mass in A's axes; [1] unit directions; [m] lengths.
   Vec3Array<S> start, direction;
   LaneVector<S> length;
-  /// The rays in the form that queries take.
+  /// Tree over the rays, built once by `make_patch`.
   RayTree<S> ray_tree{};
   /// Triangle cache for a fine mesh. Not state: results do not depend on it.
-  TriangleCache<S> candidates{};
+  TriangleCache<S> triangle_cache{};
   /// [m] Box around all rays, from A's centre of mass in A's axes.
   Aabb<S> box{};
 
@@ -8201,7 +8230,7 @@ struct SensorPatch {
   /// listed in ascending order; all packets until they were tested. Also contacts and pairs.
   RayHits<S> hits{};
   std::vector<std::uint32_t> near;
-  PlaneCache<S> kept{};
+  PlaneCache<S> plane_cache{};
   /// Lanes of each packet that hit anything in this step, and in the one before.
   std::vector<LaneBits> hit_bits, hit_before;
   std::vector<TouchedShape> touched;
@@ -8254,7 +8283,6 @@ struct SensorPatch {
   /// [-] First packet of a range, and one behind its last, which may be padded where the range is
   /// not. Only for ranges of whole packets (`RayTree::has_packets_in_ranges`), or for all sensors.
   [[nodiscard]] std::array<std::size_t, 2> packets_in(RayRange range) const {
-    static_assert(packet_size == packet_size);
     const std::size_t end = range.end / packet_size + (range.end % packet_size != 0 ? 1u : 0u);
     return {range.first / packet_size, std::min(packets.size(), end)};
   }
@@ -8442,7 +8470,7 @@ struct Mode {
 /// that moves.
 ///
 /// Several patches on one body add up: this function regards one alone.
-/// @param mobility_of  Callable: Mat6<S> mobility_of(pair), the mobility of the pair's two bodies
+/// @param mobility_of  Callable: `Mat6<S> mobility_of(pair)`, the mobility of the pair's two bodies
 ///                     about its point c.
 template <Scalar S, typename MobilityOf>
 [[nodiscard]] S largest_stable_step(const detail::SensorPatch<S>& patch, MobilityOf&& mobility_of);
@@ -8608,23 +8636,26 @@ struct PatchDescription {
   /// [1] The same for a sudden load. The bristles overshoot by 1 + D with D = exp(-pi z / sqrt(1 -
   /// z^2)), so it is mu / (1 + D); half of mu without damping.
   S sudden_coefficient = S(0);
-  /// [1] Mean shear per normal force while sliding, without the viscous part: mu / 2 with
-  /// `release`, mu with `drag`.
+  /// [1] Mean shear per normal force while sliding with `release`, without the viscous part:
+  /// mu / 2.
   S kinetic_release = S(0);
+  /// [1] The same with `drag`: mu.
   S kinetic_drag = S(0);
-  /// [N/m] Stiffness of the whole patch against shear, and along the rays.
+  /// [N/m] Stiffness of the whole patch against shear.
   S bristle_stiffness = S(0);
+  /// [N/m] Stiffness of the whole patch along the rays.
   S normal_stiffness = S(0);
   /// [1] Depth at the load. Above 1 the sensors cannot carry it.
   S press = S(0);
-  /// [1] Damping ratios.
+  /// [1] Damping ratio against shear.
   S bristle_damping_ratio = S(0);
+  /// [1] Damping ratio along the rays.
   S normal_damping_ratio = S(0);
   /// [1/s] Natural frequency of the bristles, as an angular frequency.
   S bristle_frequency = S(0);
-  /// [s] Longest stable explicit step, and the recommended one: 0.35 of it, where Lambda is about
-  /// 0.5.
+  /// [s] Longest stable explicit step.
   S largest_explicit_step = S(0);
+  /// [s] Recommended explicit step: 0.35 of the longest one, where Lambda is about 0.5.
   S recommended_explicit_step = S(0);
 
   /// [m] Creep at rest under a shear force [N].
@@ -9854,11 +9885,13 @@ enum class ContactPhase {
 struct ContactEvent {
   /// Change of the contact.
   ContactPhase phase = ContactPhase::begin;
-  /// [-] The shapes, in the order of their indices, and their bodies. After an end they may name
-  /// removed ones.
+  /// [-] Shape with the smaller index. After an end it may be removed, as may all below.
   ShapeId shape_a{};
+  /// [-] Shape with the larger index.
   ShapeId shape_b{};
+  /// [-] Body of `shape_a`.
   BodyId body_a{};
+  /// [-] Body of `shape_b`.
   BodyId body_b{};
 };
 
@@ -9885,10 +9918,13 @@ struct ContactPointReading {
 template <Scalar S>
 class ContactReading {
  public:
-  /// [-] The shapes, in the order of their indices, and their bodies.
+  /// [-] Shape with the smaller index.
   ShapeId shape_a{};
+  /// [-] Shape with the larger index.
   ShapeId shape_b{};
+  /// [-] Body of `shape_a`.
   BodyId body_a{};
+  /// [-] Body of `shape_b`.
   BodyId body_b{};
 
   /// @param manifolds  All manifolds of the two shapes, at least one.
@@ -9906,9 +9942,10 @@ class ContactReading {
   /// [N s, N m s] Total impulse on b about a point [m] of the world. Its negative acts on a.
   [[nodiscard]] Wrench<S> impulse_about(const Vec3<S>& point) const;
 
-  /// [N s, N m s] Total impulse on body a or b about its centre of mass at the start of the step.
+  /// [N s, N m s] Total impulse on body a about its centre of mass at the start of the step.
   /// Equals its change of (angular) momentum, to round-off.
   [[nodiscard]] Wrench<S> impulse_on_a() const;
+  /// [N s, N m s] The same on body b about its own centre of mass.
   [[nodiscard]] Wrench<S> impulse_on_b() const;
 
  private:
@@ -10366,10 +10403,11 @@ struct JointMotor {
   /// [m/s] Largest speed in position mode, > 0. It is in rad/s for a joint that turns. The motor is
   /// slower where it could not brake in time.
   S max_speed = infinity<S>;
-  /// [N/m], [N s/m] Gains in spring mode, >= 0. Force per distance from the target and per
-  /// velocity. Both are taken at the end of the step. So any gains are stable. N m/rad, N m s/rad
-  /// for a joint that turns.
+  /// [N/m] Gain in spring mode, >= 0: force per distance from the target. The distance is that at
+  /// the end of the step. So any gain is stable. N m/rad for a joint that turns.
   S stiffness = S(0);
+  /// [N s/m] Gain in spring mode, >= 0: force per velocity. The velocity is that at the end of the
+  /// step. So any gain is stable. N m s/rad for a joint that turns.
   S damping = S(0);
 };
 
@@ -10479,11 +10517,12 @@ struct JointReading {
   S motor_force = S(0);
   /// [N, N m] Wrench of the whole joint on B. It is about B's joint frame's origin, world axes.
   Wrench<S> reaction{};
-  /// [m] Distance of the origins of the two frames. [rad] Angle between their axes. They count
-  /// where the joint allows neither. Limits do not count. More than round-off is left before the
-  /// first step. It is also left in a loop that cannot be closed, and where a step could not close
-  /// it. Opposite axes of a hinge stay so: no way back is the shortest.
+  /// [m] Distance of the origins of the two frames, where the joint does not allow it. Limits do
+  /// not count. More than round-off is left before the first step. It is also left in a loop that
+  /// cannot be closed, and where a step could not close it.
   S gap = S(0);
+  /// [rad] Angle between the axes of the two frames, where the joint does not allow it. Otherwise
+  /// as `gap`. Opposite axes of a hinge stay so: no way back is the shortest.
   S tilt = S(0);
 };
 
@@ -11349,7 +11388,8 @@ struct SolverDef {
   /// hundred bodies, or a heap of some forty. Larger islands are swept. 0 for plain sequential
   /// impulses.
   std::uint64_t max_direct_work = 700000;
-  /// [-] Most Newton steps of one such solve. It bounds the cost of the worst step.
+  /// [-] Most Newton steps of one such solve. With the bounds on sweeps and passes it bounds the cost of
+  /// the worst step.
   int max_newton_steps = 60;
   /// [-] Most sweeps over a larger island in each substep. It is `max_sweeps` if most of its
   /// contacts are new.
@@ -11358,7 +11398,7 @@ struct SolverDef {
   int large_position_sweeps = 4;
   /// [s] Longest substep over which a larger island is solved at once, > 0. Infinite for one
   /// substep per step.
-  S longest_part = S(1) / S(240);
+  S longest_substep = S(1) / S(240);
 };
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -11378,8 +11418,9 @@ struct SolverBody {
   Twist<S> free{};
   /// v0: velocities at the start of the step.
   Twist<S> start{};
-  /// Displacement of the step, divided by the step. First of free motion, then as solved so far.
-  Twist<S> free_velocity{};
+  /// Displacement of free motion over the step, divided by the step.
+  Twist<S> mean_free{};
+  /// The same with impulses, as solved so far.
   Twist<S> motion{};
   // The fields above, and the flags, describe free motion. A body that touches nothing needs no
   // others.
@@ -11625,7 +11666,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] Twist<S> mean_motion(const SolverBody<S>& body, Integrator integrator) {
   if (integrator == Integrator::symplectic_euler) return body.twist;
-  return body.free_velocity + S(0.5) * (body.twist - body.free);
+  return body.mean_free + S(0.5) * (body.twist - body.free);
 }
 
 /// The same for free motion with known velocities at both ends, of a body or of a point.
@@ -12159,34 +12200,45 @@ namespace bristle::inline BRISTLE_ABI {
 /// skips the work that a scene does not need.
 template <Scalar S>
 struct StepReport {
-  /// [-] Pairs of overlapping boxes, pairs queried from the backend, and contact points found.
+  /// [-] Pairs of overlapping boxes.
   std::uint64_t pairs_tested = 0;
+  /// [-] Pairs queried from the backend.
   std::uint64_t pairs_collided = 0;
+  /// [-] Contact points found.
   std::uint64_t contact_points = 0;
-  /// [-] Patches in the world, and those with a body in range.
+  /// [-] Patches in the world. Those that are switched off count only here.
   std::uint64_t patches = 0;
+  /// [-] Patches with a body in range.
   std::uint64_t patches_near = 0;
-  /// [-] Rays cast, sensors skipped, and sensors in contact. A ray counts once per shape that it is
-  /// cast at; rays cast at meshes in packets do not count. A sensor is skipped if nothing is in its
-  /// range, or all of it sleeps. Patches that are switched off count only as patches.
+  /// [-] Rays cast. A ray counts once per shape that it is cast at. Rays cast at meshes in packets
+  /// do not count.
   std::uint64_t rays_cast = 0;
+  /// [-] Sensors skipped: nothing is in their range, or all of it sleeps.
   std::uint64_t sensors_skipped = 0;
+  /// [-] Sensors in contact.
   std::uint64_t sensors_touching = 0;
-  /// [-] Patch-body pairs evaluated explicitly and solved implicitly.
+  /// [-] Patch-body pairs evaluated explicitly.
   std::uint64_t explicit_pairs = 0;
+  /// [-] Patch-body pairs solved implicitly.
   std::uint64_t implicit_pairs = 0;
-  /// [-] Islands with constraints, those solved by factorisation, rows, sweeps, factorisations.
+  /// [-] Islands with constraints.
   std::uint64_t islands = 0;
+  /// [-] Islands solved by factorisation.
   std::uint64_t direct_islands = 0;
+  /// [-] Rows of all islands.
   std::uint64_t rows = 0;
+  /// [-] Sweeps of all islands.
   std::uint64_t sweeps = 0;
+  /// [-] Factorisations of all islands.
   std::uint64_t factorisations = 0;
   /// [-] Acceleration evaluations in smooth motion of mechanisms.
   std::uint64_t mechanism_evaluations = 0;
-  /// [m], [rad] Largest position and angle error of a joint of awake bodies when the step began.
-  /// Limits do not count, nor hinges with opposite axes. The step closes what it can of them by
-  /// displacements that velocities do not show, however wide they are.
+  /// [m] Largest position error of a joint of awake bodies when the step began. Limits do not
+  /// count. The step closes what it can of it by displacements that velocities do not show, however
+  /// wide it is.
   S joint_gap = S(0);
+  /// [rad] Largest angle error of a joint. Otherwise as `joint_gap`. Hinges with opposite axes do
+  /// not count.
   S joint_tilt = S(0);
   /// [-] Sweeps of the position correction; zero in a step without position errors.
   std::uint64_t position_sweeps = 0;
@@ -12199,8 +12251,9 @@ struct StepReport {
   /// [-] Islands whose solution was not finite. Their contacts and joints are swept one by one.
   /// Rows that would overflow give nothing in this step, nor do sensors and springs.
   std::uint64_t discarded_islands = 0;
-  /// [-] Dynamic bodies asleep and awake after the step.
+  /// [-] Dynamic bodies asleep after the step.
   std::uint64_t sleeping_bodies = 0;
+  /// [-] Dynamic bodies awake after the step.
   std::uint64_t awake_bodies = 0;
   /// [-] Bodies whose new state was not finite. They keep their pose, at rest.
   std::uint64_t frozen_bodies = 0;
@@ -12831,7 +12884,7 @@ ShapeInReach<S, Backend> shape_in_reach(const SensorPatch<S>& patch, ShapeId id,
 template <Scalar S, typename Backend>
 [[nodiscard]] bool serves(const SensorPatch<S>& patch,
                           std::span<const ShapeInReach<S, Backend>> shapes) {
-  const std::vector<PlaneCacheShape<S>>& kept = patch.kept.shapes;
+  const std::vector<PlaneCacheShape<S>>& kept = patch.plane_cache.shapes;
   if (kept.size() != shapes.size()) return false;
   for (std::size_t i = 0; i < kept.size(); ++i) {
     const ShapeInReach<S, Backend>& shape = shapes[i];
@@ -12878,7 +12931,7 @@ template <Scalar S, typename Backend>
 void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S, Backend>& shape, RayRange range) {
   RayBatch<S> rays = patch.near_rays(shape.extra_length);
   rays.range = range;
-  rays.kept = &patch.candidates;
+  rays.triangle_cache = &patch.triangle_cache;
   rays.shape_life = shape.generation;
   Backend::cast_rays(shape.collider->shape, shape.X_AS, rays, shape.tag, patch.hits);
 }
@@ -12888,17 +12941,17 @@ void extrapolate_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Bac
                       bool has_cast) {
   if (patch.def.cast_every == 1) return;
   if (has_cast) {
-    patch.kept.shapes.clear();
+    patch.plane_cache.shapes.clear();
     for (const ShapeInReach<S, Backend>& shape : shapes) {
-      patch.kept.shapes.push_back({shape.tag,
+      patch.plane_cache.shapes.push_back({shape.tag,
                                    shape.generation,
                                    {shape.X_AB.rotation_matrix(), shape.X_AB.translation},
                                    shape.extra_length});
     }
-    patch.kept.keep(patch);
+    patch.plane_cache.keep(patch);
   }
   // Also after a cast, so that all steps of a patch are alike.
-  patch.kept.advance(patch, [&](std::uint32_t tag, PairPose<S>& pose) {
+  patch.plane_cache.advance(patch, [&](std::uint32_t tag, PairPose<S>& pose) {
     const auto same = [tag](const auto& shape) { return shape.tag == tag; };
     const ShapeInReach<S, Backend>& shape = *std::find_if(shapes.begin(), shapes.end(), same);
     pose = {shape.X_AB.rotation_matrix(), shape.X_AB.translation};
@@ -13243,11 +13296,13 @@ template <Scalar S>
 struct WorldRayHit {
   /// [m] Distance from the ray's start. Infinite without a hit, 0 where it starts inside.
   S distance = infinity<S>;
-  /// [m] Point of the hit, and [1] outward unit normal of the surface, in the world.
+  /// [m] Point of the hit, in the world.
   Vec3<S> point = Vec3<S>::Zero();
+  /// [1] Outward unit normal of the surface, in the world.
   Vec3<S> normal = Vec3<S>::Zero();
-  /// [-] Body and shape that were hit.
+  /// [-] Body that was hit.
   BodyId body{};
+  /// [-] Shape that was hit.
   ShapeId shape{};
 
   /// Returns whether the ray hit anything.
@@ -13349,9 +13404,13 @@ class World {
   /// Creates an empty world.
   /// @throws InvalidArgument naming the field of the definition.
   explicit World(const WorldDef<S>& def = {});
+  /// A copy has the same state and handles, and scratch memory of its own.
   World(const World& other);
+  /// The other world may only be destroyed or assigned to.
   World(World&& other) noexcept;
+  /// Replaces this world by a copy.
   World& operator=(const World& other);
+  /// Replaces this world. The other one may only be destroyed or assigned to.
   World& operator=(World&& other) noexcept;
   ~World();
 
@@ -13474,12 +13533,14 @@ class World {
 
   // Lists of its contents -------------------------------------------------------------------------
 
-  /// Calls visit(BodyId), visit(JointId) or visit(PatchId) for each there is, in the order of
-  /// slots. Nothing may be added or removed meanwhile.
+  /// Calls visit(BodyId) for each body, in the order of slots. Nothing may be added or removed
+  /// meanwhile.
   template <typename Visit>
   void for_each_body(Visit&& visit) const;
+  /// Calls visit(JointId) for each joint, under the same rules.
   template <typename Visit>
   void for_each_joint(Visit&& visit) const;
+  /// Calls visit(PatchId) for each patch, under the same rules.
   template <typename Visit>
   void for_each_patch(Visit&& visit) const;
   /// Calls visit(const Shape<S>&, const Transform<S>& X_BS) for each shape of a body, as the
@@ -13975,13 +14036,9 @@ struct HostKernels {
   void (*solve)(void* stage, HostSensors<S, Backend>& sensors);
 };
 
-}  // namespace detail
-
 /// The table to use from here on.
 template <Scalar S, typename Backend>
-[[nodiscard]] const detail::HostKernels<S, Backend>& host_kernels();
-
-namespace detail {
+[[nodiscard]] const HostKernels<S, Backend>& host_kernels();
 
 template <Scalar S, typename Backend>
 class HostStage;
@@ -14031,6 +14088,7 @@ class HostSensors {
   /// engine is queried for bodies that are not fixed in each step, whatever their kind of motion.
   /// Masses and joints are not used. Never step this world: the engine steps.
   [[nodiscard]] World<S, Backend>& world() noexcept { return world_; }
+  /// The same world for reading.
   [[nodiscard]] const World<S, Backend>& world() const noexcept { return world_; }
 
   /// Senses, and applies the mean force of the next step to the engine's bodies. Applies only
@@ -14133,7 +14191,7 @@ class HostSensors {
   std::vector<detail::HostMobility<S>> mobilities_;
   std::vector<detail::HostWrench<S>> wrenches_;
   HostReport report_{};
-  detail::KernelScratch<detail::HostKernels<S, Backend>> stage_{host_kernels<S, Backend>()};
+  detail::KernelScratch<detail::HostKernels<S, Backend>> stage_{detail::host_kernels<S, Backend>()};
 };
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -14143,9 +14201,9 @@ class HostSensors {
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
 namespace bristle::inline BRISTLE_ABI {
 
-#define BRISTLE_COMPILED_HOSTS(S, Backend)                           \
-  template <>                                                        \
-  const detail::HostKernels<S, Backend>& host_kernels<S, Backend>(); \
+#define BRISTLE_COMPILED_HOSTS(S, Backend)                                   \
+  template <>                                                                \
+  const detail::HostKernels<S, Backend>& detail::host_kernels<S, Backend>(); \
   extern template class HostSensors<S, Backend>;
 BRISTLE_COMPILED_HOSTS(float, AnalyticBackend)
 BRISTLE_COMPILED_HOSTS(double, AnalyticBackend)
@@ -14237,66 +14295,87 @@ namespace bristle::inline BRISTLE_ABI {
 /// `times`. Names are UTF-8.
 template <Scalar S>
 struct Recording {
+  /// A body and its motion.
   struct Body {
+    /// Name in the replay.
     std::string name{};
     /// True if the world moves it.
     bool moves = false;
     /// [m] Its look, in its frame.
     TriangleMesh<S> mesh{};
-    /// [m] Frame by frame: its pose in the world, and whether it was there.
+    /// [m] Frame by frame: its pose in the world.
     std::vector<Transform<S>> poses{};
+    /// Frame by frame: true if the world had the body.
     std::vector<bool> was_there{};
   };
+  /// A tactile patch and its readings.
   struct Patch {
+    /// Name in the replay.
     std::string name{};
     /// [-] Number of the body that carries it.
     std::size_t body = 0;
-    /// [m] Ends of the sensors' rays, and [1] the rays' directions, in the body's frame.
+    /// [m] Ends of the sensors' rays, in the body's frame.
     std::vector<Vec3<S>> ends{};
+    /// [1] Unit directions of the sensors' rays, in the body's frame.
     std::vector<Vec3<S>> directions{};
-    /// [N] Frame by frame, sensor by sensor: the force on what the sensor touches, in the body's
-    /// frame; [1] its depth in [0, 1]; [-] free, stuck, or slipping in a step since the last frame.
+    /// [N] Frame by frame, sensor by sensor: the force on the body that the sensor touches, in the
+    /// carrier's frame.
     std::vector<Vec3<S>> forces{};
+    /// [1] Frame by frame, sensor by sensor: depth in [0, 1].
     std::vector<float> depths{};
+    /// [-] Frame by frame, sensor by sensor: free, stuck, or slipping in a step since the last
+    /// frame.
     std::vector<SensorState> states{};
   };
   /// One point in which shapes pressed on each other.
   struct Contact {
     /// [-] Number of the body that is pressed.
     std::size_t body = 0;
-    /// [m] Where, and [N] with which force on that body, world axes.
+    /// [m] Position in the world.
     Vec3<S> point = Vec3<S>::Zero();
+    /// [N] Force on that body, world axes.
     Vec3<S> force = Vec3<S>::Zero();
   };
+  /// A joint and its motion.
   struct Joint {
+    /// Name in the replay.
     std::string name{};
     /// [-] Number of its body B.
     std::size_t body = 0;
     /// [m] Its frame in that of body B; its axis is x.
     Transform<S> X_BJ{};
-    /// True if it turns about its axis, false if it slides along it. Those that have none keep no numbers.
+    /// True if it turns about its axis. A joint that neither turns nor slides keeps no numbers.
     bool turns = false;
+    /// True if it slides along its axis.
     bool slides = false;
-    /// [m; rad] Frame by frame: its position; [N; N m] the force of its motor.
+    /// [m; rad] Frame by frame: its position.
     std::vector<S> positions{};
+    /// [N; N m] Frame by frame: the force of its motor.
     std::vector<S> motor_forces{};
   };
   /// A number that the caller named.
   struct Channel {
+    /// Name in the replay.
     std::string name{};
+    /// Unit of the values. Empty for none.
     std::string unit{};
     /// [-] Frame of the first value: it was not known before.
     std::size_t first_frame = 0;
+    /// Values, one a frame from `first_frame` on.
     std::vector<double> values{};
   };
 
   /// [s] Of the frames, since the recorder's first step; ascending.
   std::vector<double> times{};
+  /// Bodies. Other parts name them by their number here.
   std::vector<Body> bodies{};
+  /// Tactile patches.
   std::vector<Patch> patches{};
-  /// Frame by frame.
+  /// Contacts, frame by frame.
   std::vector<std::vector<Contact>> contacts{};
+  /// Joints.
   std::vector<Joint> joints{};
+  /// Numbers that the caller named.
   std::vector<Channel> channels{};
 };
 
@@ -14469,6 +14548,7 @@ class Recorder {
     world_ = &world;
   }
 
+  /// All frames so far. Valid as long as the recorder.
   [[nodiscard]] const Recording<S>& recording() const noexcept { return recording_; }
 
  private:
@@ -14699,6 +14779,8 @@ void Recorder<S>::observe_patch(const World<S, Backend>& world, std::size_t numb
   slipped_[number].assign(patch.ends.size(), false);
 }
 
+/// Points of the last step that exchanged an impulse. Each names a recorded body and the force on
+/// it [N]: the impulse over `dt` [s].
 template <Scalar S>
 template <typename Backend>
 auto Recorder<S>::contacts_of(const World<S, Backend>& world, double dt) const
@@ -15384,6 +15466,7 @@ class Trace {
   /// @throws InvalidArgument when there is no channel, or one has no name or that of another.
   Trace(std::initializer_list<detail::TraceChannel> channels)
       : Trace(std::vector<detail::TraceChannel>(channels)) {}
+  /// @throws InvalidArgument when there is no channel, or one has no name or that of another.
   explicit Trace(std::vector<detail::TraceChannel> channels);
 
   /// Appends one value per channel, in the order of the channels.
@@ -15399,6 +15482,7 @@ class Trace {
     for (std::vector<double>& column : columns_) column.reserve(rows);
   }
 
+  /// Channels in the order of their columns.
   [[nodiscard]] const std::vector<detail::TraceChannel>& channels() const noexcept { return channels_; }
   /// [-] Number of rows.
   [[nodiscard]] std::size_t size() const noexcept { return columns_.front().size(); }
@@ -15604,7 +15688,7 @@ SensorParameters<S> ElasticSkin<S>::parameters() const {
 #include <string>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI::detail {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Returns the indices of a layout's sensors in squares: four rows of four, four such squares, and
 /// so on, as far as their number and positions allow.
@@ -15634,10 +15718,10 @@ template <Scalar S>
 template <Scalar S>
 std::vector<std::uint32_t> neighbour_order(const SensorLayout<S>& layout) {
   layout.validate();
-  const RayTree<S> ray_tree(layout.rays());
+  const detail::RayTree<S> ray_tree(layout.rays());
   std::vector<std::uint32_t> order(layout.size());
   if (ray_tree.is_empty()) {
-    fill_numbers(order);  // No sensors, or rays without an end.
+    detail::fill_numbers(order);  // No sensors, or rays without an end.
   } else {
     std::copy_n(ray_tree.rays_from(0), order.size(), order.begin());
   }
@@ -15650,7 +15734,7 @@ SensorLayout<S> in_order(const SensorLayout<S>& layout, std::span<const std::uin
   SensorLayout<S> result;
   for (std::size_t k = 0; k < order.size(); ++k) {
     if (order[k] >= layout.size()) {
-      raise(InvalidArgument(
+      detail::raise(InvalidArgument(
           "in_order: order[" + std::to_string(k) + "]", std::to_string(order[k]),
           "must be less than the number of sensors, " + std::to_string(layout.size())));
     }
@@ -15659,7 +15743,7 @@ SensorLayout<S> in_order(const SensorLayout<S>& layout, std::span<const std::uin
   return result;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI::detail
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/sensors/passivity_observer.hpp
 
@@ -15808,9 +15892,11 @@ struct PlacementDef {
 
 /// Numbers of sensors that `sensors_from_mesh` placed, and of those it had to leave out.
 struct PlacementReport {
-  /// [-] Sensors on faces, on vertices and on edges; they follow one another in this order.
+  /// [-] Sensors on faces. They come first.
   std::size_t face_sensors = 0;
+  /// [-] Sensors on vertices. They follow those on faces.
   std::size_t vertex_sensors = 0;
+  /// [-] Sensors on edges. They come last.
   std::size_t edge_sensors = 0;
   /// [-] Indices of the triangles without a normal. They carry no sensor and do not count for the
   /// normals of their vertices and edges.
@@ -16000,8 +16086,9 @@ inline constexpr std::size_t tactile_channel_count = 4;
 /// an image of one row, in the order of its sensors.
 template <Scalar S>
 struct TactileImage {
-  /// [-] Sensors in a column and in a row.
+  /// [-] Sensors in a column.
   std::size_t rows = 0;
+  /// [-] Sensors in a row.
   std::size_t columns = 0;
   /// Pixels, row by row.
   std::span<const S> pixels{};
@@ -16714,6 +16801,7 @@ namespace bristle::inline BRISTLE_ABI {
 template <Scalar S, typename Backend = AnalyticBackend>
 class WorldBatch {
  public:
+  /// One byte a world: nonzero selects it. An empty mask selects all.
   using Mask = std::span<const std::uint8_t>;
 
   /// @param origin  World that all worlds start as and are reset to. It is copied.
@@ -16732,6 +16820,8 @@ class WorldBatch {
     require_number(number);
     return worlds_[number];
   }
+  /// One world of the batch, for reading.
+  /// @throws InvalidArgument when there is no world of this index.
   [[nodiscard]] const World<S, Backend>& world(std::size_t number) const {
     require_number(number);
     return worlds_[number];
@@ -16998,7 +17088,9 @@ namespace bristle::inline BRISTLE_ABI {
 template <typename Clock = std::chrono::steady_clock>
 class RealTimePacer {
  public:
+  /// Time between two instants of the clock.
   using Duration = typename Clock::duration;
+  /// Instant of the clock.
   using TimePoint = typename Clock::time_point;
 
   /// @param step          [s] Simulated time of one step. Finite, > 0.
@@ -23020,8 +23112,8 @@ void RayTreeMeshQuery<S>::visit(std::size_t id, Known known) {
   if (is_sparse) {
     const RayRange asked = asked_of(node);
     const bool asks_all = rays_.range.first == 0 && rays_.range.end >= rays_.size();
-    keeps_ = keeps_ || (rays_.kept != nullptr && asks_all &&
-                        rays_.kept->begin(rays_.size(), tag_, rays_.shape_life));
+    keeps_ = keeps_ || (rays_.triangle_cache != nullptr && asks_all &&
+                        rays_.triangle_cache->begin(rays_.size(), tag_, rays_.shape_life));
     cast_one_by_one(asked.first, asked.end, side);
     return;
   }
@@ -23240,7 +23332,7 @@ template <Scalar S>
 RayHit<S> RayTreeMeshQuery<S>::hit_of(std::size_t i, Ray<S> ray, S best, Side side) {
   const S reach = std::min(ray.length, best);
   if (keeps_ && (side == Side::outside || !mesh_.root_box().contains(ray.origin))) {
-    if (const auto hit = rays_.kept->cast(mesh_, i, ray, reach)) return *hit;
+    if (const auto hit = rays_.triangle_cache->cast(mesh_, i, ray, reach)) return *hit;
   }
   ray.length = reach;
   return side == Side::outside ? ray_cast_mesh_from_outside(mesh_, ray) : ray_cast_mesh(mesh_, ray);
@@ -23610,6 +23702,7 @@ Shape<S> AnalyticBackend::shape(const std::shared_ptr<const detail::AnalyticShap
       c->shape());
 }
 
+/// As declared: throws InvalidArgument as `validate`.
 template <Scalar S>
 auto AnalyticBackend::make(const Shape<S>& shape) -> Collidable<S> {
   validate(shape);
@@ -24401,17 +24494,23 @@ void FclRayTarget<S>::cast_rays(const Transform<S>& X_RC, const RayBatch<S>& ray
 
 namespace bristle::inline BRISTLE_ABI {
 
+/// The immutable preparation that the copies of a `Collidable` share.
 template <Scalar S>
 struct FclBackend::Collidable<S>::Data {
+  /// @throws InvalidArgument as `to_fcl`.
   explicit Data(const Shape<S>& shape);
   Data(const Data&) = delete;
   Data& operator=(const Data&) = delete;
 
+  /// Kind of the shape.
   ShapeKind kind;
+  /// [m] Box around the shape, in its own frame. Infinite for a half-space.
   Aabb<S> bounds;
+  /// Mass properties at unit density, in the shape's own frame.
   MassProperties<S> mass_properties;
+  /// The shape as rays are cast at it. It also owns the geometry.
   detail::FclRayTarget<S> rays;
-  // Points into `rays`. Empty for a half-space.
+  /// View of the solid for contacts. It points into `rays`. Empty for a half-space.
   detail::SolidView<double, detail::FclMeshTree<double>> solid;
 };
 
@@ -24521,6 +24620,7 @@ FclBackend::Collidable<S>::Data::Data(const Shape<S>& shape)
       rays.view());
 }
 
+/// As declared: throws InvalidArgument as `validate` and `to_fcl`.
 template <Scalar S>
 auto FclBackend::make(const Shape<S>& shape) -> Collidable<S> {
   validate(shape);
@@ -24814,7 +24914,7 @@ void clear_patch(SensorPatch<S>& patch) {
   patch.contacts.clear();
   patch.pairs.clear();
   patch.last_impulses.clear();
-  patch.kept.clear();
+  patch.plane_cache.clear();
   patch.readings.wrench = {};
   patch.readings.shear_W.setZero();
 }
@@ -26385,7 +26485,7 @@ void time_contact(ContactConstraint<S>& c, CachedPoint<S>& point, const S& hold,
 /// motion at its end and in the mean.
 template <Value T>
 struct NormalSpeeds {
-  T start, free, free_velocity;
+  T start, free, mean_free;
 };
 
 /// Target normal velocity of a contact, or of several. Tells how it was chosen.
@@ -26510,7 +26610,7 @@ BRISTLE_FORCE_INLINE ContactTarget<T> target_at(const T& gap, const T& restituti
   const T change = free - start;  // Velocity change by forces.
   const T closing_speed = gap / dt;
   const Truth<T> may_bounce = restitution > zero;
-  const Truth<T> closes = gap + dt * speeds.free_velocity < zero;
+  const Truth<T> closes = gap + dt * speeds.mean_free < zero;
   const Truth<T> bounces = may_bounce & closes & (start < T(-context.restitution_speed));
   ContactTarget<T> target;
   target.restitution_share = S(-1);
@@ -26553,7 +26653,7 @@ void target_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const Solve
     return n.dot(v.linear - u.linear) + (torque_b.dot(v.angular) - torque_a.dot(u.angular));
   };
   const NormalSpeeds<S> speeds{normal_part(a.start, b.start), normal_part(a.free, b.free),
-                               normal_part(a.free_velocity, b.free_velocity)};
+                               normal_part(a.mean_free, b.mean_free)};
   const bool is_trapezoidal = context.integrator == Integrator::trapezoidal;
   c.transient_impulse = {};
   if (c.is_open) {
@@ -29700,7 +29800,7 @@ void ManifoldPart<S>::target(const VelocityTable<S>& start, const VelocityTable<
     Points& p = points_[k];
     Contacts& c = contacts_[k];
     NormalSpeeds<T> speeds{speed(p, v_start), speed(p, v_free), zero};
-    speeds.free_velocity = mean_free_velocity<S>(speeds.start, speeds.free, context.integrator);
+    speeds.mean_free = mean_free_velocity<S>(speeds.start, speeds.free, context.integrator);
     const ContactTarget<T> target = target_at<T>(row(c.gap), row(c.restitution), row(p.impulse),
                                                  speeds, follow_joints, context);
     target.target.store(p.target.data());
@@ -29838,7 +29938,7 @@ class ManifoldSweeps {
   /// Starts a substep; arms, axes and masses stay those of `start`. It sets the velocity targets of
   /// the contacts and keeps their impulses. It reads the velocities of free motion. Free motion is
   /// the mean of the velocities at both ends (`mean_free_velocity`). It ignores
-  /// `SolverBody::free_velocity`.
+  /// `SolverBody::mean_free`.
   void target(std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
     const auto start = [](const SolverBody<S>& body) -> const Twist<S>& { return body.start; };
     const auto free = [](const SolverBody<S>& body) -> const Twist<S>& { return body.free; };
@@ -30604,7 +30704,7 @@ class IslandSolver {
         SolverBody<S>& body = bodies[island.bodies[n]];
         body.start = k > 0 ? body.twist : body.start;
         body.free = body.start + parts_[n].change;
-        body.free_velocity = mean_free_velocity(body, context.integrator);
+        body.mean_free = mean_free_velocity(body, context.integrator);
       }
       sweep_part(island, constraints, bodies, part, most, report);
       if (has_blown_up(island, bodies)) {
@@ -30653,7 +30753,7 @@ class IslandSolver {
     using std::max;
     using std::min;
     const S most = S(64);
-    const S wanted = ceil(context.dt / context.settings.longest_part);
+    const S wanted = ceil(context.dt / context.settings.longest_substep);
     return static_cast<int>(min(most, max(S(1), wanted)));  // Infinite length: one.
   }
 
@@ -30665,7 +30765,7 @@ class IslandSolver {
       const SolverBody<S>& body = bodies[island.bodies[n]];
       parts_[n].start = body.start;
       parts_[n].free = body.free;
-      parts_[n].free_velocity = body.free_velocity;
+      parts_[n].mean_free = body.mean_free;
       parts_[n].change = (S(1) / parts) * (body.free - body.start);
       parts_[n].motion = {};
     }
@@ -30730,7 +30830,7 @@ class IslandSolver {
       SolverBody<S>& body = bodies[island.bodies[n]];
       body.start = parts_[n].start;
       body.free = parts_[n].free;
-      body.free_velocity = parts_[n].free_velocity;
+      body.mean_free = parts_[n].mean_free;
       body.motion = parts_[n].motion;
     }
     if (!island.soft.empty()) return;
@@ -30921,7 +31021,7 @@ class IslandSolver {
 
   /// Whole step of a body that is solved in substeps. Velocity change of one substep.
   struct Parts {
-    Twist<S> start, free, free_velocity, change, motion;
+    Twist<S> start, free, mean_free, change, motion;
   };
   std::vector<Parts> parts_;
   std::vector<S> row_totals_;  // Impulses of all substeps.
@@ -33169,7 +33269,7 @@ class MechanismStage {
       const std::uint32_t a = joint.def.body_a.index;
       const std::uint32_t b = joint.def.body_b.index;
       turn_joint_rows(joint, end_pose(state, a), end_pose(state, b),
-                      state.solver_bodies[a].free_velocity, state.solver_bodies[b].free_velocity,
+                      state.solver_bodies[a].mean_free, state.solver_bodies[b].mean_free,
                       state.def.time_step, state.constraints);
       if (!island.contacts.empty()) continue;
       for (std::uint32_t r = 0; r < state.constraints.blocks[i].count; ++r) {
@@ -33193,7 +33293,7 @@ class MechanismStage {
 
   /// Moves a body of a mechanism to its integrated pose, plus the motion that impulses added.
   void move(Body<S>& body, const SolverBody<S>& solved, std::uint32_t slot, S dt) const {
-    const Twist<S> rest = solved.motion - solved.free_velocity;
+    const Twist<S> rest = solved.motion - solved.mean_free;
     body.center_pose = end_poses_[slot];
     body.center_pose.translation += dt * rest.linear;
     if (rest.angular != Vec3<S>::Zero()) {
@@ -33302,9 +33402,9 @@ class MechanismStage {
     const Transform<S>& start = state.bodies.at(slot).center_pose;
     const S dt = state.def.time_step;
     body.free = body.twist = twists_[k];
-    body.free_velocity = {(poses_[k].translation - start.translation) / dt,
+    body.mean_free = {(poses_[k].translation - start.translation) / dt,
                           log_rotation<S>(poses_[k].rotation * start.rotation.conjugate()) / dt};
-    body.motion = body.free_velocity;
+    body.motion = body.mean_free;
     body.follows_joints = true;
     end_poses_[slot] = poses_[k];
   }
@@ -33315,7 +33415,7 @@ class MechanismStage {
            std::any_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t slot) {
              const SolverBody<S>& body = state.solver_bodies[slot];
              const Twist<S> solved =
-                 body.follows_joints ? body.motion - body.free_velocity : body.motion;
+                 body.follows_joints ? body.motion - body.mean_free : body.motion;
              return turns_far(solved, state.def.time_step);
            });
   }
@@ -33335,7 +33435,7 @@ class MechanismStage {
       SolverBody<S>& body = state.solver_bodies[slots_[k]];
       if (!body.moves) continue;
       // `move` takes the body there.
-      body.motion = body.free_velocity;
+      body.motion = body.mean_free;
       body.follows_joints = true;
       const auto& found = system_.nodes()[k].now;
       end_poses_[slots_[k]] = {found.q.normalized(), found.x};
@@ -33498,7 +33598,7 @@ class SolveStage {
       ++state.report.frozen_bodies;
     }
     body.twist = body.free;
-    body.motion = body.free_velocity = mean_free_velocity(body, integrator_of(state, body));
+    body.motion = body.mean_free = mean_free_velocity(body, integrator_of(state, body));
   }
 
   [[nodiscard]] static Integrator integrator_of(const State& state, const SolverBody<S>& body) {
@@ -33582,7 +33682,7 @@ class SolveStage {
       island.soft = {};
       context.integrator = Integrator::trapezoidal;
     } else if (context.integrator == Integrator::symplectic_euler) {
-      for (const std::uint32_t slot : island.bodies) bodies[slot].free_velocity = bodies[slot].free;
+      for (const std::uint32_t slot : island.bodies) bodies[slot].mean_free = bodies[slot].free;
     }
     time_constraints(state, island, context);
     SolveReport<S> report;
@@ -33733,7 +33833,7 @@ class SolveStage {
     for (const std::uint32_t slot : island.bodies) {
       const SolverBody<S>& body = state.solver_bodies[slot];
       excess += body.mass * (body.motion.linear.cross(body.twist.linear) -
-                             body.free_velocity.linear.cross(body.free.linear));
+                             body.mean_free.linear.cross(body.free.linear));
       inertia += body.inertia + point_inertia<S>(body.mass, end_of(slot) - center);
     }
     // Impulses in the middle of the step count from the positions at its start.
@@ -35008,16 +35108,16 @@ template <typename Patch, typename Visitor>
 void visit_plane_cache(Patch& patch, Visitor& visit) {
   visit.same("patches (cast_every)", patch.def.cast_every);
   if (patch.def.cast_every == 1) return;
-  visit.list("patches (kept shapes)", patch.kept.shapes, [&](auto& shape) {
+  visit.list("patches (plane cache shapes)", patch.plane_cache.shapes, [&](auto& shape) {
     visit.value(shape.tag);
     visit.value(shape.generation);
     visit.value(shape.pose.R_AB);
     visit.value(shape.pose.p_AB);
     visit.value(shape.reserve);
-    visit.require("patches (kept shapes)", is_rotation(shape.pose.R_AB));
+    visit.require("patches (plane cache shapes)", is_rotation(shape.pose.R_AB));
   });
   std::size_t next = 0;  // Packets ascend.
-  visit.list("patches (plane cache)", patch.kept.packets, [&](auto& kept) {
+  visit.list("patches (plane cache)", patch.plane_cache.packets, [&](auto& kept) {
     visit.value(kept.packet);
     visit.value(kept.is_hit);
     for (std::size_t i = 0; i < packet_size; ++i) {
@@ -35443,8 +35543,8 @@ requires ShapeBackend<Backend, S> World<S, Backend>::World(const WorldDef<S>& de
   detail::require(def.solver.max_position_sweeps >= 0, "SolverDef::max_position_sweeps",
                   def.solver.max_position_sweeps, "must be >= 0");
   require_tolerance("SolverDef::position_tolerance", def.solver.position_tolerance);
-  detail::require(def.solver.longest_part > S(0), "SolverDef::longest_part",
-                  def.solver.longest_part, "must be > 0");
+  detail::require(def.solver.longest_substep > S(0), "SolverDef::longest_substep",
+                  def.solver.longest_substep, "must be > 0");
   detail::require(def.solver.max_newton_steps > 0, "SolverDef::max_newton_steps",
                   def.solver.max_newton_steps, "must be > 0");
   detail::require(def.solver.large_sweeps > 0, "SolverDef::large_sweeps", def.solver.large_sweeps,
@@ -37419,6 +37519,7 @@ namespace bristle::inline BRISTLE_ABI {
 template <std::floating_point S, std::size_t n>
 class Dual {
  public:
+  /// Derivatives by the n variables, in their order.
   using Partials = std::array<S, n>;
 
   /// Leaves the number uninitialised, like an S.
@@ -37428,6 +37529,7 @@ class Dual {
   requires std::is_arithmetic_v<T>
   constexpr Dual(T value)  // NOLINT: a number in a formula of duals is a constant
       : value_(static_cast<S>(value)), partials_{} {}
+  /// A number with all its derivatives.
   constexpr Dual(S value, const Partials& partials) : value_(value), partials_(partials) {}
 
   /// Variable number i < n with a value: its derivative by itself is 1.
@@ -37437,9 +37539,11 @@ class Dual {
     return x;
   }
 
+  /// The number without derivatives.
   [[nodiscard]] constexpr S value() const { return value_; }
   /// Derivative by variable i.
   [[nodiscard]] constexpr S partial(std::size_t i = 0) const { return partials_[i]; }
+  /// All n derivatives.
   [[nodiscard]] constexpr const Partials& partials() const { return partials_; }
 
   /// The value, without derivatives.
@@ -37481,10 +37585,13 @@ class Dual {
     for (std::size_t i = 0; i < n; ++i) negative.partials_[i] = -a.partials_[i];
     return negative;
   }
+  /// Replaces the number by the result of the operator on it and b.
+  /// @{
   constexpr Dual& operator+=(const Dual& b) { return *this = *this + b; }
   constexpr Dual& operator-=(const Dual& b) { return *this = *this - b; }
   constexpr Dual& operator*=(const Dual& b) { return *this = *this * b; }
   constexpr Dual& operator/=(const Dual& b) { return *this = *this / b; }
+  /// @}
 
   [[nodiscard]] friend constexpr bool operator==(const Dual& a, const Dual& b) = default;
   [[nodiscard]] friend constexpr bool operator<(const Dual& a, const Dual& b) {
@@ -37585,9 +37692,11 @@ class Dual {
 template <std::size_t n>
 inline constexpr bool is_scalar<Dual<double, n>> = true;
 
+/// [-] It carries n derivatives.
 template <std::floating_point S, std::size_t n>
 inline constexpr std::size_t derivatives_of<Dual<S, n>> = n;
 
+/// The number without derivatives, as `Dual::value` returns it.
 template <std::floating_point S, std::size_t n>
 [[nodiscard]] constexpr S value_of(const Dual<S, n>& x) {
   return x.value();
@@ -37607,6 +37716,8 @@ class std::numeric_limits<bristle::Dual<S, n>> : public std::numeric_limits<S> {
   using Base = std::numeric_limits<S>;
 
  public:
+  /// The constant that S has under the same name. Its derivatives are 0.
+  /// @{
   static constexpr Dual min() noexcept { return Base::min(); }
   static constexpr Dual max() noexcept { return Base::max(); }
   static constexpr Dual lowest() noexcept { return Base::lowest(); }
@@ -37616,11 +37727,15 @@ class std::numeric_limits<bristle::Dual<S, n>> : public std::numeric_limits<S> {
   static constexpr Dual quiet_NaN() noexcept { return Base::quiet_NaN(); }
   static constexpr Dual signaling_NaN() noexcept { return Base::signaling_NaN(); }
   static constexpr Dual denorm_min() noexcept { return Base::denorm_min(); }
+  /// @}
 };
 
+// Only Eigen reads these traits, and Doxygen finds no scope for them.
+/// @cond
 /// The properties of a scalar that Eigen needs.
 template <std::floating_point S, std::size_t n>
 struct Eigen::NumTraits<bristle::Dual<S, n>> : Eigen::GenericNumTraits<bristle::Dual<S, n>> {
+  /// Types of real parts, quotients, literals and stored copies: all are the number itself.
   using Real = bristle::Dual<S, n>;
   using NonInteger = Real;
   using Literal = Real;
@@ -37636,10 +37751,12 @@ struct Eigen::NumTraits<bristle::Dual<S, n>> : Eigen::GenericNumTraits<bristle::
     MulCost = (2 * n + 1) * Eigen::NumTraits<S>::MulCost
   };
 
+  /// Precision of S, as Eigen has it for S.
   static constexpr Real epsilon() { return Eigen::NumTraits<S>::epsilon(); }
   static constexpr Real dummy_precision() { return Eigen::NumTraits<S>::dummy_precision(); }
   static constexpr int digits10() { return Eigen::NumTraits<S>::digits10(); }
 };
+/// @endcond
 
 // === bristle/sensors/sensor_wrench.hpp
 
@@ -37722,7 +37839,7 @@ template <Scalar S>
 #include <type_traits>
 #include <utility>
 
-namespace bristle::inline BRISTLE_ABI::detail {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Nearest hit of a ray in an FCL scene.
 template <Scalar S>
@@ -37752,6 +37869,8 @@ template <Scalar S>
 [[nodiscard]] RayHit<S> ray_cast(const fcl::CollisionObject<S>& object, const Ray<S>& ray);
 
 // Implementation ----------------------------------------------------------------------------------
+
+namespace detail {
 
 /// True if this translation unit and libfcl agree on the layout of a CollisionObject. That of
 /// double holds 4x4 matrices. Eigen aligns them to 64 bytes where the compiler may use AVX-512, and
@@ -37813,17 +37932,19 @@ void cast_below(const Node& node, S enter, const SlabTest<S>& slabs, Ray<S>& ray
   cast_below(*far, enter_far, slabs, ray, best);
 }
 
+}  // namespace detail
+
 template <Scalar S>
 RayHit<S> ray_cast(const fcl::CollisionObject<S>& object, const Ray<S>& ray) {
-  static_assert(is_fcl_layout_common<S>,
+  static_assert(detail::is_fcl_layout_common<S>,
                 "Define EIGEN_MAX_ALIGN_BYTES=16 for all code that shares fcl::CollisionObject "
                 "with a libfcl that was built without -march");
   const fcl::CollisionGeometry<S>* geometry = object.collisionGeometry().get();
-  if (!is_known_to_bristle(*geometry)) return {};
+  if (!detail::is_known_to_bristle(*geometry)) return {};
   const Mat3<S> R_WO = object.getRotation();
   const Ray<S> ray_O{R_WO.transpose() * (ray.origin - object.getTranslation()),
                      R_WO.transpose() * ray.direction, ray.length};
-  RayHit<S> hit = ray_cast(from_fcl(*geometry), ray_O);
+  RayHit<S> hit = ray_cast(detail::from_fcl(*geometry), ray_O);
   hit.normal = R_WO * hit.normal;
   return hit;
 }
@@ -37836,13 +37957,13 @@ FclSceneHit<S> cast_ray(const fcl::DynamicAABBTreeCollisionManager<S>& scene, co
   Ray<S> shortened = ray;
   // Finite, so that planes at infinity are beyond it.
   shortened.length = std::min(ray.length, std::numeric_limits<S>::max() / S(2));
-  const SlabTest<S> slabs(ray);
+  const detail::SlabTest<S> slabs(ray);
   const S enter = slabs.enter({root->bv.min_, root->bv.max_}, shortened.length);
-  cast_below(*root, enter, slabs, shortened, best);
+  detail::cast_below(*root, enter, slabs, shortened, best);
   return best;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI::detail
+}  // namespace bristle::inline BRISTLE_ABI
 
 #endif
 #if defined(BRISTLE_INSTANTIATE)
@@ -37870,7 +37991,7 @@ namespace bristle::inline BRISTLE_ABI {
     return detail::own_haptic_kernels<S, Backend>();                              \
   }                                                                               \
   template <>                                                                     \
-  const detail::HostKernels<S, Backend>& host_kernels<S, Backend>() {             \
+  const detail::HostKernels<S, Backend>& detail::host_kernels<S, Backend>() {     \
     return detail::own_host_kernels<S, Backend>();                                \
   }                                                                               \
   template class World<S, Backend>;                                               \

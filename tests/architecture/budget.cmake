@@ -8,7 +8,7 @@ cmake_minimum_required(VERSION 3.24)
 if(NOT DEFINED BUDGET)
   # Eigen/Geometry alone is about 99000, with the standard headers 120000; the rest is our own. A
   # header that drags in too much costs thousands, code that is needed may cost some hundreds.
-  set(BUDGET 145200)
+  set(BUDGET 144200)
 endif()
 
 # Sets `out` to the lines that are neither blank nor line markers.

@@ -21,6 +21,8 @@
 
 namespace bristle::test {
 
+using namespace bristle::detail;
+
 /// How exact contacts have to be.
 template <Scalar S>
 struct ContactTolerance {

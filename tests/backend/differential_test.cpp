@@ -20,6 +20,7 @@
 // clipping of contacts, but neither frames, nor trees, nor the way to a contact normal.
 
 using namespace bristle;
+using namespace bristle::detail;
 using bristle::test::Random;
 using bristle::test::rounds;
 

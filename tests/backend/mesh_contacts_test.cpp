@@ -20,6 +20,7 @@
 #include <vector>
 
 using namespace bristle;
+using namespace bristle::detail;
 using bristle::test::Random;
 using bristle::test::rounds;
 

@@ -53,7 +53,7 @@ class PadPatch {
   /// The batch a world casts: implicit patches look as far as the body comes within the step.
   [[nodiscard]] RayBatch<S> rays(const Body<S>& body) {
     RayBatch<S> batch = patch.rays(S(0));
-    batch.kept = &patch.candidates;
+    batch.triangle_cache = &patch.triangle_cache;
     if (patch.def.integration == Integration::explicit_) return batch;
     const Vec3<S> center = patch.box.center();
     const Vec3<S> v = body.twist.at(center - body.center_pose.translation);

@@ -21,6 +21,8 @@
 
 namespace bristle::test {
 
+using namespace bristle::detail;
+
 /// One of these does not hold.
 class Finding : public std::runtime_error {
  public:
@@ -130,7 +132,7 @@ void look_at_cost(const World<S, Backend>& world) {
   const StepReport<S>& report = world.report();
   const SolverDef<S>& solver = world.def().solver;
   const double parts = 1.0 + std::ceil(static_cast<double>(world.time_step()) /
-                                       static_cast<double>(solver.longest_part));
+                                       static_cast<double>(solver.longest_substep));
   const double most = 2.0 * static_cast<double>(report.islands) * parts *
                       (1.0 + solver.max_passes) *
                       (solver.max_sweeps + solver.large_sweeps + 2.0 * solver.max_newton_steps);

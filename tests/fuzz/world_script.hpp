@@ -20,6 +20,8 @@
 
 namespace bristle::test {
 
+using namespace bristle::detail;
+
 /// Counts of one script.
 struct ScriptCounts {
   std::size_t calls = 0;
@@ -89,7 +91,7 @@ class WorldScript {
       def.gravity = in_.vector(S(10));
       def.time_step = in_.positive(S(0.02));
       def.restitution_speed = in_.positive(S(0.1));
-      def.solver.longest_part = in_.positive(S(0.02));
+      def.solver.longest_substep = in_.positive(S(0.02));
       (void)World(def);
     });
   }

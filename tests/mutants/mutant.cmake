@@ -4,7 +4,7 @@
 #   A sentence on the bug, and why nobody would see it in review.
 #
 #   header  sensors/law.hpp
-#   tests   physics/incline_hold_test.cpp physics/momentum_test.cpp
+#   tests   physics/incline_hold_test.cpp physics/conservation_test.cpp
 #   filter  *momentum*
 #   <<<<<<<
 #   const S limit = def.max_force * dt;

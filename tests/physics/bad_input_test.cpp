@@ -368,7 +368,7 @@ TEST_CASE("bad_input: numbers given to calls") {
 TEST_CASE("bad_input: definitions of a world") {
   // One part a step, and any tolerance that is a number.
   WorldDef<double> coarse;
-  coarse.solver.longest_part = infinity<double>;
+  coarse.solver.longest_substep = infinity<double>;
   coarse.solver.max_direct_work = 0;
   coarse.solver.tolerance = std::numeric_limits<double>::min();
   World<double> world(coarse);
@@ -406,7 +406,7 @@ TEST_CASE("bad_input: definitions of a world") {
   CHECK(field_of([](auto& d) { d.solver.large_sweeps = 0; }) == "SolverDef::large_sweeps");
   CHECK(field_of([](auto& d) { d.solver.large_position_sweeps = -1; }) ==
         "SolverDef::large_position_sweeps");
-  CHECK(field_of([](auto& d) { d.solver.longest_part = 0; }) == "SolverDef::longest_part");
+  CHECK(field_of([](auto& d) { d.solver.longest_substep = 0; }) == "SolverDef::longest_substep");
   CHECK(field_of([](auto& d) { d.parallel_for = nullptr; }) == "WorldDef::parallel_for");
 }
 

@@ -13,6 +13,7 @@
 #include <cmath>
 
 using namespace bristle;
+using namespace bristle::detail;
 
 namespace {
 

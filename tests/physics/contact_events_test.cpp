@@ -13,6 +13,7 @@
 #include <vector>
 
 using namespace bristle;
+using namespace bristle::detail;
 using bristle::test::g;
 using namespace bristle::scenes;
 

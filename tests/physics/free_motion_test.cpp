@@ -10,6 +10,7 @@
 #include <cmath>
 
 using namespace bristle;
+using namespace bristle::detail;
 
 namespace {
 
@@ -46,7 +47,7 @@ double tumbling_error(double dt, const Vec3<double>& spin) {
 
 }  // namespace
 
-TEST_CASE_TEMPLATE("free_velocity: a body falls along the exact parabola", S, float, double) {
+TEST_CASE_TEMPLATE("free_motion: a body falls along the exact parabola", S, float, double) {
   auto world = world_with<S>({0, 0, S(-9.81)}, S(1) / S(256));
   BodyDef<S> def = brick<S>();
   def.position = {0, 0, 10};
@@ -62,7 +63,7 @@ TEST_CASE_TEMPLATE("free_velocity: a body falls along the exact parabola", S, fl
   }
 }
 
-TEST_CASE_TEMPLATE("free_velocity: a body falls by symplectic Euler's recurrence where asked", S,
+TEST_CASE_TEMPLATE("free_motion: a body falls by symplectic Euler's recurrence where asked", S,
                    float, double) {
   // v += dt g, then x += dt v: x_n = x_0 + n dt v_0 + g dt^2 n (n + 1) / 2.
   WorldDef<S> world_def;
@@ -87,7 +88,7 @@ TEST_CASE_TEMPLATE("free_velocity: a body falls by symplectic Euler's recurrence
         test::relative(closed).epsilon(256 * static_cast<double>(Tolerance<S>::round_off())));
 }
 
-TEST_CASE("free_velocity: a projectile keeps its horizontal speed and lands where it should") {
+TEST_CASE("free_motion: a projectile keeps its horizontal speed and lands where it should") {
   auto world = world_with<double>({0, 0, -10}, 1e-3);
   BodyDef<double> def = brick<double>();
   def.velocity = {3, 0, 10};
@@ -99,7 +100,7 @@ TEST_CASE("free_velocity: a projectile keeps its horizontal speed and lands wher
   CHECK(std::abs(world.pose(id).translation.z()) < 1e-11);
 }
 
-TEST_CASE("free_velocity: gravity scales by body, and an applied wrench acts for one step") {
+TEST_CASE("free_motion: gravity scales by body, and an applied wrench acts for one step") {
   auto world = world_with<double>({0, 0, -8}, 0.25);
   BodyDef<double> def = brick<double>();
   def.gravity_scale = 0.5;
@@ -115,7 +116,7 @@ TEST_CASE("free_velocity: gravity scales by body, and an applied wrench acts for
   CHECK(world.body(none).twist.linear == Vec3<double>(1, 0, 0));
 }
 
-TEST_CASE("free_velocity: a force at a point turns a body as r x F says") {
+TEST_CASE("free_motion: a force at a point turns a body as r x F says") {
   auto world = world_with<double>(Vec3<double>::Zero(), 1e-3);
   const BodyId id = world.add_body(brick<double>());
   world.apply_force(id, {0, 5, 0}, {0.1, 0, 0});
@@ -124,7 +125,7 @@ TEST_CASE("free_velocity: a force at a point turns a body as r x F says") {
   CHECK(world.body(id).angular_momentum().z() == test::relative(0.1 * 5 * 1e-3));
 }
 
-TEST_CASE_TEMPLATE("free_velocity: a tumbling brick keeps momentum and energy at 1/60 s", S, float,
+TEST_CASE_TEMPLATE("free_motion: a tumbling brick keeps momentum and energy at 1/60 s", S, float,
                    double) {
   // A handful of roundings a step, all in the same direction at worst.
   constexpr int steps = 3600;
@@ -144,7 +145,7 @@ TEST_CASE_TEMPLATE("free_velocity: a tumbling brick keeps momentum and energy at
   }
 }
 
-TEST_CASE("free_velocity: the attitude of a tumbling brick is of fourth order in the step") {
+TEST_CASE("free_motion: the attitude of a tumbling brick is of fourth order in the step") {
   const Vec3<double> spin(4, 3, -5);
   const double coarse = tumbling_error(1.0 / 100, spin);
   const double fine = tumbling_error(1.0 / 200, spin);
@@ -152,7 +153,7 @@ TEST_CASE("free_velocity: the attitude of a tumbling brick is of fourth order in
   CHECK(coarse / fine == test::relative(16).epsilon(0.2));
 }
 
-TEST_CASE("free_velocity: momentum and energy stay at spins of more than half a turn a step") {
+TEST_CASE("free_motion: momentum and energy stay at spins of more than half a turn a step") {
   // A rod that tumbles end over end: a map that loses its root has a factor of 290 between the
   // energies that its momentum allows to go wrong by.
   for (const double spin : {100.0, 150.0, 200.0, 1000.0}) {
@@ -171,7 +172,7 @@ TEST_CASE("free_velocity: momentum and energy stay at spins of more than half a 
   }
 }
 
-TEST_CASE("free_velocity: kinematic bodies move as told, fixed ones not at all") {
+TEST_CASE("free_motion: kinematic bodies move as told, fixed ones not at all") {
   auto world = world_with<double>({0, 0, -9.81}, 0.1);
   BodyDef<double> def = brick<double>();
   def.motion = Motion::kinematic;

@@ -13,6 +13,7 @@
 #include <numbers>
 
 using namespace bristle;
+using namespace bristle::detail;
 
 namespace {
 

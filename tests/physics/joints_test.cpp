@@ -14,6 +14,7 @@
 #include <numbers>
 
 using namespace bristle;
+using namespace bristle::detail;
 
 namespace {
 
@@ -174,7 +175,7 @@ TEST_CASE("joints: a slide falls freely along its axis and not across it") {
   CHECK(log_rotation<double>(slide.world.pose(slide.body).rotation).norm() < 1e-12);
 }
 
-TEST_CASE("joints: a velocity drive holds its speed within its force limit") {
+TEST_CASE("joints: a velocity motor holds its speed within its force limit") {
   // Upwards at 0.1 m/s against 20 N: 50 N suffice.
   auto strong = make_slide<double>({0, 0, 1}, {MotorMode::velocity, 0.1, 50, 1});
   run_for(strong.world, 0.5);
@@ -187,7 +188,7 @@ TEST_CASE("joints: a velocity drive holds its speed within its force limit") {
   CHECK(weak.world.reading(weak.joint).motor_force == test::relative(12).epsilon(1e-12));
 }
 
-TEST_CASE("joints: a position drive arrives at its speed limit and stays") {
+TEST_CASE("joints: a position motor arrives at its speed limit and stays") {
   auto slide = make_slide<double>({0, 0, 1}, {MotorMode::position, 0.2, 100, 0.5});
   run_for(slide.world, 0.2);
   CHECK(slide.world.reading(slide.joint).velocity == test::relative(0.5).epsilon(1e-9));
@@ -237,7 +238,7 @@ TEST_CASE("joints: what is beyond a stop comes back without speed") {
   CHECK(world.body(slider).twist.linear.norm() == 0);
 }
 
-TEST_CASE("joints: a position drive brakes in time, with the force it has") {
+TEST_CASE("joints: a position motor brakes in time, with the force it has") {
   WorldDef<double> world_def;
   world_def.gravity.setZero();
   World<double> world(world_def);

@@ -96,7 +96,7 @@ TEST_CASE("large_islands: a pyramid of 210 boxes stands on sweeps of a bounded n
                                         .position = places.back()}));
       }
     }
-    const double parts = std::ceil(dt / def.solver.longest_part);
+    const double parts = std::ceil(dt / def.solver.longest_substep);
     double deepest = 0;
     for (int i = 0; i * dt < 2; ++i) {
       world.step();

@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 
 using namespace bristle;
+using namespace bristle::detail;
 
 TEST_CASE_TEMPLATE("locked_contact: a still finger that overlaps the floor is not thrown", S, float,
                    double) {

@@ -15,6 +15,7 @@
 #include <vector>
 
 using namespace bristle;
+using namespace bristle::detail;
 using bristle::test::g;
 
 namespace {

@@ -1,5 +1,5 @@
 /// @file
-/// Revolute joints in a world: what they hold, how they turn, their stops and drives. Chains of
+/// Revolute joints in a world: what they hold, how they turn, their limits and motors. Chains of
 /// them without a world are tested with `MechanismIntegrator`.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/mechanism.hpp"
@@ -246,7 +246,7 @@ TEST_CASE("revolute: a motor holds a rod against its weight, as far as its torqu
   CHECK(weak.reading().motor_force == test::relative(-1).epsilon(1e-12));
 }
 
-TEST_CASE("revolute: a position drive arrives without passing, also beyond a turn") {
+TEST_CASE("revolute: a position motor arrives without passing, also beyond a turn") {
   for (const double target : {1.0, -2.5, 9.0}) {
     CAPTURE(target);
     Hinge hinge = make_hinge({.joint = {.motor = {MotorMode::position, target, 0.5}}});

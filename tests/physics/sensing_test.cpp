@@ -9,6 +9,7 @@
 #include <cmath>
 
 using namespace bristle;
+using namespace bristle::detail;
 using namespace bristle::scenes;
 
 namespace {

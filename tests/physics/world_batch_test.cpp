@@ -18,6 +18,7 @@
 #include <vector>
 
 using namespace bristle;
+using namespace bristle::detail;
 using namespace bristle::scenes;
 
 namespace {

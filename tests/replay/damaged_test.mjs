@@ -22,15 +22,15 @@ function withJson(change) {
 }
 
 const cases = [
-  ['text cut', whole.replace(packed, packed.range(0, 4000)), /cannot be read: it ends too early/],
-  ['text damaged', whole.replace(packed, `${packed.range(0, 4000)}*`), /cannot be read: its text is damaged/],
+  ['text cut', whole.replace(packed, packed.slice(0, 4000)), /cannot be read: it ends too early/],
+  ['text damaged', whole.replace(packed, `${packed.slice(0, 4000)}*`), /cannot be read: its text is damaged/],
   ['half written', pageOf(recording.subarray(0, 100000)), /cannot be read: it has 100000 bytes and should have \d+/],
   ['no recording', pageOf(Buffer.from('a recording')), /cannot be read: it is no \.glb file/],
   ['accessor too long', pageOf(withJson((json) => json.replace(/("componentType":5126,"count":)1/, '$19'))), /cannot be read: its accessor \d+ does not fit/],
-  ['JSON cut', pageOf(withJson((json) => json.range(0, -9) + ' '.repeat(9))), /cannot be read: its JSON is damaged/],
+  ['JSON cut', pageOf(withJson((json) => json.slice(0, -9) + ' '.repeat(9))), /cannot be read: its JSON is damaged/],
   ['later version', pageOf(withJson((json) => json.replace('"version":1,', '"version":2,'))), /version 2; this page reads version 1/],
-  ['page cut in the recording', whole.range(0, whole.indexOf(packed) + 5000), /page is cut short/],
-  ['page cut in the viewer', whole.range(0, -5000), /page is cut short/],
+  ['page cut in the recording', whole.slice(0, whole.indexOf(packed) + 5000), /page is cut short/],
+  ['page cut in the viewer', whole.slice(0, -5000), /page is cut short/],
 ];
 const page = await Page.open('about:blank');
 for (const [what, html, wanted] of cases) {

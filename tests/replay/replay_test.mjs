@@ -48,7 +48,7 @@ await page.drawn();
 assert.equal(difference(held, await page.pixels()), 0);
 
 // Sensors that let go have another colour at that time.
-const tracks = new Tracks(new Glb(bytes.buffer.range(bytes.byteOffset, bytes.byteOffset + bytes.byteLength)));
+const tracks = new Tracks(new Glb(bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.byteLength)));
 const { slips } = tracks.patches[0].totals(tracks.times.length);
 const slide = slips.indexOf(Math.max(...slips));
 await page.setTime(tracks.times[slide]);

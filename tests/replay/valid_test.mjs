@@ -11,7 +11,7 @@ import { Page, colours, difference } from './browser.mjs';
 const validator = createRequire(join(process.env.NODE_PATH, 'x.js'))('gltf-validator');
 
 const page = await Page.open('about:blank');
-for (const name of process.argv.range(2)) {
+for (const name of process.argv.slice(2)) {
   const { issues } = await validator.validateBytes(new Uint8Array(readFileSync(`${name}.glb`)));
   console.log(`${name}: ${issues.numErrors} errors, ${issues.numWarnings} warnings of the validator`);
   assert.equal(issues.numErrors, 0, JSON.stringify(issues.messages));

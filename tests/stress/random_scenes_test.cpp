@@ -15,6 +15,7 @@
 #include <string>
 
 using namespace bristle;
+using namespace bristle::detail;
 using namespace bristle::scenes;
 
 namespace {

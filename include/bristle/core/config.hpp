@@ -42,8 +42,11 @@
 /// decides how Eigen aligns objects on the stack. The linker keeps one copy of Eigen's functions
 /// for all files.
 #define BRISTLE_ABI BRISTLE_ABI_OF(BRISTLE_WAY, BRISTLE_REGISTER_BYTES)
+/// Expands its arguments, then joins them.
 #define BRISTLE_ABI_OF(way, bytes) BRISTLE_ABI_OF_(way, bytes)
+/// Joins its arguments as they stand: `way_bytes`.
 #define BRISTLE_ABI_OF_(way, bytes) way##_##bytes
+/// BRISTLE_WAY: first part of the namespace's name, `compiled` or `header_only`.
 #if defined(BRISTLE_COMPILED)
 #define BRISTLE_WAY compiled
 #else

@@ -23,6 +23,7 @@ namespace bristle::inline BRISTLE_ABI {
 /// A caller's value breaks a rule. Reads "BodyDef::mass = -1: must be finite and > 0".
 class InvalidArgument : public std::invalid_argument {
  public:
+  /// The three parts of the message, as `field()`, `value()` and `rule()` return them.
   InvalidArgument(std::string field, std::string value, std::string rule)
       : std::invalid_argument(field + " = " + value + ": " + rule),
         field_(std::move(field)),

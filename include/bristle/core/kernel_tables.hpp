@@ -7,11 +7,13 @@
 
 #include <bristle/core/config.hpp>
 
-/// Names of functions that return kernels in a scalar. The first is for a set (`baseline`, `v3`,
-/// `v4`), the second for `instruction_set()`.
+/// Name of the function that returns the kernels of a set (`baseline`, `v3`, `v4`) in the scalar S.
 #define BRISTLE_KERNELS_OF(S, set) BRISTLE_KERNELS_OF_(S, set)
+/// Joins the name once the arguments are expanded.
 #define BRISTLE_KERNELS_OF_(S, set) bristle_kernels_##S##_##set
+/// Name of the function that returns the kernels of `instruction_set()` in the scalar S.
 #define BRISTLE_CHOSEN_KERNELS(S) BRISTLE_CHOSEN_KERNELS_(S)
+/// Joins the name once the argument is expanded.
 #define BRISTLE_CHOSEN_KERNELS_(S) chosen_kernels_##S
 
 namespace bristle::inline BRISTLE_ABI {
@@ -35,15 +37,21 @@ struct KernelTables {
 }  // namespace detail
 
 extern "C" {
+/// Kernels of the set and scalar in the name. Call those of a set only on a processor that has it.
+/// @{
 const detail::KernelTables* bristle_kernels_float_baseline();
 const detail::KernelTables* bristle_kernels_double_baseline();
 const detail::KernelTables* bristle_kernels_float_v3();
 const detail::KernelTables* bristle_kernels_double_v3();
 const detail::KernelTables* bristle_kernels_float_v4();
 const detail::KernelTables* bristle_kernels_double_v4();
+/// @}
 }
 
+/// Kernels of `instruction_set()` in the scalar of the name.
+/// @{
 [[nodiscard]] const detail::KernelTables& chosen_kernels_float();
 [[nodiscard]] const detail::KernelTables& chosen_kernels_double();
+/// @}
 
 }  // namespace bristle::inline BRISTLE_ABI

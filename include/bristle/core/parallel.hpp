@@ -30,6 +30,7 @@ struct SerialFor {
 };
 
 }  // namespace detail
+/// Hook that runs all tasks in the calling thread, in ascending order.
 inline constexpr detail::SerialFor serial_for{};
 
 /// Returns whether a hook is known to be `serial_for`. Work need not be divided for it.

@@ -32,7 +32,9 @@ namespace bristle::inline BRISTLE_ABI {
 template <typename Clock = std::chrono::steady_clock>
 class RealTimePacer {
  public:
+  /// Time between two instants of the clock.
   using Duration = typename Clock::duration;
+  /// Instant of the clock.
   using TimePoint = typename Clock::time_point;
 
   /// @param step          [s] Simulated time of one step. Finite, > 0.

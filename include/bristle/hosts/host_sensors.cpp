@@ -5,12 +5,12 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-#define BRISTLE_HOSTS(S, Backend, backend)                            \
-  template <>                                                         \
-  const detail::HostKernels<S, Backend>& host_kernels<S, Backend>() { \
-    return *static_cast<const detail::HostKernels<S, Backend>*>(      \
-        BRISTLE_CHOSEN_KERNELS(S)().backend.host);                    \
-  }                                                                   \
+#define BRISTLE_HOSTS(S, Backend, backend)                                    \
+  template <>                                                                 \
+  const detail::HostKernels<S, Backend>& detail::host_kernels<S, Backend>() { \
+    return *static_cast<const detail::HostKernels<S, Backend>*>(              \
+        BRISTLE_CHOSEN_KERNELS(S)().backend.host);                            \
+  }                                                                           \
   template class HostSensors<S, Backend>;
 
 BRISTLE_HOSTS(BRISTLE_INSTANTIATE, AnalyticBackend, analytic)

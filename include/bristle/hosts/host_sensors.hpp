@@ -129,13 +129,9 @@ struct HostKernels {
   void (*solve)(void* stage, HostSensors<S, Backend>& sensors);
 };
 
-}  // namespace detail
-
 /// The table to use from here on.
 template <Scalar S, typename Backend>
-[[nodiscard]] const detail::HostKernels<S, Backend>& host_kernels();
-
-namespace detail {
+[[nodiscard]] const HostKernels<S, Backend>& host_kernels();
 
 template <Scalar S, typename Backend>
 class HostStage;
@@ -185,6 +181,7 @@ class HostSensors {
   /// engine is queried for bodies that are not fixed in each step, whatever their kind of motion.
   /// Masses and joints are not used. Never step this world: the engine steps.
   [[nodiscard]] World<S, Backend>& world() noexcept { return world_; }
+  /// The same world for reading.
   [[nodiscard]] const World<S, Backend>& world() const noexcept { return world_; }
 
   /// Senses, and applies the mean force of the next step to the engine's bodies. Applies only
@@ -287,7 +284,7 @@ class HostSensors {
   std::vector<detail::HostMobility<S>> mobilities_;
   std::vector<detail::HostWrench<S>> wrenches_;
   HostReport report_{};
-  detail::KernelScratch<detail::HostKernels<S, Backend>> stage_{host_kernels<S, Backend>()};
+  detail::KernelScratch<detail::HostKernels<S, Backend>> stage_{detail::host_kernels<S, Backend>()};
 };
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -381,9 +378,9 @@ void HostSensors<S, Backend>::take_hits(detail::SensorPatch<S>& patch) {
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
 namespace bristle::inline BRISTLE_ABI {
 
-#define BRISTLE_COMPILED_HOSTS(S, Backend)                           \
-  template <>                                                        \
-  const detail::HostKernels<S, Backend>& host_kernels<S, Backend>(); \
+#define BRISTLE_COMPILED_HOSTS(S, Backend)                                   \
+  template <>                                                                \
+  const detail::HostKernels<S, Backend>& detail::host_kernels<S, Backend>(); \
   extern template class HostSensors<S, Backend>;
 BRISTLE_COMPILED_HOSTS(float, AnalyticBackend)
 BRISTLE_COMPILED_HOSTS(double, AnalyticBackend)

@@ -44,11 +44,13 @@ enum class DrawnKind {
 
 /// Owner of a drawn thing.
 struct Drawn {
+  /// Meaning of the thing.
   DrawnKind kind = DrawnKind::moving_shape;
   /// [-] Body that carries it, or that is pressed; body B of a joint.
   BodyId body{};
-  /// [-] Patch and sensor, where it is one of a sensor.
+  /// [-] Patch, if the thing belongs to one.
   PatchId patch{};
+  /// [-] Index of the sensor in the patch, if the thing is one of a sensor.
   std::size_t sensor = 0;
 };
 

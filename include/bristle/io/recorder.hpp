@@ -96,6 +96,7 @@ class Recorder {
     world_ = &world;
   }
 
+  /// All frames so far. Valid as long as the recorder.
   [[nodiscard]] const Recording<S>& recording() const noexcept { return recording_; }
 
  private:
@@ -326,6 +327,8 @@ void Recorder<S>::observe_patch(const World<S, Backend>& world, std::size_t numb
   slipped_[number].assign(patch.ends.size(), false);
 }
 
+/// Points of the last step that exchanged an impulse. Each names a recorded body and the force on
+/// it [N]: the impulse over `dt` [s].
 template <Scalar S>
 template <typename Backend>
 auto Recorder<S>::contacts_of(const World<S, Backend>& world, double dt) const

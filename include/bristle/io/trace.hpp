@@ -48,6 +48,7 @@ class Trace {
   /// @throws InvalidArgument when there is no channel, or one has no name or that of another.
   Trace(std::initializer_list<detail::TraceChannel> channels)
       : Trace(std::vector<detail::TraceChannel>(channels)) {}
+  /// @throws InvalidArgument when there is no channel, or one has no name or that of another.
   explicit Trace(std::vector<detail::TraceChannel> channels);
 
   /// Appends one value per channel, in the order of the channels.
@@ -63,6 +64,7 @@ class Trace {
     for (std::vector<double>& column : columns_) column.reserve(rows);
   }
 
+  /// Channels in the order of their columns.
   [[nodiscard]] const std::vector<detail::TraceChannel>& channels() const noexcept { return channels_; }
   /// [-] Number of rows.
   [[nodiscard]] std::size_t size() const noexcept { return columns_.front().size(); }

@@ -38,6 +38,7 @@ namespace bristle::inline BRISTLE_ABI {
 template <std::floating_point S, std::size_t n>
 class Dual {
  public:
+  /// Derivatives by the n variables, in their order.
   using Partials = std::array<S, n>;
 
   /// Leaves the number uninitialised, like an S.
@@ -47,6 +48,7 @@ class Dual {
   requires std::is_arithmetic_v<T>
   constexpr Dual(T value)  // NOLINT: a number in a formula of duals is a constant
       : value_(static_cast<S>(value)), partials_{} {}
+  /// A number with all its derivatives.
   constexpr Dual(S value, const Partials& partials) : value_(value), partials_(partials) {}
 
   /// Variable number i < n with a value: its derivative by itself is 1.
@@ -56,9 +58,11 @@ class Dual {
     return x;
   }
 
+  /// The number without derivatives.
   [[nodiscard]] constexpr S value() const { return value_; }
   /// Derivative by variable i.
   [[nodiscard]] constexpr S partial(std::size_t i = 0) const { return partials_[i]; }
+  /// All n derivatives.
   [[nodiscard]] constexpr const Partials& partials() const { return partials_; }
 
   /// The value, without derivatives.
@@ -100,10 +104,13 @@ class Dual {
     for (std::size_t i = 0; i < n; ++i) negative.partials_[i] = -a.partials_[i];
     return negative;
   }
+  /// Replaces the number by the result of the operator on it and b.
+  /// @{
   constexpr Dual& operator+=(const Dual& b) { return *this = *this + b; }
   constexpr Dual& operator-=(const Dual& b) { return *this = *this - b; }
   constexpr Dual& operator*=(const Dual& b) { return *this = *this * b; }
   constexpr Dual& operator/=(const Dual& b) { return *this = *this / b; }
+  /// @}
 
   [[nodiscard]] friend constexpr bool operator==(const Dual& a, const Dual& b) = default;
   [[nodiscard]] friend constexpr bool operator<(const Dual& a, const Dual& b) {
@@ -204,9 +211,11 @@ class Dual {
 template <std::size_t n>
 inline constexpr bool is_scalar<Dual<double, n>> = true;
 
+/// [-] It carries n derivatives.
 template <std::floating_point S, std::size_t n>
 inline constexpr std::size_t derivatives_of<Dual<S, n>> = n;
 
+/// The number without derivatives, as `Dual::value` returns it.
 template <std::floating_point S, std::size_t n>
 [[nodiscard]] constexpr S value_of(const Dual<S, n>& x) {
   return x.value();
@@ -226,6 +235,8 @@ class std::numeric_limits<bristle::Dual<S, n>> : public std::numeric_limits<S> {
   using Base = std::numeric_limits<S>;
 
  public:
+  /// The constant that S has under the same name. Its derivatives are 0.
+  /// @{
   static constexpr Dual min() noexcept { return Base::min(); }
   static constexpr Dual max() noexcept { return Base::max(); }
   static constexpr Dual lowest() noexcept { return Base::lowest(); }
@@ -235,11 +246,15 @@ class std::numeric_limits<bristle::Dual<S, n>> : public std::numeric_limits<S> {
   static constexpr Dual quiet_NaN() noexcept { return Base::quiet_NaN(); }
   static constexpr Dual signaling_NaN() noexcept { return Base::signaling_NaN(); }
   static constexpr Dual denorm_min() noexcept { return Base::denorm_min(); }
+  /// @}
 };
 
+// Only Eigen reads these traits, and Doxygen finds no scope for them.
+/// @cond
 /// The properties of a scalar that Eigen needs.
 template <std::floating_point S, std::size_t n>
 struct Eigen::NumTraits<bristle::Dual<S, n>> : Eigen::GenericNumTraits<bristle::Dual<S, n>> {
+  /// Types of real parts, quotients, literals and stored copies: all are the number itself.
   using Real = bristle::Dual<S, n>;
   using NonInteger = Real;
   using Literal = Real;
@@ -255,7 +270,9 @@ struct Eigen::NumTraits<bristle::Dual<S, n>> : Eigen::GenericNumTraits<bristle::
     MulCost = (2 * n + 1) * Eigen::NumTraits<S>::MulCost
   };
 
+  /// Precision of S, as Eigen has it for S.
   static constexpr Real epsilon() { return Eigen::NumTraits<S>::epsilon(); }
   static constexpr Real dummy_precision() { return Eigen::NumTraits<S>::dummy_precision(); }
   static constexpr int digits10() { return Eigen::NumTraits<S>::digits10(); }
 };
+/// @endcond

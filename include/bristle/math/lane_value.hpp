@@ -3,7 +3,7 @@
 ///
 /// A formula over a `Value` T uses the operators, `dot`, `cross` and `select`. It uses `any` and
 /// `all` where a branch may skip work that no lane needs. For T = S it is the plain scalar formula.
-/// For T = Pack<S> it is the same lane by lane. So a test of the first tests the second.
+/// For T = `Pack<S>` it is the same lane by lane. So a test of the first tests the second.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 

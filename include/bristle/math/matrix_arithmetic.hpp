@@ -83,6 +83,7 @@ template <typename Value, typename Make>
 
 }  // namespace detail
 
+/// Sum of two matrices of one size, entry by entry.
 template <typename A, typename B>
 requires detail::SameSize<A, B>
 [[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> operator+(const A& a, const B& b) {
@@ -92,6 +93,7 @@ requires detail::SameSize<A, B>
       [&](int i, int j) { return detail::entry(x, i, j) + detail::entry(y, i, j); });
 }
 
+/// Difference of two matrices of one size, entry by entry.
 template <typename A, typename B>
 requires detail::SameSize<A, B>
 [[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> operator-(const A& a, const B& b) {
@@ -101,6 +103,7 @@ requires detail::SameSize<A, B>
       [&](int i, int j) { return detail::entry(x, i, j) - detail::entry(y, i, j); });
 }
 
+/// Negative of a matrix.
 template <detail::SmallMatrix A>
 [[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> operator-(const A& a) {
   decltype(auto) x = detail::stored(a);
@@ -108,6 +111,7 @@ template <detail::SmallMatrix A>
       [&](int i, int j) { return -detail::entry(x, i, j); });
 }
 
+/// A matrix times a number.
 template <detail::SmallMatrix A, std::same_as<typename A::Scalar> S>
 [[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> operator*(const S& k, const A& a) {
   decltype(auto) x = detail::stored(a);
@@ -115,6 +119,7 @@ template <detail::SmallMatrix A, std::same_as<typename A::Scalar> S>
       [&](int i, int j) { return k * detail::entry(x, i, j); });
 }
 
+/// A matrix times a number.
 template <detail::SmallMatrix A, std::same_as<typename A::Scalar> S>
 [[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> operator*(const A& a, const S& k) {
   decltype(auto) x = detail::stored(a);
@@ -122,6 +127,7 @@ template <detail::SmallMatrix A, std::same_as<typename A::Scalar> S>
       [&](int i, int j) { return detail::entry(x, i, j) * k; });
 }
 
+/// A matrix divided by a number, entry by entry.
 template <detail::SmallMatrix A, std::same_as<typename A::Scalar> S>
 [[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> operator/(const A& a, const S& k) {
   decltype(auto) x = detail::stored(a);

@@ -44,6 +44,7 @@ struct Wrench {
   /// The same load about the point at `r` [m] from the reference point.
   [[nodiscard]] Wrench shifted(const Vec3<S>& r) const { return {force, torque - r.cross(force)}; }
 
+  /// Adds a load about the same reference point.
   Wrench& operator+=(const Wrench& other) {
     force += other.force;
     torque += other.torque;

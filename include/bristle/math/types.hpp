@@ -19,7 +19,7 @@ namespace bristle::inline BRISTLE_ABI {
 
 /// Opens the library to scalars that are not built in (dual.hpp has one). Specialise it to true for
 /// a type that has std::numeric_limits, arithmetic and `value_of`. ADL must find the functions of
-/// <cmath>.
+/// `<cmath>`.
 template <typename S>
 inline constexpr bool is_scalar = std::floating_point<S>;
 
@@ -41,12 +41,14 @@ namespace detail {
 template <Scalar S>
 using Vec2 = Eigen::Matrix<S, 2, 1>;
 }  // namespace detail
+/// Column vector of three numbers.
 template <Scalar S>
 using Vec3 = Eigen::Matrix<S, 3, 1>;
 namespace detail {
 template <Scalar S>
 using Vec6 = Eigen::Matrix<S, 6, 1, Eigen::DontAlign>;
 }  // namespace detail
+/// Matrix of three rows and three columns.
 template <Scalar S>
 using Mat3 = Eigen::Matrix<S, 3, 3>;
 /// Unaligned, so that structs holding one have the same layout under every -march.

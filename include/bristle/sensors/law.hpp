@@ -7,7 +7,7 @@
 /// the force ON B. A gets -F at the same point, so momentum is conserved exactly. docs/sensors.md
 /// lists where and why the printed equations are corrected.
 ///
-/// Functions over a `Value` T serve one sensor (T = S) or one register of sensors (T = Pack<S>).
+/// Functions over a `Value` T serve one sensor (T = S) or one register of sensors (T = `Pack<S>`).
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 

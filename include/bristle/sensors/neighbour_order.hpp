@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-namespace bristle::inline BRISTLE_ABI::detail {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Returns the indices of a layout's sensors in squares: four rows of four, four such squares, and
 /// so on, as far as their number and positions allow.
@@ -45,10 +45,10 @@ template <Scalar S>
 template <Scalar S>
 std::vector<std::uint32_t> neighbour_order(const SensorLayout<S>& layout) {
   layout.validate();
-  const RayTree<S> ray_tree(layout.rays());
+  const detail::RayTree<S> ray_tree(layout.rays());
   std::vector<std::uint32_t> order(layout.size());
   if (ray_tree.is_empty()) {
-    fill_numbers(order);  // No sensors, or rays without an end.
+    detail::fill_numbers(order);  // No sensors, or rays without an end.
   } else {
     std::copy_n(ray_tree.rays_from(0), order.size(), order.begin());
   }
@@ -61,7 +61,7 @@ SensorLayout<S> in_order(const SensorLayout<S>& layout, std::span<const std::uin
   SensorLayout<S> result;
   for (std::size_t k = 0; k < order.size(); ++k) {
     if (order[k] >= layout.size()) {
-      raise(InvalidArgument(
+      detail::raise(InvalidArgument(
           "in_order: order[" + std::to_string(k) + "]", std::to_string(order[k]),
           "must be less than the number of sensors, " + std::to_string(layout.size())));
     }
@@ -70,4 +70,4 @@ SensorLayout<S> in_order(const SensorLayout<S>& layout, std::span<const std::uin
   return result;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI::detail
+}  // namespace bristle::inline BRISTLE_ABI

@@ -137,10 +137,10 @@ struct SensorPatch {
   /// [m] Rays from A's centre of mass in A's axes; [1] unit directions; [m] lengths.
   Vec3Array<S> start, direction;
   LaneVector<S> length;
-  /// The rays in the form that queries take.
+  /// Tree over the rays, built once by `make_patch`.
   RayTree<S> ray_tree{};
   /// Triangle cache for a fine mesh. Not state: results do not depend on it.
-  TriangleCache<S> candidates{};
+  TriangleCache<S> triangle_cache{};
   /// [m] Box around all rays, from A's centre of mass in A's axes.
   Aabb<S> box{};
 
@@ -157,7 +157,7 @@ struct SensorPatch {
   /// listed in ascending order; all packets until they were tested. Also contacts and pairs.
   RayHits<S> hits{};
   std::vector<std::uint32_t> near;
-  PlaneCache<S> kept{};
+  PlaneCache<S> plane_cache{};
   /// Lanes of each packet that hit anything in this step, and in the one before.
   std::vector<LaneBits> hit_bits, hit_before;
   std::vector<TouchedShape> touched;
@@ -210,7 +210,6 @@ struct SensorPatch {
   /// [-] First packet of a range, and one behind its last, which may be padded where the range is
   /// not. Only for ranges of whole packets (`RayTree::has_packets_in_ranges`), or for all sensors.
   [[nodiscard]] std::array<std::size_t, 2> packets_in(RayRange range) const {
-    static_assert(packet_size == packet_size);
     const std::size_t end = range.end / packet_size + (range.end % packet_size != 0 ? 1u : 0u);
     return {range.first / packet_size, std::min(packets.size(), end)};
   }

@@ -77,7 +77,7 @@ void clear_patch(SensorPatch<S>& patch) {
   patch.contacts.clear();
   patch.pairs.clear();
   patch.last_impulses.clear();
-  patch.kept.clear();
+  patch.plane_cache.clear();
   patch.readings.wrench = {};
   patch.readings.shear_W.setZero();
 }

@@ -34,9 +34,11 @@ struct PlacementDef {
 
 /// Numbers of sensors that `sensors_from_mesh` placed, and of those it had to leave out.
 struct PlacementReport {
-  /// [-] Sensors on faces, on vertices and on edges; they follow one another in this order.
+  /// [-] Sensors on faces. They come first.
   std::size_t face_sensors = 0;
+  /// [-] Sensors on vertices. They follow those on faces.
   std::size_t vertex_sensors = 0;
+  /// [-] Sensors on edges. They come last.
   std::size_t edge_sensors = 0;
   /// [-] Indices of the triangles without a normal. They carry no sensor and do not count for the
   /// normals of their vertices and edges.

@@ -35,13 +35,16 @@ struct PatchReading {
   std::span<const S> depth;
   /// [N] Force along the ray, >= 0, that pushes the sensor back.
   std::span<const S> normal_force;
-  /// [N] Force across the ray, along t1 and t2: friction, and the sideways push of an oblique
-  /// surface (`NormalDirection::gradient`).
+  /// [N] Force across the ray, along t1: friction, and the sideways push of an oblique surface
+  /// (`NormalDirection::gradient`).
   std::span<const S> shear_1;
+  /// [N] The same along t2.
   std::span<const S> shear_2;
-  /// [m] World contact point, valid only in contact.
+  /// [m] x of the contact point in the world, valid only in contact.
   std::span<const S> point_x;
+  /// [m] y of the contact point in the world, valid only in contact.
   std::span<const S> point_y;
+  /// [m] z of the contact point in the world, valid only in contact.
   std::span<const S> point_z;
   /// [-] Body in contact; names nothing without one.
   std::span<const BodyId> body;

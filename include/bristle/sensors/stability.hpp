@@ -41,7 +41,7 @@ struct Mode {
 /// that moves.
 ///
 /// Several patches on one body add up: this function regards one alone.
-/// @param mobility_of  Callable: Mat6<S> mobility_of(pair), the mobility of the pair's two bodies
+/// @param mobility_of  Callable: `Mat6<S> mobility_of(pair)`, the mobility of the pair's two bodies
 ///                     about its point c.
 template <Scalar S, typename MobilityOf>
 [[nodiscard]] S largest_stable_step(const detail::SensorPatch<S>& patch, MobilityOf&& mobility_of);

@@ -34,8 +34,9 @@ inline constexpr std::size_t tactile_channel_count = 4;
 /// an image of one row, in the order of its sensors.
 template <Scalar S>
 struct TactileImage {
-  /// [-] Sensors in a column and in a row.
+  /// [-] Sensors in a column.
   std::size_t rows = 0;
+  /// [-] Sensors in a row.
   std::size_t columns = 0;
   /// Pixels, row by row.
   std::span<const S> pixels{};

@@ -78,23 +78,26 @@ struct PatchDescription {
   /// [1] The same for a sudden load. The bristles overshoot by 1 + D with D = exp(-pi z / sqrt(1 -
   /// z^2)), so it is mu / (1 + D); half of mu without damping.
   S sudden_coefficient = S(0);
-  /// [1] Mean shear per normal force while sliding, without the viscous part: mu / 2 with
-  /// `release`, mu with `drag`.
+  /// [1] Mean shear per normal force while sliding with `release`, without the viscous part:
+  /// mu / 2.
   S kinetic_release = S(0);
+  /// [1] The same with `drag`: mu.
   S kinetic_drag = S(0);
-  /// [N/m] Stiffness of the whole patch against shear, and along the rays.
+  /// [N/m] Stiffness of the whole patch against shear.
   S bristle_stiffness = S(0);
+  /// [N/m] Stiffness of the whole patch along the rays.
   S normal_stiffness = S(0);
   /// [1] Depth at the load. Above 1 the sensors cannot carry it.
   S press = S(0);
-  /// [1] Damping ratios.
+  /// [1] Damping ratio against shear.
   S bristle_damping_ratio = S(0);
+  /// [1] Damping ratio along the rays.
   S normal_damping_ratio = S(0);
   /// [1/s] Natural frequency of the bristles, as an angular frequency.
   S bristle_frequency = S(0);
-  /// [s] Longest stable explicit step, and the recommended one: 0.35 of it, where Lambda is about
-  /// 0.5.
+  /// [s] Longest stable explicit step.
   S largest_explicit_step = S(0);
+  /// [s] Recommended explicit step: 0.35 of the longest one, where Lambda is about 0.5.
   S recommended_explicit_step = S(0);
 
   /// [m] Creep at rest under a shear force [N].

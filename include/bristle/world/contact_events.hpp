@@ -30,11 +30,13 @@ enum class ContactPhase {
 struct ContactEvent {
   /// Change of the contact.
   ContactPhase phase = ContactPhase::begin;
-  /// [-] The shapes, in the order of their indices, and their bodies. After an end they may name
-  /// removed ones.
+  /// [-] Shape with the smaller index. After an end it may be removed, as may all below.
   ShapeId shape_a{};
+  /// [-] Shape with the larger index.
   ShapeId shape_b{};
+  /// [-] Body of `shape_a`.
   BodyId body_a{};
+  /// [-] Body of `shape_b`.
   BodyId body_b{};
 };
 
@@ -61,10 +63,13 @@ struct ContactPointReading {
 template <Scalar S>
 class ContactReading {
  public:
-  /// [-] The shapes, in the order of their indices, and their bodies.
+  /// [-] Shape with the smaller index.
   ShapeId shape_a{};
+  /// [-] Shape with the larger index.
   ShapeId shape_b{};
+  /// [-] Body of `shape_a`.
   BodyId body_a{};
+  /// [-] Body of `shape_b`.
   BodyId body_b{};
 
   /// @param manifolds  All manifolds of the two shapes, at least one.
@@ -82,9 +87,10 @@ class ContactReading {
   /// [N s, N m s] Total impulse on b about a point [m] of the world. Its negative acts on a.
   [[nodiscard]] Wrench<S> impulse_about(const Vec3<S>& point) const;
 
-  /// [N s, N m s] Total impulse on body a or b about its centre of mass at the start of the step.
+  /// [N s, N m s] Total impulse on body a about its centre of mass at the start of the step.
   /// Equals its change of (angular) momentum, to round-off.
   [[nodiscard]] Wrench<S> impulse_on_a() const;
+  /// [N s, N m s] The same on body b about its own centre of mass.
   [[nodiscard]] Wrench<S> impulse_on_b() const;
 
  private:

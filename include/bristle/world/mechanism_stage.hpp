@@ -88,7 +88,7 @@ class MechanismStage {
       const std::uint32_t a = joint.def.body_a.index;
       const std::uint32_t b = joint.def.body_b.index;
       turn_joint_rows(joint, end_pose(state, a), end_pose(state, b),
-                      state.solver_bodies[a].free_velocity, state.solver_bodies[b].free_velocity,
+                      state.solver_bodies[a].mean_free, state.solver_bodies[b].mean_free,
                       state.def.time_step, state.constraints);
       if (!island.contacts.empty()) continue;
       for (std::uint32_t r = 0; r < state.constraints.blocks[i].count; ++r) {
@@ -112,7 +112,7 @@ class MechanismStage {
 
   /// Moves a body of a mechanism to its integrated pose, plus the motion that impulses added.
   void move(Body<S>& body, const SolverBody<S>& solved, std::uint32_t slot, S dt) const {
-    const Twist<S> rest = solved.motion - solved.free_velocity;
+    const Twist<S> rest = solved.motion - solved.mean_free;
     body.center_pose = end_poses_[slot];
     body.center_pose.translation += dt * rest.linear;
     if (rest.angular != Vec3<S>::Zero()) {
@@ -221,9 +221,9 @@ class MechanismStage {
     const Transform<S>& start = state.bodies.at(slot).center_pose;
     const S dt = state.def.time_step;
     body.free = body.twist = twists_[k];
-    body.free_velocity = {(poses_[k].translation - start.translation) / dt,
+    body.mean_free = {(poses_[k].translation - start.translation) / dt,
                           log_rotation<S>(poses_[k].rotation * start.rotation.conjugate()) / dt};
-    body.motion = body.free_velocity;
+    body.motion = body.mean_free;
     body.follows_joints = true;
     end_poses_[slot] = poses_[k];
   }
@@ -234,7 +234,7 @@ class MechanismStage {
            std::any_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t slot) {
              const SolverBody<S>& body = state.solver_bodies[slot];
              const Twist<S> solved =
-                 body.follows_joints ? body.motion - body.free_velocity : body.motion;
+                 body.follows_joints ? body.motion - body.mean_free : body.motion;
              return turns_far(solved, state.def.time_step);
            });
   }
@@ -254,7 +254,7 @@ class MechanismStage {
       SolverBody<S>& body = state.solver_bodies[slots_[k]];
       if (!body.moves) continue;
       // `move` takes the body there.
-      body.motion = body.free_velocity;
+      body.motion = body.mean_free;
       body.follows_joints = true;
       const auto& found = system_.nodes()[k].now;
       end_poses_[slots_[k]] = {found.q.normalized(), found.x};

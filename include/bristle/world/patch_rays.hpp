@@ -133,7 +133,7 @@ ShapeInReach<S, Backend> shape_in_reach(const SensorPatch<S>& patch, ShapeId id,
 template <Scalar S, typename Backend>
 [[nodiscard]] bool serves(const SensorPatch<S>& patch,
                           std::span<const ShapeInReach<S, Backend>> shapes) {
-  const std::vector<PlaneCacheShape<S>>& kept = patch.kept.shapes;
+  const std::vector<PlaneCacheShape<S>>& kept = patch.plane_cache.shapes;
   if (kept.size() != shapes.size()) return false;
   for (std::size_t i = 0; i < kept.size(); ++i) {
     const ShapeInReach<S, Backend>& shape = shapes[i];
@@ -180,7 +180,7 @@ template <Scalar S, typename Backend>
 void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S, Backend>& shape, RayRange range) {
   RayBatch<S> rays = patch.near_rays(shape.extra_length);
   rays.range = range;
-  rays.kept = &patch.candidates;
+  rays.triangle_cache = &patch.triangle_cache;
   rays.shape_life = shape.generation;
   Backend::cast_rays(shape.collider->shape, shape.X_AS, rays, shape.tag, patch.hits);
 }
@@ -190,17 +190,17 @@ void extrapolate_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Bac
                       bool has_cast) {
   if (patch.def.cast_every == 1) return;
   if (has_cast) {
-    patch.kept.shapes.clear();
+    patch.plane_cache.shapes.clear();
     for (const ShapeInReach<S, Backend>& shape : shapes) {
-      patch.kept.shapes.push_back({shape.tag,
+      patch.plane_cache.shapes.push_back({shape.tag,
                                    shape.generation,
                                    {shape.X_AB.rotation_matrix(), shape.X_AB.translation},
                                    shape.extra_length});
     }
-    patch.kept.keep(patch);
+    patch.plane_cache.keep(patch);
   }
   // Also after a cast, so that all steps of a patch are alike.
-  patch.kept.advance(patch, [&](std::uint32_t tag, PairPose<S>& pose) {
+  patch.plane_cache.advance(patch, [&](std::uint32_t tag, PairPose<S>& pose) {
     const auto same = [tag](const auto& shape) { return shape.tag == tag; };
     const ShapeInReach<S, Backend>& shape = *std::find_if(shapes.begin(), shapes.end(), same);
     pose = {shape.X_AB.rotation_matrix(), shape.X_AB.translation};

@@ -15,11 +15,13 @@ template <Scalar S>
 struct WorldRayHit {
   /// [m] Distance from the ray's start. Infinite without a hit, 0 where it starts inside.
   S distance = infinity<S>;
-  /// [m] Point of the hit, and [1] outward unit normal of the surface, in the world.
+  /// [m] Point of the hit, in the world.
   Vec3<S> point = Vec3<S>::Zero();
+  /// [1] Outward unit normal of the surface, in the world.
   Vec3<S> normal = Vec3<S>::Zero();
-  /// [-] Body and shape that were hit.
+  /// [-] Body that was hit.
   BodyId body{};
+  /// [-] Shape that was hit.
   ShapeId shape{};
 
   /// Returns whether the ray hit anything.

@@ -131,7 +131,7 @@ class SolveStage {
       ++state.report.frozen_bodies;
     }
     body.twist = body.free;
-    body.motion = body.free_velocity = mean_free_velocity(body, integrator_of(state, body));
+    body.motion = body.mean_free = mean_free_velocity(body, integrator_of(state, body));
   }
 
   [[nodiscard]] static Integrator integrator_of(const State& state, const SolverBody<S>& body) {
@@ -215,7 +215,7 @@ class SolveStage {
       island.soft = {};
       context.integrator = Integrator::trapezoidal;
     } else if (context.integrator == Integrator::symplectic_euler) {
-      for (const std::uint32_t slot : island.bodies) bodies[slot].free_velocity = bodies[slot].free;
+      for (const std::uint32_t slot : island.bodies) bodies[slot].mean_free = bodies[slot].free;
     }
     time_constraints(state, island, context);
     SolveReport<S> report;
@@ -366,7 +366,7 @@ class SolveStage {
     for (const std::uint32_t slot : island.bodies) {
       const SolverBody<S>& body = state.solver_bodies[slot];
       excess += body.mass * (body.motion.linear.cross(body.twist.linear) -
-                             body.free_velocity.linear.cross(body.free.linear));
+                             body.mean_free.linear.cross(body.free.linear));
       inertia += body.inertia + point_inertia<S>(body.mass, end_of(slot) - center);
     }
     // Impulses in the middle of the step count from the positions at its start.

@@ -325,16 +325,16 @@ template <typename Patch, typename Visitor>
 void visit_plane_cache(Patch& patch, Visitor& visit) {
   visit.same("patches (cast_every)", patch.def.cast_every);
   if (patch.def.cast_every == 1) return;
-  visit.list("patches (kept shapes)", patch.kept.shapes, [&](auto& shape) {
+  visit.list("patches (plane cache shapes)", patch.plane_cache.shapes, [&](auto& shape) {
     visit.value(shape.tag);
     visit.value(shape.generation);
     visit.value(shape.pose.R_AB);
     visit.value(shape.pose.p_AB);
     visit.value(shape.reserve);
-    visit.require("patches (kept shapes)", is_rotation(shape.pose.R_AB));
+    visit.require("patches (plane cache shapes)", is_rotation(shape.pose.R_AB));
   });
   std::size_t next = 0;  // Packets ascend.
-  visit.list("patches (plane cache)", patch.kept.packets, [&](auto& kept) {
+  visit.list("patches (plane cache)", patch.plane_cache.packets, [&](auto& kept) {
     visit.value(kept.packet);
     visit.value(kept.is_hit);
     for (std::size_t i = 0; i < packet_size; ++i) {

@@ -45,9 +45,13 @@ class World {
   /// Creates an empty world.
   /// @throws InvalidArgument naming the field of the definition.
   explicit World(const WorldDef<S>& def = {});
+  /// A copy has the same state and handles, and scratch memory of its own.
   World(const World& other);
+  /// The other world may only be destroyed or assigned to.
   World(World&& other) noexcept;
+  /// Replaces this world by a copy.
   World& operator=(const World& other);
+  /// Replaces this world. The other one may only be destroyed or assigned to.
   World& operator=(World&& other) noexcept;
   ~World();
 
@@ -170,12 +174,14 @@ class World {
 
   // Lists of its contents -------------------------------------------------------------------------
 
-  /// Calls visit(BodyId), visit(JointId) or visit(PatchId) for each there is, in the order of
-  /// slots. Nothing may be added or removed meanwhile.
+  /// Calls visit(BodyId) for each body, in the order of slots. Nothing may be added or removed
+  /// meanwhile.
   template <typename Visit>
   void for_each_body(Visit&& visit) const;
+  /// Calls visit(JointId) for each joint, under the same rules.
   template <typename Visit>
   void for_each_joint(Visit&& visit) const;
+  /// Calls visit(PatchId) for each patch, under the same rules.
   template <typename Visit>
   void for_each_patch(Visit&& visit) const;
   /// Calls visit(const Shape<S>&, const Transform<S>& X_BS) for each shape of a body, as the

@@ -32,6 +32,7 @@ namespace bristle::inline BRISTLE_ABI {
 template <Scalar S, typename Backend = AnalyticBackend>
 class WorldBatch {
  public:
+  /// One byte a world: nonzero selects it. An empty mask selects all.
   using Mask = std::span<const std::uint8_t>;
 
   /// @param origin  World that all worlds start as and are reset to. It is copied.
@@ -50,6 +51,8 @@ class WorldBatch {
     require_number(number);
     return worlds_[number];
   }
+  /// One world of the batch, for reading.
+  /// @throws InvalidArgument when there is no world of this index.
   [[nodiscard]] const World<S, Backend>& world(std::size_t number) const {
     require_number(number);
     return worlds_[number];

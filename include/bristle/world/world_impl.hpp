@@ -31,8 +31,8 @@ requires ShapeBackend<Backend, S> World<S, Backend>::World(const WorldDef<S>& de
   detail::require(def.solver.max_position_sweeps >= 0, "SolverDef::max_position_sweeps",
                   def.solver.max_position_sweeps, "must be >= 0");
   require_tolerance("SolverDef::position_tolerance", def.solver.position_tolerance);
-  detail::require(def.solver.longest_part > S(0), "SolverDef::longest_part",
-                  def.solver.longest_part, "must be > 0");
+  detail::require(def.solver.longest_substep > S(0), "SolverDef::longest_substep",
+                  def.solver.longest_substep, "must be > 0");
   detail::require(def.solver.max_newton_steps > 0, "SolverDef::max_newton_steps",
                   def.solver.max_newton_steps, "must be > 0");
   detail::require(def.solver.large_sweeps > 0, "SolverDef::large_sweeps", def.solver.large_sweeps,

@@ -11,14 +11,14 @@ using bristle::detail::BitHash;
 namespace {
 
 std::uint64_t of(std::initializer_list<double> values) {
-  BitHash hash;
+  bristle::detail::BitHash hash;
   for (const double v : values) hash.add(v);
   return hash.value();
 }
 
 }  // namespace
 
-TEST_CASE("BitHash: the same values in the same order give the same number, others do not") {
+TEST_CASE("bristle::detail::BitHash: the same values in the same order give the same number, others do not") {
   CHECK(of({1, 2, 3}) == of({1, 2, 3}));
   CHECK(of({1, 2, 3}) != of({1, 3, 2}));
   CHECK(of({1, 2}) != of({1, 2, 0}));
@@ -27,11 +27,11 @@ TEST_CASE("BitHash: the same values in the same order give the same number, othe
   CHECK(of({0}) != of({0, 0}));
 }
 
-TEST_CASE("BitHash: every single bit of a sequence counts") {
+TEST_CASE("bristle::detail::BitHash: every single bit of a sequence counts") {
   // 16 words: 1024 sequences that differ from zeros, and from each other, in one or two bits.
   std::set<std::uint64_t> seen;
   for (int bit = -1; bit < 1024; ++bit) {
-    BitHash hash;
+    bristle::detail::BitHash hash;
     for (int word = 0; word < 16; ++word) {
       hash.add(bit / 64 == word && bit >= 0 ? std::uint64_t{1} << (bit % 64) : std::uint64_t{0});
     }

@@ -10,8 +10,8 @@
 
 using bristle::detail::DisjointSets;
 
-TEST_CASE("DisjointSets: a set is known by its lowest member, whatever the order") {
-  DisjointSets sets;
+TEST_CASE("bristle::detail::DisjointSets: a set is known by its lowest member, whatever the order") {
+  bristle::detail::DisjointSets sets;
   sets.reset(6);
   CHECK(sets.find(4) == 4);
   sets.join(5, 3);
@@ -29,11 +29,11 @@ TEST_CASE("DisjointSets: a set is known by its lowest member, whatever the order
   CHECK(sets.find(5) == 5);
 }
 
-TEST_CASE("DisjointSets: the same sets as by painting, for random joins") {
+TEST_CASE("bristle::detail::DisjointSets: the same sets as by painting, for random joins") {
   bristle::test::Random random(3);
   constexpr std::uint32_t count = 60;
   for (int round = 0; round < 20; ++round) {
-    DisjointSets sets;
+    bristle::detail::DisjointSets sets;
     sets.reset(count);
     std::vector<std::uint32_t> colour(count);
     for (std::uint32_t i = 0; i < count; ++i) colour[i] = i;

@@ -34,7 +34,7 @@ struct Fall {
     context.restitution_speed = 0.01;
   }
   void target() {
-    ball.free_velocity = mean_free_velocity(ball, context.integrator);
+    ball.mean_free = mean_free_velocity(ball, context.integrator);
     target_contact(contact, floor, ball, context);
   }
 };

@@ -209,7 +209,7 @@ TEST_CASE("IslandSolver: large islands keep within their sweeps, and friction wi
   for (auto& contact : pile.constraints.contacts) contact.is_fresh = false;
   IslandSolver<double> solver;
   SolveReport<double> report;
-  c.dt = c.settings.longest_part;
+  c.dt = c.settings.longest_substep;
   c.settings.max_direct_work = 0;
   c.factor_work = 1;
   solver.solve(pile.island(), pile.constraints, pile.bodies, c, report);
@@ -236,7 +236,7 @@ TEST_CASE("IslandSolver: impulses are exactly what moves the bodies, however the
     IslandSolver<double> solver;
     SolveReport<double> report;
     auto c = island_context<double>();
-    c.dt = 4 * c.settings.longest_part;
+    c.dt = 4 * c.settings.longest_substep;
     c.settings.max_direct_work = 100000;
     c.factor_work = solver.factor_work(pile.island(), pile.constraints, pile.bodies.size(),
                                        c.settings.max_direct_work);

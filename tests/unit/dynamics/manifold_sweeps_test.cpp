@@ -45,7 +45,7 @@ test::ContactIsland<S> random_heap(test::Random& random, std::uint32_t bodies,
     SolverBody<S>& body = heap.bodies[i];
     body.start = body.free;
     if (body.moves) body.start.linear += random.in_cube(S(0.05));
-    body.motion = body.free_velocity = mean_free_velocity(body, integrator);
+    body.motion = body.mean_free = mean_free_velocity(body, integrator);
     if (heap.bodies[i].moves) heap.moving.push_back(i);
   }
   heap.contacts.clear();

@@ -10,6 +10,7 @@
 #include <numbers>
 
 using namespace bristle;
+using namespace bristle::detail;
 
 TEST_CASE_TEMPLATE("box_mesh: is a solid with the box's volume and ordered faces", S, float,
                    double) {

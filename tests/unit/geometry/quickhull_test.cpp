@@ -18,6 +18,7 @@
 #include <vector>
 
 using namespace bristle;
+using namespace bristle::detail;
 using bristle::test::error_of;
 using bristle::test::Random;
 using bristle::test::rounds;

@@ -11,6 +11,7 @@
 #include <vector>
 
 using namespace bristle;
+using namespace bristle::detail;
 using bristle::test::Random;
 using std::numbers::pi;
 

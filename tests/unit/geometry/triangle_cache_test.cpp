@@ -62,7 +62,7 @@ class Compared {
       for (S& distance : hits->distance) distance = known;
     }
     cast_rays_at_mesh(mesh, X, rays, 7, alone);
-    rays.kept = &kept;
+    rays.triangle_cache = &kept;
     rays.shape_life = life;
     cast_rays_at_mesh(mesh, X, rays, 7, with);
     std::size_t count = 0;

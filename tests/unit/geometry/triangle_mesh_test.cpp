@@ -12,6 +12,7 @@
 #include <vector>
 
 using namespace bristle;
+using namespace bristle::detail;
 using bristle::test::Random;
 
 namespace {

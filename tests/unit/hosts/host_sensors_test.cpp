@@ -16,6 +16,7 @@
 #include <limits>
 
 using namespace bristle;
+using namespace bristle::detail;
 using namespace bristle::scenes;
 
 TEST_CASE_TEMPLATE("HostSensors: a block comes to rest on a patch at any step", S, float, double) {

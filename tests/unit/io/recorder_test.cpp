@@ -17,6 +17,7 @@
 #include <vector>
 
 using namespace bristle;
+using namespace bristle::detail;
 using namespace bristle::test;
 
 TEST_CASE_TEMPLATE("Recorder: frames at its rate, with poses and forces as the world has them", S,

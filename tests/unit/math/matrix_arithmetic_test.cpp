@@ -91,7 +91,7 @@ TEST_CASE_TEMPLATE("rotated: R M R^T of a symmetric M", S, float, double) {
   const Mat3<S> R = Quat<S>(S(0.5), S(-0.1), S(0.7), S(0.3)).normalized().toRotationMatrix();
   const Mat3<S> difference = rotated<S>(R, M) - R * M * R.transpose();
   // Entries of order 3, sums of nine products.
-  CHECK(difference.cwiseAbs().maxCoeff() < S(3) * Tolerance<S>::round_off());
+  CHECK(difference.cwiseAbs().maxCoeff() < S(3) * bristle::detail::Tolerance<S>::round_off());
   CHECK(rotated<S>(R, M) == rotated<S>(R, M).transpose());
 }
 

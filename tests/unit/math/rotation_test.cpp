@@ -10,6 +10,7 @@
 #include <numbers>
 
 using namespace bristle;
+using namespace bristle::detail;
 
 TEST_CASE_TEMPLATE("exp_rotation: turns by the length of the vector, about it", S, float, double) {
   const S quarter = std::numbers::pi_v<S> / S(2);

@@ -6,6 +6,7 @@
 #include <doctest/doctest.h>
 
 using namespace bristle;
+using namespace bristle::detail;
 
 TEST_CASE_TEMPLATE("Transform: composes, inverts and acts on points and vectors", S, float,
                    double) {

@@ -273,7 +273,7 @@ TEST_CASE("sensor_wrench: does not depend on where the world's origin is") {
     B.pose = random.pose(0.1);
     A.twist = {random.in_cube(0.1), random.in_cube(1.0)};
     B.twist = {random.in_cube(0.1), random.in_cube(1.0)};
-    const Vec3<double> m = -A.pose.rotate(ray.d_A);
+    const Vec3<double> m = -A.pose.rotate(ray.direction);
     const Vec3<double> shift = random.in_cube(8.0);
     SensorMemory<double> here, there;
     for (int step = 0; step < 2; ++step) {

@@ -10,6 +10,7 @@
 #include <numbers>
 
 using namespace bristle;
+using namespace bristle::detail;
 
 namespace {
 

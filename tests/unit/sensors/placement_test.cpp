@@ -16,6 +16,7 @@
 #include <vector>
 
 using namespace bristle;
+using namespace bristle::detail;
 using bristle::test::contains;
 using bristle::test::error_of;
 using bristle::test::Random;

@@ -55,11 +55,11 @@ TEST_CASE_TEMPLATE("plane cache: flat faces move exactly", S, float, double) {
     patch.reset_near_hits();
     // Far enough to keep what only comes into reach later.
     cast(patch, box, X, S(0.01), 7);
-    patch.kept.shapes.assign(1, {7, 0, pair(X), S(0.01)});
-    patch.kept.keep(patch);
+    patch.plane_cache.shapes.assign(1, {7, 0, pair(X), S(0.01)});
+    patch.plane_cache.keep(patch);
     const Transform<S> moved{exp_rotation<S>(random.in_cube(S(0.02))) * X.rotation,
                              X.translation + random.in_cube(S(0.001))};
-    patch.kept.advance(patch, [&](std::uint32_t tag, PairPose<S>& pose) {
+    patch.plane_cache.advance(patch, [&](std::uint32_t tag, PairPose<S>& pose) {
       CHECK(tag == 7);
       pose = pair(moved);
       return S(0);
@@ -105,10 +105,10 @@ TEST_CASE("plane cache: a plane that turned its back, or went out of reach, is n
   patch.reset_near_hits();
   cast(patch, box, X, 0.0, 3);
   REQUIRE(patch.hits.is_hit(0));
-  patch.kept.shapes.assign(1, {3, 0, pair(X), 0.01});
-  patch.kept.keep(patch);
+  patch.plane_cache.shapes.assign(1, {3, 0, pair(X), 0.01});
+  patch.plane_cache.keep(patch);
   const auto is_hit_at = [&](const Transform<double>& now, double extra) {
-    patch.kept.advance(patch, [&](std::uint32_t, PairPose<double>& pose) {
+    patch.plane_cache.advance(patch, [&](std::uint32_t, PairPose<double>& pose) {
       pose = pair(now);
       return extra;
     });
@@ -127,9 +127,9 @@ TEST_CASE("plane cache: where a ray starts inside, nothing is known of the surfa
     const Transform<double> X{Quat<double>::Identity(), {0, 0, height}};
     patch.reset_near_hits();
     cast(patch, box, X, 0.01, 3);
-    patch.kept.shapes.assign(1, {3, 0, pair(X), 0.01});
-    patch.kept.keep(patch);
+    patch.plane_cache.shapes.assign(1, {3, 0, pair(X), 0.01});
+    patch.plane_cache.keep(patch);
     // The box is 5 mm ahead of the starts, or 2.5 mm behind them.
-    CHECK(patch.kept.shapes[0].covers(pair(X), 0.0, patch.reach) == (height > 0.02));
+    CHECK(patch.plane_cache.shapes[0].covers(pair(X), 0.0, patch.reach) == (height > 0.02));
   }
 }

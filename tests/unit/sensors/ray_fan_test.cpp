@@ -10,6 +10,7 @@
 #include <string>
 
 using namespace bristle;
+using namespace bristle::detail;
 
 TEST_CASE_TEMPLATE("ray fan: cells of azimuth and elevation, row by row", S, float, double) {
   RayFanDef<S> def;

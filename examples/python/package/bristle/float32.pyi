@@ -8,11 +8,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import (
     BodyId,
-    MotorMode,
     Integration,
     JointId,
     JointKind,
     Motion,
+    MotorMode,
     NormalDirection,
     PatchId,
     Scene,
@@ -291,6 +291,7 @@ class Recorder:
     ) -> None: ...
     def add_patch(self, world: World, patch: PatchId, name: str) -> None: ...
     def observe(self, world: World) -> None: ...
+    def follow(self, world: World) -> None: ...
     @property
     def times(self) -> NDArray[np.double]: ...
     def write_glb(self, path: str, longest_arrow: float = ...) -> None: ...

@@ -210,7 +210,9 @@ class GripVectorEnv(VectorEnv):
             return
         for _ in range(STEPS_PER_ACTION):
             self.batch.step()
-            self._recorder.observe(self.batch[0])
+            world = self.batch[0]
+            self._recorder.follow(world)  # A batch gives a copy each time.
+            self._recorder.observe(world)
 
     def _gather(self):
         scene = self.scene

@@ -145,11 +145,13 @@ struct Body {
   Motion motion = Motion::fixed;
   /// [m] Centre of mass in the body frame.
   Vec3<S> center_B = Vec3<S>::Zero();
-  /// [kg], [1/kg] Mass and its inverse; the inverse is zero unless dynamic.
+  /// [kg] Mass.
   S mass = S(0);
+  /// [1/kg] Inverse of the mass. Zero unless dynamic.
   S inverse_mass = S(0);
-  /// [kg m^2], [1/(kg m^2)] Inertia along the body's axes and its inverse. Zero unless dynamic.
+  /// [kg m^2] Inertia about the centre of mass, along the body's axes. Zero unless dynamic.
   Mat3<S> inertia_B = Mat3<S>::Zero();
+  /// [1/(kg m^2)] Inverse of the inertia, along the body's axes. Zero unless dynamic.
   Mat3<S> inverse_inertia_B = Mat3<S>::Zero();
   /// [1] Factor on the world's gravity.
   S gravity_scale = S(1);

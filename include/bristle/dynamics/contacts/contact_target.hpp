@@ -71,7 +71,7 @@ void time_contact(ContactConstraint<S>& c, CachedPoint<S>& point, const S& hold,
 /// motion at its end and in the mean.
 template <Value T>
 struct NormalSpeeds {
-  T start, free, free_velocity;
+  T start, free, mean_free;
 };
 
 /// Target normal velocity of a contact, or of several. Tells how it was chosen.
@@ -196,7 +196,7 @@ BRISTLE_FORCE_INLINE ContactTarget<T> target_at(const T& gap, const T& restituti
   const T change = free - start;  // Velocity change by forces.
   const T closing_speed = gap / dt;
   const Truth<T> may_bounce = restitution > zero;
-  const Truth<T> closes = gap + dt * speeds.free_velocity < zero;
+  const Truth<T> closes = gap + dt * speeds.mean_free < zero;
   const Truth<T> bounces = may_bounce & closes & (start < T(-context.restitution_speed));
   ContactTarget<T> target;
   target.restitution_share = S(-1);
@@ -239,7 +239,7 @@ void target_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const Solve
     return n.dot(v.linear - u.linear) + (torque_b.dot(v.angular) - torque_a.dot(u.angular));
   };
   const NormalSpeeds<S> speeds{normal_part(a.start, b.start), normal_part(a.free, b.free),
-                               normal_part(a.free_velocity, b.free_velocity)};
+                               normal_part(a.mean_free, b.mean_free)};
   const bool is_trapezoidal = context.integrator == Integrator::trapezoidal;
   c.transient_impulse = {};
   if (c.is_open) {

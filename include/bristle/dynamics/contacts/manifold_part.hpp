@@ -82,7 +82,7 @@ void ManifoldPart<S>::target(const VelocityTable<S>& start, const VelocityTable<
     Points& p = points_[k];
     Contacts& c = contacts_[k];
     NormalSpeeds<T> speeds{speed(p, v_start), speed(p, v_free), zero};
-    speeds.free_velocity = mean_free_velocity<S>(speeds.start, speeds.free, context.integrator);
+    speeds.mean_free = mean_free_velocity<S>(speeds.start, speeds.free, context.integrator);
     const ContactTarget<T> target = target_at<T>(row(c.gap), row(c.restitution), row(p.impulse),
                                                  speeds, follow_joints, context);
     target.target.store(p.target.data());

@@ -39,7 +39,7 @@ class ManifoldSweeps {
   /// Starts a substep; arms, axes and masses stay those of `start`. It sets the velocity targets of
   /// the contacts and keeps their impulses. It reads the velocities of free motion. Free motion is
   /// the mean of the velocities at both ends (`mean_free_velocity`). It ignores
-  /// `SolverBody::free_velocity`.
+  /// `SolverBody::mean_free`.
   void target(std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
     const auto start = [](const SolverBody<S>& body) -> const Twist<S>& { return body.start; };
     const auto free = [](const SolverBody<S>& body) -> const Twist<S>& { return body.free; };

@@ -60,10 +60,11 @@ struct JointMotor {
   /// [m/s] Largest speed in position mode, > 0. It is in rad/s for a joint that turns. The motor is
   /// slower where it could not brake in time.
   S max_speed = infinity<S>;
-  /// [N/m], [N s/m] Gains in spring mode, >= 0. Force per distance from the target and per
-  /// velocity. Both are taken at the end of the step. So any gains are stable. N m/rad, N m s/rad
-  /// for a joint that turns.
+  /// [N/m] Gain in spring mode, >= 0: force per distance from the target. The distance is that at
+  /// the end of the step. So any gain is stable. N m/rad for a joint that turns.
   S stiffness = S(0);
+  /// [N s/m] Gain in spring mode, >= 0: force per velocity. The velocity is that at the end of the
+  /// step. So any gain is stable. N m s/rad for a joint that turns.
   S damping = S(0);
 };
 
@@ -173,11 +174,12 @@ struct JointReading {
   S motor_force = S(0);
   /// [N, N m] Wrench of the whole joint on B. It is about B's joint frame's origin, world axes.
   Wrench<S> reaction{};
-  /// [m] Distance of the origins of the two frames. [rad] Angle between their axes. They count
-  /// where the joint allows neither. Limits do not count. More than round-off is left before the
-  /// first step. It is also left in a loop that cannot be closed, and where a step could not close
-  /// it. Opposite axes of a hinge stay so: no way back is the shortest.
+  /// [m] Distance of the origins of the two frames, where the joint does not allow it. Limits do
+  /// not count. More than round-off is left before the first step. It is also left in a loop that
+  /// cannot be closed, and where a step could not close it.
   S gap = S(0);
+  /// [rad] Angle between the axes of the two frames, where the joint does not allow it. Otherwise
+  /// as `gap`. Opposite axes of a hinge stay so: no way back is the shortest.
   S tilt = S(0);
 };
 

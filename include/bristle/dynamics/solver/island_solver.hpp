@@ -175,7 +175,7 @@ class IslandSolver {
         SolverBody<S>& body = bodies[island.bodies[n]];
         body.start = k > 0 ? body.twist : body.start;
         body.free = body.start + parts_[n].change;
-        body.free_velocity = mean_free_velocity(body, context.integrator);
+        body.mean_free = mean_free_velocity(body, context.integrator);
       }
       sweep_part(island, constraints, bodies, part, most, report);
       if (has_blown_up(island, bodies)) {
@@ -224,7 +224,7 @@ class IslandSolver {
     using std::max;
     using std::min;
     const S most = S(64);
-    const S wanted = ceil(context.dt / context.settings.longest_part);
+    const S wanted = ceil(context.dt / context.settings.longest_substep);
     return static_cast<int>(min(most, max(S(1), wanted)));  // Infinite length: one.
   }
 
@@ -236,7 +236,7 @@ class IslandSolver {
       const SolverBody<S>& body = bodies[island.bodies[n]];
       parts_[n].start = body.start;
       parts_[n].free = body.free;
-      parts_[n].free_velocity = body.free_velocity;
+      parts_[n].mean_free = body.mean_free;
       parts_[n].change = (S(1) / parts) * (body.free - body.start);
       parts_[n].motion = {};
     }
@@ -301,7 +301,7 @@ class IslandSolver {
       SolverBody<S>& body = bodies[island.bodies[n]];
       body.start = parts_[n].start;
       body.free = parts_[n].free;
-      body.free_velocity = parts_[n].free_velocity;
+      body.mean_free = parts_[n].mean_free;
       body.motion = parts_[n].motion;
     }
     if (!island.soft.empty()) return;
@@ -492,7 +492,7 @@ class IslandSolver {
 
   /// Whole step of a body that is solved in substeps. Velocity change of one substep.
   struct Parts {
-    Twist<S> start, free, free_velocity, change, motion;
+    Twist<S> start, free, mean_free, change, motion;
   };
   std::vector<Parts> parts_;
   std::vector<S> row_totals_;  // Impulses of all substeps.

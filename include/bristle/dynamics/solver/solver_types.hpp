@@ -24,8 +24,9 @@ struct SolverBody {
   Twist<S> free{};
   /// v0: velocities at the start of the step.
   Twist<S> start{};
-  /// Displacement of the step, divided by the step. First of free motion, then as solved so far.
-  Twist<S> free_velocity{};
+  /// Displacement of free motion over the step, divided by the step.
+  Twist<S> mean_free{};
+  /// The same with impulses, as solved so far.
   Twist<S> motion{};
   // The fields above, and the flags, describe free motion. A body that touches nothing needs no
   // others.
@@ -271,7 +272,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] Twist<S> mean_motion(const SolverBody<S>& body, Integrator integrator) {
   if (integrator == Integrator::symplectic_euler) return body.twist;
-  return body.free_velocity + S(0.5) * (body.twist - body.free);
+  return body.mean_free + S(0.5) * (body.twist - body.free);
 }
 
 /// The same for free motion with known velocities at both ends, of a body or of a point.

@@ -65,6 +65,7 @@ struct AnalyticBackend {
   [[nodiscard]] static bool is_clear(const std::shared_ptr<const detail::AnalyticShape<S>>& c,
                                      const Transform<S>& X_RC, const RayBatch<S>& rays) noexcept;
 
+  /// The shape that was prepared, as it was given.
   template <Scalar S>
   [[nodiscard]] static Shape<S> shape(const std::shared_ptr<const detail::AnalyticShape<S>>& c);
 };
@@ -239,6 +240,7 @@ Shape<S> AnalyticBackend::shape(const std::shared_ptr<const detail::AnalyticShap
       c->shape());
 }
 
+/// As declared: throws InvalidArgument as `validate`.
 template <Scalar S>
 auto AnalyticBackend::make(const Shape<S>& shape) -> Collidable<S> {
   validate(shape);

@@ -115,17 +115,23 @@ class FclBackend::Collidable {
 
 namespace bristle::inline BRISTLE_ABI {
 
+/// The immutable preparation that the copies of a `Collidable` share.
 template <Scalar S>
 struct FclBackend::Collidable<S>::Data {
+  /// @throws InvalidArgument as `to_fcl`.
   explicit Data(const Shape<S>& shape);
   Data(const Data&) = delete;
   Data& operator=(const Data&) = delete;
 
+  /// Kind of the shape.
   ShapeKind kind;
+  /// [m] Box around the shape, in its own frame. Infinite for a half-space.
   Aabb<S> bounds;
+  /// Mass properties at unit density, in the shape's own frame.
   MassProperties<S> mass_properties;
+  /// The shape as rays are cast at it. It also owns the geometry.
   detail::FclRayTarget<S> rays;
-  // Points into `rays`. Empty for a half-space.
+  /// View of the solid for contacts. It points into `rays`. Empty for a half-space.
   detail::SolidView<double, detail::FclMeshTree<double>> solid;
 };
 
@@ -235,6 +241,7 @@ FclBackend::Collidable<S>::Data::Data(const Shape<S>& shape)
       rays.view());
 }
 
+/// As declared: throws InvalidArgument as `validate` and `to_fcl`.
 template <Scalar S>
 auto FclBackend::make(const Shape<S>& shape) -> Collidable<S> {
   validate(shape);

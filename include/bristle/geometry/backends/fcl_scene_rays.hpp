@@ -18,7 +18,7 @@
 #include <type_traits>
 #include <utility>
 
-namespace bristle::inline BRISTLE_ABI::detail {
+namespace bristle::inline BRISTLE_ABI {
 
 /// Nearest hit of a ray in an FCL scene.
 template <Scalar S>
@@ -48,6 +48,8 @@ template <Scalar S>
 [[nodiscard]] RayHit<S> ray_cast(const fcl::CollisionObject<S>& object, const Ray<S>& ray);
 
 // Implementation ----------------------------------------------------------------------------------
+
+namespace detail {
 
 /// True if this translation unit and libfcl agree on the layout of a CollisionObject. That of
 /// double holds 4x4 matrices. Eigen aligns them to 64 bytes where the compiler may use AVX-512, and
@@ -109,17 +111,19 @@ void cast_below(const Node& node, S enter, const SlabTest<S>& slabs, Ray<S>& ray
   cast_below(*far, enter_far, slabs, ray, best);
 }
 
+}  // namespace detail
+
 template <Scalar S>
 RayHit<S> ray_cast(const fcl::CollisionObject<S>& object, const Ray<S>& ray) {
-  static_assert(is_fcl_layout_common<S>,
+  static_assert(detail::is_fcl_layout_common<S>,
                 "Define EIGEN_MAX_ALIGN_BYTES=16 for all code that shares fcl::CollisionObject "
                 "with a libfcl that was built without -march");
   const fcl::CollisionGeometry<S>* geometry = object.collisionGeometry().get();
-  if (!is_known_to_bristle(*geometry)) return {};
+  if (!detail::is_known_to_bristle(*geometry)) return {};
   const Mat3<S> R_WO = object.getRotation();
   const Ray<S> ray_O{R_WO.transpose() * (ray.origin - object.getTranslation()),
                      R_WO.transpose() * ray.direction, ray.length};
-  RayHit<S> hit = ray_cast(from_fcl(*geometry), ray_O);
+  RayHit<S> hit = ray_cast(detail::from_fcl(*geometry), ray_O);
   hit.normal = R_WO * hit.normal;
   return hit;
 }
@@ -132,10 +136,10 @@ FclSceneHit<S> cast_ray(const fcl::DynamicAABBTreeCollisionManager<S>& scene, co
   Ray<S> shortened = ray;
   // Finite, so that planes at infinity are beyond it.
   shortened.length = std::min(ray.length, std::numeric_limits<S>::max() / S(2));
-  const SlabTest<S> slabs(ray);
+  const detail::SlabTest<S> slabs(ray);
   const S enter = slabs.enter({root->bv.min_, root->bv.max_}, shortened.length);
-  cast_below(*root, enter, slabs, shortened, best);
+  detail::cast_below(*root, enter, slabs, shortened, best);
   return best;
 }
 
-}  // namespace bristle::inline BRISTLE_ABI::detail
+}  // namespace bristle::inline BRISTLE_ABI

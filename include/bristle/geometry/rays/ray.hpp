@@ -86,10 +86,14 @@ inline constexpr std::size_t packet_size = 16;
 /// Many rays in one frame. All spans have the same length and outlive the query.
 template <Scalar S>
 struct RayBatch {
-  /// [m] Starts.
+  /// [m] A coordinate of each start.
+  /// @{
   std::span<const S> origin_x, origin_y, origin_z;
-  /// [1] Unit directions.
+  /// @}
+  /// [1] A component of each unit direction.
+  /// @{
   std::span<const S> direction_x, direction_y, direction_z;
+  /// @}
   /// [m] Length of each ray.
   std::span<const S> length;
   /// [m] Added to the length of every ray.
@@ -103,9 +107,9 @@ struct RayBatch {
   /// left out. Null: all packets.
   const std::vector<std::uint32_t>* near_packets = nullptr;
   /// Triangles that these rays keep from query to query (triangle_cache.hpp). Null: none. Used only
-  /// if one thread casts all rays at once. `shape_life` counts the reuses of the shape's tag.
-  /// Another life is another shape.
-  detail::TriangleCache<S>* kept = nullptr;
+  /// if one thread casts all rays at once.
+  detail::TriangleCache<S>* triangle_cache = nullptr;
+  /// [-] Number of reuses of the shape's tag. Another life is another shape.
   std::uint32_t shape_life = 0;
 
   /// [-] Number of rays.

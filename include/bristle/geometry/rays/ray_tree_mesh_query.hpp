@@ -235,8 +235,8 @@ void RayTreeMeshQuery<S>::visit(std::size_t id, Known known) {
   if (is_sparse) {
     const RayRange asked = asked_of(node);
     const bool asks_all = rays_.range.first == 0 && rays_.range.end >= rays_.size();
-    keeps_ = keeps_ || (rays_.kept != nullptr && asks_all &&
-                        rays_.kept->begin(rays_.size(), tag_, rays_.shape_life));
+    keeps_ = keeps_ || (rays_.triangle_cache != nullptr && asks_all &&
+                        rays_.triangle_cache->begin(rays_.size(), tag_, rays_.shape_life));
     cast_one_by_one(asked.first, asked.end, side);
     return;
   }
@@ -455,7 +455,7 @@ template <Scalar S>
 RayHit<S> RayTreeMeshQuery<S>::hit_of(std::size_t i, Ray<S> ray, S best, Side side) {
   const S reach = std::min(ray.length, best);
   if (keeps_ && (side == Side::outside || !mesh_.root_box().contains(ray.origin))) {
-    if (const auto hit = rays_.kept->cast(mesh_, i, ray, reach)) return *hit;
+    if (const auto hit = rays_.triangle_cache->cast(mesh_, i, ray, reach)) return *hit;
   }
   ray.length = reach;
   return side == Side::outside ? ray_cast_mesh_from_outside(mesh_, ray) : ray_cast_mesh(mesh_, ray);

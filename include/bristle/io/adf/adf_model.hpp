@@ -207,3 +207,10 @@ struct AdfModel {
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
+
+namespace bristle::inline BRISTLE_ABI {
+
+// For programs that read a file without a world, or change a model before it is added.
+using detail::AdfModel;
+
+}  // namespace bristle::inline BRISTLE_ABI

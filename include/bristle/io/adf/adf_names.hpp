@@ -131,3 +131,10 @@ class AdfNames {
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
+
+namespace bristle::inline BRISTLE_ABI {
+
+// The lists of an AdfScene.
+using detail::AdfNames;
+
+}  // namespace bristle::inline BRISTLE_ABI

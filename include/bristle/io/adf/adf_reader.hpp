@@ -178,3 +178,11 @@ inline AdfModel load_adf(const std::filesystem::path& path, const AdfLimits& lim
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
+
+namespace bristle::inline BRISTLE_ABI {
+
+// For programs that read a file without a world, or change a model before it is added.
+using detail::load_adf;
+using detail::read_adf;
+
+}  // namespace bristle::inline BRISTLE_ABI

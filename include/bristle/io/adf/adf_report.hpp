@@ -21,6 +21,11 @@ namespace bristle::inline BRISTLE_ABI {
 /// -1: must be finite and >= 0".
 class AdfError : public IoError {
  public:
+  /// @param file   The file as the caller named it.
+  /// @param line   1-based line. It is 0 where lines have no meaning.
+  /// @param key    The offending key with its parents. May be empty.
+  /// @param value  Its value as text. May be empty.
+  /// @param rule   The broken rule.
   AdfError(std::string file, std::size_t line, std::string key, std::string value, std::string rule)
       : IoError(std::move(file), line,
                 key + (key.empty() || value.empty() ? "" : " = ") + value +

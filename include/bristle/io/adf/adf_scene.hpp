@@ -24,10 +24,13 @@ struct AdfProximity {
 /// A description that has been added to a world.
 template <Scalar S>
 struct AdfScene {
-  /// Handles by the names of the description.
+  /// Handles of the bodies, by the names of the description.
   detail::AdfNames<BodyId> bodies;
+  /// Handles of the joints, by name.
   detail::AdfNames<JointId> joints;
+  /// Handles of the tactile patches, by name.
   detail::AdfNames<PatchId> patches;
+  /// Proximity sensors and their bodies, by name.
   detail::AdfNames<AdfProximity<S>> proximity;
   /// Changed or omitted parts, from reading and from building.
   AdfReport report;

@@ -28,7 +28,7 @@ template <Scalar S>
   if (setting == "paper") {
     def.integrator = Integrator::symplectic_euler;
     def.solver.max_direct_work = 0;
-    def.solver.longest_part = S(1);  // One part a step.
+    def.solver.longest_substep = S(1);  // One part a step.
     def.solver.large_sweeps = 50;
   }
   return def;

@@ -1,5 +1,5 @@
 /// @file
-/// Motors that are springs with dampers and a force limit, and limits of drives in islands that are
+/// Motors that are springs with dampers and a force limit, and limits of motors in islands that are
 /// swept in parts.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/numbers.hpp"
@@ -46,7 +46,7 @@ struct Driven {
 }  // namespace
 
 // Both at the end of the step: m (v' - v) = dt (k (target - x - dt v') - d v' + load).
-TEST_CASE_TEMPLATE("joint_motors: a spring drive follows implicit Euler", S, float, double) {
+TEST_CASE_TEMPLATE("joint_motors: a spring motor follows implicit Euler", S, float, double) {
   for (const JointKind kind : {JointKind::prismatic, JointKind::revolute}) {
     for (const S dt : {S(1e-3), S(1.0 / 60)}) {
       CAPTURE(dt);
@@ -79,7 +79,7 @@ TEST_CASE_TEMPLATE("joint_motors: a spring drive follows implicit Euler", S, flo
   }
 }
 
-TEST_CASE("joint_motors: a loaded spring drive sags by load over stiffness, at any gains") {
+TEST_CASE("joint_motors: a loaded spring motor sags by load over stiffness, at any gains") {
   for (const double k : {1e2, 1e5, 1e9, 1e13}) {
     CAPTURE(k);
     JointMotor<double> motor{MotorMode::spring, 0.1, 1e15};
@@ -94,7 +94,7 @@ TEST_CASE("joint_motors: a loaded spring drive sags by load over stiffness, at a
   }
 }
 
-TEST_CASE("joint_motors: a spring drive gives no more than its limit") {
+TEST_CASE("joint_motors: a spring motor gives no more than its limit") {
   JointMotor<double> motor{MotorMode::spring, 10.0, 2 * g + 3};
   motor.stiffness = 1e6;
   Driven<double> driven(JointKind::prismatic, {.time_step = 1e-3}, motor);

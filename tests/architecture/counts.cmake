@@ -1,0 +1,62 @@
+# Prints how the tree reads, for a comparison of two states: files of each folder, types for users,
+# sentences of comments by opening and length, words of each page. Fails never.
+# Usage: cmake -DROOT=<tree> -P counts.cmake
+# SPDX-License-Identifier: BSD-3-Clause
+include("${CMAKE_CURRENT_LIST_DIR}/lines.cmake")
+
+list_files(headers "include/bristle/*.hpp")
+list(LENGTH headers count)
+message(STATUS "headers: ${count}")
+set(folders "${headers}")
+list(TRANSFORM folders REPLACE "/[^/]+$" "")
+list(REMOVE_DUPLICATES folders)
+foreach(folder IN LISTS folders)
+  set(files "${headers}")
+  list(FILTER files INCLUDE REGEX "^${folder}/[^/]+$")
+  list(LENGTH files count)
+  message(STATUS "  ${folder}: ${count}")
+endforeach()
+
+foreach(rule surface sentences)
+  execute_process(COMMAND "${CMAKE_COMMAND}" "-DROOT=${ROOT}" -P
+                          "${CMAKE_CURRENT_LIST_DIR}/${rule}.cmake"
+                  OUTPUT_VARIABLE said ERROR_VARIABLE said)
+  string(REGEX MATCH "[0-9]+ (types|sentences)[^\n]*" said "${said}")
+  message(STATUS "${said}")
+endforeach()
+
+# Words of sentences in comments of the library: a comment block is text, cut at full stops.
+set(lengths "")
+foreach(header IN LISTS headers)
+  set(text "")
+  read_lines("${ROOT}/${header}" lines)
+  foreach(line IN LISTS lines)
+    if(line MATCHES "^ *///?<? +(.*)$")
+      string(APPEND text " ${CMAKE_MATCH_1}")
+    elseif(NOT text STREQUAL "")
+      string(APPEND text ". ")
+    endif()
+  endforeach()
+  string(REGEX REPLACE "[.!?][.!? ]*( |$)" ";" sentences "${text}")
+  foreach(sentence IN LISTS sentences)
+    string(REGEX MATCHALL "[^ ]+" words "${sentence}")
+    list(LENGTH words count)
+    if(count GREATER 1)
+      list(APPEND lengths ${count})
+    endif()
+  endforeach()
+endforeach()
+list(SORT lengths COMPARE NATURAL)
+list(LENGTH lengths count)
+math(EXPR middle "${count} / 2")
+list(GET lengths ${middle} median)
+message(STATUS "median sentence of a comment of the library: ${median} words of ${count}")
+
+list_files(pages "README.md" "docs/*.md")
+list(FILTER pages EXCLUDE REGEX "docs/(decisions|measurements)/")
+foreach(page IN LISTS pages)
+  file(READ "${ROOT}/${page}" text)
+  string(REGEX MATCHALL "[^ \n]+" words "${text}")
+  list(LENGTH words count)
+  message(STATUS "  ${page}: ${count} words")
+endforeach()
