@@ -14422,7 +14422,7 @@ namespace bristle::inline BRISTLE_ABI::detail {
   return text.size();
 }
 
-/// Raises InvalidArgument, with the bytes that are no UTF-8 as \xNN, unless a name is UTF-8.
+/// Raises InvalidArgument, unless a name is UTF-8. It shows the other bytes in hexadecimal.
 inline void require_utf8(std::string_view field, std::string_view name) {
   if (first_not_utf8(name) == name.size()) return;
   std::string shown;

@@ -20,6 +20,7 @@ foreach(example IN LISTS examples)
   endif()
   execute_process(
     COMMAND "${CXX}" -std=c++20 -fsyntax-only ${flags} "-I${ROOT}/single_include"
+            "-I${ROOT}/examples"
             -isystem "${EIGEN}" "${example}"
     RESULT_VARIABLE result)
   if(NOT result EQUAL 0)
