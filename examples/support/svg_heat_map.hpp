@@ -7,8 +7,7 @@
 #include "support/plot_axis.hpp"
 #include "support/svg_writer.hpp"
 
-#include <bristle/core/error.hpp>
-#include <bristle/io/file.hpp>
+#include <bristle/bristle.hpp>
 
 #include <algorithm>
 #include <array>

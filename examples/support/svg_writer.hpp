@@ -3,7 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/core/config.hpp>
+#include <bristle/bristle.hpp>
 
 #include <algorithm>
 #include <charconv>
