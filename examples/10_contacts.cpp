@@ -21,7 +21,7 @@ int main() {
     world.step();
     if (i > 380) continue;
     world.for_each_contact_event([&](const ContactEvent& event) {
-      if (event.phase != ContactPhase::begin) return;
+      if (event.phase != ContactEvent::Phase::begin) return;
       std::printf("%.2f s: an impulse of %.2f N s\n", 1e-3 * i,
                   world.contact_impulse(ball).force.z());
     });

@@ -12,8 +12,8 @@ for inwards in (1.0, -1.0):
     for i in range(36):
         y, z = 0.006 * (i % 6 - 2.5), 0.006 * (i // 6 - 2.5)
         sensors.add((0.005 * inwards, y, z), (inwards, 0, 0), 0.010)
-    spec = bristle32.tuned_for(friction=0.5, creep=1e-3, load=10, press=0.35)
-    pads.append(scene.add_patch(finger, sensors, spec.parameters(sensors),
+    tuning = bristle32.tuned_for(friction=0.5, creep=1e-3, load=10, press=0.35)
+    pads.append(scene.add_patch(finger, sensors, tuning.parameters(sensors),
                                 reset=bristle.SlipReset.drag))
 
 batch = bristle32.WorldBatch(scene, 20, threads=2)

@@ -88,15 +88,17 @@ struct SvgHeatMaps {
 
 inline void validate_heat_maps(const SvgHeatMaps& figure) {
   bristle::detail::require_positive("SvgHeatMaps::map_width", figure.map_width);
-  bristle::detail::require(figure.maps_in_row > 0, "SvgHeatMaps::maps_in_row", figure.maps_in_row, "must be > 0");
+  bristle::detail::require(figure.maps_in_row > 0, "SvgHeatMaps::maps_in_row", figure.maps_in_row,
+                           "must be > 0");
   bristle::detail::require(!figure.maps.empty(), "SvgHeatMaps::maps: size", 0, "must be > 0");
   for (const HeatMap& map : figure.maps) {
     bristle::detail::require(map.columns > 0, "HeatMap::columns", map.columns, "must be > 0");
-    bristle::detail::require(!map.values.empty() && map.values.size() % map.columns == 0, "HeatMap::values: size",
-            map.values.size(), "must be whole rows, at least one");
+    bristle::detail::require(!map.values.empty() && map.values.size() % map.columns == 0,
+                             "HeatMap::values: size", map.values.size(),
+                             "must be whole rows, at least one");
     for (const std::optional<double>& end : {map.low, map.high}) {
-      bristle::detail::require(!end || PlotAxis().shows(*end), "HeatMap: end of the scale", end.value_or(0),
-              "must be finite");
+      bristle::detail::require(!end || PlotAxis().shows(*end), "HeatMap: end of the scale",
+                               end.value_or(0), "must be finite");
     }
     if (map.low && map.high) {
       bristle::detail::require(*map.low < *map.high, "HeatMap::high", *map.high, "must be > low");

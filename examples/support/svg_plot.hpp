@@ -101,27 +101,29 @@ inline void validate_plot(const SvgPlot& plot) {
   bristle::detail::require_positive("SvgPlot::panel_height", plot.panel_height);
   bristle::detail::require(!plot.panels.empty(), "SvgPlot::panels: size", 0, "must be > 0");
   for (const PlotPhase& phase : plot.phases) {
-    bristle::detail::require(PlotAxis(plot.is_logarithmic).shows(phase.begin), "PlotPhase::begin", phase.begin,
-            "must have a place on the x axis");
-    bristle::detail::require(std::isfinite(phase.end) && phase.end >= phase.begin, "PlotPhase::end", phase.end,
-            "must be finite and >= begin");
+    bristle::detail::require(PlotAxis(plot.is_logarithmic).shows(phase.begin), "PlotPhase::begin",
+                             phase.begin, "must have a place on the x axis");
+    bristle::detail::require(std::isfinite(phase.end) && phase.end >= phase.begin, "PlotPhase::end",
+                             phase.end, "must be finite and >= begin");
   }
   for (const PlotPanel& panel : plot.panels) {
     const PlotAxis y(panel.is_logarithmic);
     for (const PlotSeries& series : panel.series) {
-      bristle::detail::require(series.x.size() == series.y.size(), "PlotSeries \"" + series.name + "\": size of y",
-              series.y.size(), "must be the size of x, " + std::to_string(series.x.size()));
+      bristle::detail::require(series.x.size() == series.y.size(),
+                               "PlotSeries \"" + series.name + "\": size of y", series.y.size(),
+                               "must be the size of x, " + std::to_string(series.x.size()));
     }
     for (const PlotReference& reference : panel.references) {
       bristle::detail::require(y.shows(reference.y), "PlotReference::y", reference.y,
-              "must have a place on the y axis");
+                               "must have a place on the y axis");
     }
     for (const std::optional<double>& end : {panel.y_low, panel.y_high}) {
-      bristle::detail::require(!end || y.shows(*end), "PlotPanel: end of the y range", end.value_or(0),
-              "must have a place on the y axis");
+      bristle::detail::require(!end || y.shows(*end), "PlotPanel: end of the y range",
+                               end.value_or(0), "must have a place on the y axis");
     }
     if (panel.y_low && panel.y_high) {
-      bristle::detail::require(*panel.y_low < *panel.y_high, "PlotPanel::y_high", *panel.y_high, "must be > y_low");
+      bristle::detail::require(*panel.y_low < *panel.y_high, "PlotPanel::y_high", *panel.y_high,
+                               "must be > y_low");
     }
   }
 }

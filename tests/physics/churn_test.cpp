@@ -72,7 +72,7 @@ class Churn {
     CHECK(r.sleeping_bodies + r.awake_bodies == dynamic);
     // All that events and contacts name exists, but for what has ended.
     world_.for_each_contact_event([&](const ContactEvent& e) {
-      if (e.phase == ContactPhase::end) return;
+      if (e.phase == ContactEvent::Phase::end) return;
       CHECK(world_.contains(e.body_a));
       CHECK(world_.contains(e.body_b));
     });

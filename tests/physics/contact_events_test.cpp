@@ -44,9 +44,9 @@ void advance(World<double>& world, int steps) {
 std::string events_of(const World<double>& world) {
   std::string text;
   world.for_each_contact_event([&](const ContactEvent& e) {
-    const char* phase = e.phase == ContactPhase::begin     ? "b"
-                        : e.phase == ContactPhase::persist ? "p"
-                                                           : "e";
+    const char* phase = e.phase == ContactEvent::Phase::begin     ? "b"
+                        : e.phase == ContactEvent::Phase::persist ? "p"
+                                                                  : "e";
     text += phase + std::to_string(e.body_a.index) + std::to_string(e.body_b.index) + " ";
   });
   return text;
@@ -100,7 +100,7 @@ TEST_CASE("contact_forces: a weight on a plate weighs m g, from either side") {
     int corners = 0;
     double normal = 0;
     Vec3<double> friction = Vec3<double>::Zero();
-    contact.for_each_point([&](const ContactPointReading<double>& p) {
+    contact.for_each_point([&](const ContactReading<double>::Point& p) {
       ++corners;
       normal += p.normal_impulse;
       CHECK(std::abs(std::abs(p.position.x() - 0.2) - 0.1) < 1e-6);
@@ -195,7 +195,7 @@ TEST_CASE("contact_forces: friction of a sliding box is mu N, of a resting one m
   Vec3<double> friction = Vec3<double>::Zero();
   double normal = 0;
   world.for_each_contact([&](const ContactReading<double>& contact) {
-    contact.for_each_point([&](const ContactPointReading<double>& p) {
+    contact.for_each_point([&](const ContactReading<double>::Point& p) {
       friction += p.friction_impulse / world.time_step();
       normal += p.normal_impulse / world.time_step();
     });

@@ -185,13 +185,13 @@ TEST_CASE("hard_contact: fingertips do not press on each other through what they
       int across = 0;
       world.for_each_contact([&](const ContactReading<double>& contact) {
         if (contact.body_a != plate && contact.body_b != plate) {
-          contact.for_each_point([&](const ContactPointReading<double>& point) {
+          contact.for_each_point([&](const ContactReading<double>::Point& point) {
             CHECK(point.normal_impulse == 0);
             ++across;
           });
           return;
         }
-        contact.for_each_point([&](const ContactPointReading<double>& point) {
+        contact.for_each_point([&](const ContactReading<double>::Point& point) {
           CHECK(point.normal_impulse == test::relative(carried).epsilon(1e-6));
           ++pressing;
         });

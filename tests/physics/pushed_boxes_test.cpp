@@ -62,7 +62,7 @@ struct Boxes {
         course.fastest = std::max(course.fastest, world.body(id).twist.linear.norm());
       }
       world.for_each_contact([&](const ContactReading<double>& contact) {
-        contact.for_each_point([&](const ContactPointReading<double>& point) {
+        contact.for_each_point([&](const ContactReading<double>::Point& point) {
           course.deepest = std::max(course.deepest, -point.gap);
         });
       });

@@ -69,7 +69,7 @@ TEST_CASE("sleep: an island does as a whole, after its time, and then costs noth
   CHECK(load == test::relative(9.81).epsilon(1e-3));
   std::string events;
   world.for_each_contact_event(
-      [&](const ContactEvent& e) { events += e.phase == ContactPhase::persist ? "p" : "?"; });
+      [&](const ContactEvent& e) { events += e.phase == ContactEvent::Phase::persist ? "p" : "?"; });
   CHECK(events == "pppppppppp");
 }
 
@@ -95,7 +95,7 @@ TEST_CASE("sleep: one restless member keeps its island awake, and no other") {
   }
   int touches = 0;
   world.for_each_contact_event(
-      [&](const ContactEvent& e) { touches += e.phase == ContactPhase::persist ? 1 : 100; });
+      [&](const ContactEvent& e) { touches += e.phase == ContactEvent::Phase::persist ? 1 : 100; });
   CHECK(touches == 6);
   CHECK(world.report().contact_points == 8);
   // Sleepers cost no pairs and no rows: as many as a world without them.

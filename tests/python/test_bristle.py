@@ -41,8 +41,8 @@ def small_grip(module=bristle):
                                 position=(-0.0415 * inwards, 0, 0))
         sensors = module.sensor_grid(center=(0.01 * inwards, 0, 0), side_u=(0, 0.03 * inwards, 0),
                                      side_v=(0, 0, 0.03), count_u=3, count_v=3)
-        spec = module.tuned_for(friction=0.8, load=10, press=0.35)
-        pads.append(world.add_patch(finger, sensors, spec.parameters(sensors)))
+        tuning = module.tuned_for(friction=0.8, load=10, press=0.35)
+        pads.append(world.add_patch(finger, sensors, tuning.parameters(sensors)))
     return world, part, pads
 
 
@@ -53,7 +53,7 @@ class Scripts(unittest.TestCase):
         reference = subprocess.run([os.environ["BRISTLE_REFERENCE"]], check=True,
                                    capture_output=True, text=True).stdout.split()
         self.assertEqual(f"{names['world'].state_hash():x}", reference[0])
-        forces = [struct.unpack("<Q", struct.pack("<d", x))[0] for x in names["felt"].normal_force]
+        forces = [struct.unpack("<Q", struct.pack("<d", x))[0] for x in names["reading"].normal_force]
         self.assertEqual([f"{x:x}" for x in forces], reference[1:])
 
     def test_batch_prints_what_the_cpp_example_does(self):

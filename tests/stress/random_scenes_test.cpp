@@ -80,7 +80,7 @@ Findings run_scene(std::uint64_t seed, const HeapKind& kind) {
       found.lowest = std::min(found.lowest, z);
     }
     world.for_each_contact([&](const ContactReading<double>& contact) {
-      contact.for_each_point([&](const ContactPointReading<double>& point) {
+      contact.for_each_point([&](const ContactReading<double>::Point& point) {
         found.deepest = std::max(found.deepest, -point.gap / heap.size);
       });
     });

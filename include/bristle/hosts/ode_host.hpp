@@ -108,9 +108,9 @@ class OdeHost : public EngineHost<void*, Backend> {
     HostBody<double> body;
     body.pose = pose_of(from);
     body.center = body.pose.translation;
-    const detail::Vec6<double> now = twist_of(from);
+    const Vec6<double> now = twist_of(from);
     body.twist = {now.head<3>(), now.tail<3>()};
-    const detail::Vec6<double> gain = (response(from).twist - now) / dt_;
+    const Vec6<double> gain = (response(from).twist - now) / dt_;
     body.acceleration = {gain.head<3>(), gain.tail<3>()};
     return body;
   }
@@ -131,14 +131,14 @@ class OdeHost : public EngineHost<void*, Backend> {
   /// Mobility of a body, and its twist at the end of the step without sensors.
   struct Response {
     Mat6<double> mobility = Mat6<double>::Zero();
-    detail::Vec6<double> twist = detail::Vec6<double>::Zero();
+    Vec6<double> twist = Vec6<double>::Zero();
     /// Diagonal of the mobility without joints.
-    detail::Vec6<double> free = detail::Vec6<double>::Zero();
+    Vec6<double> free = Vec6<double>::Zero();
 
     /// Sets the twist along a row to that of `base`, by an impulse along that row.
-    void hold(const Vec3<double>& linear, const Vec3<double>& angular, const detail::Vec6<double>& base) {
-      const detail::Vec6<double> row = joined(linear, angular);
-      const detail::Vec6<double> moved = mobility * row;
+    void hold(const Vec3<double>& linear, const Vec3<double>& angular, const Vec6<double>& base) {
+      const Vec6<double> row = joined(linear, angular);
+      const Vec6<double> moved = mobility * row;
       const double give = row.dot(moved);
       // Joints may hold the same motion twice. Then only rounding is left.
       if (give <= 1e-10 * row.cwiseAbs2().dot(free)) return;
@@ -156,9 +156,9 @@ class OdeHost : public EngineHost<void*, Backend> {
   /// Mirrored geoms without body are fixed, never queried.
   [[nodiscard]] dBodyID body_of(BodyId id) const { return static_cast<dBodyID>(*this->key_of(id)); }
   [[nodiscard]] static Vec3<double> vector(const dReal* x) { return {x[0], x[1], x[2]}; }
-  [[nodiscard]] static detail::Vec6<double> joined(const Vec3<double>& linear,
+  [[nodiscard]] static Vec6<double> joined(const Vec3<double>& linear,
                                            const Vec3<double>& angular) {
-    detail::Vec6<double> both;
+    Vec6<double> both;
     both << linear, angular;
     return both;
   }
@@ -168,7 +168,7 @@ class OdeHost : public EngineHost<void*, Backend> {
   [[nodiscard]] static Transform<double> pose_of(dBodyID body) {
     return transform(dBodyGetQuaternion(body), dBodyGetPosition(body));
   }
-  [[nodiscard]] static detail::Vec6<double> twist_of(dBodyID body) {
+  [[nodiscard]] static Vec6<double> twist_of(dBodyID body) {
     return joined(vector(dBodyGetLinearVel(body)), vector(dBodyGetAngularVel(body)));
   }
   template <typename Getter, typename Of>
@@ -207,7 +207,7 @@ class OdeHost : public EngineHost<void*, Backend> {
     const dBodyID other = first == body ? dJointGetBody(joint, 1) : first;
     if (!dJointIsEnabled(joint) || (other != nullptr && !dBodyIsKinematic(other))) return;
     const Vec3<double> center = vector(dBodyGetPosition(body));
-    detail::Vec6<double> base = detail::Vec6<double>::Zero();
+    Vec6<double> base = Vec6<double>::Zero();
     if (other != nullptr) {
       base = twist_of(other);
       base.head<3>() += base.tail<3>().cross(center - vector(dBodyGetPosition(other)));

@@ -78,8 +78,8 @@ struct DrawDef {
   bool has_names = true;
 };
 
-/// Receiver of the things that `for_each_drawn` draws. Points are in the world [m]; a mesh is in a frame of its
-/// own, whose pose in the world is X_WM.
+/// Receiver of the things that `for_each_drawn` draws. Points are in the world [m]; a mesh is in a
+/// frame of its own, whose pose in the world is X_WM.
 template <typename V, typename S>
 concept DrawVisitor = requires(V& visitor, const Drawn& drawn, const Vec3<S>& point,
                                const TriangleMesh<S>& mesh, const Transform<S>& X_WM,
@@ -148,7 +148,7 @@ class WorldDrawer {
   void draw_contacts() {
     const S dt = world_.time_step();
     world_.for_each_contact([&](const ContactReading<S>& pair) {
-      pair.for_each_point([&](const ContactPointReading<S>& point) {
+      pair.for_each_point([&](const typename ContactReading<S>::Point& point) {
         const Vec3<S> impulse = point.normal_impulse * point.normal + point.friction_impulse;
         if (impulse.isZero(S(0))) return;
         visitor_.point({.kind = DrawnKind::contact, .body = pair.body_b}, point.position);

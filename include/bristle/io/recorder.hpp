@@ -342,7 +342,7 @@ auto Recorder<S>::contacts_of(const World<S, Backend>& world, double dt) const
     const bool is_on_b = has_b && (!has_a || recording_.bodies[numbers_[pair.body_b.index]].moves ||
                                    !recording_.bodies[numbers_[pair.body_a.index]].moves);
     const std::size_t body = numbers_[is_on_b ? pair.body_b.index : pair.body_a.index];
-    pair.for_each_point([&](const detail::ContactPointReading<S>& point) {
+    pair.for_each_point([&](const typename ContactReading<S>::Point& point) {
       const Vec3<S> impulse = point.normal_impulse * point.normal + point.friction_impulse;
       if (impulse.isZero(S(0))) return;
       const Vec3<S> force = impulse / S(dt);

@@ -65,7 +65,9 @@ class Trace {
   }
 
   /// Channels in the order of their columns.
-  [[nodiscard]] const std::vector<detail::TraceChannel>& channels() const noexcept { return channels_; }
+  [[nodiscard]] const std::vector<detail::TraceChannel>& channels() const noexcept {
+    return channels_;
+  }
   /// [-] Number of rows.
   [[nodiscard]] std::size_t size() const noexcept { return columns_.front().size(); }
 

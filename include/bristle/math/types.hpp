@@ -41,13 +41,13 @@ namespace detail {
 template <Scalar S>
 using Vec2 = Eigen::Matrix<S, 2, 1>;
 }  // namespace detail
+
 /// Column vector of three numbers.
 template <Scalar S>
 using Vec3 = Eigen::Matrix<S, 3, 1>;
-namespace detail {
+/// Column vector of six numbers, unaligned as `Mat6`.
 template <Scalar S>
 using Vec6 = Eigen::Matrix<S, 6, 1, Eigen::DontAlign>;
-}  // namespace detail
 /// Matrix of three rows and three columns.
 template <Scalar S>
 using Mat3 = Eigen::Matrix<S, 3, 3>;

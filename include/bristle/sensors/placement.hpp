@@ -223,8 +223,9 @@ SensorLayout<S> sensor_grid(const SensorGridDef<S>& def) {
   const Vec3<S> u = def.side_u.stableNormalized();
   const Vec3<S> v = def.side_v.stableNormalized();
   const S sine = u.cross(v).norm();
-  detail::require(sine > detail::Tolerance<S>::equal(), "SensorGridDef: sine of the angle of the sides",
-                  sine, "must not be 0 (sides parallel or of no length)");
+  detail::require(sine > detail::Tolerance<S>::equal(),
+                  "SensorGridDef: sine of the angle of the sides", sine,
+                  "must not be 0 (sides parallel or of no length)");
 
   const Vec3<S> normal = u.cross(v) / sine;
   const Vec3<S> corner = def.center - S(0.5) * (def.side_u + def.side_v) - def.depth * normal;

@@ -51,8 +51,9 @@ SensorLayout<S> ray_fan(const RayFanDef<S>& def) {
   detail::require_all_finite("RayFanDef::forward", def.forward);
   detail::require_all_finite("RayFanDef::up", def.up);
   const S pi = S(std::numbers::pi);
-  detail::require(def.width >= S(0) && def.width <= S(2) * pi * (S(1) + detail::Tolerance<S>::equal()),
-                  "RayFanDef::width", def.width, "must be in [0, 2 pi]");
+  detail::require(
+      def.width >= S(0) && def.width <= S(2) * pi * (S(1) + detail::Tolerance<S>::equal()),
+      "RayFanDef::width", def.width, "must be in [0, 2 pi]");
   detail::require(def.height >= S(0) && def.height <= pi * (S(1) + detail::Tolerance<S>::equal()),
                   "RayFanDef::height", def.height, "must be in [0, pi]");
   detail::require(def.columns > 0, "RayFanDef::columns", def.columns, "must be >= 1");

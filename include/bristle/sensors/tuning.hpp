@@ -193,7 +193,8 @@ PatchDescription<S> describe(const SensorParameters<S>& p, const PatchUse<S>& us
   const S overshoot = z < S(1) ? S(exp(-S(EIGEN_PI) * z / sqrt(S(1) - z * z))) : S(0);
   out.sudden_coefficient = out.holding_coefficient / (S(1) + overshoot);
   const detail::Mode<S> tangential_mode{use.mass, out.bristle_stiffness * use.lever, viscous};
-  const detail::Mode<S> normal_mode{use.mass, out.normal_stiffness, n * p.normal_damping / use.length};
+  const detail::Mode<S> normal_mode{use.mass, out.normal_stiffness,
+                                    n * p.normal_damping / use.length};
   out.largest_explicit_step =
       std::min(tangential_mode.largest_stable_step(), normal_mode.largest_stable_step());
   out.recommended_explicit_step = S(0.35) * out.largest_explicit_step;

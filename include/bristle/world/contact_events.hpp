@@ -15,21 +15,21 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Change of a contact in the last step.
-enum class ContactPhase {
-  /// The shapes touch, unlike in the step before.
-  begin,
-  /// The shapes touched in both steps.
-  persist,
-  /// The shapes touched in the step before and no longer do, or one of them was removed.
-  end
-};
-
 /// Two shapes whose contact began, persisted or ended. Shapes *touch* in a step when one of their
 /// contacts exchanged an impulse along its normal, or had a gap <= 0 when the step began.
 struct ContactEvent {
+  /// Change of a contact in the last step.
+  enum class Phase {
+    /// The shapes touch, unlike in the step before.
+    begin,
+    /// The shapes touched in both steps.
+    persist,
+    /// The shapes touched in the step before and no longer do, or one of them was removed.
+    end
+  };
+
   /// Change of the contact.
-  ContactPhase phase = ContactPhase::begin;
+  Phase phase = Phase::begin;
   /// [-] Shape with the smaller index. After an end it may be removed, as may all below.
   ShapeId shape_a{};
   /// [-] Shape with the larger index.
@@ -40,29 +40,24 @@ struct ContactEvent {
   BodyId body_b{};
 };
 
-namespace detail {
-
-/// Contact point of two shapes in the last step. World axes.
-template <Scalar S>
-struct ContactPointReading {
-  /// [m] Position when the step began.
-  Vec3<S> position = Vec3<S>::Zero();
-  /// [1] Unit normal from shape a to shape b.
-  Vec3<S> normal = Vec3<S>::UnitZ();
-  /// [m] Distance of the surfaces when the step began. Negative where they overlap.
-  S gap = S(0);
-  /// [N s] Impulse on b along the normal, >= 0.
-  S normal_impulse = S(0);
-  /// [N s] Impulse of friction on b.
-  Vec3<S> friction_impulse = Vec3<S>::Zero();
-};
-
-}  // namespace detail
-
 /// All contacts of two shapes in the last step. Valid until the world changes.
 template <Scalar S>
 class ContactReading {
  public:
+  /// One contact point. World axes.
+  struct Point {
+    /// [m] Position when the step began.
+    Vec3<S> position = Vec3<S>::Zero();
+    /// [1] Unit normal from shape a to shape b.
+    Vec3<S> normal = Vec3<S>::UnitZ();
+    /// [m] Distance of the surfaces when the step began. Negative where they overlap.
+    S gap = S(0);
+    /// [N s] Impulse on b along the normal, >= 0.
+    S normal_impulse = S(0);
+    /// [N s] Impulse of friction on b.
+    Vec3<S> friction_impulse = Vec3<S>::Zero();
+  };
+
   /// [-] Shape with the smaller index.
   ShapeId shape_a{};
   /// [-] Shape with the larger index.
@@ -80,7 +75,7 @@ class ContactReading {
   /// Returns whether they touch, as in `ContactEvent`.
   [[nodiscard]] bool is_touching() const;
 
-  /// Calls visit(const ContactPointReading<S>&) for each point.
+  /// Calls visit(const Point&) for each point.
   template <typename Visit>
   void for_each_point(Visit&& visit) const;
 
@@ -175,8 +170,8 @@ void ContactReading<S>::for_each_point(Visit&& visit) const {
   for (const detail::CachedManifold<S>& m : manifolds_) {
     for (std::uint32_t i = m.first; i < m.first + m.count; ++i) {
       const detail::CachedPoint<S>& point = (*points_)[i];
-      visit(detail::ContactPointReading<S>{m.center_a + point.arm_a, m.normal, point.gap, point.impulse[0],
-                                   detail::friction_impulse(m, point)});
+      visit(Point{m.center_a + point.arm_a, m.normal, point.gap, point.impulse[0],
+                  detail::friction_impulse(m, point)});
     }
   }
 }

@@ -234,7 +234,7 @@ class HapticLoop {
     return twist.linear.norm() + (c.half_space ? S(0) : twist.angular.norm() * c.radius);
   }
   [[nodiscard]] std::uint32_t add_body(const detail::WorldState<S, Backend>& state, BodyId id);
-  [[nodiscard]] detail::Vec6<S> other_force(const detail::WorldState<S, Backend>& state, BodyId id,
+  [[nodiscard]] Vec6<S> other_force(const detail::WorldState<S, Backend>& state, BodyId id,
                                     const detail::HeldMobility<S>& held) const;
 
   const detail::HapticKernels<S, Backend>* kernels_ = &detail::haptic_kernels<S, Backend>();
@@ -341,17 +341,17 @@ std::uint32_t HapticLoop<S, Backend>::add_body(const detail::WorldState<S, Backe
 
 /// [N, N m] Forces on a body besides the loop's, taken from the last step where they are known.
 template <Scalar S, typename Backend>
-detail::Vec6<S> HapticLoop<S, Backend>::other_force(const detail::WorldState<S, Backend>& state, BodyId id,
+Vec6<S> HapticLoop<S, Backend>::other_force(const detail::WorldState<S, Backend>& state, BodyId id,
                                             const detail::HeldMobility<S>& held) const {
   const Body<S>& body = state.bodies.at(id.index);
   const auto last = std::find_if(last_bodies_.begin(), last_bodies_.end(),
                                  [id](const detail::HapticBody<S>& b) { return b.id() == id; });
   if (last == last_bodies_.end() || held.was_hit) {
-    detail::Vec6<S> weight = detail::Vec6<S>::Zero();
+    Vec6<S> weight = Vec6<S>::Zero();
     weight.template head<3>() = body.mass * body.gravity_scale * state.def.gravity;
     return weight;
   }
-  detail::Vec6<S> given;
+  Vec6<S> given;
   given << last->impulse().force, last->impulse().torque;
   return (detail::HapticBody<S>::momentum(body) - last->start_momentum - given) /
          state.def.time_step;

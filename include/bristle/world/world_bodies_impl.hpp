@@ -129,8 +129,8 @@ void World<S, Backend>::remove_shape(ShapeId id) {
   (void)state_.colliders.get(id, "ShapeId");
   for_each_contact([&](const ContactReading<S>& contact) {
     if ((contact.shape_a == id || contact.shape_b == id) && contact.is_touching()) {
-      state_.ended_since.push_back(
-          {ContactPhase::end, contact.shape_a, contact.shape_b, contact.body_a, contact.body_b});
+      state_.ended_since.push_back({ContactEvent::Phase::end, contact.shape_a, contact.shape_b,
+                                    contact.body_a, contact.body_b});
     }
   });
   detail::disturb(state_, state_.colliders.at(id.index).body);

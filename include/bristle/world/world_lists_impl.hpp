@@ -43,8 +43,8 @@ void World<S, Backend>::for_each_patch(Visit&& visit) const {
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 template <typename Visit>
-void World<S, Backend>::for_each_shape(BodyId id,
-                                       Visit&& visit) const requires detail::TellsShapes<Backend, S> {
+void World<S, Backend>::for_each_shape(
+    BodyId id, Visit&& visit) const requires detail::TellsShapes<Backend, S> {
   const Vec3<S> center_B = body(id).center_B;
   for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
     if (!state_.colliders.is_live(i) || state_.colliders.at(i).body != id) continue;

@@ -18,7 +18,9 @@ std::uint64_t of(std::initializer_list<double> values) {
 
 }  // namespace
 
-TEST_CASE("bristle::detail::BitHash: the same values in the same order give the same number, others do not") {
+TEST_CASE(
+    "bristle::detail::BitHash: the same values in the same order give the same number, others do "
+    "not") {
   CHECK(of({1, 2, 3}) == of({1, 2, 3}));
   CHECK(of({1, 2, 3}) != of({1, 3, 2}));
   CHECK(of({1, 2}) != of({1, 2, 0}));

@@ -10,7 +10,8 @@
 
 using bristle::detail::DisjointSets;
 
-TEST_CASE("bristle::detail::DisjointSets: a set is known by its lowest member, whatever the order") {
+TEST_CASE(
+    "bristle::detail::DisjointSets: a set is known by its lowest member, whatever the order") {
   bristle::detail::DisjointSets sets;
   sets.reset(6);
   CHECK(sets.find(4) == 4);

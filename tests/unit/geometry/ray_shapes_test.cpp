@@ -57,21 +57,24 @@ void for_all_with_origin_inside(const Use& use) {
 
 TEST_CASE_TEMPLATE("ray_cast: a ball is met where its circle is", S, float, double) {
   const Sphere<S> ball{S(1)};
-  const RayHit<S> hit = bristle::ray_cast(ball, ray_along<S>({S(3), S(0.6), S(0)}, {S(-1), S(0), S(0)}));
+  const RayHit<S> hit =
+      bristle::ray_cast(ball, ray_along<S>({S(3), S(0.6), S(0)}, {S(-1), S(0), S(0)}));
   CHECK(hit.distance == near(S(2.2), S(3)));
   CHECK((hit.normal - Vec3<S>(S(0.8), S(0.6), S(0))).norm() < S(1e-6));
-  CHECK(bristle::ray_cast(ball, ray_along<S>({S(3), S(1.001), S(0)}, {S(-1), S(0), S(0)})).distance ==
-        infinity<S>);
+  CHECK(
+      bristle::ray_cast(ball, ray_along<S>({S(3), S(1.001), S(0)}, {S(-1), S(0), S(0)})).distance ==
+      infinity<S>);
   // Tangent: touching counts.
-  CHECK(bristle::ray_cast(ball, ray_along<S>({S(3), S(1), S(0)}, {S(-1), S(0), S(0)})).distance == S(3));
+  CHECK(bristle::ray_cast(ball, ray_along<S>({S(3), S(1), S(0)}, {S(-1), S(0), S(0)})).distance ==
+        S(3));
 }
 
 TEST_CASE_TEMPLATE("ray_cast: a ball far away is met as exactly as the distance allows", S, float,
                    double) {
   // 0.8 out of 1e5 balls' radii: the discriminant would have no digit left in float.
   const S distance = S(100000);
-  const RayHit<S> hit =
-      bristle::ray_cast(Sphere<S>{S(1)}, ray_along<S>({distance, S(0.6), S(0)}, {S(-1), S(0), S(0)}));
+  const RayHit<S> hit = bristle::ray_cast(
+      Sphere<S>{S(1)}, ray_along<S>({distance, S(0.6), S(0)}, {S(-1), S(0), S(0)}));
   CHECK(std::abs(hit.distance - (distance - S(0.8))) <=
         S(2) * std::numeric_limits<S>::epsilon() * distance);
   CHECK((hit.normal - Vec3<S>(S(0.8), S(0.6), S(0))).norm() < S(1e-6));
@@ -79,11 +82,13 @@ TEST_CASE_TEMPLATE("ray_cast: a ball far away is met as exactly as the distance 
 
 TEST_CASE_TEMPLATE("ray_cast: a box is met on the face that is entered", S, float, double) {
   const Box<S> box{{S(1), S(2), S(3)}};
-  const RayHit<S> hit = bristle::ray_cast(box, ray_along<S>({S(5), S(1), S(2)}, {S(-1), S(0), S(0)}));
+  const RayHit<S> hit =
+      bristle::ray_cast(box, ray_along<S>({S(5), S(1), S(2)}, {S(-1), S(0), S(0)}));
   CHECK(hit.distance == S(4));
   CHECK(hit.normal == Vec3<S>(S(1), S(0), S(0)));
   // 3-4-5: down 4 while moving 3 along y.
-  const RayHit<S> slanted = bristle::ray_cast(box, ray_along<S>({S(0), S(-3), S(7)}, {S(0), S(3), S(-4)}));
+  const RayHit<S> slanted =
+      bristle::ray_cast(box, ray_along<S>({S(0), S(-3), S(7)}, {S(0), S(3), S(-4)}));
   CHECK(slanted.distance == near(S(5), S(7)));
   CHECK(slanted.normal == Vec3<S>(S(0), S(0), S(1)));
   // Past it, and away from it.
@@ -96,8 +101,11 @@ TEST_CASE_TEMPLATE("ray_cast: a box is met on the face that is entered", S, floa
 TEST_CASE_TEMPLATE("ray_cast: a ray in the plane of a box's face touches it", S, float, double) {
   const Box<S> box{{S(1), S(2), S(3)}};
   for (const S zero : {S(0), -S(0)}) {
-    CHECK(bristle::ray_cast(box, {{S(5), S(2), S(0)}, {S(-1), zero, zero}, infinity<S>}).distance == S(4));
-    CHECK(bristle::ray_cast(box, {{S(5), S(2), S(-3)}, {S(-1), zero, zero}, infinity<S>}).distance == S(4));
+    CHECK(bristle::ray_cast(box, {{S(5), S(2), S(0)}, {S(-1), zero, zero}, infinity<S>}).distance ==
+          S(4));
+    CHECK(
+        bristle::ray_cast(box, {{S(5), S(2), S(-3)}, {S(-1), zero, zero}, infinity<S>}).distance ==
+        S(4));
   }
   const S beside = S(2) + S(4) * std::numeric_limits<S>::epsilon();
   CHECK(bristle::ray_cast(box, {{S(5), beside, S(0)}, {S(-1), S(0), S(0)}, infinity<S>}).distance ==
@@ -106,20 +114,25 @@ TEST_CASE_TEMPLATE("ray_cast: a ray in the plane of a box's face touches it", S,
 
 TEST_CASE_TEMPLATE("ray_cast: a capsule is met on its side and on its ends", S, float, double) {
   const Capsule<S> capsule{S(0.5), S(1)};
-  const RayHit<S> side = bristle::ray_cast(capsule, ray_along<S>({S(2), S(0), S(0.9)}, {S(-1), S(0), S(0)}));
+  const RayHit<S> side =
+      bristle::ray_cast(capsule, ray_along<S>({S(2), S(0), S(0.9)}, {S(-1), S(0), S(0)}));
   CHECK(side.distance == near(S(1.5), S(2)));
   CHECK(side.normal == Vec3<S>(S(1), S(0), S(0)));
-  const RayHit<S> end = bristle::ray_cast(capsule, ray_along<S>({S(2), S(0), S(1.3)}, {S(-1), S(0), S(0)}));
+  const RayHit<S> end =
+      bristle::ray_cast(capsule, ray_along<S>({S(2), S(0), S(1.3)}, {S(-1), S(0), S(0)}));
   CHECK(end.distance == near(S(1.6), S(2)));
   CHECK((end.normal - Vec3<S>(S(0.8), S(0), S(0.6))).norm() < S(1e-6));
   // Along the axis and along a line of the side.
   const Vec3<S> down(S(0), S(0), S(-1));
   CHECK(bristle::ray_cast(capsule, ray_along<S>({S(0), S(0), S(5)}, down)).distance == S(3.5));
-  CHECK(bristle::ray_cast(capsule, ray_along<S>({S(0.3), S(0), S(5)}, down)).distance == near(S(3.6), S(5)));
-  CHECK(bristle::ray_cast(capsule, ray_along<S>({S(0.5001), S(0), S(5)}, down)).distance == infinity<S>);
-  // Into the tube and out again beyond the end.
-  CHECK(bristle::ray_cast(capsule, ray_along<S>({S(1), S(0), S(2)}, {S(-1), S(0), S(1)})).distance ==
+  CHECK(bristle::ray_cast(capsule, ray_along<S>({S(0.3), S(0), S(5)}, down)).distance ==
+        near(S(3.6), S(5)));
+  CHECK(bristle::ray_cast(capsule, ray_along<S>({S(0.5001), S(0), S(5)}, down)).distance ==
         infinity<S>);
+  // Into the tube and out again beyond the end.
+  CHECK(
+      bristle::ray_cast(capsule, ray_along<S>({S(1), S(0), S(2)}, {S(-1), S(0), S(1)})).distance ==
+      infinity<S>);
 }
 
 TEST_CASE_TEMPLATE("ray_cast: a cylinder is met on its side and on its ends", S, float, double) {
@@ -128,22 +141,25 @@ TEST_CASE_TEMPLATE("ray_cast: a cylinder is met on its side and on its ends", S,
       bristle::ray_cast(cylinder, ray_along<S>({S(3), S(0.6), S(1)}, {S(-1), S(0), S(0)}));
   CHECK(side.distance == near(S(2.2), S(3)));
   CHECK((side.normal - Vec3<S>(S(0.8), S(0.6), S(0))).norm() < S(1e-6));
-  const RayHit<S> end = bristle::ray_cast(cylinder, ray_along<S>({S(0), S(-3), S(6)}, {S(0), S(3), S(-4)}));
+  const RayHit<S> end =
+      bristle::ray_cast(cylinder, ray_along<S>({S(0), S(-3), S(6)}, {S(0), S(3), S(-4)}));
   CHECK(end.distance == near(S(5), S(6)));
   CHECK(end.normal == Vec3<S>(S(0), S(0), S(1)));
   const Vec3<S> up(S(0), S(0), S(1));
   CHECK(bristle::ray_cast(cylinder, ray_along<S>({S(0.6), S(0.7), S(-5)}, up)).distance == S(3));
-  CHECK(bristle::ray_cast(cylinder, ray_along<S>({S(0.8), S(0.7), S(-5)}, up)).distance == infinity<S>);
-  // Over the end, across the tube.
-  CHECK(bristle::ray_cast(cylinder, ray_along<S>({S(3), S(0), S(2.1)}, {S(-1), S(0), S(0)})).distance ==
+  CHECK(bristle::ray_cast(cylinder, ray_along<S>({S(0.8), S(0.7), S(-5)}, up)).distance ==
         infinity<S>);
+  // Over the end, across the tube.
+  CHECK(bristle::ray_cast(cylinder, ray_along<S>({S(3), S(0), S(2.1)}, {S(-1), S(0), S(0)}))
+            .distance == infinity<S>);
 }
 
 TEST_CASE_TEMPLATE("ray_cast: a cone is met on its side, its base and its tip", S, float, double) {
   // Radius 1 and height 2: half as wide as the depth below the tip.
   const Cone<S> cone{S(1), S(1)};
   const S root5 = std::sqrt(S(5));
-  const RayHit<S> side = bristle::ray_cast(cone, ray_along<S>({S(3), S(0), S(0)}, {S(-1), S(0), S(0)}));
+  const RayHit<S> side =
+      bristle::ray_cast(cone, ray_along<S>({S(3), S(0), S(0)}, {S(-1), S(0), S(0)}));
   CHECK(side.distance == near(S(2.5), S(3)));
   CHECK((side.normal - Vec3<S>(S(2) / root5, S(0), S(1) / root5)).norm() < S(1e-6));
   const Vec3<S> up(S(0), S(0), S(1));
@@ -152,8 +168,10 @@ TEST_CASE_TEMPLATE("ray_cast: a cone is met on its side, its base and its tip", 
   CHECK(base.normal == -up);
   CHECK(bristle::ray_cast(cone, ray_along<S>({S(1.1), S(0), S(-4)}, up)).distance == infinity<S>);
   // Steeper than the side, from above: at x = 0.25 the surface is 0.5 below the tip.
-  CHECK(bristle::ray_cast(cone, ray_along<S>({S(0.25), S(0), S(4)}, -up)).distance == near(S(3.5), S(4)));
-  CHECK(bristle::ray_cast(cone, ray_along<S>({S(0), S(0), S(4)}, -up)).distance == near(S(3), S(4)));
+  CHECK(bristle::ray_cast(cone, ray_along<S>({S(0.25), S(0), S(4)}, -up)).distance ==
+        near(S(3.5), S(4)));
+  CHECK(bristle::ray_cast(cone, ray_along<S>({S(0), S(0), S(4)}, -up)).distance ==
+        near(S(3), S(4)));
   // Parallel to a line of the side, which it meets on the other side: from (-1.5, 0, 1) with the
   // slope of the right side, x = -1.5 + t, z = 1 - 2 t is never within; from (-0.5, 0, 1) it is at
   // t where -0.5 + t = -t, so at x = -0.25, z = 0.5.
@@ -168,7 +186,8 @@ TEST_CASE_TEMPLATE("ray_cast: a cone is met on its side, its base and its tip", 
 
 TEST_CASE_TEMPLATE("ray_cast: an ellipsoid is met on its axes and between", S, float, double) {
   const Ellipsoid<S> ellipsoid{{S(1), S(2), S(3)}};
-  const RayHit<S> hit = bristle::ray_cast(ellipsoid, ray_along<S>({S(5), S(0), S(0)}, {S(-1), S(0), S(0)}));
+  const RayHit<S> hit =
+      bristle::ray_cast(ellipsoid, ray_along<S>({S(5), S(0), S(0)}, {S(-1), S(0), S(0)}));
   CHECK(hit.distance == near(S(4), S(5)));
   CHECK((hit.normal - Vec3<S>(S(1), S(0), S(0))).norm() < S(1e-6));
   // At y = 1.2, (x, y) = (0.8, 1.2): gradient (x, y / 4).
@@ -180,12 +199,14 @@ TEST_CASE_TEMPLATE("ray_cast: an ellipsoid is met on its axes and between", S, f
 
 TEST_CASE_TEMPLATE("ray_cast: a half-space is met at its plane, from outside", S, float, double) {
   const HalfSpace<S> floor{{S(0), S(0), S(1)}, S(1)};
-  const RayHit<S> hit = bristle::ray_cast(floor, ray_along<S>({S(0), S(0), S(5)}, {S(3), S(0), S(-4)}));
+  const RayHit<S> hit =
+      bristle::ray_cast(floor, ray_along<S>({S(0), S(0), S(5)}, {S(3), S(0), S(-4)}));
   CHECK(hit.distance == near(S(5), S(5)));
   CHECK(hit.normal == floor.normal);
   CHECK(bristle::ray_cast(floor, ray_along<S>({S(0), S(0), S(5)}, {S(1), S(0), S(0)})).distance ==
         infinity<S>);
-  CHECK(bristle::ray_cast(floor, ray_along<S>({S(0), S(0), S(-9)}, {S(0), S(0), S(1)})).distance == S(0));
+  CHECK(bristle::ray_cast(floor, ray_along<S>({S(0), S(0), S(-9)}, {S(0), S(0), S(1)})).distance ==
+        S(0));
 }
 
 TEST_CASE_TEMPLATE("ray_cast: a hull of a box's corners is that box", S, float, double) {

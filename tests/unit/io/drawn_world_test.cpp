@@ -136,7 +136,8 @@ TEST_CASE("for_each_drawn: lengths of lines over metres a newton are forces") {
     const std::size_t i = line.of.sensor;
     CHECK(drawn.insert(i).second);
     const Vec3<double> force = (line.end - line.begin) / scale;
-    const double across = reading.shear_1[i] * reading.shear_1[i] + reading.shear_2[i] * reading.shear_2[i];
+    const double across =
+        reading.shear_1[i] * reading.shear_1[i] + reading.shear_2[i] * reading.shear_2[i];
     CHECK(force.squaredNorm() ==
           relative(reading.normal_force[i] * reading.normal_force[i] + across).epsilon(1e-9));
     CHECK(line.begin == Vec3<double>(reading.point_x[i], reading.point_y[i], reading.point_z[i]));

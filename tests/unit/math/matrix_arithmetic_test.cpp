@@ -40,17 +40,17 @@ TEST_CASE_TEMPLATE("matrix_arithmetic: gives values, and those of Eigen's expres
   for (int round = 0; round < 100; ++round) {
     const auto a = random_matrix<Vec3<S>>(random), b = random_matrix<Vec3<S>>(random);
     const auto M = random_matrix<Mat3<S>>(random), N = random_matrix<Mat3<S>>(random);
-    const auto x = random_matrix<bristle::detail::Vec6<S>>(random), y = random_matrix<bristle::detail::Vec6<S>>(random);
+    const auto x = random_matrix<bristle::Vec6<S>>(random), y = random_matrix<bristle::Vec6<S>>(random);
     const auto K = random_matrix<Mat6<S>>(random);
     const S k = a.x();
     // Sums of up to six products of numbers up to 1, made in other orders, in up to 36 entries:
     // each is off by five roundings of at most six.
     const S tolerance = S(6 * 30) * std::numeric_limits<S>::epsilon();
     static_assert(std::same_as<decltype(a + b), Vec3<S>>);
-    static_assert(std::same_as<decltype(x - y), bristle::detail::Vec6<S>>);
-    static_assert(std::same_as<decltype(k * x), bristle::detail::Vec6<S>>);
+    static_assert(std::same_as<decltype(x - y), bristle::Vec6<S>>);
+    static_assert(std::same_as<decltype(k * x), bristle::Vec6<S>>);
     static_assert(std::same_as<decltype(M * a), Vec3<S>>);
-    static_assert(std::same_as<decltype(K * x), bristle::detail::Vec6<S>>);
+    static_assert(std::same_as<decltype(K * x), bristle::Vec6<S>>);
     static_assert(std::same_as<decltype(M.transpose() * N), Mat3<S>>);
     static_assert(std::same_as<decltype(a * b.transpose()), Mat3<S>>);
     CHECK(a + b == eigen::sum(a, b));

@@ -39,10 +39,13 @@ Vec3<S> force_after_slip(const std::array<S, inputs>& x, SlipReset reset) {
   const Vec3<S> normal = -Vec3<S>::UnitX();
   SensorMemory<S> memory;
   test::BodyMotion<S> A, B;
-  (void)sensor_wrench<S>(p, options, ray, x[distance], normal, A.pose, A.twist, B.pose, B.twist, S(1e-3), memory);
+  (void)sensor_wrench<S>(p, options, ray, x[distance], normal, A.pose, A.twist, B.pose, B.twist,
+                         S(1e-3), memory);
   A.twist.linear = {x[press], x[speed], S(0)};
   B.pose.translation.y() = -x[slip];
-  return sensor_wrench<S>(p, options, ray, x[distance], normal, A.pose, A.twist, B.pose, B.twist, S(1e-3), memory).force;
+  return sensor_wrench<S>(p, options, ray, x[distance], normal, A.pose, A.twist, B.pose, B.twist,
+                          S(1e-3), memory)
+      .force;
 }
 
 std::array<Derived, inputs> as_variables(const std::array<double, inputs>& x) {
@@ -133,7 +136,8 @@ std::array<S, 6> oblique(S a, S b, S c, NormalDirection normal) {
     B.pose.translation = Vec3<S>(S(0.41), S(1e-4) * t * a, S(0));
     B.twist = {Vec3<S>(S(0), S(0.01) * a, S(0)), Vec3<S>(S(0), S(0.5) * b, S(0))};
     const Vec3<S> m_W = A.pose.rotation * face;
-    wrench = sensor_wrench<S>(p, options, ray, S(0.005) * a * c, m_W, A.pose, A.twist, B.pose, B.twist, S(1e-3), memory);
+    wrench = sensor_wrench<S>(p, options, ray, S(0.005) * a * c, m_W, A.pose, A.twist, B.pose,
+                              B.twist, S(1e-3), memory);
   }
   return {wrench.force.x(),  wrench.force.y(),  wrench.force.z(),
           wrench.torque.x(), wrench.torque.y(), wrench.torque.z()};

@@ -251,13 +251,15 @@ TEST_CASE_TEMPLATE("sensor_wrench: opposes displacement and turns A as r x F", S
   const Ray<S> ray{Vec3<S>(S(0.1), 0, 0), Vec3<S>(0, 0, -1), S(0.01)};
   test::BodyMotion<S> A, B;
   const Vec3<S> m(0, 0, 1);
-  Wrench<S> w = sensor_wrench(p, LawOptions{}, ray, S(0.005), m, A.pose, A.twist, B.pose, B.twist, S(1e-3), memory);
+  Wrench<S> w = sensor_wrench(p, LawOptions{}, ray, S(0.005), m, A.pose, A.twist, B.pose, B.twist,
+                              S(1e-3), memory);
   CHECK(memory.is_anchored);
   // Pushed back along the ray by K_N / 2 = 1 N at (0.1, 0, -0.005).
   CHECK(w.force.isApprox(Vec3<S>(0, 0, 1), law_round_off<S>));
   CHECK(w.torque.isApprox(Vec3<S>(0, S(-0.1), 0), law_round_off<S>));
   A.pose.translation.y() = S(5e-4);
-  w = sensor_wrench(p, LawOptions{}, ray, S(0.005), m, A.pose, A.twist, B.pose, B.twist, S(1e-3), memory);
+  w = sensor_wrench(p, LawOptions{}, ray, S(0.005), m, A.pose, A.twist, B.pose, B.twist, S(1e-3),
+                    memory);
   CHECK(w.force.isApprox(Vec3<S>(0, S(-1.5), 1), S(1e3) * law_round_off<S>));
   CHECK(w.torque.isApprox(
       Vec3<S>(0, S(0.1), 0).cross(Vec3<S>::Zero()) + Vec3<S>(S(0.1), 0, S(-0.005)).cross(w.force),
@@ -277,13 +279,13 @@ TEST_CASE("sensor_wrench: does not depend on where the world's origin is") {
     const Vec3<double> shift = random.in_cube(8.0);
     SensorMemory<double> here, there;
     for (int step = 0; step < 2; ++step) {
-      const auto w =
-          sensor_wrench(constants<double>(), LawOptions{}, ray, 0.01, m, A.pose, A.twist, B.pose, B.twist, 1e-3, here);
+      const auto w = sensor_wrench(constants<double>(), LawOptions{}, ray, 0.01, m, A.pose, A.twist,
+                                   B.pose, B.twist, 1e-3, here);
       test::BodyMotion<double> A2 = A, B2 = B;
       A2.pose.translation += shift;
       B2.pose.translation += shift;
-      const auto w2 =
-          sensor_wrench(constants<double>(), LawOptions{}, ray, 0.01, m, A2.pose, A2.twist, B2.pose, B2.twist, 1e-3, there);
+      const auto w2 = sensor_wrench(constants<double>(), LawOptions{}, ray, 0.01, m, A2.pose,
+                                    A2.twist, B2.pose, B2.twist, 1e-3, there);
       CHECK((w.force - w2.force).norm() < 1e-10);
       CHECK((w.torque - w2.torque).norm() < 1e-11);
       A.pose.translation += 1e-3 * A.twist.linear;

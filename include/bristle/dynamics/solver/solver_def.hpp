@@ -44,8 +44,8 @@ struct SolverDef {
   /// hundred bodies, or a heap of some forty. Larger islands are swept. 0 for plain sequential
   /// impulses.
   std::uint64_t max_direct_work = 700000;
-  /// [-] Most Newton steps of one such solve. With the bounds on sweeps and passes it bounds the cost of
-  /// the worst step.
+  /// [-] Most Newton steps of one such solve. With the bounds on sweeps and passes it bounds the
+  /// cost of the worst step.
   int max_newton_steps = 60;
   /// [-] Most sweeps over a larger island in each substep. It is `max_sweeps` if most of its
   /// contacts are new.

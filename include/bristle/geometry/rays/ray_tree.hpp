@@ -70,7 +70,8 @@ class RayTree {
   static constexpr std::size_t range_size = 1024;
 
   /// Rays in the order of the nodes, in the frame of their leaf. At height z a ray is at (x +
-  /// slope_x z, y + slope_y z). Filled up to whole packets with rays that reach nothing (length -infinity).
+  /// slope_x z, y + slope_y z). Filled up to whole packets with rays that reach nothing (length
+  /// -infinity).
   struct Lines {
     LaneVector<S> x, y, slope_x, slope_y;
     /// [m] z of the start. [1] Length of the ray for each metre of z. [m] Length.

@@ -141,7 +141,8 @@ void ConvexHull<S>::validate_planes() const {
   // Coordinates far from the origin are rounded to a multiple of their own size.
   const S size = (box.upper - box.lower).norm();
   const S reach = box.lower.cwiseAbs().cwiseMax(box.upper.cwiseAbs()).maxCoeff();
-  const S slack = S(2) * detail::Tolerance<S>::equal() * size + detail::Tolerance<S>::round_off() * reach;
+  const S slack =
+      S(2) * detail::Tolerance<S>::equal() * size + detail::Tolerance<S>::round_off() * reach;
 
   for (std::size_t f = 0; f < face_count(); ++f) {
     if (abs(face_normals[f].squaredNorm() - S(1)) > detail::Tolerance<S>::equal()) {
