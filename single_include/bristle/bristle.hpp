@@ -804,13 +804,13 @@ namespace detail {
 template <Scalar S>
 using Vec2 = Eigen::Matrix<S, 2, 1>;
 }  // namespace detail
+
 /// Column vector of three numbers.
 template <Scalar S>
 using Vec3 = Eigen::Matrix<S, 3, 1>;
-namespace detail {
+/// Column vector of six numbers, unaligned as `Mat6`.
 template <Scalar S>
 using Vec6 = Eigen::Matrix<S, 6, 1, Eigen::DontAlign>;
-}  // namespace detail
 /// Matrix of three rows and three columns.
 template <Scalar S>
 using Mat3 = Eigen::Matrix<S, 3, 3>;
@@ -2624,7 +2624,8 @@ void ConvexHull<S>::validate_planes() const {
   // Coordinates far from the origin are rounded to a multiple of their own size.
   const S size = (box.upper - box.lower).norm();
   const S reach = box.lower.cwiseAbs().cwiseMax(box.upper.cwiseAbs()).maxCoeff();
-  const S slack = S(2) * detail::Tolerance<S>::equal() * size + detail::Tolerance<S>::round_off() * reach;
+  const S slack =
+      S(2) * detail::Tolerance<S>::equal() * size + detail::Tolerance<S>::round_off() * reach;
 
   for (std::size_t f = 0; f < face_count(); ++f) {
     if (abs(face_normals[f].squaredNorm() - S(1)) > detail::Tolerance<S>::equal()) {
@@ -6892,7 +6893,8 @@ class RayTree {
   static constexpr std::size_t range_size = 1024;
 
   /// Rays in the order of the nodes, in the frame of their leaf. At height z a ray is at (x +
-  /// slope_x z, y + slope_y z). Filled up to whole packets with rays that reach nothing (length -infinity).
+  /// slope_x z, y + slope_y z). Filled up to whole packets with rays that reach nothing (length
+  /// -infinity).
   struct Lines {
     LaneVector<S> x, y, slope_x, slope_y;
     /// [m] z of the start. [1] Length of the ray for each metre of z. [m] Length.
@@ -8751,7 +8753,8 @@ PatchDescription<S> describe(const SensorParameters<S>& p, const PatchUse<S>& us
   const S overshoot = z < S(1) ? S(exp(-S(EIGEN_PI) * z / sqrt(S(1) - z * z))) : S(0);
   out.sudden_coefficient = out.holding_coefficient / (S(1) + overshoot);
   const detail::Mode<S> tangential_mode{use.mass, out.bristle_stiffness * use.lever, viscous};
-  const detail::Mode<S> normal_mode{use.mass, out.normal_stiffness, n * p.normal_damping / use.length};
+  const detail::Mode<S> normal_mode{use.mass, out.normal_stiffness,
+                                    n * p.normal_damping / use.length};
   out.largest_explicit_step =
       std::min(tangential_mode.largest_stable_step(), normal_mode.largest_stable_step());
   out.recommended_explicit_step = S(0.35) * out.largest_explicit_step;
@@ -9870,21 +9873,21 @@ class ContactCache {
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Change of a contact in the last step.
-enum class ContactPhase {
-  /// The shapes touch, unlike in the step before.
-  begin,
-  /// The shapes touched in both steps.
-  persist,
-  /// The shapes touched in the step before and no longer do, or one of them was removed.
-  end
-};
-
 /// Two shapes whose contact began, persisted or ended. Shapes *touch* in a step when one of their
 /// contacts exchanged an impulse along its normal, or had a gap <= 0 when the step began.
 struct ContactEvent {
+  /// Change of a contact in the last step.
+  enum class Phase {
+    /// The shapes touch, unlike in the step before.
+    begin,
+    /// The shapes touched in both steps.
+    persist,
+    /// The shapes touched in the step before and no longer do, or one of them was removed.
+    end
+  };
+
   /// Change of the contact.
-  ContactPhase phase = ContactPhase::begin;
+  Phase phase = Phase::begin;
   /// [-] Shape with the smaller index. After an end it may be removed, as may all below.
   ShapeId shape_a{};
   /// [-] Shape with the larger index.
@@ -9895,29 +9898,24 @@ struct ContactEvent {
   BodyId body_b{};
 };
 
-namespace detail {
-
-/// Contact point of two shapes in the last step. World axes.
-template <Scalar S>
-struct ContactPointReading {
-  /// [m] Position when the step began.
-  Vec3<S> position = Vec3<S>::Zero();
-  /// [1] Unit normal from shape a to shape b.
-  Vec3<S> normal = Vec3<S>::UnitZ();
-  /// [m] Distance of the surfaces when the step began. Negative where they overlap.
-  S gap = S(0);
-  /// [N s] Impulse on b along the normal, >= 0.
-  S normal_impulse = S(0);
-  /// [N s] Impulse of friction on b.
-  Vec3<S> friction_impulse = Vec3<S>::Zero();
-};
-
-}  // namespace detail
-
 /// All contacts of two shapes in the last step. Valid until the world changes.
 template <Scalar S>
 class ContactReading {
  public:
+  /// One contact point. World axes.
+  struct Point {
+    /// [m] Position when the step began.
+    Vec3<S> position = Vec3<S>::Zero();
+    /// [1] Unit normal from shape a to shape b.
+    Vec3<S> normal = Vec3<S>::UnitZ();
+    /// [m] Distance of the surfaces when the step began. Negative where they overlap.
+    S gap = S(0);
+    /// [N s] Impulse on b along the normal, >= 0.
+    S normal_impulse = S(0);
+    /// [N s] Impulse of friction on b.
+    Vec3<S> friction_impulse = Vec3<S>::Zero();
+  };
+
   /// [-] Shape with the smaller index.
   ShapeId shape_a{};
   /// [-] Shape with the larger index.
@@ -9935,7 +9933,7 @@ class ContactReading {
   /// Returns whether they touch, as in `ContactEvent`.
   [[nodiscard]] bool is_touching() const;
 
-  /// Calls visit(const ContactPointReading<S>&) for each point.
+  /// Calls visit(const Point&) for each point.
   template <typename Visit>
   void for_each_point(Visit&& visit) const;
 
@@ -10030,8 +10028,8 @@ void ContactReading<S>::for_each_point(Visit&& visit) const {
   for (const detail::CachedManifold<S>& m : manifolds_) {
     for (std::uint32_t i = m.first; i < m.first + m.count; ++i) {
       const detail::CachedPoint<S>& point = (*points_)[i];
-      visit(detail::ContactPointReading<S>{m.center_a + point.arm_a, m.normal, point.gap, point.impulse[0],
-                                   detail::friction_impulse(m, point)});
+      visit(Point{m.center_a + point.arm_a, m.normal, point.gap, point.impulse[0],
+                  detail::friction_impulse(m, point)});
     }
   }
 }
@@ -10428,9 +10426,9 @@ template <Scalar S>
 struct JointBushing {
   /// [N/m; N m/rad] Along x, y, z, then about x, y, z, each >= 0. Rotation counts as one rotation
   /// vector.
-  detail::Vec6<S> stiffness = detail::Vec6<S>::Zero();
+  Vec6<S> stiffness = Vec6<S>::Zero();
   /// [N s/m; N m s/rad] The same per velocity.
-  detail::Vec6<S> damping = detail::Vec6<S>::Zero();
+  Vec6<S> damping = Vec6<S>::Zero();
 };
 
 /// [-] Number of relative velocities that a joint keeps at zero.
@@ -11388,8 +11386,8 @@ struct SolverDef {
   /// hundred bodies, or a heap of some forty. Larger islands are swept. 0 for plain sequential
   /// impulses.
   std::uint64_t max_direct_work = 700000;
-  /// [-] Most Newton steps of one such solve. With the bounds on sweeps and passes it bounds the cost of
-  /// the worst step.
+  /// [-] Most Newton steps of one such solve. With the bounds on sweeps and passes it bounds the
+  /// cost of the worst step.
   int max_newton_steps = 60;
   /// [-] Most sweeps over a larger island in each substep. It is `max_sweeps` if most of its
   /// contacts are new.
@@ -13180,7 +13178,7 @@ class HapticLoop {
     return twist.linear.norm() + (c.half_space ? S(0) : twist.angular.norm() * c.radius);
   }
   [[nodiscard]] std::uint32_t add_body(const detail::WorldState<S, Backend>& state, BodyId id);
-  [[nodiscard]] detail::Vec6<S> other_force(const detail::WorldState<S, Backend>& state, BodyId id,
+  [[nodiscard]] Vec6<S> other_force(const detail::WorldState<S, Backend>& state, BodyId id,
                                     const detail::HeldMobility<S>& held) const;
 
   const detail::HapticKernels<S, Backend>* kernels_ = &detail::haptic_kernels<S, Backend>();
@@ -13667,9 +13665,9 @@ void World<S, Backend>::for_each_contact_event(Visit&& visit) const {
   for (const ContactEvent& event : state_.ended) visit(event);
   detail::for_each_touch(state_.contacts, [&](detail::ShapePair shapes, bool touched,
                                               bool touches) {
-    const ContactPhase phase = !touched  ? ContactPhase::begin
-                               : touches ? ContactPhase::persist
-                                         : ContactPhase::end;
+    const ContactEvent::Phase phase = !touched  ? ContactEvent::Phase::begin
+                                      : touches ? ContactEvent::Phase::persist
+                                                : ContactEvent::Phase::end;
     visit(ContactEvent{phase, state_.colliders.handle(shapes.a), state_.colliders.handle(shapes.b),
                        state_.colliders.at(shapes.a).body, state_.colliders.at(shapes.b).body});
   });
@@ -13764,8 +13762,8 @@ void World<S, Backend>::for_each_patch(Visit&& visit) const {
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 template <typename Visit>
-void World<S, Backend>::for_each_shape(BodyId id,
-                                       Visit&& visit) const requires detail::TellsShapes<Backend, S> {
+void World<S, Backend>::for_each_shape(
+    BodyId id, Visit&& visit) const requires detail::TellsShapes<Backend, S> {
   const Vec3<S> center_B = body(id).center_B;
   for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
     if (!state_.colliders.is_live(i) || state_.colliders.at(i).body != id) continue;
@@ -14794,7 +14792,7 @@ auto Recorder<S>::contacts_of(const World<S, Backend>& world, double dt) const
     const bool is_on_b = has_b && (!has_a || recording_.bodies[numbers_[pair.body_b.index]].moves ||
                                    !recording_.bodies[numbers_[pair.body_a.index]].moves);
     const std::size_t body = numbers_[is_on_b ? pair.body_b.index : pair.body_a.index];
-    pair.for_each_point([&](const detail::ContactPointReading<S>& point) {
+    pair.for_each_point([&](const typename ContactReading<S>::Point& point) {
       const Vec3<S> impulse = point.normal_impulse * point.normal + point.friction_impulse;
       if (impulse.isZero(S(0))) return;
       const Vec3<S> force = impulse / S(dt);
@@ -15483,7 +15481,9 @@ class Trace {
   }
 
   /// Channels in the order of their columns.
-  [[nodiscard]] const std::vector<detail::TraceChannel>& channels() const noexcept { return channels_; }
+  [[nodiscard]] const std::vector<detail::TraceChannel>& channels() const noexcept {
+    return channels_;
+  }
   /// [-] Number of rows.
   [[nodiscard]] std::size_t size() const noexcept { return columns_.front().size(); }
 
@@ -16018,8 +16018,9 @@ SensorLayout<S> ray_fan(const RayFanDef<S>& def) {
   detail::require_all_finite("RayFanDef::forward", def.forward);
   detail::require_all_finite("RayFanDef::up", def.up);
   const S pi = S(std::numbers::pi);
-  detail::require(def.width >= S(0) && def.width <= S(2) * pi * (S(1) + detail::Tolerance<S>::equal()),
-                  "RayFanDef::width", def.width, "must be in [0, 2 pi]");
+  detail::require(
+      def.width >= S(0) && def.width <= S(2) * pi * (S(1) + detail::Tolerance<S>::equal()),
+      "RayFanDef::width", def.width, "must be in [0, 2 pi]");
   detail::require(def.height >= S(0) && def.height <= pi * (S(1) + detail::Tolerance<S>::equal()),
                   "RayFanDef::height", def.height, "must be in [0, pi]");
   detail::require(def.columns > 0, "RayFanDef::columns", def.columns, "must be >= 1");
@@ -23936,17 +23937,17 @@ std::uint32_t HapticLoop<S, Backend>::add_body(const detail::WorldState<S, Backe
 
 /// [N, N m] Forces on a body besides the loop's, taken from the last step where they are known.
 template <Scalar S, typename Backend>
-detail::Vec6<S> HapticLoop<S, Backend>::other_force(const detail::WorldState<S, Backend>& state, BodyId id,
+Vec6<S> HapticLoop<S, Backend>::other_force(const detail::WorldState<S, Backend>& state, BodyId id,
                                             const detail::HeldMobility<S>& held) const {
   const Body<S>& body = state.bodies.at(id.index);
   const auto last = std::find_if(last_bodies_.begin(), last_bodies_.end(),
                                  [id](const detail::HapticBody<S>& b) { return b.id() == id; });
   if (last == last_bodies_.end() || held.was_hit) {
-    detail::Vec6<S> weight = detail::Vec6<S>::Zero();
+    Vec6<S> weight = Vec6<S>::Zero();
     weight.template head<3>() = body.mass * body.gravity_scale * state.def.gravity;
     return weight;
   }
-  detail::Vec6<S> given;
+  Vec6<S> given;
   given << last->impulse().force, last->impulse().torque;
   return (detail::HapticBody<S>::momentum(body) - last->start_momentum - given) /
          state.def.time_step;
@@ -34439,8 +34440,8 @@ void World<S, Backend>::remove_shape(ShapeId id) {
   (void)state_.colliders.get(id, "ShapeId");
   for_each_contact([&](const ContactReading<S>& contact) {
     if ((contact.shape_a == id || contact.shape_b == id) && contact.is_touching()) {
-      state_.ended_since.push_back(
-          {ContactPhase::end, contact.shape_a, contact.shape_b, contact.body_a, contact.body_b});
+      state_.ended_since.push_back({ContactEvent::Phase::end, contact.shape_a, contact.shape_b,
+                                    contact.body_a, contact.body_b});
     }
   });
   detail::disturb(state_, state_.colliders.at(id.index).body);
@@ -37462,8 +37463,9 @@ SensorLayout<S> sensor_grid(const SensorGridDef<S>& def) {
   const Vec3<S> u = def.side_u.stableNormalized();
   const Vec3<S> v = def.side_v.stableNormalized();
   const S sine = u.cross(v).norm();
-  detail::require(sine > detail::Tolerance<S>::equal(), "SensorGridDef: sine of the angle of the sides",
-                  sine, "must not be 0 (sides parallel or of no length)");
+  detail::require(sine > detail::Tolerance<S>::equal(),
+                  "SensorGridDef: sine of the angle of the sides", sine,
+                  "must not be 0 (sides parallel or of no length)");
 
   const Vec3<S> normal = u.cross(v) / sine;
   const Vec3<S> corner = def.center - S(0.5) * (def.side_u + def.side_v) - def.depth * normal;
