@@ -551,11 +551,14 @@ Sum sum_in_ranges(std::size_t count, std::size_t size, std::size_t fewest_shared
 // === bristle/math/envelope_cholesky.hpp
 
 /// @file
-/// Cholesky factorisation of a sparse symmetric matrix within its envelope.
+/// Cholesky factorisation of a sparse symmetric matrix of 6x6 blocks within its envelope.
 ///
-/// Row i is stored from its first nonzero entry to the diagonal. All fill of the factorisation
-/// falls inside (Jennings 1966). Stacks and chains numbered end to end have narrow envelopes. Their
-/// cost grows with their length and not with its cube.
+/// Each block row is stored from its first nonzero block to the diagonal. All fill of the
+/// factorisation falls inside (Jennings 1966). Stacks and chains numbered end to end have narrow
+/// envelopes. Their cost grows with their length and not with its cube.
+///
+/// Every block is a sum of products of blocks. Six entries are summed side by side, so that they
+/// fill vector registers. Each entry is summed in the same order for registers of every width.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/core/refill.hpp
@@ -587,6 +590,31 @@ void fill_numbers(std::vector<T>& vector) {
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
+
+// === bristle/math/simd.hpp
+
+/// @file
+/// Several scalars at once: the only code that uses vector registers.
+///
+/// `Pack<S>` fills one register of the target machine. It is written in the vector extensions of
+/// GCC and Clang. So the same code serves every instruction set. It is never wider than a native
+/// register: GCC spills wider types to memory, which costs ten times what they save. With other
+/// compilers it is an array of as many lanes in plain C++. The same holds for scalars that are not
+/// built in, and with BRISTLE_NO_SIMD.
+///
+/// The number of lanes depends on how a file is compiled. So do functions over packs, under the
+/// same names. **All files of a program that use the library must be compiled for the same
+/// instruction set** (-march). They must agree on BRISTLE_NO_SIMD, as with any templates over
+/// vector types. Stored data hold arrays of scalars and no Pack. So their layout is the same for
+/// all.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/math/lane_register.hpp
+
+/// @file
+/// The registers under `Pack` and `Mask` (simd.hpp), their width and their comparisons. An array
+/// replaces a register where there is none.
+// SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/math/types.hpp
 
@@ -856,7 +884,561 @@ template <typename Derived>
 
 }  // namespace bristle::inline BRISTLE_ABI
 
+#include <bit>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+
+#if BRISTLE_REGISTER_BYTES > 0
+#define BRISTLE_HAS_SIMD 1
+// <immintrin.h> is 36,000 lines for all sets. That is a quarter of what a user's file would
+// compile.
+#if defined(__AVX__)
+#include <immintrin.h>
+#elif defined(__SSE2__)
+#include <emmintrin.h>
+#endif
+#else
+#define BRISTLE_HAS_SIMD 0
+#endif
+
+// 1 if one expression can reorder the lanes of registers (GCC from 12 on). Else 0.
+#define BRISTLE_HAS_SHUFFLE 0
+#if BRISTLE_HAS_SIMD
+#if __has_builtin(__builtin_shufflevector)
+#undef BRISTLE_HAS_SHUFFLE
+#define BRISTLE_HAS_SHUFFLE 1
+#endif
+#endif
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// [bytes] Size of a register.
+inline constexpr std::size_t simd_bytes = BRISTLE_HAS_SIMD ? BRISTLE_REGISTER_BYTES : 16;
+
+/// True if S has vector registers.
+template <Scalar S>
+inline constexpr bool has_register = BRISTLE_HAS_SIMD != 0 &&
+                                     (std::same_as<S, float> || std::same_as<S, double>);
+
+/// [-] Lanes of a Pack<S>, at most 16.
+template <Scalar S>
+inline constexpr std::size_t lanes = has_register<S> ? simd_bytes / sizeof(S) : 4;
+
+// Keeps rare parts of a loop over packs out of line. Inlined, they would take its registers.
+#if defined(__GNUC__)
+#define BRISTLE_NOINLINE [[gnu::noinline]]
+#else
+#define BRISTLE_NOINLINE
+#endif
+
+/// Replaces a register where there is none.
+template <typename T>
+struct LaneArray {
+  T v[4];
+
+  T& operator[](std::size_t i) { return v[i]; }
+  const T& operator[](std::size_t i) const { return v[i]; }
+
+  template <typename F>
+  static auto each(F&& f) -> LaneArray<decltype(f(0))> {
+    return {{f(0), f(1), f(2), f(3)}};
+  }
+  friend auto operator+(const LaneArray& a, const LaneArray& b) {
+    return each([&](int i) { return T(a.v[i] + b.v[i]); });
+  }
+  friend auto operator-(const LaneArray& a, const LaneArray& b) {
+    return each([&](int i) { return T(a.v[i] - b.v[i]); });
+  }
+  friend auto operator*(const LaneArray& a, const LaneArray& b) {
+    return each([&](int i) { return T(a.v[i] * b.v[i]); });
+  }
+  friend auto operator/(const LaneArray& a, const LaneArray& b) {
+    return each([&](int i) { return T(a.v[i] / b.v[i]); });
+  }
+  friend auto operator-(const LaneArray& a) {
+    return each([&](int i) { return T(-a.v[i]); });
+  }
+  friend auto operator<(const LaneArray& a, const LaneArray& b) {
+    return each([&](int i) { return a.v[i] < b.v[i]; });
+  }
+  friend auto operator<=(const LaneArray& a, const LaneArray& b) {
+    return each([&](int i) { return a.v[i] <= b.v[i]; });
+  }
+  friend auto operator==(const LaneArray& a, const LaneArray& b) {
+    return each([&](int i) { return value_of(a.v[i]) == value_of(b.v[i]); });
+  }
+  friend auto operator&(const LaneArray& a, const LaneArray& b) {
+    return each([&](int i) { return bool(a.v[i] & b.v[i]); });
+  }
+  friend auto operator|(const LaneArray& a, const LaneArray& b) {
+    return each([&](int i) { return bool(a.v[i] | b.v[i]); });
+  }
+  friend auto operator^(const LaneArray& a, const LaneArray& b) {
+    return each([&](int i) { return bool(a.v[i] ^ b.v[i]); });
+  }
+  friend auto operator~(const LaneArray& a) {
+    return each([&](int i) { return !a.v[i]; });
+  }
+};
+
+/// The register of a scalar. Its comparisons give registers of integers, with equal bits in a lane.
+template <Scalar S>
+struct Register {
+  using Type = LaneArray<S>;
+};
+#if BRISTLE_HAS_SIMD
+template <>
+struct Register<float> {
+  typedef float Type __attribute__((vector_size(simd_bytes)));
+};
+template <>
+struct Register<double> {
+  typedef double Type __attribute__((vector_size(simd_bytes)));
+};
+#endif
+
+/// Comparisons, and operations on their results.
+template <Scalar S>
+struct Compare {
+  using Lanes = typename Register<S>::Type;
+  using Truth = decltype(Lanes{} < Lanes{});
+
+  BRISTLE_FORCE_INLINE static Truth less(const Lanes& a, const Lanes& b) { return a < b; }
+  BRISTLE_FORCE_INLINE static Truth less_equal(const Lanes& a, const Lanes& b) { return a <= b; }
+  BRISTLE_FORCE_INLINE static Truth equal(const Lanes& a, const Lanes& b) { return a == b; }
+  BRISTLE_FORCE_INLINE static Lanes select(const Truth& m, const Lanes& yes, const Lanes& no) {
+    if constexpr (has_register<S>) {
+      return m ? yes : no;
+    } else {
+      return Lanes::each([&](int i) { return m.v[i] ? yes.v[i] : no.v[i]; });
+    }
+  }
+  BRISTLE_FORCE_INLINE static std::uint32_t bits(const Truth& m) {
+#if BRISTLE_HAS_SIMD && defined(__AVX__)
+    if constexpr (std::same_as<S, float>)
+      return static_cast<std::uint32_t>(_mm256_movemask_ps(std::bit_cast<__m256>(m)));
+    if constexpr (std::same_as<S, double>)
+      return static_cast<std::uint32_t>(_mm256_movemask_pd(std::bit_cast<__m256d>(m)));
+#elif BRISTLE_HAS_SIMD && defined(__SSE2__)
+    if constexpr (std::same_as<S, float>)
+      return static_cast<std::uint32_t>(_mm_movemask_ps(std::bit_cast<__m128>(m)));
+    if constexpr (std::same_as<S, double>)
+      return static_cast<std::uint32_t>(_mm_movemask_pd(std::bit_cast<__m128d>(m)));
+#endif
+    std::uint32_t result = 0;
+    for (std::size_t i = 0; i < lanes<S>; ++i) result |= m[i] ? 1u << i : 0u;
+    return result;
+  }
+};
+
+#if BRISTLE_HAS_SIMD && defined(__AVX512F__)
+// AVX-512 has mask registers. GCC 12 splits joined comparisons in a `select` lane by lane. So
+// intrinsics spell them out.
+template <>
+struct Compare<float> {
+  using Lanes = Register<float>::Type;
+  using Truth = std::uint16_t;
+
+  BRISTLE_FORCE_INLINE static Truth less(const Lanes& a, const Lanes& b) {
+    return _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ);
+  }
+  BRISTLE_FORCE_INLINE static Truth less_equal(const Lanes& a, const Lanes& b) {
+    return _mm512_cmp_ps_mask(a, b, _CMP_LE_OQ);
+  }
+  BRISTLE_FORCE_INLINE static Truth equal(const Lanes& a, const Lanes& b) {
+    return _mm512_cmp_ps_mask(a, b, _CMP_EQ_OQ);
+  }
+  BRISTLE_FORCE_INLINE static Lanes select(Truth m, const Lanes& yes, const Lanes& no) {
+    return Lanes(_mm512_mask_blend_ps(m, no, yes));
+  }
+  /// The chosen lanes, side by side.
+  BRISTLE_FORCE_INLINE static Lanes packed(std::uint32_t chosen, const Lanes& a) {
+    return Lanes(_mm512_maskz_compress_ps(static_cast<Truth>(chosen), a));
+  }
+  BRISTLE_FORCE_INLINE static std::uint32_t bits(Truth m) { return m; }
+};
+template <>
+struct Compare<double> {
+  using Lanes = Register<double>::Type;
+  using Truth = std::uint8_t;
+
+  BRISTLE_FORCE_INLINE static Truth less(const Lanes& a, const Lanes& b) {
+    return _mm512_cmp_pd_mask(a, b, _CMP_LT_OQ);
+  }
+  BRISTLE_FORCE_INLINE static Truth less_equal(const Lanes& a, const Lanes& b) {
+    return _mm512_cmp_pd_mask(a, b, _CMP_LE_OQ);
+  }
+  BRISTLE_FORCE_INLINE static Truth equal(const Lanes& a, const Lanes& b) {
+    return _mm512_cmp_pd_mask(a, b, _CMP_EQ_OQ);
+  }
+  BRISTLE_FORCE_INLINE static Lanes select(Truth m, const Lanes& yes, const Lanes& no) {
+    return Lanes(_mm512_mask_blend_pd(m, no, yes));
+  }
+  /// The chosen lanes, side by side.
+  BRISTLE_FORCE_INLINE static Lanes packed(std::uint32_t chosen, const Lanes& a) {
+    return Lanes(_mm512_maskz_compress_pd(static_cast<Truth>(chosen), a));
+  }
+  BRISTLE_FORCE_INLINE static std::uint32_t bits(Truth m) { return m; }
+};
+#endif
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+#include <bit>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// A truth value for each lane.
+template <Scalar S>
+class Mask;
+
+/// A scalar for each lane. Operators work lane by lane; a scalar operand counts for all lanes.
+template <Scalar S>
+class Pack;
+
+// Of a Mask: [-] bit i is lane i. True if it holds in any lane, in all, in none.
+template <Scalar S>
+[[nodiscard]] std::uint32_t bits(const Mask<S>& m);
+template <Scalar S>
+[[nodiscard]] bool any(const Mask<S>& m);
+template <Scalar S>
+[[nodiscard]] bool all(const Mask<S>& m);
+template <Scalar S>
+[[nodiscard]] bool none(const Mask<S>& m);
+
+/// [-] The bits of the first n lanes.
+[[nodiscard]] constexpr std::uint32_t first_bits(std::size_t n) {
+  return n >= 32 ? ~0u : (1u << n) - 1u;
+}
+
+/// `yes` where the mask holds, `no` elsewhere.
+template <Scalar S>
+[[nodiscard]] Pack<S> select(const Mask<S>& m, const Pack<S>& yes, const Pack<S>& no);
+
+/// Stores the lanes whose bits are set, side by side. Each pack has a row of its own. A whole pack
+/// may be written; values behind the chosen lanes have no meaning.
+/// @param to      First row.
+/// @param stride  [-] From one row to the next.
+/// @return [-] Number of chosen lanes.
+template <Scalar S, std::size_t n>
+std::size_t store_packed(const Pack<S> (&packs)[n], std::uint32_t chosen, S* to,
+                         std::size_t stride);
+
+/// Reductions over a pack. Lanes are joined in halves: lane i with lane i + n / 2, and so on. So
+/// the rounding of a sum depends only on the width.
+template <Scalar S>
+[[nodiscard]] S sum_of_lanes(const Pack<S>& a);
+template <Scalar S>
+[[nodiscard]] S min_of_lanes(const Pack<S>& a);
+template <Scalar S>
+[[nodiscard]] S max_of_lanes(const Pack<S>& a);
+
+// Implementation ----------------------------------------------------------------------------------
+
+template <Scalar S>
+class Mask {
+ public:
+  using Register = typename Compare<S>::Truth;
+
+  Mask() = default;
+  BRISTLE_FORCE_INLINE explicit Mask(const Register& r) : r_(r) {}
+
+  /// True in the first n lanes.
+  [[nodiscard]] BRISTLE_FORCE_INLINE static Mask first(std::size_t n);
+  /// True in lane i if bit i is set: the inverse of `bits`.
+  [[nodiscard]] BRISTLE_FORCE_INLINE static Mask from_bits(std::uint32_t set);
+
+  [[nodiscard]] BRISTLE_FORCE_INLINE const Register& get() const { return r_; }
+
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Mask operator&(const Mask& a, const Mask& b) {
+    return Mask(static_cast<Register>(a.r_ & b.r_));
+  }
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Mask operator|(const Mask& a, const Mask& b) {
+    return Mask(static_cast<Register>(a.r_ | b.r_));
+  }
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Mask operator!(const Mask& a) {
+    return Mask(static_cast<Register>(~a.r_));
+  }
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Mask operator^(const Mask& a, const Mask& b) {
+    return Mask(static_cast<Register>(a.r_ ^ b.r_));
+  }
+
+ private:
+  Register r_;
+};
+
+template <Scalar S>
+class Pack {
+ public:
+  using Register = typename Register<S>::Type;
+  static constexpr std::size_t size = lanes<S>;
+
+  /// Leaves the lanes uninitialised.
+  Pack() = default;
+  BRISTLE_FORCE_INLINE explicit Pack(const Register& r) : r_(r) {}
+  /// The same value in all lanes.
+  BRISTLE_FORCE_INLINE Pack(S value)  // NOLINT: a scalar in a formula of packs is one
+      : Pack(make([&](std::size_t) { return value; })) {}
+
+  /// Lane i from p[i]; any alignment.
+  [[nodiscard]] BRISTLE_FORCE_INLINE static Pack load(const S* p) {
+    Pack a;
+    if constexpr (has_register<S>) {
+      __builtin_memcpy(&a.r_, p, sizeof a.r_);
+    } else {
+      for (std::size_t i = 0; i < size; ++i) a.r_[i] = p[i];
+    }
+    return a;
+  }
+  /// Loads the first n lanes from p and sets the others to `rest`. Nothing of p behind n is read.
+  [[nodiscard]] BRISTLE_FORCE_INLINE static Pack load_first(const S* p, std::size_t n, S rest) {
+    Pack a(rest);
+    for (std::size_t i = 0; i < n && i < size; ++i) a.r_[i] = p[i];
+    return a;
+  }
+  /// Lane i from p[at[i]].
+  template <std::integral Index>
+  [[nodiscard]] BRISTLE_FORCE_INLINE static Pack gather(const S* p, const Index* at) {
+    return make([&](std::size_t i) { return p[at[i]]; });
+  }
+  /// Lane i from the integer p[i], which is below 2^31.
+  [[nodiscard]] BRISTLE_FORCE_INLINE static Pack load_integers(const std::uint32_t* p) {
+#if BRISTLE_HAS_SIMD
+    if constexpr (has_register<S>) {
+      // Registers convert signed integers only.
+      typedef std::int32_t Integers __attribute__((vector_size(size * sizeof(std::int32_t))));
+      Integers integers;
+      __builtin_memcpy(&integers, p, sizeof integers);
+      return Pack(__builtin_convertvector(integers, Register));
+    }
+#endif
+    return make([&](std::size_t i) { return S(p[i]); });
+  }
+  /// 0, 1, 2, ...
+  [[nodiscard]] BRISTLE_FORCE_INLINE static Pack numbers() {
+    return make([](std::size_t i) { return S(i); });
+  }
+
+  BRISTLE_FORCE_INLINE void store(S* p) const {
+    if constexpr (has_register<S>) {
+      __builtin_memcpy(p, &r_, sizeof r_);
+    } else {
+      for (std::size_t i = 0; i < size; ++i) p[i] = r_[i];
+    }
+  }
+  /// Stores the first n lanes; nothing behind them is written.
+  BRISTLE_FORCE_INLINE void store_first(S* p, std::size_t n) const {
+    for (std::size_t i = 0; i < n && i < size; ++i) p[i] = r_[i];
+  }
+
+  /// Lane i to p[at[i]], in the order of the lanes.
+  template <std::integral Index>
+  BRISTLE_FORCE_INLINE void scatter(S* p, const Index* at) const {
+    scatter(p, at, std::make_index_sequence<size>());
+  }
+
+  [[nodiscard]] BRISTLE_FORCE_INLINE S operator[](std::size_t i) const { return r_[i]; }
+  [[nodiscard]] BRISTLE_FORCE_INLINE const Register& get() const { return r_; }
+
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack operator+(const Pack& a, const Pack& b) {
+    return Pack(a.r_ + b.r_);
+  }
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack operator-(const Pack& a, const Pack& b) {
+    return Pack(a.r_ - b.r_);
+  }
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack operator*(const Pack& a, const Pack& b) {
+    return Pack(a.r_ * b.r_);
+  }
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack operator/(const Pack& a, const Pack& b) {
+    return Pack(a.r_ / b.r_);
+  }
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack operator-(const Pack& a) { return Pack(-a.r_); }
+  BRISTLE_FORCE_INLINE Pack& operator+=(const Pack& b) { return *this = *this + b; }
+  BRISTLE_FORCE_INLINE Pack& operator-=(const Pack& b) { return *this = *this - b; }
+  BRISTLE_FORCE_INLINE Pack& operator*=(const Pack& b) { return *this = *this * b; }
+  BRISTLE_FORCE_INLINE Pack& operator/=(const Pack& b) { return *this = *this / b; }
+
+  // False in lanes with a NaN, as for scalars; != is true there.
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Mask<S> operator<(const Pack& a, const Pack& b) {
+    return Mask<S>(Compare<S>::less(a.r_, b.r_));
+  }
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Mask<S> operator<=(const Pack& a, const Pack& b) {
+    return Mask<S>(Compare<S>::less_equal(a.r_, b.r_));
+  }
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Mask<S> operator>(const Pack& a, const Pack& b) {
+    return b < a;
+  }
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Mask<S> operator>=(const Pack& a, const Pack& b) {
+    return b <= a;
+  }
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Mask<S> operator==(const Pack& a, const Pack& b) {
+    return Mask<S>(Compare<S>::equal(a.r_, b.r_));
+  }
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Mask<S> operator!=(const Pack& a, const Pack& b) {
+    return !(a == b);
+  }
+
+  /// Returns the second if one of the two is NaN, like `a < b ? a : b`.
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack min(const Pack& a, const Pack& b) {
+    if constexpr (has_register<S>) return Pack(a.r_ < b.r_ ? a.r_ : b.r_);
+    return select(a < b, a, b);
+  }
+  /// Returns the second if one of the two is NaN, like `a > b ? a : b`.
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack max(const Pack& a, const Pack& b) {
+    if constexpr (has_register<S>) return Pack(b.r_ < a.r_ ? a.r_ : b.r_);
+    return select(b < a, a, b);
+  }
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack abs(const Pack& a) {
+    if constexpr (has_register<S>) {
+      // All bits but the sign.
+      using Bits = decltype(a.r_ < a.r_);
+      const Bits sign = std::bit_cast<Bits>(Pack(S(-0.0)).r_);
+      return Pack(std::bit_cast<Register>(std::bit_cast<Bits>(a.r_) & ~sign));
+    } else {
+      using std::abs;
+      return Pack(Register::each([&](int i) { return S(abs(a.r_.v[i])); }));
+    }
+  }
+  /// Rounded correctly.
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack sqrt(const Pack& a) {
+#if BRISTLE_HAS_SIMD && defined(__AVX512F__)
+    if constexpr (std::same_as<S, float>) return Pack(Register(_mm512_maskz_sqrt_ps(0xffff, a.r_)));
+    if constexpr (std::same_as<S, double>) return Pack(Register(_mm512_maskz_sqrt_pd(0xff, a.r_)));
+#elif BRISTLE_HAS_SIMD && defined(__AVX__)
+    if constexpr (std::same_as<S, float>) return Pack(Register(_mm256_sqrt_ps(a.r_)));
+    if constexpr (std::same_as<S, double>) return Pack(Register(_mm256_sqrt_pd(a.r_)));
+#elif BRISTLE_HAS_SIMD && defined(__SSE2__)
+    if constexpr (std::same_as<S, float>) return Pack(Register(_mm_sqrt_ps(a.r_)));
+    if constexpr (std::same_as<S, double>) return Pack(Register(_mm_sqrt_pd(a.r_)));
+#endif
+    using std::sqrt;
+    return make([&](std::size_t i) { return sqrt(a.r_[i]); });
+  }
+
+ private:
+  // Sets all lanes at once. Set one by one, they would be blended in one by one.
+  template <typename F, std::size_t... i>
+  BRISTLE_FORCE_INLINE static Pack make(const F& f, std::index_sequence<i...>) {
+    return Pack(Register{f(i)...});
+  }
+  template <typename F>
+  BRISTLE_FORCE_INLINE static Pack make(const F& f) {
+    return make(f, std::make_index_sequence<size>());
+  }
+  template <typename Index, std::size_t... i>
+  BRISTLE_FORCE_INLINE void scatter(S* p, const Index* at, std::index_sequence<i...>) const {
+    ((p[at[i]] = r_[i]), ...);
+  }
+
+  Register r_;
+};
+
+template <Scalar S>
+BRISTLE_FORCE_INLINE Mask<S> Mask<S>::first(std::size_t n) {
+  return Pack<S>::numbers() < Pack<S>(S(n));
+}
+
+template <Scalar S>
+BRISTLE_FORCE_INLINE Mask<S> Mask<S>::from_bits(std::uint32_t set) {
+  if constexpr (std::unsigned_integral<Register>) {
+    return Mask(static_cast<Register>(set));
+  } else if constexpr (has_register<S>) {
+    using Integer = std::remove_cvref_t<decltype(Register{}[0])>;
+    Register own{};
+    for (std::size_t i = 0; i < lanes<S>; ++i) own[i] = Integer(1) << i;
+    return Mask(((Register{} + Integer(set)) & own) == own);
+  } else {
+    return Mask(Register::each([&](int i) { return (set >> i & 1u) != 0; }));
+  }
+}
+
+template <Scalar S>
+BRISTLE_FORCE_INLINE std::uint32_t bits(const Mask<S>& m) {
+  return Compare<S>::bits(m.get());
+}
+template <Scalar S>
+BRISTLE_FORCE_INLINE bool any(const Mask<S>& m) {
+  return bits(m) != 0;
+}
+template <Scalar S>
+BRISTLE_FORCE_INLINE bool all(const Mask<S>& m) {
+  return bits(m) == (1u << lanes<S>)-1u;
+}
+template <Scalar S>
+BRISTLE_FORCE_INLINE bool none(const Mask<S>& m) {
+  return bits(m) == 0;
+}
+
+template <Scalar S>
+BRISTLE_FORCE_INLINE Pack<S> select(const Mask<S>& m, const Pack<S>& yes, const Pack<S>& no) {
+  return Pack<S>(Compare<S>::select(m.get(), yes.get(), no.get()));
+}
+
+template <Scalar S, std::size_t n>
+BRISTLE_FORCE_INLINE std::size_t store_packed(const Pack<S> (&packs)[n], std::uint32_t chosen,
+                                              S* to, std::size_t stride) {
+#if BRISTLE_HAS_SIMD && defined(__AVX512F__)
+  if constexpr (has_register<S>) {
+    for (std::size_t k = 0; k < n; ++k) {
+      Pack<S>(Compare<S>::packed(chosen, packs[k].get())).store(to + k * stride);
+    }
+    return static_cast<std::size_t>(std::popcount(chosen));
+  }
+#endif
+  std::size_t count = 0;
+  for (; chosen != 0; chosen &= chosen - 1, ++count) {
+    const auto lane = static_cast<std::size_t>(std::countr_zero(chosen));
+    for (std::size_t k = 0; k < n; ++k) to[k * stride + count] = packs[k][lane];
+  }
+  return count;
+}
+
+/// Lane i is lane i + by of `a`, around the end.
+template <std::size_t by, Scalar S, std::size_t... i>
+BRISTLE_FORCE_INLINE Pack<S> rotated(const Pack<S>& a, std::index_sequence<i...>) {
+#if BRISTLE_HAS_SHUFFLE
+  if constexpr (has_register<S>) {
+    return Pack<S>(__builtin_shufflevector(a.get(), a.get(), ((i + by) % lanes<S>)...));
+  }
+#endif
+  const S values[] = {a[(i + by) % lanes<S>]...};
+  return Pack<S>::load(values);
+}
+
+/// Joins the lanes of a pack in pairs, halving their number each time.
+template <std::size_t half, Scalar S, typename Join>
+BRISTLE_FORCE_INLINE S join_lanes(const Pack<S>& a, const Join& join) {
+  const Pack<S> joined = join(a, rotated<half>(a, std::make_index_sequence<lanes<S>>()));
+  if constexpr (half > 1) {
+    return join_lanes<half / 2>(joined, join);
+  } else {
+    return joined[0];
+  }
+}
+
+template <Scalar S>
+BRISTLE_FORCE_INLINE S sum_of_lanes(const Pack<S>& a) {
+  return join_lanes<lanes<S> / 2>(a, [](const Pack<S>& x, const Pack<S>& y) { return x + y; });
+}
+template <Scalar S>
+BRISTLE_FORCE_INLINE S min_of_lanes(const Pack<S>& a) {
+  return join_lanes<lanes<S> / 2>(a, [](const Pack<S>& x, const Pack<S>& y) { return min(x, y); });
+}
+template <Scalar S>
+BRISTLE_FORCE_INLINE S max_of_lanes(const Pack<S>& a) {
+  return join_lanes<lanes<S> / 2>(a, [](const Pack<S>& x, const Pack<S>& y) { return max(x, y); });
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -864,17 +1446,75 @@ template <typename Derived>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Sum of products, as four sums side by side. The compiler may not reorder one sum to fill its
-/// vector lanes.
+/// A 6x6 matrix. Its rows are padded to whole registers.
 template <Scalar S>
-[[nodiscard]] S sum_of_products(const S* a, const S* b, std::size_t n) {
-  S sum[4] = {S(0), S(0), S(0), S(0)};
-  std::size_t i = 0;
-  for (; i + 4 <= n; i += 4) {
-    for (std::size_t k = 0; k < 4; ++k) sum[k] += a[i + k] * b[i + k];
+struct Block6 {
+  /// [-] Numbers from one row to the next, and packs that hold the six.
+  static constexpr std::size_t stride = std::max<std::size_t>(8, lanes<S>);
+  static constexpr std::size_t packs = (6 + lanes<S> - 1) / lanes<S>;
+
+  std::array<S, 6 * stride> values{};
+
+  [[nodiscard]] S* row(std::size_t i) { return values.data() + stride * i; }
+  [[nodiscard]] const S* row(std::size_t i) const { return values.data() + stride * i; }
+};
+
+/// Six numbers side by side, as in a row of a `Block6`.
+template <Scalar S>
+struct Six {
+  static constexpr std::size_t packs = Block6<S>::packs;
+
+  Pack<S> part[packs];
+
+  [[nodiscard]] BRISTLE_FORCE_INLINE static Six load(const S* from) {
+    Six six;
+    for (std::size_t p = 0; p < packs; ++p) six.part[p] = Pack<S>::load(from + lanes<S> * p);
+    return six;
   }
-  for (; i < n; ++i) sum[0] += a[i] * b[i];
-  return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+  BRISTLE_FORCE_INLINE void store(S* to) const {
+    for (std::size_t p = 0; p < packs; ++p) part[p].store(to + lanes<S> * p);
+  }
+  BRISTLE_FORCE_INLINE void add(const S& factor, const Six& other) {
+    const Pack<S> all(factor);
+    for (std::size_t p = 0; p < packs; ++p) part[p] += all * other.part[p];
+  }
+  BRISTLE_FORCE_INLINE void subtract(const S& factor, const Six& other) {
+    const Pack<S> all(factor);
+    for (std::size_t p = 0; p < packs; ++p) part[p] -= all * other.part[p];
+  }
+};
+
+/// out += sign * left right, where `left` has six rows and `count` columns.
+/// @param left         Its first entry, and the way to the next row and column.
+/// @param right, out   `count` rows and six, padded as those of a `Block6`.
+template <int sign, Scalar S>
+BRISTLE_FORCE_INLINE void add_product(const S* left, std::size_t next_row, std::size_t next_column,
+                                      const S* right, std::size_t count, S* out) {
+  constexpr std::size_t stride = Block6<S>::stride;
+  // Sums, a row of `right` and a factor have to fit into sixteen registers.
+  constexpr std::size_t at_once = Six<S>::packs <= 2 ? 6 : 3;
+  for (std::size_t first = 0; first < 6; first += at_once) {
+    Six<S> sums[at_once];
+    for (std::size_t a = 0; a < at_once; ++a) sums[a] = Six<S>::load(out + stride * (first + a));
+    for (std::size_t k = 0; k < count; ++k) {
+      const Six<S> row = Six<S>::load(right + stride * k);
+      for (std::size_t a = 0; a < at_once; ++a) {
+        const S& factor = left[next_row * (first + a) + next_column * k];
+        if constexpr (sign > 0) {
+          sums[a].add(factor, row);
+        } else {
+          sums[a].subtract(factor, row);
+        }
+      }
+    }
+    for (std::size_t a = 0; a < at_once; ++a) sums[a].store(out + stride * (first + a));
+  }
+}
+
+/// Sum of six products.
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE S dot6(const S* a, const S* b) {
+  return (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3]) + (a[4] * b[4] + a[5] * b[5]);
 }
 
 /// Lower triangle of a symmetric positive definite matrix, and its factor in place.
@@ -882,14 +1522,14 @@ template <Scalar S>
 class EnvelopeMatrix {
  public:
   /// Sets the shape and all entries to zero.
-  /// @param first  Column of the first entry of each row. At most the row's own number.
+  /// @param first  Column of the first block of each block row. At most the row's own number.
   void reset(std::span<const std::uint32_t> first) {
     first_.assign(first.begin(), first.end());
     start_.resize(first.size());
     std::size_t size = 0;
     for (std::size_t i = 0; i < first.size(); ++i) {
-      start_[i] = size - first[i];  // Wraps around; only sums with a column are used.
-      size += i - first[i] + 1;
+      start_[i] = size - 6 * stride * first[i];  // Wraps around; only sums with a column are used.
+      size += 6 * stride * (i - first[i] + 1);
     }
     refill(values_, size, S(0));
   }
@@ -901,62 +1541,122 @@ class EnvelopeMatrix {
     values_.reserve(other.values_.capacity());
   }
 
-  [[nodiscard]] std::size_t size() const { return first_.size(); }
-  [[nodiscard]] std::uint32_t first(std::size_t row) const { return first_[row]; }
-  /// Entry of the lower triangle: first(i) <= j <= i.
-  [[nodiscard]] S& at(std::size_t i, std::size_t j) { return values_[start_[i] + j]; }
-  [[nodiscard]] S at(std::size_t i, std::size_t j) const { return values_[start_[i] + j]; }
+  /// [-] Block rows.
+  [[nodiscard]] std::size_t blocks() const { return first_.size(); }
+  /// [-] Rows.
+  [[nodiscard]] std::size_t size() const { return 6 * first_.size(); }
+  /// First block of a block row.
+  [[nodiscard]] std::uint32_t first(std::size_t block) const { return first_[block]; }
+  /// Entry of the lower triangle: 6 first(i / 6) <= j <= i. The entries of a block row in one
+  /// column are side by side. In diagonal blocks, those above the diagonal have no meaning.
+  [[nodiscard]] S& at(std::size_t i, std::size_t j) { return column(i / 6, j)[i % 6]; }
+  [[nodiscard]] const S& at(std::size_t i, std::size_t j) const { return column(i / 6, j)[i % 6]; }
 
   /// y := A x, before `factor`.
   void multiply(const S* x, S* y) const {
-    for (std::size_t i = 0; i < size(); ++i) {
-      const S* row_i = row(i);
-      y[i] = sum_of_products(row_i + first_[i], x + first_[i], i - first_[i] + 1);
-      for (std::size_t k = first_[i]; k < i; ++k) y[k] += row_i[k] * x[i];
+    for (std::size_t i = 0; i < blocks(); ++i) {
+      S sum[Block6<S>::stride] = {};
+      Six<S> sums = Six<S>::load(sum);
+      for (std::size_t j = 6 * first_[i]; j < 6 * i; ++j) {
+        sums.add(x[j], Six<S>::load(column(i, j)));
+        y[j] += dot6(column(i, j), x + 6 * i);
+      }
+      sums.store(sum);
+      for (std::size_t a = 0; a < 6; ++a) {
+        y[6 * i + a] = sum[a];
+        for (std::size_t b = 0; b < 6; ++b) {
+          y[6 * i + a] += at(6 * i + std::max(a, b), 6 * i + std::min(a, b)) * x[6 * i + b];
+        }
+      }
     }
   }
 
   /// Replaces the matrix A by its factor L, A = L L^T.
-  /// @param floor  [1] As for `factor_cholesky`.
   /// @return False if a pivot is not positive or not finite. The matrix is then spoilt.
-  [[nodiscard]] bool factor(S floor = S(0)) {
-    using std::sqrt;
-    for (std::size_t i = 0; i < size(); ++i) {
-      S* row_i = row(i);
+  [[nodiscard]] bool factor() {
+    for (std::size_t i = 0; i < blocks(); ++i) {
       for (std::size_t j = first_[i]; j < i; ++j) {
-        const S* row_j = row(j);
-        const std::size_t from = std::max(first_[i], first_[j]);
-        row_i[j] = (row_i[j] - sum_of_products(row_i + from, row_j + from, j - from)) / row_j[j];
+        const std::size_t from = 6 * std::max(first_[i], first_[j]);
+        add_product<-1>(column(j, from), 1, stride, column(i, from), 6 * j - from,
+                        column(i, 6 * j));
+        divide(column(j, 6 * j), column(i, 6 * j));
       }
-      const S diagonal = row_i[i];
-      S pivot = diagonal - sum_of_products(row_i + first_[i], row_i + first_[i], i - first_[i]);
-      if (pivot < floor * diagonal) pivot = floor * diagonal;
-      if (!(pivot > S(0)) || !(pivot < infinity<S>)) return false;
-      row_i[i] = sqrt(pivot);
+      S* const pivot = column(i, 6 * i);
+      const std::size_t from = 6 * first_[i];
+      add_product<-1>(column(i, from), 1, stride, column(i, from), 6 * i - from, pivot);
+      if (!factor_diagonal(pivot)) return false;
     }
     return true;
   }
 
   /// x := A^-1 x, after `factor`.
   void solve(S* x) const {
-    for (std::size_t i = 0; i < size(); ++i) {
-      const S* row_i = row(i);
-      x[i] = (x[i] - sum_of_products(row_i + first_[i], x + first_[i], i - first_[i])) / row_i[i];
+    for (std::size_t i = 0; i < blocks(); ++i) {
+      S own[Block6<S>::stride] = {};
+      std::copy_n(x + 6 * i, 6, own);
+      Six<S> rest = Six<S>::load(own);
+      for (std::size_t j = 6 * first_[i]; j < 6 * i; ++j) {
+        rest.subtract(x[j], Six<S>::load(column(i, j)));
+      }
+      rest.store(own);
+      for (std::size_t a = 0; a < 6; ++a) {
+        const S* const below = column(i, 6 * i + a);
+        x[6 * i + a] = own[a] / below[a];
+        for (std::size_t b = a + 1; b < 6; ++b) own[b] -= below[b] * x[6 * i + a];
+      }
     }
-    for (std::size_t i = size(); i-- > 0;) {
-      const S* row_i = row(i);
-      x[i] /= row_i[i];
-      for (std::size_t k = first_[i]; k < i; ++k) x[k] -= row_i[k] * x[i];
+    for (std::size_t i = blocks(); i-- > 0;) {
+      for (std::size_t a = 6; a-- > 0;) {
+        const S* const below = column(i, 6 * i + a);
+        for (std::size_t b = a + 1; b < 6; ++b) x[6 * i + a] -= below[b] * x[6 * i + b];
+        x[6 * i + a] /= below[a];
+      }
+      for (std::size_t j = 6 * first_[i]; j < 6 * i; ++j) x[j] -= dot6(column(i, j), x + 6 * i);
     }
   }
 
  private:
-  /// Pointer such that row(i)[j] is entry (i, j).
-  [[nodiscard]] S* row(std::size_t i) { return values_.data() + start_[i]; }
-  [[nodiscard]] const S* row(std::size_t i) const { return values_.data() + start_[i]; }
+  static constexpr std::size_t stride = Block6<S>::stride;
+
+  /// The six entries of a block row in a column.
+  [[nodiscard]] S* column(std::size_t block, std::size_t j) {
+    return values_.data() + (start_[block] + stride * j);
+  }
+  [[nodiscard]] const S* column(std::size_t block, std::size_t j) const {
+    return values_.data() + (start_[block] + stride * j);
+  }
+
+  /// x := x L^-T for a factored diagonal block L. Both are stored by columns.
+  static void divide(const S* factor, S* x) {
+    Six<S> columns[6];
+    for (std::size_t b = 0; b < 6; ++b) {
+      columns[b] = Six<S>::load(x + stride * b);
+      for (std::size_t c = 0; c < b; ++c) columns[b].subtract(factor[stride * c + b], columns[c]);
+      const Pack<S> pivot(factor[stride * b + b]);
+      for (Pack<S>& part : columns[b].part) part /= pivot;
+      columns[b].store(x + stride * b);
+    }
+  }
+
+  /// Factors a diagonal block, stored by columns.
+  [[nodiscard]] static bool factor_diagonal(S* block) {
+    using std::sqrt;
+    for (std::size_t b = 0; b < 6; ++b) {
+      S* const below = block + stride * b;
+      for (std::size_t c = 0; c < b; ++c) {
+        const S* const before = block + stride * c;
+        for (std::size_t a = b; a < 6; ++a) below[a] -= before[b] * before[a];
+      }
+      if (!(below[b] > S(0)) || !(below[b] < infinity<S>)) return false;
+      const S root = sqrt(below[b]);
+      below[b] = root;
+      for (std::size_t a = b + 1; a < 6; ++a) below[a] /= root;
+    }
+    return true;
+  }
 
   std::vector<std::uint32_t> first_;
-  std::vector<std::size_t> start_;  // Index of each row in `values_`, less its first column.
+  std::vector<std::size_t> start_;  // Index of each block row in `values_`, less its first column.
   std::vector<S> values_;
 };
 
@@ -968,6 +1668,7 @@ class EnvelopeMatrix {
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
@@ -992,19 +1693,20 @@ template <typename Real>
 struct IslandRow {
   static constexpr std::uint32_t none = 0xffffffffu;
 
+  // What decides the branch of a row fills the first cache line.
   std::uint32_t a = none;  // First unknown of each body; `none` if it has none.
   std::uint32_t b = none;
   RowKind kind = RowKind::free;
   RowSide side = RowSide::inside;
-  std::array<Real, 6> jacobian_a{};
-  std::array<Real, 6> jacobian_b{};
-  Real target = Real(0);
-  Real bias = Real(0);      // Part of the target that is no body's motion: a bounce, a gap.
-  Real response = Real(0);  // K: velocity per own impulse; 0 for a row that is left out.
+  Real response = Real(0);    // K: velocity per own impulse; 0 for a row that is left out.
   Real compliance = Real(0);  // Velocity yielded per impulse.
+  Real friction = Real(0);
   Real lower = Real(0);
   Real upper = Real(0);
-  Real friction = Real(0);
+  Real target = Real(0);
+  std::array<Real, 6> jacobian_a{};
+  std::array<Real, 6> jacobian_b{};
+  Real bias = Real(0);   // Part of the target that is no body's motion: a bounce, a gap.
   Real shift = Real(0);  // Of a cone: opening speed of sliding.
   Real lambda = Real(0);
   Real velocity = Real(0);
@@ -1044,11 +1746,22 @@ struct IslandRow {
   }
 };
 
+/// Length of (x, y). The squares of all states are finite, so built-in numbers need no `hypot`,
+/// which takes ten times as long. Derivatives need it at zero.
+template <typename Real>
+[[nodiscard]] Real planar_length(const Real& x, const Real& y) {
+  if constexpr (std::is_floating_point_v<Real>) {
+    return std::sqrt(x * x + y * y);
+  } else {
+    using std::hypot;
+    return hypot(x, y);
+  }
+}
+
 /// Moves a point into a disk, radially.
 template <typename Real>
 void shrink(Real radius, Real& x, Real& y) {
-  using std::hypot;
-  const Real length = hypot(x, y);
+  const Real length = planar_length(x, y);
   if (length <= radius) return;
   x *= radius / length;
   y *= radius / length;
@@ -1057,8 +1770,7 @@ void shrink(Real radius, Real& x, Real& y) {
 /// Moves (n, x, y) to the nearest point of a friction cone. The cone may be as narrow as a line.
 template <typename Real>
 void project_on_cone(Real friction, Real& n, Real& x, Real& y) {
-  using std::hypot;
-  const Real t = hypot(x, y);
+  const Real t = planar_length(x, y);
   if (n >= Real(0) && t <= friction * n) return;
   if (friction * t <= -n) {
     n = x = y = Real(0);
@@ -1079,14 +1791,29 @@ void add_square(EnvelopeMatrix<Real>& h, Real weight, const IslandRow<Real>& row
     if (unknown[k] == row.none) continue;
     for (std::size_t l = 0; l < 2; ++l) {
       if (unknown[l] == row.none || unknown[l] > unknown[k]) continue;
-      for (std::size_t p = 0; p < 6; ++p) {
-        const Real left = weight * (*j[k])[p];
-        const std::size_t end = k == l ? p + 1 : 6;
-        Real* out = &h.at(unknown[k] + p, unknown[l]);
-        for (std::size_t q = 0; q < end; ++q) out[q] += left * (*j[l])[q];
+      for (std::uint32_t q = 0; q < 6; ++q) {
+        const Real right = weight * (*j[l])[q];
+        Real* const out = &h.at(unknown[k], unknown[l] + q);
+        for (std::size_t p = 0; p < 6; ++p) out[p] += right * (*j[k])[p];
       }
     }
   }
+}
+
+/// Distance of a row from its law, as a velocity by the row's own response. A cone counts with its
+/// tangents.
+/// @param l, w  Impulses and velocities, of the row and those that follow.
+template <typename Real>
+[[nodiscard]] Real distance_from_law(const IslandRow<Real>& row, const Real* l, const Real* w) {
+  using std::abs;
+  const Real K = row.response;
+  const Real proposed = l[0] - (w[0] + row.compliance * l[0]) / (K + row.compliance);
+  if (row.kind != RowKind::cone) return K * abs(l[0] - row.clamped(proposed));
+  Real x = l[1] - w[1] / K;
+  Real y = l[2] - w[2] / K;
+  shrink(row.friction * std::max(Real(0), l[0]), x, y);
+  return std::max(K * abs(l[0] - std::max(Real(0), proposed)),
+                  K * planar_length(Real(l[1] - x), Real(l[2] - y)));
 }
 
 /// Largest distance of a row from its law, as a velocity by the row's own response.
@@ -1094,24 +1821,16 @@ void add_square(EnvelopeMatrix<Real>& h, Real weight, const IslandRow<Real>& row
 template <typename Real, typename Lambda, typename Velocity>
 [[nodiscard]] Real distance_from_law(std::span<const IslandRow<Real>> rows, const Lambda& lambda,
                                      const Velocity& velocity) {
-  using std::abs;
-  using std::hypot;
   Real largest = Real(0);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const IslandRow<Real>& row = rows[i];
-    const Real K = row.response;
-    if (!(K > Real(0)) || row.kind == RowKind::tangent) continue;
-    const Real l = lambda(i);
-    const Real proposed = l - (velocity(i) + row.compliance * l) / (K + row.compliance);
-    if (row.kind != RowKind::cone) {
-      largest = std::max(largest, K * abs(l - row.clamped(proposed)));
-      continue;
+    if (!(row.response > Real(0)) || row.kind == RowKind::tangent) continue;
+    Real l[3], w[3];
+    for (std::size_t part = 0; part < (row.kind == RowKind::cone ? 3 : 1); ++part) {
+      l[part] = lambda(i + part);
+      w[part] = velocity(i + part);
     }
-    largest = std::max(largest, K * abs(l - std::max(Real(0), proposed)));
-    Real x = lambda(i + 1) - velocity(i + 1) / K;
-    Real y = lambda(i + 2) - velocity(i + 2) / K;
-    shrink(row.friction * std::max(Real(0), l), x, y);
-    largest = std::max(largest, K * hypot(lambda(i + 1) - x, lambda(i + 2) - y));
+    largest = std::max(largest, distance_from_law(row, l, w));
   }
   return largest;
 }
@@ -1119,7 +1838,6 @@ template <typename Real, typename Lambda, typename Velocity>
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -1169,7 +1887,6 @@ template <typename Real>
 [[nodiscard]] CoulombBranch<Real> branch_of_cone(const IslandRow<Real>& row,
                                                  const std::array<Real, 3>& l,
                                                  const std::array<Real, 3>& w, Real eps) {
-  using std::hypot;
   CoulombBranch<Real> branch;
   branch.state = CoulombState::open;
   const Real K = row.response;
@@ -1184,7 +1901,7 @@ template <typename Real>
   branch.constant[0] = slope * w[0];
   const Real px = l[1] - w[1] / K;
   const Real py = l[2] - w[2] / K;
-  const Real length = hypot(px, py);
+  const Real length = planar_length(px, py);
   const Real bound = row.friction * normal;
   if (length <= bound) {
     branch.state = CoulombState::stick;
@@ -1237,10 +1954,11 @@ template <typename Real>
 /// LU factorisation of a sparse matrix of 6x6 blocks within its envelope.
 ///
 /// The pattern of the matrix is symmetric, its numbers are not. Lower blocks are stored in rows,
-/// upper blocks in columns. Both go from the first nonzero block to the diagonal. All fill falls
-/// inside (Jennings 1966), and every inner product runs over contiguous memory. Pivots are chosen
-/// within the blocks of the diagonal. A single diagonal entry can be zero. That of a contact which
-/// slides at the friction angle is.
+/// upper blocks in block columns. Both go from the first nonzero block to the diagonal. All fill
+/// falls inside (Jennings 1966). Pivots are chosen within the blocks of the diagonal. A single
+/// diagonal entry can be zero. That of a contact which slides at the friction angle is.
+///
+/// The arithmetic is that of envelope_cholesky.hpp.
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <algorithm>
@@ -1254,49 +1972,49 @@ template <typename Real>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// A 6x6 matrix, row by row.
-template <Scalar S>
-using Block6 = std::array<S, 36>;
-
 /// The matrix, and its factors in place. A = L U, with unit blocks on the diagonal of L.
 template <Scalar S>
 class EnvelopeLu {
  public:
-  /// Copies the shape and the numbers of a symmetric matrix that is not factored. Its rows begin at
-  /// multiples of six.
-  void assign(const EnvelopeMatrix<S>& symmetric) {
-    blocks_ = symmetric.size() / 6;
+  /// Takes the shape of one symmetric matrix and the numbers of another, whose envelope lies
+  /// within. Neither is factored.
+  void assign(const EnvelopeMatrix<S>& shape, const EnvelopeMatrix<S>& numbers) {
+    blocks_ = shape.blocks();
     first_.resize(blocks_);
-    start_.resize(6 * blocks_);
-    std::size_t size = 0;
+    lower_start_.resize(blocks_);
+    upper_start_.resize(blocks_);
+    std::size_t lower_size = 0;
+    std::size_t upper_size = 0;
     for (std::size_t i = 0; i < blocks_; ++i) {
-      first_[i] = symmetric.first(6 * i) / 6;
-      for (std::size_t k = 6 * i; k < 6 * i + 6; ++k) {
-        start_[k] = size - 6 * first_[i];  // Wraps around; only sums with a column are used.
-        size += 6 * (i - first_[i] + 1);
-      }
+      first_[i] = shape.first(i);
+      // Both may wrap around. Only sums with a row or a column are used.
+      lower_start_[i] = lower_size - 6 * first_[i];
+      upper_start_[i] = upper_size - 6 * first_[i] * stride;
+      lower_size += 6 * width(i);
+      upper_size += 6 * (i - first_[i]) * stride;
     }
-    refill(rows_, size, S(0));
-    refill(columns_, size, S(0));
+    refill(lower_, lower_size, S(0));
+    refill(upper_, upper_size, S(0));
     inverses_.resize(blocks_);
     for (std::size_t i = 0; i < 6 * blocks_; ++i) {
       const std::size_t diagonal = i / 6 * 6;
-      for (std::size_t j = symmetric.first(i); j < diagonal; ++j) {
-        row(i)[j] = column(i)[j] = symmetric.at(i, j);
+      for (std::size_t j = 6 * numbers.first(i / 6); j < diagonal; ++j) {
+        row(i)[j] = column(i / 6)[stride * j + i % 6] = numbers.at(i, j);
       }
-      for (std::size_t j = diagonal; j <= i; ++j) row(i)[j] = row(j)[i] = symmetric.at(i, j);
+      for (std::size_t j = diagonal; j <= i; ++j) row(i)[j] = row(j)[i] = numbers.at(i, j);
     }
   }
 
   /// Reserves memory for `assign`, so that it allocates nothing.
-  void reserve(const EnvelopeMatrix<S>& symmetric) {
-    const std::size_t blocks = symmetric.size() / 6;
+  void reserve(const EnvelopeMatrix<S>& shape) {
+    const std::size_t blocks = shape.blocks();
     std::size_t size = 0;
-    for (std::size_t i = 0; i < blocks; ++i) size += 36 * (i - symmetric.first(6 * i) / 6 + 1);
+    for (std::size_t i = 0; i < blocks; ++i) size += i - shape.first(i) + 1;
     first_.reserve(blocks);
-    start_.reserve(6 * blocks);
-    rows_.reserve(size);
-    columns_.reserve(size);
+    lower_start_.reserve(blocks);
+    upper_start_.reserve(blocks);
+    lower_.reserve(36 * size);
+    upper_.reserve(6 * stride * size);
     inverses_.reserve(blocks);
   }
 
@@ -1304,13 +2022,9 @@ class EnvelopeLu {
   void add(std::size_t block_row, std::size_t block_column, const Block6<S>& x) {
     const bool is_lower = block_row >= block_column;
     for (std::size_t i = 0; i < 6; ++i) {
-      for (std::size_t j = 0; j < 6; ++j) {
-        if (is_lower) {
-          row(6 * block_row + i)[6 * block_column + j] += x[6 * i + j];
-        } else {
-          column(6 * block_column + j)[6 * block_row + i] += x[6 * i + j];
-        }
-      }
+      S* const out = is_lower ? row(6 * block_row + i) + 6 * block_column
+                              : column(block_column) + stride * (6 * block_row + i);
+      for (std::size_t j = 0; j < 6; ++j) out[j] += x.row(i)[j];
     }
   }
 
@@ -1321,26 +2035,21 @@ class EnvelopeLu {
       for (std::size_t j = first_[i]; j < i; ++j) {
         const std::size_t from = 6 * std::max(first_[i], first_[j]);
         const std::size_t count = 6 * j - from;
-        for (std::size_t k = 6 * i; k < 6 * i + 6; ++k) {
-          S below[6];
-          for (std::size_t b = 0; b < 6; ++b) {
-            const std::size_t c = 6 * j + b;
-            below[b] = row(k)[c] - sum_of_products(row(k) + from, column(c) + from, count);
-            column(k)[c] -= sum_of_products(column(k) + from, row(c) + from, count);
-          }
-          times_inverse(below, inverses_[j], row(k) + 6 * j);
+        Block6<S> below = lower_block(i, j);
+        add_product<-1>(row(6 * i) + from, width(i), 1, column(j) + stride * from, count,
+                        below.row(0));
+        Block6<S> quotient;
+        add_product<1>(below.row(0), stride, 1, inverses_[j].row(0), 6, quotient.row(0));
+        for (std::size_t a = 0; a < 6; ++a) {
+          std::copy_n(quotient.row(a), 6, row(6 * i + a) + 6 * j);
         }
+        add_product<-1>(row(6 * j) + from, width(j), 1, column(i) + stride * from, count,
+                        column(i) + stride * 6 * j);
       }
       const std::size_t from = 6 * first_[i];
-      const std::size_t count = 6 * i - from;
-      Block6<S> pivot;
-      for (std::size_t a = 0; a < 6; ++a) {
-        for (std::size_t b = 0; b < 6; ++b) {
-          pivot[6 * a + b] =
-              row(6 * i + a)[6 * i + b] -
-              sum_of_products(row(6 * i + a) + from, column(6 * i + b) + from, count);
-        }
-      }
+      Block6<S> pivot = lower_block(i, i);
+      add_product<-1>(row(6 * i) + from, width(i), 1, column(i) + stride * from, 6 * i - from,
+                      pivot.row(0));
       if (!invert(pivot, inverses_[i])) return false;
     }
     return true;
@@ -1349,68 +2058,71 @@ class EnvelopeLu {
   /// x := A^-1 x, after `factor`.
   void solve(S* x) const {
     for (std::size_t i = 0; i < 6 * blocks_; ++i) {
-      const std::size_t from = 6 * first_[i / 6];
-      x[i] -= sum_of_products(row(i) + from, x + from, i / 6 * 6 - from);
+      const S* const left = row(i);
+      for (std::size_t j = 6 * first_[i / 6]; j < i / 6 * 6; j += 6) x[i] -= dot6(left + j, x + j);
     }
     for (std::size_t i = blocks_; i-- > 0;) {
       S found[6];
-      for (std::size_t a = 0; a < 6; ++a)
-        found[a] = sum_of_products(&inverses_[i][6 * a], x + 6 * i, 6);
-      for (std::size_t a = 0; a < 6; ++a) {
-        x[6 * i + a] = found[a];
-        const S* above = column(6 * i + a);
-        for (std::size_t k = 6 * first_[i]; k < 6 * i; ++k) x[k] -= above[k] * found[a];
-      }
+      for (std::size_t a = 0; a < 6; ++a) found[a] = dot6(inverses_[i].row(a), x + 6 * i);
+      std::copy_n(found, 6, x + 6 * i);
+      for (std::size_t k = 6 * first_[i]; k < 6 * i; ++k)
+        x[k] -= dot6(column(i) + stride * k, found);
     }
   }
 
  private:
-  /// Pointer row(i) gives entry (i, j) at j, up to the end of the diagonal block. Pointer column(i)
-  /// gives entry (j, i) at j, above that block.
-  [[nodiscard]] S* row(std::size_t i) { return rows_.data() + start_[i]; }
-  [[nodiscard]] const S* row(std::size_t i) const { return rows_.data() + start_[i]; }
-  [[nodiscard]] S* column(std::size_t i) { return columns_.data() + start_[i]; }
-  [[nodiscard]] const S* column(std::size_t i) const { return columns_.data() + start_[i]; }
+  static constexpr std::size_t stride = Block6<S>::stride;
 
-  /// out := x times `inverse`, for a row x.
-  static void times_inverse(const S (&x)[6], const Block6<S>& inverse, S* out) {
-    for (std::size_t b = 0; b < 6; ++b) {
-      S sum = S(0);
-      for (std::size_t k = 0; k < 6; ++k) sum += x[k] * inverse[6 * k + b];
-      out[b] = sum;
-    }
+  /// [-] Numbers in each row of a block row, up to the end of the diagonal block.
+  [[nodiscard]] std::size_t width(std::size_t block) const {
+    return 6 * (block - first_[block] + 1);
+  }
+  /// Pointer row(i) gives entry (i, j) at j, up to the end of the diagonal block. Pointer
+  /// column(block) gives entry (j, 6 block + a) at stride j + a, above that block.
+  [[nodiscard]] S* row(std::size_t i) {
+    return lower_.data() + (lower_start_[i / 6] + i % 6 * width(i / 6));
+  }
+  [[nodiscard]] const S* row(std::size_t i) const {
+    return lower_.data() + (lower_start_[i / 6] + i % 6 * width(i / 6));
+  }
+  [[nodiscard]] S* column(std::size_t block) { return upper_.data() + upper_start_[block]; }
+  [[nodiscard]] const S* column(std::size_t block) const {
+    return upper_.data() + upper_start_[block];
+  }
+
+  [[nodiscard]] Block6<S> lower_block(std::size_t i, std::size_t j) const {
+    Block6<S> block;
+    for (std::size_t a = 0; a < 6; ++a) std::copy_n(row(6 * i + a) + 6 * j, 6, block.row(a));
+    return block;
   }
 
   /// Inverse by Gauss-Jordan elimination, with the largest pivot of each column. False if singular.
   [[nodiscard]] static bool invert(Block6<S>& m, Block6<S>& inverse) {
     using std::abs;
-    inverse.fill(S(0));
-    for (std::size_t i = 0; i < 6; ++i) inverse[7 * i] = S(1);
-    const auto swap_rows = [](Block6<S>& x, std::size_t i, std::size_t j) {
-      for (std::size_t k = 0; k < 6; ++k) std::swap(x[6 * i + k], x[6 * j + k]);
-    };
+    inverse = Block6<S>{};
+    for (std::size_t i = 0; i < 6; ++i) inverse.row(i)[i] = S(1);
     for (std::size_t c = 0; c < 6; ++c) {
       std::size_t best = c;
       for (std::size_t i = c + 1; i < 6; ++i) {
-        if (abs(m[6 * i + c]) > abs(m[6 * best + c])) best = i;
+        if (abs(m.row(i)[c]) > abs(m.row(best)[c])) best = i;
       }
-      const S pivot = m[6 * best + c];
+      const S pivot = m.row(best)[c];
       if (!(abs(pivot) > S(0)) || !(abs(pivot) < infinity<S>)) return false;
       if (best != c) {
-        swap_rows(m, c, best);
-        swap_rows(inverse, c, best);
+        std::swap_ranges(m.row(c), m.row(c) + 6, m.row(best));
+        std::swap_ranges(inverse.row(c), inverse.row(c) + 6, inverse.row(best));
       }
       const S scale = S(1) / pivot;
       for (std::size_t k = 0; k < 6; ++k) {
-        m[6 * c + k] *= scale;
-        inverse[6 * c + k] *= scale;
+        m.row(c)[k] *= scale;
+        inverse.row(c)[k] *= scale;
       }
       for (std::size_t i = 0; i < 6; ++i) {
         if (i == c) continue;
-        const S share = m[6 * i + c];
+        const S share = m.row(i)[c];
         for (std::size_t k = 0; k < 6; ++k) {
-          m[6 * i + k] -= share * m[6 * c + k];
-          inverse[6 * i + k] -= share * inverse[6 * c + k];
+          m.row(i)[k] -= share * m.row(c)[k];
+          inverse.row(i)[k] -= share * inverse.row(c)[k];
         }
       }
     }
@@ -1418,9 +2130,11 @@ class EnvelopeLu {
   }
 
   std::size_t blocks_ = 0;
-  std::vector<std::size_t> first_;   // First block of each block row.
-  std::vector<std::size_t> start_;   // Index of each row in `rows_`, less its first column.
-  std::vector<S> rows_, columns_;    // Lower blocks with the diagonal; upper blocks.
+  std::vector<std::size_t> first_;  // First block of each block row.
+  // Index of each block row in `lower_`, less its first column, and of each block column in
+  // `upper_`, less its first row.
+  std::vector<std::size_t> lower_start_, upper_start_;
+  std::vector<S> lower_, upper_;     // Lower blocks with the diagonal; upper blocks.
   std::vector<Block6<S>> inverses_;  // Inverses of the diagonal blocks of U.
 };
 
@@ -1452,6 +2166,8 @@ struct CoulombProblem {
   Real tolerance;
   /// [m/s] Velocity change by forces and motors in the step.
   Real speed_change;
+  /// [-] Most Newton steps.
+  int most_steps;
 
   /// [m/s] Residual that is worth no more work. It is a thousandth of the slip or of the velocity
   /// change by forces in the step, whichever is less. Resting contacts always go down to
@@ -1490,7 +2206,7 @@ class CoulombNewton {
     Real eps = Real(1e-3);
     evaluate(rows, v_, velocity_);
     // Impulses of the last step that are far from any solution give no hint.
-    if (distance(rows, impulse_, velocity_) > Real(3) * problem.speed_change) {
+    if (measure(rows, eps).law > Real(3) * problem.speed_change) {
       eps = Real(1e-2);
       std::fill(centre_.begin(), centre_.end(), Real(0));
     }
@@ -1506,8 +2222,9 @@ class CoulombNewton {
     Real nearest = infinity<Real>;  // Least distance of all steps from this centre.
     Real before = infinity<Real>;
     Real at_centre = infinity<Real>;
+    Real last_left = infinity<Real>;
     int centres = 0;
-    for (int i = 0; i < most_iterations; ++i) {
+    for (int i = 0; i < problem.most_steps; ++i) {
       const bool has_switched = linearise(rows, eps);
       const bool is_fresh = has_switched || factored_eps != eps;
       find_gradient(problem);
@@ -1519,10 +2236,9 @@ class CoulombNewton {
       }
       solve_linear(step_);
       if (!advance(rows)) break;
-      evaluate(rows, v_, velocity_);
-      answer.slip = fastest_slip(rows);
-
-      const Real left = distance(rows, impulse_, velocity_);
+      const Distances distances = measure(rows, eps);
+      answer.slip = distances.slip;
+      const Real left = distances.law;
       if (left <= problem.tolerance) {
         answer.residual = left;
         best_ = impulse_;
@@ -1531,12 +2247,14 @@ class CoulombNewton {
         answer.change = largest_change(velocity_);
         break;
       }
-      judge(problem, answer);
-      if (answer.residual <= Real(1e-2) * problem.good_enough(answer.slip)) break;
+      if (left < answer.residual) judge(problem, answer);
+      // What is good enough is improved as long as that is cheap. A motion that goes on as it is
+      // then needs no Newton step at all in the next step.
+      if (answer.residual <= problem.good_enough(answer.slip) && left > Real(0.1) * last_left)
+        break;
+      last_left = left;
 
-      const Real of_compliant = distance_from_law<Real>(
-          rows, [&](std::size_t k) { return impulse_[k]; },
-          [&](std::size_t k) { return compliant(rows[k], k, eps); });
+      const Real of_compliant = distances.compliant;
       if (of_compliant > Real(3) * nearest && eps < Real(largest_eps)) {
         // A step that leads away from the law was too long. A larger eps keeps the next step near
         // the centre. The centre moves to where the law was nearest.
@@ -1576,7 +2294,6 @@ class CoulombNewton {
   [[nodiscard]] const std::vector<Real>& velocities() const { return best_v_; }
 
  private:
-  static constexpr int most_iterations = 30;
   static constexpr double largest_eps = 0.1;
 
   using State = CoulombState;
@@ -1614,11 +2331,30 @@ class CoulombNewton {
     for (std::size_t k = 0; k < rows.size(); ++k) out[k] = rows[k].times(v) - rows[k].target;
   }
 
-  [[nodiscard]] static Real distance(std::span<const Row> rows, const std::vector<Real>& impulse,
-                                     const std::vector<Real>& velocity) {
-    return distance_from_law<Real>(
-        rows, [&](std::size_t k) { return impulse[k]; },
-        [&](std::size_t k) { return velocity[k]; });
+  /// Distances of the present iterate.
+  struct Distances {
+    Real law = Real(0);        // [m/s] Largest distance of a row from its law.
+    Real compliant = Real(0);  // [m/s] The same with eps, by w~.
+    Real slip = Real(0);       // [m/s] Speed of the fastest sliding contact.
+  };
+  [[nodiscard]] Distances measure(std::span<const Row> rows, Real eps) const {
+    Distances found;
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      const Row& row = rows[k];
+      if (row.kind == RowKind::tangent || !(row.response > Real(0))) continue;
+      const Real* const l = &impulse_[k];
+      const Real* const w = &velocity_[k];
+      Real compliant_w[3];
+      for (std::size_t part = 0; part < parts_of(row); ++part) {
+        compliant_w[part] = compliant(row, k + part, eps);
+      }
+      found.law = std::max(found.law, distance_from_law(row, l, w));
+      found.compliant = std::max(found.compliant, distance_from_law(row, l, compliant_w));
+      if (branches_[k].state == State::slip) {
+        found.slip = std::max(found.slip, planar_length(w[1], w[2]));
+      }
+    }
+    return found;
   }
 
   /// Returns whether the best solution leaves the velocities as at the start of the step.
@@ -1636,7 +2372,7 @@ class CoulombNewton {
     nearest_impulse_ = impulse_;
   }
 
-  /// w~ of a row.
+  /// w~ of row k, whose response is that of `row`.
   [[nodiscard]] Real compliant(const Row& row, std::size_t k, Real eps) const {
     return velocity_[k] + eps * row.response * (impulse_[k] - centre_[k]);
   }
@@ -1652,8 +2388,8 @@ class CoulombNewton {
       const State last = branch.state;
       const Real w = compliant(row, k, eps);
       if (row.kind == RowKind::cone) {
-        const std::array<Real, 3> velocities{w, compliant(rows[k + 1], k + 1, eps),
-                                             compliant(rows[k + 2], k + 2, eps)};
+        const std::array<Real, 3> velocities{w, compliant(row, k + 1, eps),
+                                             compliant(row, k + 2, eps)};
         branch =
             branch_of_cone(row, {impulse_[k], impulse_[k + 1], impulse_[k + 2]}, velocities, eps);
       } else {
@@ -1666,7 +2402,7 @@ class CoulombNewton {
 
   /// step := r - Mt v + J^T (l + constant).
   void find_gradient(const CoulombProblem<Real>& problem) {
-    problem.matrix->multiply(v_.data(), step_.data());
+    linear_.multiply(v_.data(), step_.data());
     for (std::size_t i = 0; i < step_.size(); ++i) step_[i] = problem.rhs[i] - step_[i];
     for_each_part(problem.rows, [&](std::size_t k, std::size_t part) {
       const Real x = impulse_[k + part] + branches_[k].constant[part];
@@ -1697,61 +2433,50 @@ class CoulombNewton {
 
   /// Assembles the matrix with sliding contacts.
   void assemble(const CoulombProblem<Real>& problem) {
-    lu_.assign(*problem.matrix);
+    lu_.assign(*problem.matrix, linear_);
     const std::span<const Row> rows = problem.rows;
     const Row* of_pair = nullptr;
     for (std::size_t k = 0; k < rows.size(); ++k) {
       const Row& row = rows[k];
-      const Branch& branch = branches_[k];
-      if (row.kind == RowKind::tangent || branch.normal == Real(0)) continue;
+      if (row.kind == RowKind::tangent || branches_[k].normal == Real(0)) continue;
       // Rows between the same two bodies follow each other. They are summed first.
       if (of_pair == nullptr || row.a != of_pair->a || row.b != of_pair->b) {
         if (of_pair != nullptr) add_pair(*of_pair);
         of_pair = &row;
-        for (Block6<Real>& x : pair_) x.fill(Real(0));
+        for (Block6<Real>& x : pair_) x.values.fill(Real(0));
       }
-      add_product(row, sides(row, -branch.normal));
-      if (row.kind != RowKind::cone) continue;
-      add_product(rows[k + 1], sides(rows, k, {-branch.drag[0], -branch.xx, -branch.xy}));
-      add_product(rows[k + 2], sides(rows, k, {-branch.drag[1], -branch.xy, -branch.yy}));
+      add_to_pair(rows.subspan(k, parts_of(row)), branches_[k]);
     }
     if (of_pair != nullptr) add_pair(*of_pair);
   }
 
-  /// Combinations of Jacobians, for both bodies.
-  using Sides = std::array<std::array<Real, 6>, 2>;
-  [[nodiscard]] static Sides sides(const Row& row, Real weight) {
-    Sides out;
-    for (std::size_t i = 0; i < 6; ++i) {
-      out[0][i] = weight * row.jacobian_a[i];
-      out[1][i] = weight * row.jacobian_b[i];
-    }
-    return out;
-  }
-  [[nodiscard]] static Sides sides(std::span<const Row> rows, std::size_t k,
-                                   const std::array<Real, 3>& weights) {
-    Sides out = sides(rows[k], weights[0]);
-    for (std::size_t part = 1; part < 3; ++part) {
-      if (weights[part] == Real(0)) continue;
+  /// Adds -J^T D J to the sums of the pair, with the rows J of one law. Blocks are aa, ab, ba, bb.
+  void add_to_pair(std::span<const Row> rows, const Branch& branch) {
+    const Real weights[3][3] = {{-branch.normal, Real(0), Real(0)},
+                                {-branch.drag[0], -branch.xx, -branch.xy},
+                                {-branch.drag[1], -branch.xy, -branch.yy}};
+    const bool moves[2] = {rows[0].a != Row::none, rows[0].b != Row::none};
+    Real left[2][18];                              // J^T of each body.
+    Real right[2][3 * Block6<Real>::stride] = {};  // -D J of each body.
+    for (std::size_t s = 0; s < 2; ++s) {
+      if (!moves[s]) continue;
+      for (std::size_t m = 0; m < rows.size(); ++m) {
+        const std::array<Real, 6>& jacobian = s == 0 ? rows[m].jacobian_a : rows[m].jacobian_b;
+        for (std::size_t i = 0; i < 6; ++i) left[s][3 * i + m] = jacobian[i];
+        for (std::size_t n = m; n < rows.size(); ++n) {
+          Real* const out = right[s] + Block6<Real>::stride * n;
+          for (std::size_t i = 0; i < 6; ++i) out[i] += weights[n][m] * jacobian[i];
+        }
+      }
+      if (rows.size() < 3) continue;
       for (std::size_t i = 0; i < 6; ++i) {
-        out[0][i] += weights[part] * rows[k + part].jacobian_a[i];
-        out[1][i] += weights[part] * rows[k + part].jacobian_b[i];
+        right[s][Block6<Real>::stride + i] += weights[1][2] * left[s][3 * i + 2];
       }
     }
-    return out;
-  }
-
-  /// Adds left^T right to the sums of the pair. Blocks are aa, ab, ba, bb.
-  void add_product(const Row& left, const Sides& right) {
-    const std::array<Real, 6>* l[2] = {&left.jacobian_a, &left.jacobian_b};
-    const bool moves[2] = {left.a != Row::none, left.b != Row::none};
     for (std::size_t s = 0; s < 2; ++s) {
       for (std::size_t t = 0; t < 2; ++t) {
         if (!moves[s] || !moves[t]) continue;
-        Block6<Real>& out = pair_[2 * s + t];
-        for (std::size_t i = 0; i < 6; ++i) {
-          for (std::size_t j = 0; j < 6; ++j) out[6 * i + j] += (*l[s])[i] * right[t][j];
-        }
+        add_product<1>(left[s], 3, 1, right[t], rows.size(), pair_[2 * s + t].row(0));
       }
     }
   }
@@ -1779,27 +2504,31 @@ class CoulombNewton {
       if (row.kind == RowKind::tangent || !(row.response > Real(0))) continue;
       const Branch& slope = factored_[k];
       const Real n = row.times(step_);
+      velocity_[k] += n;
       impulse_[k] += branches_[k].constant[0] + slope.normal * n;
       if (row.kind != RowKind::cone) continue;
       const Real x = rows[k + 1].times(step_);
       const Real y = rows[k + 2].times(step_);
+      velocity_[k + 1] += x;
+      velocity_[k + 2] += y;
       impulse_[k + 1] += branches_[k].constant[1] + slope.drag[0] * n + slope.xx * x + slope.xy * y;
       impulse_[k + 2] += branches_[k].constant[2] + slope.drag[1] * n + slope.xy * x + slope.yy * y;
     }
     return true;
   }
 
-  /// Factors Mt by itself. Where it does not couple bodies, its empty blocks are left out.
+  /// Keeps Mt and its factors. Where it does not couple bodies, its empty blocks are left out.
   bool factor_response(const CoulombProblem<Real>& problem) {
     const EnvelopeMatrix<Real>& matrix = *problem.matrix;
-    first_.resize(matrix.size());
-    for (std::size_t i = 0; i < matrix.size(); ++i) {
-      first_[i] = problem.is_uncoupled ? static_cast<std::uint32_t>(i / 6 * 6) : matrix.first(i);
+    first_.resize(matrix.blocks());
+    for (std::size_t i = 0; i < matrix.blocks(); ++i) {
+      first_[i] = problem.is_uncoupled ? static_cast<std::uint32_t>(i) : matrix.first(i);
     }
-    response_.reset(first_);
+    linear_.reset(first_);
     for (std::size_t i = 0; i < matrix.size(); ++i) {
-      for (std::size_t j = first_[i]; j <= i; ++j) response_.at(i, j) = matrix.at(i, j);
+      for (std::size_t j = 6 * first_[i / 6]; j <= i; ++j) linear_.at(i, j) = matrix.at(i, j);
     }
+    response_ = linear_;
     return response_.factor();
   }
 
@@ -1818,35 +2547,58 @@ class CoulombNewton {
 
   /// Keeps the impulses of the present iterate, moved into their bounds, if they are the best.
   /// Their velocities must be nearer to the law. They must add no energy, to the error that a
-  /// solution may have anyway. Rows change the bodies' energy by sum l . (w_free + w) / 2. These
-  /// velocities are not relative to their targets.
+  /// solution may have anyway. Impulses that would are all scaled by the share that takes the most.
   void judge(const CoulombProblem<Real>& problem, CoulombResult<Real>& answer) {
+    candidate_ = impulse_;
+    move_into_bounds(problem.rows, candidate_);
+    Candidate candidate = try_candidate(problem, problem.good_enough(answer.slip));
+    if (candidate.work > Real(0)) {
+      // The work of a share s is s slope + s^2 (work - slope).
+      const Real share = -candidate.slope / (Real(2) * (candidate.work - candidate.slope));
+      if (!(share > Real(0))) return;
+      for (Real& x : candidate_) x *= share;
+      candidate = try_candidate(problem, problem.good_enough(answer.slip));
+    }
+    if (!(candidate.residual < answer.residual)) return;
+    answer.residual = candidate.residual;
+    answer.change = largest_change(candidate_velocity_);
+    best_ = candidate_;
+    best_v_ = candidate_v_;
+  }
+
+  /// Effect of impulses on an island.
+  struct Candidate {
+    Real residual = Real(0);  // [m/s] Largest distance of a row from its law.
+    Real work = Real(0);      // [J] Energy that they give.
+    Real slope = Real(0);     // [J] The same for a small share of them, by that share.
+  };
+  /// Finds the velocities by `candidate_`. Rows change the bodies' energy by
+  /// sum l . (w_free + w) / 2. These velocities are not relative to their targets.
+  /// @param error  [m/s] Velocity that may be wrong.
+  [[nodiscard]] Candidate try_candidate(const CoulombProblem<Real>& problem, Real error) {
     using std::abs;
     const std::span<const Row> rows = problem.rows;
     candidate_v_.assign(problem.rhs.begin(), problem.rhs.end());
-    candidate_ = impulse_;
-    move_into_bounds(rows, candidate_);
     for_each_part(rows, [&](std::size_t k, std::size_t part) {
       const Real x = candidate_[k + part];
       if (x != Real(0)) rows[k + part].add_to(candidate_v_, x);
     });
     response_.solve(candidate_v_.data());
     evaluate(rows, candidate_v_, candidate_velocity_);
-    const Real error = problem.good_enough(answer.slip);
-    Real work = Real(0);
+    Candidate found;
     for (std::size_t k = 0; k < rows.size(); ++k) {
-      if (rows[k].kind == RowKind::bounded) continue;
-      work +=
-          candidate_[k] * ((free_velocity_[k] + candidate_velocity_[k]) / Real(2) + rows[k].bias);
-      work -= abs(candidate_[k]) * error;
+      const Row& row = rows[k];
+      if (row.kind != RowKind::tangent && row.response > Real(0)) {
+        found.residual = std::max(found.residual,
+                                  distance_from_law(row, &candidate_[k], &candidate_velocity_[k]));
+      }
+      if (row.kind == RowKind::bounded) continue;
+      const Real start =
+          candidate_[k] * (free_velocity_[k] + row.bias) - abs(candidate_[k]) * error;
+      found.slope += start;
+      found.work += start + candidate_[k] * (candidate_velocity_[k] - free_velocity_[k]) / Real(2);
     }
-    if (work > Real(0)) return;
-    const Real left = distance(rows, candidate_, candidate_velocity_);
-    if (!(left < answer.residual)) return;
-    answer.residual = left;
-    answer.change = largest_change(candidate_velocity_);
-    best_ = candidate_;
-    best_v_ = candidate_v_;
+    return found;
   }
 
   [[nodiscard]] Real largest_change(const std::vector<Real>& velocity) const {
@@ -1858,15 +2610,9 @@ class CoulombNewton {
     return largest;
   }
 
-  /// [m/s] Speed of the fastest sliding contact.
-  [[nodiscard]] Real fastest_slip(std::span<const Row> rows) const {
-    using std::hypot;
-    Real fastest = Real(0);
-    for (std::size_t k = 0; k < rows.size(); ++k) {
-      if (branches_[k].state != State::slip) continue;
-      fastest = std::max(fastest, hypot(velocity_[k + 1], velocity_[k + 2]));
-    }
-    return fastest;
+  /// [-] Rows of a law: three of a cone, else one.
+  [[nodiscard]] static std::size_t parts_of(const Row& row) {
+    return row.kind == RowKind::cone ? 3 : 1;
   }
 
   /// Calls use(number of the branch, part) for all rows that can act. Parts of a cone are its three
@@ -1875,15 +2621,14 @@ class CoulombNewton {
   static void for_each_part(std::span<const Row> rows, Use&& use) {
     for (std::size_t k = 0; k < rows.size(); ++k) {
       if (rows[k].kind == RowKind::tangent || !(rows[k].response > Real(0))) continue;
-      const std::size_t parts = rows[k].kind == RowKind::cone ? 3 : 1;
-      for (std::size_t part = 0; part < parts; ++part) use(k, part);
+      for (std::size_t part = 0; part < parts_of(rows[k]); ++part) use(k, part);
     }
   }
 
   EnvelopeLu<Real> lu_;
   EnvelopeMatrix<Real> cholesky_;
-  bool is_symmetric_ = false;      // True if `cholesky_` was factored last.
-  EnvelopeMatrix<Real> response_;  // Mt, factored.
+  bool is_symmetric_ = false;               // True if `cholesky_` was factored last.
+  EnvelopeMatrix<Real> linear_, response_;  // Mt, and its factors.
   std::vector<std::uint32_t> first_;
   std::vector<Branch> branches_, factored_;
   std::array<Block6<Real>, 4> pair_{};
@@ -3979,584 +4724,6 @@ void SensorLayout<S>::validate() const {
 /// @file
 /// Vectors in lanes: one point or direction per lane, coordinate by coordinate.
 // SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/math/simd.hpp
-
-/// @file
-/// Several scalars at once: the only code that uses vector registers.
-///
-/// `Pack<S>` fills one register of the target machine. It is written in the vector extensions of
-/// GCC and Clang. So the same code serves every instruction set. It is never wider than a native
-/// register: GCC spills wider types to memory, which costs ten times what they save. With other
-/// compilers it is an array of as many lanes in plain C++. The same holds for scalars that are not
-/// built in, and with BRISTLE_NO_SIMD.
-///
-/// The number of lanes depends on how a file is compiled. So do functions over packs, under the
-/// same names. **All files of a program that use the library must be compiled for the same
-/// instruction set** (-march). They must agree on BRISTLE_NO_SIMD, as with any templates over
-/// vector types. Stored data hold arrays of scalars and no Pack. So their layout is the same for
-/// all.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/math/lane_register.hpp
-
-/// @file
-/// The registers under `Pack` and `Mask` (simd.hpp), their width and their comparisons. An array
-/// replaces a register where there is none.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <bit>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-
-#if BRISTLE_REGISTER_BYTES > 0
-#define BRISTLE_HAS_SIMD 1
-// <immintrin.h> is 36,000 lines for all sets. That is a quarter of what a user's file would
-// compile.
-#if defined(__AVX__)
-#include <immintrin.h>
-#elif defined(__SSE2__)
-#include <emmintrin.h>
-#endif
-#else
-#define BRISTLE_HAS_SIMD 0
-#endif
-
-// 1 if one expression can reorder the lanes of registers (GCC from 12 on). Else 0.
-#define BRISTLE_HAS_SHUFFLE 0
-#if BRISTLE_HAS_SIMD
-#if __has_builtin(__builtin_shufflevector)
-#undef BRISTLE_HAS_SHUFFLE
-#define BRISTLE_HAS_SHUFFLE 1
-#endif
-#endif
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// [bytes] Size of a register.
-inline constexpr std::size_t simd_bytes = BRISTLE_HAS_SIMD ? BRISTLE_REGISTER_BYTES : 16;
-
-/// True if S has vector registers.
-template <Scalar S>
-inline constexpr bool has_register = BRISTLE_HAS_SIMD != 0 &&
-                                     (std::same_as<S, float> || std::same_as<S, double>);
-
-/// [-] Lanes of a Pack<S>, at most 16.
-template <Scalar S>
-inline constexpr std::size_t lanes = has_register<S> ? simd_bytes / sizeof(S) : 4;
-
-// Keeps rare parts of a loop over packs out of line. Inlined, they would take its registers.
-#if defined(__GNUC__)
-#define BRISTLE_NOINLINE [[gnu::noinline]]
-#else
-#define BRISTLE_NOINLINE
-#endif
-
-/// Replaces a register where there is none.
-template <typename T>
-struct LaneArray {
-  T v[4];
-
-  T& operator[](std::size_t i) { return v[i]; }
-  const T& operator[](std::size_t i) const { return v[i]; }
-
-  template <typename F>
-  static auto each(F&& f) -> LaneArray<decltype(f(0))> {
-    return {{f(0), f(1), f(2), f(3)}};
-  }
-  friend auto operator+(const LaneArray& a, const LaneArray& b) {
-    return each([&](int i) { return T(a.v[i] + b.v[i]); });
-  }
-  friend auto operator-(const LaneArray& a, const LaneArray& b) {
-    return each([&](int i) { return T(a.v[i] - b.v[i]); });
-  }
-  friend auto operator*(const LaneArray& a, const LaneArray& b) {
-    return each([&](int i) { return T(a.v[i] * b.v[i]); });
-  }
-  friend auto operator/(const LaneArray& a, const LaneArray& b) {
-    return each([&](int i) { return T(a.v[i] / b.v[i]); });
-  }
-  friend auto operator-(const LaneArray& a) {
-    return each([&](int i) { return T(-a.v[i]); });
-  }
-  friend auto operator<(const LaneArray& a, const LaneArray& b) {
-    return each([&](int i) { return a.v[i] < b.v[i]; });
-  }
-  friend auto operator<=(const LaneArray& a, const LaneArray& b) {
-    return each([&](int i) { return a.v[i] <= b.v[i]; });
-  }
-  friend auto operator==(const LaneArray& a, const LaneArray& b) {
-    return each([&](int i) { return value_of(a.v[i]) == value_of(b.v[i]); });
-  }
-  friend auto operator&(const LaneArray& a, const LaneArray& b) {
-    return each([&](int i) { return bool(a.v[i] & b.v[i]); });
-  }
-  friend auto operator|(const LaneArray& a, const LaneArray& b) {
-    return each([&](int i) { return bool(a.v[i] | b.v[i]); });
-  }
-  friend auto operator^(const LaneArray& a, const LaneArray& b) {
-    return each([&](int i) { return bool(a.v[i] ^ b.v[i]); });
-  }
-  friend auto operator~(const LaneArray& a) {
-    return each([&](int i) { return !a.v[i]; });
-  }
-};
-
-/// The register of a scalar. Its comparisons give registers of integers, with equal bits in a lane.
-template <Scalar S>
-struct Register {
-  using Type = LaneArray<S>;
-};
-#if BRISTLE_HAS_SIMD
-template <>
-struct Register<float> {
-  typedef float Type __attribute__((vector_size(simd_bytes)));
-};
-template <>
-struct Register<double> {
-  typedef double Type __attribute__((vector_size(simd_bytes)));
-};
-#endif
-
-/// Comparisons, and operations on their results.
-template <Scalar S>
-struct Compare {
-  using Lanes = typename Register<S>::Type;
-  using Truth = decltype(Lanes{} < Lanes{});
-
-  BRISTLE_FORCE_INLINE static Truth less(const Lanes& a, const Lanes& b) { return a < b; }
-  BRISTLE_FORCE_INLINE static Truth less_equal(const Lanes& a, const Lanes& b) { return a <= b; }
-  BRISTLE_FORCE_INLINE static Truth equal(const Lanes& a, const Lanes& b) { return a == b; }
-  BRISTLE_FORCE_INLINE static Lanes select(const Truth& m, const Lanes& yes, const Lanes& no) {
-    if constexpr (has_register<S>) {
-      return m ? yes : no;
-    } else {
-      return Lanes::each([&](int i) { return m.v[i] ? yes.v[i] : no.v[i]; });
-    }
-  }
-  BRISTLE_FORCE_INLINE static std::uint32_t bits(const Truth& m) {
-#if BRISTLE_HAS_SIMD && defined(__AVX__)
-    if constexpr (std::same_as<S, float>)
-      return static_cast<std::uint32_t>(_mm256_movemask_ps(std::bit_cast<__m256>(m)));
-    if constexpr (std::same_as<S, double>)
-      return static_cast<std::uint32_t>(_mm256_movemask_pd(std::bit_cast<__m256d>(m)));
-#elif BRISTLE_HAS_SIMD && defined(__SSE2__)
-    if constexpr (std::same_as<S, float>)
-      return static_cast<std::uint32_t>(_mm_movemask_ps(std::bit_cast<__m128>(m)));
-    if constexpr (std::same_as<S, double>)
-      return static_cast<std::uint32_t>(_mm_movemask_pd(std::bit_cast<__m128d>(m)));
-#endif
-    std::uint32_t result = 0;
-    for (std::size_t i = 0; i < lanes<S>; ++i) result |= m[i] ? 1u << i : 0u;
-    return result;
-  }
-};
-
-#if BRISTLE_HAS_SIMD && defined(__AVX512F__)
-// AVX-512 has mask registers. GCC 12 splits joined comparisons in a `select` lane by lane. So
-// intrinsics spell them out.
-template <>
-struct Compare<float> {
-  using Lanes = Register<float>::Type;
-  using Truth = std::uint16_t;
-
-  BRISTLE_FORCE_INLINE static Truth less(const Lanes& a, const Lanes& b) {
-    return _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ);
-  }
-  BRISTLE_FORCE_INLINE static Truth less_equal(const Lanes& a, const Lanes& b) {
-    return _mm512_cmp_ps_mask(a, b, _CMP_LE_OQ);
-  }
-  BRISTLE_FORCE_INLINE static Truth equal(const Lanes& a, const Lanes& b) {
-    return _mm512_cmp_ps_mask(a, b, _CMP_EQ_OQ);
-  }
-  BRISTLE_FORCE_INLINE static Lanes select(Truth m, const Lanes& yes, const Lanes& no) {
-    return Lanes(_mm512_mask_blend_ps(m, no, yes));
-  }
-  /// The chosen lanes, side by side.
-  BRISTLE_FORCE_INLINE static Lanes packed(std::uint32_t chosen, const Lanes& a) {
-    return Lanes(_mm512_maskz_compress_ps(static_cast<Truth>(chosen), a));
-  }
-  BRISTLE_FORCE_INLINE static std::uint32_t bits(Truth m) { return m; }
-};
-template <>
-struct Compare<double> {
-  using Lanes = Register<double>::Type;
-  using Truth = std::uint8_t;
-
-  BRISTLE_FORCE_INLINE static Truth less(const Lanes& a, const Lanes& b) {
-    return _mm512_cmp_pd_mask(a, b, _CMP_LT_OQ);
-  }
-  BRISTLE_FORCE_INLINE static Truth less_equal(const Lanes& a, const Lanes& b) {
-    return _mm512_cmp_pd_mask(a, b, _CMP_LE_OQ);
-  }
-  BRISTLE_FORCE_INLINE static Truth equal(const Lanes& a, const Lanes& b) {
-    return _mm512_cmp_pd_mask(a, b, _CMP_EQ_OQ);
-  }
-  BRISTLE_FORCE_INLINE static Lanes select(Truth m, const Lanes& yes, const Lanes& no) {
-    return Lanes(_mm512_mask_blend_pd(m, no, yes));
-  }
-  /// The chosen lanes, side by side.
-  BRISTLE_FORCE_INLINE static Lanes packed(std::uint32_t chosen, const Lanes& a) {
-    return Lanes(_mm512_maskz_compress_pd(static_cast<Truth>(chosen), a));
-  }
-  BRISTLE_FORCE_INLINE static std::uint32_t bits(Truth m) { return m; }
-};
-#endif
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
-#include <bit>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <utility>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// A truth value for each lane.
-template <Scalar S>
-class Mask;
-
-/// A scalar for each lane. Operators work lane by lane; a scalar operand counts for all lanes.
-template <Scalar S>
-class Pack;
-
-// Of a Mask: [-] bit i is lane i. True if it holds in any lane, in all, in none.
-template <Scalar S>
-[[nodiscard]] std::uint32_t bits(const Mask<S>& m);
-template <Scalar S>
-[[nodiscard]] bool any(const Mask<S>& m);
-template <Scalar S>
-[[nodiscard]] bool all(const Mask<S>& m);
-template <Scalar S>
-[[nodiscard]] bool none(const Mask<S>& m);
-
-/// [-] The bits of the first n lanes.
-[[nodiscard]] constexpr std::uint32_t first_bits(std::size_t n) {
-  return n >= 32 ? ~0u : (1u << n) - 1u;
-}
-
-/// `yes` where the mask holds, `no` elsewhere.
-template <Scalar S>
-[[nodiscard]] Pack<S> select(const Mask<S>& m, const Pack<S>& yes, const Pack<S>& no);
-
-/// Stores the lanes whose bits are set, side by side. Each pack has a row of its own. A whole pack
-/// may be written; values behind the chosen lanes have no meaning.
-/// @param to      First row.
-/// @param stride  [-] From one row to the next.
-/// @return [-] Number of chosen lanes.
-template <Scalar S, std::size_t n>
-std::size_t store_packed(const Pack<S> (&packs)[n], std::uint32_t chosen, S* to,
-                         std::size_t stride);
-
-/// Reductions over a pack. Lanes are joined in halves: lane i with lane i + n / 2, and so on. So
-/// the rounding of a sum depends only on the width.
-template <Scalar S>
-[[nodiscard]] S sum_of_lanes(const Pack<S>& a);
-template <Scalar S>
-[[nodiscard]] S min_of_lanes(const Pack<S>& a);
-template <Scalar S>
-[[nodiscard]] S max_of_lanes(const Pack<S>& a);
-
-// Implementation ----------------------------------------------------------------------------------
-
-template <Scalar S>
-class Mask {
- public:
-  using Register = typename Compare<S>::Truth;
-
-  Mask() = default;
-  BRISTLE_FORCE_INLINE explicit Mask(const Register& r) : r_(r) {}
-
-  /// True in the first n lanes.
-  [[nodiscard]] BRISTLE_FORCE_INLINE static Mask first(std::size_t n);
-  /// True in lane i if bit i is set: the inverse of `bits`.
-  [[nodiscard]] BRISTLE_FORCE_INLINE static Mask from_bits(std::uint32_t set);
-
-  [[nodiscard]] BRISTLE_FORCE_INLINE const Register& get() const { return r_; }
-
-  [[nodiscard]] BRISTLE_FORCE_INLINE friend Mask operator&(const Mask& a, const Mask& b) {
-    return Mask(static_cast<Register>(a.r_ & b.r_));
-  }
-  [[nodiscard]] BRISTLE_FORCE_INLINE friend Mask operator|(const Mask& a, const Mask& b) {
-    return Mask(static_cast<Register>(a.r_ | b.r_));
-  }
-  [[nodiscard]] BRISTLE_FORCE_INLINE friend Mask operator!(const Mask& a) {
-    return Mask(static_cast<Register>(~a.r_));
-  }
-  [[nodiscard]] BRISTLE_FORCE_INLINE friend Mask operator^(const Mask& a, const Mask& b) {
-    return Mask(static_cast<Register>(a.r_ ^ b.r_));
-  }
-
- private:
-  Register r_;
-};
-
-template <Scalar S>
-class Pack {
- public:
-  using Register = typename Register<S>::Type;
-  static constexpr std::size_t size = lanes<S>;
-
-  /// Leaves the lanes uninitialised.
-  Pack() = default;
-  BRISTLE_FORCE_INLINE explicit Pack(const Register& r) : r_(r) {}
-  /// The same value in all lanes.
-  BRISTLE_FORCE_INLINE Pack(S value)  // NOLINT: a scalar in a formula of packs is one
-      : Pack(make([&](std::size_t) { return value; })) {}
-
-  /// Lane i from p[i]; any alignment.
-  [[nodiscard]] BRISTLE_FORCE_INLINE static Pack load(const S* p) {
-    Pack a;
-    if constexpr (has_register<S>) {
-      __builtin_memcpy(&a.r_, p, sizeof a.r_);
-    } else {
-      for (std::size_t i = 0; i < size; ++i) a.r_[i] = p[i];
-    }
-    return a;
-  }
-  /// Loads the first n lanes from p and sets the others to `rest`. Nothing of p behind n is read.
-  [[nodiscard]] BRISTLE_FORCE_INLINE static Pack load_first(const S* p, std::size_t n, S rest) {
-    Pack a(rest);
-    for (std::size_t i = 0; i < n && i < size; ++i) a.r_[i] = p[i];
-    return a;
-  }
-  /// Lane i from p[at[i]].
-  template <std::integral Index>
-  [[nodiscard]] BRISTLE_FORCE_INLINE static Pack gather(const S* p, const Index* at) {
-    return make([&](std::size_t i) { return p[at[i]]; });
-  }
-  /// Lane i from the integer p[i], which is below 2^31.
-  [[nodiscard]] BRISTLE_FORCE_INLINE static Pack load_integers(const std::uint32_t* p) {
-#if BRISTLE_HAS_SIMD
-    if constexpr (has_register<S>) {
-      // Registers convert signed integers only.
-      typedef std::int32_t Integers __attribute__((vector_size(size * sizeof(std::int32_t))));
-      Integers integers;
-      __builtin_memcpy(&integers, p, sizeof integers);
-      return Pack(__builtin_convertvector(integers, Register));
-    }
-#endif
-    return make([&](std::size_t i) { return S(p[i]); });
-  }
-  /// 0, 1, 2, ...
-  [[nodiscard]] BRISTLE_FORCE_INLINE static Pack numbers() {
-    return make([](std::size_t i) { return S(i); });
-  }
-
-  BRISTLE_FORCE_INLINE void store(S* p) const {
-    if constexpr (has_register<S>) {
-      __builtin_memcpy(p, &r_, sizeof r_);
-    } else {
-      for (std::size_t i = 0; i < size; ++i) p[i] = r_[i];
-    }
-  }
-  /// Stores the first n lanes; nothing behind them is written.
-  BRISTLE_FORCE_INLINE void store_first(S* p, std::size_t n) const {
-    for (std::size_t i = 0; i < n && i < size; ++i) p[i] = r_[i];
-  }
-
-  /// Lane i to p[at[i]], in the order of the lanes.
-  template <std::integral Index>
-  BRISTLE_FORCE_INLINE void scatter(S* p, const Index* at) const {
-    scatter(p, at, std::make_index_sequence<size>());
-  }
-
-  [[nodiscard]] BRISTLE_FORCE_INLINE S operator[](std::size_t i) const { return r_[i]; }
-  [[nodiscard]] BRISTLE_FORCE_INLINE const Register& get() const { return r_; }
-
-  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack operator+(const Pack& a, const Pack& b) {
-    return Pack(a.r_ + b.r_);
-  }
-  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack operator-(const Pack& a, const Pack& b) {
-    return Pack(a.r_ - b.r_);
-  }
-  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack operator*(const Pack& a, const Pack& b) {
-    return Pack(a.r_ * b.r_);
-  }
-  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack operator/(const Pack& a, const Pack& b) {
-    return Pack(a.r_ / b.r_);
-  }
-  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack operator-(const Pack& a) { return Pack(-a.r_); }
-  BRISTLE_FORCE_INLINE Pack& operator+=(const Pack& b) { return *this = *this + b; }
-  BRISTLE_FORCE_INLINE Pack& operator-=(const Pack& b) { return *this = *this - b; }
-  BRISTLE_FORCE_INLINE Pack& operator*=(const Pack& b) { return *this = *this * b; }
-  BRISTLE_FORCE_INLINE Pack& operator/=(const Pack& b) { return *this = *this / b; }
-
-  // False in lanes with a NaN, as for scalars; != is true there.
-  [[nodiscard]] BRISTLE_FORCE_INLINE friend Mask<S> operator<(const Pack& a, const Pack& b) {
-    return Mask<S>(Compare<S>::less(a.r_, b.r_));
-  }
-  [[nodiscard]] BRISTLE_FORCE_INLINE friend Mask<S> operator<=(const Pack& a, const Pack& b) {
-    return Mask<S>(Compare<S>::less_equal(a.r_, b.r_));
-  }
-  [[nodiscard]] BRISTLE_FORCE_INLINE friend Mask<S> operator>(const Pack& a, const Pack& b) {
-    return b < a;
-  }
-  [[nodiscard]] BRISTLE_FORCE_INLINE friend Mask<S> operator>=(const Pack& a, const Pack& b) {
-    return b <= a;
-  }
-  [[nodiscard]] BRISTLE_FORCE_INLINE friend Mask<S> operator==(const Pack& a, const Pack& b) {
-    return Mask<S>(Compare<S>::equal(a.r_, b.r_));
-  }
-  [[nodiscard]] BRISTLE_FORCE_INLINE friend Mask<S> operator!=(const Pack& a, const Pack& b) {
-    return !(a == b);
-  }
-
-  /// Returns the second if one of the two is NaN, like `a < b ? a : b`.
-  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack min(const Pack& a, const Pack& b) {
-    if constexpr (has_register<S>) return Pack(a.r_ < b.r_ ? a.r_ : b.r_);
-    return select(a < b, a, b);
-  }
-  /// Returns the second if one of the two is NaN, like `a > b ? a : b`.
-  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack max(const Pack& a, const Pack& b) {
-    if constexpr (has_register<S>) return Pack(b.r_ < a.r_ ? a.r_ : b.r_);
-    return select(b < a, a, b);
-  }
-  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack abs(const Pack& a) {
-    if constexpr (has_register<S>) {
-      // All bits but the sign.
-      using Bits = decltype(a.r_ < a.r_);
-      const Bits sign = std::bit_cast<Bits>(Pack(S(-0.0)).r_);
-      return Pack(std::bit_cast<Register>(std::bit_cast<Bits>(a.r_) & ~sign));
-    } else {
-      using std::abs;
-      return Pack(Register::each([&](int i) { return S(abs(a.r_.v[i])); }));
-    }
-  }
-  /// Rounded correctly.
-  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack sqrt(const Pack& a) {
-#if BRISTLE_HAS_SIMD && defined(__AVX512F__)
-    if constexpr (std::same_as<S, float>) return Pack(Register(_mm512_maskz_sqrt_ps(0xffff, a.r_)));
-    if constexpr (std::same_as<S, double>) return Pack(Register(_mm512_maskz_sqrt_pd(0xff, a.r_)));
-#elif BRISTLE_HAS_SIMD && defined(__AVX__)
-    if constexpr (std::same_as<S, float>) return Pack(Register(_mm256_sqrt_ps(a.r_)));
-    if constexpr (std::same_as<S, double>) return Pack(Register(_mm256_sqrt_pd(a.r_)));
-#elif BRISTLE_HAS_SIMD && defined(__SSE2__)
-    if constexpr (std::same_as<S, float>) return Pack(Register(_mm_sqrt_ps(a.r_)));
-    if constexpr (std::same_as<S, double>) return Pack(Register(_mm_sqrt_pd(a.r_)));
-#endif
-    using std::sqrt;
-    return make([&](std::size_t i) { return sqrt(a.r_[i]); });
-  }
-
- private:
-  // Sets all lanes at once. Set one by one, they would be blended in one by one.
-  template <typename F, std::size_t... i>
-  BRISTLE_FORCE_INLINE static Pack make(const F& f, std::index_sequence<i...>) {
-    return Pack(Register{f(i)...});
-  }
-  template <typename F>
-  BRISTLE_FORCE_INLINE static Pack make(const F& f) {
-    return make(f, std::make_index_sequence<size>());
-  }
-  template <typename Index, std::size_t... i>
-  BRISTLE_FORCE_INLINE void scatter(S* p, const Index* at, std::index_sequence<i...>) const {
-    ((p[at[i]] = r_[i]), ...);
-  }
-
-  Register r_;
-};
-
-template <Scalar S>
-BRISTLE_FORCE_INLINE Mask<S> Mask<S>::first(std::size_t n) {
-  return Pack<S>::numbers() < Pack<S>(S(n));
-}
-
-template <Scalar S>
-BRISTLE_FORCE_INLINE Mask<S> Mask<S>::from_bits(std::uint32_t set) {
-  if constexpr (std::unsigned_integral<Register>) {
-    return Mask(static_cast<Register>(set));
-  } else if constexpr (has_register<S>) {
-    using Integer = std::remove_cvref_t<decltype(Register{}[0])>;
-    Register own{};
-    for (std::size_t i = 0; i < lanes<S>; ++i) own[i] = Integer(1) << i;
-    return Mask(((Register{} + Integer(set)) & own) == own);
-  } else {
-    return Mask(Register::each([&](int i) { return (set >> i & 1u) != 0; }));
-  }
-}
-
-template <Scalar S>
-BRISTLE_FORCE_INLINE std::uint32_t bits(const Mask<S>& m) {
-  return Compare<S>::bits(m.get());
-}
-template <Scalar S>
-BRISTLE_FORCE_INLINE bool any(const Mask<S>& m) {
-  return bits(m) != 0;
-}
-template <Scalar S>
-BRISTLE_FORCE_INLINE bool all(const Mask<S>& m) {
-  return bits(m) == (1u << lanes<S>)-1u;
-}
-template <Scalar S>
-BRISTLE_FORCE_INLINE bool none(const Mask<S>& m) {
-  return bits(m) == 0;
-}
-
-template <Scalar S>
-BRISTLE_FORCE_INLINE Pack<S> select(const Mask<S>& m, const Pack<S>& yes, const Pack<S>& no) {
-  return Pack<S>(Compare<S>::select(m.get(), yes.get(), no.get()));
-}
-
-template <Scalar S, std::size_t n>
-BRISTLE_FORCE_INLINE std::size_t store_packed(const Pack<S> (&packs)[n], std::uint32_t chosen,
-                                              S* to, std::size_t stride) {
-#if BRISTLE_HAS_SIMD && defined(__AVX512F__)
-  if constexpr (has_register<S>) {
-    for (std::size_t k = 0; k < n; ++k) {
-      Pack<S>(Compare<S>::packed(chosen, packs[k].get())).store(to + k * stride);
-    }
-    return static_cast<std::size_t>(std::popcount(chosen));
-  }
-#endif
-  std::size_t count = 0;
-  for (; chosen != 0; chosen &= chosen - 1, ++count) {
-    const auto lane = static_cast<std::size_t>(std::countr_zero(chosen));
-    for (std::size_t k = 0; k < n; ++k) to[k * stride + count] = packs[k][lane];
-  }
-  return count;
-}
-
-/// Lane i is lane i + by of `a`, around the end.
-template <std::size_t by, Scalar S, std::size_t... i>
-BRISTLE_FORCE_INLINE Pack<S> rotated(const Pack<S>& a, std::index_sequence<i...>) {
-#if BRISTLE_HAS_SHUFFLE
-  if constexpr (has_register<S>) {
-    return Pack<S>(__builtin_shufflevector(a.get(), a.get(), ((i + by) % lanes<S>)...));
-  }
-#endif
-  const S values[] = {a[(i + by) % lanes<S>]...};
-  return Pack<S>::load(values);
-}
-
-/// Joins the lanes of a pack in pairs, halving their number each time.
-template <std::size_t half, Scalar S, typename Join>
-BRISTLE_FORCE_INLINE S join_lanes(const Pack<S>& a, const Join& join) {
-  const Pack<S> joined = join(a, rotated<half>(a, std::make_index_sequence<lanes<S>>()));
-  if constexpr (half > 1) {
-    return join_lanes<half / 2>(joined, join);
-  } else {
-    return joined[0];
-  }
-}
-
-template <Scalar S>
-BRISTLE_FORCE_INLINE S sum_of_lanes(const Pack<S>& a) {
-  return join_lanes<lanes<S> / 2>(a, [](const Pack<S>& x, const Pack<S>& y) { return x + y; });
-}
-template <Scalar S>
-BRISTLE_FORCE_INLINE S min_of_lanes(const Pack<S>& a) {
-  return join_lanes<lanes<S> / 2>(a, [](const Pack<S>& x, const Pack<S>& y) { return min(x, y); });
-}
-template <Scalar S>
-BRISTLE_FORCE_INLINE S max_of_lanes(const Pack<S>& a) {
-  return join_lanes<lanes<S> / 2>(a, [](const Pack<S>& x, const Pack<S>& y) { return max(x, y); });
-}
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <cstddef>
 
@@ -11384,10 +11551,10 @@ struct SolverDef {
   /// [-] Most multiply-adds of one factorisation of the matrix of an island. Islands within it are
   /// solved by factorisation where sweeps converge too slowly. Examples are a tower of some five
   /// hundred bodies, or a heap of some forty. Larger islands are swept. 0 for plain sequential
-  /// impulses.
+  /// impulses. Twenty times as many are the budget of one solve of an island.
   std::uint64_t max_direct_work = 700000;
-  /// [-] Most Newton steps of one such solve. With the bounds on sweeps and passes it bounds the
-  /// cost of the worst step.
+  /// [-] Most Newton steps of one such solve. Islands for which they exceed the budget take fewer.
+  /// With the bounds on sweeps and passes it bounds the cost of the worst step.
   int max_newton_steps = 60;
   /// [-] Most sweeps over a larger island in each substep. It is `max_sweeps` if most of its
   /// contacts are new.
@@ -11401,6 +11568,7 @@ struct SolverDef {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -11522,6 +11690,27 @@ struct SolveContext {
   /// True if the island gets a bounded number of sweeps, converged or not.
   bool is_swept = false;
   SolverDef<S> settings{};
+
+  /// [-] Newton steps that the island may still take to solve one problem. The cost of a step has
+  /// two bounds. A problem takes no more multiply-adds than twenty factorisations of the largest
+  /// island, so that the cost does not grow with the island. The problems of all passes together
+  /// take no more than three of that size. What is left of the law grows instead.
+  [[nodiscard]] int most_newton_steps(const SolveReport<S>& report) const {
+    const std::uint64_t work = std::max<std::uint64_t>(1, factor_work);
+    const auto affordable = static_cast<int>(
+        std::clamp<std::uint64_t>(20 * settings.max_direct_work / work, 1,
+                                  static_cast<std::uint64_t>(settings.max_newton_steps)));
+    return std::clamp(3 * affordable - report.factorisations, 1, affordable);
+  }
+  /// [1] Share of those multiply-adds that `max_newton_steps` on Coulomb's law and as many on the
+  /// convex problems would take.
+  [[nodiscard]] double cost_share() const {
+    return 2.0 * settings.max_newton_steps * static_cast<double>(factor_work) /
+           (20.0 * static_cast<double>(settings.max_direct_work));
+  }
+  /// Returns whether both do not fit. The convex problems are then left out, and so are most
+  /// sweeps.
+  [[nodiscard]] bool is_costly() const { return cost_share() > 1; }
 
   /// The same for one of several equal substeps.
   [[nodiscard]] SolveContext part(S parts) const {
@@ -28129,11 +28318,11 @@ class IslandRows {
     const std::size_t count = island.bodies.size();
     unknowns_ = 6 * count;
     unknown_.resize(std::max(unknown_.size(), bodies.size()), none);
-    envelope_.resize(unknowns_);
+    envelope_.resize(count);
     for (const std::uint32_t slot : island.bodies) {
       const std::uint32_t n = order_.number(slot);
       unknown_[slot] = 6 * n;
-      for (std::size_t i = 0; i < 6; ++i) envelope_[6 * n + i] = 6 * order_.lowest(n);
+      envelope_[n] = order_.lowest(n);
     }
     for (const std::uint32_t slot : last_) {
       if (order_.number(slot) == none) unknown_[slot] = none;
@@ -28212,6 +28401,7 @@ class IslandRows {
   [[nodiscard]] std::size_t unknowns() const { return unknowns_; }
   /// First of a body's six unknowns, or `none`.
   [[nodiscard]] std::uint32_t unknown(std::uint32_t slot) const { return unknown_[slot]; }
+  /// First block of each block row of the island's matrix.
   [[nodiscard]] std::span<const std::uint32_t> envelope() const { return envelope_; }
   /// Returns whether any row may change its state. If none may, the problem is linear.
   [[nodiscard]] bool can_switch() const { return can_switch_; }
@@ -28284,10 +28474,10 @@ class IslandRows {
 
   /// Cancels the opening speed mu |v_t| of cones in sliding contacts.
   void set_shifts() {
-    using std::hypot;
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       if (rows_[i].kind != Kind::cone) continue;
-      rows_[i].shift = rows_[i].friction * hypot(rows_[i + 1].velocity, rows_[i + 2].velocity);
+      rows_[i].shift =
+          rows_[i].friction * planar_length(rows_[i + 1].velocity, rows_[i + 2].velocity);
     }
   }
 
@@ -28414,14 +28604,14 @@ class IslandRows {
   using Side = RowSide;
 
   [[nodiscard]] Side side_of(std::size_t i, Real eps) const {
-    using std::hypot;
     const Row& row = rows_[i];
     if (row.kind == Kind::free) return Side::inside;
     const Real x = row.proposed(eps, Real(0));
     if (row.kind != Kind::cone) {
       return x > row.lower && x < row.upper ? Side::inside : Side::at_bound;
     }
-    const Real t = hypot(rows_[i + 1].proposed(eps, Real(0)), rows_[i + 2].proposed(eps, Real(0)));
+    const Real t =
+        planar_length(rows_[i + 1].proposed(eps, Real(0)), rows_[i + 2].proposed(eps, Real(0)));
     if (x >= Real(0) && t <= row.friction * x) return Side::inside;
     return row.friction * t <= -x ? Side::at_bound : Side::sliding;
   }
@@ -28504,7 +28694,6 @@ class IslandRows {
 
 template <Scalar S, typename Real>
 void IslandRows<S, Real>::add_hessian(Real eps, EnvelopeMatrix<Real>& h) {
-  using std::hypot;
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     Row& row = rows_[i];
     if (!(row.response > Real(0)) || row.kind == Kind::tangent) continue;
@@ -28527,7 +28716,7 @@ void IslandRows<S, Real>::add_hessian(Real eps, EnvelopeMatrix<Real>& h) {
     Real n = row.proposed(eps, Real(0));
     Real x = first.proposed(eps, Real(0));
     Real y = second.proposed(eps, Real(0));
-    const Real t = hypot(x, y);
+    const Real t = planar_length(x, y);
     const Real mu = row.friction;
     const Real on_edge = (n + mu * t) / (Real(1) + mu * mu);
     const Real cosine = t > Real(0) ? x / t : Real(1);
@@ -28594,7 +28783,8 @@ class ProximalSolver {
         if (left < infinity<Real>) return left;
       }
     }
-    const Real left = iterate(tolerance, context.settings, report);
+    const Real left =
+        iterate(enough_ > Real(context.velocity_tolerance) ? enough_ : tolerance, context, report);
     if (!(left < infinity<Real>)) return left;
     rows_.store_impulses(island, constraints);
     if (left <= tolerance && island.blocks.empty() && island.soft.empty() &&
@@ -28620,8 +28810,7 @@ class ProximalSolver {
     v_.resize(rows_.unknowns());
     for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].motion, v_);
     rows_.remove_impulses(v_, rhs_, matrix_);
-    const Real left =
-        iterate(Real(context.position_tolerance / context.dt), context.settings, report);
+    const Real left = iterate(Real(context.position_tolerance / context.dt), context, report);
     if (!(left < infinity<Real>)) return left;
     rows_.store_position_impulses(island, constraints);
     for (const std::uint32_t slot : island.bodies) {
@@ -28639,12 +28828,6 @@ class ProximalSolver {
               const SolveContext<S>& context, SolveReport<S>& report);
   void store_soft(const Island& island, Constraints<S>& constraints,
                   std::span<SolverBody<S>> bodies);
-  /// Returns whether the Newton steps of the convex problem are costly. They then cost more than
-  /// ten of the largest factorisations.
-  [[nodiscard]] static bool is_convex_costly(const SolveContext<S>& context) {
-    const auto steps = static_cast<std::uint64_t>(context.settings.max_newton_steps);
-    return context.factor_work / 10 > context.settings.max_direct_work / steps;
-  }
   void make_mass(const Island& island, std::span<const SolverBody<S>> bodies);
   void make_matrix(const Island& island, const Constraints<S>& constraints,
                    std::span<const SolverBody<S>> bodies);
@@ -28654,7 +28837,7 @@ class ProximalSolver {
   void find_transient_impulses(const Island& island, Constraints<S>& constraints,
                                std::span<const SolverBody<S>> bodies,
                                const SolveLinear& solve_linear);
-  Real iterate(Real tolerance, const SolverDef<S>& settings, SolveReport<S>& report);
+  Real iterate(Real tolerance, const SolveContext<S>& context, SolveReport<S>& report);
   bool minimise(Real eps, Real tolerance, int& steps, int most_steps);
   [[nodiscard]] Real mismatch() const;
   [[nodiscard]] bool have_derivatives_settled(const SolverDef<S>& settings);
@@ -28696,17 +28879,19 @@ auto ProximalSolver<S>::follow(const Island& island, Constraints<S>& constraints
       .start = &step_,
       .free = &product_,
       .tolerance = Real(is_swept_first ? 0.01 : 0.1) * Real(context.velocity_tolerance),
-      .speed_change = change};
+      .speed_change = change,
+      .most_steps = std::min(30, context.most_newton_steps(report))};
   const CoulombResult<Real> answer = newton_.solve(problem);
   report.factorisations += answer.factorisations;
   enough_ = std::max(enough_, problem.good_enough(answer.slip));
-  // Many jammed bodies that are hit have no solution that is found in bounded time. One that adds
-  // no energy and stops half of the impact is enough for this step. The next step starts near it.
-  const bool is_impact = answer.change > change && is_convex_costly(context);
-  if (!(answer.residual <= (is_impact ? Real(0.5) * answer.change : enough_))) {
-    return infinity<Real>;
-  }
-  enough_ = std::max(enough_, answer.residual);
+  // The convex problems cost several times as much and seldom find better what is nearly found.
+  // Sweeps go on from there. The more an island costs, the more it may leave; all of it where both
+  // methods do not fit into the budget. The cube leaves small islands exact: stacks come to rest.
+  const auto share = Real(context.cost_share());
+  const bool is_near =
+      share > Real(1) || answer.residual <= Real(1e-2) * share * share * share * answer.change;
+  if (!is_near && !(answer.residual <= enough_)) return infinity<Real>;
+  if (!(answer.residual < infinity<Real>)) return infinity<Real>;
   for (std::size_t k = 0; k < rows_.rows().size(); ++k) rows_.rows()[k].lambda = newton_.impulse(k);
   v_ = newton_.velocities();
   rows_.store_impulses(island, constraints);
@@ -28849,7 +29034,7 @@ void ProximalSolver<S>::find_transient_impulses(const Island& island, Constraint
 
 /// The outer loop: updates multipliers, opening speeds and eps.
 template <Scalar S>
-auto ProximalSolver<S>::iterate(Real tolerance, const SolverDef<S>& settings,
+auto ProximalSolver<S>::iterate(Real tolerance, const SolveContext<S>& context,
                                 SolveReport<S>& report) -> Real {
   // A smaller eps is a stiffer penalty. It needs fewer outer iterations, but many Newton steps if
   // one starts from far away. Where no row can switch, the smallest eps is right at once.
@@ -28857,12 +29042,13 @@ auto ProximalSolver<S>::iterate(Real tolerance, const SolverDef<S>& settings,
   Real eps = rows_.can_switch() ? Real(1e-3) : smallest;
   Real left = infinity<Real>;
   Real inner = Real(0);
+  const int most_steps = context.most_newton_steps(report);
   int steps = 0;
   watch_.start();
   rows_.evaluate(v_);
-  for (int outer = 0; steps < settings.max_newton_steps; ++outer) {
+  for (int outer = 0; steps < most_steps; ++outer) {
     if (outer > 0) rows_.set_shifts();
-    if (!minimise(eps, std::max(Real(0.1) * tolerance, inner), steps, settings.max_newton_steps)) {
+    if (!minimise(eps, std::max(Real(0.1) * tolerance, inner), steps, most_steps)) {
       // The impulses of an iteration that was cut short match no velocities. Those of the iteration
       // before do.
       v_ = settled_;
@@ -28873,7 +29059,7 @@ auto ProximalSolver<S>::iterate(Real tolerance, const SolverDef<S>& settings,
     rows_.accept(eps);
     const Real before = left;
     left = rows_.residual();
-    if (left <= tolerance && have_derivatives_settled(settings)) break;
+    if (left <= tolerance && have_derivatives_settled(context.settings)) break;
     // Slip that keeps turning leaves a residual that no longer falls.
     if (outer >= 10 && left > Real(0.9) * before) break;
     eps = std::max(smallest, eps / Real(10));
@@ -30619,7 +30805,9 @@ class IslandSolver {
                    std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
                    SolveReport<S>& report) {
     sequential_.start(island, constraints, bodies);
+    bool may_factor = island.soft.empty();
     if (needs_even_load(island, constraints)) {
+      may_factor = false;
       report.residual = S(proximal_.solve(island, constraints, bodies, context, report));
       apply_impulses(island, constraints, bodies);
       if (report.residual <= S(proximal_.enough())) return;
@@ -30629,9 +30817,9 @@ class IslandSolver {
     // A residual that needs more than one sweep is brought well below the tolerance. Just below it,
     // it would come up again in the next step.
     Convergence progress(context.velocity_tolerance, S(0.3) * context.velocity_tolerance);
-    bool may_factor = island.soft.empty();
     watch_.start();
-    for (int n = 0; n < context.settings.max_sweeps; ++n) {
+    int most_sweeps = may_factor ? context.settings.max_sweeps : most_repairs(context);
+    for (int n = 0; n < most_sweeps; ++n) {
       const S residual = sequential_.sweep(island, constraints, bodies, n % 2 != 0);
       ++report.sweeps;
       report.residual = residual;
@@ -30643,11 +30831,19 @@ class IslandSolver {
         may_factor = false;
         if (try_proximal(island, constraints, bodies, context, residual, report)) return;
         progress.accept(S(proximal_.enough()));
+        most_sweeps = std::min(most_sweeps, n + 1 + most_repairs(context));
       }
     }
     if (report.residual > context.velocity_tolerance && has_gained_energy(island, bodies)) {
       sweep_from_nothing(island, constraints, bodies, context, report);
     }
+  }
+
+  /// [-] Sweeps that may repair a result of factorisations.
+  [[nodiscard]] static int most_repairs(const SolveContext<S>& context) {
+    const SolverDef<S>& settings = context.settings;
+    return context.is_costly() ? std::min(settings.max_sweeps, settings.large_sweeps)
+                               : settings.max_sweeps;
   }
 
   /// Returns whether an island has gained kinetic energy. It must exceed that at the start and that
@@ -30670,7 +30866,8 @@ class IslandSolver {
     sequential_.start(island, constraints, bodies);
     S residual = infinity<S>;
     watch_.start();
-    for (int n = 0; n < context.settings.max_sweeps; ++n) {
+    const int most_sweeps = most_repairs(context);
+    for (int n = 0; n < most_sweeps; ++n) {
       residual = sequential_.sweep(island, constraints, bodies, n % 2 != 0);
       ++report.sweeps;
       if (residual <= context.velocity_tolerance &&
@@ -30865,6 +31062,7 @@ class IslandSolver {
     }
     const S tolerance = context.position_tolerance / context.dt;
     Convergence progress(tolerance, tolerance);
+    bool may_factor = true;
     watch_.start();
     for (int n = 0; n < context.settings.max_position_sweeps; ++n) {
       const S residual =
@@ -30874,9 +31072,9 @@ class IslandSolver {
           have_settled(island, constraints, bodies, context, motion_of)) {
         break;
       }
-      if (progress.is_slow()) {
-        proximal_.place(island, constraints, bodies, context, report);
-        break;
+      if (may_factor && progress.is_slow()) {
+        may_factor = false;
+        if (S(proximal_.place(island, constraints, bodies, context, report)) < infinity<S>) break;
       }
     }
     return true;
@@ -33700,6 +33898,7 @@ class SolveStage {
       }
       return has_changed;
     };
+    const S position_tolerance = context.position_tolerance;
     // The displacements tell which contacts cannot press.
     for (int pass = 1;; ++pass) {
       solve_in_passes(context.settings.max_passes, solve_once, answer);
@@ -33710,13 +33909,15 @@ class SolveStage {
         guard(state, sensors, island, context);
         return;
       }
+      // Positions need no more digits than velocities have.
+      const S most = S(1e-2 * std::min(1.0, context.cost_share())) * context.speed_change;
+      context.position_tolerance =
+          std::max(position_tolerance, context.dt * std::min(report.residual, most));
       if (!solver_.place(island, constraints, bodies, context, report)) break;
       if (pass >= context.settings.max_passes) break;
     }
     if (context.integrator == Integrator::trapezoidal) keep_angular_momentum(state, island);
-    if (!island.blocks.empty() && !IslandSolver<S>::is_large(context)) {
-      limit_corrections(state, island, context);
-    }
+    if (!IslandSolver<S>::is_large(context)) limit_corrections(state, island, context);
     mechanisms_.close_wide_gaps(state, island);
     state.report.position_sweeps += static_cast<std::uint64_t>(report.position_sweeps);
     state.report.direct_islands += report.factorisations > 0 ? 1 : 0;
@@ -33770,9 +33971,10 @@ class SolveStage {
     }
   }
 
-  /// Scales down the position corrections of joined bodies if they would turn one by more than half
+  /// Scales down the position corrections of an island if they would turn a body by more than half
   /// a radian. They are solved along the directions of the start of the step and mean nothing
-  /// beyond that. Where a light link stands across its chain, they have no bound.
+  /// beyond that. They have no bound where a light link stands across its chain, or where bodies
+  /// that interlock are pushed apart both ways; and such a body pushes others just as far.
   void limit_corrections(State& state, const Island& island, const SolveContext<S>& context) const {
     using std::max;
     using std::sqrt;

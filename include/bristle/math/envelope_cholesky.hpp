@@ -1,16 +1,21 @@
 /// @file
-/// Cholesky factorisation of a sparse symmetric matrix within its envelope.
+/// Cholesky factorisation of a sparse symmetric matrix of 6x6 blocks within its envelope.
 ///
-/// Row i is stored from its first nonzero entry to the diagonal. All fill of the factorisation
-/// falls inside (Jennings 1966). Stacks and chains numbered end to end have narrow envelopes. Their
-/// cost grows with their length and not with its cube.
+/// Each block row is stored from its first nonzero block to the diagonal. All fill of the
+/// factorisation falls inside (Jennings 1966). Stacks and chains numbered end to end have narrow
+/// envelopes. Their cost grows with their length and not with its cube.
+///
+/// Every block is a sum of products of blocks. Six entries are summed side by side, so that they
+/// fill vector registers. Each entry is summed in the same order for registers of every width.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <bristle/core/refill.hpp>
+#include <bristle/math/simd.hpp>
 #include <bristle/math/types.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -18,17 +23,75 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Sum of products, as four sums side by side. The compiler may not reorder one sum to fill its
-/// vector lanes.
+/// A 6x6 matrix. Its rows are padded to whole registers.
 template <Scalar S>
-[[nodiscard]] S sum_of_products(const S* a, const S* b, std::size_t n) {
-  S sum[4] = {S(0), S(0), S(0), S(0)};
-  std::size_t i = 0;
-  for (; i + 4 <= n; i += 4) {
-    for (std::size_t k = 0; k < 4; ++k) sum[k] += a[i + k] * b[i + k];
+struct Block6 {
+  /// [-] Numbers from one row to the next, and packs that hold the six.
+  static constexpr std::size_t stride = std::max<std::size_t>(8, lanes<S>);
+  static constexpr std::size_t packs = (6 + lanes<S> - 1) / lanes<S>;
+
+  std::array<S, 6 * stride> values{};
+
+  [[nodiscard]] S* row(std::size_t i) { return values.data() + stride * i; }
+  [[nodiscard]] const S* row(std::size_t i) const { return values.data() + stride * i; }
+};
+
+/// Six numbers side by side, as in a row of a `Block6`.
+template <Scalar S>
+struct Six {
+  static constexpr std::size_t packs = Block6<S>::packs;
+
+  Pack<S> part[packs];
+
+  [[nodiscard]] BRISTLE_FORCE_INLINE static Six load(const S* from) {
+    Six six;
+    for (std::size_t p = 0; p < packs; ++p) six.part[p] = Pack<S>::load(from + lanes<S> * p);
+    return six;
   }
-  for (; i < n; ++i) sum[0] += a[i] * b[i];
-  return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+  BRISTLE_FORCE_INLINE void store(S* to) const {
+    for (std::size_t p = 0; p < packs; ++p) part[p].store(to + lanes<S> * p);
+  }
+  BRISTLE_FORCE_INLINE void add(const S& factor, const Six& other) {
+    const Pack<S> all(factor);
+    for (std::size_t p = 0; p < packs; ++p) part[p] += all * other.part[p];
+  }
+  BRISTLE_FORCE_INLINE void subtract(const S& factor, const Six& other) {
+    const Pack<S> all(factor);
+    for (std::size_t p = 0; p < packs; ++p) part[p] -= all * other.part[p];
+  }
+};
+
+/// out += sign * left right, where `left` has six rows and `count` columns.
+/// @param left         Its first entry, and the way to the next row and column.
+/// @param right, out   `count` rows and six, padded as those of a `Block6`.
+template <int sign, Scalar S>
+BRISTLE_FORCE_INLINE void add_product(const S* left, std::size_t next_row, std::size_t next_column,
+                                      const S* right, std::size_t count, S* out) {
+  constexpr std::size_t stride = Block6<S>::stride;
+  // Sums, a row of `right` and a factor have to fit into sixteen registers.
+  constexpr std::size_t at_once = Six<S>::packs <= 2 ? 6 : 3;
+  for (std::size_t first = 0; first < 6; first += at_once) {
+    Six<S> sums[at_once];
+    for (std::size_t a = 0; a < at_once; ++a) sums[a] = Six<S>::load(out + stride * (first + a));
+    for (std::size_t k = 0; k < count; ++k) {
+      const Six<S> row = Six<S>::load(right + stride * k);
+      for (std::size_t a = 0; a < at_once; ++a) {
+        const S& factor = left[next_row * (first + a) + next_column * k];
+        if constexpr (sign > 0) {
+          sums[a].add(factor, row);
+        } else {
+          sums[a].subtract(factor, row);
+        }
+      }
+    }
+    for (std::size_t a = 0; a < at_once; ++a) sums[a].store(out + stride * (first + a));
+  }
+}
+
+/// Sum of six products.
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE S dot6(const S* a, const S* b) {
+  return (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3]) + (a[4] * b[4] + a[5] * b[5]);
 }
 
 /// Lower triangle of a symmetric positive definite matrix, and its factor in place.
@@ -36,14 +99,14 @@ template <Scalar S>
 class EnvelopeMatrix {
  public:
   /// Sets the shape and all entries to zero.
-  /// @param first  Column of the first entry of each row. At most the row's own number.
+  /// @param first  Column of the first block of each block row. At most the row's own number.
   void reset(std::span<const std::uint32_t> first) {
     first_.assign(first.begin(), first.end());
     start_.resize(first.size());
     std::size_t size = 0;
     for (std::size_t i = 0; i < first.size(); ++i) {
-      start_[i] = size - first[i];  // Wraps around; only sums with a column are used.
-      size += i - first[i] + 1;
+      start_[i] = size - 6 * stride * first[i];  // Wraps around; only sums with a column are used.
+      size += 6 * stride * (i - first[i] + 1);
     }
     refill(values_, size, S(0));
   }
@@ -55,62 +118,122 @@ class EnvelopeMatrix {
     values_.reserve(other.values_.capacity());
   }
 
-  [[nodiscard]] std::size_t size() const { return first_.size(); }
-  [[nodiscard]] std::uint32_t first(std::size_t row) const { return first_[row]; }
-  /// Entry of the lower triangle: first(i) <= j <= i.
-  [[nodiscard]] S& at(std::size_t i, std::size_t j) { return values_[start_[i] + j]; }
-  [[nodiscard]] S at(std::size_t i, std::size_t j) const { return values_[start_[i] + j]; }
+  /// [-] Block rows.
+  [[nodiscard]] std::size_t blocks() const { return first_.size(); }
+  /// [-] Rows.
+  [[nodiscard]] std::size_t size() const { return 6 * first_.size(); }
+  /// First block of a block row.
+  [[nodiscard]] std::uint32_t first(std::size_t block) const { return first_[block]; }
+  /// Entry of the lower triangle: 6 first(i / 6) <= j <= i. The entries of a block row in one
+  /// column are side by side. In diagonal blocks, those above the diagonal have no meaning.
+  [[nodiscard]] S& at(std::size_t i, std::size_t j) { return column(i / 6, j)[i % 6]; }
+  [[nodiscard]] const S& at(std::size_t i, std::size_t j) const { return column(i / 6, j)[i % 6]; }
 
   /// y := A x, before `factor`.
   void multiply(const S* x, S* y) const {
-    for (std::size_t i = 0; i < size(); ++i) {
-      const S* row_i = row(i);
-      y[i] = sum_of_products(row_i + first_[i], x + first_[i], i - first_[i] + 1);
-      for (std::size_t k = first_[i]; k < i; ++k) y[k] += row_i[k] * x[i];
+    for (std::size_t i = 0; i < blocks(); ++i) {
+      S sum[Block6<S>::stride] = {};
+      Six<S> sums = Six<S>::load(sum);
+      for (std::size_t j = 6 * first_[i]; j < 6 * i; ++j) {
+        sums.add(x[j], Six<S>::load(column(i, j)));
+        y[j] += dot6(column(i, j), x + 6 * i);
+      }
+      sums.store(sum);
+      for (std::size_t a = 0; a < 6; ++a) {
+        y[6 * i + a] = sum[a];
+        for (std::size_t b = 0; b < 6; ++b) {
+          y[6 * i + a] += at(6 * i + std::max(a, b), 6 * i + std::min(a, b)) * x[6 * i + b];
+        }
+      }
     }
   }
 
   /// Replaces the matrix A by its factor L, A = L L^T.
-  /// @param floor  [1] As for `factor_cholesky`.
   /// @return False if a pivot is not positive or not finite. The matrix is then spoilt.
-  [[nodiscard]] bool factor(S floor = S(0)) {
-    using std::sqrt;
-    for (std::size_t i = 0; i < size(); ++i) {
-      S* row_i = row(i);
+  [[nodiscard]] bool factor() {
+    for (std::size_t i = 0; i < blocks(); ++i) {
       for (std::size_t j = first_[i]; j < i; ++j) {
-        const S* row_j = row(j);
-        const std::size_t from = std::max(first_[i], first_[j]);
-        row_i[j] = (row_i[j] - sum_of_products(row_i + from, row_j + from, j - from)) / row_j[j];
+        const std::size_t from = 6 * std::max(first_[i], first_[j]);
+        add_product<-1>(column(j, from), 1, stride, column(i, from), 6 * j - from,
+                        column(i, 6 * j));
+        divide(column(j, 6 * j), column(i, 6 * j));
       }
-      const S diagonal = row_i[i];
-      S pivot = diagonal - sum_of_products(row_i + first_[i], row_i + first_[i], i - first_[i]);
-      if (pivot < floor * diagonal) pivot = floor * diagonal;
-      if (!(pivot > S(0)) || !(pivot < infinity<S>)) return false;
-      row_i[i] = sqrt(pivot);
+      S* const pivot = column(i, 6 * i);
+      const std::size_t from = 6 * first_[i];
+      add_product<-1>(column(i, from), 1, stride, column(i, from), 6 * i - from, pivot);
+      if (!factor_diagonal(pivot)) return false;
     }
     return true;
   }
 
   /// x := A^-1 x, after `factor`.
   void solve(S* x) const {
-    for (std::size_t i = 0; i < size(); ++i) {
-      const S* row_i = row(i);
-      x[i] = (x[i] - sum_of_products(row_i + first_[i], x + first_[i], i - first_[i])) / row_i[i];
+    for (std::size_t i = 0; i < blocks(); ++i) {
+      S own[Block6<S>::stride] = {};
+      std::copy_n(x + 6 * i, 6, own);
+      Six<S> rest = Six<S>::load(own);
+      for (std::size_t j = 6 * first_[i]; j < 6 * i; ++j) {
+        rest.subtract(x[j], Six<S>::load(column(i, j)));
+      }
+      rest.store(own);
+      for (std::size_t a = 0; a < 6; ++a) {
+        const S* const below = column(i, 6 * i + a);
+        x[6 * i + a] = own[a] / below[a];
+        for (std::size_t b = a + 1; b < 6; ++b) own[b] -= below[b] * x[6 * i + a];
+      }
     }
-    for (std::size_t i = size(); i-- > 0;) {
-      const S* row_i = row(i);
-      x[i] /= row_i[i];
-      for (std::size_t k = first_[i]; k < i; ++k) x[k] -= row_i[k] * x[i];
+    for (std::size_t i = blocks(); i-- > 0;) {
+      for (std::size_t a = 6; a-- > 0;) {
+        const S* const below = column(i, 6 * i + a);
+        for (std::size_t b = a + 1; b < 6; ++b) x[6 * i + a] -= below[b] * x[6 * i + b];
+        x[6 * i + a] /= below[a];
+      }
+      for (std::size_t j = 6 * first_[i]; j < 6 * i; ++j) x[j] -= dot6(column(i, j), x + 6 * i);
     }
   }
 
  private:
-  /// Pointer such that row(i)[j] is entry (i, j).
-  [[nodiscard]] S* row(std::size_t i) { return values_.data() + start_[i]; }
-  [[nodiscard]] const S* row(std::size_t i) const { return values_.data() + start_[i]; }
+  static constexpr std::size_t stride = Block6<S>::stride;
+
+  /// The six entries of a block row in a column.
+  [[nodiscard]] S* column(std::size_t block, std::size_t j) {
+    return values_.data() + (start_[block] + stride * j);
+  }
+  [[nodiscard]] const S* column(std::size_t block, std::size_t j) const {
+    return values_.data() + (start_[block] + stride * j);
+  }
+
+  /// x := x L^-T for a factored diagonal block L. Both are stored by columns.
+  static void divide(const S* factor, S* x) {
+    Six<S> columns[6];
+    for (std::size_t b = 0; b < 6; ++b) {
+      columns[b] = Six<S>::load(x + stride * b);
+      for (std::size_t c = 0; c < b; ++c) columns[b].subtract(factor[stride * c + b], columns[c]);
+      const Pack<S> pivot(factor[stride * b + b]);
+      for (Pack<S>& part : columns[b].part) part /= pivot;
+      columns[b].store(x + stride * b);
+    }
+  }
+
+  /// Factors a diagonal block, stored by columns.
+  [[nodiscard]] static bool factor_diagonal(S* block) {
+    using std::sqrt;
+    for (std::size_t b = 0; b < 6; ++b) {
+      S* const below = block + stride * b;
+      for (std::size_t c = 0; c < b; ++c) {
+        const S* const before = block + stride * c;
+        for (std::size_t a = b; a < 6; ++a) below[a] -= before[b] * before[a];
+      }
+      if (!(below[b] > S(0)) || !(below[b] < infinity<S>)) return false;
+      const S root = sqrt(below[b]);
+      below[b] = root;
+      for (std::size_t a = b + 1; a < 6; ++a) below[a] /= root;
+    }
+    return true;
+  }
 
   std::vector<std::uint32_t> first_;
-  std::vector<std::size_t> start_;  // Index of each row in `values_`, less its first column.
+  std::vector<std::size_t> start_;  // Index of each block row in `values_`, less its first column.
   std::vector<S> values_;
 };
 

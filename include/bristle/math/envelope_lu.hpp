@@ -2,15 +2,17 @@
 /// LU factorisation of a sparse matrix of 6x6 blocks within its envelope.
 ///
 /// The pattern of the matrix is symmetric, its numbers are not. Lower blocks are stored in rows,
-/// upper blocks in columns. Both go from the first nonzero block to the diagonal. All fill falls
-/// inside (Jennings 1966), and every inner product runs over contiguous memory. Pivots are chosen
-/// within the blocks of the diagonal. A single diagonal entry can be zero. That of a contact which
-/// slides at the friction angle is.
+/// upper blocks in block columns. Both go from the first nonzero block to the diagonal. All fill
+/// falls inside (Jennings 1966). Pivots are chosen within the blocks of the diagonal. A single
+/// diagonal entry can be zero. That of a contact which slides at the friction angle is.
+///
+/// The arithmetic is that of envelope_cholesky.hpp.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <bristle/core/refill.hpp>
 #include <bristle/math/envelope_cholesky.hpp>
+#include <bristle/math/simd.hpp>
 
 #include <algorithm>
 #include <array>
@@ -23,49 +25,49 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// A 6x6 matrix, row by row.
-template <Scalar S>
-using Block6 = std::array<S, 36>;
-
 /// The matrix, and its factors in place. A = L U, with unit blocks on the diagonal of L.
 template <Scalar S>
 class EnvelopeLu {
  public:
-  /// Copies the shape and the numbers of a symmetric matrix that is not factored. Its rows begin at
-  /// multiples of six.
-  void assign(const EnvelopeMatrix<S>& symmetric) {
-    blocks_ = symmetric.size() / 6;
+  /// Takes the shape of one symmetric matrix and the numbers of another, whose envelope lies
+  /// within. Neither is factored.
+  void assign(const EnvelopeMatrix<S>& shape, const EnvelopeMatrix<S>& numbers) {
+    blocks_ = shape.blocks();
     first_.resize(blocks_);
-    start_.resize(6 * blocks_);
-    std::size_t size = 0;
+    lower_start_.resize(blocks_);
+    upper_start_.resize(blocks_);
+    std::size_t lower_size = 0;
+    std::size_t upper_size = 0;
     for (std::size_t i = 0; i < blocks_; ++i) {
-      first_[i] = symmetric.first(6 * i) / 6;
-      for (std::size_t k = 6 * i; k < 6 * i + 6; ++k) {
-        start_[k] = size - 6 * first_[i];  // Wraps around; only sums with a column are used.
-        size += 6 * (i - first_[i] + 1);
-      }
+      first_[i] = shape.first(i);
+      // Both may wrap around. Only sums with a row or a column are used.
+      lower_start_[i] = lower_size - 6 * first_[i];
+      upper_start_[i] = upper_size - 6 * first_[i] * stride;
+      lower_size += 6 * width(i);
+      upper_size += 6 * (i - first_[i]) * stride;
     }
-    refill(rows_, size, S(0));
-    refill(columns_, size, S(0));
+    refill(lower_, lower_size, S(0));
+    refill(upper_, upper_size, S(0));
     inverses_.resize(blocks_);
     for (std::size_t i = 0; i < 6 * blocks_; ++i) {
       const std::size_t diagonal = i / 6 * 6;
-      for (std::size_t j = symmetric.first(i); j < diagonal; ++j) {
-        row(i)[j] = column(i)[j] = symmetric.at(i, j);
+      for (std::size_t j = 6 * numbers.first(i / 6); j < diagonal; ++j) {
+        row(i)[j] = column(i / 6)[stride * j + i % 6] = numbers.at(i, j);
       }
-      for (std::size_t j = diagonal; j <= i; ++j) row(i)[j] = row(j)[i] = symmetric.at(i, j);
+      for (std::size_t j = diagonal; j <= i; ++j) row(i)[j] = row(j)[i] = numbers.at(i, j);
     }
   }
 
   /// Reserves memory for `assign`, so that it allocates nothing.
-  void reserve(const EnvelopeMatrix<S>& symmetric) {
-    const std::size_t blocks = symmetric.size() / 6;
+  void reserve(const EnvelopeMatrix<S>& shape) {
+    const std::size_t blocks = shape.blocks();
     std::size_t size = 0;
-    for (std::size_t i = 0; i < blocks; ++i) size += 36 * (i - symmetric.first(6 * i) / 6 + 1);
+    for (std::size_t i = 0; i < blocks; ++i) size += i - shape.first(i) + 1;
     first_.reserve(blocks);
-    start_.reserve(6 * blocks);
-    rows_.reserve(size);
-    columns_.reserve(size);
+    lower_start_.reserve(blocks);
+    upper_start_.reserve(blocks);
+    lower_.reserve(36 * size);
+    upper_.reserve(6 * stride * size);
     inverses_.reserve(blocks);
   }
 
@@ -73,13 +75,9 @@ class EnvelopeLu {
   void add(std::size_t block_row, std::size_t block_column, const Block6<S>& x) {
     const bool is_lower = block_row >= block_column;
     for (std::size_t i = 0; i < 6; ++i) {
-      for (std::size_t j = 0; j < 6; ++j) {
-        if (is_lower) {
-          row(6 * block_row + i)[6 * block_column + j] += x[6 * i + j];
-        } else {
-          column(6 * block_column + j)[6 * block_row + i] += x[6 * i + j];
-        }
-      }
+      S* const out = is_lower ? row(6 * block_row + i) + 6 * block_column
+                              : column(block_column) + stride * (6 * block_row + i);
+      for (std::size_t j = 0; j < 6; ++j) out[j] += x.row(i)[j];
     }
   }
 
@@ -90,26 +88,21 @@ class EnvelopeLu {
       for (std::size_t j = first_[i]; j < i; ++j) {
         const std::size_t from = 6 * std::max(first_[i], first_[j]);
         const std::size_t count = 6 * j - from;
-        for (std::size_t k = 6 * i; k < 6 * i + 6; ++k) {
-          S below[6];
-          for (std::size_t b = 0; b < 6; ++b) {
-            const std::size_t c = 6 * j + b;
-            below[b] = row(k)[c] - sum_of_products(row(k) + from, column(c) + from, count);
-            column(k)[c] -= sum_of_products(column(k) + from, row(c) + from, count);
-          }
-          times_inverse(below, inverses_[j], row(k) + 6 * j);
+        Block6<S> below = lower_block(i, j);
+        add_product<-1>(row(6 * i) + from, width(i), 1, column(j) + stride * from, count,
+                        below.row(0));
+        Block6<S> quotient;
+        add_product<1>(below.row(0), stride, 1, inverses_[j].row(0), 6, quotient.row(0));
+        for (std::size_t a = 0; a < 6; ++a) {
+          std::copy_n(quotient.row(a), 6, row(6 * i + a) + 6 * j);
         }
+        add_product<-1>(row(6 * j) + from, width(j), 1, column(i) + stride * from, count,
+                        column(i) + stride * 6 * j);
       }
       const std::size_t from = 6 * first_[i];
-      const std::size_t count = 6 * i - from;
-      Block6<S> pivot;
-      for (std::size_t a = 0; a < 6; ++a) {
-        for (std::size_t b = 0; b < 6; ++b) {
-          pivot[6 * a + b] =
-              row(6 * i + a)[6 * i + b] -
-              sum_of_products(row(6 * i + a) + from, column(6 * i + b) + from, count);
-        }
-      }
+      Block6<S> pivot = lower_block(i, i);
+      add_product<-1>(row(6 * i) + from, width(i), 1, column(i) + stride * from, 6 * i - from,
+                      pivot.row(0));
       if (!invert(pivot, inverses_[i])) return false;
     }
     return true;
@@ -118,68 +111,71 @@ class EnvelopeLu {
   /// x := A^-1 x, after `factor`.
   void solve(S* x) const {
     for (std::size_t i = 0; i < 6 * blocks_; ++i) {
-      const std::size_t from = 6 * first_[i / 6];
-      x[i] -= sum_of_products(row(i) + from, x + from, i / 6 * 6 - from);
+      const S* const left = row(i);
+      for (std::size_t j = 6 * first_[i / 6]; j < i / 6 * 6; j += 6) x[i] -= dot6(left + j, x + j);
     }
     for (std::size_t i = blocks_; i-- > 0;) {
       S found[6];
-      for (std::size_t a = 0; a < 6; ++a)
-        found[a] = sum_of_products(&inverses_[i][6 * a], x + 6 * i, 6);
-      for (std::size_t a = 0; a < 6; ++a) {
-        x[6 * i + a] = found[a];
-        const S* above = column(6 * i + a);
-        for (std::size_t k = 6 * first_[i]; k < 6 * i; ++k) x[k] -= above[k] * found[a];
-      }
+      for (std::size_t a = 0; a < 6; ++a) found[a] = dot6(inverses_[i].row(a), x + 6 * i);
+      std::copy_n(found, 6, x + 6 * i);
+      for (std::size_t k = 6 * first_[i]; k < 6 * i; ++k)
+        x[k] -= dot6(column(i) + stride * k, found);
     }
   }
 
  private:
-  /// Pointer row(i) gives entry (i, j) at j, up to the end of the diagonal block. Pointer column(i)
-  /// gives entry (j, i) at j, above that block.
-  [[nodiscard]] S* row(std::size_t i) { return rows_.data() + start_[i]; }
-  [[nodiscard]] const S* row(std::size_t i) const { return rows_.data() + start_[i]; }
-  [[nodiscard]] S* column(std::size_t i) { return columns_.data() + start_[i]; }
-  [[nodiscard]] const S* column(std::size_t i) const { return columns_.data() + start_[i]; }
+  static constexpr std::size_t stride = Block6<S>::stride;
 
-  /// out := x times `inverse`, for a row x.
-  static void times_inverse(const S (&x)[6], const Block6<S>& inverse, S* out) {
-    for (std::size_t b = 0; b < 6; ++b) {
-      S sum = S(0);
-      for (std::size_t k = 0; k < 6; ++k) sum += x[k] * inverse[6 * k + b];
-      out[b] = sum;
-    }
+  /// [-] Numbers in each row of a block row, up to the end of the diagonal block.
+  [[nodiscard]] std::size_t width(std::size_t block) const {
+    return 6 * (block - first_[block] + 1);
+  }
+  /// Pointer row(i) gives entry (i, j) at j, up to the end of the diagonal block. Pointer
+  /// column(block) gives entry (j, 6 block + a) at stride j + a, above that block.
+  [[nodiscard]] S* row(std::size_t i) {
+    return lower_.data() + (lower_start_[i / 6] + i % 6 * width(i / 6));
+  }
+  [[nodiscard]] const S* row(std::size_t i) const {
+    return lower_.data() + (lower_start_[i / 6] + i % 6 * width(i / 6));
+  }
+  [[nodiscard]] S* column(std::size_t block) { return upper_.data() + upper_start_[block]; }
+  [[nodiscard]] const S* column(std::size_t block) const {
+    return upper_.data() + upper_start_[block];
+  }
+
+  [[nodiscard]] Block6<S> lower_block(std::size_t i, std::size_t j) const {
+    Block6<S> block;
+    for (std::size_t a = 0; a < 6; ++a) std::copy_n(row(6 * i + a) + 6 * j, 6, block.row(a));
+    return block;
   }
 
   /// Inverse by Gauss-Jordan elimination, with the largest pivot of each column. False if singular.
   [[nodiscard]] static bool invert(Block6<S>& m, Block6<S>& inverse) {
     using std::abs;
-    inverse.fill(S(0));
-    for (std::size_t i = 0; i < 6; ++i) inverse[7 * i] = S(1);
-    const auto swap_rows = [](Block6<S>& x, std::size_t i, std::size_t j) {
-      for (std::size_t k = 0; k < 6; ++k) std::swap(x[6 * i + k], x[6 * j + k]);
-    };
+    inverse = Block6<S>{};
+    for (std::size_t i = 0; i < 6; ++i) inverse.row(i)[i] = S(1);
     for (std::size_t c = 0; c < 6; ++c) {
       std::size_t best = c;
       for (std::size_t i = c + 1; i < 6; ++i) {
-        if (abs(m[6 * i + c]) > abs(m[6 * best + c])) best = i;
+        if (abs(m.row(i)[c]) > abs(m.row(best)[c])) best = i;
       }
-      const S pivot = m[6 * best + c];
+      const S pivot = m.row(best)[c];
       if (!(abs(pivot) > S(0)) || !(abs(pivot) < infinity<S>)) return false;
       if (best != c) {
-        swap_rows(m, c, best);
-        swap_rows(inverse, c, best);
+        std::swap_ranges(m.row(c), m.row(c) + 6, m.row(best));
+        std::swap_ranges(inverse.row(c), inverse.row(c) + 6, inverse.row(best));
       }
       const S scale = S(1) / pivot;
       for (std::size_t k = 0; k < 6; ++k) {
-        m[6 * c + k] *= scale;
-        inverse[6 * c + k] *= scale;
+        m.row(c)[k] *= scale;
+        inverse.row(c)[k] *= scale;
       }
       for (std::size_t i = 0; i < 6; ++i) {
         if (i == c) continue;
-        const S share = m[6 * i + c];
+        const S share = m.row(i)[c];
         for (std::size_t k = 0; k < 6; ++k) {
-          m[6 * i + k] -= share * m[6 * c + k];
-          inverse[6 * i + k] -= share * inverse[6 * c + k];
+          m.row(i)[k] -= share * m.row(c)[k];
+          inverse.row(i)[k] -= share * inverse.row(c)[k];
         }
       }
     }
@@ -187,9 +183,11 @@ class EnvelopeLu {
   }
 
   std::size_t blocks_ = 0;
-  std::vector<std::size_t> first_;   // First block of each block row.
-  std::vector<std::size_t> start_;   // Index of each row in `rows_`, less its first column.
-  std::vector<S> rows_, columns_;    // Lower blocks with the diagonal; upper blocks.
+  std::vector<std::size_t> first_;  // First block of each block row.
+  // Index of each block row in `lower_`, less its first column, and of each block column in
+  // `upper_`, less its first row.
+  std::vector<std::size_t> lower_start_, upper_start_;
+  std::vector<S> lower_, upper_;     // Lower blocks with the diagonal; upper blocks.
   std::vector<Block6<S>> inverses_;  // Inverses of the diagonal blocks of U.
 };
 

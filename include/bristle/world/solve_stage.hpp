@@ -232,6 +232,7 @@ class SolveStage {
       }
       return has_changed;
     };
+    const S position_tolerance = context.position_tolerance;
     // The displacements tell which contacts cannot press.
     for (int pass = 1;; ++pass) {
       solve_in_passes(context.settings.max_passes, solve_once, answer);
@@ -242,13 +243,15 @@ class SolveStage {
         guard(state, sensors, island, context);
         return;
       }
+      // Positions need no more digits than velocities have.
+      const S most = S(1e-2 * std::min(1.0, context.cost_share())) * context.speed_change;
+      context.position_tolerance =
+          std::max(position_tolerance, context.dt * std::min(report.residual, most));
       if (!solver_.place(island, constraints, bodies, context, report)) break;
       if (pass >= context.settings.max_passes) break;
     }
     if (context.integrator == Integrator::trapezoidal) keep_angular_momentum(state, island);
-    if (!island.blocks.empty() && !IslandSolver<S>::is_large(context)) {
-      limit_corrections(state, island, context);
-    }
+    if (!IslandSolver<S>::is_large(context)) limit_corrections(state, island, context);
     mechanisms_.close_wide_gaps(state, island);
     state.report.position_sweeps += static_cast<std::uint64_t>(report.position_sweeps);
     state.report.direct_islands += report.factorisations > 0 ? 1 : 0;
@@ -302,9 +305,10 @@ class SolveStage {
     }
   }
 
-  /// Scales down the position corrections of joined bodies if they would turn one by more than half
+  /// Scales down the position corrections of an island if they would turn a body by more than half
   /// a radian. They are solved along the directions of the start of the step and mean nothing
-  /// beyond that. Where a light link stands across its chain, they have no bound.
+  /// beyond that. They have no bound where a light link stands across its chain, or where bodies
+  /// that interlock are pushed apart both ways; and such a body pushes others just as far.
   void limit_corrections(State& state, const Island& island, const SolveContext<S>& context) const {
     using std::max;
     using std::sqrt;

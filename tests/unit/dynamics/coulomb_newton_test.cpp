@@ -28,8 +28,9 @@ struct Balls {
   std::vector<double> mass;
   std::vector<Row> rows{};
   std::vector<double> start{}, free{};
-  // Where surfaces slide an error of 1e-5 of this ends the iteration.
-  double speed_change = 1e-6;
+  // Where surfaces slide an error of 1e-3 of this ends the iteration.
+  double speed_change = 1e-8;
+  int most_steps = 30;
   std::vector<double> rhs{};
   EnvelopeMatrix<double> matrix{};
   CoulombNewton<double> newton{};
@@ -65,13 +66,21 @@ struct Balls {
   }
   CoulombResult<double> solve() {
     const std::size_t n = 6 * mass.size();
-    matrix.reset(std::vector<std::uint32_t>(n, 0));
+    matrix.reset(std::vector<std::uint32_t>(mass.size(), 0));
     rhs.resize(n);
     for (std::size_t i = 0; i < n; ++i) {
       matrix.at(i, i) = mass[i / 6];
       rhs[i] = mass[i / 6] * free[i];
     }
-    return newton.solve({rows, &matrix, rhs, true, &start, &free, tolerance, speed_change});
+    return newton.solve({.rows = rows,
+                         .matrix = &matrix,
+                         .rhs = rhs,
+                         .is_uncoupled = true,
+                         .start = &start,
+                         .free = &free,
+                         .tolerance = tolerance,
+                         .speed_change = speed_change,
+                         .most_steps = most_steps});
   }
   [[nodiscard]] double velocity(std::size_t i) const { return newton.velocities()[i]; }
 };
@@ -157,48 +166,54 @@ TEST_CASE("CoulombNewton: a pushed row moves as one, or as fast as the motor's f
   }
 }
 
-// Whatever jams, the answer does not add to the energy, and stays within its bounds.
+// Whatever jams, and however few steps there are, the answer does not add to the energy, and stays
+// within its bounds.
 TEST_CASE("CoulombNewton: answers take energy, solved or not") {
-  test::Random random(3);
-  int solved = 0;
-  const int rounds = 200;
-  for (int round = 0; round < rounds; ++round) {
-    CAPTURE(round);
-    const std::size_t n = 6;
-    std::vector<double> masses(n);
-    for (double& m : masses) m = std::pow(10.0, random.uniform(-1.0, 1.0));
-    Balls heap(masses);
-    heap.speed_change = 0.04;
-    for (double& x : heap.free) x = random.uniform(-1.0, 1.0);
-    heap.start = heap.free;
-    for (std::uint32_t i = 0; i < n; ++i) {
-      heap.add_contact(2, 0.6, i);
-      for (std::uint32_t j = 0; j < i; ++j) {
-        if (random.uniform(0.0, 1.0) < 0.5) heap.add_contact(j % 2, 0.6, i, j);
+  for (const int most_steps : {1, 3, 30}) {
+    CAPTURE(most_steps);
+    test::Random random(3);
+    int solved = 0;
+    const int rounds = 200;
+    for (int round = 0; round < rounds; ++round) {
+      CAPTURE(round);
+      const std::size_t n = 6;
+      std::vector<double> masses(n);
+      for (double& m : masses) m = std::pow(10.0, random.uniform(-1.0, 1.0));
+      Balls heap(masses);
+      heap.speed_change = 0.04;
+      heap.most_steps = most_steps;
+      for (double& x : heap.free) x = random.uniform(-1.0, 1.0);
+      heap.start = heap.free;
+      for (std::uint32_t i = 0; i < n; ++i) {
+        heap.add_contact(2, 0.6, i);
+        for (std::uint32_t j = 0; j < i; ++j) {
+          if (random.uniform(0.0, 1.0) < 0.5) heap.add_contact(j % 2, 0.6, i, j);
+        }
       }
+      heap.add_contact(0, 0.6, 0);
+      heap.add_contact(0, 0.6, n - 1, Row::none, -1);
+      const CoulombResult<double> answer = heap.solve();
+      // An impulse that adds energy is scaled until it takes some.
+      REQUIRE(answer.residual < infinity<double>);
+      solved += answer.residual <= 1e-3 * heap.speed_change ? 1 : 0;
+      double before = 0;
+      double after = 0;
+      double slack = 0;
+      for (std::size_t i = 0; i < heap.free.size(); ++i) {
+        before += heap.mass[i / 6] * heap.free[i] * heap.free[i] / 2;
+        after += heap.mass[i / 6] * heap.velocity(i) * heap.velocity(i) / 2;
+      }
+      for (std::size_t k = 0; k < heap.rows.size(); k += 3) {
+        const double normal = heap.newton.impulse(k);
+        const double friction = std::hypot(heap.newton.impulse(k + 1), heap.newton.impulse(k + 2));
+        CHECK(normal >= 0);
+        CHECK(friction <= 0.6 * normal * (1 + 1e-12));
+        // An error of a thousandth of what forces do is allowed to do work.
+        slack += 1e-3 * heap.speed_change * (normal + 2 * friction);
+      }
+      CHECK(after <= before + slack);
     }
-    heap.add_contact(0, 0.6, 0);
-    heap.add_contact(0, 0.6, n - 1, Row::none, -1);
-    const CoulombResult<double> answer = heap.solve();
-    if (!(answer.residual < infinity<double>)) continue;
-    solved += answer.residual <= 1e-3 * heap.speed_change ? 1 : 0;
-    double before = 0;
-    double after = 0;
-    double slack = 0;
-    for (std::size_t i = 0; i < heap.free.size(); ++i) {
-      before += heap.mass[i / 6] * heap.free[i] * heap.free[i] / 2;
-      after += heap.mass[i / 6] * heap.velocity(i) * heap.velocity(i) / 2;
-    }
-    for (std::size_t k = 0; k < heap.rows.size(); k += 3) {
-      const double normal = heap.newton.impulse(k);
-      const double friction = std::hypot(heap.newton.impulse(k + 1), heap.newton.impulse(k + 2));
-      CHECK(normal >= 0);
-      CHECK(friction <= 0.6 * normal * (1 + 1e-12));
-      // An error of a thousandth of what forces do is allowed to do work.
-      slack += 1e-3 * heap.speed_change * (normal + 2 * friction);
-    }
-    CHECK(after <= before + slack);
+    // Most are, from no impulses at all.
+    if (most_steps == 30) CHECK(solved > rounds / 2);
   }
-  // Most are, from no impulses at all.
-  CHECK(solved > rounds / 2);
 }

@@ -27,24 +27,23 @@ struct Arrow {
   Arrow(std::size_t blocks, double diagonal, double asymmetry) {
     test::Random random(1);
     const std::size_t n = 6 * blocks;
-    std::vector<std::uint32_t> first(n);
-    for (std::size_t i = 0; i < n; ++i) {
-      const std::size_t block = i / 6;
-      first[i] = block + 1 == blocks || block == 0 ? 0 : static_cast<std::uint32_t>(6 * block - 6);
+    std::vector<std::uint32_t> first(blocks);
+    for (std::size_t i = 0; i < blocks; ++i) {
+      first[i] = i + 1 == blocks || i == 0 ? 0 : static_cast<std::uint32_t>(i - 1);
     }
     EnvelopeMatrix<double> symmetric;
     symmetric.reset(first);
     dense = Dense::Zero(static_cast<Eigen::Index>(n), static_cast<Eigen::Index>(n));
     for (std::size_t i = 0; i < n; ++i) {
-      for (std::size_t j = first[i]; j <= i; ++j) {
+      for (std::size_t j = 6 * first[i / 6]; j <= i; ++j) {
         const double x = i == j ? diagonal : random.uniform(-1.0, 1.0);
         symmetric.at(i, j) = x;
         at(i, j) = at(j, i) = x;
       }
     }
-    sparse.assign(symmetric);
+    sparse.assign(symmetric, symmetric);
     for (std::size_t i = 0; i < blocks; ++i) {
-      for (std::size_t j = first[6 * i] / 6; j <= i; ++j) {
+      for (std::size_t j = first[i]; j <= i; ++j) {
         add(i, j, asymmetry, random);
         if (i != j) add(j, i, asymmetry, random);
       }
@@ -59,8 +58,9 @@ struct Arrow {
   void add(std::size_t row, std::size_t column, double size, test::Random& random) {
     Block6<double> block;
     for (std::size_t k = 0; k < 36; ++k) {
-      block[k] = random.uniform(-size, size);
-      at(6 * row + k / 6, 6 * column + k % 6) += block[k];
+      const double x = random.uniform(-size, size);
+      block.row(k / 6)[k % 6] = x;
+      at(6 * row + k / 6, 6 * column + k % 6) += x;
     }
     sparse.add(row, column, block);
   }
@@ -90,13 +90,13 @@ TEST_CASE("EnvelopeLu: solves what is not symmetric as a dense factorisation doe
 }
 
 TEST_CASE("EnvelopeLu: refuses singular blocks and numbers that are none") {
-  const std::vector<std::uint32_t> first(6, 0);
+  const std::vector<std::uint32_t> first(1, 0);
   EnvelopeMatrix<double> matrix;
   EnvelopeLu<double> lu;
   const auto factor = [&](double last) {
     matrix.reset(first);
     for (std::size_t i = 0; i < 6; ++i) matrix.at(i, i) = i < 5 ? 1.0 : last;
-    lu.assign(matrix);
+    lu.assign(matrix, matrix);
     return lu.factor();
   };
   CHECK(factor(-2.0));

@@ -16,7 +16,6 @@
 #include <bristle/dynamics/solver/island_row.hpp>
 
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -66,7 +65,6 @@ template <typename Real>
 [[nodiscard]] CoulombBranch<Real> branch_of_cone(const IslandRow<Real>& row,
                                                  const std::array<Real, 3>& l,
                                                  const std::array<Real, 3>& w, Real eps) {
-  using std::hypot;
   CoulombBranch<Real> branch;
   branch.state = CoulombState::open;
   const Real K = row.response;
@@ -81,7 +79,7 @@ template <typename Real>
   branch.constant[0] = slope * w[0];
   const Real px = l[1] - w[1] / K;
   const Real py = l[2] - w[2] / K;
-  const Real length = hypot(px, py);
+  const Real length = planar_length(px, py);
   const Real bound = row.friction * normal;
   if (length <= bound) {
     branch.state = CoulombState::stick;

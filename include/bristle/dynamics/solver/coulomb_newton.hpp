@@ -46,6 +46,8 @@ struct CoulombProblem {
   Real tolerance;
   /// [m/s] Velocity change by forces and motors in the step.
   Real speed_change;
+  /// [-] Most Newton steps.
+  int most_steps;
 
   /// [m/s] Residual that is worth no more work. It is a thousandth of the slip or of the velocity
   /// change by forces in the step, whichever is less. Resting contacts always go down to
@@ -84,7 +86,7 @@ class CoulombNewton {
     Real eps = Real(1e-3);
     evaluate(rows, v_, velocity_);
     // Impulses of the last step that are far from any solution give no hint.
-    if (distance(rows, impulse_, velocity_) > Real(3) * problem.speed_change) {
+    if (measure(rows, eps).law > Real(3) * problem.speed_change) {
       eps = Real(1e-2);
       std::fill(centre_.begin(), centre_.end(), Real(0));
     }
@@ -100,8 +102,9 @@ class CoulombNewton {
     Real nearest = infinity<Real>;  // Least distance of all steps from this centre.
     Real before = infinity<Real>;
     Real at_centre = infinity<Real>;
+    Real last_left = infinity<Real>;
     int centres = 0;
-    for (int i = 0; i < most_iterations; ++i) {
+    for (int i = 0; i < problem.most_steps; ++i) {
       const bool has_switched = linearise(rows, eps);
       const bool is_fresh = has_switched || factored_eps != eps;
       find_gradient(problem);
@@ -113,10 +116,9 @@ class CoulombNewton {
       }
       solve_linear(step_);
       if (!advance(rows)) break;
-      evaluate(rows, v_, velocity_);
-      answer.slip = fastest_slip(rows);
-
-      const Real left = distance(rows, impulse_, velocity_);
+      const Distances distances = measure(rows, eps);
+      answer.slip = distances.slip;
+      const Real left = distances.law;
       if (left <= problem.tolerance) {
         answer.residual = left;
         best_ = impulse_;
@@ -125,12 +127,14 @@ class CoulombNewton {
         answer.change = largest_change(velocity_);
         break;
       }
-      judge(problem, answer);
-      if (answer.residual <= Real(1e-2) * problem.good_enough(answer.slip)) break;
+      if (left < answer.residual) judge(problem, answer);
+      // What is good enough is improved as long as that is cheap. A motion that goes on as it is
+      // then needs no Newton step at all in the next step.
+      if (answer.residual <= problem.good_enough(answer.slip) && left > Real(0.1) * last_left)
+        break;
+      last_left = left;
 
-      const Real of_compliant = distance_from_law<Real>(
-          rows, [&](std::size_t k) { return impulse_[k]; },
-          [&](std::size_t k) { return compliant(rows[k], k, eps); });
+      const Real of_compliant = distances.compliant;
       if (of_compliant > Real(3) * nearest && eps < Real(largest_eps)) {
         // A step that leads away from the law was too long. A larger eps keeps the next step near
         // the centre. The centre moves to where the law was nearest.
@@ -170,7 +174,6 @@ class CoulombNewton {
   [[nodiscard]] const std::vector<Real>& velocities() const { return best_v_; }
 
  private:
-  static constexpr int most_iterations = 30;
   static constexpr double largest_eps = 0.1;
 
   using State = CoulombState;
@@ -208,11 +211,30 @@ class CoulombNewton {
     for (std::size_t k = 0; k < rows.size(); ++k) out[k] = rows[k].times(v) - rows[k].target;
   }
 
-  [[nodiscard]] static Real distance(std::span<const Row> rows, const std::vector<Real>& impulse,
-                                     const std::vector<Real>& velocity) {
-    return distance_from_law<Real>(
-        rows, [&](std::size_t k) { return impulse[k]; },
-        [&](std::size_t k) { return velocity[k]; });
+  /// Distances of the present iterate.
+  struct Distances {
+    Real law = Real(0);        // [m/s] Largest distance of a row from its law.
+    Real compliant = Real(0);  // [m/s] The same with eps, by w~.
+    Real slip = Real(0);       // [m/s] Speed of the fastest sliding contact.
+  };
+  [[nodiscard]] Distances measure(std::span<const Row> rows, Real eps) const {
+    Distances found;
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      const Row& row = rows[k];
+      if (row.kind == RowKind::tangent || !(row.response > Real(0))) continue;
+      const Real* const l = &impulse_[k];
+      const Real* const w = &velocity_[k];
+      Real compliant_w[3];
+      for (std::size_t part = 0; part < parts_of(row); ++part) {
+        compliant_w[part] = compliant(row, k + part, eps);
+      }
+      found.law = std::max(found.law, distance_from_law(row, l, w));
+      found.compliant = std::max(found.compliant, distance_from_law(row, l, compliant_w));
+      if (branches_[k].state == State::slip) {
+        found.slip = std::max(found.slip, planar_length(w[1], w[2]));
+      }
+    }
+    return found;
   }
 
   /// Returns whether the best solution leaves the velocities as at the start of the step.
@@ -230,7 +252,7 @@ class CoulombNewton {
     nearest_impulse_ = impulse_;
   }
 
-  /// w~ of a row.
+  /// w~ of row k, whose response is that of `row`.
   [[nodiscard]] Real compliant(const Row& row, std::size_t k, Real eps) const {
     return velocity_[k] + eps * row.response * (impulse_[k] - centre_[k]);
   }
@@ -246,8 +268,8 @@ class CoulombNewton {
       const State last = branch.state;
       const Real w = compliant(row, k, eps);
       if (row.kind == RowKind::cone) {
-        const std::array<Real, 3> velocities{w, compliant(rows[k + 1], k + 1, eps),
-                                             compliant(rows[k + 2], k + 2, eps)};
+        const std::array<Real, 3> velocities{w, compliant(row, k + 1, eps),
+                                             compliant(row, k + 2, eps)};
         branch =
             branch_of_cone(row, {impulse_[k], impulse_[k + 1], impulse_[k + 2]}, velocities, eps);
       } else {
@@ -260,7 +282,7 @@ class CoulombNewton {
 
   /// step := r - Mt v + J^T (l + constant).
   void find_gradient(const CoulombProblem<Real>& problem) {
-    problem.matrix->multiply(v_.data(), step_.data());
+    linear_.multiply(v_.data(), step_.data());
     for (std::size_t i = 0; i < step_.size(); ++i) step_[i] = problem.rhs[i] - step_[i];
     for_each_part(problem.rows, [&](std::size_t k, std::size_t part) {
       const Real x = impulse_[k + part] + branches_[k].constant[part];
@@ -291,61 +313,50 @@ class CoulombNewton {
 
   /// Assembles the matrix with sliding contacts.
   void assemble(const CoulombProblem<Real>& problem) {
-    lu_.assign(*problem.matrix);
+    lu_.assign(*problem.matrix, linear_);
     const std::span<const Row> rows = problem.rows;
     const Row* of_pair = nullptr;
     for (std::size_t k = 0; k < rows.size(); ++k) {
       const Row& row = rows[k];
-      const Branch& branch = branches_[k];
-      if (row.kind == RowKind::tangent || branch.normal == Real(0)) continue;
+      if (row.kind == RowKind::tangent || branches_[k].normal == Real(0)) continue;
       // Rows between the same two bodies follow each other. They are summed first.
       if (of_pair == nullptr || row.a != of_pair->a || row.b != of_pair->b) {
         if (of_pair != nullptr) add_pair(*of_pair);
         of_pair = &row;
-        for (Block6<Real>& x : pair_) x.fill(Real(0));
+        for (Block6<Real>& x : pair_) x.values.fill(Real(0));
       }
-      add_product(row, sides(row, -branch.normal));
-      if (row.kind != RowKind::cone) continue;
-      add_product(rows[k + 1], sides(rows, k, {-branch.drag[0], -branch.xx, -branch.xy}));
-      add_product(rows[k + 2], sides(rows, k, {-branch.drag[1], -branch.xy, -branch.yy}));
+      add_to_pair(rows.subspan(k, parts_of(row)), branches_[k]);
     }
     if (of_pair != nullptr) add_pair(*of_pair);
   }
 
-  /// Combinations of Jacobians, for both bodies.
-  using Sides = std::array<std::array<Real, 6>, 2>;
-  [[nodiscard]] static Sides sides(const Row& row, Real weight) {
-    Sides out;
-    for (std::size_t i = 0; i < 6; ++i) {
-      out[0][i] = weight * row.jacobian_a[i];
-      out[1][i] = weight * row.jacobian_b[i];
-    }
-    return out;
-  }
-  [[nodiscard]] static Sides sides(std::span<const Row> rows, std::size_t k,
-                                   const std::array<Real, 3>& weights) {
-    Sides out = sides(rows[k], weights[0]);
-    for (std::size_t part = 1; part < 3; ++part) {
-      if (weights[part] == Real(0)) continue;
+  /// Adds -J^T D J to the sums of the pair, with the rows J of one law. Blocks are aa, ab, ba, bb.
+  void add_to_pair(std::span<const Row> rows, const Branch& branch) {
+    const Real weights[3][3] = {{-branch.normal, Real(0), Real(0)},
+                                {-branch.drag[0], -branch.xx, -branch.xy},
+                                {-branch.drag[1], -branch.xy, -branch.yy}};
+    const bool moves[2] = {rows[0].a != Row::none, rows[0].b != Row::none};
+    Real left[2][18];                              // J^T of each body.
+    Real right[2][3 * Block6<Real>::stride] = {};  // -D J of each body.
+    for (std::size_t s = 0; s < 2; ++s) {
+      if (!moves[s]) continue;
+      for (std::size_t m = 0; m < rows.size(); ++m) {
+        const std::array<Real, 6>& jacobian = s == 0 ? rows[m].jacobian_a : rows[m].jacobian_b;
+        for (std::size_t i = 0; i < 6; ++i) left[s][3 * i + m] = jacobian[i];
+        for (std::size_t n = m; n < rows.size(); ++n) {
+          Real* const out = right[s] + Block6<Real>::stride * n;
+          for (std::size_t i = 0; i < 6; ++i) out[i] += weights[n][m] * jacobian[i];
+        }
+      }
+      if (rows.size() < 3) continue;
       for (std::size_t i = 0; i < 6; ++i) {
-        out[0][i] += weights[part] * rows[k + part].jacobian_a[i];
-        out[1][i] += weights[part] * rows[k + part].jacobian_b[i];
+        right[s][Block6<Real>::stride + i] += weights[1][2] * left[s][3 * i + 2];
       }
     }
-    return out;
-  }
-
-  /// Adds left^T right to the sums of the pair. Blocks are aa, ab, ba, bb.
-  void add_product(const Row& left, const Sides& right) {
-    const std::array<Real, 6>* l[2] = {&left.jacobian_a, &left.jacobian_b};
-    const bool moves[2] = {left.a != Row::none, left.b != Row::none};
     for (std::size_t s = 0; s < 2; ++s) {
       for (std::size_t t = 0; t < 2; ++t) {
         if (!moves[s] || !moves[t]) continue;
-        Block6<Real>& out = pair_[2 * s + t];
-        for (std::size_t i = 0; i < 6; ++i) {
-          for (std::size_t j = 0; j < 6; ++j) out[6 * i + j] += (*l[s])[i] * right[t][j];
-        }
+        add_product<1>(left[s], 3, 1, right[t], rows.size(), pair_[2 * s + t].row(0));
       }
     }
   }
@@ -373,27 +384,31 @@ class CoulombNewton {
       if (row.kind == RowKind::tangent || !(row.response > Real(0))) continue;
       const Branch& slope = factored_[k];
       const Real n = row.times(step_);
+      velocity_[k] += n;
       impulse_[k] += branches_[k].constant[0] + slope.normal * n;
       if (row.kind != RowKind::cone) continue;
       const Real x = rows[k + 1].times(step_);
       const Real y = rows[k + 2].times(step_);
+      velocity_[k + 1] += x;
+      velocity_[k + 2] += y;
       impulse_[k + 1] += branches_[k].constant[1] + slope.drag[0] * n + slope.xx * x + slope.xy * y;
       impulse_[k + 2] += branches_[k].constant[2] + slope.drag[1] * n + slope.xy * x + slope.yy * y;
     }
     return true;
   }
 
-  /// Factors Mt by itself. Where it does not couple bodies, its empty blocks are left out.
+  /// Keeps Mt and its factors. Where it does not couple bodies, its empty blocks are left out.
   bool factor_response(const CoulombProblem<Real>& problem) {
     const EnvelopeMatrix<Real>& matrix = *problem.matrix;
-    first_.resize(matrix.size());
-    for (std::size_t i = 0; i < matrix.size(); ++i) {
-      first_[i] = problem.is_uncoupled ? static_cast<std::uint32_t>(i / 6 * 6) : matrix.first(i);
+    first_.resize(matrix.blocks());
+    for (std::size_t i = 0; i < matrix.blocks(); ++i) {
+      first_[i] = problem.is_uncoupled ? static_cast<std::uint32_t>(i) : matrix.first(i);
     }
-    response_.reset(first_);
+    linear_.reset(first_);
     for (std::size_t i = 0; i < matrix.size(); ++i) {
-      for (std::size_t j = first_[i]; j <= i; ++j) response_.at(i, j) = matrix.at(i, j);
+      for (std::size_t j = 6 * first_[i / 6]; j <= i; ++j) linear_.at(i, j) = matrix.at(i, j);
     }
+    response_ = linear_;
     return response_.factor();
   }
 
@@ -412,35 +427,58 @@ class CoulombNewton {
 
   /// Keeps the impulses of the present iterate, moved into their bounds, if they are the best.
   /// Their velocities must be nearer to the law. They must add no energy, to the error that a
-  /// solution may have anyway. Rows change the bodies' energy by sum l . (w_free + w) / 2. These
-  /// velocities are not relative to their targets.
+  /// solution may have anyway. Impulses that would are all scaled by the share that takes the most.
   void judge(const CoulombProblem<Real>& problem, CoulombResult<Real>& answer) {
+    candidate_ = impulse_;
+    move_into_bounds(problem.rows, candidate_);
+    Candidate candidate = try_candidate(problem, problem.good_enough(answer.slip));
+    if (candidate.work > Real(0)) {
+      // The work of a share s is s slope + s^2 (work - slope).
+      const Real share = -candidate.slope / (Real(2) * (candidate.work - candidate.slope));
+      if (!(share > Real(0))) return;
+      for (Real& x : candidate_) x *= share;
+      candidate = try_candidate(problem, problem.good_enough(answer.slip));
+    }
+    if (!(candidate.residual < answer.residual)) return;
+    answer.residual = candidate.residual;
+    answer.change = largest_change(candidate_velocity_);
+    best_ = candidate_;
+    best_v_ = candidate_v_;
+  }
+
+  /// Effect of impulses on an island.
+  struct Candidate {
+    Real residual = Real(0);  // [m/s] Largest distance of a row from its law.
+    Real work = Real(0);      // [J] Energy that they give.
+    Real slope = Real(0);     // [J] The same for a small share of them, by that share.
+  };
+  /// Finds the velocities by `candidate_`. Rows change the bodies' energy by
+  /// sum l . (w_free + w) / 2. These velocities are not relative to their targets.
+  /// @param error  [m/s] Velocity that may be wrong.
+  [[nodiscard]] Candidate try_candidate(const CoulombProblem<Real>& problem, Real error) {
     using std::abs;
     const std::span<const Row> rows = problem.rows;
     candidate_v_.assign(problem.rhs.begin(), problem.rhs.end());
-    candidate_ = impulse_;
-    move_into_bounds(rows, candidate_);
     for_each_part(rows, [&](std::size_t k, std::size_t part) {
       const Real x = candidate_[k + part];
       if (x != Real(0)) rows[k + part].add_to(candidate_v_, x);
     });
     response_.solve(candidate_v_.data());
     evaluate(rows, candidate_v_, candidate_velocity_);
-    const Real error = problem.good_enough(answer.slip);
-    Real work = Real(0);
+    Candidate found;
     for (std::size_t k = 0; k < rows.size(); ++k) {
-      if (rows[k].kind == RowKind::bounded) continue;
-      work +=
-          candidate_[k] * ((free_velocity_[k] + candidate_velocity_[k]) / Real(2) + rows[k].bias);
-      work -= abs(candidate_[k]) * error;
+      const Row& row = rows[k];
+      if (row.kind != RowKind::tangent && row.response > Real(0)) {
+        found.residual = std::max(found.residual,
+                                  distance_from_law(row, &candidate_[k], &candidate_velocity_[k]));
+      }
+      if (row.kind == RowKind::bounded) continue;
+      const Real start =
+          candidate_[k] * (free_velocity_[k] + row.bias) - abs(candidate_[k]) * error;
+      found.slope += start;
+      found.work += start + candidate_[k] * (candidate_velocity_[k] - free_velocity_[k]) / Real(2);
     }
-    if (work > Real(0)) return;
-    const Real left = distance(rows, candidate_, candidate_velocity_);
-    if (!(left < answer.residual)) return;
-    answer.residual = left;
-    answer.change = largest_change(candidate_velocity_);
-    best_ = candidate_;
-    best_v_ = candidate_v_;
+    return found;
   }
 
   [[nodiscard]] Real largest_change(const std::vector<Real>& velocity) const {
@@ -452,15 +490,9 @@ class CoulombNewton {
     return largest;
   }
 
-  /// [m/s] Speed of the fastest sliding contact.
-  [[nodiscard]] Real fastest_slip(std::span<const Row> rows) const {
-    using std::hypot;
-    Real fastest = Real(0);
-    for (std::size_t k = 0; k < rows.size(); ++k) {
-      if (branches_[k].state != State::slip) continue;
-      fastest = std::max(fastest, hypot(velocity_[k + 1], velocity_[k + 2]));
-    }
-    return fastest;
+  /// [-] Rows of a law: three of a cone, else one.
+  [[nodiscard]] static std::size_t parts_of(const Row& row) {
+    return row.kind == RowKind::cone ? 3 : 1;
   }
 
   /// Calls use(number of the branch, part) for all rows that can act. Parts of a cone are its three
@@ -469,15 +501,14 @@ class CoulombNewton {
   static void for_each_part(std::span<const Row> rows, Use&& use) {
     for (std::size_t k = 0; k < rows.size(); ++k) {
       if (rows[k].kind == RowKind::tangent || !(rows[k].response > Real(0))) continue;
-      const std::size_t parts = rows[k].kind == RowKind::cone ? 3 : 1;
-      for (std::size_t part = 0; part < parts; ++part) use(k, part);
+      for (std::size_t part = 0; part < parts_of(rows[k]); ++part) use(k, part);
     }
   }
 
   EnvelopeLu<Real> lu_;
   EnvelopeMatrix<Real> cholesky_;
-  bool is_symmetric_ = false;      // True if `cholesky_` was factored last.
-  EnvelopeMatrix<Real> response_;  // Mt, factored.
+  bool is_symmetric_ = false;               // True if `cholesky_` was factored last.
+  EnvelopeMatrix<Real> linear_, response_;  // Mt, and its factors.
   std::vector<std::uint32_t> first_;
   std::vector<Branch> branches_, factored_;
   std::array<Block6<Real>, 4> pair_{};

@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
@@ -36,19 +37,20 @@ template <typename Real>
 struct IslandRow {
   static constexpr std::uint32_t none = 0xffffffffu;
 
+  // What decides the branch of a row fills the first cache line.
   std::uint32_t a = none;  // First unknown of each body; `none` if it has none.
   std::uint32_t b = none;
   RowKind kind = RowKind::free;
   RowSide side = RowSide::inside;
-  std::array<Real, 6> jacobian_a{};
-  std::array<Real, 6> jacobian_b{};
-  Real target = Real(0);
-  Real bias = Real(0);      // Part of the target that is no body's motion: a bounce, a gap.
-  Real response = Real(0);  // K: velocity per own impulse; 0 for a row that is left out.
+  Real response = Real(0);    // K: velocity per own impulse; 0 for a row that is left out.
   Real compliance = Real(0);  // Velocity yielded per impulse.
+  Real friction = Real(0);
   Real lower = Real(0);
   Real upper = Real(0);
-  Real friction = Real(0);
+  Real target = Real(0);
+  std::array<Real, 6> jacobian_a{};
+  std::array<Real, 6> jacobian_b{};
+  Real bias = Real(0);   // Part of the target that is no body's motion: a bounce, a gap.
   Real shift = Real(0);  // Of a cone: opening speed of sliding.
   Real lambda = Real(0);
   Real velocity = Real(0);
@@ -88,11 +90,22 @@ struct IslandRow {
   }
 };
 
+/// Length of (x, y). The squares of all states are finite, so built-in numbers need no `hypot`,
+/// which takes ten times as long. Derivatives need it at zero.
+template <typename Real>
+[[nodiscard]] Real planar_length(const Real& x, const Real& y) {
+  if constexpr (std::is_floating_point_v<Real>) {
+    return std::sqrt(x * x + y * y);
+  } else {
+    using std::hypot;
+    return hypot(x, y);
+  }
+}
+
 /// Moves a point into a disk, radially.
 template <typename Real>
 void shrink(Real radius, Real& x, Real& y) {
-  using std::hypot;
-  const Real length = hypot(x, y);
+  const Real length = planar_length(x, y);
   if (length <= radius) return;
   x *= radius / length;
   y *= radius / length;
@@ -101,8 +114,7 @@ void shrink(Real radius, Real& x, Real& y) {
 /// Moves (n, x, y) to the nearest point of a friction cone. The cone may be as narrow as a line.
 template <typename Real>
 void project_on_cone(Real friction, Real& n, Real& x, Real& y) {
-  using std::hypot;
-  const Real t = hypot(x, y);
+  const Real t = planar_length(x, y);
   if (n >= Real(0) && t <= friction * n) return;
   if (friction * t <= -n) {
     n = x = y = Real(0);
@@ -123,14 +135,29 @@ void add_square(EnvelopeMatrix<Real>& h, Real weight, const IslandRow<Real>& row
     if (unknown[k] == row.none) continue;
     for (std::size_t l = 0; l < 2; ++l) {
       if (unknown[l] == row.none || unknown[l] > unknown[k]) continue;
-      for (std::size_t p = 0; p < 6; ++p) {
-        const Real left = weight * (*j[k])[p];
-        const std::size_t end = k == l ? p + 1 : 6;
-        Real* out = &h.at(unknown[k] + p, unknown[l]);
-        for (std::size_t q = 0; q < end; ++q) out[q] += left * (*j[l])[q];
+      for (std::uint32_t q = 0; q < 6; ++q) {
+        const Real right = weight * (*j[l])[q];
+        Real* const out = &h.at(unknown[k], unknown[l] + q);
+        for (std::size_t p = 0; p < 6; ++p) out[p] += right * (*j[k])[p];
       }
     }
   }
+}
+
+/// Distance of a row from its law, as a velocity by the row's own response. A cone counts with its
+/// tangents.
+/// @param l, w  Impulses and velocities, of the row and those that follow.
+template <typename Real>
+[[nodiscard]] Real distance_from_law(const IslandRow<Real>& row, const Real* l, const Real* w) {
+  using std::abs;
+  const Real K = row.response;
+  const Real proposed = l[0] - (w[0] + row.compliance * l[0]) / (K + row.compliance);
+  if (row.kind != RowKind::cone) return K * abs(l[0] - row.clamped(proposed));
+  Real x = l[1] - w[1] / K;
+  Real y = l[2] - w[2] / K;
+  shrink(row.friction * std::max(Real(0), l[0]), x, y);
+  return std::max(K * abs(l[0] - std::max(Real(0), proposed)),
+                  K * planar_length(Real(l[1] - x), Real(l[2] - y)));
 }
 
 /// Largest distance of a row from its law, as a velocity by the row's own response.
@@ -138,24 +165,16 @@ void add_square(EnvelopeMatrix<Real>& h, Real weight, const IslandRow<Real>& row
 template <typename Real, typename Lambda, typename Velocity>
 [[nodiscard]] Real distance_from_law(std::span<const IslandRow<Real>> rows, const Lambda& lambda,
                                      const Velocity& velocity) {
-  using std::abs;
-  using std::hypot;
   Real largest = Real(0);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const IslandRow<Real>& row = rows[i];
-    const Real K = row.response;
-    if (!(K > Real(0)) || row.kind == RowKind::tangent) continue;
-    const Real l = lambda(i);
-    const Real proposed = l - (velocity(i) + row.compliance * l) / (K + row.compliance);
-    if (row.kind != RowKind::cone) {
-      largest = std::max(largest, K * abs(l - row.clamped(proposed)));
-      continue;
+    if (!(row.response > Real(0)) || row.kind == RowKind::tangent) continue;
+    Real l[3], w[3];
+    for (std::size_t part = 0; part < (row.kind == RowKind::cone ? 3 : 1); ++part) {
+      l[part] = lambda(i + part);
+      w[part] = velocity(i + part);
     }
-    largest = std::max(largest, K * abs(l - std::max(Real(0), proposed)));
-    Real x = lambda(i + 1) - velocity(i + 1) / K;
-    Real y = lambda(i + 2) - velocity(i + 2) / K;
-    shrink(row.friction * std::max(Real(0), l), x, y);
-    largest = std::max(largest, K * hypot(lambda(i + 1) - x, lambda(i + 2) - y));
+    largest = std::max(largest, distance_from_law(row, l, w));
   }
   return largest;
 }

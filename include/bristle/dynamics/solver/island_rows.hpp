@@ -35,11 +35,11 @@ class IslandRows {
     const std::size_t count = island.bodies.size();
     unknowns_ = 6 * count;
     unknown_.resize(std::max(unknown_.size(), bodies.size()), none);
-    envelope_.resize(unknowns_);
+    envelope_.resize(count);
     for (const std::uint32_t slot : island.bodies) {
       const std::uint32_t n = order_.number(slot);
       unknown_[slot] = 6 * n;
-      for (std::size_t i = 0; i < 6; ++i) envelope_[6 * n + i] = 6 * order_.lowest(n);
+      envelope_[n] = order_.lowest(n);
     }
     for (const std::uint32_t slot : last_) {
       if (order_.number(slot) == none) unknown_[slot] = none;
@@ -118,6 +118,7 @@ class IslandRows {
   [[nodiscard]] std::size_t unknowns() const { return unknowns_; }
   /// First of a body's six unknowns, or `none`.
   [[nodiscard]] std::uint32_t unknown(std::uint32_t slot) const { return unknown_[slot]; }
+  /// First block of each block row of the island's matrix.
   [[nodiscard]] std::span<const std::uint32_t> envelope() const { return envelope_; }
   /// Returns whether any row may change its state. If none may, the problem is linear.
   [[nodiscard]] bool can_switch() const { return can_switch_; }
@@ -190,10 +191,10 @@ class IslandRows {
 
   /// Cancels the opening speed mu |v_t| of cones in sliding contacts.
   void set_shifts() {
-    using std::hypot;
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       if (rows_[i].kind != Kind::cone) continue;
-      rows_[i].shift = rows_[i].friction * hypot(rows_[i + 1].velocity, rows_[i + 2].velocity);
+      rows_[i].shift =
+          rows_[i].friction * planar_length(rows_[i + 1].velocity, rows_[i + 2].velocity);
     }
   }
 
@@ -320,14 +321,14 @@ class IslandRows {
   using Side = RowSide;
 
   [[nodiscard]] Side side_of(std::size_t i, Real eps) const {
-    using std::hypot;
     const Row& row = rows_[i];
     if (row.kind == Kind::free) return Side::inside;
     const Real x = row.proposed(eps, Real(0));
     if (row.kind != Kind::cone) {
       return x > row.lower && x < row.upper ? Side::inside : Side::at_bound;
     }
-    const Real t = hypot(rows_[i + 1].proposed(eps, Real(0)), rows_[i + 2].proposed(eps, Real(0)));
+    const Real t =
+        planar_length(rows_[i + 1].proposed(eps, Real(0)), rows_[i + 2].proposed(eps, Real(0)));
     if (x >= Real(0) && t <= row.friction * x) return Side::inside;
     return row.friction * t <= -x ? Side::at_bound : Side::sliding;
   }
@@ -410,7 +411,6 @@ class IslandRows {
 
 template <Scalar S, typename Real>
 void IslandRows<S, Real>::add_hessian(Real eps, EnvelopeMatrix<Real>& h) {
-  using std::hypot;
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     Row& row = rows_[i];
     if (!(row.response > Real(0)) || row.kind == Kind::tangent) continue;
@@ -433,7 +433,7 @@ void IslandRows<S, Real>::add_hessian(Real eps, EnvelopeMatrix<Real>& h) {
     Real n = row.proposed(eps, Real(0));
     Real x = first.proposed(eps, Real(0));
     Real y = second.proposed(eps, Real(0));
-    const Real t = hypot(x, y);
+    const Real t = planar_length(x, y);
     const Real mu = row.friction;
     const Real on_edge = (n + mu * t) / (Real(1) + mu * mu);
     const Real cosine = t > Real(0) ? x / t : Real(1);

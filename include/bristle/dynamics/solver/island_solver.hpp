@@ -89,7 +89,9 @@ class IslandSolver {
                    std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
                    SolveReport<S>& report) {
     sequential_.start(island, constraints, bodies);
+    bool may_factor = island.soft.empty();
     if (needs_even_load(island, constraints)) {
+      may_factor = false;
       report.residual = S(proximal_.solve(island, constraints, bodies, context, report));
       apply_impulses(island, constraints, bodies);
       if (report.residual <= S(proximal_.enough())) return;
@@ -99,9 +101,9 @@ class IslandSolver {
     // A residual that needs more than one sweep is brought well below the tolerance. Just below it,
     // it would come up again in the next step.
     Convergence progress(context.velocity_tolerance, S(0.3) * context.velocity_tolerance);
-    bool may_factor = island.soft.empty();
     watch_.start();
-    for (int n = 0; n < context.settings.max_sweeps; ++n) {
+    int most_sweeps = may_factor ? context.settings.max_sweeps : most_repairs(context);
+    for (int n = 0; n < most_sweeps; ++n) {
       const S residual = sequential_.sweep(island, constraints, bodies, n % 2 != 0);
       ++report.sweeps;
       report.residual = residual;
@@ -113,11 +115,19 @@ class IslandSolver {
         may_factor = false;
         if (try_proximal(island, constraints, bodies, context, residual, report)) return;
         progress.accept(S(proximal_.enough()));
+        most_sweeps = std::min(most_sweeps, n + 1 + most_repairs(context));
       }
     }
     if (report.residual > context.velocity_tolerance && has_gained_energy(island, bodies)) {
       sweep_from_nothing(island, constraints, bodies, context, report);
     }
+  }
+
+  /// [-] Sweeps that may repair a result of factorisations.
+  [[nodiscard]] static int most_repairs(const SolveContext<S>& context) {
+    const SolverDef<S>& settings = context.settings;
+    return context.is_costly() ? std::min(settings.max_sweeps, settings.large_sweeps)
+                               : settings.max_sweeps;
   }
 
   /// Returns whether an island has gained kinetic energy. It must exceed that at the start and that
@@ -140,7 +150,8 @@ class IslandSolver {
     sequential_.start(island, constraints, bodies);
     S residual = infinity<S>;
     watch_.start();
-    for (int n = 0; n < context.settings.max_sweeps; ++n) {
+    const int most_sweeps = most_repairs(context);
+    for (int n = 0; n < most_sweeps; ++n) {
       residual = sequential_.sweep(island, constraints, bodies, n % 2 != 0);
       ++report.sweeps;
       if (residual <= context.velocity_tolerance &&
@@ -335,6 +346,7 @@ class IslandSolver {
     }
     const S tolerance = context.position_tolerance / context.dt;
     Convergence progress(tolerance, tolerance);
+    bool may_factor = true;
     watch_.start();
     for (int n = 0; n < context.settings.max_position_sweeps; ++n) {
       const S residual =
@@ -344,9 +356,9 @@ class IslandSolver {
           have_settled(island, constraints, bodies, context, motion_of)) {
         break;
       }
-      if (progress.is_slow()) {
-        proximal_.place(island, constraints, bodies, context, report);
-        break;
+      if (may_factor && progress.is_slow()) {
+        may_factor = false;
+        if (S(proximal_.place(island, constraints, bodies, context, report)) < infinity<S>) break;
       }
     }
     return true;

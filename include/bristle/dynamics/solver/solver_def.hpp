@@ -42,10 +42,10 @@ struct SolverDef {
   /// [-] Most multiply-adds of one factorisation of the matrix of an island. Islands within it are
   /// solved by factorisation where sweeps converge too slowly. Examples are a tower of some five
   /// hundred bodies, or a heap of some forty. Larger islands are swept. 0 for plain sequential
-  /// impulses.
+  /// impulses. Twenty times as many are the budget of one solve of an island.
   std::uint64_t max_direct_work = 700000;
-  /// [-] Most Newton steps of one such solve. With the bounds on sweeps and passes it bounds the
-  /// cost of the worst step.
+  /// [-] Most Newton steps of one such solve. Islands for which they exceed the budget take fewer.
+  /// With the bounds on sweeps and passes it bounds the cost of the worst step.
   int max_newton_steps = 60;
   /// [-] Most sweeps over a larger island in each substep. It is `max_sweeps` if most of its
   /// contacts are new.

@@ -9,6 +9,7 @@
 #include <bristle/dynamics/solver/soft_block.hpp>
 #include <bristle/dynamics/solver/solver_def.hpp>
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -130,6 +131,27 @@ struct SolveContext {
   /// True if the island gets a bounded number of sweeps, converged or not.
   bool is_swept = false;
   SolverDef<S> settings{};
+
+  /// [-] Newton steps that the island may still take to solve one problem. The cost of a step has
+  /// two bounds. A problem takes no more multiply-adds than twenty factorisations of the largest
+  /// island, so that the cost does not grow with the island. The problems of all passes together
+  /// take no more than three of that size. What is left of the law grows instead.
+  [[nodiscard]] int most_newton_steps(const SolveReport<S>& report) const {
+    const std::uint64_t work = std::max<std::uint64_t>(1, factor_work);
+    const auto affordable = static_cast<int>(
+        std::clamp<std::uint64_t>(20 * settings.max_direct_work / work, 1,
+                                  static_cast<std::uint64_t>(settings.max_newton_steps)));
+    return std::clamp(3 * affordable - report.factorisations, 1, affordable);
+  }
+  /// [1] Share of those multiply-adds that `max_newton_steps` on Coulomb's law and as many on the
+  /// convex problems would take.
+  [[nodiscard]] double cost_share() const {
+    return 2.0 * settings.max_newton_steps * static_cast<double>(factor_work) /
+           (20.0 * static_cast<double>(settings.max_direct_work));
+  }
+  /// Returns whether both do not fit. The convex problems are then left out, and so are most
+  /// sweeps.
+  [[nodiscard]] bool is_costly() const { return cost_share() > 1; }
 
   /// The same for one of several equal substeps.
   [[nodiscard]] SolveContext part(S parts) const {
