@@ -172,11 +172,11 @@ auto ProximalSolver<S>::follow(const Island& island, Constraints<S>& constraints
   report.factorisations += answer.factorisations;
   enough_ = std::max(enough_, problem.good_enough(answer.slip));
   // The convex problems cost several times as much and seldom find better what is nearly found.
-  // Sweeps go on from there. The more an island costs, the more it may leave; all of it where both
-  // methods do not fit into the budget. The cube leaves small islands exact: stacks come to rest.
-  const auto share = Real(context.cost_share());
+  // Sweeps go on from there. All may be left where both methods do not fit into the budget. Small
+  // islands stay exact, or stacks would never come to rest.
+  const double share = context.cost_share();
   const bool is_near =
-      share > Real(1) || answer.residual <= Real(1e-2) * share * share * share * answer.change;
+      share > 1 || (share > 0.25 && answer.residual <= Real(1e-2 * share) * answer.change);
   if (!is_near && !(answer.residual <= enough_)) return infinity<Real>;
   if (!(answer.residual < infinity<Real>)) return infinity<Real>;
   for (std::size_t k = 0; k < rows_.rows().size(); ++k) rows_.rows()[k].lambda = newton_.impulse(k);
