@@ -28889,7 +28889,7 @@ auto ProximalSolver<S>::follow(const Island& island, Constraints<S>& constraints
   // islands stay exact, or stacks would never come to rest.
   const double share = context.cost_share();
   const bool is_near =
-      share > 1 || (share > 0.25 && answer.residual <= Real(1e-2 * share) * answer.change);
+      share > 1 || (share > 0.5 && answer.residual <= Real(1e-2 * share) * answer.change);
   if (!is_near && !(answer.residual <= enough_)) return infinity<Real>;
   if (!(answer.residual < infinity<Real>)) return infinity<Real>;
   for (std::size_t k = 0; k < rows_.rows().size(); ++k) rows_.rows()[k].lambda = newton_.impulse(k);
