@@ -144,6 +144,7 @@
 #include <bristle/io/recording_check.hpp>
 #include <bristle/io/text_scanner.hpp>
 #include <bristle/io/utf8.hpp>
+#include <bristle/math/block6.hpp>
 #include <bristle/math/block_envelope.hpp>
 #include <bristle/math/cholesky.hpp>
 #include <bristle/math/dormand_prince.hpp>

@@ -556,9 +556,6 @@ Sum sum_in_ranges(std::size_t count, std::size_t size, std::size_t fewest_shared
 /// Each block row is stored from its first nonzero block to the diagonal. All fill of the
 /// factorisation falls inside (Jennings 1966). Stacks and chains numbered end to end have narrow
 /// envelopes. Their cost grows with their length and not with its cube.
-///
-/// Every block is a sum of products of blocks. Six entries are summed side by side, so that they
-/// fill vector registers. Each entry is summed in the same order for registers of every width.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/core/refill.hpp
@@ -590,6 +587,15 @@ void fill_numbers(std::vector<T>& vector) {
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
+
+// === bristle/math/block6.hpp
+
+/// @file
+/// Products of 6x6 blocks, for the factorisations of matrices with six unknowns a body.
+///
+/// Six entries are summed side by side, so that they fill vector registers. Each entry is summed in
+/// the same order for registers of every width.
+// SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/math/simd.hpp
 
@@ -1440,9 +1446,6 @@ BRISTLE_FORCE_INLINE S max_of_lanes(const Pack<S>& a) {
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <cstdint>
-#include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -1516,6 +1519,16 @@ template <Scalar S>
 [[nodiscard]] BRISTLE_FORCE_INLINE S dot6(const S* a, const S* b) {
   return (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3]) + (a[4] * b[4] + a[5] * b[5]);
 }
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Lower triangle of a symmetric positive definite matrix, and its factor in place.
 template <Scalar S>
@@ -1957,17 +1970,11 @@ template <typename Real>
 /// upper blocks in block columns. Both go from the first nonzero block to the diagonal. All fill
 /// falls inside (Jennings 1966). Pivots are chosen within the blocks of the diagonal. A single
 /// diagonal entry can be zero. That of a contact which slides at the friction angle is.
-///
-/// The arithmetic is that of envelope_cholesky.hpp.
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
-#include <span>
-#include <utility>
 #include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
@@ -2166,7 +2173,7 @@ struct CoulombProblem {
   Real tolerance;
   /// [m/s] Velocity change by forces and motors in the step.
   Real speed_change;
-  /// [-] Most Newton steps.
+  /// [-] Most Newton steps that the caller pays for.
   int most_steps;
 
   /// [m/s] Residual that is worth no more work. It is a thousandth of the slip or of the velocity
@@ -2224,7 +2231,7 @@ class CoulombNewton {
     Real at_centre = infinity<Real>;
     Real last_left = infinity<Real>;
     int centres = 0;
-    for (int i = 0; i < problem.most_steps; ++i) {
+    for (int i = 0; i < std::min(problem.most_steps, most_iterations); ++i) {
       const bool has_switched = linearise(rows, eps);
       const bool is_fresh = has_switched || factored_eps != eps;
       find_gradient(problem);
@@ -2294,6 +2301,8 @@ class CoulombNewton {
   [[nodiscard]] const std::vector<Real>& velocities() const { return best_v_; }
 
  private:
+  // What has not been found by then is not near.
+  static constexpr int most_iterations = 30;
   static constexpr double largest_eps = 0.1;
 
   using State = CoulombState;
@@ -2554,8 +2563,8 @@ class CoulombNewton {
     Candidate candidate = try_candidate(problem, problem.good_enough(answer.slip));
     if (candidate.work > Real(0)) {
       // The work of a share s is s slope + s^2 (work - slope).
-      const Real share = -candidate.slope / (Real(2) * (candidate.work - candidate.slope));
-      if (!(share > Real(0))) return;
+      const Real share =
+          std::max(Real(0), -candidate.slope / (Real(2) * (candidate.work - candidate.slope)));
       for (Real& x : candidate_) x *= share;
       candidate = try_candidate(problem, problem.good_enough(answer.slip));
     }
@@ -11691,23 +11700,28 @@ struct SolveContext {
   bool is_swept = false;
   SolverDef<S> settings{};
 
-  /// [-] Newton steps that the island may still take to solve one problem. The cost of a step has
-  /// two bounds. A problem takes no more multiply-adds than twenty factorisations of the largest
-  /// island, so that the cost does not grow with the island. The problems of all passes together
-  /// take no more than three of that size. What is left of the law grows instead.
+  /// [-] Factorisations that the budget of one problem pays for. It is as many multiply-adds as
+  /// twenty factorisations of the largest island take.
+  [[nodiscard]] double affordable_steps() const {
+    return 20.0 * static_cast<double>(settings.max_direct_work) /
+           static_cast<double>(std::max<std::uint64_t>(1, factor_work));
+  }
+  /// [-] Newton steps that the island may still take to solve one problem, at least one. The cost
+  /// of a step so does not grow with the island. What is left of the law grows instead. All passes
+  /// of a step share three times the budget; once it is spent, each problem gets one step.
   [[nodiscard]] int most_newton_steps(const SolveReport<S>& report) const {
-    const std::uint64_t work = std::max<std::uint64_t>(1, factor_work);
-    const auto affordable = static_cast<int>(
-        std::clamp<std::uint64_t>(20 * settings.max_direct_work / work, 1,
-                                  static_cast<std::uint64_t>(settings.max_newton_steps)));
-    return std::clamp(3 * affordable - report.factorisations, 1, affordable);
+    const double most = settings.max_newton_steps;
+    const double steps = std::clamp(affordable_steps(), 1.0, most);
+    return static_cast<int>(std::clamp(3 * steps - report.factorisations, 1.0, steps));
   }
-  /// [1] Share of those multiply-adds that `max_newton_steps` on Coulomb's law and as many on the
-  /// convex problems would take.
+  /// [1] Share of the budget that `max_newton_steps` on Coulomb's law and as many on the convex
+  /// problems would take.
   [[nodiscard]] double cost_share() const {
-    return 2.0 * settings.max_newton_steps * static_cast<double>(factor_work) /
-           (20.0 * static_cast<double>(settings.max_direct_work));
+    return 2.0 * settings.max_newton_steps / affordable_steps();
   }
+  /// Returns whether both take less than half of it. The island is then solved exactly, or stacks
+  /// would never come to rest.
+  [[nodiscard]] bool is_cheap() const { return cost_share() <= 0.5; }
   /// Returns whether both do not fit. The convex problems are then left out, and so are most
   /// sweeps.
   [[nodiscard]] bool is_costly() const { return cost_share() > 1; }
@@ -28880,18 +28894,18 @@ auto ProximalSolver<S>::follow(const Island& island, Constraints<S>& constraints
       .free = &product_,
       .tolerance = Real(is_swept_first ? 0.01 : 0.1) * Real(context.velocity_tolerance),
       .speed_change = change,
-      .most_steps = std::min(30, context.most_newton_steps(report))};
+      .most_steps = context.most_newton_steps(report)};
   const CoulombResult<Real> answer = newton_.solve(problem);
   report.factorisations += answer.factorisations;
   enough_ = std::max(enough_, problem.good_enough(answer.slip));
   // The convex problems cost several times as much and seldom find better what is nearly found.
-  // Sweeps go on from there. All may be left where both methods do not fit into the budget. Small
-  // islands stay exact, or stacks would never come to rest.
-  const double share = context.cost_share();
-  const bool is_near =
-      share > 1 || (share > 0.5 && answer.residual <= Real(1e-2 * share) * answer.change);
-  if (!is_near && !(answer.residual <= enough_)) return infinity<Real>;
-  if (!(answer.residual < infinity<Real>)) return infinity<Real>;
+  // Where that is not cheap, sweeps go on from there instead.
+  Real acceptable = enough_;
+  if (!context.is_cheap()) {
+    acceptable = std::max(enough_, Real(1e-2 * context.cost_share()) * answer.change);
+  }
+  if (context.is_costly()) acceptable = largest_number<Real>;
+  if (!(answer.residual <= acceptable)) return infinity<Real>;
   for (std::size_t k = 0; k < rows_.rows().size(); ++k) rows_.rows()[k].lambda = newton_.impulse(k);
   v_ = newton_.velocities();
   rows_.store_impulses(island, constraints);
@@ -30807,7 +30821,8 @@ class IslandSolver {
     sequential_.start(island, constraints, bodies);
     bool may_factor = island.soft.empty();
     if (needs_even_load(island, constraints)) {
-      may_factor = false;
+      // A second solve from where sweeps have led finds some of what the first did not.
+      may_factor = may_factor && context.is_cheap();
       report.residual = S(proximal_.solve(island, constraints, bodies, context, report));
       apply_impulses(island, constraints, bodies);
       if (report.residual <= S(proximal_.enough())) return;

@@ -133,10 +133,11 @@ TEST_CASE("random_scenes: sensors") {
   check_class("sensors", {.compounds = true, .sensors = true}, 40001, 150, {});
 }
 
-// Three are known: at 20001, 20032 and 20085 the centre of a light link is 0.6 to 0.8 sizes below
-// the floor for a few steps, where it was turned by radians in one.
+// Two are known: at 20032 and 20085 the centre of a light link is 0.6 and 0.8 sizes below the floor
+// for a few steps, where it was turned by radians in one. Of 600 scenes three break a bound, all in
+// this way.
 TEST_CASE("random_scenes: joints") {
-  check_class("joints", {.compounds = true, .joints = true}, 20001, 150, {.known_failures = 3});
+  check_class("joints", {.compounds = true, .joints = true}, 20001, 150, {.known_failures = 2});
 }
 
 // Of 500 scenes one breaks a bound, by 6 % more energy than is allowed.

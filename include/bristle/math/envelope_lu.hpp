@@ -5,22 +5,16 @@
 /// upper blocks in block columns. Both go from the first nonzero block to the diagonal. All fill
 /// falls inside (Jennings 1966). Pivots are chosen within the blocks of the diagonal. A single
 /// diagonal entry can be zero. That of a contact which slides at the friction angle is.
-///
-/// The arithmetic is that of envelope_cholesky.hpp.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <bristle/core/refill.hpp>
+#include <bristle/math/block6.hpp>
 #include <bristle/math/envelope_cholesky.hpp>
-#include <bristle/math/simd.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
-#include <span>
-#include <utility>
 #include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {

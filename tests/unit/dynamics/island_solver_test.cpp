@@ -7,6 +7,8 @@
 #include <doctest/doctest.h>
 
 #include <array>
+#include <cstdint>
+#include <limits>
 #include <vector>
 
 using namespace bristle;
@@ -274,4 +276,45 @@ TEST_CASE("IslandSolver: placed impulses close gaps and overlaps without a chang
       CHECK(before[i].twist.angular == pile.bodies[i].twist.angular);
     }
   }
+}
+
+// Twenty factorisations of the largest island for each problem, three times that for all passes.
+TEST_CASE("SolveContext: a budget of multiply-adds bounds the steps of an island") {
+  SolveContext<double> c;
+  c.settings.max_direct_work = 1000;
+  c.settings.max_newton_steps = 60;
+  const auto steps = [&](std::uint64_t work, int spent) {
+    c.factor_work = work;
+    SolveReport<double> report;
+    report.factorisations = spent;
+    return c.most_newton_steps(report);
+  };
+  // 20 * 1000 / 60 is the work from which on it is felt.
+  CHECK(steps(0, 0) == 60);
+  CHECK(steps(333, 0) == 60);
+  CHECK(steps(400, 0) == 50);
+  CHECK(steps(1000, 0) == 20);
+  CHECK(steps(100000, 0) == 1);
+  // What the passes before have spent counts; one step is always left.
+  CHECK(steps(1000, 40) == 20);
+  CHECK(steps(1000, 55) == 5);
+  CHECK(steps(1000, 60) == 1);
+  CHECK(steps(1000, 1000) == 1);
+  // 60 steps on Coulomb's law and 60 on the convex problems take half of it at 20 * 1000 / 240.
+  c.factor_work = 83;
+  CHECK(c.is_cheap());
+  c.factor_work = 84;
+  CHECK_FALSE(c.is_cheap());
+  c.factor_work = 166;
+  CHECK_FALSE(c.is_costly());
+  c.factor_work = 167;
+  CHECK(c.is_costly());
+  CHECK(c.cost_share() == test::relative(120.0 * 167 / 20000));
+  // No product overflows.
+  c.settings.max_direct_work = std::numeric_limits<std::uint64_t>::max();
+  c.settings.max_newton_steps = std::numeric_limits<int>::max();
+  CHECK(steps(1, 0) == std::numeric_limits<int>::max());
+  c.settings.max_direct_work = 0;
+  CHECK(steps(5, 0) == 1);
+  CHECK(c.is_costly());
 }

@@ -46,7 +46,7 @@ struct CoulombProblem {
   Real tolerance;
   /// [m/s] Velocity change by forces and motors in the step.
   Real speed_change;
-  /// [-] Most Newton steps.
+  /// [-] Most Newton steps that the caller pays for.
   int most_steps;
 
   /// [m/s] Residual that is worth no more work. It is a thousandth of the slip or of the velocity
@@ -104,7 +104,7 @@ class CoulombNewton {
     Real at_centre = infinity<Real>;
     Real last_left = infinity<Real>;
     int centres = 0;
-    for (int i = 0; i < problem.most_steps; ++i) {
+    for (int i = 0; i < std::min(problem.most_steps, most_iterations); ++i) {
       const bool has_switched = linearise(rows, eps);
       const bool is_fresh = has_switched || factored_eps != eps;
       find_gradient(problem);
@@ -174,6 +174,8 @@ class CoulombNewton {
   [[nodiscard]] const std::vector<Real>& velocities() const { return best_v_; }
 
  private:
+  // What has not been found by then is not near.
+  static constexpr int most_iterations = 30;
   static constexpr double largest_eps = 0.1;
 
   using State = CoulombState;
@@ -434,8 +436,8 @@ class CoulombNewton {
     Candidate candidate = try_candidate(problem, problem.good_enough(answer.slip));
     if (candidate.work > Real(0)) {
       // The work of a share s is s slope + s^2 (work - slope).
-      const Real share = -candidate.slope / (Real(2) * (candidate.work - candidate.slope));
-      if (!(share > Real(0))) return;
+      const Real share =
+          std::max(Real(0), -candidate.slope / (Real(2) * (candidate.work - candidate.slope)));
       for (Real& x : candidate_) x *= share;
       candidate = try_candidate(problem, problem.good_enough(answer.slip));
     }

@@ -91,7 +91,8 @@ class IslandSolver {
     sequential_.start(island, constraints, bodies);
     bool may_factor = island.soft.empty();
     if (needs_even_load(island, constraints)) {
-      may_factor = false;
+      // A second solve from where sweeps have led finds some of what the first did not.
+      may_factor = may_factor && context.is_cheap();
       report.residual = S(proximal_.solve(island, constraints, bodies, context, report));
       apply_impulses(island, constraints, bodies);
       if (report.residual <= S(proximal_.enough())) return;

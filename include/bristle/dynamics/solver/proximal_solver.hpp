@@ -167,18 +167,18 @@ auto ProximalSolver<S>::follow(const Island& island, Constraints<S>& constraints
       .free = &product_,
       .tolerance = Real(is_swept_first ? 0.01 : 0.1) * Real(context.velocity_tolerance),
       .speed_change = change,
-      .most_steps = std::min(30, context.most_newton_steps(report))};
+      .most_steps = context.most_newton_steps(report)};
   const CoulombResult<Real> answer = newton_.solve(problem);
   report.factorisations += answer.factorisations;
   enough_ = std::max(enough_, problem.good_enough(answer.slip));
   // The convex problems cost several times as much and seldom find better what is nearly found.
-  // Sweeps go on from there. All may be left where both methods do not fit into the budget. Small
-  // islands stay exact, or stacks would never come to rest.
-  const double share = context.cost_share();
-  const bool is_near =
-      share > 1 || (share > 0.5 && answer.residual <= Real(1e-2 * share) * answer.change);
-  if (!is_near && !(answer.residual <= enough_)) return infinity<Real>;
-  if (!(answer.residual < infinity<Real>)) return infinity<Real>;
+  // Where that is not cheap, sweeps go on from there instead.
+  Real acceptable = enough_;
+  if (!context.is_cheap()) {
+    acceptable = std::max(enough_, Real(1e-2 * context.cost_share()) * answer.change);
+  }
+  if (context.is_costly()) acceptable = largest_number<Real>;
+  if (!(answer.residual <= acceptable)) return infinity<Real>;
   for (std::size_t k = 0; k < rows_.rows().size(); ++k) rows_.rows()[k].lambda = newton_.impulse(k);
   v_ = newton_.velocities();
   rows_.store_impulses(island, constraints);

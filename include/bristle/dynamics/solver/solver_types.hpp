@@ -132,23 +132,28 @@ struct SolveContext {
   bool is_swept = false;
   SolverDef<S> settings{};
 
-  /// [-] Newton steps that the island may still take to solve one problem. The cost of a step has
-  /// two bounds. A problem takes no more multiply-adds than twenty factorisations of the largest
-  /// island, so that the cost does not grow with the island. The problems of all passes together
-  /// take no more than three of that size. What is left of the law grows instead.
+  /// [-] Factorisations that the budget of one problem pays for. It is as many multiply-adds as
+  /// twenty factorisations of the largest island take.
+  [[nodiscard]] double affordable_steps() const {
+    return 20.0 * static_cast<double>(settings.max_direct_work) /
+           static_cast<double>(std::max<std::uint64_t>(1, factor_work));
+  }
+  /// [-] Newton steps that the island may still take to solve one problem, at least one. The cost
+  /// of a step so does not grow with the island. What is left of the law grows instead. All passes
+  /// of a step share three times the budget; once it is spent, each problem gets one step.
   [[nodiscard]] int most_newton_steps(const SolveReport<S>& report) const {
-    const std::uint64_t work = std::max<std::uint64_t>(1, factor_work);
-    const auto affordable = static_cast<int>(
-        std::clamp<std::uint64_t>(20 * settings.max_direct_work / work, 1,
-                                  static_cast<std::uint64_t>(settings.max_newton_steps)));
-    return std::clamp(3 * affordable - report.factorisations, 1, affordable);
+    const double most = settings.max_newton_steps;
+    const double steps = std::clamp(affordable_steps(), 1.0, most);
+    return static_cast<int>(std::clamp(3 * steps - report.factorisations, 1.0, steps));
   }
-  /// [1] Share of those multiply-adds that `max_newton_steps` on Coulomb's law and as many on the
-  /// convex problems would take.
+  /// [1] Share of the budget that `max_newton_steps` on Coulomb's law and as many on the convex
+  /// problems would take.
   [[nodiscard]] double cost_share() const {
-    return 2.0 * settings.max_newton_steps * static_cast<double>(factor_work) /
-           (20.0 * static_cast<double>(settings.max_direct_work));
+    return 2.0 * settings.max_newton_steps / affordable_steps();
   }
+  /// Returns whether both take less than half of it. The island is then solved exactly, or stacks
+  /// would never come to rest.
+  [[nodiscard]] bool is_cheap() const { return cost_share() <= 0.5; }
   /// Returns whether both do not fit. The convex problems are then left out, and so are most
   /// sweeps.
   [[nodiscard]] bool is_costly() const { return cost_share() > 1; }
