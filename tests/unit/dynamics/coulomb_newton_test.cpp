@@ -18,7 +18,7 @@ using namespace bristle::detail;
 
 namespace {
 
-using Row = IslandRow<double>;
+using LawRow = IslandRow<double>;
 
 constexpr double tolerance = 1e-12;
 constexpr double error = 1e-11;
@@ -26,7 +26,7 @@ constexpr double error = 1e-11;
 /// Balls of mass and moment of inertia m that move freely but for the rows that are added.
 struct Balls {
   std::vector<double> mass;
-  std::vector<Row> rows{};
+  std::vector<LawRow> rows{};
   std::vector<double> start{}, free{};
   // Where surfaces slide an error of 1e-3 of this ends the iteration.
   double speed_change = 1e-8;
@@ -38,13 +38,13 @@ struct Balls {
   explicit Balls(std::vector<double> masses)
       : mass(std::move(masses)), start(6 * mass.size(), 0.0), free(start) {}
 
-  /// A unit row along an axis of ball b, less that of ball a unless that is `Row::none`.
-  Row along(std::size_t axis, std::uint32_t b, std::uint32_t a = Row::none) const {
-    Row row;
+  /// A unit row along an axis of ball b, less that of ball a unless that is `LawRow::none`.
+  LawRow along(std::size_t axis, std::uint32_t b, std::uint32_t a = LawRow::none) const {
+    LawRow row;
     row.b = 6 * b;
     row.jacobian_b[axis] = 1;
     row.response = 1 / mass[b];
-    if (a != Row::none) {
+    if (a != LawRow::none) {
       row.a = 6 * a;
       row.jacobian_a[axis] = -1;
       row.response += 1 / mass[a];
@@ -52,9 +52,9 @@ struct Balls {
     return row;
   }
   void add_contact(std::size_t normal, double friction, std::uint32_t b,
-                   std::uint32_t a = Row::none, double sign = 1) {
+                   std::uint32_t a = LawRow::none, double sign = 1) {
     for (std::size_t part = 0; part < 3; ++part) {
-      Row row = along((normal + part) % 3, b, a);
+      LawRow row = along((normal + part) % 3, b, a);
       row.kind = part == 0 ? RowKind::cone : RowKind::tangent;
       row.friction = friction;
       if (part == 0) {
@@ -151,7 +151,7 @@ TEST_CASE("CoulombNewton: a pushed row moves as one, or as fast as the motor's f
       }
       pushed -= masses[i];
     }
-    Row motor = row.along(0, 0);
+    LawRow motor = row.along(0, 0);
     motor.kind = RowKind::bounded;
     motor.target = 1;
     motor.upper = force * total * mu * weight;
@@ -191,7 +191,7 @@ TEST_CASE("CoulombNewton: answers take energy, solved or not") {
         }
       }
       heap.add_contact(0, 0.6, 0);
-      heap.add_contact(0, 0.6, n - 1, Row::none, -1);
+      heap.add_contact(0, 0.6, n - 1, LawRow::none, -1);
       const CoulombResult<double> answer = heap.solve();
       // An impulse that adds energy is scaled until it takes some.
       REQUIRE(answer.residual < infinity<double>);

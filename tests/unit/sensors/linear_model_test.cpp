@@ -37,7 +37,7 @@ TEST_CASE_TEMPLATE("linearise_normal: implicit Euler on the depth", S, float, do
     const S dt = random.uniform(S(1e-4), S(1e-2));
     const S start = random.uniform(S(-0.2), S(1));
     PatchContact<S> c = sensed_contact<S>(random, start);
-    detail::linearise_normal<S>(p, c, dt);
+    linearise_normal<S>(p, c, dt);
     // Fast enough to be pressed in when the step ends, however far the surface is.
     const S rate = random.uniform(S(0.3), S(0.5)) / dt;
     const S end = start + dt * rate;
@@ -62,7 +62,7 @@ TEST_CASE_TEMPLATE("linearise_stuck: implicit Euler where bristles are stiff", S
     c.force = random.uniform(S(0.1), S(2));
     c.stretch = tangential<S>(S(1e-3) * random.direction<S>(), c.n);
     c.start_velocity = random.in_cube(S(0.3));
-    const Vec3<S> constant = detail::linearise_stuck<S>(p, {}, pair, c, dt);
+    const Vec3<S> constant = linearise_stuck<S>(p, {}, pair, c, dt);
     const Vec3<S> v = tangential<S>(random.in_cube(S(0.3)), c.n);
     const S k_t = p.static_friction * c.force;
     const Vec3<S> expected = dt * k_t * (c.stretch + dt * v) + dt * p.sliding_friction * v;

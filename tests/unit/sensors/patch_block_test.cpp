@@ -46,7 +46,7 @@ Vec3<S> impulse_of(const ContactPacket<S>& packet, std::size_t i) {
 template <Scalar S, typename Visit>
 void for_each_lane(SensorPatch<S>& patch, const PatchPair<S>& pair, Visit&& visit) {
   std::size_t k = 0;
-  for (ContactPacket<S>& packet : detail::contacts_of(patch, pair)) {
+  for (ContactPacket<S>& packet : contacts_of(patch, pair)) {
     for (std::size_t i = 0; i < packet_size; ++i) {
       if ((packet.is_met >> i & 1u) != 0) visit(packet, i, k++);
     }
@@ -70,7 +70,7 @@ class ScalarBlock {
     Wrench<S> sum;
     for (PatchContact<S>& c : contacts) {
       const Vec3<S> v = velocity(c, u);
-      c.impulse = detail::model_impulse<S>(c, v);
+      c.impulse = model_impulse<S>(c, v);
       c.normal_impulse = c.is_pushing ? c.impulse.dot(c.n) : S(0);
       if (c.normal_impulse < S(0)) {
         c.impulse = tangential<S>(c.impulse, c.n);
@@ -84,13 +84,13 @@ class ScalarBlock {
   bool update(const Vec6<S>& u, int pass, bool is_last_pass) {
     const SensorParameters<S>& p = patch_.def.parameters;
     const LawOptions& options = patch_.def.options;
-    detail::PassChange<S> change;
+    PassChange<S> change;
     for (PatchContact<S>& c : contacts) {
       const Vec3<S> v = velocity(c, u);
-      detail::linearise_normal<S>(p, c, S(dt));
-      detail::update_normal<S>(c, true, v, S(dt), change);
-      detail::update_slip<S>(c, tangential<S>(v, c.n), p.breakaway_distance, options.reset, S(dt),
-                             pass, is_last_pass, change);
+      linearise_normal<S>(p, c, S(dt));
+      update_normal<S>(c, true, v, S(dt), change);
+      update_slip<S>(c, tangential<S>(v, c.n), p.breakaway_distance, options.reset, S(dt), pass,
+                     is_last_pass, change);
       if (!c.is_pushing) c.a_normal = 0;
     }
     const bool has_changed = change.did_switch || change.force_change > S(1e-3) * change.force_sum;
@@ -104,9 +104,9 @@ class ScalarBlock {
       const Vec3<S> v = velocity(c, u);
       const Vec3<S> before = tangential<S>(c.impulse, c.n);
       c.normal_impulse = is_last_pass && has_changed ? S(0) : S(dt) * c.force;
-      detail::linearise<S>(p, options, pair_, c, tangential<S>(v, c.n), S(dt));
+      linearise<S>(p, options, pair_, c, tangential<S>(v, c.n), S(dt));
       if (!c.is_pushing) c.a_normal = 0;
-      friction_change += (tangential<S>(detail::model_impulse<S>(c, v), c.n) - before).norm();
+      friction_change += (tangential<S>(model_impulse<S>(c, v), c.n) - before).norm();
       friction_sum += before.norm();
     }
     for (std::size_t k = 0; k < contacts.size(); ++k) made_for_[k] = contacts[k].force;
@@ -115,7 +115,7 @@ class ScalarBlock {
 
  private:
   static Vec3<S> velocity(const PatchContact<S>& c, const Vec6<S>& u) {
-    return detail::velocity_at<S>(u.template head<3>(), u.template tail<3>(), c.rho);
+    return velocity_at<S>(u.template head<3>(), u.template tail<3>(), c.rho);
   }
 
   const SensorPatch<S>& patch_;
