@@ -18,6 +18,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/error.hpp>
 #include <bristle/dynamics/solver/coulomb_newton.hpp>
 #include <bristle/dynamics/solver/derivative_watch.hpp>
 #include <bristle/dynamics/solver/island_rows.hpp>
