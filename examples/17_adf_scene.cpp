@@ -44,7 +44,7 @@ void grip_and_lift(World<double>& world, AdfScene<double>& scene) {
 
   for (const auto& patch : scene.patches) {
     const auto reading = world.reading(patch.value);
-    std::printf("%-9s normal %.3f N, shear %.3f N, touching %zu of %zu\n", patch.name.c_str(),
+    std::printf("%-9s normal %.3f N, shear %.2f N, touching %zu of %zu\n", patch.name.c_str(),
                 reading.total_normal(), reading.total_shear(), reading.touching(), reading.size());
   }
   std::printf("the part rose by %.3f mm\n", 1e3 * (world.pose(part).translation.z() - start));

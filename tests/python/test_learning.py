@@ -20,19 +20,29 @@ WORLDS, ITERATIONS, PARTS = 48, 14, 200
 
 class Learning(unittest.TestCase):
     def test_a_policy_learns_to_grip_by_feel(self):
+        # What fourteen iterations reach depends on chance: one seed in five learns next to nothing.
+        # The middle of three is above the bounds unless two fail.
         torch.set_num_threads(1)
-        policy, curve = train_grip.train(True, ITERATIONS, WORLDS, threads=2, seed=1)
-        untrained, _ = train_grip.train(True, 0, WORLDS, threads=2, seed=1)
+        gains = [self.gains(seed) for seed in (1, 2, 3)]
+        learned, over_untrained, over_numb = np.median(gains, axis=0)
+        self.assertGreater(learned, 0.15)
+        self.assertGreater(over_untrained, 0.2)
+        self.assertGreater(over_numb, 0.1)
+
+    def gains(self, seed):
+        """Rewards that a policy gained: in its curve, over an untrained one, over itself numb."""
+        policy, curve = train_grip.train(True, ITERATIONS, WORLDS, threads=2, seed=seed)
+        untrained, _ = train_grip.train(True, 0, WORLDS, threads=2, seed=seed)
         results = {name: train_grip.try_out(train_grip.act_by(p), touch, PARTS, 2, seed=2)
-                   for name, p, touch in (("trained", policy, True), ("numb", policy, False),
+                   for name, p, touch in (("trained", policy, True),
+                                          # The same policy without its readings.
+                                          ("numb", policy, False),
                                           ("untrained", untrained, True))}
         for name, result in results.items():
             train_grip.print_row(name, *result)
         reward = {name: result[0].mean() for name, result in results.items()}
-        self.assertGreater(curve[-1], curve[0] + 0.15)
-        self.assertGreater(reward["trained"], reward["untrained"] + 0.2)
-        # The same policy without its readings.
-        self.assertGreater(reward["trained"], reward["numb"] + 0.1)
+        return (curve[-1] - curve[0], reward["trained"] - reward["untrained"],
+                reward["trained"] - reward["numb"])
 
     def test_the_same_seed_learns_the_same(self):
         curves = [train_grip.train(True, 2, 4, threads=threads, seed=3)[1] for threads in (1, 2)]
