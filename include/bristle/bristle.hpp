@@ -192,6 +192,7 @@
 #include <bristle/world/haptic_loop.hpp>
 #include <bristle/world/haptic_substep.hpp>
 #include <bristle/world/held_mobility.hpp>
+#include <bristle/world/joint_stage.hpp>
 #include <bristle/world/kernels.hpp>
 #include <bristle/world/kernels_impl.hpp>
 #include <bristle/world/mechanism_stage.hpp>

@@ -24,6 +24,10 @@ namespace bristle::inline BRISTLE_ABI {
     return detail::own_world_kernels<S, Backend>();                               \
   }                                                                               \
   template <>                                                                     \
+  const detail::JointKernels<S, Backend>& detail::joint_kernels<S, Backend>() {   \
+    return detail::own_joint_kernels<S, Backend>();                               \
+  }                                                                               \
+  template <>                                                                     \
   const detail::HapticKernels<S, Backend>& detail::haptic_kernels<S, Backend>() { \
     return detail::own_haptic_kernels<S, Backend>();                              \
   }                                                                               \

@@ -640,12 +640,14 @@ void fill_numbers(std::vector<T>& vector) {
 /// the bits are the same.
 ///
 /// A member function of Eigen refers to its object. So its result on a temporary must not be kept.
-/// In `const auto size = (a - b).cwiseAbs()` it refers to a difference that is gone. With `const
-/// Vec3<S> size` it does not.
+/// In `const auto turned = (A * B).transpose()` it refers to a product that is gone. With `const
+/// Mat3<S> turned` it does not.
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <Eigen/Core>
 
+#include <algorithm>
+#include <cmath>
 #include <concepts>
 #include <type_traits>
 
@@ -653,10 +655,16 @@ namespace bristle::inline BRISTLE_ABI {
 
 namespace detail {
 
+/// Accepts what derives from an expression of Eigen.
+template <typename Derived>
+void accept_expression(const Eigen::MatrixBase<Derived>&);
+
 /// An Eigen matrix, or an expression of one, whose size is known at compile time.
 template <typename M>
-concept SmallMatrix = std::is_base_of_v<Eigen::MatrixBase<M>, M> && M::SizeAtCompileTime >
-0;
+concept SmallMatrix = requires(const M& m) {
+  accept_expression(m);
+  requires(int{M::SizeAtCompileTime} > 0);
+};
 
 /// Two matrices of one size and scalar.
 template <typename A, typename B>
@@ -782,7 +790,145 @@ operator*(const A& a, const B& b) {
       });
 }
 
+/// Sizes of the entries.
+template <detail::SmallMatrix A>
+[[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> cwise_abs(const A& a) {
+  using std::abs;
+  decltype(auto) x = detail::stored(a);
+  return detail::matrix_of<detail::ValueOf<A>>(
+      [&](int i, int j) { return abs(detail::entry(x, i, j)); });
+}
+
+/// Squares of the entries.
+template <detail::SmallMatrix A>
+[[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> cwise_square(const A& a) {
+  decltype(auto) x = detail::stored(a);
+  return detail::matrix_of<detail::ValueOf<A>>(
+      [&](int i, int j) { return detail::entry(x, i, j) * detail::entry(x, i, j); });
+}
+
+/// Inverses of the entries.
+template <detail::SmallMatrix A>
+[[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> cwise_inverse(const A& a) {
+  using S = typename A::Scalar;
+  decltype(auto) x = detail::stored(a);
+  return detail::matrix_of<detail::ValueOf<A>>(
+      [&](int i, int j) -> S { return S(1) / detail::entry(x, i, j); });
+}
+
+/// Products of the entries of two matrices.
+template <typename A, typename B>
+requires detail::SameSize<A, B>
+[[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> cwise_product(const A& a, const B& b) {
+  decltype(auto) x = detail::stored(a);
+  decltype(auto) y = detail::stored(b);
+  return detail::matrix_of<detail::ValueOf<A>>(
+      [&](int i, int j) { return detail::entry(x, i, j) * detail::entry(y, i, j); });
+}
+
+/// The smaller of each two entries.
+template <typename A, typename B>
+requires detail::SameSize<A, B>
+[[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> cwise_min(const A& a, const B& b) {
+  using std::min;
+  decltype(auto) x = detail::stored(a);
+  decltype(auto) y = detail::stored(b);
+  return detail::matrix_of<detail::ValueOf<A>>(
+      [&](int i, int j) { return min(detail::entry(x, i, j), detail::entry(y, i, j)); });
+}
+
+/// The larger of each two entries.
+template <typename A, typename B>
+requires detail::SameSize<A, B>
+[[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> cwise_max(const A& a, const B& b) {
+  using std::max;
+  decltype(auto) x = detail::stored(a);
+  decltype(auto) y = detail::stored(b);
+  return detail::matrix_of<detail::ValueOf<A>>(
+      [&](int i, int j) { return max(detail::entry(x, i, j), detail::entry(y, i, j)); });
+}
+
+/// The entries, moved into [-limit, limit].
+template <detail::SmallMatrix A, std::same_as<typename A::Scalar> S>
+[[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> cwise_clamp(const A& a, const S& limit) {
+  using std::max;
+  using std::min;
+  decltype(auto) x = detail::stored(a);
+  return detail::matrix_of<detail::ValueOf<A>>(
+      [&](int i, int j) -> S { return min(max(detail::entry(x, i, j), S(-limit)), limit); });
+}
+
+/// Returns whether no entry of A is above the entry of B. False for NaN.
+template <typename A, typename B>
+requires detail::SameSize<A, B>
+[[nodiscard]] BRISTLE_FORCE_INLINE bool all_at_most(const A& a, const B& b) {
+  decltype(auto) x = detail::stored(a);
+  decltype(auto) y = detail::stored(b);
+  for (int j = 0; j < A::ColsAtCompileTime; ++j) {
+    for (int i = 0; i < A::RowsAtCompileTime; ++i) {
+      if (!(detail::entry(x, i, j) <= detail::entry(y, i, j))) return false;
+    }
+  }
+  return true;
+}
+
 namespace detail {
+
+/// Row `i` of a matrix, as a column.
+template <SmallMatrix M>
+[[nodiscard]] BRISTLE_FORCE_INLINE auto row_of(const M& m, Eigen::Index i) {
+  return matrix_of<SmallResult<typename M::Scalar, M::ColsAtCompileTime, 1>>(
+      [&](int k, int) { return entry(m, static_cast<int>(i), k); });
+}
+/// Column `j` of a matrix.
+template <SmallMatrix M>
+[[nodiscard]] BRISTLE_FORCE_INLINE auto column_of(const M& m, Eigen::Index j) {
+  return matrix_of<SmallResult<typename M::Scalar, M::RowsAtCompileTime, 1>>(
+      [&](int k, int) { return entry(m, k, static_cast<int>(j)); });
+}
+/// Writes a vector into row `i` of a matrix.
+template <SmallMatrix M, SmallMatrix V>
+BRISTLE_FORCE_INLINE void set_row(M& m, Eigen::Index i, const V& v) {
+  for (Eigen::Index k = 0; k < int{M::ColsAtCompileTime}; ++k) m(i, k) = v[k];
+}
+/// Writes a vector into column `j` of a matrix.
+template <SmallMatrix M, SmallMatrix V>
+BRISTLE_FORCE_INLINE void set_column(M& m, Eigen::Index j, const V& v) {
+  for (Eigen::Index k = 0; k < int{M::RowsAtCompileTime}; ++k) m(k, j) = v[k];
+}
+/// The first two coordinates.
+template <typename S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Eigen::Matrix<S, 2, 1> xy_of(const Eigen::Matrix<S, 3, 1>& v) {
+  return {v[0], v[1]};
+}
+/// The diagonal of a matrix.
+template <typename S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Eigen::Matrix<S, 3, 1> diagonal_of(
+    const Eigen::Matrix<S, 3, 3>& m) {
+  return {m(0, 0), m(1, 1), m(2, 2)};
+}
+/// The matrix with a diagonal, and zeros elsewhere.
+template <typename S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Eigen::Matrix<S, 3, 3> diagonal_matrix(
+    const Eigen::Matrix<S, 3, 1>& v) {
+  return matrix_of<Eigen::Matrix<S, 3, 3>>([&](int i, int j) { return i == j ? v[i] : S(0); });
+}
+/// The symmetric matrix with these entries on and above its diagonal.
+template <typename S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Eigen::Matrix<S, 3, 3> symmetric(S xx, S xy, S xz, S yy, S yz,
+                                                                    S zz) {
+  Eigen::Matrix<S, 3, 3> m;
+  set_row(m, 0, Eigen::Matrix<S, 3, 1>(xx, xy, xz));
+  set_row(m, 1, Eigen::Matrix<S, 3, 1>(xy, yy, yz));
+  set_row(m, 2, Eigen::Matrix<S, 3, 1>(xz, yz, zz));
+  return m;
+}
+/// The transpose, as a matrix of its own.
+template <SmallMatrix M>
+[[nodiscard]] BRISTLE_FORCE_INLINE auto transposed(const M& m) {
+  return matrix_of<SmallResult<typename M::Scalar, M::ColsAtCompileTime, M::RowsAtCompileTime>>(
+      [&](int i, int j) { return entry(m, j, i); });
+}
 
 /// R M R^T of a symmetric M: only six entries are computed.
 template <typename S>
@@ -2756,17 +2902,19 @@ struct Aabb {
   Vec3<S> upper = Vec3<S>::Constant(-infinity<S>);
 
   /// Returns whether the box holds no point.
-  [[nodiscard]] bool is_empty() const { return (lower.array() > upper.array()).any(); }
+  [[nodiscard]] bool is_empty() const {
+    return lower[0] > upper[0] || lower[1] > upper[1] || lower[2] > upper[2];
+  }
 
   /// Grows the box to hold a point.
   void include(const Vec3<S>& p) {
-    lower = lower.cwiseMin(p);
-    upper = upper.cwiseMax(p);
+    lower = cwise_min(lower, p);
+    upper = cwise_max(upper, p);
   }
   /// Grows the box to hold another one.
   void include(const Aabb& box) {
-    lower = lower.cwiseMin(box.lower);
-    upper = upper.cwiseMax(box.upper);
+    lower = cwise_min(lower, box.lower);
+    upper = cwise_max(upper, box.upper);
   }
 
   /// Returns the box grown by `margin` [m] on every side.
@@ -2780,17 +2928,15 @@ struct Aabb {
 
   /// Returns whether two boxes overlap. Touching counts.
   [[nodiscard]] bool overlaps(const Aabb& other) const {
-    return (lower.array() <= other.upper.array()).all() &&
-           (other.lower.array() <= upper.array()).all();
+    return all_at_most(lower, other.upper) && all_at_most(other.lower, upper);
   }
   /// Returns whether the other box is inside. Touching the bounds counts.
   [[nodiscard]] bool contains(const Aabb& other) const {
-    return (lower.array() <= other.lower.array()).all() &&
-           (other.upper.array() <= upper.array()).all();
+    return all_at_most(lower, other.lower) && all_at_most(other.upper, upper);
   }
   /// Returns whether a point is inside. The bounds count.
   [[nodiscard]] bool contains(const Vec3<S>& p) const {
-    return (lower.array() <= p.array()).all() && (p.array() <= upper.array()).all();
+    return all_at_most(lower, p) && all_at_most(p, upper);
   }
 
   /// [m^2] Half the surface of a box with edges x, y and z [m].
@@ -2806,7 +2952,7 @@ template <Scalar S>
 [[nodiscard]] Aabb<S> transformed(const Aabb<S>& box_B, const Transform<S>& X_AB) {
   const Mat3<S> R = X_AB.rotation_matrix();
   const Vec3<S> center = R * box_B.center() + X_AB.translation;
-  const Vec3<S> half = R.cwiseAbs() * box_B.half_extents();
+  const Vec3<S> half = cwise_abs(R) * box_B.half_extents();
   return {center - half, center + half};
 }
 
@@ -3200,8 +3346,8 @@ std::vector<std::uint32_t> degenerate_triangles(const TriangleMesh<S>& mesh) {
     // the origin. Dividing by the longest edge first keeps tiny triangles from underflowing.
     const S longest =
         sqrt(max((b - a).squaredNorm(), max((c - b).squaredNorm(), (a - c).squaredNorm())));
-    const S reach = max(longest, max(a.cwiseAbs().maxCoeff(),
-                                     max(b.cwiseAbs().maxCoeff(), c.cwiseAbs().maxCoeff())));
+    const S reach = max(longest, max(cwise_abs(a).maxCoeff(),
+                                     max(cwise_abs(b).maxCoeff(), cwise_abs(c).maxCoeff())));
     const bool has_height = longest > S(0) && ((b - a) / longest).cross(c - a).norm() >
                                                   detail::Tolerance<S>::round_off() * reach;
     if (!has_height) numbers.push_back(t);
@@ -3377,7 +3523,7 @@ void ConvexHull<S>::validate_planes() const {
   // Faces joined from nearly coplanar triangles have corners a few resolutions below their plane.
   // Coordinates far from the origin are rounded to a multiple of their own size.
   const S size = (box.upper - box.lower).norm();
-  const S reach = box.lower.cwiseAbs().cwiseMax(box.upper.cwiseAbs()).maxCoeff();
+  const S reach = cwise_max(cwise_abs(box.lower), cwise_abs(box.upper)).maxCoeff();
   const S slack =
       S(2) * detail::Tolerance<S>::equal() * size + detail::Tolerance<S>::round_off() * reach;
 
@@ -3640,7 +3786,7 @@ TriangleMesh<S> box_mesh(const Vec3<S>& half_extents) {
   // Bit k of a vertex's number is the side along axis k.
   for (unsigned v = 0; v < 8; ++v) {
     const Vec3<S> sign(v & 1u ? S(1) : S(-1), v & 2u ? S(1) : S(-1), v & 4u ? S(1) : S(-1));
-    mesh.vertices.push_back(sign.cwiseProduct(half_extents));
+    mesh.vertices.push_back(cwise_product(sign, half_extents));
   }
   for (std::uint32_t axis = 0; axis < 3; ++axis) {
     const std::uint32_t u = 1u << (axis + 1) % 3;
@@ -3841,6 +3987,23 @@ template <Scalar S>
   return unit_product(exp_rotation<S>(dt * w_W), q);
 }
 
+namespace detail {
+
+/// [rad/s] Angular velocity that turns by half a radian in a step. The chord of the path of a point
+/// then misses the arc by an eighth of the radius. Beyond it, directions at the start of the step
+/// tell little about its end.
+template <Scalar S>
+[[nodiscard]] S far_turn(S dt) {
+  return S(0.5) / dt;
+}
+/// Returns whether an angular velocity [rad/s] turns a body farther than that.
+template <Scalar S>
+[[nodiscard]] bool turns_far(const Vec3<S>& angular, S dt) {
+  return angular.squaredNorm() > far_turn(dt) * far_turn(dt);
+}
+
+}  // namespace detail
+
 /// Two unit vectors that complete the unit vector n to a right-handed orthonormal basis (t1, t2,
 /// n).
 ///
@@ -3939,7 +4102,7 @@ struct ShapeDrawer {
   }
   TriangleMesh<S> operator()(const Ellipsoid<S>& s) const {
     TriangleMesh<S> mesh = sphere_mesh<S>(S(1), sphere_frequency);
-    for (Vec3<S>& v : mesh.vertices) v = v.cwiseProduct(s.radii).eval();
+    for (Vec3<S>& v : mesh.vertices) v = cwise_product(v, s.radii);
     return mesh;
   }
   TriangleMesh<S> operator()(const HalfSpace<S>& s) const {
@@ -4406,8 +4569,8 @@ template <Scalar S>
   const S scale = detail::power_of_two_below(S(inertia.trace()));
   for (Eigen::Index i = 0; i < 3; ++i) {
     if (!is_locked[static_cast<std::size_t>(i)]) continue;
-    inertia.row(i).setZero();
-    inertia.col(i).setZero();
+    detail::set_row(inertia, i, Vec3<S>::Zero());
+    detail::set_column(inertia, i, Vec3<S>::Zero());
     inertia(i, i) = scale;
   }
   Mat3<S> inverse = inverse_inertia<S>(inertia);
@@ -5147,11 +5310,62 @@ struct Wrench {
   friend Wrench operator*(S k, const Wrench& a) { return {k * a.force, k * a.torque}; }
 };
 
+namespace detail {
+
+/// One vector of two halves.
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Vec6<S> stacked(const Vec3<S>& first, const Vec3<S>& second) {
+  Vec6<S> v;
+  for (Eigen::Index i = 0; i < 3; ++i) v[i] = first[i];
+  for (Eigen::Index i = 0; i < 3; ++i) v[3 + i] = second[i];
+  return v;
+}
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Vec3<S> first_half(const Vec6<S>& v) {
+  return {v[0], v[1], v[2]};
+}
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Vec3<S> second_half(const Vec6<S>& v) {
+  return {v[3], v[4], v[5]};
+}
+/// Twists and wrenches as vectors, the linear half first.
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Vec6<S> stacked(const Twist<S>& t) {
+  return stacked<S>(t.linear, t.angular);
+}
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Vec6<S> stacked(const Wrench<S>& w) {
+  return stacked<S>(w.force, w.torque);
+}
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Twist<S> twist_of(const Vec6<S>& v) {
+  return {first_half<S>(v), second_half<S>(v)};
+}
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Wrench<S> wrench_of(const Vec6<S>& v) {
+  return {first_half<S>(v), second_half<S>(v)};
+}
+
+/// Quarter of a matrix, by the row and column of its first entry.
+template <Eigen::Index row, Eigen::Index column, Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Mat3<S> quarter(const Mat6<S>& m) {
+  return matrix_of<Mat3<S>>([&](int i, int j) { return m(row + i, column + j); });
+}
+/// Writes a quarter of a matrix.
+template <Eigen::Index row, Eigen::Index column, Scalar S>
+BRISTLE_FORCE_INLINE void set_quarter(Mat6<S>& m, const Mat3<S>& value) {
+  for (Eigen::Index j = 0; j < 3; ++j) {
+    for (Eigen::Index i = 0; i < 3; ++i) m(row + i, column + j) = value(i, j);
+  }
+}
+
+}  // namespace detail
+
 /// The matrix of `Twist::shifted(r)`; its transpose is that of `Wrench::shifted(-r)`.
 template <Scalar S>
 [[nodiscard]] Mat6<S> shift_matrix(const Vec3<S>& r) {
   Mat6<S> G = Mat6<S>::Identity();
-  G.template topRightCorner<3, 3>() = -skew(r);
+  detail::set_quarter<0, 3, S>(G, -skew(r));
   return G;
 }
 
@@ -5189,10 +5403,7 @@ struct SoftBlock {
 template <Scalar S>
 [[nodiscard]] Vec6<S> relative_motion(const SoftBlock<S>& block, const Twist<S>& a,
                                       const Twist<S>& b) {
-  Vec6<S> u;
-  u.template head<3>() = a.at(block.arm_a) - b.at(block.arm_b);
-  u.template tail<3>() = a.angular - b.angular;
-  return u;
+  return stacked<S>(a.at(block.arm_a) - b.at(block.arm_b), a.angular - b.angular);
 }
 
 /// [1/kg] Mean mobility, over all directions, of the point at `arm` [m] from the centre of mass of
@@ -5200,7 +5411,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] S mean_mobility(const Mat6<S>& about_center, const Vec3<S>& arm) {
   const Mat6<S> G = shift_matrix<S>(arm);
-  return (G * about_center * G.transpose()).template topLeftCorner<3, 3>().trace() / S(3);
+  return quarter<0, 0, S>(G * about_center * G.transpose()).trace() / S(3);
 }
 
 /// Mobility W of one body about the point at `arm` from its centre of mass. It is the change of its
@@ -5210,10 +5421,10 @@ template <Scalar S>
                                const Vec3<S>& arm) {
   const Mat3<S> X = skew(arm);
   Mat6<S> W;
-  W.template topLeftCorner<3, 3>() = Mat3<S>(inverse_mass.asDiagonal()) - X * inverse_inertia_W * X;
-  W.template topRightCorner<3, 3>() = -X * inverse_inertia_W;
-  W.template bottomLeftCorner<3, 3>() = inverse_inertia_W * X;
-  W.template bottomRightCorner<3, 3>() = inverse_inertia_W;
+  set_quarter<0, 0, S>(W, diagonal_matrix<S>(inverse_mass) - X * inverse_inertia_W * X);
+  set_quarter<0, 3, S>(W, -X * inverse_inertia_W);
+  set_quarter<3, 0, S>(W, inverse_inertia_W * X);
+  set_quarter<3, 3, S>(W, inverse_inertia_W);
   return W;
 }
 
@@ -5696,21 +5907,21 @@ void require_possible_inertia(const Mat3<S>& inertia) {
   require_all_finite("BodyDef::inertia", inertia);
   const S trace = inertia.trace();
   require(is_normal(trace) && trace > S(0), "BodyDef::inertia", trace, "must be positive definite");
-  require((inertia - inertia.transpose()).cwiseAbs().maxCoeff() <= Tolerance<S>::equal() * trace,
-          "BodyDef::inertia", (inertia - inertia.transpose()).cwiseAbs().maxCoeff(),
+  require(cwise_abs(inertia - inertia.transpose()).maxCoeff() <= Tolerance<S>::equal() * trace,
+          "BodyDef::inertia", cwise_abs(inertia - inertia.transpose()).maxCoeff(),
           "must be symmetric");
   // Scaled to a trace near 1. Determinants are then as far from zero as the matrices from singular.
   const Mat3<S> scaled = inertia / power_of_two_below(trace);
   const S scale = scaled.trace();
   const S slack = Tolerance<S>::equal() * scale;
   const auto is_definite = [](const Mat3<S>& m, S floor) {
-    return m(0, 0) > floor && m.template topLeftCorner<2, 2>().determinant() > floor * m(0, 0) &&
+    return m(0, 0) > floor && m(0, 0) * m(1, 1) - m(1, 0) * m(0, 1) > floor * m(0, 0) &&
            m.determinant() > floor * m(0, 0) * m(1, 1);
   };
-  require(is_definite(scaled, S(0)), "BodyDef::inertia", inertia.diagonal().minCoeff(),
+  require(is_definite(scaled, S(0)), "BodyDef::inertia", diagonal_of<S>(inertia).minCoeff(),
           "must be positive definite");
   const Mat3<S> second_moment = (scale / S(2) + slack) * Mat3<S>::Identity() - scaled;
-  require(is_definite(second_moment, S(0)), "BodyDef::inertia", inertia.diagonal().maxCoeff(),
+  require(is_definite(second_moment, S(0)), "BodyDef::inertia", diagonal_of<S>(inertia).maxCoeff(),
           "must satisfy the triangle inequality of principal moments");
 }
 
@@ -5719,8 +5930,8 @@ void require_possible_inertia(const Mat3<S>& inertia) {
 template <Scalar S>
 void require_invertible(const Body<S>& body, const char* of_mass, const char* of_inertia) {
   require_positive(of_mass, body.mass);
-  const Vec3<S> moments = body.inertia_B.diagonal();
-  const Vec3<S> inverses = body.inverse_inertia_B.diagonal();
+  const Vec3<S> moments = diagonal_of<S>(body.inertia_B);
+  const Vec3<S> inverses = diagonal_of<S>(body.inverse_inertia_B);
   for (Eigen::Index i = 0; i < 3; ++i) {
     const bool is_good =
         is_normal(moments[i]) && is_normal(inverses[i]) && moments[i] > S(0) && inverses[i] > S(0);
@@ -5860,7 +6071,7 @@ class TriangleTest {
  public:
   /// @param ray  Its length is ignored.
   explicit TriangleTest(const Ray<S>& ray) : origin_(ray.origin) {
-    ray.direction.cwiseAbs().maxCoeff(&kz_);
+    cwise_abs(ray.direction).maxCoeff(&kz_);
     kx_ = (kz_ + 1) % 3;
     ky_ = (kx_ + 1) % 3;
     // Along a negative axis the other two swap. So no triangle turns its back.
@@ -5911,9 +6122,8 @@ class TriangleTest {
   /// (their size along the ray) and of the determinants (their size across it).
   [[nodiscard]] static S uncertainty(const Vec3<S>& a, const Vec3<S>& b, const Vec3<S>& c, S sum) {
     using std::abs;
-    const S across = a.template head<2>().cwiseAbs().maxCoeff() +
-                     b.template head<2>().cwiseAbs().maxCoeff() +
-                     c.template head<2>().cwiseAbs().maxCoeff();
+    const S across = cwise_abs(xy_of(a)).maxCoeff() + cwise_abs(xy_of(b)).maxCoeff() +
+                     cwise_abs(xy_of(c)).maxCoeff();
     const S nearest = std::min({a.z(), b.z(), c.z()});
     const S farthest = std::max({a.z(), b.z(), c.z()});
     const S along = std::max(abs(nearest), abs(farthest));
@@ -6005,12 +6215,12 @@ template <Scalar S>
                                                      S distance) {
   const auto& [a, b, c] = corners;
   const S slack = Tolerance<S>::round_off() *
-                  (ray.origin.cwiseAbs() + a.cwiseAbs() + b.cwiseAbs() + c.cwiseAbs()).sum();
+                  (cwise_abs(ray.origin) + cwise_abs(a) + cwise_abs(b) + cwise_abs(c)).sum();
   Aabb<S> box;
   for (const Vec3<S>& corner : corners) box.include(corner);
   box = box.inflated(slack);
   if (box.contains(ray.origin + distance * ray.direction)) return distance;
-  const Vec3<S> inverse = ray.direction.cwiseInverse();
+  const Vec3<S> inverse = cwise_inverse(ray.direction);
   S enter = -infinity<S>;
   S leave = infinity<S>;
   for (int i = 0; i < 3; ++i) {
@@ -6030,7 +6240,7 @@ class CrossingCollector {
   explicit CrossingCollector(const Ray<S>& ray)
       : ray_(ray),
         test_(ray),
-        trusted_(S(4) * Tolerance<S>::round_off() * ray.origin.cwiseAbs().sum()) {}
+        trusted_(S(4) * Tolerance<S>::round_off() * cwise_abs(ray.origin).sum()) {}
 
   /// Adds the crossing of a triangle. Neither this nor `hit_on` is inlined. So the compiler fuses
   /// products and sums alike for all callers.
@@ -6208,7 +6418,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] Aabb<S> finite_part(const Aabb<S>& box) {
   const S limit = tree_extent_limit<S>();
-  return {box.lower.cwiseMax(-limit).cwiseMin(limit), box.upper.cwiseMax(-limit).cwiseMin(limit)};
+  return {cwise_clamp(box.lower, limit), cwise_clamp(box.upper, limit)};
 }
 
 /// Middle of a box. Finite even if the box is not.
@@ -6570,7 +6780,7 @@ class WideSlabTest {
   using Node = typename WideTree<S>::Node;
 
   explicit WideSlabTest(const Ray<S>& ray)
-      : origin_(ray.origin), inverse_(ray.direction.cwiseInverse()) {}
+      : origin_(ray.origin), inverse_(cwise_inverse(ray.direction)) {}
 
   /// Returns a mask of the children, from `k` on in one pack, that the ray enters by `reach`.
   /// Writes the entries to `enter`.
@@ -6605,7 +6815,7 @@ class WideTriangleFilter {
  public:
   explicit WideTriangleFilter(const Ray<S>& ray) {
     int z = 0;
-    ray.direction.cwiseAbs().maxCoeff(&z);
+    cwise_abs(ray.direction).maxCoeff(&z);
     const int x = (z + 1) % 3;
     const int y = (z + 2) % 3;
     axis_ = {static_cast<std::size_t>(x), static_cast<std::size_t>(y), static_cast<std::size_t>(z)};
@@ -6743,8 +6953,8 @@ struct alignas(64) TrianglesNearRay {
             Vec3<S>{rows[6][at], rows[7][at], rows[8][at]}};
   }
   [[nodiscard]] bool serves(const Vec3<S>& ray_start, const Vec3<S>& ray_end) const {
-    return (ray_start - start).cwiseAbs().maxCoeff() <= reserve &&
-           (ray_end - end).cwiseAbs().maxCoeff() <= reserve;
+    return cwise_abs(ray_start - start).maxCoeff() <= reserve &&
+           cwise_abs(ray_end - end).maxCoeff() <= reserve;
   }
 
   /// Searches anew, around the place where the ray is going.
@@ -6759,7 +6969,7 @@ template <Scalar S>
 class NearSegmentTest {
  public:
   NearSegmentTest(const Vec3<S>& start, const Vec3<S>& end, S margin)
-      : inverse_((end - start).cwiseInverse()) {
+      : inverse_(cwise_inverse(end - start)) {
     for (int i = 0; i < 3; ++i) {
       const S inwards = inverse_[i] < S(0) ? -margin : margin;
       near_origin_[i] = start[i] + inwards;
@@ -6848,14 +7058,14 @@ BRISTLE_NOINLINE void TrianglesNearRay<S>::search(const WideTree<S>& tree, const
   const auto move = [&](Vec3<S>& end_kept, const Vec3<S>& end_now) {
     const Vec3<S> moved = end_now - end_kept;
     end_kept = end_now;
-    if (!(reserve >= S(0)) || !(moved.cwiseAbs().maxCoeff() <= S(2) * margin)) return;
-    end_kept += ahead * moved.cwiseMax(-margin).cwiseMin(margin);
+    if (!(reserve >= S(0)) || !(cwise_abs(moved).maxCoeff() <= S(2) * margin)) return;
+    end_kept += ahead * cwise_clamp(moved, margin);
   };
   move(start, ray.origin);
   move(end, ray_end);
   // Rounding of the coordinates of rays, boxes and crossings.
-  const S size = tree.box().lower.cwiseAbs().cwiseMax(tree.box().upper.cwiseAbs()).sum() +
-                 start.cwiseAbs().sum() + end.cwiseAbs().sum();
+  const S size = cwise_max(cwise_abs(tree.box().lower), cwise_abs(tree.box().upper)).sum() +
+                 cwise_abs(start).sum() + cwise_abs(end).sum();
   reserve = margin - S(16) * Tolerance<S>::round_off() * size;
   count = 0;
   if (!(reserve >= S(0.8) * margin)) {
@@ -7253,11 +7463,11 @@ void RayTree<S>::fit(const RayBatch<S>& rays, Places places, RayTreeNode<S>& nod
       const Vec3<S> z = sum.normalized();
       // Sensors mostly stand in rows along the axes of their frame; so do the sides of the box.
       int across = 0;
-      z.cwiseAbs().minCoeff(&across);
+      cwise_abs(z).minCoeff(&across);
       const Vec3<S> x = (Vec3<S>::Unit(across) - z[across] * z).normalized();
-      node.axes.row(0) = x;
-      node.axes.row(1) = z.cross(x);
-      node.axes.row(2) = z;
+      set_row(node.axes, 0, x);
+      set_row(node.axes, 1, z.cross(x));
+      set_row(node.axes, 2, z);
     }
   }
   node.is_narrow = true;
@@ -7270,7 +7480,7 @@ void RayTree<S>::fit(const RayBatch<S>& rays, Places places, RayTreeNode<S>& nod
     node.directions.include(direction);
     node.highest_start = std::max(node.highest_start, start.z());
     node.is_narrow = node.is_narrow && direction.z() > S(0.5);
-    const S across = direction.template head<2>().cwiseAbs().maxCoeff();
+    const S across = cwise_abs(xy_of(direction)).maxCoeff();
     node.slope = std::max(node.slope, across / direction.z());
   }
 }
@@ -7477,7 +7687,7 @@ template <Value T>
 [[nodiscard]] BRISTLE_FORCE_INLINE Anchor<T> anchored(const PairPose<ScalarOf<T>>& pair,
                                                       const Vector3<T>& r_A,
                                                       const Vector3<T>& stretch) {
-  const Mat3<ScalarOf<T>> R_BA = pair.R_AB.transpose();
+  const Mat3<ScalarOf<T>> R_BA = transposed(pair.R_AB);
   return {r_A, R_BA * Vector3<T>(r_A - broadcast<T>(pair.p_AB) - stretch)};
 }
 
@@ -7857,8 +8067,8 @@ class PacketBoxes {
       }
     }
     void include(std::size_t i, const Vec3<S>& point) {
-      lower.set(i, lower[i].cwiseMin(point));
-      upper.set(i, upper[i].cwiseMax(point));
+      lower.set(i, cwise_min(lower[i], point));
+      upper.set(i, cwise_max(upper[i], point));
     }
     /// Fills the unused entries of the last row, behind `count` boxes, with finite numbers.
     /// Infinities would raise floating-point exceptions.
@@ -8696,7 +8906,8 @@ template <Scalar S>
   using std::sqrt;
   Mat6<S> root = Mat6<S>::Zero();
   for (int j = 0; j < 6; ++j) {
-    const Vec6<S> rest = W.col(j) - root.leftCols(j) * root.row(j).head(j).transpose();
+    Vec6<S> rest = column_of(W, j);
+    for (int k = 0; k < j; ++k) rest = rest - root(j, k) * column_of(root, k);
     if (!(rest[j] > S(8) * Tolerance<S>::round_off() * W(j, j))) continue;
     // No block expressions: with unknown length, GCC 12 sees whole AVX-512 registers read and
     // warns.
@@ -8981,7 +9192,7 @@ template <Scalar S>
 class SlabTest {
  public:
   explicit SlabTest(const Ray<S>& ray)
-      : origin_(ray.origin), inverse_(ray.direction.cwiseInverse()) {}
+      : origin_(ray.origin), inverse_(cwise_inverse(ray.direction)) {}
 
   /// [m] Distance of the entry, >= 0. Infinite if the ray does not enter by `max_distance`.
   [[nodiscard]] S enter(const Aabb<S>& box, S max_distance) const {
@@ -9666,7 +9877,8 @@ class BroadPhase {
   };
 
   [[nodiscard]] static bool is_bounded(const Aabb<S>& box) {
-    return (box.upper.array() < infinity<S>).all() && (box.lower.array() > -infinity<S>).all();
+    const Vec3<S> largest = Vec3<S>::Constant(largest_number<S>);
+    return all_at_most(box.upper, largest) && all_at_most(-largest, box.lower);
   }
 
   [[nodiscard]] static ShapePair ordered(std::uint32_t a, std::uint32_t b) {
@@ -9712,15 +9924,13 @@ class BroadPhase {
     if (fits && spare.maxCoeff() <= S(8) * surplus) return;
     const S distance = shift.norm();
     if (distance > reach) shift *= reach / distance;
-    Vec3<S> ahead = (S(30) * shift)
-                        .cwiseMin(Vec3<S>::Constant(S(4) * size))
-                        .cwiseMax(Vec3<S>::Constant(S(-4) * size));
+    Vec3<S> ahead = cwise_clamp(S(30) * shift, S(4) * size);
     // The motion of a body too fast for its square is not finite.
     if (!all_finite(ahead)) ahead.setZero();
-    if (fits && (spare - ahead.cwiseAbs()).maxCoeff() <= S(8) * surplus) return;
+    if (fits && (spare - cwise_abs(ahead)).maxCoeff() <= S(8) * surplus) return;
     Aabb<S> grown = swept.inflated(surplus);
-    grown.lower += ahead.cwiseMin(Vec3<S>::Zero());
-    grown.upper += ahead.cwiseMax(Vec3<S>::Zero());
+    grown.lower += cwise_min(ahead, Vec3<S>::Zero());
+    grown.upper += cwise_max(ahead, Vec3<S>::Zero());
     tree_.update(entry.node, grown);
     entry.is_needed = false;
     mark_dirty(tag);
@@ -10368,8 +10578,9 @@ template <Scalar S>
 }
 
 /// Turns a body as a free top that now has the angular velocity w [rad/s, world axes]. The body's
-/// own angular momentum stays; its angular velocity follows its attitude. The step is halved until
-/// each part turns by less than a radian. The map then has its root.
+/// own angular momentum stays, as far as the step resolves it; its angular velocity follows its
+/// attitude. The step is halved until each part turns by less than a radian. The map then has its
+/// root.
 template <Scalar S>
 void turn_free_top(Body<S>& body, const Vec3<S>& w, S dt) {
   using std::sqrt;
@@ -10401,7 +10612,18 @@ void turn_free_top(Body<S>& body, const Vec3<S>& w, S dt) {
       rotation = step_rotation<S>(rotation, rotation * (inverse_inertia * y), h);
     }
   }
-  body.twist.angular = rotation * (inverse_inertia * (rotation.conjugate() * own_L_W));
+  const auto velocity_of = [&](const Vec3<S>& momentum_W) -> Vec3<S> {
+    return rotation * (inverse_inertia * (rotation.conjugate() * momentum_W));
+  };
+  // Trapezoidal steps move the body by the mean of two velocities. The momentum beyond that of the
+  // motion is half of the step's impulses. It stays in the world, too, while the axes turn. On a
+  // thin body it may then have a component about the thin axis that turns it by radians a step. A
+  // step does not resolve that, and energy would come from nothing. The body then takes these
+  // impulses along as it turns.
+  const Vec3<S> stayed = velocity_of(own_L_W - L_W);
+  const Vec3<S> taken = rotation * (R.transpose() * (body.twist.angular - w));
+  body.twist.angular =
+      turns_far<S>(stayed - taken, dt) ? velocity_of(L_W) + taken : velocity_of(own_L_W);
 }
 
 template <Scalar S>
@@ -11442,7 +11664,7 @@ S joint_position(JointKind kind, const JointPose<S>& pose, S guess) {
 template <Scalar S>
 [[nodiscard]] ConstraintRow<S> linear_row(const JointPose<S>& pose, int axis) {
   ConstraintRow<S> row;
-  row.direction = pose.axes_W.col(axis);
+  row.direction = column_of(pose.axes_W, axis);
   row.angular_a = pose.arm_a.cross(row.direction);
   row.angular_b = pose.arm_b.cross(row.direction);
   return row;
@@ -11456,7 +11678,7 @@ ConstraintRow<S> position_row(JointKind kind, const JointPose<S>& pose) {
     case JointKind::prismatic:
       return linear_row(pose, 0);
     case JointKind::revolute:
-      row.angular_a = row.angular_b = pose.axes_W.col(0);
+      row.angular_a = row.angular_b = column_of(pose.axes_W, 0);
       break;
     case JointKind::cone_twist: {
       const Vec3<S> b_J = pose.axis_b_J();
@@ -11622,13 +11844,13 @@ struct SolverBody {
   }
   /// Adds the effect of an impulse at the end of an arm to a velocity.
   void apply_impulse_at(Twist<S>& velocity, const Vec3<S>& impulse, const Vec3<S>& arm) const {
-    velocity.linear += inverse_mass.cwiseProduct(impulse);
+    velocity.linear += cwise_product(inverse_mass, impulse);
     if (turns) velocity.angular += inverse_inertia * arm.cross(impulse);
   }
   /// Adds the effect of an impulse about the centre of mass to a velocity.
   void apply_impulse(Twist<S>& velocity, const Vec3<S>& impulse,
                      const Vec3<S>& angular_impulse) const {
-    velocity.linear += inverse_mass.cwiseProduct(impulse);
+    velocity.linear += cwise_product(inverse_mass, impulse);
     velocity.angular += inverse_inertia * angular_impulse;
   }
 };
@@ -11741,7 +11963,7 @@ struct SolveContext {
 template <Scalar S>
 [[nodiscard]] S row_response(const ConstraintRow<S>& row, const SolverBody<S>& a,
                              const SolverBody<S>& b) {
-  return row.direction.dot((a.inverse_mass + b.inverse_mass).cwiseProduct(row.direction)) +
+  return row.direction.dot(cwise_product(a.inverse_mass + b.inverse_mass, row.direction)) +
          row.angular_a.dot(a.inverse_inertia * row.angular_a) +
          row.angular_b.dot(b.inverse_inertia * row.angular_b);
 }
@@ -11754,7 +11976,7 @@ void local_response(const ConstraintBlock<S>& block, const ConstraintRow<S>* row
   for (std::size_t j = 0; j < block.count; ++j) {
     const Vec3<S> turn_a = a.inverse_inertia * rows[j].angular_a;
     const Vec3<S> turn_b = b.inverse_inertia * rows[j].angular_b;
-    const Vec3<S> move = inverse_mass.cwiseProduct(rows[j].direction);
+    const Vec3<S> move = cwise_product(inverse_mass, rows[j].direction);
     for (std::size_t i = 0; i < block.count; ++i) {
       K.matrix[i * block.count + j] = rows[i].direction.dot(move) + rows[i].angular_a.dot(turn_a) +
                                       rows[i].angular_b.dot(turn_b);
@@ -11768,9 +11990,11 @@ void local_response(const ConstraintBlock<S>& block, const ConstraintRow<S>* row
 template <Scalar S>
 struct ContactFrame {
   ContactFrame(const ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b) {
-    for (Eigen::Index k = 0; k < 3; ++k) to_contact.row(k) = c.axes[static_cast<std::size_t>(k)];
+    for (std::size_t k = 0; k < 3; ++k) {
+      set_row(to_contact, static_cast<Eigen::Index>(k), c.axes[k]);
+    }
     const Vec3<S> m = a.inverse_mass + b.inverse_mass;
-    inverse_mass = m.asDiagonal();
+    inverse_mass = diagonal_matrix<S>(m);
     if (m[0] != m[1] || m[0] != m[2]) inverse_mass = rotated<S>(to_contact, inverse_mass);
     const auto inverse_inertia = [&](const SolverBody<S>& body) -> Mat3<S> {
       return body.is_isotropic ? body.inverse_inertia
@@ -11842,8 +12066,8 @@ void apply_row(const ConstraintRow<S>& row, S x, SolverBody<S>& a, SolverBody<S>
 /// Applies the impulse p of a soft block to both bodies. It is p on B, -p on A.
 template <Scalar S>
 void apply_soft(const SoftBlock<S>& block, const Vec6<S>& p, SolverBody<S>& a, SolverBody<S>& b) {
-  const Vec3<S> force = p.template head<3>();
-  const Vec3<S> torque = p.template tail<3>();
+  const Vec3<S> force = first_half<S>(p);
+  const Vec3<S> torque = second_half<S>(p);
   a.apply_impulse(a.twist, -force, -torque - block.arm_a.cross(force));
   b.apply_impulse(b.twist, force, torque + block.arm_b.cross(force));
 }
@@ -11854,14 +12078,6 @@ void apply_soft(const SoftBlock<S>& block, const Vec6<S>& p, SolverBody<S>& a, S
 template <Scalar S>
 void apply_impulses(const Island& island, const Constraints<S>& constraints,
                     std::span<SolverBody<S>> bodies);
-
-/// Returns whether a body turns by more than half a radian in a step. The chord of its path then
-/// misses the arc by an eighth of the radius. Directions at the start tell little about the end.
-template <Scalar S>
-[[nodiscard]] bool turns_far(const Twist<S>& motion, S dt) {
-  const S most = S(0.5) / dt;
-  return motion.angular.squaredNorm() > most * most;
-}
 
 /// Displacement of a body in a step, divided by the step, from its velocities.
 template <Scalar S>
@@ -11950,8 +12166,7 @@ SoftBlock<S>& open_joint_soft_block(Joint<S>& joint, const JointPose<S>& pose,
   soft.body_b = joint.def.body_b.index;
   soft.arm_a = pose.arm_a;
   soft.arm_b = pose.arm_b;
-  soft.impulse.template head<3>() = joint.spring_impulse.force;
-  soft.impulse.template tail<3>() = joint.spring_impulse.torque;
+  soft.impulse = stacked(joint.spring_impulse);
   joint.soft_block = static_cast<std::uint32_t>(out.soft.size());
   joint.is_sprung = true;
   joint.is_resolved = false;
@@ -11982,12 +12197,8 @@ void add_joint_spring(Joint<S>& joint, const JointPose<S>& pose, const Constrain
   const JointSpring<S>& spring = joint.def.spring;
   SoftBlock<S>& soft = open_joint_soft_block(joint, pose, out);
   const bool turns = has_angle(joint.def.kind);
-  Vec6<S> j = Vec6<S>::Zero();
-  if (turns) {
-    j.template tail<3>() = along.angular_b;
-  } else {
-    j.template head<3>() = along.direction;
-  }
+  const Vec3<S> none = Vec3<S>::Zero();
+  const Vec6<S> j = turns ? stacked<S>(none, along.angular_b) : stacked<S>(along.direction, none);
   const S held = dt * dt * spring.stiffness + dt * spring.damping;
   joint.is_resolved = held * mobility <= S(1);
   soft.matrix = held * j * j.transpose();
@@ -12003,18 +12214,17 @@ void add_joint_bushing(Joint<S>& joint, const JointPose<S>& pose, S dt, Constrai
   // Maps to the rate of the rotation vector, in A's joint frame.
   const Mat3<S> rate = rotation_vector_rate<S>(turn_J) * R.transpose();
   const auto squared = [](const Mat3<S>& J, const Vec3<S>& weight) -> Mat3<S> {
-    return J.transpose() * weight.asDiagonal() * J;
+    return transposed(J) * diagonal_matrix<S>(weight) * J;
   };
-  const Vec3<S> k_linear = dt * bushing.stiffness.template head<3>();
-  const Vec3<S> k_angular = dt * bushing.stiffness.template tail<3>();
-  const Vec3<S> d_linear = dt * bushing.damping.template head<3>();
-  const Vec3<S> d_angular = dt * bushing.damping.template tail<3>();
-  soft.matrix.template topLeftCorner<3, 3>() =
-      squared(R.transpose(), Vec3<S>(dt * k_linear + d_linear));
-  soft.matrix.template bottomRightCorner<3, 3>() =
-      squared(rate, Vec3<S>(dt * k_angular)) + squared(R.transpose(), d_angular);
-  soft.offset.template head<3>() = -(R * k_linear.cwiseProduct(pose.offset_J));
-  soft.offset.template tail<3>() = -(rate.transpose() * k_angular.cwiseProduct(turn_J));
+  const Vec3<S> k_linear = dt * first_half<S>(bushing.stiffness);
+  const Vec3<S> k_angular = dt * second_half<S>(bushing.stiffness);
+  const Vec3<S> d_linear = dt * first_half<S>(bushing.damping);
+  const Vec3<S> d_angular = dt * second_half<S>(bushing.damping);
+  set_quarter<0, 0, S>(soft.matrix, squared(transposed(R), Vec3<S>(dt * k_linear + d_linear)));
+  set_quarter<3, 3, S>(soft.matrix,
+                       squared(rate, Vec3<S>(dt * k_angular)) + squared(transposed(R), d_angular));
+  soft.offset = stacked<S>(-(R * cwise_product(k_linear, pose.offset_J)),
+                           -(rate.transpose() * cwise_product(k_angular, turn_J)));
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -12138,7 +12348,7 @@ void for_each_locked_row(JointKind kind, const JointPose<S>& pose, Use&& use) {
   const Vec3<S> turn_J = has_hinge ? shortest_turn<S>(Vec3<S>::UnitX(), pose.axis_b_J())
                                    : log_rotation<S>(pose.turn_J);
   for (int axis = has_hinge ? 1 : 0; axis < 3; ++axis) {
-    use(angular_row<S>(pose.axes_W.col(axis), turn_J[axis]));
+    use(angular_row<S>(column_of(pose.axes_W, axis), turn_J[axis]));
   }
 }
 
@@ -12301,7 +12511,7 @@ template <Scalar S>
 void time_joint_rows(const Joint<S>& joint, const Body<S>& a, const Body<S>& b,
                      Integrator integrator, S dt, Constraints<S>& out) {
   if (a.twist.angular.isZero(S(0)) && b.twist.angular.isZero(S(0))) return;
-  if (turns_far(a.twist, dt) || turns_far(b.twist, dt)) return;
+  if (turns_far<S>(a.twist.angular, dt) || turns_far<S>(b.twist.angular, dt)) return;
   const bool is_trapezoidal = integrator == Integrator::trapezoidal;
   const JointKind kind = joint.def.kind;
   const S half = dt / S(2);
@@ -12314,8 +12524,8 @@ void time_joint_rows(const Joint<S>& joint, const Body<S>& a, const Body<S>& b,
   JointState<S> at;
   at.arm_a = pose.arm_a;
   at.arm_b = pose.arm_b;
-  if (lets_slide(kind)) at.slide = pose.axes_W.col(0);
-  if (lets_hinge(kind)) at.hinge = pose.axes_W.col(0);
+  if (lets_slide(kind)) at.slide = column_of(pose.axes_W, 0);
+  if (lets_hinge(kind)) at.hinge = column_of(pose.axes_W, 0);
   const Twist<S> turning = constraint_acceleration_bias(kind, at, a.twist, b.twist);
   ConstraintRow<S>* out_row = &out.rows[out.blocks[joint.first_block].first];
   for_each_locked_row(kind, pose, [&](ConstraintRow<S> row) {
@@ -12344,7 +12554,7 @@ void store_joint_impulses(Joint<S>& joint, const Constraints<S>& constraints) {
   }
   if (!joint.is_sprung) return;
   const Vec6<S>& impulse = constraints.soft[joint.soft_block].impulse;
-  joint.spring_impulse = {impulse.template head<3>(), impulse.template tail<3>()};
+  joint.spring_impulse = wrench_of<S>(impulse);
   joint.total += joint.spring_impulse;
 }
 
@@ -12386,6 +12596,76 @@ JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S
 /// @file
 /// The state of a world, shared by its stages.
 // SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/world/joint_stage.hpp
+
+/// @file
+/// What joints do in a step, as an interface.
+///
+/// A world makes its joint stage with its first joint. So a program without joints does not compile
+/// their rows and the integrator of mechanisms, which are a seventh of the code of a world.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstdint>
+#include <memory>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+template <Scalar S, typename Backend>
+struct WorldState;
+
+/// The parts of a step that joints have. `MechanismStage` implements them. A stage owns scratch
+/// memory of one step and no state.
+template <Scalar S, typename Backend>
+class JointStage {
+ public:
+  using State = WorldState<S, Backend>;
+
+  JointStage() = default;
+  JointStage(const JointStage&) = delete;
+  JointStage& operator=(const JointStage&) = delete;
+  virtual ~JointStage() = default;
+
+  /// Adds the constraints of all joints of awake bodies, and reports their gaps.
+  virtual void add_constraints(State& state) = 0;
+
+  /// Lets the bodies of an island follow the smooth motion of its mechanisms: sets their free
+  /// velocities and displacements, and turns the rows of joints to their end poses.
+  /// @return False if the island is not such a mechanism, or its motion was not found. It is then
+  ///         as before.
+  virtual bool follow(State& state, const Island& island, const SolveContext<S>& context) = 0;
+
+  /// Moves the rows of an island's joints to the instants at which their impulses act.
+  virtual void time_rows(State& state, const Island& island, const SolveContext<S>& context) = 0;
+
+  /// Returns the bodies of an island to their joints where the solved motion throws them off. That
+  /// motion is a line along the directions of the start of the step. A light link that is struck
+  /// may turn by radians in one step. On a line it would end far from its joint, beyond the body it
+  /// lies on.
+  virtual void close_wide_gaps(State& state, const Island& island) = 0;
+
+  /// Moves a body that follows joints to its integrated pose, plus the motion that impulses added.
+  virtual void move(Body<S>& body, const SolverBody<S>& solved, std::uint32_t slot, S dt) const = 0;
+
+  /// Stores the solved impulses with their joints.
+  virtual void store_impulses(State& state) const = 0;
+
+  /// Follows the angles of hinges over full turns, once bodies have moved.
+  virtual void follow_angles(State& state) const = 0;
+};
+
+/// How joint stages are made. The table is apart from `WorldKernels`, so that only a program that
+/// adds joints compiles what it refers to.
+template <Scalar S, typename Backend>
+struct JointKernels {
+  std::unique_ptr<JointStage<S, Backend>> (*make_stage)();
+};
+
+/// The table to use from here on.
+template <Scalar S, typename Backend>
+[[nodiscard]] const JointKernels<S, Backend>& joint_kernels();
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/world/report.hpp
 
@@ -12536,6 +12816,8 @@ struct WorldState {
   SlotMap<Body<S>, BodyTag> bodies;
   SlotMap<Collider<S, Backend>, ShapeTag> colliders;
   SlotMap<Joint<S>, JointTag> joints;
+  /// Null until the first joint is added.
+  const JointKernels<S, Backend>* joint_kernels = nullptr;
   SlotMap<SensorPatch<S>, PatchTag> patches;
   BroadPhase<S> broad_phase;
   ContactCache<S> contacts;
@@ -12581,7 +12863,7 @@ struct WorldState {
     const Transform<S> X_WS = body_of(c).center_pose * c.X_CmS;
     const Vec3<S> n = X_WS.rotate(c.half_space->normal);
     const S height = n.dot(box.center() - X_WS.translation) - c.half_space->offset;
-    return height <= n.cwiseAbs().dot(box.half_extents());
+    return height <= cwise_abs(n).dot(box.half_extents());
   }
 };
 
@@ -12621,8 +12903,8 @@ class HeldMobilityFinder {
     const Body<S>& body = state.bodies.at(slot);
     if (!body.moves()) return result;
     result.integrator = state.def.integrator;
-    result.matrix.template topLeftCorner<3, 3>() = body.inverse_mass_W().asDiagonal();
-    result.matrix.template bottomRightCorner<3, 3>() = body.inverse_inertia_W();
+    set_quarter<0, 0, S>(result.matrix, diagonal_matrix<S>(body.inverse_mass_W()));
+    set_quarter<3, 3, S>(result.matrix, body.inverse_inertia_W());
     add_patches(state, slot, result);
     free_ = result.matrix;
     add_contacts(state, slot, result);
@@ -12633,8 +12915,7 @@ class HeldMobilityFinder {
  private:
   /// Removes all motion along a row. A constraint balances impulses along it.
   void stop(const Vec3<S>& direction, const Vec3<S>& angular, HeldMobility<S>& held) const {
-    Vec6<S> row;
-    row << direction, angular;
+    const Vec6<S> row = stacked<S>(direction, angular);
     const Vec6<S> motion = held.matrix * row;
     const S response = row.dot(motion);
     held.is_held = true;
@@ -12723,8 +13004,7 @@ class HeldMobilityFinder {
           if (value_of(row.compliance) == 0) {
             stop(row.direction, angular, held);
           } else {
-            Vec6<S> j;
-            j << row.direction, angular;
+            const Vec6<S> j = stacked<S>(row.direction, angular);
             soften((S(1) / row.compliance) * j * j.transpose(), Vec3<S>::Zero(), held);
           }
         }
@@ -12779,7 +13059,7 @@ class HapticBody {
   /// Prepares for one substep.
   void begin_substep() {
     if (held_.is_held || !body_.moves()) return;
-    held_.matrix.template bottomRightCorner<3, 3>() = body_.inverse_inertia_W();
+    set_quarter<3, 3, S>(held_.matrix, body_.inverse_inertia_W());
   }
   /// [1/kg] Mean mobility of the point at `arm` [m] from the centre of mass.
   [[nodiscard]] S mobility_at(const Vec3<S>& arm) const {
@@ -12825,8 +13105,8 @@ class HapticBody {
       // Forces known from the start accelerate the body evenly. All substeps share the error of the
       // world's integrator.
       const Vec6<S> motion = end_ + (spread_ - S(0.5) * h) * (held_.matrix * other_force_);
-      body_.twist = {end_.template head<3>(), end_.template tail<3>()};
-      step_pose(body_, Twist<S>{motion.template head<3>(), motion.template tail<3>()}, h);
+      body_.twist = twist_of<S>(end_);
+      step_pose(body_, twist_of<S>(motion), h);
     } else {
       step_pose(body_, body_.twist, h);
     }
@@ -12834,12 +13114,7 @@ class HapticBody {
 
   /// [m, rad] Displacement by the substeps' impulses beyond that of a constant force, due to their
   /// instants.
-  [[nodiscard]] Twist<S> carried() const {
-    Vec6<S> moment;
-    moment << carried_.force, carried_.torque;
-    const Vec6<S> shift = held_.matrix * moment;
-    return {shift.template head<3>(), shift.template tail<3>()};
-  }
+  [[nodiscard]] Twist<S> carried() const { return twist_of<S>(held_.matrix * stacked(carried_)); }
 
   /// [kg m/s, kg m^2/s] Momentum of the world's body when the impulses were applied.
   Vec6<S> start_momentum = Vec6<S>::Zero();
@@ -12984,7 +13259,7 @@ struct ShapeInReach {
 
   [[nodiscard]] bool is_near(const Aabb<S>& rays) const {
     if (!collider->half_space) return box.overlaps(rays);
-    return normal.dot(rays.center()) - normal.cwiseAbs().dot(rays.half_extents()) <= offset;
+    return normal.dot(rays.center()) - cwise_abs(normal).dot(rays.half_extents()) <= offset;
   }
   /// The same for the boxes with these corners.
   [[nodiscard]] BRISTLE_FORCE_INLINE Mask<S> is_near(const Pack3<S>& lower,
@@ -13075,7 +13350,7 @@ ShapeInReach<S, Backend> shape_in_reach(const SensorPatch<S>& patch, ShapeId id,
     shape.box = transformed(collider.bounds, shape.X_AS).inflated(shape.extra_length);
   }
   // Boxes that touch but for rounding count, too.
-  const S size = shape.X_AS.translation.cwiseAbs().sum() + patch.reach + collider.radius;
+  const S size = cwise_abs(shape.X_AS.translation).sum() + patch.reach + collider.radius;
   shape.offset += shape.extra_length + Tolerance<S>::round_off() * size;
   shape.box = shape.box.inflated(Tolerance<S>::round_off() * size);
   return shape;
@@ -14115,6 +14390,8 @@ namespace bristle::inline BRISTLE_ABI {
 #define BRISTLE_COMPILED_WORLD(S, Backend)                                       \
   template <>                                                                    \
   const detail::WorldKernels<S, Backend>& detail::world_kernels<S, Backend>();   \
+  template <>                                                                    \
+  const detail::JointKernels<S, Backend>& detail::joint_kernels<S, Backend>();   \
   template <>                                                                    \
   const detail::HapticKernels<S, Backend>& detail::haptic_kernels<S, Backend>(); \
   extern template class World<S, Backend>;                                       \
@@ -18111,7 +18388,7 @@ template <Scalar S>
   require_finite("convex_hull: extent of the points", extent);
 
   // Far from the origin, rounding of the coordinates exceeds the resolution.
-  const S reach = std::max(box.lower.cwiseAbs().maxCoeff(), box.upper.cwiseAbs().maxCoeff());
+  const S reach = std::max(cwise_abs(box.lower).maxCoeff(), cwise_abs(box.upper).maxCoeff());
   GriddedPoints<S> result;
   result.resolution = std::max(hull_resolution<S>() * extent, Tolerance<S>::round_off() * reach);
   for (const std::uint32_t i : merge_points(points, result.resolution).unique) {
@@ -18358,8 +18635,8 @@ template <Scalar S>
 [[nodiscard]] Vec3<S> support_point(const Cone<S>& cone, const Vec3<S>& direction);
 template <Scalar S>
 [[nodiscard]] Vec3<S> support_point(const Ellipsoid<S>& ellipsoid, const Vec3<S>& direction) {
-  const Vec3<S> stretched = ellipsoid.radii.cwiseProduct(direction);
-  return ellipsoid.radii.cwiseProduct(stretched) / stretched.norm();
+  const Vec3<S> stretched = cwise_product(ellipsoid.radii, direction);
+  return cwise_product(ellipsoid.radii, stretched) / stretched.norm();
 }
 template <Scalar S>
 [[nodiscard]] Vec3<S> support_point(const ConvexHull<S>& hull, const Vec3<S>& direction);
@@ -18424,7 +18701,7 @@ template <Scalar S>
 /// The direction's unit projection along z, or the x axis if it vanishes.
 template <Scalar S>
 [[nodiscard]] Vec2<S> radial(const Vec3<S>& direction) {
-  const Vec2<S> planar = direction.template head<2>();
+  const Vec2<S> planar = xy_of(direction);
   const S length = planar.norm();
   return length > S(0) ? Vec2<S>(planar / length) : Vec2<S>(Vec2<S>::UnitX());
 }
@@ -18447,7 +18724,7 @@ template <Scalar S>
   constexpr S step = S(2) * S(std::numbers::pi) / S(rim_samples);
   const Vec2<S> farthest = radial(direction);
   S angle = S(2) * S(std::numbers::pi);  // Beyond the last sample: not to be inserted.
-  if (direction.template head<2>().norm() > Tolerance<S>::equal()) {
+  if (xy_of(direction).norm() > Tolerance<S>::equal()) {
     angle = atan2(farthest.y(), farthest.x());
     if (angle < S(0)) angle += S(2) * S(std::numbers::pi);
   }
@@ -18531,7 +18808,7 @@ SupportFeature<S> support_edge(const Ellipsoid<S>& ellipsoid, const Vec3<S>& dir
 template <Scalar S>
 SupportFeature<S> support_edge(const Box<S>& box, const Vec3<S>& direction) {
   int across = 0;
-  const S slope = direction.cwiseAbs().minCoeff(&across);
+  const S slope = cwise_abs(direction).minCoeff(&across);
   Vec3<S> corner = support_point(box, direction);
   std::uint32_t id = 0;
   for (int i = 0; i < 3; ++i) id |= corner[i] > S(0) ? 1u << i : 0u;
@@ -18551,7 +18828,7 @@ template <Scalar S>
 SupportFeature<S> support_face(const Box<S>& box, const Vec3<S>& direction) {
   int axis = 0;
   SupportFeature<S> face;
-  face.cosine = direction.cwiseAbs().maxCoeff(&axis);
+  face.cosine = cwise_abs(direction).maxCoeff(&axis);
   const bool is_up = !(direction[axis] < S(0));
   face.normal[axis] = is_up ? S(1) : S(-1);
   const int u = (axis + 1) % 3;
@@ -18615,7 +18892,7 @@ template <Scalar S>
 SupportFeature<S> support_face(const Cylinder<S>& cylinder, const Vec3<S>& direction) {
   using std::abs;
   const bool is_up = !(direction.z() < S(0));
-  if (abs(direction.z()) >= direction.template head<2>().norm()) {
+  if (abs(direction.z()) >= xy_of(direction).norm()) {
     return disk_feature(cylinder.radius, is_up ? cylinder.half_length : -cylinder.half_length,
                         is_up, direction);
   }
@@ -18643,8 +18920,7 @@ template <Scalar S>
 SupportFeature<S> support_face(const Cone<S>& cone, const Vec3<S>& direction) {
   const S height = S(2) * cone.half_length;
   const Vec2<S> side_normal = Vec2<S>(height, cone.radius).normalized();
-  const S side_cosine =
-      side_normal.dot(Vec2<S>(direction.template head<2>().norm(), direction.z()));
+  const S side_cosine = side_normal.dot(Vec2<S>(xy_of(direction).norm(), direction.z()));
   if (-direction.z() >= side_cosine) {
     return disk_feature(cone.radius, -cone.half_length, false, direction);
   }
@@ -18811,7 +19087,7 @@ class HeightField {
       place_[i] = {t1.dot(feature.points[i]), t2.dot(feature.points[i])};
       height_[i] = n.dot(feature.points[i]);
       name_[i] = mix(side, feature.ids[i]);
-      extent_ = std::max(extent_, feature.points[i].cwiseAbs().maxCoeff());
+      extent_ = std::max(extent_, cwise_abs(feature.points[i]).maxCoeff());
     }
     // Both faces run counter-clockwise seen from +n. That of B is seen from behind.
     if (is_polygon() && feature.normal.dot(n) < S(0)) {
@@ -19449,7 +19725,7 @@ Aabb<S> bounds_at(const ConvexView<S>& convex, const Transform<S>& X) {
   const Mat3<S> R = X.rotation_matrix();
   Aabb<S> box;
   for (int i = 0; i < 3; ++i) {
-    const Vec3<S> d = R.row(i).transpose();
+    const Vec3<S> d = row_of(R, i);
     box.upper[i] = d.dot(convex.support(d)) + convex.rounding + X.translation[i];
     box.lower[i] = d.dot(convex.support(-d)) - convex.rounding + X.translation[i];
   }
@@ -19527,9 +19803,9 @@ template <Scalar S>
                                                const Vec3<S>& center, const Vec3<S>& axis) {
   // Projected along A's axis, the closest point of B's line is a foot of a perpendicular. For
   // parallel axes every point is. The middle serves as well as any.
-  const auto across = axis.template head<2>();
+  const Vec2<S> across = xy_of(axis);
   const S sine2 = across.squaredNorm();
-  S on_b = sine2 > S(0) ? -center.template head<2>().dot(across) / sine2 : S(0);
+  S on_b = sine2 > S(0) ? -xy_of(center).dot(across) / sine2 : S(0);
   on_b = std::clamp(on_b, -b.half_length, b.half_length);
   const S on_a = std::clamp(center.z() + on_b * axis.z(), -a.half_length, a.half_length);
   // If A's end limited the height, the closest point of B moves.
@@ -19589,13 +19865,13 @@ template <Scalar S>
 void collide_shapes(const Box<S>& a, const Sphere<S>& b, const Transform<S>& X_AB, S margin,
                     ContactManifolds<S>& out) {
   const Vec3<S>& center = X_AB.translation;
-  const Vec3<S> nearest = center.cwiseMax(-a.half_extents).cwiseMin(a.half_extents);
+  const Vec3<S> nearest = cwise_min(cwise_max(center, -a.half_extents), a.half_extents);
   if (nearest != center) {
     collide_balls<S>(nearest, S(0), center, b.radius, Vec3<S>::UnitZ(), margin, out);
     return;
   }
   int axis = 0;
-  const S depth = (a.half_extents - center.cwiseAbs()).minCoeff(&axis);
+  const S depth = (a.half_extents - cwise_abs(center)).minCoeff(&axis);
   ContactManifold<S> manifold;
   manifold.normal = (center[axis] < S(0) ? S(-1) : S(1)) * Vec3<S>::Unit(axis);
   const S gap = -depth - b.radius;
@@ -19613,7 +19889,7 @@ void collide_shapes(const Capsule<S>& a, const Capsule<S>& b, const Transform<S>
   const auto [on_a, on_b] = closest_heights(a, b, center, axis);
   const Vec3<S> point_a(S(0), S(0), on_a);
   const Vec3<S> point_b = center + on_b * axis;
-  const Vec2<S> across = axis.template head<2>();
+  const Vec2<S> across = xy_of(axis);
   const S sine = across.norm();
 
   Vec3<S> fallback = Vec3<S>::UnitX();
@@ -19659,15 +19935,15 @@ void collide_shapes(const HalfSpace<S>& a, const Box<S>& b, const Transform<S>& 
   const Vec3<S> up_B = R.transpose() * a.normal;
   // [m] Heights of the centre over the plane, and of the ends of the half axes over the centre.
   const S height = a.normal.dot(X_AB.translation) - a.offset;
-  const Vec3<S> rise = half.cwiseProduct(up_B);
-  if (height - rise.cwiseAbs().sum() > margin) return;
+  const Vec3<S> rise = cwise_product(half, up_B);
+  if (height - cwise_abs(rise).sum() > margin) return;
   // The face whose normal is nearest to straight down.
   int axis = abs(up_B[1]) > abs(up_B[0]) ? 1 : 0;
   if (abs(up_B[2]) > abs(up_B[axis])) axis = 2;
   const int u = axis < 2 ? axis + 1 : 0;
   const int v = axis > 0 ? axis - 1 : 2;
   const S side = up_B[axis] > S(0) ? S(-1) : S(1);
-  const Vec3<S> middle = X_AB.translation + (side * half[axis]) * R.col(axis);
+  const Vec3<S> middle = X_AB.translation + (side * half[axis]) * column_of(R, axis);
   const S middle_gap = height + side * rise[axis];
 
   ContactManifold<S>& manifold = out.emplace_back();
@@ -19680,8 +19956,8 @@ void collide_shapes(const HalfSpace<S>& a, const Box<S>& b, const Transform<S>& 
     // Corner ids are those of support.hpp.
     const std::uint32_t id =
         (side > S(0) ? 1u << axis : 0u) | (u_up ? 1u << u : 0u) | (v_up ? 1u << v : 0u);
-    manifold.add({middle + (u_up ? half[u] : -half[u]) * R.col(u) +
-                      (v_up ? half[v] : -half[v]) * R.col(v) - (S(0.5) * gap) * a.normal,
+    manifold.add({middle + (u_up ? half[u] : -half[u]) * column_of(R, u) +
+                      (v_up ? half[v] : -half[v]) * column_of(R, v) - (S(0.5) * gap) * a.normal,
                   gap, id});
   }
   if (manifold.size == 0) out.pop_back();
@@ -19695,7 +19971,7 @@ void collide_shapes(const HalfSpace<S>& a, const MeshTree<S>& b, const Transform
   const auto for_low_corners = [&](const auto& use) {
     b.tree().find(
         [&](const Aabb<S>& box) {
-          return up_B.dot(box.center()) - up_B.cwiseAbs().dot(box.half_extents()) - offset_B <=
+          return up_B.dot(box.center()) - cwise_abs(up_B).dot(box.half_extents()) - offset_B <=
                  margin + Tolerance<S>::round_off() * box.half_extents().maxCoeff();
         },
         [&](std::uint32_t triangle) {
@@ -19827,10 +20103,10 @@ class BoxFacePatch {
                           !reference.is_of_a};
     const int u = face.u();
     const int v = face.v();
-    Vec3<S> middle = local(p) + face.side * half_extents[axis] * local(R.col(axis));
+    Vec3<S> middle = local(p) + face.side * half_extents[axis] * local(column_of(R, axis));
     middle.z() -= reference.half_extents[k];
-    const Vec3<S> along_u = half_extents[u] * local(R.col(u));
-    const Vec3<S> along_v = half_extents[v] * local(R.col(v));
+    const Vec3<S> along_u = half_extents[u] * local(column_of(R, u));
+    const Vec3<S> along_v = half_extents[v] * local(column_of(R, v));
     // Either order around the face: clipping does not depend on it.
     const std::uint32_t id = face.bit();
     const std::uint32_t id_u = id | 1u << u;
@@ -19850,9 +20126,9 @@ class BoxFacePatch {
   ///
   /// @param R, p  Pose of the reference face's box in the frame of the manifold.
   void add_to(ContactManifold<S>& manifold, S margin, const Mat3<S>& R, const Vec3<S>& p) const {
-    const Vec3<S> u = R.col(reference_.u());
-    const Vec3<S> v = R.col(reference_.v());
-    const Vec3<S> n = reference_.side * R.col(reference_.axis);
+    const Vec3<S> u = column_of(R, reference_.u());
+    const Vec3<S> v = column_of(R, reference_.v());
+    const Vec3<S> n = reference_.side * column_of(R, reference_.axis);
     const Vec3<S> middle = p + reference_.half_extents[reference_.axis] * n;
     const std::array<Corner, capacity>& corners = buffers_[current_];
     const Corner* first = nullptr;  // Of the added corners.
@@ -20061,7 +20337,7 @@ bool ExpandingPolytope<S>::start(const std::array<Vec3<S>, 4>& corners) {
   size_ = S(0);
   for (const Vec3<S>& p : corners) {
     corners_[corner_count_++] = p;
-    size_ = std::max(size_, p.cwiseAbs().maxCoeff());
+    size_ = std::max(size_, cwise_abs(p).maxCoeff());
   }
   const Vec3<S> u = corners[1] - corners[0];
   const Vec3<S> v = corners[2] - corners[0];
@@ -20082,7 +20358,7 @@ bool ExpandingPolytope<S>::start(const std::array<Vec3<S>, 4>& corners) {
 template <Scalar S>
 bool ExpandingPolytope<S>::expand(const Vec3<S>& corner) {
   if (corner_count_ == max_corners) return false;
-  size_ = std::max(size_, corner.cwiseAbs().maxCoeff());
+  size_ = std::max(size_, cwise_abs(corner).maxCoeff());
   const S tolerance = Tolerance<S>::round_off() * size_;
   // Faces that see the corner go. Edges that only one of them has are the rim of the hole.
   std::size_t edge_count = 0;
@@ -20617,7 +20893,7 @@ class OverlapSearch {
   void try_edges(const Vec3<S>& between) {
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 3; ++j) {
-        const Vec3<S> axis = a_.rotation.col(i).cross(b_.rotation.col(j));
+        const Vec3<S> axis = column_of(a_.rotation, i).cross(column_of(b_.rotation, j));
         // Nearly parallel edges have no direction of their own.
         if (axis.squaredNorm() < Tolerance<S>::equal()) continue;
         // Of symmetric solids the side that faces the other has less overlap.
@@ -20758,12 +21034,12 @@ template <Scalar S>
     const int i1 = i < 2 ? i + 1 : 0;
     const int i2 = i > 0 ? i - 1 : 2;
     // Lengths are along the cross products of the edges. Those have the sines as length.
-    const Vec3<S> distance = p[i2] * R.row(i1) - p[i1] * R.row(i2);
-    const Vec3<S> reach_a = a[i1] * absolute.row(i2) + a[i2] * absolute.row(i1);
+    const Vec3<S> distance = p[i2] * row_of(R, i1) - p[i1] * row_of(R, i2);
+    const Vec3<S> reach_a = a[i1] * row_of(absolute, i2) + a[i2] * row_of(absolute, i1);
     const Vec3<S> reach_b(b[1] * absolute(i, 2) + b[2] * absolute(i, 1),
                           b[2] * absolute(i, 0) + b[0] * absolute(i, 2),
                           b[0] * absolute(i, 1) + b[1] * absolute(i, 0));
-    const Vec3<S> between = distance.cwiseAbs() - reach_a - reach_b;
+    const Vec3<S> between = cwise_abs(distance) - reach_a - reach_b;
     for (int j = 0; j < 3; ++j) {
       // Division by a sine makes overlaps larger still. So most axes need no square root.
       if (between[j] <= std::min(best.gap, S(0))) continue;
@@ -20789,12 +21065,12 @@ void collide_face(const BoxPair<S>& boxes, bool is_of_a, int axis, S margin, S t
     patch.add_to(manifold, margin, Mat3<S>::Identity(), Vec3<S>::Zero());
     manifold.normal = face.side * Vec3<S>::Unit(axis);
   } else {
-    const Mat3<S> R_BA = R.transpose();
+    const Mat3<S> R_BA = transposed(R);
     const Vec3<S> p_BA = -(R_BA * p);
     const BoxFace<S> face{b, axis, p_BA[axis] > S(0) ? S(1) : S(-1), false};
     const BoxFacePatch<S> patch(face, a, R_BA, p_BA, tolerance);
     patch.add_to(manifold, margin, R, p);
-    manifold.normal = -face.side * R.col(axis);
+    manifold.normal = -face.side * column_of(R, axis);
   }
 }
 
@@ -20822,7 +21098,7 @@ void collide_edges(const BoxPair<S>& boxes, const BoxEdges<S>& edges, const Vec3
   middle_a[edges.i] = S(0);
   middle_b[edges.j] = S(0);
   middle_b = R * middle_b + p;
-  const Vec3<S> along_b = R.col(edges.j);
+  const Vec3<S> along_b = column_of(R, edges.j);
   const Vec3<S> between = middle_b - middle_a;
   const S cosine = R(edges.i, edges.j);
   const S on_a = between[edges.i];
@@ -20840,15 +21116,15 @@ template <Scalar S>
 void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, S margin,
                     ContactManifolds<S>& out) {
   const Mat3<S> R = X_AB.rotation_matrix();
-  const Mat3<S> absolute = R.cwiseAbs();
+  const Mat3<S> absolute = cwise_abs(R);
   const Vec3<S>& p = X_AB.translation;
   const BoxPair<S> boxes{a.half_extents, b.half_extents, R, p};
 
-  const BoxAxis<S> face_a = best_axis<S>(p.cwiseAbs() - a.half_extents - absolute * b.half_extents);
+  const BoxAxis<S> face_a = best_axis<S>(cwise_abs(p) - a.half_extents - absolute * b.half_extents);
   if (face_a.gap > margin) return;
   const Vec3<S> p_B = R.transpose() * p;
   const BoxAxis<S> face_b =
-      best_axis<S>(p_B.cwiseAbs() - b.half_extents - absolute.transpose() * a.half_extents);
+      best_axis<S>(cwise_abs(p_B) - b.half_extents - absolute.transpose() * a.half_extents);
   if (face_b.gap > margin) return;
 
   const S least_gain =
@@ -20870,11 +21146,11 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
     collide_face(boxes, is_of_a, face.axis, margin, least_gain, manifold);
     normal = manifold.normal;
   } else {
-    normal = (edges.side / edges.sine) * Vec3<S>::Unit(edges.i).cross(R.col(edges.j));
+    normal = (edges.side / edges.sine) * Vec3<S>::Unit(edges.i).cross(column_of(R, edges.j));
     const Vec3<S> normal_B = R.transpose() * normal;
     const bool is_crossing = edges.sine > edge_tolerance<S> &&
-                             normal.cwiseAbs().maxCoeff() < aligned_cosine<S> &&
-                             normal_B.cwiseAbs().maxCoeff() < aligned_cosine<S>;
+                             cwise_abs(normal).maxCoeff() < aligned_cosine<S> &&
+                             cwise_abs(normal_B).maxCoeff() < aligned_cosine<S>;
     if (is_crossing) {
       collide_edges(boxes, edges, normal, normal_B, manifold);
     } else {
@@ -21535,7 +21811,7 @@ class MeshConvexContacts {
     Aabb<P> swept = here;
     swept.include(Aabb<P>{here.lower + back, here.upper + back});
     swept = swept.inflated(beside);
-    swept = {swept.lower.cwiseMax(within.lower), swept.upper.cwiseMin(within.upper)};
+    swept = {cwise_max(swept.lower, within.lower), cwise_min(swept.upper, within.upper)};
     const Vec3<P> middle = X_MC_ * convex_.center;
     mesh_.find([&](const Aabb<P>& box) { return box.overlaps(swept); },
                [&](std::uint32_t i) {
@@ -22175,7 +22451,7 @@ template <Scalar S>
 BRISTLE_FORCE_INLINE RayHitLanes<S> ray_cast(const Ellipsoid<S>& ellipsoid,
                                              const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
-  const Vec3<S> scale = ellipsoid.radii.cwiseInverse();
+  const Vec3<S> scale = cwise_inverse(ellipsoid.radii);
   const auto scaled = [&](const Pack3<S>& v) {
     return Pack3<S>{v.x * scale.x(), v.y * scale.y(), v.z * scale.z()};
   };
@@ -22229,7 +22505,7 @@ template <Scalar S, typename ConvexShape>
 void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, const RayBatch<S>& rays,
                         std::uint32_t tag, RayHits<S>& hits) {
   const Mat3<S> R_RC = X_RC.rotation_matrix();
-  const Mat3<S> R_CR = R_RC.transpose();
+  const Mat3<S> R_CR = transposed(R_RC);
   const Pack3<S> p_RC = Pack3<S>::all(X_RC.translation);
   const std::size_t n = std::min<std::size_t>(rays.range.end, rays.size());
   const auto cast = [&](std::size_t i, auto count, const auto& load, const auto& store) {
@@ -22422,8 +22698,8 @@ struct Approach {
 template <Scalar S>
 [[nodiscard]] Chord<S> tube_chord(const Vec3<S>& origin, const Vec3<S>& direction, S radius) {
   using std::sqrt;
-  const auto o = origin.template head<2>();
-  const auto d = direction.template head<2>();
+  const Vec2<S> o = xy_of(origin);
+  const Vec2<S> d = xy_of(direction);
   const S a = d.squaredNorm();
   const S b = -o.dot(d);
   const S distance = o.norm();
@@ -22458,7 +22734,7 @@ RayHit<S> ray_cast(const Sphere<S>& sphere, const Ray<S>& ray) {
 
 template <Scalar S>
 RayHit<S> ray_cast(const Box<S>& box, const Ray<S>& ray) {
-  if ((ray.origin.array().abs() <= box.half_extents.array()).all()) {
+  if (all_at_most(cwise_abs(ray.origin), box.half_extents)) {
     return detail::start_inside(ray);
   }
   detail::Chord<S> chord;
@@ -22493,8 +22769,8 @@ RayHit<S> ray_cast(const Capsule<S>& capsule, const Ray<S>& ray) {
   if (!(tube.enter <= tube.leave)) return {};
   // A start inside the tube but outside the capsule is beyond one of the ends. It meets only the
   // ball there. Otherwise the height at which the ray enters the tube tells side from ends.
-  const bool is_beyond_end = abs(near.origin.z()) > half &&
-                             near.origin.template head<2>().squaredNorm() <= radius * radius;
+  const bool is_beyond_end =
+      abs(near.origin.z()) > half && detail::xy_of(near.origin).squaredNorm() <= radius * radius;
   S z = near.origin.z();
   if (!is_beyond_end) {
     if (!tube.is_ahead()) return {};
@@ -22514,7 +22790,7 @@ RayHit<S> ray_cast(const Cylinder<S>& cylinder, const Ray<S>& ray) {
   using std::abs;
   const S radius = cylinder.radius;
   const S half = cylinder.half_length;
-  const auto planar = ray.origin.template head<2>();
+  const detail::Vec2<S> planar = detail::xy_of(ray.origin);
   if (planar.squaredNorm() <= radius * radius && abs(ray.origin.z()) <= half) {
     return detail::start_inside(ray);
   }
@@ -22543,14 +22819,14 @@ RayHit<S> ray_cast(const Cone<S>& cone, const Ray<S>& ray) {
   const S k = cone.radius / height;
   const S start_depth = cone.half_length - ray.origin.z();
   if (start_depth >= S(0) && start_depth <= height &&
-      ray.origin.template head<2>().norm() <= k * start_depth) {
+      detail::xy_of(ray.origin).norm() <= k * start_depth) {
     return detail::start_inside(ray);
   }
   const detail::Approach<S> near(ray, cone.half_length + cone.radius);
   if (!near.is_near) return {};
 
-  const detail::Vec2<S> o = near.origin.template head<2>();
-  const detail::Vec2<S> d = ray.direction.template head<2>();
+  const detail::Vec2<S> o = detail::xy_of(near.origin);
+  const detail::Vec2<S> d = detail::xy_of(ray.direction);
   const S w = cone.half_length - near.origin.z();
   const S dw = -ray.direction.z();
   const S a = d.squaredNorm() - k * k * dw * dw;
@@ -22589,12 +22865,12 @@ RayHit<S> ray_cast(const Cone<S>& cone, const Ray<S>& ray) {
 template <Scalar S>
 RayHit<S> ray_cast(const Ellipsoid<S>& ellipsoid, const Ray<S>& ray) {
   using std::sqrt;
-  const Vec3<S> scale = ellipsoid.radii.cwiseInverse();
-  if (ray.origin.cwiseProduct(scale).squaredNorm() <= S(1)) return detail::start_inside(ray);
+  const Vec3<S> scale = cwise_inverse(ellipsoid.radii);
+  if (cwise_product(ray.origin, scale).squaredNorm() <= S(1)) return detail::start_inside(ray);
   const detail::Approach<S> near(ray, ellipsoid.radii.maxCoeff());
   if (!near.is_near) return {};
-  const Vec3<S> o = near.origin.cwiseProduct(scale);
-  const Vec3<S> d = ray.direction.cwiseProduct(scale);
+  const Vec3<S> o = cwise_product(near.origin, scale);
+  const Vec3<S> d = cwise_product(ray.direction, scale);
   const S speed2 = d.squaredNorm();
   const S closest = -o.dot(d) / speed2;
   if (near.skipped + closest < S(0)) return {};
@@ -22604,7 +22880,7 @@ RayHit<S> ray_cast(const Ellipsoid<S>& ellipsoid, const Ray<S>& ray) {
   const S half = sqrt(half2);
   const Vec3<S> point = foot - half * d;
   return detail::hit_within<S>(ray, near.skipped + (closest - half),
-                               point.cwiseProduct(scale).normalized());
+                               cwise_product(point, scale).normalized());
 }
 
 template <Scalar S>
@@ -22964,7 +23240,7 @@ BRISTLE_FORCE_INLINE auto NodeTriangles<S>::turned(const WideTree<S>& tree,
 template <Scalar S>
 bool NodeTriangles<S>::is_any_in(const WideTree<S>& tree, const TriangleRange& leaf,
                                  const BoxInTree<S>& box) {
-  const Pack3<S> along = Pack3<S>::all(Vec3<S>(box.R_GC().row(2)));
+  const Pack3<S> along = Pack3<S>::all(Vec3<S>(row_of(box.R_GC(), 2)));
   const auto z = [&](std::size_t c, std::size_t i) {
     return dot(along, corner(tree, leaf, c, i)) + box.p_GC().z();
   };
@@ -22997,7 +23273,7 @@ bool NodeTriangles<S>::add(const WideTree<S>& tree, const TriangleRange& leaf,
 template <Scalar S>
 void NodeTriangles<S>::finish(const RayTreeNode<S>& node, const Mat3<S>& R_RG, S size) {
   const S round_off = Tolerance<S>::round_off();
-  const Vec3<S> half = node.box.lower.cwiseAbs().cwiseMax(node.box.upper.cwiseAbs());
+  const Vec3<S> half = cwise_max(cwise_abs(node.box.lower), cwise_abs(node.box.upper));
   // Memory behind the last candidate may hold denormal numbers, which are slow.
   for (Row& row : rows_) Pack<S>(S(0)).store(&row[size_]);
   for (std::size_t i = 0; i < size_; i += lanes<S>) {
@@ -23131,10 +23407,11 @@ class RayTreeMeshQuery {
         tag_(tag),
         hits_(hits),
         R_RC_(X_RC.rotation_matrix()),
-        R_CR_(R_RC_.transpose()),
+        R_CR_(transposed(R_RC_)),
         p_RC_(X_RC.translation) {
     const Aabb<S> box = mesh.root_box();
-    mesh_size_ = box.lower.cwiseAbs().cwiseMax(box.upper.cwiseAbs()).sum() + p_RC_.cwiseAbs().sum();
+    mesh_size_ =
+        cwise_max(cwise_abs(box.lower), cwise_abs(box.upper)).sum() + cwise_abs(p_RC_).sum();
   }
 
   void run() {
@@ -23247,7 +23524,7 @@ class RayTreeMeshQuery {
     return Tolerance<S>::round_off() * size_near(node);
   }
   [[nodiscard]] S size_near(const Node& node) const {
-    return mesh_size_ + node.center.cwiseAbs().sum();
+    return mesh_size_ + cwise_abs(node.center).sum();
   }
 
   const RayMesh<S>& mesh_;
@@ -23392,7 +23669,7 @@ void RayTreeMeshQuery<S>::cast_undivided(const Node& node, const BoxInTree<S>& b
 template <Scalar S>
 void RayTreeMeshQuery<S>::cast_packets(const Node& node, std::size_t first, std::size_t end,
                                        Side side) {
-  triangles_.finish(node, node.axes.transpose(), size_near(node));
+  triangles_.finish(node, transposed(node.axes), size_near(node));
   const typename Tree::Lines& lines = rays_.ray_tree->lines();
   const S lowest_start = node.box.lower.z() - margin(node);
   const S highest_start = node.highest_start + margin(node);
@@ -23687,7 +23964,7 @@ struct UnitMassProperties {
   }
   MassProperties<S> operator()(const Box<S>& s) const {
     const Vec3<S>& h = s.half_extents;
-    return symmetric_body<S>(S(8) * h.prod(), Vec3<S>::Zero(), h.cwiseAbs2() / S(3));
+    return symmetric_body<S>(S(8) * h.prod(), Vec3<S>::Zero(), cwise_square(h) / S(3));
   }
   MassProperties<S> operator()(const Capsule<S>& s) const {
     const S r = s.radius;
@@ -23715,7 +23992,7 @@ struct UnitMassProperties {
   }
   MassProperties<S> operator()(const Ellipsoid<S>& s) const {
     return symmetric_body<S>(S(4) / S(3) * pi * s.radii.prod(), Vec3<S>::Zero(),
-                             s.radii.cwiseAbs2() / S(5));
+                             cwise_square(s.radii) / S(5));
   }
   MassProperties<S> operator()(const HalfSpace<S>&) const { return {}; }
   MassProperties<S> operator()(const ConvexHull<S>& s) const {
@@ -24146,12 +24423,9 @@ Vec6<S> HapticLoop<S, Backend>::other_force(const detail::WorldState<S, Backend>
   const auto last = std::find_if(last_bodies_.begin(), last_bodies_.end(),
                                  [id](const detail::HapticBody<S>& b) { return b.id() == id; });
   if (last == last_bodies_.end() || held.was_hit) {
-    Vec6<S> weight = Vec6<S>::Zero();
-    weight.template head<3>() = body.mass * body.gravity_scale * state.def.gravity;
-    return weight;
+    return detail::stacked<S>(body.mass * body.gravity_scale * state.def.gravity, Vec3<S>::Zero());
   }
-  Vec6<S> given;
-  given << last->impulse().force, last->impulse().torque;
+  const Vec6<S> given = detail::stacked(last->impulse());
   return (detail::HapticBody<S>::momentum(body) - last->start_momentum - given) /
          state.def.time_step;
 }
@@ -25451,7 +25725,7 @@ std::uint32_t meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S
   pair.R_WA = A.center_pose.rotation_matrix();
   pair.pose = pair_pose(A.center_pose, B.body->center_pose);
   const Vec3<S> p_AB_W = B.body->center_pose.translation - A.center_pose.translation;
-  const Mat3<S> R_AW = pair.R_WA.transpose();
+  const Mat3<S> R_AW = transposed(pair.R_WA);
   pair.start_motion = {R_AW * (A.twist.linear - B.body->twist.at(-p_AB_W)),
                        R_AW * (A.twist.angular - B.body->twist.angular)};
   const std::uint32_t end = place_contacts(patch, index, first);
@@ -25756,20 +26030,19 @@ struct ModelSum {
 
   /// The sum over all lanes.
   void get(Mat6<S>& matrix, Vec6<S>& offset) const {
-    Mat3<S> K, low;
-    K << sum_of_lanes(xx), sum_of_lanes(xy), sum_of_lanes(xz), S(0), sum_of_lanes(yy),
-        sum_of_lanes(yz), S(0), S(0), sum_of_lanes(zz);
-    low << sum_of_lanes(low_xx), sum_of_lanes(low_xy), sum_of_lanes(low_xz), S(0),
-        sum_of_lanes(low_yy), sum_of_lanes(low_yz), S(0), S(0), sum_of_lanes(low_zz);
     Mat3<S> top;
-    top << sum_of_lanes(top_x).transpose(), sum_of_lanes(top_y).transpose(),
-        sum_of_lanes(top_z).transpose();
-    matrix.template topLeftCorner<3, 3>() = K.template selfadjointView<Eigen::Upper>();
-    matrix.template topRightCorner<3, 3>() = top;
-    matrix.template bottomLeftCorner<3, 3>() = top.transpose();
-    matrix.template bottomRightCorner<3, 3>() = low.template selfadjointView<Eigen::Upper>();
-    offset.template head<3>() = sum_of_lanes(linear);
-    offset.template tail<3>() = sum_of_lanes(angular);
+    set_row(top, 0, sum_of_lanes(top_x));
+    set_row(top, 1, sum_of_lanes(top_y));
+    set_row(top, 2, sum_of_lanes(top_z));
+    set_quarter<0, 0, S>(
+        matrix, symmetric<S>(sum_of_lanes(xx), sum_of_lanes(xy), sum_of_lanes(xz), sum_of_lanes(yy),
+                             sum_of_lanes(yz), sum_of_lanes(zz)));
+    set_quarter<0, 3, S>(matrix, top);
+    set_quarter<3, 0, S>(matrix, transposed(top));
+    set_quarter<3, 3, S>(
+        matrix, symmetric<S>(sum_of_lanes(low_xx), sum_of_lanes(low_xy), sum_of_lanes(low_xz),
+                             sum_of_lanes(low_yy), sum_of_lanes(low_yz), sum_of_lanes(low_zz)));
+    offset = stacked<S>(sum_of_lanes(linear), sum_of_lanes(angular));
   }
 
  private:
@@ -25924,8 +26197,8 @@ struct LaneMotion {
       : linear(Pack3<S>::all(v)), angular(Pack3<S>::all(w)) {}
   /// From u of a soft block, in the world's axes.
   LaneMotion(const PatchPair<S>& pair, const Vec6<S>& u)
-      : LaneMotion(pair.R_WA.transpose() * u.template head<3>(),
-                   pair.R_WA.transpose() * u.template tail<3>()) {}
+      : LaneMotion(pair.R_WA.transpose() * first_half<S>(u),
+                   pair.R_WA.transpose() * second_half<S>(u)) {}
 
   [[nodiscard]] BRISTLE_FORCE_INLINE Pack3<S> at(const Pack3<S>& rho) const {
     return velocity_at<Pack<S>>(linear, angular, rho);
@@ -26255,15 +26528,12 @@ PairResponse<S> evaluate(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<S
 template <Scalar S>
 void fill_block(const PatchPair<S>& pair, SoftBlock<S>& block) {
   const Mat3<S>& R = pair.R_WA;
-  const Mat3<S> top = R * pair.matrix.template topRightCorner<3, 3>() * R.transpose();
-  block.matrix.template topLeftCorner<3, 3>() =
-      rotated<S>(R, pair.matrix.template topLeftCorner<3, 3>());
-  block.matrix.template topRightCorner<3, 3>() = top;
-  block.matrix.template bottomLeftCorner<3, 3>() = top.transpose();
-  block.matrix.template bottomRightCorner<3, 3>() =
-      rotated<S>(R, pair.matrix.template bottomRightCorner<3, 3>());
-  block.offset.template head<3>() = R * pair.offset.template head<3>();
-  block.offset.template tail<3>() = R * pair.offset.template tail<3>();
+  const Mat3<S> top = R * quarter<0, 3, S>(pair.matrix) * R.transpose();
+  set_quarter<0, 0, S>(block.matrix, rotated<S>(R, quarter<0, 0, S>(pair.matrix)));
+  set_quarter<0, 3, S>(block.matrix, top);
+  set_quarter<3, 0, S>(block.matrix, transposed(top));
+  set_quarter<3, 3, S>(block.matrix, rotated<S>(R, quarter<3, 3, S>(pair.matrix)));
+  block.offset = stacked<S>(R * first_half<S>(pair.offset), R * second_half<S>(pair.offset));
 }
 
 template <Scalar S>
@@ -26450,11 +26720,7 @@ class HapticSubstep {
   /// [m/s, rad/s] Motion of a tool at the point of a block.
   [[nodiscard]] Vec6<S> motion_of(const Skin& tool_patch, const SoftBlock<S>& block) const {
     const Twist<S>& twist = loop_.tools_[tool_patch.tool].twist;
-    Vec6<S> motion;
-    // By halves: g++ 12 warns of the comma form as a read beyond three floats.
-    motion.template head<3>() = twist.at(block.arm_a);
-    motion.template tail<3>() = twist.angular;
-    return motion;
+    return stacked<S>(twist.at(block.arm_a), twist.angular);
   }
   /// [-] Index of the predicted body with an index of the world.
   [[nodiscard]] std::uint32_t number_of(std::uint32_t slot) const {
@@ -26579,8 +26845,7 @@ bool HapticSubstep<S, Backend>::answer(const SolvePass& pass) {
       SoftBlock<S>& block = tool_patch.blocks[k];
       const PairResponse<S> found =
           evaluate(tool_patch.patch, tool_patch.patch.pairs[k], block.motion, loop_.h_, pass);
-      block.impulse.template head<3>() = found.impulse.force;
-      block.impulse.template tail<3>() = found.impulse.torque;
+      block.impulse = stacked(found.impulse);
       has_changed = found.has_changed || has_changed;
     }
   }
@@ -26598,7 +26863,7 @@ void HapticSubstep<S, Backend>::deliver(Skin& tool_patch) {
       clear_impulses(tool_patch.patch, tool_patch.patch.pairs[k]);
       continue;
     }
-    const Wrench<S> on_b{block.impulse.template head<3>(), block.impulse.template tail<3>()};
+    const Wrench<S> on_b = wrench_of<S>(block.impulse);
     loop_.bodies_[tool_patch.touched[k]].apply_impulse(on_b.shifted(-block.arm_b), left);
     tool.wrench += (S(-1) / loop_.h_) * on_b.shifted(-block.arm_a);
   }
@@ -26609,16 +26874,1994 @@ void HapticSubstep<S, Backend>::deliver(Skin& tool_patch) {
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
-// === bristle/world/stepper.hpp
+// === bristle/world/mechanism_stage.hpp
 
 /// @file
-/// One step of a world: its stages in order.
+/// The joint stage of a step: rows of joints, and mechanisms that follow their own smooth motion.
+///
+/// `MechanismIntegrator` moves bodies that only joints act on, and keeps their energy. Contacts on
+/// them take that motion as free motion. The impulses of contacts, and the joints' response to
+/// them, come on top.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/world/contact_stage.hpp
+// === bristle/dynamics/joints/joint_projection.hpp
 
 /// @file
-/// First stage of a step: broad phase and contacts.
+/// Projection of positions and velocities onto joints. It is in the metric of the masses.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/dynamics/joints/joint_system.hpp
+
+/// @file
+/// Bodies held by joints at one instant. They respond to impulses, forces and each other.
+///
+/// Let J be the rows of all joints (joint_kinematics.hpp) and M the masses. The wrenches that give
+/// the joints a relative motion b solve K x = b, K = J M^-1 J^T. Two joints meet in K only if they
+/// share a body. So K is as sparse as the mechanism. Its envelope stays narrow. Joints between the
+/// same two bodies are one there (joint_groups.hpp).
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/dynamics/joints/joint_groups.hpp
+
+/// @file
+/// Joints between the same two bodies as one group. Their rows span six dimensions at most.
+///
+/// Let u be B's velocity relative to A at a common point, and w its angular velocity. All rows of n
+/// such joints are R (u, l w), 6 n by 6. Reduced to R = Q T, Q has orthonormal columns. The joints
+/// then require T (u, l w) = Q^T b. Requirements beyond that contradict each other and cannot be
+/// met. The group is six rows in the matrix of the mechanism. The number of its joints does not
+/// matter. The impulses y of these rows are spread over the joints as x = Q y. These are the
+/// smallest that add up to them. Bodies that forces do not move count as one. So joints from a body
+/// to several of them are a group too.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/math/tall_qr.hpp
+
+/// @file
+/// Orthogonal reduction of many rows in few unknowns (Householder 1958).
+///
+/// Rows R of six unknowns are Q T. Q has orthonormal columns, and the triangle T has six rows. Rows
+/// beyond six add no information. No pivot is divided by and no rank is decided. So rows that
+/// repeat each other, nearly or exactly, need no care.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <span>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// A row of six numbers.
+template <Scalar S>
+using Row6 = std::array<S, 6>;
+
+/// The triangle T, and the scales of the reflections in Q.
+template <Scalar S>
+struct TallQr {
+  /// [-] Triangle T: row k has its first entry in column k.
+  std::array<Row6<S>, 6> triangle{};
+  /// [1] Scale of each reflection I - scale v v^T. It is 0 if there is nothing to reflect.
+  std::array<S, 6> scale{};
+};
+
+/// Reduces rows to a triangle.
+/// @param rows  Six or more. In: R. Out: the reflections, column k from row k on.
+template <Scalar S>
+[[nodiscard]] TallQr<S> reduce_rows(std::span<Row6<S>> rows);
+
+/// x := Q^T x. The first six entries belong to the rows of the triangle. No unknowns can change the
+/// others.
+template <Scalar S>
+void to_triangle(const TallQr<S>& qr, std::span<const Row6<S>> rows, std::span<S> x);
+
+/// x := Q x, for x that is zero beyond the first six entries.
+template <Scalar S>
+void from_triangle(const TallQr<S>& qr, std::span<const Row6<S>> rows, std::span<S> x);
+
+// Implementation ----------------------------------------------------------------------------------
+
+template <Scalar S>
+TallQr<S> reduce_rows(std::span<Row6<S>> rows) {
+  using std::sqrt;
+  TallQr<S> qr;
+  for (std::size_t k = 0; k < 6; ++k) {
+    S square = S(0);
+    for (std::size_t i = k; i < rows.size(); ++i) square += rows[i][k] * rows[i][k];
+    // A length of zero has no derivative, and leaves nothing to reflect.
+    if (square > S(0)) {
+      const S head = rows[k][k];
+      const S length = head > S(0) ? S(-sqrt(square)) : S(sqrt(square));
+      // v = x - length e_k. The sign of the length keeps its head from cancelling.
+      rows[k][k] = head - length;
+      qr.scale[k] = S(-1) / (length * rows[k][k]);
+      Row6<S> sums{};
+      for (std::size_t i = k; i < rows.size(); ++i) {
+        for (std::size_t j = k + 1; j < 6; ++j) sums[j] += rows[i][k] * rows[i][j];
+      }
+      for (S& sum : sums) sum *= qr.scale[k];
+      for (std::size_t i = k; i < rows.size(); ++i) {
+        for (std::size_t j = k + 1; j < 6; ++j) rows[i][j] -= rows[i][k] * sums[j];
+      }
+      qr.triangle[k][k] = length;
+    }
+    for (std::size_t j = k + 1; j < 6; ++j) qr.triangle[k][j] = rows[k][j];
+  }
+  return qr;
+}
+
+/// Reflects x by reflection k.
+template <Scalar S>
+void reflect(const TallQr<S>& qr, std::span<const Row6<S>> rows, std::size_t k, std::span<S> x) {
+  S sum = S(0);
+  for (std::size_t i = k; i < rows.size(); ++i) sum += rows[i][k] * x[i];
+  sum *= qr.scale[k];
+  for (std::size_t i = k; i < rows.size(); ++i) x[i] -= sum * rows[i][k];
+}
+
+template <Scalar S>
+void to_triangle(const TallQr<S>& qr, std::span<const Row6<S>> rows, std::span<S> x) {
+  for (std::size_t k = 0; k < 6; ++k) reflect(qr, rows, k, x);
+}
+
+template <Scalar S>
+void from_triangle(const TallQr<S>& qr, std::span<const Row6<S>> rows, std::span<S> x) {
+  for (std::size_t k = 6; k-- > 0;) reflect(qr, rows, k, x);
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Joints of a mechanism, grouped by their two bodies. Keeps its memory.
+template <Scalar S>
+class JointGroups {
+ public:
+  /// @param moves  For each body, true if forces move it.
+  void build(std::span<const MechanismJoint<S>> joints, const std::vector<bool>& moves);
+
+  /// Copies joints. Exchanges the bodies of those that are defined from the other side than their
+  /// group. Equal axes of a group then turn with the same body. They stay equal to round-off where
+  /// bodies are slightly off their joints. Else they would seem to hold one more direction.
+  void orient(std::span<const MechanismJoint<S>> joints, std::vector<MechanismJoint<S>>& out) const;
+  /// Returns whether the bodies of a joint were exchanged.
+  [[nodiscard]] bool is_exchanged(std::size_t joint) const { return is_exchanged_[joint]; }
+
+  [[nodiscard]] std::size_t size() const { return groups_.size(); }
+  /// One joint for each group, for the order of the matrix. It is the only joint, or one of kind
+  /// `fixed`.
+  [[nodiscard]] std::span<const MechanismJoint<S>> joints() const { return merged_; }
+  /// Returns whether a group has more than one joint.
+  [[nodiscard]] bool is_merged(std::size_t group) const { return groups_[group].count > 1; }
+  /// Returns whether any group has more than one joint.
+  [[nodiscard]] bool has_merged() const { return groups_.size() < members_.size(); }
+  /// Geometry of a group: that of its joint, or of its common point.
+  [[nodiscard]] const JointState<S>& at(std::size_t group) const { return groups_[group].at; }
+  /// T, by rows, for the motion (u, w) at the common point.
+  [[nodiscard]] const Mat6<S>& triangle(std::size_t group) const { return groups_[group].triangle; }
+
+  /// Finds the geometry of all joints. The arms of a joint in a larger group meet in one point, B's
+  /// origin.
+  template <typename Nodes>
+  void place(std::span<const MechanismJoint<S>> joints, const Nodes& nodes,
+             std::vector<JointState<S>>& at);
+
+  /// Reduces groups at the positions that `place` set.
+  void reduce(std::span<const MechanismJoint<S>> joints, std::span<const JointState<S>> at);
+
+  /// Right-hand side of the six rows of a group, from those of its joints, b.
+  void gather(std::size_t group, std::span<const MechanismJoint<S>> joints,
+              std::span<const Twist<S>> b, Vec3<S>& linear, Vec3<S>& angular);
+  /// Spreads the impulses of the six rows of a group over its joints. Calls use(joint, force,
+  /// torque) with the impulses on each joint's B.
+  template <typename Use>
+  void spread(std::size_t group, std::span<const MechanismJoint<S>> joints, const Vec3<S>& linear,
+              const Vec3<S>& angular, const Use& use);
+  /// The joint of a group that has only one.
+  [[nodiscard]] std::uint32_t joint(std::size_t group) const {
+    return members_[groups_[group].first].joint;
+  }
+
+ private:
+  struct Member {
+    std::uint32_t body_a = 0, body_b = 0;  // One past the last body where forces do not move it.
+    std::uint32_t joint = 0;
+    bool is_reversed = false;  // Its A is the B of the group; also after `orient`.
+  };
+  struct Group {
+    std::uint32_t first = 0, count = 0;  // Range in `members_`.
+    std::uint32_t first_row = 0, rows = 0;
+    S length = S(1);  // [m] Length that weights rotation.
+    JointState<S> at{};
+    Mat6<S> triangle;
+    TallQr<S> qr{};
+  };
+
+  [[nodiscard]] static std::size_t rows_of(JointKind kind) { return lets_turn(kind) ? 3 : 6; }
+  [[nodiscard]] std::span<const Row6<S>> rows_of(const Group& group) const {
+    return std::span<const Row6<S>>(rows_).subspan(group.first_row, group.rows);
+  }
+  void fill_rows(const Group& group, std::span<const MechanismJoint<S>> joints,
+                 std::span<const JointState<S>> at);
+
+  std::vector<Member> members_;  // Sorted by their bodies.
+  std::vector<Group> groups_;
+  std::vector<MechanismJoint<S>> merged_;
+  std::vector<bool> is_exchanged_;  // By joint.
+  std::vector<Row6<S>> rows_;       // Rows of all merged groups.
+  std::vector<S> values_;           // One value per row of a group.
+};
+
+// Implementation ----------------------------------------------------------------------------------
+
+template <Scalar S>
+void JointGroups<S>::build(std::span<const MechanismJoint<S>> joints,
+                           const std::vector<bool>& moves) {
+  const auto anchor = static_cast<std::uint32_t>(moves.size());
+  members_.clear();
+  for (std::uint32_t i = 0; i < joints.size(); ++i) {
+    const std::uint32_t a = moves[joints[i].body_a] ? joints[i].body_a : anchor;
+    const std::uint32_t b = moves[joints[i].body_b] ? joints[i].body_b : anchor;
+    members_.push_back({std::min(a, b), std::max(a, b), i, a > b});
+  }
+  // Joints of a group keep their order. Groups are ordered by their first joints. Mechanisms
+  // without merged groups are as if there were none.
+  std::sort(members_.begin(), members_.end(), [](const Member& l, const Member& r) {
+    if (l.body_a != r.body_a) return l.body_a < r.body_a;
+    return l.body_b != r.body_b ? l.body_b < r.body_b : l.joint < r.joint;
+  });
+  groups_.clear();
+  for (std::uint32_t k = 0; k < members_.size(); ++k) {
+    const bool is_next = k > 0 && members_[k].body_a == members_[k - 1].body_a &&
+                         members_[k].body_b == members_[k - 1].body_b;
+    if (!is_next) {
+      groups_.emplace_back();
+      groups_.back().first = k;
+    }
+    ++groups_.back().count;
+  }
+  std::sort(groups_.begin(), groups_.end(), [this](const Group& l, const Group& r) {
+    return members_[l.first].joint < members_[r.first].joint;
+  });
+  merged_.clear();
+  is_exchanged_.assign(joints.size(), false);
+  std::uint32_t rows = 0;
+  for (Group& group : groups_) {
+    const Member& first = members_[group.first];
+    merged_.push_back(joints[first.joint]);
+    if (group.count == 1) continue;
+    merged_.back().kind = JointKind::fixed;
+    if (first.is_reversed) std::swap(merged_.back().body_a, merged_.back().body_b);
+    group.first_row = rows;
+    for (std::uint32_t k = 0; k < group.count; ++k) {
+      Member& member = members_[group.first + k];
+      group.rows += static_cast<std::uint32_t>(rows_of(joints[member.joint].kind));
+      // A joint with a spring is not exchanged. Its position keeps its sign.
+      if (!member.is_reversed || joints[member.joint].has_spring()) continue;
+      member.is_reversed = false;
+      is_exchanged_[member.joint] = true;
+    }
+    rows += group.rows;
+  }
+  rows_.resize(rows);
+}
+
+template <Scalar S>
+void JointGroups<S>::orient(std::span<const MechanismJoint<S>> joints,
+                            std::vector<MechanismJoint<S>>& out) const {
+  out.assign(joints.begin(), joints.end());
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    if (!is_exchanged_[i]) continue;
+    std::swap(out[i].body_a, out[i].body_b);
+    std::swap(out[i].X_CmA_J, out[i].X_CmB_J);
+  }
+}
+
+template <Scalar S>
+template <typename Nodes>
+void JointGroups<S>::place(std::span<const MechanismJoint<S>> joints, const Nodes& nodes,
+                           std::vector<JointState<S>>& at) {
+  using std::max;
+  using std::sqrt;
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    at[i] = joint_state(joints[i], nodes[joints[i].body_a].now, nodes[joints[i].body_b].now);
+  }
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    Group& group = groups_[g];
+    if (group.count == 1) {
+      group.at = at[members_[group.first].joint];
+      continue;
+    }
+    // Seen from A, which forces move. B may be one of several bodies that they do not move.
+    const auto& a = nodes[merged_[g].body_a];
+    const auto& b = nodes[merged_[g].body_b];
+    Vec3<S> sum = Vec3<S>::Zero();
+    S arm2 = S(0);
+    for (std::uint32_t k = 0; k < group.count; ++k) {
+      const Member& member = members_[group.first + k];
+      const MechanismJoint<S>& joint = joints[member.joint];
+      JointState<S>& one = at[member.joint];
+      one.arm_a = (nodes[joint.body_b].now.x - nodes[joint.body_a].now.x) + one.arm_b;
+      sum += member.is_reversed ? one.arm_b : one.arm_a;
+      arm2 = max(arm2, max(one.arm_a.squaredNorm(), one.arm_b.squaredNorm()));
+    }
+    group.at = {};
+    group.at.arm_a = sum / S(group.count);
+    group.at.arm_b = group.at.arm_a - (b.now.x - a.now.x);
+    // This length balances both kinds of impulse. Impulses move the joints as much as angular
+    // impulses turn them.
+    const S gains = a.inverse_mass.sum() + b.inverse_mass.sum();
+    const S turns = a.inverse_inertia.trace() + b.inverse_inertia.trace();
+    const S length2 = arm2 + gains / turns;
+    group.length = length2 > S(0) && length2 < infinity<S> ? S(sqrt(length2)) : S(1);
+  }
+}
+
+template <Scalar S>
+void JointGroups<S>::fill_rows(const Group& group, std::span<const MechanismJoint<S>> joints,
+                               std::span<const JointState<S>> at) {
+  std::size_t row = group.first_row;
+  for (std::uint32_t k = 0; k < group.count; ++k) {
+    const Member& member = members_[group.first + k];
+    const JointState<S>& one = at[member.joint];
+    const S sign = member.is_reversed ? S(-1) : S(1);
+    const Vec3<S> r = (member.is_reversed ? one.arm_b : one.arm_a) - group.at.arm_a;
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      const Vec3<S> e = sign * Vec3<S>::Unit(axis);
+      const Vec3<S> d = across(one.slide, e);
+      const Vec3<S> turn = r.cross(d) / group.length;
+      rows_[row++] = {d.x(), d.y(), d.z(), turn.x(), turn.y(), turn.z()};
+    }
+    if (lets_turn(joints[member.joint].kind)) continue;
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      const Vec3<S> e = sign * Vec3<S>::Unit(axis);
+      const Vec3<S> d = across(one.hinge, e);
+      rows_[row++] = {S(0), S(0), S(0), d.x(), d.y(), d.z()};
+    }
+  }
+}
+
+template <Scalar S>
+void JointGroups<S>::reduce(std::span<const MechanismJoint<S>> joints,
+                            std::span<const JointState<S>> at) {
+  for (Group& group : groups_) {
+    if (group.count == 1) continue;
+    fill_rows(group, joints, at);
+    group.qr = reduce_rows(std::span<Row6<S>>(rows_).subspan(group.first_row, group.rows));
+    for (std::size_t i = 0; i < 6; ++i) {
+      for (std::size_t j = 0; j < 6; ++j) {
+        group.triangle(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
+            (j < 3 ? S(1) : group.length) * group.qr.triangle[i][j];
+      }
+    }
+  }
+}
+
+template <Scalar S>
+void JointGroups<S>::gather(std::size_t g, std::span<const MechanismJoint<S>> joints,
+                            std::span<const Twist<S>> b, Vec3<S>& linear, Vec3<S>& angular) {
+  const Group& group = groups_[g];
+  values_.clear();
+  for (std::uint32_t k = 0; k < group.count; ++k) {
+    const std::uint32_t joint = members_[group.first + k].joint;
+    for (const S& x : b[joint].linear) values_.push_back(x);
+    if (lets_turn(joints[joint].kind)) continue;
+    for (const S& x : b[joint].angular) values_.push_back(group.length * x);
+  }
+  to_triangle(group.qr, rows_of(group), std::span<S>(values_));
+  linear = {values_[0], values_[1], values_[2]};
+  angular = {values_[3], values_[4], values_[5]};
+}
+
+template <Scalar S>
+template <typename Use>
+void JointGroups<S>::spread(std::size_t g, std::span<const MechanismJoint<S>> joints,
+                            const Vec3<S>& linear, const Vec3<S>& angular, const Use& use) {
+  const Group& group = groups_[g];
+  values_.assign(group.rows, S(0));
+  for (std::size_t i = 0; i < 3; ++i) {
+    values_[i] = linear[static_cast<Eigen::Index>(i)];
+    values_[i + 3] = angular[static_cast<Eigen::Index>(i)];
+  }
+  from_triangle(group.qr, rows_of(group), std::span<S>(values_));
+  const S* x = values_.data();
+  for (std::uint32_t k = 0; k < group.count; ++k) {
+    const std::uint32_t joint = members_[group.first + k].joint;
+    const bool has_torque = !lets_turn(joints[joint].kind);
+    const Vec3<S> force(x[0], x[1], x[2]);
+    const Vec3<S> torque =
+        has_torque ? Vec3<S>(group.length * Vec3<S>(x[3], x[4], x[5])) : Vec3<S>(Vec3<S>::Zero());
+    use(joint, force, torque);
+    x += has_torque ? 6 : 3;
+  }
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+// === bristle/dynamics/joints/joint_order.hpp
+
+/// @file
+/// Couplings between the joints of a mechanism. Their order keeps the matrix narrow.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Two joints that share a body which forces move. An impulse in one changes the velocity in the
+/// other. Each joint is also coupled to itself, once per body that moves.
+struct JointCoupling {
+  /// [-] The shared body.
+  std::uint32_t body = 0;
+  /// [-] Joints; `row` is not before `column` in the order. The flags: true if the body is their B.
+  std::uint32_t row = 0;
+  std::uint32_t column = 0;
+  bool is_b_of_row = false;
+  bool is_b_of_column = false;
+};
+
+/// Joints numbered breadth first from the end of a chain. The method is that of Cuthill and McKee
+/// (1969). Neighbours get near numbers. So the envelope of a chain is as narrow as one joint.
+class JointOrder {
+ public:
+  /// @param moves  For each body, true if forces move it.
+  template <Scalar S>
+  void build(std::span<const MechanismJoint<S>> joints, const std::vector<bool>& moves);
+
+  /// First block row of each joint: its linear row. Its angular row follows, if any.
+  [[nodiscard]] std::uint32_t first_row(std::size_t joint) const { return first_row_[joint]; }
+  /// For each block row, the first column where the matrix may not be zero.
+  [[nodiscard]] std::span<const std::uint32_t> envelope() const { return envelope_; }
+  /// Couplings of all joints, in the order of rows.
+  [[nodiscard]] std::span<const JointCoupling> couplings() const { return couplings_; }
+  /// [-] Multiply-adds of a factorisation of the matrix within its envelope. If they exceed
+  /// `most_work` the order is not finished. A hub with hundreds of neighbours does, say.
+  [[nodiscard]] std::uint64_t factor_work() const { return factor_work_; }
+  [[nodiscard]] bool is_too_wide() const { return factor_work_ > most_work; }
+  /// Some hundredths of a second. Wider matrices are left to solvers with bounded cost.
+  static constexpr std::uint64_t most_work = 20'000'000;
+  /// Returns whether some joint closes a loop. Bodies that forces do not move count as one. The
+  /// joints may then lock more than is free.
+  [[nodiscard]] bool has_loop() const { return has_loop_; }
+
+ private:
+  struct End {
+    std::uint32_t body, joint;
+    bool is_b;
+  };
+
+  template <typename Visit>
+  void for_neighbours(std::uint32_t joint, Visit visit) const;
+  void number_joints(std::size_t count);
+  [[nodiscard]] std::uint32_t root(std::uint32_t body) const;
+
+  std::vector<End> ends_;                       // At bodies that move, sorted by body.
+  std::vector<std::uint32_t> first_end_;        // Of each body in `ends_`, and one past the last.
+  std::vector<std::uint32_t> body_a_, body_b_;  // Of each joint; none if it does not move.
+  std::vector<std::uint32_t> order_;            // Joints by number.
+  std::vector<std::uint32_t> number_;           // Of each joint.
+  std::vector<std::uint32_t> parent_;           // Of each body, towards the root of its tree.
+  std::vector<std::uint32_t> first_row_, envelope_;
+  std::vector<JointCoupling> couplings_;
+  std::uint64_t factor_work_ = 0;
+  bool has_loop_ = false;
+};
+
+// Implementation ----------------------------------------------------------------------------------
+
+inline constexpr std::uint32_t no_number = 0xffffffffu;
+
+template <typename Visit>
+void JointOrder::for_neighbours(std::uint32_t joint, Visit visit) const {
+  for (const std::uint32_t body : {body_a_[joint], body_b_[joint]}) {
+    if (body == no_number) continue;
+    for (std::uint32_t e = first_end_[body]; e < first_end_[body + 1]; ++e) visit(ends_[e].joint);
+  }
+}
+
+inline std::uint32_t JointOrder::root(std::uint32_t body) const {
+  while (parent_[body] != body) body = parent_[body];
+  return body;
+}
+
+inline void JointOrder::number_joints(std::size_t count) {
+  number_.assign(count, no_number);
+  order_.clear();
+  const auto take = [&](std::uint32_t joint) {
+    if (number_[joint] != no_number) return;
+    number_[joint] = static_cast<std::uint32_t>(order_.size());
+    order_.push_back(joint);
+  };
+  const auto degree = [&](std::uint32_t joint) {
+    std::uint32_t result = 0;
+    for_neighbours(joint, [&](std::uint32_t other) { result += other != joint ? 1 : 0; });
+    return result;
+  };
+  for (std::size_t done = 0; order_.size() < count;) {
+    // From the remaining joint with the fewest neighbours. In a chain it is an end.
+    std::uint32_t start = no_number;
+    std::uint32_t fewest = no_number;
+    for (std::uint32_t joint = 0; joint < count; ++joint) {
+      if (number_[joint] != no_number || degree(joint) >= fewest) continue;
+      start = joint;
+      fewest = degree(joint);
+    }
+    take(start);
+    for (; done < order_.size(); ++done) for_neighbours(order_[done], take);
+  }
+}
+
+template <Scalar S>
+void JointOrder::build(std::span<const MechanismJoint<S>> joints, const std::vector<bool>& moves) {
+  const std::uint32_t anchor = static_cast<std::uint32_t>(moves.size());
+  parent_.resize(moves.size() + 1);
+  for (std::uint32_t i = 0; i <= anchor; ++i) parent_[i] = i;
+  has_loop_ = false;
+  ends_.clear();
+  body_a_.clear();
+  body_b_.clear();
+  const auto add_end = [&](std::uint32_t body, std::uint32_t joint, bool is_b) {
+    if (moves[body]) ends_.push_back({body, joint, is_b});
+    return moves[body] ? body : no_number;
+  };
+  for (std::uint32_t i = 0; i < joints.size(); ++i) {
+    body_a_.push_back(add_end(joints[i].body_a, i, false));
+    body_b_.push_back(add_end(joints[i].body_b, i, true));
+    const std::uint32_t a = root(std::min(body_a_.back(), anchor));
+    const std::uint32_t b = root(std::min(body_b_.back(), anchor));
+    has_loop_ = has_loop_ || a == b;
+    parent_[std::max(a, b)] = std::min(a, b);
+  }
+  std::sort(ends_.begin(), ends_.end(), [](const End& l, const End& r) {
+    return l.body != r.body ? l.body < r.body : l.joint < r.joint;
+  });
+  first_end_.assign(moves.size() + 1, 0);
+  for (const End& end : ends_) ++first_end_[end.body + 1];
+  for (std::size_t i = 0; i < moves.size(); ++i) first_end_[i + 1] += first_end_[i];
+
+  first_row_.resize(joints.size());
+  envelope_.clear();
+  couplings_.clear();
+  // All joints of a body couple. That part is dense. It takes a sixth of the cube of their number.
+  factor_work_ = 0;
+  for (std::size_t i = 0; i < moves.size(); ++i) {
+    const std::uint64_t degree = first_end_[i + 1] - first_end_[i];
+    factor_work_ = std::max(factor_work_, 27 * degree * degree / 6 * degree);
+  }
+  if (is_too_wide()) return;
+  number_joints(joints.size());
+  for (const std::uint32_t joint : order_) {
+    const std::uint32_t row = static_cast<std::uint32_t>(envelope_.size());
+    first_row_[joint] = row;
+    std::uint32_t first = row;
+    for_neighbours(joint, [&](std::uint32_t other) {
+      if (number_[other] < number_[joint]) first = std::min(first, first_row_[other]);
+    });
+    envelope_.push_back(first);
+    if (!lets_turn(joints[joint].kind)) envelope_.push_back(first);
+  }
+  // Half the square of the width of each row. Blocks are three by three.
+  factor_work_ = 0;
+  for (std::uint32_t row = 0; row < envelope_.size(); ++row) {
+    const std::uint64_t width = row - envelope_[row];
+    factor_work_ += 27 * width * width / 2;
+  }
+
+  for (const End& row : ends_) {
+    for (std::uint32_t e = first_end_[row.body]; e < first_end_[row.body + 1]; ++e) {
+      const End& column = ends_[e];
+      if (number_[column.joint] > number_[row.joint]) continue;
+      couplings_.push_back({row.body, row.joint, column.joint, row.is_b, column.is_b});
+    }
+  }
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+// === bristle/math/block_envelope.hpp
+
+/// @file
+/// Factorisation of a sparse symmetric matrix of 3x3 blocks within its envelope.
+///
+/// Like `EnvelopeMatrix`, for matrices whose rows come in threes. The joints of a mechanism are an
+/// example. Blocks keep the compiler in straight-line code. They take one division per row instead
+/// of one per entry and a square root. That makes a chain more than three times cheaper.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Lower triangle of a symmetric positive definite matrix of 3x3 blocks. Its factors replace it.
+/// Rows and columns count blocks.
+template <Scalar S>
+class BlockEnvelope {
+ public:
+  /// Sets the shape. Entries keep old values, in disorder.
+  /// @param first  Column of the first block of each row. At most the row's own number.
+  void set_shape(std::span<const std::uint32_t> first);
+  void set_zero() {
+    for (Mat3<S>& block : blocks_) block.setZero();
+  }
+
+  [[nodiscard]] std::size_t size() const { return first_.size(); }
+  /// Block of the lower triangle: first(i) <= j <= i. Of a diagonal block only its lower triangle
+  /// counts.
+  [[nodiscard]] Mat3<S>& at(std::size_t i, std::size_t j) { return blocks_[start_[i] + j]; }
+  [[nodiscard]] const Mat3<S>& at(std::size_t i, std::size_t j) const {
+    return blocks_[start_[i] + j];
+  }
+
+  /// Replaces the matrix A by its factors. A = L D L^T, with ones on the diagonal of L and 3x3
+  /// blocks in D.
+  /// @return False if a pivot is not positive or not finite. The matrix is then spoilt.
+  [[nodiscard]] bool factor();
+
+  /// x := A^-1 x, after `factor`.
+  void solve(std::span<Vec3<S>> x) const;
+
+ private:
+  std::vector<std::uint32_t> first_;
+  std::vector<std::size_t> start_;  // Index of each row in `blocks_`, less its first column.
+  std::vector<Mat3<S>> blocks_;
+  std::vector<Mat3<S>> row_;  // Blocks of the current row, times D.
+};
+
+// Implementation ----------------------------------------------------------------------------------
+
+/// Inverse of a symmetric positive definite matrix by elimination. The closed form by cofactors is
+/// no cheaper. It loses all digits where two rows are nearly the same.
+/// @return False if a pivot is not positive or not finite.
+template <Scalar S>
+[[nodiscard]] bool invert_pivot(Mat3<S>& a) {
+  const S d0 = a(0, 0);
+  const S i0 = S(1) / d0;
+  const S l1 = a(1, 0) * i0;
+  const S l2 = a(2, 0) * i0;
+  const S d1 = a(1, 1) - l1 * a(1, 0);
+  const S i1 = S(1) / d1;
+  const S l3 = (a(2, 1) - l2 * a(1, 0)) * i1;
+  const S d2 = a(2, 2) - l2 * a(2, 0) - l3 * l3 * d1;
+  const S i2 = S(1) / d2;
+  const bool is_positive = d0 > S(0) && d1 > S(0) && d2 > S(0);
+  if (!is_positive || !(d0 + d1 + d2 < infinity<S>)) return false;
+  // L^-1 has -l1, -l3 below its diagonal and l1 l3 - l2 in its corner.
+  const S corner = l1 * l3 - l2;
+  a(2, 2) = i2;
+  a(2, 1) = a(1, 2) = -l3 * i2;
+  a(2, 0) = a(0, 2) = corner * i2;
+  a(1, 1) = i1 + l3 * l3 * i2;
+  a(1, 0) = a(0, 1) = -l1 * i1 - l3 * corner * i2;
+  a(0, 0) = i0 + l1 * l1 * i1 + corner * corner * i2;
+  return true;
+}
+
+template <Scalar S>
+void BlockEnvelope<S>::set_shape(std::span<const std::uint32_t> first) {
+  first_.assign(first.begin(), first.end());
+  start_.resize(first.size());
+  std::size_t size = 0;
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    start_[i] = size - first[i];  // Wraps around; only sums with a column are used.
+    size += i - first[i] + 1;
+  }
+  blocks_.resize(size);
+  row_.resize(first.size());
+}
+
+template <Scalar S>
+bool BlockEnvelope<S>::factor() {
+  for (std::size_t i = 0; i < size(); ++i) {
+    const std::size_t first = first_[i];
+    Mat3<S>& pivot = at(i, i);
+    for (std::size_t j = first; j < i; ++j) {
+      Mat3<S>& scaled = row_[j];  // L_ij D_j
+      scaled = at(i, j);
+      for (std::size_t k = first > first_[j] ? first : first_[j]; k < j; ++k) {
+        scaled.noalias() -= row_[k] * at(j, k).transpose();
+      }
+      Mat3<S>& lower = at(i, j);
+      lower.noalias() = scaled * at(j, j);
+      pivot.noalias() -= lower * scaled.transpose();
+    }
+    if (!invert_pivot(pivot)) return false;
+  }
+  return true;
+}
+
+template <Scalar S>
+void BlockEnvelope<S>::solve(std::span<Vec3<S>> x) const {
+  for (std::size_t i = 0; i < size(); ++i) {
+    for (std::size_t j = first_[i]; j < i; ++j) x[i].noalias() -= at(i, j) * x[j];
+  }
+  for (std::size_t i = 0; i < size(); ++i) x[i] = Vec3<S>(at(i, i) * x[i]);
+  for (std::size_t i = size(); i-- > 0;) {
+    for (std::size_t j = first_[i]; j < i; ++j) x[j].noalias() -= at(i, j).transpose() * x[i];
+  }
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// A body of a mechanism, at the start of a step.
+template <Scalar S>
+struct MechanismBody {
+  /// [-] True if forces move it. If not, its mass does not count. Its velocity is then constant.
+  bool moves_by_forces = false;
+  /// [kg] Mass, > 0.
+  S mass = S(1);
+  /// [kg m^2], [1/(kg m^2)] Inertia about the centre of mass along the body's axes. Its inverse.
+  Mat3<S> inertia_B = Mat3<S>::Identity();
+  Mat3<S> inverse_inertia_B = Mat3<S>::Identity();
+  /// [-] World axes along and about which it does not move. Its velocity there is zero.
+  LockedAxes locked{};
+  /// [m] Centre of mass in the world; [1] axes of the body.
+  Transform<S> center_pose{};
+  /// [m/s, rad/s] Velocity of the centre of mass and angular velocity, world axes.
+  Twist<S> twist{};
+  /// [N, N m] Total of forces and torques, with gravity. It is about the centre of mass along world
+  /// axes. Constant over the step.
+  Wrench<S> load{};
+};
+
+/// A body of a world. Loads are the world's gravity [m/s^2] and the caller's wrench.
+template <Scalar S>
+[[nodiscard]] MechanismBody<S> mechanism_body(const Body<S>& body, const Vec3<S>& gravity);
+
+/// Bodies and joints at the positions of the last `place`. Also the matrix of the last `factor`.
+template <Scalar S>
+class JointSystem {
+ public:
+  /// A body, and its change in the last `solve`.
+  struct Node {
+    const MechanismBody<S>* def = nullptr;
+    BodyState<S> now{};
+    Vec3<S> inverse_mass = Vec3<S>::Zero();     // World axes.
+    Mat3<S> inverse_inertia = Mat3<S>::Zero();  // World axes.
+    Twist<S> acceleration{};                    // For the user of this class.
+    Wrench<S> load{};
+    Twist<S> change{};
+    bool is_diagonal = false;  // Its axes are principal axes: cheaper to turn.
+  };
+
+  /// Sets bodies and joints, at their first instant. Bodies must stay alive while in use.
+  void set(std::span<const MechanismBody<S>> bodies, std::span<const MechanismJoint<S>> joints);
+
+  [[nodiscard]] std::span<Node> nodes() { return nodes_; }
+  [[nodiscard]] std::span<const Node> nodes() const { return nodes_; }
+  /// Joints as they are solved: see `JointGroups::orient`.
+  [[nodiscard]] std::span<const MechanismJoint<S>> joints() const { return joints_; }
+  [[nodiscard]] const JointState<S>& at(std::size_t joint) const { return at_[joint]; }
+  /// [m] Largest present arm of a joint. Without one it is the largest radius of gyration. This is
+  /// the size of the mechanism's parts. Angles count as gaps by it.
+  [[nodiscard]] S size() const;
+
+  /// Updates arms of joints and inertias in world axes from the positions in `Node::now`.
+  void place();
+  /// Builds and factors the matrix at the positions of the last `place`.
+  /// @return False if it is singular, not finite, or too wide (`JointOrder::most_work`).
+  [[nodiscard]] bool factor();
+  /// Finds the wrenches, or impulses, that give each joint the relative motion b. Finds the
+  /// `change` of motion of each body.
+  void solve(std::span<const Twist<S>> b);
+  /// Result of `solve`: the wrench of each joint on its B as given to `set`. It is about B's joint
+  /// origin, world axes.
+  [[nodiscard]] std::span<const Wrench<S>> wrenches() const { return wrenches_; }
+
+  /// J times a motion of the bodies: `motion(node)` is a twist.
+  template <typename Motion>
+  [[nodiscard]] Twist<S> held(std::size_t joint, const Motion& motion) const {
+    const MechanismJoint<S>& def = joints_[joint];
+    return constraint_velocity(def.kind, at_[joint], motion(nodes_[def.body_a]),
+                               motion(nodes_[def.body_b]));
+  }
+  /// [m, rad] Position error of a joint.
+  [[nodiscard]] Twist<S> gap(std::size_t joint) const {
+    const MechanismJoint<S>& def = joints_[joint];
+    return constraint_error(def, at_[joint], nodes_[def.body_a].now, nodes_[def.body_b].now);
+  }
+
+ private:
+  [[nodiscard]] bool has_same_topology(std::span<const MechanismBody<S>> bodies,
+                                       std::span<const MechanismJoint<S>> joints) const;
+  void set_inverse_inertia(Node& node) const;
+  /// Returns lever [r]; `angular_coupling` returns I^-1 [r].
+  [[nodiscard]] static Mat3<S> linear_coupling(const Mat3<S>& lever, const Vec3<S>& r) {
+    Mat3<S> out;
+    set_column(out, 0, r.z() * lever.col(1) - r.y() * lever.col(2));
+    set_column(out, 1, r.x() * lever.col(2) - r.z() * lever.col(0));
+    set_column(out, 2, r.y() * lever.col(0) - r.x() * lever.col(1));
+    return out;
+  }
+  [[nodiscard]] static Mat3<S> angular_coupling(const Node& node, const Vec3<S>& r) {
+    Mat3<S> out;
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      set_row(out, k, column_of(node.inverse_inertia, k).cross(r));
+    }
+    return out;
+  }
+  [[nodiscard]] JointKind kind(std::size_t group) const { return groups_.joints()[group].kind; }
+  void couple(const JointCoupling& coupling, const Mat3<S>& lever);
+  void couple_merged(const JointCoupling& coupling, const Mat3<S>& lever);
+  void fill_free_rows();
+  void add_solution(std::span<const Twist<S>> b);
+  void add_wrench(std::size_t joint, const Vec3<S>& linear, const Vec3<S>& angular);
+
+  std::vector<MechanismJoint<S>> joints_;
+  std::vector<Node> nodes_;
+  std::vector<JointState<S>> at_;
+  JointGroups<S> groups_;
+  JointOrder order_;         // Order of groups.
+  std::vector<bool> moves_;  // Topology of `order_`, with the two below.
+  std::vector<JointKind> kinds_;
+  std::vector<std::array<std::uint32_t, 2>> pairs_;
+  bool may_be_singular_ = false;
+  BlockEnvelope<S> matrix_;
+  std::vector<Vec3<S>> rows_;
+  std::vector<Twist<S>> rest_;
+  std::vector<Wrench<S>> wrenches_;
+};
+
+// Implementation ----------------------------------------------------------------------------------
+
+template <Scalar S>
+MechanismBody<S> mechanism_body(const Body<S>& body, const Vec3<S>& gravity) {
+  MechanismBody<S> out;
+  out.moves_by_forces = body.is_dynamic();
+  out.center_pose = body.center_pose;
+  if (body.motion != Motion::fixed) out.twist = body.twist;
+  if (!out.moves_by_forces) return out;
+  out.mass = body.mass;
+  out.inertia_B = body.inertia_B;
+  out.inverse_inertia_B = body.inverse_inertia_B;
+  out.locked = body.locked;
+  out.load = body.applied;
+  out.load.force += body.mass * body.gravity_scale * gravity;
+  return out;
+}
+
+template <Scalar S>
+bool JointSystem<S>::has_same_topology(std::span<const MechanismBody<S>> bodies,
+                                       std::span<const MechanismJoint<S>> joints) const {
+  if (moves_.size() != bodies.size() || kinds_.size() != joints.size()) return false;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (moves_[i] != bodies[i].moves_by_forces) return false;
+  }
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    if (kinds_[i] != joints[i].kind || pairs_[i][0] != joints[i].body_a ||
+        pairs_[i][1] != joints[i].body_b) {
+      return false;
+    }
+  }
+  return true;
+}
+
+template <Scalar S>
+void JointSystem<S>::set(std::span<const MechanismBody<S>> bodies,
+                         std::span<const MechanismJoint<S>> joints) {
+  if (!has_same_topology(bodies, joints)) {
+    moves_.clear();
+    kinds_.clear();
+    pairs_.clear();
+    for (const MechanismBody<S>& body : bodies) moves_.push_back(body.moves_by_forces);
+    for (const MechanismJoint<S>& joint : joints) {
+      kinds_.push_back(joint.kind);
+      pairs_.push_back({joint.body_a, joint.body_b});
+    }
+    groups_.build(joints, moves_);
+    order_.build(groups_.joints(), moves_);
+    matrix_.set_shape(order_.envelope());
+  }
+  groups_.orient(joints, joints_);
+  may_be_singular_ = order_.has_loop() || groups_.has_merged();
+  nodes_.resize(bodies.size());
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const MechanismBody<S>& def = bodies[i];
+    Node& node = nodes_[i];
+    node = Node{};
+    node.def = &def;
+    node.now.x = def.center_pose.translation;
+    node.now.set_axes(def.center_pose.rotation);
+    node.now.twist = def.twist;
+    if (!def.moves_by_forces) continue;
+    const Mat3<S>& inverse = def.inverse_inertia_B;
+    node.is_diagonal = inverse(1, 0) == S(0) && inverse(2, 0) == S(0) && inverse(2, 1) == S(0);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      may_be_singular_ = may_be_singular_ || def.locked.linear[axis] || def.locked.angular[axis];
+      if (!def.locked.linear[axis]) {
+        node.inverse_mass[static_cast<Eigen::Index>(axis)] = S(1) / def.mass;
+      }
+    }
+  }
+  at_.resize(joints.size());
+  rest_.resize(joints.size());
+  wrenches_.resize(joints.size());
+  rows_.resize(order_.envelope().size());
+  place();
+}
+
+template <Scalar S>
+S JointSystem<S>::size() const {
+  using std::max;
+  using std::sqrt;
+  S largest2 = S(0);
+  for (const JointState<S>& at : at_) {
+    largest2 = max(largest2, max(at.arm_a.squaredNorm(), at.arm_b.squaredNorm()));
+  }
+  if (largest2 > S(0)) return sqrt(largest2);
+  for (const Node& node : nodes_) {
+    if (!node.def->moves_by_forces) continue;
+    largest2 = max(largest2, S(0.5) * node.def->inertia_B.trace() / node.def->mass);
+  }
+  return sqrt(largest2);
+}
+
+/// Sets the inverse inertia of the free axes. Torques turn the body about those alone.
+template <Scalar S>
+void JointSystem<S>::set_inverse_inertia(Node& node) const {
+  const Mat3<S>& R = node.now.R;
+  const LockedAxes& locked = node.def->locked;
+  if (!locked.any_angular()) {
+    const Mat3<S>& inverse = node.def->inverse_inertia_B;
+    Mat3<S> half;
+    if (node.is_diagonal) {
+      half = R * diagonal_matrix<S>(diagonal_of<S>(inverse));
+    } else {
+      half = R * inverse;
+    }
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      for (Eigen::Index j = 0; j <= i; ++j) {
+        node.inverse_inertia(i, j) = node.inverse_inertia(j, i) = row_of(half, i).dot(row_of(R, j));
+      }
+    }
+    return;
+  }
+  node.inverse_inertia =
+      inverse_inertia<S>(R * node.def->inertia_B * R.transpose(), locked.angular);
+}
+
+template <Scalar S>
+void JointSystem<S>::place() {
+  for (Node& node : nodes_) {
+    if (node.def->moves_by_forces) set_inverse_inertia(node);
+  }
+  groups_.place(joints_, nodes_, at_);
+}
+
+/// Adds the coupling of two joints through a body. A unit impulse at the arm r changes the velocity
+/// at the arm s by 1/m - [s] I^-1 [r]. A unit torque changes it by -[s] I^-1.
+/// @param lever  -[s] I^-1 of the row's joint.
+template <Scalar S>
+void JointSystem<S>::couple(const JointCoupling& coupling, const Mat3<S>& lever) {
+  const Node& node = nodes_[coupling.body];
+  const JointState<S>& row = groups_.at(coupling.row);
+  const JointState<S>& column = groups_.at(coupling.column);
+  const bool row_slides = lets_slide(kind(coupling.row));
+  const bool column_slides = lets_slide(kind(coupling.column));
+  const std::size_t i = order_.first_row(coupling.row);
+  const std::size_t j = order_.first_row(coupling.column);
+  const S sign = coupling.is_b_of_row == coupling.is_b_of_column ? S(1) : S(-1);
+  const Vec3<S> r = sign * (coupling.is_b_of_column ? column.arm_b : column.arm_a);
+
+  Mat3<S> linear = linear_coupling(lever, r);
+  linear += sign * diagonal_matrix<S>(node.inverse_mass);
+  if (row_slides) linear -= row.slide * (row.slide.transpose() * linear);
+  if (column_slides) linear -= (linear * column.slide) * column.slide.transpose();
+  matrix_.at(i, j) += linear;
+
+  const bool row_turns = lets_turn(kind(coupling.row));
+  const bool column_turns = lets_turn(kind(coupling.column));
+  if (!row_turns) {
+    const bool row_hinges = lets_hinge(kind(coupling.row));
+    Mat3<S> block = angular_coupling(node, r);
+    if (column_slides) block -= (block * column.slide) * column.slide.transpose();
+    if (row_hinges) block -= row.hinge * (row.hinge.transpose() * block);
+    matrix_.at(i + 1, j) += block;
+    if (!column_turns) {
+      block = sign * node.inverse_inertia;
+      if (row_hinges) block -= row.hinge * (row.hinge.transpose() * block);
+      if (lets_hinge(kind(coupling.column))) {
+        block -= (block * column.hinge) * column.hinge.transpose();
+      }
+      matrix_.at(i + 1, j + 1) += block;
+    }
+  }
+  if (!column_turns && i != j) {
+    Mat3<S> block = sign * lever;
+    if (row_slides) block -= row.slide * (row.slide.transpose() * block);
+    if (lets_hinge(kind(coupling.column))) {
+      block -= (block * column.hinge) * column.hinge.transpose();
+    }
+    matrix_.at(i, j + 1) += block;
+  }
+}
+
+/// The same if one of the two is a group of several joints. The rows of the group are a triangle
+/// times other rows. Those are the rows that `couple` finds for a joint that holds all.
+template <Scalar S>
+void JointSystem<S>::couple_merged(const JointCoupling& coupling, const Mat3<S>& lever) {
+  const Node& node = nodes_[coupling.body];
+  const JointState<S>& column = groups_.at(coupling.column);
+  const std::size_t i = order_.first_row(coupling.row);
+  const std::size_t j = order_.first_row(coupling.column);
+  const S sign = coupling.is_b_of_row == coupling.is_b_of_column ? S(1) : S(-1);
+  const Vec3<S> r = sign * (coupling.is_b_of_column ? column.arm_b : column.arm_a);
+  Mat6<S> block;
+  set_quarter<0, 0, S>(block,
+                       linear_coupling(lever, r) + sign * diagonal_matrix<S>(node.inverse_mass));
+  set_quarter<0, 3, S>(block, sign * lever);
+  set_quarter<3, 0, S>(block, angular_coupling(node, r));
+  set_quarter<3, 3, S>(block, sign * node.inverse_inertia);
+  const auto rows_of = [&](std::size_t group) -> Mat6<S> {
+    if (groups_.is_merged(group)) return groups_.triangle(group);
+    const JointState<S>& at = groups_.at(group);
+    const Mat3<S> one = Mat3<S>::Identity();
+    Mat6<S> rows = Mat6<S>::Zero();
+    set_quarter<0, 0, S>(rows, one - at.slide * at.slide.transpose());
+    set_quarter<3, 3, S>(rows, one - at.hinge * at.hinge.transpose());
+    return rows;
+  };
+  const Mat6<S> half = rows_of(coupling.row) * block;
+  block = half * rows_of(coupling.column).transpose();
+  const bool has_below = !lets_turn(kind(coupling.row));
+  const bool has_right = !lets_turn(kind(coupling.column));
+  matrix_.at(i, j) += quarter<0, 0, S>(block);
+  if (has_below) matrix_.at(i + 1, j) += quarter<3, 0, S>(block);
+  if (has_below && has_right) {
+    matrix_.at(i + 1, j + 1) += quarter<3, 3, S>(block);
+  }
+  if (has_right && i != j) matrix_.at(i, j + 1) += quarter<0, 3, S>(block);
+}
+
+/// Makes the matrix regular where it is singular by design. It is so along slides and about hinges.
+/// No row holds these. It is so, too, where loops or locked axes leave more rows than can move. The
+/// added terms are small. The second pass of `solve` removes their effect on everything that can
+/// move.
+template <Scalar S>
+void JointSystem<S>::fill_free_rows() {
+  const S share = may_be_singular_ ? Tolerance<S>::equal() : S(0);
+  for (std::size_t i = 0; i < groups_.size(); ++i) {
+    const JointKind kind = this->kind(i);
+    if (!may_be_singular_ && !lets_slide(kind) && !lets_hinge(kind)) continue;
+    const std::size_t row = order_.first_row(i);
+    const std::size_t rows = lets_turn(kind) ? 1 : 2;
+    // All rows of a triangle but the first three may be zero.
+    const S mean =
+        groups_.is_merged(i)
+            ? S((matrix_.at(row, row).trace() + matrix_.at(row + 1, row + 1).trace()) / S(6))
+            : S(0);
+    for (std::size_t r = row; r < row + rows; ++r) {
+      Mat3<S>& block = matrix_.at(r, r);
+      S scale = groups_.is_merged(i) ? mean : S(block.trace() / S(3));
+      if (value_of(scale) == 0) scale = S(1);
+      const Vec3<S>& axis = r == row ? groups_.at(i).slide : groups_.at(i).hinge;
+      block += (scale * axis) * axis.transpose();
+      block += (share * scale) * Mat3<S>::Identity();
+    }
+  }
+}
+
+template <Scalar S>
+bool JointSystem<S>::factor() {
+  if (order_.is_too_wide()) return false;
+  groups_.reduce(joints_, at_);
+  matrix_.set_zero();
+  Mat3<S> lever;
+  const JointCoupling* before = nullptr;
+  for (const JointCoupling& coupling : order_.couplings()) {
+    if (before == nullptr || before->row != coupling.row || before->body != coupling.body) {
+      const JointState<S>& at = groups_.at(coupling.row);
+      const Vec3<S>& s = coupling.is_b_of_row ? at.arm_b : at.arm_a;
+      const Mat3<S>& inverse = nodes_[coupling.body].inverse_inertia;
+      for (Eigen::Index k = 0; k < 3; ++k) set_column(lever, k, column_of(inverse, k).cross(s));
+    }
+    if (groups_.is_merged(coupling.row) || groups_.is_merged(coupling.column)) {
+      couple_merged(coupling, lever);
+    } else {
+      couple(coupling, lever);
+    }
+    before = &coupling;
+  }
+  fill_free_rows();
+  return matrix_.factor();
+}
+
+/// Adds the impulses of a joint's rows to its bodies. Parts along its free axes have no meaning and
+/// are removed.
+template <Scalar S>
+void JointSystem<S>::add_wrench(std::size_t i, const Vec3<S>& linear, const Vec3<S>& angular) {
+  const JointState<S>& at = at_[i];
+  const JointKind kind = joints_[i].kind;
+  const Vec3<S> force = lets_slide(kind) ? across(at.slide, linear) : linear;
+  Wrench<S>& load_a = nodes_[joints_[i].body_a].load;
+  Wrench<S>& load_b = nodes_[joints_[i].body_b].load;
+  Wrench<S> wrench{force, Vec3<S>::Zero()};
+  load_b.force += force;
+  load_a.force -= force;
+  load_b.torque += at.arm_b.cross(force);
+  load_a.torque -= at.arm_a.cross(force);
+  if (!lets_turn(kind)) {
+    wrench.torque = lets_hinge(kind) ? across(at.hinge, angular) : angular;
+    load_b.torque += wrench.torque;
+    load_a.torque -= wrench.torque;
+  }
+  if (groups_.is_exchanged(i)) {
+    // Acts on the other body, about its own origin.
+    const Node& a = nodes_[joints_[i].body_a];
+    const Vec3<S> origin = a.now.R * joints_[i].X_CmA_J.translation;
+    wrench = -wrench.shifted(origin - at.arm_a);
+  }
+  wrenches_[i] += wrench;
+}
+
+/// Solves for b and adds the wrenches. Adds their effect on the bodies.
+template <Scalar S>
+void JointSystem<S>::add_solution(std::span<const Twist<S>> b) {
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    const std::size_t row = order_.first_row(g);
+    if (groups_.is_merged(g)) {
+      groups_.gather(g, joints_, b, rows_[row], rows_[row + 1]);
+      continue;
+    }
+    rows_[row] = b[groups_.joint(g)].linear;
+    if (!lets_turn(kind(g))) rows_[row + 1] = b[groups_.joint(g)].angular;
+  }
+  matrix_.solve(rows_);
+  for (Node& node : nodes_) node.load = {};
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    const std::size_t row = order_.first_row(g);
+    const std::size_t last = row + (lets_turn(kind(g)) ? 0 : 1);
+    if (groups_.is_merged(g)) {
+      groups_.spread(g, joints_, rows_[row], rows_[last],
+                     [this](std::size_t joint, const Vec3<S>& linear, const Vec3<S>& angular) {
+                       add_wrench(joint, linear, angular);
+                     });
+    } else {
+      add_wrench(groups_.joint(g), rows_[row], rows_[last]);
+    }
+  }
+  for (Node& node : nodes_) {
+    if (!node.def->moves_by_forces) continue;
+    node.change.linear += cwise_product(node.inverse_mass, node.load.force);
+    node.change.angular += node.inverse_inertia * node.load.torque;
+  }
+}
+
+template <Scalar S>
+void JointSystem<S>::solve(std::span<const Twist<S>> b) {
+  for (Wrench<S>& wrench : wrenches_) wrench = {};
+  for (Node& node : nodes_) node.change = {};
+  add_solution(b);
+  if (!may_be_singular_) return;
+  for (std::size_t i = 0; i < joints_.size(); ++i) {
+    rest_[i] = b[i] - held(i, [](const Node& node) -> const Twist<S>& { return node.change; });
+  }
+  add_solution(rest_);
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Closes velocities and gaps across joints. Holds the algorithm and its scratch memory. The
+/// system's matrix must have been factored at nearby positions.
+template <Scalar S>
+class JointProjection {
+ public:
+  /// Returns whether velocities across joints are larger than an integration leaves. A group may
+  /// arrive like that. The caller may set them, or an impact in the last step may leave them.
+  [[nodiscard]] static bool has_open_velocities(const JointSystem<S>& system);
+
+  /// Removes velocities across joints, as in an impact without rebound.
+  /// @param impulses  [N s, N m s] Its impulses are added here. They are on each joint's B about
+  ///                  B's joint origin.
+  void close_velocities(JointSystem<S>& system, std::span<Wrench<S>> impulses);
+
+  /// Closes gaps by displacements that leave velocities alone, by Newton's method. One pass is
+  /// enough after a step. The remaining error is of the order of the square of the gap.
+  /// @return False if gaps stay open.
+  [[nodiscard]] bool close_gaps(JointSystem<S>& system);
+
+  /// [m] The largest gap. Angles count times the system's size.
+  [[nodiscard]] S find_gaps(const JointSystem<S>& system);
+
+  /// Closes wide gaps, up to the size of the mechanism. Bodies turn by half a radian per pass at
+  /// most. Each pass factors at the new positions. Newton's method then converges.
+  /// @param enough  [m] Gaps that count as closed, as `find_gaps` measures them.
+  /// @return False if gaps stay open.
+  [[nodiscard]] bool close_wide_gaps(JointSystem<S>& system, S enough);
+
+ private:
+  static void displace(JointSystem<S>& system, S share);
+
+  std::vector<Twist<S>> wanted_;  // Relative motion of each joint for `solve`.
+};
+
+/// [N s, N m s] Momentum, and angular momentum about a point. All bodies move by forces.
+template <Scalar S>
+[[nodiscard]] Wrench<S> momentum_about(const Vec3<S>& point, const JointSystem<S>& system);
+
+/// Restores the momenta of a group. Joints do not change those of a free group. Runge-Kutta keeps
+/// linear momentum, but angular momentum only to its error. The missing part is added as a motion
+/// of the group as one rigid body. No joint resists that.
+template <Scalar S>
+void set_momentum(const Vec3<S>& point, const Wrench<S>& wanted, JointSystem<S>& system);
+
+// Implementation ----------------------------------------------------------------------------------
+
+template <Scalar S>
+bool JointProjection<S>::has_open_velocities(const JointSystem<S>& system) {
+  using std::max;
+  S turning2 = S(0), speed2 = S(0), gap_v2 = S(0), gap_w2 = S(0);
+  for (const auto& node : system.nodes()) {
+    speed2 = max(speed2, node.now.twist.linear.squaredNorm());
+    turning2 = max(turning2, node.now.twist.angular.squaredNorm());
+  }
+  for (std::size_t i = 0; i < system.joints().size(); ++i) {
+    const Twist<S> gap =
+        system.held(i, [](const auto& node) -> const Twist<S>& { return node.now.twist; });
+    gap_v2 = max(gap_v2, gap.linear.squaredNorm());
+    gap_w2 = max(gap_w2, gap.angular.squaredNorm());
+  }
+  const S size = system.size();
+  const S size2 = size * size;
+  const S small2 = Tolerance<S>::equal() * Tolerance<S>::equal();
+  return gap_v2 + size2 * gap_w2 > small2 * (speed2 + size2 * turning2);
+}
+
+template <Scalar S>
+void JointProjection<S>::close_velocities(JointSystem<S>& system, std::span<Wrench<S>> impulses) {
+  wanted_.resize(impulses.size());
+  for (std::size_t i = 0; i < wanted_.size(); ++i) {
+    wanted_[i] = Twist<S>{} -
+                 system.held(i, [](const auto& node) -> const Twist<S>& { return node.now.twist; });
+  }
+  system.solve(wanted_);
+  for (auto& node : system.nodes()) node.now.twist = node.now.twist + node.change;
+  for (std::size_t i = 0; i < impulses.size(); ++i) impulses[i] += system.wrenches()[i];
+}
+
+template <Scalar S>
+S JointProjection<S>::find_gaps(const JointSystem<S>& system) {
+  using std::max;
+  using std::sqrt;
+  const S size = system.size();
+  wanted_.resize(system.joints().size());
+  S gap2 = S(0);
+  for (std::size_t i = 0; i < wanted_.size(); ++i) {
+    const Twist<S> left = system.gap(i);
+    gap2 = max(gap2, left.linear.squaredNorm() + size * size * left.angular.squaredNorm());
+    wanted_[i] = Twist<S>{} - left;
+  }
+  return sqrt(gap2);
+}
+
+/// Moves the bodies by a share of the solved change.
+template <Scalar S>
+void JointProjection<S>::displace(JointSystem<S>& system, S share) {
+  for (auto& node : system.nodes()) {
+    if (!node.def->moves_by_forces) continue;
+    node.now.x += share * node.change.linear;
+    // A rotation to first order, like the rest of Newton's step. The length is corrected at the
+    // end.
+    const Vec3<S> half = share * node.change.angular / S(2);
+    const Quat<S>& q = node.now.q;
+    const Quat<S> change = Quat<S>(S(0), half.x(), half.y(), half.z()) * q;
+    node.now.set_axes(Quat<S>(Eigen::Matrix<S, 4, 1>(q.coeffs() + change.coeffs())));
+  }
+  system.place();
+}
+
+template <Scalar S>
+bool JointProjection<S>::close_gaps(JointSystem<S>& system) {
+  using std::max;
+  using std::sqrt;
+  constexpr int most_passes = 8;
+  const S size = system.size();
+  S far2 = S(0);
+  for (const auto& node : system.nodes()) far2 = max(far2, node.now.x.squaredNorm());
+  const S resolved = Tolerance<S>::round_off() * sqrt(far2);
+  const S closed = S(256) * Tolerance<S>::round_off() * size + resolved;
+  S gap = S(0);
+  for (int pass = 0; pass < most_passes; ++pass) {
+    gap = find_gaps(system);
+    // One pass closes gaps, and another one their derivatives.
+    if (gap <= closed && (pass > 0 || derivatives_of<S> == 0)) return true;
+    // The matrix is from nearby positions, good for small gaps.
+    if (pass > 0 && gap > S(1e-3) * size && !system.factor()) return false;
+    system.solve(wanted_);
+    displace(system, S(1));
+    if (gap * gap <= closed * size) return true;
+  }
+  return gap <= Tolerance<S>::equal() * size + resolved;
+}
+
+template <Scalar S>
+bool JointProjection<S>::close_wide_gaps(JointSystem<S>& system, S enough) {
+  using std::max;
+  using std::min;
+  constexpr int most_passes = 32;
+  const S most_turn = S(0.5);
+  for (int pass = 0; pass < most_passes; ++pass) {
+    if (find_gaps(system) <= enough) return true;
+    if (!system.factor()) return false;
+    system.solve(wanted_);
+    S turn = S(0);
+    for (const auto& node : system.nodes()) turn = max(turn, node.change.angular.norm());
+    displace(system, turn > most_turn ? S(most_turn / turn) : S(1));
+  }
+  return false;
+}
+
+template <Scalar S>
+Wrench<S> momentum_about(const Vec3<S>& point, const JointSystem<S>& system) {
+  Wrench<S> sum;
+  for (const auto& node : system.nodes()) {
+    const Mat3<S>& R = node.now.R;
+    const Vec3<S> p = node.def->mass * node.now.twist.linear;
+    const Vec3<S> L_B = node.def->inertia_B * Vec3<S>(R.transpose() * node.now.twist.angular);
+    sum += Wrench<S>{p, (node.now.x - point).cross(p) + R * L_B};
+  }
+  return sum;
+}
+
+template <Scalar S>
+void set_momentum(const Vec3<S>& point, const Wrench<S>& wanted, JointSystem<S>& system) {
+  S mass = S(0);
+  Vec3<S> center = Vec3<S>::Zero();
+  for (const auto& node : system.nodes()) {
+    mass += node.def->mass;
+    center += node.def->mass * (node.now.x - point);
+  }
+  center /= mass;
+  Mat3<S> inertia = Mat3<S>::Zero();
+  for (const auto& node : system.nodes()) {
+    const Mat3<S>& R = node.now.R;
+    inertia += R * node.def->inertia_B * R.transpose();
+    inertia += point_inertia<S>(node.def->mass, node.now.x - point - center);
+  }
+  const Wrench<S> missing = (wanted + -momentum_about(point, system)).shifted(center);
+  const Twist<S> motion{missing.force / mass, inverse_inertia<S>(inertia) * missing.torque};
+  for (auto& node : system.nodes()) {
+    node.now.twist = node.now.twist + motion.shifted(node.now.x - point - center);
+  }
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+// === bristle/dynamics/joints/mechanism_integrator.hpp
+
+/// @file
+/// Smooth motion of mechanisms. Joints connect their bodies and nothing else touches them.
+///
+/// Velocity constraints solved once a step take energy out of everything that swings. They take
+/// some tenths of it in a few seconds at usual steps. Without impacts and friction that is not
+/// needed. The motion is an ordinary differential equation. At each instant accelerations and joint
+/// wrenches follow from
+///
+///   M a = f + J^T x,   J a = -J' v        (gyroscopic torques and springs are in f)
+///
+/// A Runge-Kutta method of fifth order integrates them over the step. Its error sets the number of
+/// substeps. It leaves small gaps and velocities across the joints. One projection each closes
+/// them, the shortest in the metric of the masses.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/math/dormand_prince.hpp
+
+/// @file
+/// Explicit Runge-Kutta integration of fifth order with error control.
+///
+/// The pair of Dormand and Prince 1980, "A family of embedded Runge-Kutta formulae". Its seventh
+/// stage is the derivative at the end. It is also the first stage of the next substep. So each
+/// substep takes six evaluations, and the whole one more.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Integrator with its scratch memory.
+template <Scalar S>
+class DormandPrince {
+ public:
+  /// Advances y over `duration` in substeps that end exactly on it.
+  ///
+  /// The `system` has two members. Member `bool derivative(S t, const S* y, S* dy)` computes the
+  /// derivative; false ends the integration. Member `S error_ratio(const S* y, const S* error, S
+  /// h)` is the error [1] of a substep that ends in y. It is relative to the tolerance. It is
+  /// called right after the derivative at y.
+  ///
+  /// @param y  Values, changed only on success.
+  /// @param state  [-] Number of leading values on which the derivative depends. The others are
+  ///               integrals along the way.
+  /// @param max_substeps  [-] Most substeps tried.
+  /// @return False if the system failed, an error was not a number, or the limit was reached.
+  template <typename System>
+  [[nodiscard]] bool advance(std::span<S> y, std::size_t state, S duration, System& system,
+                             int max_substeps);
+
+  /// Substeps tried in the last call, including rejected ones.
+  [[nodiscard]] int substeps() const { return substeps_; }
+
+ private:
+  static constexpr std::size_t stages = 7;
+
+  /// to := from + h * sum of weights[i] * slope i, over the first `count` entries.
+  template <std::size_t n>
+  void combine(const S* from, const std::array<S, n>& weights, S h, std::size_t count, S* to) const;
+
+  std::array<std::vector<S>, stages> slopes_;
+  std::vector<S> start_, end_, error_;
+  int substeps_ = 0;
+};
+
+// Implementation ----------------------------------------------------------------------------------
+
+template <Scalar S>
+template <std::size_t n>
+void DormandPrince<S>::combine(const S* from, const std::array<S, n>& weights, S h,
+                               std::size_t count, S* to) const {
+  std::array<const S*, n> k;
+  std::array<S, n> c;
+  for (std::size_t s = 0; s < n; ++s) {
+    k[s] = slopes_[s].data();
+    c[s] = h * weights[s];
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    S sum = c[0] * k[0][i];
+    for (std::size_t s = 1; s < n; ++s) sum += c[s] * k[s][i];
+    to[i] = from[i] + sum;
+  }
+}
+
+template <Scalar S>
+template <typename System>
+bool DormandPrince<S>::advance(std::span<S> y, std::size_t state, S duration, System& system,
+                               int max_substeps) {
+  using std::pow;
+  const auto f = [](int above, int below) { return S(above) / S(below); };
+  const std::array<S, 1> a2{f(1, 5)};
+  const std::array<S, 2> a3{f(3, 40), f(9, 40)};
+  const std::array<S, 3> a4{f(44, 45), f(-56, 15), f(32, 9)};
+  const std::array<S, 4> a5{f(19372, 6561), f(-25360, 2187), f(64448, 6561), f(-212, 729)};
+  const std::array<S, 5> a6{f(9017, 3168), f(-355, 33), f(46732, 5247), f(49, 176),
+                            f(-5103, 18656)};
+  const std::array<S, 6> b{f(35, 384), S(0), f(500, 1113), f(125, 192), f(-2187, 6784), f(11, 84)};
+  // Weights of the error: fifth order less fourth order.
+  const std::array<S, 7> e{f(71, 57600),      S(0),       f(-71, 16695), f(71, 1920),
+                           f(-17253, 339200), f(22, 525), f(-1, 40)};
+
+  for (std::vector<S>& slope : slopes_) slope.resize(y.size());
+  start_.assign(y.begin(), y.end());
+  end_.resize(y.size());
+  error_.resize(state);
+
+  substeps_ = 0;
+  S t = S(0);
+  S h = duration;
+  bool is_last = true;
+  if (!system.derivative(t, start_.data(), slopes_[0].data())) return false;
+  while (true) {
+    if (substeps_ == max_substeps) return false;
+    ++substeps_;
+    const auto stage = [&](S c, const auto& weights, std::size_t slope) {
+      combine(start_.data(), weights, h, state, end_.data());
+      return system.derivative(t + c * h, end_.data(), slopes_[slope].data());
+    };
+    if (!stage(f(1, 5), a2, 1) || !stage(f(3, 10), a3, 2) || !stage(f(4, 5), a4, 3) ||
+        !stage(f(8, 9), a5, 4) || !stage(S(1), a6, 5)) {
+      return false;
+    }
+    combine(start_.data(), b, h, y.size(), end_.data());
+    if (!system.derivative(t + h, end_.data(), slopes_[6].data())) return false;
+    std::fill(error_.begin(), error_.end(), S(0));
+    combine(error_.data(), e, h, state, error_.data());
+
+    const S ratio = system.error_ratio(end_.data(), error_.data(), h);
+    if (!(ratio < infinity<S>)) return false;
+    const bool is_accepted = ratio <= S(1);
+    if (is_accepted) {
+      t += h;
+      std::swap(start_, end_);
+      std::swap(slopes_[0], slopes_[6]);
+      if (is_last) break;
+    }
+    // The error of a substep grows with the fifth power of its length. The target is a little below
+    // the tolerance. One estimate changes the length by at most a factor of five. The error is
+    // taken without derivatives, so the ends of substeps carry none.
+    const S error = S(value_of(ratio));
+    const S factor = error > S(0) ? S(0.9) * pow(error, S(-0.2)) : S(5);
+    h *= std::clamp(factor, S(0.2), is_accepted ? S(5) : S(0.9));
+    // The rest is cut into equal parts. So the last one is no sliver.
+    const S rest = duration - t;
+    is_last = h >= rest;
+    if (is_last) {
+      h = rest;
+    } else if (S(2) * h > rest) {
+      h = rest / S(2);
+    }
+  }
+  std::copy(start_.begin(), start_.end(), y.begin());
+  return true;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+#include <algorithm>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Settings of `MechanismIntegrator`.
+template <Scalar S>
+struct MechanismIntegratorDef {
+  /// [1] Largest velocity error of a substep, in the norm of kinetic energy, > 0. It is relative to
+  /// the velocities plus their change by forces in the substep. The velocities are seen from the
+  /// body that carries the mechanism.
+  S tolerance = S(5e-5);
+  /// [-] Most substeps tried in a step, > 0. At the limit the step fails.
+  int max_substeps = 64;
+};
+
+/// Checks the settings.
+/// @throws InvalidArgument naming the field.
+template <Scalar S>
+void validate(const MechanismIntegratorDef<S>& def);
+
+/// The algorithm with its scratch memory. One object serves many groups in turn. It keeps only the
+/// order of their joints.
+template <Scalar S>
+class MechanismIntegrator {
+ public:
+  /// @throws InvalidArgument if the settings are not valid.
+  explicit MechanismIntegrator(MechanismIntegratorDef<S> def = {}) : def_(def) { validate(def_); }
+
+  /// Finds the state of one connected group after a step. Joints may start with errors. Impulses
+  /// close velocities at the start. Projections close gaps at the end. Motors and limits are
+  /// ignored.
+  ///
+  /// @param end_poses  Of all bodies, like `MechanismBody::center_pose`.
+  /// @param impulses  [N s, N m s] On each joint's B about B's joint origin, along world axes.
+  /// @return False if the joints cannot be satisfied (dead or infinite masses, gaps that do not
+  ///         close, numbers that are not finite). Also false if substeps ran out. Nothing is then
+  ///         written.
+  [[nodiscard]] bool advance(std::span<const MechanismBody<S>> bodies,
+                             std::span<const MechanismJoint<S>> joints, S dt,
+                             std::span<Transform<S>> end_poses, std::span<Twist<S>> end_twists,
+                             std::span<Wrench<S>> impulses);
+
+  /// Evaluations of the accelerations in the last call.
+  [[nodiscard]] int evaluations() const { return evaluations_; }
+  /// Substeps tried in the last call, including rejected ones. It is 0 if accelerations were
+  /// constant.
+  [[nodiscard]] int substeps() const { return substeps_; }
+
+  // Interface for `DormandPrince`.
+  bool derivative(S t, const S* y, S* dy);
+  [[nodiscard]] S error_ratio(const S* y, const S* error, S h);
+
+ private:
+  /// Writes a vector to consecutive numbers. Returns the place after them.
+  template <typename Vector>
+  static S* put(const Vector& v, S* to) {
+    return std::copy_n(v.data(), int{Vector::SizeAtCompileTime}, to);
+  }
+
+  using Node = typename JointSystem<S>::Node;
+  static constexpr std::size_t body_values = 13;  // Position, quaternion, velocity, turning.
+  static constexpr std::size_t joint_values = 6;  // Impulse and angular impulse.
+
+  [[nodiscard]] bool has_springs() const {
+    return std::any_of(system_.joints().begin(), system_.joints().end(),
+                       [](const MechanismJoint<S>& joint) { return joint.has_spring(); });
+  }
+  void choose_reference();
+  [[nodiscard]] bool find_held();
+  void start_springs();
+  void add_springs(S t);
+  void accelerate(S t);
+  bool move_straight(S dt);
+  bool integrate(S dt);
+  void carry(S t);
+  void read_values(const S* y);
+  [[nodiscard]] bool write(std::span<Transform<S>> end_poses, std::span<Twist<S>> end_twists,
+                           std::span<Wrench<S>> impulses) const;
+
+  MechanismIntegratorDef<S> def_;
+  JointSystem<S> system_;
+  JointProjection<S> projection_;
+  DormandPrince<S> integrator_;
+  std::vector<S> values_;
+  std::vector<Twist<S>> wanted_;  // Relative motion of each joint for `solve`.
+  std::vector<Wrench<S>> impulses_;
+  std::vector<Wrench<S>> springs_;  // On B about B's joint origin; empty if there are none.
+  std::vector<S> spring_rates_;     // Rates of the free axes at the start.
+  std::vector<bool> cannot_turn_;
+  Vec3<S> reference_velocity_ = Vec3<S>::Zero();
+  Vec3<S> reference_point_ = Vec3<S>::Zero();
+  S free_acceleration_ = S(0);  // In the norm of the masses, of the last evaluation.
+  bool is_free_ = false;        // Only its loads act on the group from outside.
+  int evaluations_ = 0;
+  int substeps_ = 0;
+};
+
+// Implementation ----------------------------------------------------------------------------------
+
+template <Scalar S>
+void validate(const MechanismIntegratorDef<S>& def) {
+  require_positive("MechanismIntegratorDef::tolerance", def.tolerance);
+  require(def.max_substeps > 0, "MechanismIntegratorDef::max_substeps", def.max_substeps,
+          "must be > 0");
+}
+
+template <Scalar S>
+bool MechanismIntegrator<S>::advance(std::span<const MechanismBody<S>> bodies,
+                                     std::span<const MechanismJoint<S>> joints, S dt,
+                                     std::span<Transform<S>> end_poses,
+                                     std::span<Twist<S>> end_twists,
+                                     std::span<Wrench<S>> impulses) {
+  evaluations_ = 0;
+  substeps_ = 0;
+  system_.set(bodies, joints);
+  wanted_.resize(joints.size());
+  impulses_.assign(joints.size(), Wrench<S>{});
+  is_free_ = true;
+  for (const MechanismBody<S>& body : bodies) {
+    const LockedAxes& locked = body.locked;
+    is_free_ = is_free_ && body.moves_by_forces && !locked.any_angular() && !locked.linear[0] &&
+               !locked.linear[1] && !locked.linear[2];
+  }
+  choose_reference();
+  start_springs();
+  const bool moved = springs_.empty() && find_held() ? move_straight(dt) : integrate(dt);
+  return moved && write(end_poses, end_twists, impulses);
+}
+
+/// Chooses the velocity that errors are relative to. It is that of the body that carries the
+/// mechanism. So a crane on a ship is as accurate as one on land. Without a carrier it is that of
+/// the group's centre of mass.
+template <Scalar S>
+void MechanismIntegrator<S>::choose_reference() {
+  reference_velocity_.setZero();
+  reference_point_.setZero();
+  S weight = S(0);
+  const auto add = [&](S mass, const Vec3<S>& point, const Vec3<S>& velocity) {
+    weight += mass;
+    reference_point_ += mass * point;
+    reference_velocity_ += mass * velocity;
+  };
+  const auto nodes = system_.nodes();
+  if (is_free_) {
+    for (const Node& node : nodes) add(node.def->mass, node.now.x, node.now.twist.linear);
+  } else {
+    for (std::size_t i = 0; i < wanted_.size(); ++i) {
+      const MechanismJoint<S>& joint = system_.joints()[i];
+      const Node& a = nodes[joint.body_a];
+      const Node& b = nodes[joint.body_b];
+      const JointState<S>& at = system_.at(i);
+      if (!a.def->moves_by_forces) add(S(1), a.now.x, a.now.twist.at(at.arm_a));
+      if (!b.def->moves_by_forces) add(S(1), b.now.x, b.now.twist.at(at.arm_b));
+    }
+  }
+  if (weight > S(0)) {
+    reference_point_ /= weight;
+    reference_velocity_ /= weight;
+  }
+}
+
+/// Returns whether no body can turn. Then all axes of each body are locked, or joints without
+/// rotation connect it to one that does not turn. Directions are then constant. So are arms as far
+/// as they affect linear accelerations: fingers on slides.
+template <Scalar S>
+bool MechanismIntegrator<S>::find_held() {
+  const auto nodes = system_.nodes();
+  cannot_turn_.assign(nodes.size(), false);
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const MechanismBody<S>& body = *nodes[i].def;
+    const auto& locked = body.locked.angular;
+    const bool is_locked = !body.moves_by_forces || (locked[0] && locked[1] && locked[2]);
+    cannot_turn_[i] = is_locked && body.twist.angular == Vec3<S>::Zero();
+  }
+  // Each round but the last finds another body that cannot turn.
+  for (bool has_changed = true; has_changed;) {
+    has_changed = false;
+    for (const MechanismJoint<S>& joint : system_.joints()) {
+      if (lets_turn(joint.kind) || lets_hinge(joint.kind) ||
+          cannot_turn_[joint.body_a] == cannot_turn_[joint.body_b]) {
+        continue;
+      }
+      const Node& other = nodes[cannot_turn_[joint.body_a] ? joint.body_b : joint.body_a];
+      if (!other.def->moves_by_forces) continue;
+      cannot_turn_[joint.body_a] = cannot_turn_[joint.body_b] = true;
+      has_changed = true;
+    }
+  }
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    if (!cannot_turn_[i]) return false;
+  }
+  return true;
+}
+
+/// Advances bodies at constant accelerations. The one evaluation is at their positions in the
+/// middle of the step without forces. Torques of moving arms are then right on average.
+template <Scalar S>
+bool MechanismIntegrator<S>::move_straight(S dt) {
+  const auto nodes = system_.nodes();
+  for (Node& node : nodes) node.now.x += (dt / S(2)) * node.now.twist.linear;
+  system_.place();
+  if (!system_.factor()) return false;
+  if (projection_.has_open_velocities(system_)) projection_.close_velocities(system_, impulses_);
+  accelerate(dt / S(2));
+  for (Node& node : nodes) {
+    const Vec3<S> gain = dt * node.acceleration.linear;
+    node.now.x = node.def->center_pose.translation + dt * (node.now.twist.linear + gain / S(2));
+    node.now.twist.linear += gain;
+    node.now.twist.angular.setZero();
+  }
+  for (std::size_t i = 0; i < impulses_.size(); ++i) {
+    impulses_[i] += dt * system_.wrenches()[i];
+  }
+  system_.place();
+  if (!projection_.close_gaps(system_)) return false;
+  projection_.close_velocities(system_, impulses_);
+  return true;
+}
+
+template <Scalar S>
+bool MechanismIntegrator<S>::integrate(S dt) {
+  const auto nodes = system_.nodes();
+  if (projection_.has_open_velocities(system_)) {
+    if (!system_.factor()) return false;
+    projection_.close_velocities(system_, impulses_);
+  }
+  std::size_t state = 0;
+  for (const Node& node : nodes) state += node.def->moves_by_forces ? body_values : 0;
+  values_.assign(state + joint_values * impulses_.size() + 3, S(0));
+  S* y = values_.data();
+  for (const Node& node : nodes) {
+    if (!node.def->moves_by_forces) continue;
+    const BodyState<S>& now = node.now;
+    y = put(now.x, y);
+    y = put(now.q.coeffs(), y);
+    y = put(now.twist.linear, y);
+    y = put(now.twist.angular, y);
+  }
+  Wrench<S> wanted;
+  if (is_free_) wanted = momentum_about(reference_point_, system_);
+
+  const bool arrived = integrator_.advance(values_, state, dt, *this, def_.max_substeps);
+  substeps_ = integrator_.substeps();
+  if (!arrived) return false;
+
+  // The last evaluation was at the end. So its matrix can be used.
+  read_values(values_.data());
+  carry(dt);
+  for (std::size_t i = 0; i < impulses_.size(); ++i) {
+    const S* impulse = values_.data() + state + joint_values * i;
+    impulses_[i].force += Vec3<S>(impulse[0], impulse[1], impulse[2]);
+    impulses_[i].torque += Vec3<S>(impulse[3], impulse[4], impulse[5]);
+  }
+  if (!projection_.close_gaps(system_)) return false;
+  projection_.close_velocities(system_, impulses_);
+  if (is_free_) {
+    for (const Node& node : nodes) wanted.force += dt * node.def->load.force;
+    const S* turned = values_.data() + values_.size() - 3;
+    wanted.torque += Vec3<S>(turned[0], turned[1], turned[2]);
+    set_momentum(reference_point_, wanted, system_);
+  }
+  return true;
+}
+
+/// Poses of the bodies that forces do not move, after a time t.
+template <Scalar S>
+void MechanismIntegrator<S>::carry(S t) {
+  for (Node& node : system_.nodes()) {
+    if (node.def->moves_by_forces) continue;
+    const Twist<S>& twist = node.def->twist;
+    node.now.x = node.def->center_pose.translation + t * twist.linear;
+    if (twist.angular == Vec3<S>::Zero()) continue;
+    node.now.set_axes(step_rotation(node.def->center_pose.rotation, twist.angular, t));
+  }
+}
+
+template <Scalar S>
+void MechanismIntegrator<S>::read_values(const S* y) {
+  for (Node& node : system_.nodes()) {
+    if (!node.def->moves_by_forces) continue;
+    node.now.x = Vec3<S>(y[0], y[1], y[2]);
+    node.now.set_axes(Quat<S>(y[6], y[3], y[4], y[5]));
+    node.now.twist = {Vec3<S>(y[7], y[8], y[9]), Vec3<S>(y[10], y[11], y[12])};
+    y += body_values;
+  }
+}
+
+template <Scalar S>
+void MechanismIntegrator<S>::start_springs() {
+  springs_.clear();
+  if (!has_springs()) return;
+  const auto joints = system_.joints();
+  springs_.resize(joints.size());
+  spring_rates_.resize(joints.size());
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    spring_rates_[i] = axis_rate(system_.at(i), system_.nodes()[joints[i].body_a].now.twist,
+                                 system_.nodes()[joints[i].body_b].now.twist);
+  }
+}
+
+/// Sets `Node::load` to loads and spring forces at a time t into the step. Does nothing without
+/// springs.
+template <Scalar S>
+void MechanismIntegrator<S>::add_springs(S t) {
+  if (springs_.empty()) return;
+  const auto nodes = system_.nodes();
+  for (Node& node : nodes) node.load = node.def->load;
+  for (std::size_t i = 0; i < springs_.size(); ++i) {
+    const MechanismJoint<S>& joint = system_.joints()[i];
+    if (!joint.has_spring()) continue;
+    const JointState<S>& at = system_.at(i);
+    Node& a = nodes[joint.body_a];
+    Node& b = nodes[joint.body_b];
+    // The rate at the start tells whole turns apart.
+    const S guess = joint.angle + t * spring_rates_[i];
+    const S pull = -joint.spring.stiffness *
+                       (axis_position(joint, at, a.now, b.now, guess) - joint.spring.rest) -
+                   joint.spring.damping * axis_rate(at, a.now.twist, b.now.twist);
+    springs_[i] = {pull * at.slide, pull * at.hinge};
+    b.load += Wrench<S>{springs_[i].force, springs_[i].torque + at.arm_b.cross(springs_[i].force)};
+    a.load += -Wrench<S>{springs_[i].force, springs_[i].torque + at.arm_a.cross(springs_[i].force)};
+  }
+}
+
+/// Finds accelerations of all bodies and wrenches of all joints. It uses the present positions, a
+/// time t into the step.
+template <Scalar S>
+void MechanismIntegrator<S>::accelerate(S t) {
+  using std::sqrt;
+  ++evaluations_;
+  add_springs(t);
+  S norm2 = S(0);
+  for (Node& node : system_.nodes()) {
+    if (!node.def->moves_by_forces) continue;
+    const Wrench<S>& load = springs_.empty() ? node.def->load : node.load;
+    const Mat3<S>& R = node.now.R;
+    const Vec3<S>& w = node.now.twist.angular;
+    const Vec3<S> L_B = node.def->inertia_B * Vec3<S>(R.transpose() * w);
+    const Vec3<S> torque = load.torque - w.cross(R * L_B);
+    node.acceleration.linear = cwise_product(node.inverse_mass, load.force);
+    node.acceleration.angular = node.inverse_inertia * torque;
+    norm2 += load.force.dot(node.acceleration.linear) + torque.dot(node.acceleration.angular);
+  }
+  free_acceleration_ = sqrt(norm2);
+  const auto nodes = system_.nodes();
+  for (std::size_t i = 0; i < wanted_.size(); ++i) {
+    const MechanismJoint<S>& joint = system_.joints()[i];
+    wanted_[i] = Twist<S>{} - system_.held(i, [](const Node& node) -> const Twist<S>& {
+      return node.acceleration;
+    });
+    wanted_[i] = wanted_[i] - constraint_acceleration_bias(joint.kind, system_.at(i),
+                                                           nodes[joint.body_a].now.twist,
+                                                           nodes[joint.body_b].now.twist);
+  }
+  system_.solve(wanted_);
+  for (Node& node : system_.nodes()) node.acceleration = node.acceleration + node.change;
+}
+
+template <Scalar S>
+bool MechanismIntegrator<S>::derivative(S t, const S* y, S* dy) {
+  read_values(y);
+  carry(t);
+  system_.place();
+  if (!system_.factor()) return false;
+  accelerate(t);
+  Vec3<S> torque = Vec3<S>::Zero();
+  for (const Node& node : system_.nodes()) {
+    if (!node.def->moves_by_forces) continue;
+    const Vec3<S> w = node.now.twist.angular / S(2);
+    const S q0 = node.now.q.w();
+    const Vec3<S> q = node.now.q.vec();
+    dy = put(node.now.twist.linear, dy);
+    dy = put(Vec3<S>(q0 * w + w.cross(q)), dy);
+    *dy++ = -w.dot(q);
+    dy = put(node.acceleration.linear, dy);
+    dy = put(node.acceleration.angular, dy);
+    const Wrench<S>& load = node.def->load;
+    torque += load.torque + (node.now.x - reference_point_).cross(load.force);
+  }
+  for (std::size_t i = 0; i < impulses_.size(); ++i) {
+    Wrench<S> wrench = system_.wrenches()[i];
+    if (!springs_.empty()) wrench += springs_[i];
+    dy = put(wrench.force, dy);
+    dy = put(wrench.torque, dy);
+  }
+  put(torque, dy);
+  return true;
+}
+
+template <Scalar S>
+S MechanismIntegrator<S>::error_ratio(const S*, const S* error, S h) {
+  using std::max;
+  using std::sqrt;
+  const auto norm2 = [](const Node& node, const Vec3<S>& v, const Vec3<S>& w) {
+    const Vec3<S> w_B = node.now.R.transpose() * w;
+    return node.def->mass * v.squaredNorm() + w_B.dot(node.def->inertia_B * w_B);
+  };
+  const S round_off = Tolerance<S>::round_off();
+  S error2 = S(0), seen2 = S(0), total2 = S(0);
+  for (const Node& node : system_.nodes()) {
+    if (!node.def->moves_by_forces) continue;
+    const Vec3<S> error_v(error[7], error[8], error[9]);
+    const Vec3<S> error_w(error[10], error[11], error[12]);
+    error += body_values;
+    const Twist<S>& twist = node.now.twist;
+    error2 += norm2(node, error_v, error_w);
+    seen2 += norm2(node, twist.linear - reference_velocity_, twist.angular);
+    total2 += norm2(node, twist.linear, twist.angular);
+  }
+  if (error2 == S(0)) return S(0);
+  // The tolerance is not below the round-off of accelerations and of the speeds themselves.
+  return sqrt(error2) / (max(def_.tolerance, round_off) * (sqrt(seen2) + h * free_acceleration_) +
+                         round_off * sqrt(total2));
+}
+
+template <Scalar S>
+bool MechanismIntegrator<S>::write(std::span<Transform<S>> end_poses,
+                                   std::span<Twist<S>> end_twists,
+                                   std::span<Wrench<S>> impulses) const {
+  const auto is_finite = [](const Vec3<S>& a, const Vec3<S>& b) {
+    return all_finite(a) && all_finite(b);
+  };
+  for (const Node& node : system_.nodes()) {
+    if (!is_finite(node.now.x, node.now.q.vec()) ||
+        !is_finite(node.now.twist.linear, node.now.twist.angular)) {
+      return false;
+    }
+  }
+  for (const Wrench<S>& impulse : impulses_) {
+    if (!is_finite(impulse.force, impulse.torque)) return false;
+  }
+  for (std::size_t i = 0; i < end_poses.size(); ++i) {
+    const Node& node = system_.nodes()[i];
+    end_poses[i] = {node.now.q.normalized(), node.now.x};
+    end_twists[i] = node.now.twist;
+  }
+  std::copy(impulses_.begin(), impulses_.end(), impulses.begin());
+  return true;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+// === bristle/dynamics/solver/island_solver.hpp
+
+/// @file
+/// Velocities and displacements of one island, with a choice of solvers.
+///
+/// Resting and sliding islands take one sweep of sequential impulses. The proximal solver takes
+/// over where sweeps converge so slowly that factorisations are cheaper. It also solves every small
+/// island with sensors, joints or only new contacts. These need their load spread evenly.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/dynamics/contacts/contact_target.hpp
@@ -26929,1021 +29172,6 @@ bool open_contacts(const Island& island, Constraints<S>& constraints,
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
-#include <algorithm>
-#include <functional>
-#include <span>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// Moves the boxes of all shapes and finds the pairs that may touch. Queries the backend for their
-/// contacts. Turns contacts between steps into rows.
-template <Scalar S, typename Backend>
-class ContactStage {
- public:
-  using State = WorldState<S, Backend>;
-
-  /// Updates the broad phase and the contact cache.
-  void find_contacts(State& state) {
-    sweep_boxes(state);
-    pairs_.clear();
-    state.contacts.begin_step(state.def.time_step);
-    const auto may_touch = [&](std::uint32_t a, std::uint32_t b) {
-      if (is_dormant(state, {a, b}) || !detail::may_touch(state, a, b)) return false;
-      if (!state.broad_phase.is_loose(a) && !state.broad_phase.is_loose(b)) return true;
-      refine(state, a);
-      refine(state, b);
-      return state.broad_phase.swept(a).overlaps(state.broad_phase.swept(b)) &&
-             detail::may_touch(state, a, b);
-    };
-    state.broad_phase.find_pairs(moving_, may_touch, pairs_, state.report.pairs_tested);
-    collide_pairs(state);
-    add_contacts(state);
-  }
-
-  /// Adds the constraints of all contacts.
-  void add_constraints(State& state) const {
-    for (const CachedManifold<S>& m : state.contacts.manifolds()) {
-      if (m.is_persisted) continue;
-      const Collider<S, Backend>& a = state.colliders.at(m.shapes.a);
-      const Collider<S, Backend>& b = state.colliders.at(m.shapes.b);
-      detail::add_contacts(m, state.contacts.points(), combined(a.material, b.material),
-                           a.body.index, b.body.index, state.constraints);
-    }
-  }
-
-  /// Moves the boxes of shapes that impulses took out of their swept boxes, so that queries between
-  /// steps find them.
-  void settle_boxes(State& state) const {
-    using std::sqrt;
-    for (std::size_t k = 0; k < moving_.size(); ++k) {
-      const std::uint32_t i = moving_[k];
-      const Collider<S, Backend>& c = state.colliders.at(i);
-      const Start& start = starts_[k];
-      const Transform<S>& end = state.body_of(c).center_pose;
-      const S turn2 = (end.rotation.coeffs() - start.center_pose.rotation.coeffs()).squaredNorm();
-      const S shift2 = (end.translation - start.center_pose.translation).squaredNorm();
-      // A point at the distance r moves by 2 r sin(angle / 2), and unit quaternions by 2 sin(angle
-      // / 4).
-      const S turn = S(2) * c.radius * sqrt(turn2);
-      if (state.broad_phase.settle(i, end.translation, sqrt(shift2), turn, start.reach)) continue;
-      const Aabb<S> box = box_of(state, c);
-      if (!state.broad_phase.swept(i).contains(box)) state.broad_phase.move(i, box);
-    }
-  }
-
-  /// Stores the solved impulses in the contact cache.
-  void store_impulses(State& state) const {
-    std::vector<CachedPoint<S>>& points = state.contacts.points();
-    std::size_t contact = 0;
-    for (const CachedManifold<S>& m : state.contacts.manifolds()) {
-      if (m.is_persisted) continue;
-      for (std::uint32_t i = m.first; i < m.first + m.count; ++i) {
-        const ContactConstraint<S>& c = state.constraints.contacts[contact++];
-        points[i].impulse = c.impulse;
-        points[i].transient_impulse = c.transient_impulse;
-        points[i].took_impact = c.is_impact;
-      }
-    }
-  }
-
- private:
-  // A pair costs a microsecond, waking a thread several. So a chunk is work worth taking. A few
-  // chunks finish before a thread wakes.
-  static constexpr std::size_t chunk_size = 16;
-  static constexpr std::size_t fewest_shared_pairs = 64;
-
-  /// Result for a pair: manifolds in its chunk's buffer.
-  struct Found {
-    std::uint32_t first = 0;
-    std::uint32_t count = 0;
-    bool has_failed = false;
-  };
-
-  /// Start pose of a moving shape, and the margin of its swept box.
-  struct Start {
-    Transform<S> center_pose;
-    S reach = S(0);
-  };
-
-  /// Computes the swept box of a loose shape.
-  static void refine(State& state, std::uint32_t tag) {
-    if (!state.broad_phase.is_loose(tag)) return;
-    state.broad_phase.refine(tag, swept_box(state, state.colliders.at(tag)));
-  }
-
-  void sweep_boxes(State& state) {
-    moving_.clear();
-    starts_.clear();
-    for (std::uint32_t i = 0; i < state.colliders.slot_count(); ++i) {
-      if (!state.colliders.is_live(i)) continue;
-      const Collider<S, Backend>& c = state.colliders.at(i);
-      // Forces do not move the bodies of half-spaces. Half-spaces are always listed.
-      const Body<S>& body = state.body_of(c);
-      if (body.motion == Motion::fixed || c.half_space || body.is_asleep()) continue;
-      const S reach = reach_of(state, c, c);
-      const Vec3<S>& center = body.center_pose.translation;
-      if (!state.broad_phase.stays(i, reach, center)) {
-        state.broad_phase.move(i, box_of(state, c).inflated(reach), reach, center);
-      }
-      // Moving shapes find the shapes at rest.
-      if (!state.is_active(c.body.index)) continue;
-      moving_.push_back(i);
-      starts_.push_back({body.center_pose, reach});
-    }
-  }
-
-  /// Returns whether two shapes skip each other in this step because one of them sleeps on.
-  [[nodiscard]] static bool is_dormant(const State& state, const ShapePair& pair) {
-    return state.body_of(state.colliders.at(pair.a)).is_asleep() ||
-           state.body_of(state.colliders.at(pair.b)).is_asleep();
-  }
-
-  /// Queries the backend for all pairs, in chunks. Chunks are the same for any number of threads
-  /// and write to buffers of their own.
-  void collide_pairs(State& state) {
-    const std::size_t chunks = (pairs_.size() + chunk_size - 1) / chunk_size;
-    found_.resize(pairs_.size());
-    if (buffers_.size() < chunks) buffers_.resize(chunks);
-    for (std::size_t i = 0; i < chunks; ++i) {
-      buffers_[i].clear();
-      // Reserve the largest size so far: the pairs of a chunk change, which must not allocate.
-      buffers_[i].reserve(most_manifolds_);
-    }
-    const auto task = [this, &state](std::size_t chunk) {
-      const std::size_t end = std::min(pairs_.size(), (chunk + 1) * chunk_size);
-      for (std::size_t i = chunk * chunk_size; i < end; ++i) {
-        found_[i] = collide(state, pairs_[i], buffers_[chunk]);
-      }
-    };
-    if (pairs_.size() < fewest_shared_pairs) {
-      for (std::size_t i = 0; i < chunks; ++i) task(i);
-    } else {
-      state.def.parallel_for(chunks, std::cref(task));
-    }
-    for (std::size_t i = 0; i < chunks; ++i) {
-      most_manifolds_ = std::max(most_manifolds_, buffers_[i].size());
-    }
-  }
-
-  [[nodiscard]] static Found collide(const State& state, const ShapePair& pair,
-                                     ContactManifolds<S>& out) {
-    Found found;
-    found.first = static_cast<std::uint32_t>(out.size());
-    found.has_failed = collide_pair(state, pair, out) != ContactStatus::ok;
-    if (found.has_failed) out.resize(found.first);
-    found.count = static_cast<std::uint32_t>(out.size()) - found.first;
-    return found;
-  }
-
-  /// Puts the backend's contacts into the cache, in the order of the pairs.
-  void add_contacts(State& state) {
-    state.report.pairs_collided += pairs_.size();
-    // Contacts of sleeping bodies persist, in their position.
-    const bool has_sleepers = state.sleeping_bodies > 0;
-    const auto stays = [&](const ShapePair& pair) { return is_dormant(state, pair); };
-    for (std::size_t i = 0; i < pairs_.size(); ++i) {
-      if (found_[i].has_failed) ++state.report.backend_failures;
-      if (found_[i].count == 0) continue;
-      if (has_sleepers) state.contacts.persist_before(pairs_[i], stays);
-      const Collider<S, Backend>& a = state.colliders.at(pairs_[i].a);
-      const Transform<S>& X_WA = state.body_of(a).center_pose;
-      const Transform<S>& X_WB = state.body_of(state.colliders.at(pairs_[i].b)).center_pose;
-      state.contacts.add(
-          pairs_[i], std::span(buffers_[i / chunk_size]).subspan(found_[i].first, found_[i].count),
-          {a.is_centered ? X_WA.rotation_matrix()
-                         : (X_WA.rotation * a.X_CmS.rotation).toRotationMatrix(),
-           a.is_centered ? Vec3<S>::Zero() : X_WA.rotate(a.X_CmS.translation),
-           X_WB.translation - X_WA.translation, X_WA.translation});
-    }
-    if (has_sleepers) state.contacts.persist_before({~0u, ~0u}, stays);
-    for (const CachedManifold<S>& m : state.contacts.manifolds()) {
-      state.report.contact_points += m.is_persisted ? 0 : m.count;
-    }
-  }
-
-  std::vector<std::uint32_t> moving_;
-  std::vector<Start> starts_;  // One for each of them.
-  std::vector<ShapePair> pairs_;
-  std::vector<Found> found_;
-  std::vector<ContactManifolds<S>> buffers_;
-  std::size_t most_manifolds_ = chunk_size;
-};
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
-// === bristle/world/sensor_stage.hpp
-
-/// @file
-/// Second stage of a step: hits of the sensors, and their forces or soft blocks.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/sensors/patch_explicit.hpp
-
-/// @file
-/// The explicit patch, and the choice between explicit and implicit.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/sensors/ambf_law.hpp
-
-/// @file
-/// The law as the paper's own simulator (AMBF) computes it, for comparison with the paper's law.
-///
-/// It follows AMBF's source, 2019 to 2024. K_D multiplies a difference that is always zero.
-/// Stretches and sliding speeds below 1e-4 (SI units) enter as their cubes. A bristle beyond
-/// sigma_a gives no friction then. The next step anchors it anew, again without friction. Sliding
-/// is projected on B's surface, not on the sensor's plane, and grows with the normal force. Two
-/// features are left out. One is a spring-rate term (0.1 N/m by default, absent from the paper).
-/// The other is the one-step lag of its ray origins.
-// SPDX-License-Identifier: BSD-3-Clause
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// [m] and [m/s] Below this size AMBF multiplies by a vector that it has not normalised.
-template <Scalar S>
-inline constexpr S ambf_dead_zone = S(1e-4);
-
-/// AMBF's projection of a tangential vector: `a` itself above the dead zone, |a|^2 a within it.
-template <Scalar S>
-[[nodiscard]] Vec3<S> ambf_projected(const Vec3<S>& a) {
-  const S size2 = a.squaredNorm();
-  return size2 > ambf_dead_zone<S> * ambf_dead_zone<S> ? a : Vec3<S>(size2 * a);
-}
-
-/// Force of one sensor on B under AMBF's law, and the bristle's next state.
-///
-/// @param m  [1] Outward unit normal of B at the hit.
-/// @param[in,out] is_anchored  True if the bristle is anchored; cleared when it lets go.
-/// @param[out] did_slip      True if the bristle let go in this step.
-template <Scalar S>
-[[nodiscard]] SensorForce<S> ambf_sensor_force(const SensorParameters<S>& p,
-                                               FrictionScaling scaling, const SensorContact<S>& c,
-                                               const Vec3<S>& m, const PairPose<S>& pair,
-                                               const Vec3<S>& r_A, Anchor<S>& anchor,
-                                               bool& is_anchored, bool& did_slip) {
-  SensorForce<S> f;
-  did_slip = false;
-  f.normal = p.normal_stiffness * c.depth;
-  f.normal_vector = f.normal * c.n;
-  const S weight = scaling == FrictionScaling::normal_force ? f.normal : S(1);
-  if (is_anchored) {
-    const Vec3<S> stretch = ambf_projected<S>(anchor_stretch(anchor, pair, c.n));
-    const S size2 = stretch.squaredNorm();
-    if (size2 > S(0) && size2 <= p.breakaway_distance * p.breakaway_distance) {
-      f.shear = (p.static_friction * weight) * stretch;
-    } else {
-      is_anchored = false;
-      did_slip = size2 > S(0);
-    }
-  } else {
-    anchor = anchored<S>(pair, r_A, Vec3<S>::Zero());
-    is_anchored = true;
-  }
-  f.shear += (p.sliding_friction * weight) * ambf_projected<S>(tangential<S>(c.v, m));
-  return f;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// Measures a pair before the step. Sets Lambda and the weights of the implicit scheme from the
-/// sums over its contacts in `PatchPair::stiffness`.
-///
-/// Lambda = max over tangential and normal of w sum s + w_rot sum s |rho|^2. The sums run over the
-/// sensors that are in contact or can be within the step, with s = dt^2 k_t + 2 dt mu_V or (dt^2
-/// K_N + 2 dt K_D) / L. w and w_rot are thirds of the traces of the mobility's linear and angular
-/// parts. Symplectic Euler is stable below 4 for one mode (docs/sensors.md). 0.5 leaves room for
-/// traces that one axis dominates. Lambda is zero where nothing can move.
-template <Scalar S>
-void measure_pair(const SensorPatch<S>& patch, PatchPair<S>& pair, const SolverBody<S>& a,
-                  const SolverBody<S>& b, S dt);
-
-/// Evaluates every contact of a pair at the start of the step, under the law of the patch. Returns
-/// the stored sum if the impulses were applied with the contacts.
-/// @param parallel_for  Shares the contacts of a large patch; the impulses are the same bits.
-/// @return [N s, N m s] The sum of the impulses on B about c.
-template <Scalar S>
-Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt,
-                            const ParallelFor& parallel_for = serial_for);
-
-// Implementation ----------------------------------------------------------------------------------
-
-template <Scalar S>
-void measure_pair(const SensorPatch<S>& patch, PatchPair<S>& pair, const SolverBody<S>& a,
-                  const SolverBody<S>& b, S dt) {
-  using std::max;
-  const Mat6<S> W = mobility(a.inverse_mass, a.inverse_inertia, pair.arm_a) +
-                    mobility(b.inverse_mass, b.inverse_inertia, pair.arm_b);
-  const S w = W.template topLeftCorner<3, 3>().trace() / S(3);
-  const S w_rot = W.template bottomRightCorner<3, 3>().trace() / S(3);
-  const PairStiffness<S>& k = pair.stiffness;
-  // Shifts the moments from the patch's middle to c.
-  const Vec3<S> shift = pair.center - patch.box.center();
-  const S tangential_moment = k.tangential_second - S(2) * shift.dot(k.tangential_first) +
-                              shift.squaredNorm() * k.tangential;
-  const S normal_moment =
-      k.normal_second - S(2) * shift.dot(k.normal_first) + shift.squaredNorm() * k.normal;
-  pair.lambda =
-      max(w * k.tangential + w_rot * tangential_moment, w * k.normal + w_rot * normal_moment);
-  set_scheme(pair, k.bristle_sum, k.viscous_sum, w, dt);
-}
-
-/// `explicit_impulses` under AMBF's law, one sensor after the other.
-template <Scalar S>
-Wrench<S> ambf_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt) {
-  Wrench<S> sum;
-  for (ContactPacket<S>& packet : contacts_of(patch, pair)) {
-    SensorPacket<S>& sensors = patch.packets[packet.packet];
-    packet.is_slipping = 0;
-    for (std::size_t i = 0; i < packet_size; ++i) {
-      const LaneBits bit = static_cast<LaneBits>(1u << i);
-      packet.impulse.set(i, Vec3<S>::Zero());
-      packet.normal_impulse[i] = S(0);
-      if ((packet.is_touching & bit) == 0) continue;
-      const auto [n, g, point, depth, inverse_length] =
-          touch_of(patch, packet.packet * packet_size + i);
-      const SensorContact<S> contact{depth, inverse_length, n, g, pair.start_motion.at(point)};
-      Anchor<S> anchor{sensors.anchor_a[i], sensors.anchor_b[i]};
-      bool is_anchored =
-          (sensors.is_anchored & bit) != 0 && sensors.anchored_on[i] == anchor_key(id_b);
-      bool did_slip = false;
-      const SensorForce<S> force = ambf_sensor_force<S>(
-          patch.parameters(packet.packet * packet_size + i), patch.def.options.scaling, contact,
-          g.normalized() * S(-1), pair.pose, point, anchor, is_anchored, did_slip);
-      sensors.anchor_a.set(i, anchor.q_A);
-      sensors.anchor_b.set(i, anchor.q_B);
-      sensors.anchored_on.set(bit, anchor_key(id_b), (sensors.is_anchored & ~bit) != 0);
-      sensors.is_anchored = static_cast<LaneBits>(is_anchored ? sensors.is_anchored | bit
-                                                              : sensors.is_anchored & ~bit);
-      if (did_slip) packet.is_slipping = static_cast<LaneBits>(packet.is_slipping | bit);
-      packet.normal_impulse[i] = dt * force.normal;
-      packet.impulse.set(i, dt * force.total());
-      sum += Wrench<S>::at(point - pair.center, packet.impulse[i]);
-    }
-  }
-  return {pair.R_WA * sum.force, pair.R_WA * sum.torque};
-}
-
-/// Impulses of some contacts at the start of the step, under the paper's law.
-template <Scalar S>
-void apply_at_start(SensorPatch<S>& patch, const PatchPair<S>& pair,
-                    std::span<ContactPacket<S>> packets, const LaneParameters<S>& parameters, S dt,
-                    LaneWrench<S>& total) {
-  const LawOptions options = patch.def.options;
-  const LaneMotion<S> start(pair.start_motion.linear, pair.start_motion.angular);
-  const Pack3<S> center = Pack3<S>::all(pair.center);
-  LaneWrench<S> sum;
-  SensorParameters<Pack<S>> scratch;
-  for (ContactPacket<S>& packet : packets) {
-    for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
-      if (pack_bits<S>(packet.is_met, at) == 0) continue;
-      const TouchPack<S> touch(patch, patch.packets[packet.packet], packet.packet, at,
-                               packet.is_met, false);
-      const SensorContact<Pack<S>> contact{touch.depth, touch.inverse_length, touch.n, touch.g,
-                                           start.at(touch.point)};
-      apply_impulses<S>(packet, at, parameters(packet.packet, at, scratch), options, contact,
-                        load_pack(packet.stretch, at), touch.point - center,
-                        load_mask<S>(packet.is_touching, at), dt, sum.force, sum.torque);
-    }
-  }
-  total = sum;
-}
-
-/// `explicit_impulses` under the paper's law.
-template <Scalar S>
-Wrench<S> paper_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, S dt,
-                         const ParallelFor& parallel_for) {
-  using Sum = LaneWrench<S>;
-  const LaneParameters<S> parameters(patch.def);
-  return sum_of_contacts<Sum>(contacts_of(patch, pair), parallel_for,
-                              [&](std::span<ContactPacket<S>> packets, Sum& part) {
-                                apply_at_start<S>(patch, pair, packets, parameters, dt, part);
-                              })
-      .in_world(pair);
-}
-
-template <Scalar S>
-Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt,
-                            const ParallelFor& parallel_for) {
-  if (pair.is_applied) {
-    return {pair.R_WA * pair.given.force, pair.R_WA * pair.given.torque};
-  }
-  return patch.def.options.law == Law::ambf ? ambf_impulses(patch, pair, id_b, dt)
-                                            : paper_impulses(patch, pair, dt, parallel_for);
-}
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
-#include <algorithm>
-#include <functional>
-#include <utility>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// Senses with every patch. Then chooses explicit or implicit for each touched body.
-template <Scalar S, typename Backend>
-class SensorStage {
- public:
-  using State = WorldState<S, Backend>;
-
-  /// Patch and pair of a soft block.
-  struct SoftOwner {
-    std::uint32_t patch = 0;
-    std::uint32_t pair = 0;
-  };
-
-  /// Casts the rays of all patches with a body in range and makes their contacts.
-  void sense(State& state) {
-    live_.clear();
-    for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
-      if (state.is_sensing(i)) live_.push_back(i);
-    }
-    scratch_.resize(std::max(scratch_.size(), live_.size()));
-    const bool shares = asks_ranges<Backend> && !is_serial(state.def.parallel_for);
-    // Patches write only to themselves and their scratch.
-    const auto task = [this, &state, shares](std::size_t k) {
-      sense_patch(state, live_[k], scratch_[k], shares);
-    };
-    // A sensor costs ten nanoseconds, waking a thread microseconds.
-    constexpr std::size_t fewest_shared_sensors = 256;
-    std::size_t sensors = 0;
-    measures_lambda_ = false;
-    for (const std::uint32_t i : live_) {
-      sensors += state.patches.at(i).size();
-      measures_lambda_ =
-          measures_lambda_ || state.patches.at(i).def.integration == Integration::automatic;
-    }
-    if (live_.size() > 1 && sensors >= fewest_shared_sensors) {
-      state.def.parallel_for(live_.size(), std::cref(task));
-    } else {
-      for (std::size_t k = 0; k < live_.size(); ++k) task(k);
-    }
-    if (shares) sense_shared(state);
-    state.report.patches = state.patches.size();
-    std::size_t awake = 0;
-    for (std::size_t k = 0; k < live_.size(); ++k) {
-      const bool is_skipped = scratch_[k].candidates.empty() || scratch_[k].is_dormant;
-      state.report.patches_near += is_skipped ? 0u : 1u;
-      state.report.rays_cast += scratch_[k].rays_cast;
-      const std::size_t asked = is_skipped ? 0 : scratch_[k].sensors_asked;
-      state.report.sensors_skipped += state.patches.at(live_[k]).size() - asked;
-      // From here on only sensed patches are listed.
-      if (scratch_[k].is_dormant) continue;
-      std::swap(scratch_[awake], scratch_[k]);
-      live_[awake++] = live_[k];
-    }
-    live_.resize(awake);
-  }
-
-  /// Finds the shapes that the rays of a patch may meet within the step. Their tags are sorted.
-  void find_near(const State& state, const SensorPatch<S>& patch,
-                 std::vector<std::uint32_t>& out) const;
-
-  /// Calls visit(patch, tags) for each sensed patch, with the shapes in its range.
-  template <typename Visit>
-  void for_each_near(Visit&& visit) const {
-    for (std::size_t k = 0; k < live_.size(); ++k) visit(live_[k], scratch_[k].candidates);
-  }
-
-  /// Applies the impulses of explicit pairs to bodies and makes soft blocks of the others.
-  void apply(State& state) {
-    owners_.clear();
-    lambda_.assign(state.solver_bodies.size(), S(0));
-    for_each_pair(state, [&](SensorPatch<S>& patch, PatchPair<S>& pair, SoftOwner) {
-      const SolverBody<S>& a = state.solver_bodies[patch.body.index];
-      const SolverBody<S>& b = state.solver_bodies[pair.body_b];
-      // Effects of several patches on one body add up. Immovable bodies connect nothing.
-      if (a.is_moving()) lambda_[patch.body.index] += pair.lambda;
-      if (b.is_moving()) lambda_[pair.body_b] += pair.lambda;
-    });
-    for_each_pair(state, [&](SensorPatch<S>& patch, PatchPair<S>& pair, SoftOwner owner) {
-      if (!pair.is_implicit && needs_implicit(state, patch, pair)) {
-        linearise(state, patch, pair, state.def.parallel_for);
-      }
-      if (pair.is_implicit) {
-        add_soft_block(state, patch, pair, owner);
-      } else {
-        apply_explicit(state, patch, pair);
-      }
-    });
-  }
-
-  /// Soft blocks of patches among those of an island, which ascend. They come before those of
-  /// joints.
-  [[nodiscard]] std::span<const std::uint32_t> of_patches(
-      std::span<const std::uint32_t> soft) const {
-    const auto end = std::lower_bound(soft.begin(), soft.end(), owners_.size());
-    return soft.first(static_cast<std::size_t>(end - soft.begin()));
-  }
-
-  /// Sums the present linear models of a soft block's sensors into it.
-  void fill(State& state, std::uint32_t soft) const {
-    SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
-    fill_block(patch.pairs[owners_[soft].pair], state.constraints.soft[soft]);
-  }
-
-  /// Evaluates the impulses of a soft block's sensors. Their sum is the impulse of the block.
-  /// @return True if the sensors left the state they were linearised for: another solve is needed.
-  bool answer(State& state, std::uint32_t soft, const SolvePass& pass) const {
-    SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
-    SoftBlock<S>& block = state.constraints.soft[soft];
-    const PairResponse<S> found = evaluate(patch, patch.pairs[owners_[soft].pair], block.motion,
-                                           state.def.time_step, pass, state.def.parallel_for);
-    block.impulse.template head<3>() = found.impulse.force;
-    block.impulse.template tail<3>() = found.impulse.torque;
-    return found.has_changed;
-  }
-
-  /// Clears the impulses of a soft block's sensors.
-  void discard(State& state, std::uint32_t soft) const {
-    SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
-    state.constraints.soft[soft].impulse.setZero();
-    clear_impulses(patch, patch.pairs[owners_[soft].pair]);
-  }
-
-  /// Turns all impulses into readings.
-  void read(State& state) const {
-    for (const std::uint32_t i : live_) {
-      SensorPatch<S>& patch = state.patches.at(i);
-      patch.last_impulses.clear();
-      if (patch.pairs.empty() && !patch.was_active) continue;
-      for (const PatchPair<S>& pair : patch.pairs) {
-        if (!pair.is_implicit) continue;
-        patch.last_impulses.push_back(
-            {state.bodies.handle(pair.body_b), state.constraints.soft[pair.soft].impulse});
-      }
-      fill_readings<S>(
-          patch, state.bodies.at(patch.body.index).center_pose.translation, state.def.time_step,
-          [&](std::uint32_t slot) { return state.bodies.handle(slot); }, state.def.parallel_for);
-      state.report.sensors_touching += patch.active_count();
-    }
-  }
-
- private:
-  struct Scratch {
-    std::vector<std::uint32_t> candidates;
-    std::vector<ShapeInReach<S, Backend>> shapes;
-    std::uint64_t rays_cast = 0;
-    /// [-] Sensors whose rays were cast, or whose hits were extrapolated.
-    std::size_t sensors_asked = 0;
-    bool is_dormant = false;
-    /// True if threads share its rays; and if these are to be cast.
-    bool is_shared = false;
-    bool has_cast = false;
-    /// True if the thread that casts them also finds the hit mask.
-    bool knows_hit_mask = false;
-  };
-
-  /// Some rays of the patch live_[owner].
-  struct SharedRays {
-    std::size_t owner = 0;
-    RayRange range{};
-  };
-
-  /// [-] Sensors of a patch from which on threads share its rays. Fewer are cast in some
-  /// microseconds.
-  static constexpr std::size_t fewest_shared_rays = 1537;
-  static_assert(fewest_shared_rays > RayTree<S>::range_size);
-
-  template <typename Visit>
-  void for_each_pair(State& state, Visit&& visit) const {
-    for (const std::uint32_t i : live_) {
-      SensorPatch<S>& patch = state.patches.at(i);
-      for (std::uint32_t k = 0; k < patch.pairs.size(); ++k) {
-        if (patch.pairs[k].count > 0) visit(patch, patch.pairs[k], SoftOwner{i, k});
-      }
-    }
-  }
-
-  /// [m] Farthest that a body can come closer to any ray of a patch within the step.
-  [[nodiscard]] S approach(const State& state, const SensorPatch<S>& patch,
-                           const Collider<S, Backend>& c) const {
-    if (patch.def.integration == Integration::explicit_ || patch.def.options.law == Law::ambf) {
-      return S(0);
-    }
-    const Twist<S>& a = state.solver_bodies[patch.body.index].free;
-    const Twist<S>& b = state.solver_bodies[c.body.index].free;
-    const Transform<S>& X_WA = state.bodies.at(patch.body.index).center_pose;
-    return state.def.time_step *
-           closing_speed(patch.box, X_WA, a, state.body_of(c).center_pose.translation, b);
-  }
-
-  /// Returns whether a patch keeps its readings. True if its body or one in its range sleeps, and
-  /// none is active.
-  [[nodiscard]] bool is_dormant(const State& state, const SensorPatch<S>& patch,
-                                const std::vector<std::uint32_t>& near) const {
-    if (state.sleeping_bodies == 0 || state.is_active(patch.body.index)) return false;
-    bool is_asleep = state.bodies.at(patch.body.index).is_asleep();
-    for (const std::uint32_t tag : near) {
-      const std::uint32_t slot = state.colliders.at(tag).body.index;
-      if (state.is_active(slot)) return false;
-      is_asleep = is_asleep || state.bodies.at(slot).is_asleep();
-    }
-    return is_asleep;
-  }
-
-  void sense_patch(State& state, std::uint32_t index, Scratch& scratch, bool shares) const {
-    SensorPatch<S>& patch = state.patches.at(index);
-    const Body<S>& A = state.bodies.at(patch.body.index);
-    scratch.rays_cast = 0;
-    scratch.is_shared = false;
-    scratch.knows_hit_mask = false;
-    find_near(state, patch, scratch.candidates);
-    scratch.is_dormant = is_dormant(state, patch, scratch.candidates);
-    if (scratch.is_dormant) return;
-    if (scratch.candidates.empty()) {
-      clear_patch(patch);
-      return;
-    }
-    scratch.shapes.clear();
-    for (const std::uint32_t tag : scratch.candidates) {
-      const Collider<S, Backend>& c = state.colliders.at(tag);
-      scratch.shapes.push_back(shape_in_reach(
-          patch, state.colliders.handle(tag), c,
-          relative_pose(A.center_pose, state.body_of(c).center_pose), approach(state, patch, c)));
-    }
-    const std::span<const ShapeInReach<S, Backend>> shapes(scratch.shapes);
-    const bool is_due = (state.steps + index) % patch.def.cast_every == 0;
-    if (shares && patch.size() >= fewest_shared_rays && !patch.ray_tree.ranges().empty()) {
-      scratch.has_cast = needs_rays<S, Backend>(patch, shapes, is_due);
-      scratch.sensors_asked = patch.near_count();
-      scratch.rays_cast = scratch.has_cast ? patch.near_count() * shapes.size() : 0;
-      scratch.is_shared = true;
-      if (scratch.rays_cast > 0) begin_shared(patch, scratch);
-      return;
-    }
-    scratch.rays_cast = find_hits<S, Backend>(patch, shapes, is_due);
-    scratch.sensors_asked = scratch.rays_cast > 0
-                                ? static_cast<std::size_t>(scratch.rays_cast) / shapes.size()
-                                : patch.near_count();
-    // This may be a task already. The hook need not allow nested calls.
-    make_contacts(state, patch, scratch, serial_);
-  }
-
-  void make_contacts(State& state, SensorPatch<S>& patch, const Scratch& scratch,
-                     const ParallelFor& parallel_for) const {
-    collect_contacts(
-        patch, state.bodies.at(patch.body.index),
-        [&](std::uint32_t tag) {
-          const Collider<S, Backend>& c = state.colliders.at(tag);
-          return TouchedBody<S>{&state.body_of(c), c.body};
-        },
-        {.dt = state.def.time_step,
-         .measures_lambda = measures_lambda_,
-         .only_tag =
-             scratch.candidates.size() == 1 ? scratch.candidates.front() : CollectDef<S>::any_tag,
-         .knows_hit_mask = scratch.knows_hit_mask},
-        parallel_for);
-    for (PatchPair<S>& pair : patch.pairs) {
-      if (pair.count == 0) continue;
-      measure_pair(patch, pair, state.solver_bodies[patch.body.index],
-                   state.solver_bodies[pair.body_b], state.def.time_step);
-      // Linearise while the contacts are in the cache, if other patches do not matter.
-      if (patch.def.integration == Integration::implicit && needs_implicit(state, patch, pair)) {
-        linearise(state, patch, pair, parallel_for);
-      }
-    }
-  }
-
-  static void linearise(const State& state, const SensorPatch<S>& patch, PatchPair<S>& pair,
-                        const ParallelFor& parallel_for) {
-    pair.is_implicit = true;
-    start_linearisation(patch, pair, state.def.time_step, parallel_for);
-  }
-
-  /// Casts the rays of large patches, range by range, and makes their contacts. If the ranges of
-  /// two shapes are not the same rays, it casts at one shape after the other.
-  void sense_shared(State& state) {
-    for (std::size_t round = 0;; ++round) {
-      shared_.clear();
-      for (std::size_t k = 0; k < live_.size(); ++k) {
-        const Scratch& scratch = scratch_[k];
-        const RayTree<S>& ray_tree = state.patches.at(live_[k]).ray_tree;
-        const std::size_t rounds = ray_tree.has_packets_in_ranges() ? 1 : scratch.shapes.size();
-        if (!scratch.is_shared || scratch.rays_cast == 0 || round >= rounds) continue;
-        for (const RayRange& range : ray_tree.ranges()) shared_.push_back({k, range});
-      }
-      if (shared_.empty()) break;
-      const auto task = [this, &state, round](std::size_t i) { sense_from(state, i, round); };
-      state.def.parallel_for(shared_.size(), std::cref(task));
-    }
-    for (std::size_t k = 0; k < live_.size(); ++k) {
-      const Scratch& scratch = scratch_[k];
-      if (!scratch.is_shared) continue;
-      SensorPatch<S>& patch = state.patches.at(live_[k]);
-      extrapolate_hits<S, Backend>(patch, scratch.shapes, scratch.has_cast);
-      make_contacts(state, patch, scratch, state.def.parallel_for);
-    }
-  }
-
-  /// Does the work that must precede the cast and that ranges cannot do alone.
-  static void begin_shared(SensorPatch<S>& patch, Scratch& scratch) {
-    if (!patch.ray_tree.has_packets_in_ranges()) return patch.reset_near_hits();
-    // If hits are extrapolated, only the extrapolated ones count.
-    scratch.knows_hit_mask = patch.def.cast_every == 1;
-    if (scratch.knows_hit_mask) begin_hit_mask(patch);
-  }
-
-  /// Casts one range of a large patch's rays.
-  void sense_from(State& state, std::size_t i, std::size_t round) {
-    const std::size_t owner = shared_[i].owner;
-    const Scratch& scratch = scratch_[owner];
-    SensorPatch<S>& patch = state.patches.at(live_[owner]);
-    if (patch.ray_tree.has_packets_in_ranges()) {
-      sense_range(patch, scratch, shared_[i].range);
-    } else {
-      cast_rays_at<S>(patch, scratch.shapes[round], shared_[i].range);
-    }
-  }
-
-  /// Casts the rays of a range at all shapes, while its hits are in the cache of this thread.
-  static void sense_range(SensorPatch<S>& patch, const Scratch& scratch, RayRange range) {
-    patch.reset_near_hits(range);
-    for (const auto& shape : scratch.shapes) cast_rays_at<S>(patch, shape, range);
-    if (scratch.knows_hit_mask) find_hit_mask(patch, range);
-  }
-
-  [[nodiscard]] bool needs_implicit(const State& state, const SensorPatch<S>& patch,
-                                    const PatchPair<S>& pair) const {
-    const PatchDef<S>& def = patch.def;
-    if (def.integration == Integration::explicit_ || def.options.law == Law::ambf) return false;
-    if (!patch.can_apply_force()) return false;
-    if (!state.solver_bodies[patch.body.index].is_moving() &&
-        !state.solver_bodies[pair.body_b].is_moving()) {
-      return false;  // Nothing to solve: both velocities are prescribed.
-    }
-    if (def.integration == Integration::implicit) return true;
-    return std::max(lambda_[patch.body.index], lambda_[pair.body_b]) > def.explicit_below;
-  }
-
-  void apply_explicit(State& state, SensorPatch<S>& patch, const PatchPair<S>& pair) const {
-    ++state.report.explicit_pairs;
-    const Wrench<S> sum = explicit_impulses(patch, pair, state.bodies.handle(pair.body_b),
-                                            state.def.time_step, state.def.parallel_for);
-    SolverBody<S>& a = state.solver_bodies[patch.body.index];
-    SolverBody<S>& b = state.solver_bodies[pair.body_b];
-    // Sensors in contact that give nothing change nothing.
-    if (sum.force.isZero(S(0)) && sum.torque.isZero(S(0))) return;
-    const auto push = [](SolverBody<S>& body, const Vec3<S>& arm, const Wrench<S>& w) {
-      body.free.linear += body.inverse_mass.cwiseProduct(w.force);
-      body.free.angular += body.inverse_inertia * (w.torque + arm.cross(w.force));
-    };
-    push(a, pair.arm_a, -sum);
-    push(b, pair.arm_b, sum);
-    a.is_sensed = b.is_sensed = true;
-  }
-
-  void add_soft_block(State& state, SensorPatch<S>& patch, PatchPair<S>& pair, SoftOwner owner) {
-    ++state.report.implicit_pairs;
-    pair.soft = static_cast<std::uint32_t>(state.constraints.soft.size());
-    SoftBlock<S> block;
-    block.body_a = patch.body.index;
-    block.body_b = pair.body_b;
-    block.arm_a = pair.arm_a;
-    block.arm_b = pair.arm_b;
-    for (const PairImpulse<S>& last : patch.last_impulses) {
-      if (last.body == state.bodies.handle(pair.body_b)) block.impulse = last.impulse;
-    }
-    state.constraints.soft.push_back(block);
-    owners_.push_back(owner);
-  }
-
-  std::vector<std::uint32_t> live_;
-  std::vector<Scratch> scratch_;
-  std::vector<SharedRays> shared_;
-  ParallelFor serial_ = serial_for;
-  std::vector<S> lambda_;
-  bool measures_lambda_ = false;
-  std::vector<SoftOwner> owners_;
-};
-
-template <Scalar S, typename Backend>
-void SensorStage<S, Backend>::find_near(const State& state, const SensorPatch<S>& patch,
-                                        std::vector<std::uint32_t>& out) const {
-  out.clear();
-  const Body<S>& A = state.bodies.at(patch.body.index);
-  const Twist<S>& free = state.solver_bodies[patch.body.index].free;
-  const S own_reach =
-      state.def.time_step *
-      (free.linear.norm() +
-       free.angular.norm() * (patch.box.center().norm() + patch.box.half_extents().norm()));
-  const Aabb<S> box = transformed(patch.box, A.center_pose);
-  state.broad_phase.overlap(box.inflated(own_reach), [&](std::uint32_t tag) {
-    const Collider<S, Backend>& c = state.colliders.at(tag);
-    if (!senses(state, patch, c)) return true;
-    // The set of shapes in range must not depend on the size of the box in the tree.
-    if (state.broad_phase.is_loose(tag) && !swept_box(state, c).overlaps(box.inflated(own_reach))) {
-      return true;
-    }
-    const S extra = approach(state, patch, c);
-    const bool is_near =
-        c.half_space ? state.reaches(box.inflated(extra), c)
-                     : transformed(patch.box.inflated(extra), state.pose_from(A, c).inverse())
-                           .overlaps(c.bounds);
-    if (is_near) out.push_back(tag);
-    return true;
-  });
-  std::sort(out.begin(), out.end());
-}
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
-// === bristle/world/sleep_stage.hpp
-
-/// @file
-/// Sleep: islands at rest stop being computed, and wake when a body reaches them.
-///
-/// An island, here, is a set of bodies that may come to act on each other. They do so by contacts
-/// within the reach of a step, by joints, or by patches with bodies in the range of their rays. The
-/// same reach wakes. So an island next to a moving body does not fall asleep and wake in turns.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/core/disjoint_sets.hpp
-
-/// @file
-/// Disjoint sets of numbers, joined two by two.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <cstddef>
-#include <cstdint>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// Union-find over [0, count). Each set is named by its lowest member, whatever the order of joins.
-/// Allocates only when it grows.
-class DisjointSets {
- public:
-  /// Makes every number a set of its own.
-  void reset(std::size_t count) {
-    parent_.resize(count);
-    for (std::uint32_t i = 0; i < count; ++i) parent_[i] = i;
-  }
-
-  /// The lowest member of a number's set.
-  [[nodiscard]] std::uint32_t find(std::uint32_t i) {
-    while (parent_[i] != i) {
-      parent_[i] = parent_[parent_[i]];
-      i = parent_[i];
-    }
-    return i;
-  }
-
-  /// Joins the sets of two numbers.
-  void join(std::uint32_t a, std::uint32_t b) {
-    const std::uint32_t anchor_a = find(a);
-    const std::uint32_t anchor_b = find(b);
-    if (anchor_a < anchor_b) {
-      parent_[anchor_b] = anchor_a;
-    } else {
-      parent_[anchor_a] = anchor_b;
-    }
-  }
-
- private:
-  std::vector<std::uint32_t> parent_;
-};
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
-// === bristle/world/solve_stage.hpp
-
-/// @file
-/// Third stage: islands are solved and bodies move.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/dynamics/bodies/islands.hpp
-
-/// @file
-/// Islands: groups of moving bodies that act on each other, directly or through others.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <algorithm>
-#include <cstdint>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// Splits bodies and constraints into islands. Bodies that forces do not move belong to no island.
-/// They do not connect the bodies that touch them.
-///
-/// Islands are ordered by their lowest body slot. Bodies and constraints within each ascend. So the
-/// same input gives the same islands.
-template <Scalar S>
-class IslandBuilder {
- public:
-  /// Finds the islands; they stay valid until the next call.
-  const std::vector<Island>& build(std::span<const SolverBody<S>> bodies,
-                                   const Constraints<S>& constraints) {
-    const std::size_t count = bodies.size();
-    sets_.reset(count);
-    // The points of a manifold follow each other. The first one connects for all of them.
-    std::uint32_t last_a = none;
-    std::uint32_t last_b = none;
-    const auto connect = [&](std::uint32_t a, std::uint32_t b) {
-      if (a == last_a && b == last_b) return;
-      last_a = a;
-      last_b = b;
-      if (bodies[a].is_moving() && bodies[b].is_moving()) sets_.join(a, b);
-    };
-    for (const ContactConstraint<S>& c : constraints.contacts) connect(c.body_a, c.body_b);
-    for (const ConstraintBlock<S>& c : constraints.blocks) connect(c.body_a, c.body_b);
-    for (const SoftBlock<S>& s : constraints.soft) connect(s.body_a, s.body_b);
-
-    // An island's root is its lowest slot, so ascending slots meet islands in order.
-    number_.assign(count, none);
-    std::uint32_t islands = 0;
-    for (std::uint32_t i = 0; i < count; ++i) {
-      if (!bodies[i].is_moving()) continue;
-      const std::uint32_t root = sets_.find(i);
-      if (number_[root] == none) number_[root] = islands++;
-      number_[i] = number_[root];
-    }
-    const auto island_of = [&](std::uint32_t a, std::uint32_t b) {
-      return bodies[a].is_moving() ? number_[a] : bodies[b].is_moving() ? number_[b] : none;
-    };
-    distribute(islands, count, bodies_, [&](std::size_t i) { return number_[i]; });
-    distribute(islands, constraints.contacts.size(), contacts_, [&](std::size_t i) {
-      return island_of(constraints.contacts[i].body_a, constraints.contacts[i].body_b);
-    });
-    distribute(islands, constraints.blocks.size(), blocks_, [&](std::size_t i) {
-      return island_of(constraints.blocks[i].body_a, constraints.blocks[i].body_b);
-    });
-    distribute(islands, constraints.soft.size(), soft_, [&](std::size_t i) {
-      return island_of(constraints.soft[i].body_a, constraints.soft[i].body_b);
-    });
-    islands_.resize(islands);
-    for (std::uint32_t i = 0; i < islands; ++i) {
-      islands_[i] = {bodies_.part(i), contacts_.part(i), blocks_.part(i), soft_.part(i)};
-    }
-    return islands_;
-  }
-
- private:
-  static constexpr std::uint32_t none = 0xffffffffu;
-
-  /// Members of all islands, one island after the other.
-  struct Members {
-    std::vector<std::uint32_t> items;  // With spare room at the end.
-    std::vector<std::uint32_t> starts;
-
-    [[nodiscard]] std::span<const std::uint32_t> part(std::uint32_t i) const {
-      return std::span(items).subspan(starts[i], starts[i + 1] - starts[i]);
-    }
-  };
-
-  /// Counting sort of items by island. Items without an island are left out.
-  template <typename IslandOf>
-  void distribute(std::uint32_t islands, std::size_t count, Members& out, IslandOf&& island_of) {
-    out.starts.assign(islands + 1, 0);
-    if (count == 0) return;
-    if (islands == 1) {
-      if (out.items.size() < count) out.items.resize(std::max(count, 2 * out.items.size()));
-      std::uint32_t kept = 0;
-      for (std::size_t i = 0; i < count; ++i) {
-        out.items[kept] = static_cast<std::uint32_t>(i);
-        kept += island_of(i) != none ? 1u : 0u;
-      }
-      out.starts[1] = kept;
-      return;
-    }
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::uint32_t island = island_of(i);
-      if (island != none) ++out.starts[island + 1];
-    }
-    for (std::uint32_t i = 0; i < islands; ++i) out.starts[i + 1] += out.starts[i];
-    const std::size_t total = out.starts[islands];
-    if (out.items.size() < total) out.items.resize(std::max(total, 2 * out.items.size()));
-    next_.assign(out.starts.begin(), out.starts.end());
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::uint32_t island = island_of(i);
-      if (island != none) out.items[next_[island]++] = static_cast<std::uint32_t>(i);
-    }
-  }
-
-  DisjointSets sets_;
-  std::vector<std::uint32_t> number_, next_;
-  Members bodies_, contacts_, blocks_, soft_;
-  std::vector<Island> islands_;
-};
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
-// === bristle/dynamics/contacts/passive_restitution.hpp
-
-/// @file
-/// Bounces of mechanisms that add no energy.
-///
-/// Newton's law of restitution is about normal velocities alone. A chain may be struck off its
-/// centre. Friction and joints may then do work. The impulses that reverse the normal velocity then
-/// leave more kinetic energy than before (Kane and Levinson, *Dynamics*, 1985, section 5.8).
-/// Without restitution they never do. Velocities are then a projection, in the metric of the
-/// masses. Impulses between the two solutions are allowed. The impulses of contacts are a convex
-/// set. The last of them that adds no energy is taken.
-// SPDX-License-Identifier: BSD-3-Clause
-
 // === bristle/dynamics/contacts/saved_impulses.hpp
 
 /// @file
@@ -28016,56 +29244,6 @@ class SavedImpulses {
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
-
-// === bristle/dynamics/solver/island_energy.hpp
-
-/// @file
-/// Kinetic energy of an island, as solved and for comparison.
-// SPDX-License-Identifier: BSD-3-Clause
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// [J] Twice the kinetic energy of an island's bodies.
-template <Scalar S>
-struct IslandEnergy {
-  /// With the solved velocities.
-  S found = S(0);
-  /// At the start of the step, and at its end in free motion.
-  S start = S(0);
-  S free = S(0);
-};
-
-/// [kg m^2/s^2] Product of two motions of a body in the metric of its mass.
-template <Scalar S>
-[[nodiscard]] S mass_product(const SolverBody<S>& body, const Twist<S>& u, const Twist<S>& v) {
-  return body.mass * u.linear.dot(v.linear) + u.angular.dot(body.inertia * v.angular);
-}
-
-/// Computes the energies of an island.
-template <Scalar S>
-[[nodiscard]] IslandEnergy<S> energy_of(const Island& island,
-                                        std::span<const SolverBody<S>> bodies) {
-  IslandEnergy<S> sum;
-  for (const std::uint32_t slot : island.bodies) {
-    const SolverBody<S>& body = bodies[slot];
-    sum.found += mass_product(body, body.twist, body.twist);
-    sum.start += mass_product(body, body.start, body.start);
-    sum.free += mass_product(body, body.free, body.free);
-  }
-  return sum;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
-// === bristle/dynamics/solver/island_solver.hpp
-
-/// @file
-/// Velocities and displacements of one island, with a choice of solvers.
-///
-/// Resting and sliding islands take one sweep of sequential impulses. The proximal solver takes
-/// over where sweeps converge so slowly that factorisations are cheaper. It also solves every small
-/// island with sensors, joints or only new contacts. These need their load spread evenly.
-// SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/dynamics/solver/derivative_watch.hpp
 
@@ -28142,6 +29320,46 @@ class DerivativeWatch {
   std::size_t at_ = 0;
   bool is_first_ = true;
 };
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+// === bristle/dynamics/solver/island_energy.hpp
+
+/// @file
+/// Kinetic energy of an island, as solved and for comparison.
+// SPDX-License-Identifier: BSD-3-Clause
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// [J] Twice the kinetic energy of an island's bodies.
+template <Scalar S>
+struct IslandEnergy {
+  /// With the solved velocities.
+  S found = S(0);
+  /// At the start of the step, and at its end in free motion.
+  S start = S(0);
+  S free = S(0);
+};
+
+/// [kg m^2/s^2] Product of two motions of a body in the metric of its mass.
+template <Scalar S>
+[[nodiscard]] S mass_product(const SolverBody<S>& body, const Twist<S>& u, const Twist<S>& v) {
+  return body.mass * u.linear.dot(v.linear) + u.angular.dot(body.inertia * v.angular);
+}
+
+/// Computes the energies of an island.
+template <Scalar S>
+[[nodiscard]] IslandEnergy<S> energy_of(const Island& island,
+                                        std::span<const SolverBody<S>> bodies) {
+  IslandEnergy<S> sum;
+  for (const std::uint32_t slot : island.bodies) {
+    const SolverBody<S>& body = bodies[slot];
+    sum.found += mass_product(body, body.twist, body.twist);
+    sum.start += mass_product(body, body.start, body.start);
+    sum.free += mass_product(body, body.free, body.free);
+  }
+  return sum;
+}
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
@@ -28687,7 +29905,7 @@ class IslandRows {
       jacobian[i] = body.is_locked(axis) ? Real(0) : Real(linear[axis]);
       jacobian[i + 3] = body.is_locked(axis + 3) ? Real(0) : Real(angular[axis]);
     }
-    row.response += Real(linear.dot(body.inverse_mass.cwiseProduct(linear)) +
+    row.response += Real(linear.dot(cwise_product(body.inverse_mass, linear)) +
                          angular.dot(body.inverse_inertia * angular));
     return unknown_[slot];
   }
@@ -28975,7 +30193,9 @@ void ProximalSolver<S>::add_soft(const SoftBlock<S>& soft, std::span<const Solve
   const auto motion_of_body = [&](std::uint32_t slot, const Vec3<S>& arm, Real sign) {
     Matrix G = sign * shift_matrix<Real>(arm.template cast<Real>());
     for (Eigen::Index axis = 0; axis < 6; ++axis) {
-      if (rows_.unknown(slot) != rows_.none && bodies[slot].is_locked(axis)) G.col(axis).setZero();
+      if (rows_.unknown(slot) != rows_.none && bodies[slot].is_locked(axis)) {
+        set_column(G, axis, Vec6<Real>::Zero());
+      }
     }
     return G;
   };
@@ -29813,9 +31033,9 @@ struct ManifoldMobility {
   void add(const Mat3<S>& J, const Vec3<S>& r) {
     angular += J;
     Mat3<S> by;
-    by.col(0) = r[2] * J.col(1) - r[1] * J.col(2);
-    by.col(1) = r[0] * J.col(2) - r[2] * J.col(0);
-    by.col(2) = r[1] * J.col(0) - r[0] * J.col(1);
+    set_column(by, 0, r[2] * J.col(1) - r[1] * J.col(2));
+    set_column(by, 1, r[0] * J.col(2) - r[2] * J.col(0));
+    set_column(by, 2, r[1] * J.col(0) - r[0] * J.col(1));
     turn += by;
     linear.nn += r[2] * by(1, 0) - r[1] * by(2, 0);
     linear.n1 += r[0] * by(2, 0) - r[2] * by(0, 0);
@@ -30637,19 +31857,17 @@ class SequentialSolver {
     RowMajor6 W = mobility(a.inverse_mass, a.inverse_inertia, soft.arm_a) +
                   mobility(b.inverse_mass, b.inverse_inertia, soft.arm_b);
     if (!factor_cholesky(W.data(), 6)) return Mat6<S>::Zero();
-    RowMajor6 inverse;  // Row i holds W^-1 e_i; symmetric.
+    RowMajor6 inverse = RowMajor6::Identity();  // Row i will hold W^-1 e_i; symmetric.
     for (int i = 0; i < 6; ++i) {
-      inverse.row(i).setZero();
-      inverse(i, i) = S(1);
-      solve_lower(W.data(), 6, inverse.row(i).data(), static_cast<std::size_t>(i));
-      solve_upper(W.data(), 6, inverse.row(i).data());
+      solve_lower(W.data(), 6, &inverse(i, 0), static_cast<std::size_t>(i));
+      solve_upper(W.data(), 6, &inverse(i, 0));
     }
     RowMajor6 sum = inverse + soft.matrix;
     if (!factor_cholesky(sum.data(), 6)) return Mat6<S>::Zero();
     RowMajor6 gain = inverse;  // Row i becomes sum^-1 (W^-1 e_i), which is row i of W^-1 sum^-1.
     for (int i = 0; i < 6; ++i) {
-      solve_lower(sum.data(), 6, gain.row(i).data());
-      solve_upper(sum.data(), 6, gain.row(i).data());
+      solve_lower(sum.data(), 6, &gain(i, 0));
+      solve_upper(sum.data(), 6, &gain(i, 0));
     }
     return gain;
   }
@@ -30662,7 +31880,7 @@ class SequentialSolver {
     soft.impulse += change;
     apply_soft(soft, change, a, b);
     soft.motion = relative_motion(soft, a.twist, b.twist);
-    return (soft.motion - u).template head<3>().norm();
+    return first_half<S>(soft.motion - u).norm();
   }
 
   S sweep_block(Constraints<S>& constraints, std::uint32_t index, std::size_t k,
@@ -31244,6 +32462,1372 @@ class IslandSolver {
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Constrains the bodies of joints, and moves the mechanisms, one island at a time.
+template <Scalar S, typename Backend>
+class MechanismStage final : public JointStage<S, Backend> {
+ public:
+  using State = WorldState<S, Backend>;
+
+  void add_constraints(State& state) override {
+    begin_step(state);
+    for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
+      if (!is_awake_joint(state, i)) continue;
+      Joint<S>& joint = state.joints.at(i);
+      add_joint_rows(joint, i, state.bodies.at(joint.def.body_a.index),
+                     state.bodies.at(joint.def.body_b.index), state.def.time_step,
+                     state.constraints);
+      const JointGap<S> gap = joint_gap(joint, state.constraints);
+      state.report.joint_gap = std::max(state.report.joint_gap, gap.distance);
+      state.report.joint_tilt = std::max(state.report.joint_tilt, gap.angle);
+    }
+  }
+
+  bool follow(State& state, const Island& island, const SolveContext<S>& context) override {
+    return applies_to(state, island, context) && advance(state, island);
+  }
+
+  /// Rows that follow their mechanism are at their instants already.
+  void time_rows(State& state, const Island& island, const SolveContext<S>& context) override {
+    if (IslandSolver<S>::is_large(context)) return;
+    for (const std::uint32_t i : island.blocks) {
+      const ConstraintBlock<S>& block = state.constraints.blocks[i];
+      if (block.kind != BlockKind::equality || state.solver_bodies[block.body_a].follows_joints ||
+          state.solver_bodies[block.body_b].follows_joints) {
+        continue;
+      }
+      time_joint_rows(state.joints.at(block.joint), state.bodies.at(block.body_a),
+                      state.bodies.at(block.body_b), context.integrator, context.dt,
+                      state.constraints);
+    }
+  }
+
+  void close_wide_gaps(State& state, const Island& island) override {
+    if (!has_far_turns(state, island)) return;
+    find_groups(state, island);
+    for (const std::uint32_t slot : island.bodies) {
+      if (parent_[slot] == slot && gather(state, island, slot)) close_wide_gaps(state);
+    }
+  }
+
+  void move(Body<S>& body, const SolverBody<S>& solved, std::uint32_t slot, S dt) const override {
+    const Twist<S> rest = solved.motion - solved.mean_free;
+    body.center_pose = end_poses_[slot];
+    body.center_pose.translation += dt * rest.linear;
+    if (rest.angular != Vec3<S>::Zero()) {
+      body.center_pose.rotation = step_rotation(body.center_pose.rotation, rest.angular, dt);
+    }
+  }
+
+  void store_impulses(State& state) const override {
+    for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
+      if (!is_awake_joint(state, i)) continue;
+      store_joint_impulses(state.joints.at(i), state.constraints);
+      if (has_mechanism_) state.joints.at(i).total += joint_impulses_[i];
+    }
+  }
+
+  void follow_angles(State& state) const override {
+    for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
+      if (!is_awake_joint(state, i)) continue;
+      Joint<S>& joint = state.joints.at(i);
+      if (!has_angle(joint.def.kind)) continue;
+      const std::uint32_t a = joint.def.body_a.index;
+      const std::uint32_t b = joint.def.body_b.index;
+      const Body<S>& body_a = state.bodies.at(a);
+      const Body<S>& body_b = state.bodies.at(b);
+      joint.angle =
+          tracked_position(joint, joint_pose(joint, body_a.center_pose, body_b.center_pose),
+                           {state.solver_bodies[a].start, body_a.twist},
+                           {state.solver_bodies[b].start, body_b.twist}, state.def.time_step);
+    }
+  }
+
+ private:
+  static constexpr std::uint32_t none = 0xffffffffu;
+
+  [[nodiscard]] static bool is_awake_joint(const State& state, std::uint32_t index) {
+    if (!state.joints.is_live(index)) return false;
+    const JointDef<S>& def = state.joints.at(index).def;
+    return !state.bodies.at(def.body_a.index).is_asleep() &&
+           !state.bodies.at(def.body_b.index).is_asleep();
+  }
+
+  /// Clears the mechanisms of the last step.
+  void begin_step(const State& state) {
+    has_mechanism_ = false;
+    if (state.joints.size() == 0) return;
+    end_poses_.resize(std::max<std::size_t>(end_poses_.size(), state.bodies.slot_count()));
+    parent_.resize(std::max<std::size_t>(parent_.size(), state.bodies.slot_count()));
+    local_.resize(std::max<std::size_t>(local_.size(), state.bodies.slot_count()), none);
+    joint_impulses_.assign(state.joints.slot_count(), Wrench<S>{});
+  }
+
+  /// Returns whether an island has a mechanism whose motion may be integrated. Motors and active
+  /// limits rule it out: they are decisions of a step, not forces. So do springs that are stiff for
+  /// the step, and sensors, whose law is integrated with symplectic Euler. Inactive limits are
+  /// harmless unless contacts may push there.
+  [[nodiscard]] static bool applies_to(const State& state, const Island& island,
+                                       const SolveContext<S>& context) {
+    if (island.blocks.empty() || state.def.integrator != Integrator::trapezoidal) return false;
+    bool has_limits = false;
+    std::size_t springs = 0;
+    for (const std::uint32_t i : island.blocks) {
+      const ConstraintBlock<S>& block = state.constraints.blocks[i];
+      if (block.kind == BlockKind::equality) {
+        const Joint<S>& joint = state.joints.at(block.joint);
+        springs += joint.is_sprung && joint.is_resolved ? 1u : 0u;
+        continue;
+      }
+      const ConstraintRow<S>& row = state.constraints.rows[block.first];
+      const bool is_free =
+          block.kind == BlockKind::limit && row.impulse == S(0) && row.error > S(0);
+      if (!is_free) return false;
+      has_limits = true;
+    }
+    if (springs != island.soft.size()) return false;  // The others are stiff springs or patches.
+    if (!island.contacts.empty() && (has_limits || IslandSolver<S>::is_large(context)))
+      return false;
+    return std::none_of(island.bodies.begin(), island.bodies.end(),
+                        [&](std::uint32_t slot) { return state.solver_bodies[slot].is_sensed; });
+  }
+
+  /// Integrates the mechanisms of an island. Sets the free velocities and displacements of its
+  /// bodies, and turns the rows of its joints to their end poses.
+  /// @return False when that failed or passed a limit: the island is then as before.
+  bool advance(State& state, const Island& island) {
+    find_groups(state, island);
+    saved_.clear();
+    for (const std::uint32_t slot : island.bodies) saved_.push_back(state.solver_bodies[slot]);
+    if (!advance_groups(state, island) || !keeps_limits(state, island)) {
+      for (std::size_t k = 0; k < saved_.size(); ++k) {
+        state.solver_bodies[island.bodies[k]] = saved_[k];
+      }
+      for (const std::uint32_t i : island.blocks) {
+        joint_impulses_[state.constraints.blocks[i].joint] = {};
+      }
+      return false;
+    }
+    has_mechanism_ = true;
+    for (const std::uint32_t i : island.blocks) {
+      if (state.constraints.blocks[i].kind != BlockKind::equality) continue;
+      const Joint<S>& joint = state.joints.at(state.constraints.blocks[i].joint);
+      if (joint.is_sprung) state.constraints.soft[joint.soft_block].impulse.setZero();
+      const std::uint32_t a = joint.def.body_a.index;
+      const std::uint32_t b = joint.def.body_b.index;
+      turn_joint_rows(joint, end_pose(state, a), end_pose(state, b),
+                      state.solver_bodies[a].mean_free, state.solver_bodies[b].mean_free,
+                      state.def.time_step, state.constraints);
+      if (!island.contacts.empty()) continue;
+      for (std::uint32_t r = 0; r < state.constraints.blocks[i].count; ++r) {
+        state.constraints.rows[state.constraints.blocks[i].first + r].impulse = S(0);
+      }
+    }
+    return true;
+  }
+
+  /// Joins the bodies of each mechanism: `parent_` leads to the lowest index of its movable bodies.
+  /// Contacts join nothing here.
+  void find_groups(const State& state, const Island& island) {
+    for (const std::uint32_t slot : island.bodies) parent_[slot] = slot;
+    const auto root = [&](std::uint32_t slot) {
+      while (parent_[slot] != slot) slot = parent_[slot] = parent_[parent_[slot]];
+      return slot;
+    };
+    for (const std::uint32_t i : island.blocks) {
+      const ConstraintBlock<S>& block = state.constraints.blocks[i];
+      if (!state.solver_bodies[block.body_a].moves || !state.solver_bodies[block.body_b].moves) {
+        continue;
+      }
+      const std::uint32_t a = root(block.body_a);
+      const std::uint32_t b = root(block.body_b);
+      parent_[std::max(a, b)] = std::min(a, b);
+    }
+    for (const std::uint32_t slot : island.bodies) parent_[slot] = root(slot);
+  }
+
+  bool advance_groups(State& state, const Island& island) {
+    return std::all_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t slot) {
+      return parent_[slot] != slot || advance_group(state, island, slot);
+    });
+  }
+
+  /// Returns whether all joints stay within their limits.
+  [[nodiscard]] bool keeps_limits(const State& state, const Island& island) const {
+    return std::all_of(island.blocks.begin(), island.blocks.end(), [&](std::uint32_t i) {
+      const ConstraintBlock<S>& block = state.constraints.blocks[i];
+      if (block.kind != BlockKind::limit) return true;
+      const Joint<S>& joint = state.joints.at(block.joint);
+      const SolverBody<S>& a = state.solver_bodies[block.body_a];
+      const SolverBody<S>& b = state.solver_bodies[block.body_b];
+      const JointPose<S> pose =
+          joint_pose(joint, end_pose(state, block.body_a), end_pose(state, block.body_b));
+      const S position = tracked_position(joint, pose, {a.start, a.twist}, {b.start, b.twist},
+                                          state.def.time_step);
+      return is_within_limits(joint.def, pose, position);
+    });
+  }
+
+  /// Lists the bodies and joints of a group. False if it has no joints: a lone body that contacts
+  /// connect to a mechanism.
+  bool gather(const State& state, const Island& island, std::uint32_t group) {
+    bodies_.clear();
+    joints_.clear();
+    slots_.clear();
+    joint_slots_.clear();
+    const auto number = [&](std::uint32_t slot) {
+      if (local_[slot] == none) {
+        local_[slot] = static_cast<std::uint32_t>(slots_.size());
+        slots_.push_back(slot);
+        bodies_.push_back(mechanism_body(state.bodies.at(slot), state.def.gravity));
+      }
+      return local_[slot];
+    };
+    for (const std::uint32_t i : island.blocks) {
+      const ConstraintBlock<S>& block = state.constraints.blocks[i];
+      if (block.kind != BlockKind::equality) continue;
+      const bool is_a = state.solver_bodies[block.body_a].moves;
+      if (parent_[is_a ? block.body_a : block.body_b] != group) continue;
+      const Joint<S>& joint = state.joints.at(block.joint);
+      joints_.push_back({joint.def.kind, number(block.body_a), number(block.body_b), joint.X_CmA_J,
+                         joint.X_CmB_J, joint.def.spring, joint.angle});
+      joint_slots_.push_back(block.joint);
+    }
+    for (const std::uint32_t slot : slots_) local_[slot] = none;
+    return !joints_.empty();
+  }
+
+  bool advance_group(State& state, const Island& island, std::uint32_t group) {
+    if (!gather(state, island, group)) return true;
+    poses_.resize(bodies_.size());
+    twists_.resize(bodies_.size());
+    impulses_.resize(joints_.size());
+    if (!integrator_.advance(bodies_, joints_, state.def.time_step, poses_, twists_, impulses_)) {
+      return false;
+    }
+    state.report.mechanism_evaluations += static_cast<std::uint64_t>(integrator_.evaluations());
+    for (std::size_t k = 0; k < slots_.size(); ++k) write(state, slots_[k], k);
+    for (std::size_t k = 0; k < joint_slots_.size(); ++k) {
+      joint_impulses_[joint_slots_[k]] = impulses_[k];
+    }
+    return true;
+  }
+
+  void write(State& state, std::uint32_t slot, std::size_t k) {
+    SolverBody<S>& body = state.solver_bodies[slot];
+    if (!body.moves) return;
+    const Transform<S>& start = state.bodies.at(slot).center_pose;
+    const S dt = state.def.time_step;
+    body.free = body.twist = twists_[k];
+    body.mean_free = {(poses_[k].translation - start.translation) / dt,
+                          log_rotation<S>(poses_[k].rotation * start.rotation.conjugate()) / dt};
+    body.motion = body.mean_free;
+    body.follows_joints = true;
+    end_poses_[slot] = poses_[k];
+  }
+
+  /// Returns whether joints hold a body that turns far.
+  [[nodiscard]] static bool has_far_turns(const State& state, const Island& island) {
+    return !island.blocks.empty() &&
+           std::any_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t slot) {
+             const SolverBody<S>& body = state.solver_bodies[slot];
+             const Twist<S> solved =
+                 body.follows_joints ? body.motion - body.mean_free : body.motion;
+             return turns_far<S>(solved.angular, state.def.time_step);
+           });
+  }
+
+  /// Closes gaps of the gathered group at the end of the step, if they are wide.
+  void close_wide_gaps(State& state) {
+    for (std::size_t k = 0; k < slots_.size(); ++k) {
+      bodies_[k].center_pose = end_of_step(state, slots_[k]);
+    }
+    system_.set(bodies_, joints_);
+    system_.place();
+    const S wide = S(3e-2) * system_.size();
+    if (projection_.find_gaps(system_) <= wide) return;
+    // The next position correction closes the remaining gap.
+    if (!projection_.close_wide_gaps(system_, S(0.1) * wide)) return;
+    for (std::size_t k = 0; k < slots_.size(); ++k) {
+      SolverBody<S>& body = state.solver_bodies[slots_[k]];
+      if (!body.moves) continue;
+      // `move` takes the body there.
+      body.motion = body.mean_free;
+      body.follows_joints = true;
+      const auto& found = system_.nodes()[k].now;
+      end_poses_[slots_[k]] = {found.q.normalized(), found.x};
+    }
+  }
+
+  /// Pose of a body at the end of the step, by the solved motion.
+  [[nodiscard]] Transform<S> end_of_step(const State& state, std::uint32_t slot) const {
+    const SolverBody<S>& solved = state.solver_bodies[slot];
+    if (!solved.moves) return end_pose(state, slot);
+    Body<S> body = state.bodies.at(slot);
+    if (solved.follows_joints) {
+      move(body, solved, slot, state.def.time_step);
+    } else {
+      step_pose(body, solved.motion, state.def.time_step);
+    }
+    return body.center_pose;
+  }
+
+  /// Pose of a body after the smooth motion.
+  [[nodiscard]] Transform<S> end_pose(const State& state, std::uint32_t slot) const {
+    if (state.solver_bodies[slot].follows_joints) return end_poses_[slot];
+    Body<S> body = state.bodies.at(slot);
+    if (body.motion == Motion::kinematic) step_pose(body, body.twist, state.def.time_step);
+    return body.center_pose;
+  }
+
+  MechanismIntegrator<S> integrator_{};
+  JointSystem<S> system_;
+  JointProjection<S> projection_;
+  bool has_mechanism_ = false;
+  std::vector<Transform<S>> end_poses_;        // By body index, for integrated bodies.
+  std::vector<Wrench<S>> joint_impulses_;      // By joint index.
+  std::vector<std::uint32_t> parent_, local_;  // By body index.
+  std::vector<SolverBody<S>> saved_;
+  std::vector<MechanismBody<S>> bodies_;
+  std::vector<MechanismJoint<S>> joints_;
+  std::vector<std::uint32_t> slots_, joint_slots_;
+  std::vector<Transform<S>> poses_;
+  std::vector<Twist<S>> twists_;
+  std::vector<Wrench<S>> impulses_;
+};
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+// === bristle/world/stepper.hpp
+
+/// @file
+/// One step of a world: its stages in order.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/world/contact_stage.hpp
+
+/// @file
+/// First stage of a step: broad phase and contacts.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <functional>
+#include <span>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Moves the boxes of all shapes and finds the pairs that may touch. Queries the backend for their
+/// contacts. Turns contacts between steps into rows.
+template <Scalar S, typename Backend>
+class ContactStage {
+ public:
+  using State = WorldState<S, Backend>;
+
+  /// Updates the broad phase and the contact cache.
+  void find_contacts(State& state) {
+    sweep_boxes(state);
+    pairs_.clear();
+    state.contacts.begin_step(state.def.time_step);
+    const auto may_touch = [&](std::uint32_t a, std::uint32_t b) {
+      if (is_dormant(state, {a, b}) || !detail::may_touch(state, a, b)) return false;
+      if (!state.broad_phase.is_loose(a) && !state.broad_phase.is_loose(b)) return true;
+      refine(state, a);
+      refine(state, b);
+      return state.broad_phase.swept(a).overlaps(state.broad_phase.swept(b)) &&
+             detail::may_touch(state, a, b);
+    };
+    state.broad_phase.find_pairs(moving_, may_touch, pairs_, state.report.pairs_tested);
+    collide_pairs(state);
+    add_contacts(state);
+  }
+
+  /// Adds the constraints of all contacts.
+  void add_constraints(State& state) const {
+    for (const CachedManifold<S>& m : state.contacts.manifolds()) {
+      if (m.is_persisted) continue;
+      const Collider<S, Backend>& a = state.colliders.at(m.shapes.a);
+      const Collider<S, Backend>& b = state.colliders.at(m.shapes.b);
+      detail::add_contacts(m, state.contacts.points(), combined(a.material, b.material),
+                           a.body.index, b.body.index, state.constraints);
+    }
+  }
+
+  /// Moves the boxes of shapes that impulses took out of their swept boxes, so that queries between
+  /// steps find them.
+  void settle_boxes(State& state) const {
+    using std::sqrt;
+    for (std::size_t k = 0; k < moving_.size(); ++k) {
+      const std::uint32_t i = moving_[k];
+      const Collider<S, Backend>& c = state.colliders.at(i);
+      const Start& start = starts_[k];
+      const Transform<S>& end = state.body_of(c).center_pose;
+      const S turn2 = (end.rotation.coeffs() - start.center_pose.rotation.coeffs()).squaredNorm();
+      const S shift2 = (end.translation - start.center_pose.translation).squaredNorm();
+      // A point at the distance r moves by 2 r sin(angle / 2), and unit quaternions by 2 sin(angle
+      // / 4).
+      const S turn = S(2) * c.radius * sqrt(turn2);
+      if (state.broad_phase.settle(i, end.translation, sqrt(shift2), turn, start.reach)) continue;
+      const Aabb<S> box = box_of(state, c);
+      if (!state.broad_phase.swept(i).contains(box)) state.broad_phase.move(i, box);
+    }
+  }
+
+  /// Stores the solved impulses in the contact cache.
+  void store_impulses(State& state) const {
+    std::vector<CachedPoint<S>>& points = state.contacts.points();
+    std::size_t contact = 0;
+    for (const CachedManifold<S>& m : state.contacts.manifolds()) {
+      if (m.is_persisted) continue;
+      for (std::uint32_t i = m.first; i < m.first + m.count; ++i) {
+        const ContactConstraint<S>& c = state.constraints.contacts[contact++];
+        points[i].impulse = c.impulse;
+        points[i].transient_impulse = c.transient_impulse;
+        points[i].took_impact = c.is_impact;
+      }
+    }
+  }
+
+ private:
+  // A pair costs a microsecond, waking a thread several. So a chunk is work worth taking. A few
+  // chunks finish before a thread wakes.
+  static constexpr std::size_t chunk_size = 16;
+  static constexpr std::size_t fewest_shared_pairs = 64;
+
+  /// Result for a pair: manifolds in its chunk's buffer.
+  struct Found {
+    std::uint32_t first = 0;
+    std::uint32_t count = 0;
+    bool has_failed = false;
+  };
+
+  /// Start pose of a moving shape, and the margin of its swept box.
+  struct Start {
+    Transform<S> center_pose;
+    S reach = S(0);
+  };
+
+  /// Computes the swept box of a loose shape.
+  static void refine(State& state, std::uint32_t tag) {
+    if (!state.broad_phase.is_loose(tag)) return;
+    state.broad_phase.refine(tag, swept_box(state, state.colliders.at(tag)));
+  }
+
+  void sweep_boxes(State& state) {
+    moving_.clear();
+    starts_.clear();
+    for (std::uint32_t i = 0; i < state.colliders.slot_count(); ++i) {
+      if (!state.colliders.is_live(i)) continue;
+      const Collider<S, Backend>& c = state.colliders.at(i);
+      // Forces do not move the bodies of half-spaces. Half-spaces are always listed.
+      const Body<S>& body = state.body_of(c);
+      if (body.motion == Motion::fixed || c.half_space || body.is_asleep()) continue;
+      const S reach = reach_of(state, c, c);
+      const Vec3<S>& center = body.center_pose.translation;
+      if (!state.broad_phase.stays(i, reach, center)) {
+        state.broad_phase.move(i, box_of(state, c).inflated(reach), reach, center);
+      }
+      // Moving shapes find the shapes at rest.
+      if (!state.is_active(c.body.index)) continue;
+      moving_.push_back(i);
+      starts_.push_back({body.center_pose, reach});
+    }
+  }
+
+  /// Returns whether two shapes skip each other in this step because one of them sleeps on.
+  [[nodiscard]] static bool is_dormant(const State& state, const ShapePair& pair) {
+    return state.body_of(state.colliders.at(pair.a)).is_asleep() ||
+           state.body_of(state.colliders.at(pair.b)).is_asleep();
+  }
+
+  /// Queries the backend for all pairs, in chunks. Chunks are the same for any number of threads
+  /// and write to buffers of their own.
+  void collide_pairs(State& state) {
+    const std::size_t chunks = (pairs_.size() + chunk_size - 1) / chunk_size;
+    found_.resize(pairs_.size());
+    if (buffers_.size() < chunks) buffers_.resize(chunks);
+    for (std::size_t i = 0; i < chunks; ++i) {
+      buffers_[i].clear();
+      // Reserve the largest size so far: the pairs of a chunk change, which must not allocate.
+      buffers_[i].reserve(most_manifolds_);
+    }
+    const auto task = [this, &state](std::size_t chunk) {
+      const std::size_t end = std::min(pairs_.size(), (chunk + 1) * chunk_size);
+      for (std::size_t i = chunk * chunk_size; i < end; ++i) {
+        found_[i] = collide(state, pairs_[i], buffers_[chunk]);
+      }
+    };
+    if (pairs_.size() < fewest_shared_pairs) {
+      for (std::size_t i = 0; i < chunks; ++i) task(i);
+    } else {
+      state.def.parallel_for(chunks, std::cref(task));
+    }
+    for (std::size_t i = 0; i < chunks; ++i) {
+      most_manifolds_ = std::max(most_manifolds_, buffers_[i].size());
+    }
+  }
+
+  [[nodiscard]] static Found collide(const State& state, const ShapePair& pair,
+                                     ContactManifolds<S>& out) {
+    Found found;
+    found.first = static_cast<std::uint32_t>(out.size());
+    found.has_failed = collide_pair(state, pair, out) != ContactStatus::ok;
+    if (found.has_failed) out.resize(found.first);
+    found.count = static_cast<std::uint32_t>(out.size()) - found.first;
+    return found;
+  }
+
+  /// Puts the backend's contacts into the cache, in the order of the pairs.
+  void add_contacts(State& state) {
+    state.report.pairs_collided += pairs_.size();
+    // Contacts of sleeping bodies persist, in their position.
+    const bool has_sleepers = state.sleeping_bodies > 0;
+    const auto stays = [&](const ShapePair& pair) { return is_dormant(state, pair); };
+    for (std::size_t i = 0; i < pairs_.size(); ++i) {
+      if (found_[i].has_failed) ++state.report.backend_failures;
+      if (found_[i].count == 0) continue;
+      if (has_sleepers) state.contacts.persist_before(pairs_[i], stays);
+      const Collider<S, Backend>& a = state.colliders.at(pairs_[i].a);
+      const Transform<S>& X_WA = state.body_of(a).center_pose;
+      const Transform<S>& X_WB = state.body_of(state.colliders.at(pairs_[i].b)).center_pose;
+      state.contacts.add(
+          pairs_[i], std::span(buffers_[i / chunk_size]).subspan(found_[i].first, found_[i].count),
+          {a.is_centered ? X_WA.rotation_matrix()
+                         : (X_WA.rotation * a.X_CmS.rotation).toRotationMatrix(),
+           a.is_centered ? Vec3<S>::Zero() : X_WA.rotate(a.X_CmS.translation),
+           X_WB.translation - X_WA.translation, X_WA.translation});
+    }
+    if (has_sleepers) state.contacts.persist_before({~0u, ~0u}, stays);
+    for (const CachedManifold<S>& m : state.contacts.manifolds()) {
+      state.report.contact_points += m.is_persisted ? 0 : m.count;
+    }
+  }
+
+  std::vector<std::uint32_t> moving_;
+  std::vector<Start> starts_;  // One for each of them.
+  std::vector<ShapePair> pairs_;
+  std::vector<Found> found_;
+  std::vector<ContactManifolds<S>> buffers_;
+  std::size_t most_manifolds_ = chunk_size;
+};
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+// === bristle/world/sensor_stage.hpp
+
+/// @file
+/// Second stage of a step: hits of the sensors, and their forces or soft blocks.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/sensors/patch_explicit.hpp
+
+/// @file
+/// The explicit patch, and the choice between explicit and implicit.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/sensors/ambf_law.hpp
+
+/// @file
+/// The law as the paper's own simulator (AMBF) computes it, for comparison with the paper's law.
+///
+/// It follows AMBF's source, 2019 to 2024. K_D multiplies a difference that is always zero.
+/// Stretches and sliding speeds below 1e-4 (SI units) enter as their cubes. A bristle beyond
+/// sigma_a gives no friction then. The next step anchors it anew, again without friction. Sliding
+/// is projected on B's surface, not on the sensor's plane, and grows with the normal force. Two
+/// features are left out. One is a spring-rate term (0.1 N/m by default, absent from the paper).
+/// The other is the one-step lag of its ray origins.
+// SPDX-License-Identifier: BSD-3-Clause
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// [m] and [m/s] Below this size AMBF multiplies by a vector that it has not normalised.
+template <Scalar S>
+inline constexpr S ambf_dead_zone = S(1e-4);
+
+/// AMBF's projection of a tangential vector: `a` itself above the dead zone, |a|^2 a within it.
+template <Scalar S>
+[[nodiscard]] Vec3<S> ambf_projected(const Vec3<S>& a) {
+  const S size2 = a.squaredNorm();
+  return size2 > ambf_dead_zone<S> * ambf_dead_zone<S> ? a : Vec3<S>(size2 * a);
+}
+
+/// Force of one sensor on B under AMBF's law, and the bristle's next state.
+///
+/// @param m  [1] Outward unit normal of B at the hit.
+/// @param[in,out] is_anchored  True if the bristle is anchored; cleared when it lets go.
+/// @param[out] did_slip      True if the bristle let go in this step.
+template <Scalar S>
+[[nodiscard]] SensorForce<S> ambf_sensor_force(const SensorParameters<S>& p,
+                                               FrictionScaling scaling, const SensorContact<S>& c,
+                                               const Vec3<S>& m, const PairPose<S>& pair,
+                                               const Vec3<S>& r_A, Anchor<S>& anchor,
+                                               bool& is_anchored, bool& did_slip) {
+  SensorForce<S> f;
+  did_slip = false;
+  f.normal = p.normal_stiffness * c.depth;
+  f.normal_vector = f.normal * c.n;
+  const S weight = scaling == FrictionScaling::normal_force ? f.normal : S(1);
+  if (is_anchored) {
+    const Vec3<S> stretch = ambf_projected<S>(anchor_stretch(anchor, pair, c.n));
+    const S size2 = stretch.squaredNorm();
+    if (size2 > S(0) && size2 <= p.breakaway_distance * p.breakaway_distance) {
+      f.shear = (p.static_friction * weight) * stretch;
+    } else {
+      is_anchored = false;
+      did_slip = size2 > S(0);
+    }
+  } else {
+    anchor = anchored<S>(pair, r_A, Vec3<S>::Zero());
+    is_anchored = true;
+  }
+  f.shear += (p.sliding_friction * weight) * ambf_projected<S>(tangential<S>(c.v, m));
+  return f;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Measures a pair before the step. Sets Lambda and the weights of the implicit scheme from the
+/// sums over its contacts in `PatchPair::stiffness`.
+///
+/// Lambda = max over tangential and normal of w sum s + w_rot sum s |rho|^2. The sums run over the
+/// sensors that are in contact or can be within the step, with s = dt^2 k_t + 2 dt mu_V or (dt^2
+/// K_N + 2 dt K_D) / L. w and w_rot are thirds of the traces of the mobility's linear and angular
+/// parts. Symplectic Euler is stable below 4 for one mode (docs/sensors.md). 0.5 leaves room for
+/// traces that one axis dominates. Lambda is zero where nothing can move.
+template <Scalar S>
+void measure_pair(const SensorPatch<S>& patch, PatchPair<S>& pair, const SolverBody<S>& a,
+                  const SolverBody<S>& b, S dt);
+
+/// Evaluates every contact of a pair at the start of the step, under the law of the patch. Returns
+/// the stored sum if the impulses were applied with the contacts.
+/// @param parallel_for  Shares the contacts of a large patch; the impulses are the same bits.
+/// @return [N s, N m s] The sum of the impulses on B about c.
+template <Scalar S>
+Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt,
+                            const ParallelFor& parallel_for = serial_for);
+
+// Implementation ----------------------------------------------------------------------------------
+
+template <Scalar S>
+void measure_pair(const SensorPatch<S>& patch, PatchPair<S>& pair, const SolverBody<S>& a,
+                  const SolverBody<S>& b, S dt) {
+  using std::max;
+  const Mat6<S> W = mobility(a.inverse_mass, a.inverse_inertia, pair.arm_a) +
+                    mobility(b.inverse_mass, b.inverse_inertia, pair.arm_b);
+  const S w = quarter<0, 0, S>(W).trace() / S(3);
+  const S w_rot = quarter<3, 3, S>(W).trace() / S(3);
+  const PairStiffness<S>& k = pair.stiffness;
+  // Shifts the moments from the patch's middle to c.
+  const Vec3<S> shift = pair.center - patch.box.center();
+  const S tangential_moment = k.tangential_second - S(2) * shift.dot(k.tangential_first) +
+                              shift.squaredNorm() * k.tangential;
+  const S normal_moment =
+      k.normal_second - S(2) * shift.dot(k.normal_first) + shift.squaredNorm() * k.normal;
+  pair.lambda =
+      max(w * k.tangential + w_rot * tangential_moment, w * k.normal + w_rot * normal_moment);
+  set_scheme(pair, k.bristle_sum, k.viscous_sum, w, dt);
+}
+
+/// `explicit_impulses` under AMBF's law, one sensor after the other.
+template <Scalar S>
+Wrench<S> ambf_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt) {
+  Wrench<S> sum;
+  for (ContactPacket<S>& packet : contacts_of(patch, pair)) {
+    SensorPacket<S>& sensors = patch.packets[packet.packet];
+    packet.is_slipping = 0;
+    for (std::size_t i = 0; i < packet_size; ++i) {
+      const LaneBits bit = static_cast<LaneBits>(1u << i);
+      packet.impulse.set(i, Vec3<S>::Zero());
+      packet.normal_impulse[i] = S(0);
+      if ((packet.is_touching & bit) == 0) continue;
+      const auto [n, g, point, depth, inverse_length] =
+          touch_of(patch, packet.packet * packet_size + i);
+      const SensorContact<S> contact{depth, inverse_length, n, g, pair.start_motion.at(point)};
+      Anchor<S> anchor{sensors.anchor_a[i], sensors.anchor_b[i]};
+      bool is_anchored =
+          (sensors.is_anchored & bit) != 0 && sensors.anchored_on[i] == anchor_key(id_b);
+      bool did_slip = false;
+      const SensorForce<S> force = ambf_sensor_force<S>(
+          patch.parameters(packet.packet * packet_size + i), patch.def.options.scaling, contact,
+          g.normalized() * S(-1), pair.pose, point, anchor, is_anchored, did_slip);
+      sensors.anchor_a.set(i, anchor.q_A);
+      sensors.anchor_b.set(i, anchor.q_B);
+      sensors.anchored_on.set(bit, anchor_key(id_b), (sensors.is_anchored & ~bit) != 0);
+      sensors.is_anchored = static_cast<LaneBits>(is_anchored ? sensors.is_anchored | bit
+                                                              : sensors.is_anchored & ~bit);
+      if (did_slip) packet.is_slipping = static_cast<LaneBits>(packet.is_slipping | bit);
+      packet.normal_impulse[i] = dt * force.normal;
+      packet.impulse.set(i, dt * force.total());
+      sum += Wrench<S>::at(point - pair.center, packet.impulse[i]);
+    }
+  }
+  return {pair.R_WA * sum.force, pair.R_WA * sum.torque};
+}
+
+/// Impulses of some contacts at the start of the step, under the paper's law.
+template <Scalar S>
+void apply_at_start(SensorPatch<S>& patch, const PatchPair<S>& pair,
+                    std::span<ContactPacket<S>> packets, const LaneParameters<S>& parameters, S dt,
+                    LaneWrench<S>& total) {
+  const LawOptions options = patch.def.options;
+  const LaneMotion<S> start(pair.start_motion.linear, pair.start_motion.angular);
+  const Pack3<S> center = Pack3<S>::all(pair.center);
+  LaneWrench<S> sum;
+  SensorParameters<Pack<S>> scratch;
+  for (ContactPacket<S>& packet : packets) {
+    for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
+      if (pack_bits<S>(packet.is_met, at) == 0) continue;
+      const TouchPack<S> touch(patch, patch.packets[packet.packet], packet.packet, at,
+                               packet.is_met, false);
+      const SensorContact<Pack<S>> contact{touch.depth, touch.inverse_length, touch.n, touch.g,
+                                           start.at(touch.point)};
+      apply_impulses<S>(packet, at, parameters(packet.packet, at, scratch), options, contact,
+                        load_pack(packet.stretch, at), touch.point - center,
+                        load_mask<S>(packet.is_touching, at), dt, sum.force, sum.torque);
+    }
+  }
+  total = sum;
+}
+
+/// `explicit_impulses` under the paper's law.
+template <Scalar S>
+Wrench<S> paper_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, S dt,
+                         const ParallelFor& parallel_for) {
+  using Sum = LaneWrench<S>;
+  const LaneParameters<S> parameters(patch.def);
+  return sum_of_contacts<Sum>(contacts_of(patch, pair), parallel_for,
+                              [&](std::span<ContactPacket<S>> packets, Sum& part) {
+                                apply_at_start<S>(patch, pair, packets, parameters, dt, part);
+                              })
+      .in_world(pair);
+}
+
+template <Scalar S>
+Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt,
+                            const ParallelFor& parallel_for) {
+  if (pair.is_applied) {
+    return {pair.R_WA * pair.given.force, pair.R_WA * pair.given.torque};
+  }
+  return patch.def.options.law == Law::ambf ? ambf_impulses(patch, pair, id_b, dt)
+                                            : paper_impulses(patch, pair, dt, parallel_for);
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+#include <algorithm>
+#include <functional>
+#include <utility>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Senses with every patch. Then chooses explicit or implicit for each touched body.
+template <Scalar S, typename Backend>
+class SensorStage {
+ public:
+  using State = WorldState<S, Backend>;
+
+  /// Patch and pair of a soft block.
+  struct SoftOwner {
+    std::uint32_t patch = 0;
+    std::uint32_t pair = 0;
+  };
+
+  /// Casts the rays of all patches with a body in range and makes their contacts.
+  void sense(State& state) {
+    live_.clear();
+    for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
+      if (state.is_sensing(i)) live_.push_back(i);
+    }
+    scratch_.resize(std::max(scratch_.size(), live_.size()));
+    const bool shares = asks_ranges<Backend> && !is_serial(state.def.parallel_for);
+    // Patches write only to themselves and their scratch.
+    const auto task = [this, &state, shares](std::size_t k) {
+      sense_patch(state, live_[k], scratch_[k], shares);
+    };
+    // A sensor costs ten nanoseconds, waking a thread microseconds.
+    constexpr std::size_t fewest_shared_sensors = 256;
+    std::size_t sensors = 0;
+    measures_lambda_ = false;
+    for (const std::uint32_t i : live_) {
+      sensors += state.patches.at(i).size();
+      measures_lambda_ =
+          measures_lambda_ || state.patches.at(i).def.integration == Integration::automatic;
+    }
+    if (live_.size() > 1 && sensors >= fewest_shared_sensors) {
+      state.def.parallel_for(live_.size(), std::cref(task));
+    } else {
+      for (std::size_t k = 0; k < live_.size(); ++k) task(k);
+    }
+    if (shares) sense_shared(state);
+    state.report.patches = state.patches.size();
+    std::size_t awake = 0;
+    for (std::size_t k = 0; k < live_.size(); ++k) {
+      const bool is_skipped = scratch_[k].candidates.empty() || scratch_[k].is_dormant;
+      state.report.patches_near += is_skipped ? 0u : 1u;
+      state.report.rays_cast += scratch_[k].rays_cast;
+      const std::size_t asked = is_skipped ? 0 : scratch_[k].sensors_asked;
+      state.report.sensors_skipped += state.patches.at(live_[k]).size() - asked;
+      // From here on only sensed patches are listed.
+      if (scratch_[k].is_dormant) continue;
+      std::swap(scratch_[awake], scratch_[k]);
+      live_[awake++] = live_[k];
+    }
+    live_.resize(awake);
+  }
+
+  /// Finds the shapes that the rays of a patch may meet within the step. Their tags are sorted.
+  void find_near(const State& state, const SensorPatch<S>& patch,
+                 std::vector<std::uint32_t>& out) const;
+
+  /// Calls visit(patch, tags) for each sensed patch, with the shapes in its range.
+  template <typename Visit>
+  void for_each_near(Visit&& visit) const {
+    for (std::size_t k = 0; k < live_.size(); ++k) visit(live_[k], scratch_[k].candidates);
+  }
+
+  /// Applies the impulses of explicit pairs to bodies and makes soft blocks of the others.
+  void apply(State& state) {
+    owners_.clear();
+    lambda_.assign(state.solver_bodies.size(), S(0));
+    for_each_pair(state, [&](SensorPatch<S>& patch, PatchPair<S>& pair, SoftOwner) {
+      const SolverBody<S>& a = state.solver_bodies[patch.body.index];
+      const SolverBody<S>& b = state.solver_bodies[pair.body_b];
+      // Effects of several patches on one body add up. Immovable bodies connect nothing.
+      if (a.is_moving()) lambda_[patch.body.index] += pair.lambda;
+      if (b.is_moving()) lambda_[pair.body_b] += pair.lambda;
+    });
+    for_each_pair(state, [&](SensorPatch<S>& patch, PatchPair<S>& pair, SoftOwner owner) {
+      if (!pair.is_implicit && needs_implicit(state, patch, pair)) {
+        linearise(state, patch, pair, state.def.parallel_for);
+      }
+      if (pair.is_implicit) {
+        add_soft_block(state, patch, pair, owner);
+      } else {
+        apply_explicit(state, patch, pair);
+      }
+    });
+  }
+
+  /// Soft blocks of patches among those of an island, which ascend. They come before those of
+  /// joints.
+  [[nodiscard]] std::span<const std::uint32_t> of_patches(
+      std::span<const std::uint32_t> soft) const {
+    const auto end = std::lower_bound(soft.begin(), soft.end(), owners_.size());
+    return soft.first(static_cast<std::size_t>(end - soft.begin()));
+  }
+
+  /// Sums the present linear models of a soft block's sensors into it.
+  void fill(State& state, std::uint32_t soft) const {
+    SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
+    fill_block(patch.pairs[owners_[soft].pair], state.constraints.soft[soft]);
+  }
+
+  /// Evaluates the impulses of a soft block's sensors. Their sum is the impulse of the block.
+  /// @return True if the sensors left the state they were linearised for: another solve is needed.
+  bool answer(State& state, std::uint32_t soft, const SolvePass& pass) const {
+    SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
+    SoftBlock<S>& block = state.constraints.soft[soft];
+    const PairResponse<S> found = evaluate(patch, patch.pairs[owners_[soft].pair], block.motion,
+                                           state.def.time_step, pass, state.def.parallel_for);
+    block.impulse = stacked(found.impulse);
+    return found.has_changed;
+  }
+
+  /// Clears the impulses of a soft block's sensors.
+  void discard(State& state, std::uint32_t soft) const {
+    SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
+    state.constraints.soft[soft].impulse.setZero();
+    clear_impulses(patch, patch.pairs[owners_[soft].pair]);
+  }
+
+  /// Turns all impulses into readings.
+  void read(State& state) const {
+    for (const std::uint32_t i : live_) {
+      SensorPatch<S>& patch = state.patches.at(i);
+      patch.last_impulses.clear();
+      if (patch.pairs.empty() && !patch.was_active) continue;
+      for (const PatchPair<S>& pair : patch.pairs) {
+        if (!pair.is_implicit) continue;
+        patch.last_impulses.push_back(
+            {state.bodies.handle(pair.body_b), state.constraints.soft[pair.soft].impulse});
+      }
+      fill_readings<S>(
+          patch, state.bodies.at(patch.body.index).center_pose.translation, state.def.time_step,
+          [&](std::uint32_t slot) { return state.bodies.handle(slot); }, state.def.parallel_for);
+      state.report.sensors_touching += patch.active_count();
+    }
+  }
+
+ private:
+  struct Scratch {
+    std::vector<std::uint32_t> candidates;
+    std::vector<ShapeInReach<S, Backend>> shapes;
+    std::uint64_t rays_cast = 0;
+    /// [-] Sensors whose rays were cast, or whose hits were extrapolated.
+    std::size_t sensors_asked = 0;
+    bool is_dormant = false;
+    /// True if threads share its rays; and if these are to be cast.
+    bool is_shared = false;
+    bool has_cast = false;
+    /// True if the thread that casts them also finds the hit mask.
+    bool knows_hit_mask = false;
+  };
+
+  /// Some rays of the patch live_[owner].
+  struct SharedRays {
+    std::size_t owner = 0;
+    RayRange range{};
+  };
+
+  /// [-] Sensors of a patch from which on threads share its rays. Fewer are cast in some
+  /// microseconds.
+  static constexpr std::size_t fewest_shared_rays = 1537;
+  static_assert(fewest_shared_rays > RayTree<S>::range_size);
+
+  template <typename Visit>
+  void for_each_pair(State& state, Visit&& visit) const {
+    for (const std::uint32_t i : live_) {
+      SensorPatch<S>& patch = state.patches.at(i);
+      for (std::uint32_t k = 0; k < patch.pairs.size(); ++k) {
+        if (patch.pairs[k].count > 0) visit(patch, patch.pairs[k], SoftOwner{i, k});
+      }
+    }
+  }
+
+  /// [m] Farthest that a body can come closer to any ray of a patch within the step.
+  [[nodiscard]] S approach(const State& state, const SensorPatch<S>& patch,
+                           const Collider<S, Backend>& c) const {
+    if (patch.def.integration == Integration::explicit_ || patch.def.options.law == Law::ambf) {
+      return S(0);
+    }
+    const Twist<S>& a = state.solver_bodies[patch.body.index].free;
+    const Twist<S>& b = state.solver_bodies[c.body.index].free;
+    const Transform<S>& X_WA = state.bodies.at(patch.body.index).center_pose;
+    return state.def.time_step *
+           closing_speed(patch.box, X_WA, a, state.body_of(c).center_pose.translation, b);
+  }
+
+  /// Returns whether a patch keeps its readings. True if its body or one in its range sleeps, and
+  /// none is active.
+  [[nodiscard]] bool is_dormant(const State& state, const SensorPatch<S>& patch,
+                                const std::vector<std::uint32_t>& near) const {
+    if (state.sleeping_bodies == 0 || state.is_active(patch.body.index)) return false;
+    bool is_asleep = state.bodies.at(patch.body.index).is_asleep();
+    for (const std::uint32_t tag : near) {
+      const std::uint32_t slot = state.colliders.at(tag).body.index;
+      if (state.is_active(slot)) return false;
+      is_asleep = is_asleep || state.bodies.at(slot).is_asleep();
+    }
+    return is_asleep;
+  }
+
+  void sense_patch(State& state, std::uint32_t index, Scratch& scratch, bool shares) const {
+    SensorPatch<S>& patch = state.patches.at(index);
+    const Body<S>& A = state.bodies.at(patch.body.index);
+    scratch.rays_cast = 0;
+    scratch.is_shared = false;
+    scratch.knows_hit_mask = false;
+    find_near(state, patch, scratch.candidates);
+    scratch.is_dormant = is_dormant(state, patch, scratch.candidates);
+    if (scratch.is_dormant) return;
+    if (scratch.candidates.empty()) {
+      clear_patch(patch);
+      return;
+    }
+    scratch.shapes.clear();
+    for (const std::uint32_t tag : scratch.candidates) {
+      const Collider<S, Backend>& c = state.colliders.at(tag);
+      scratch.shapes.push_back(shape_in_reach(
+          patch, state.colliders.handle(tag), c,
+          relative_pose(A.center_pose, state.body_of(c).center_pose), approach(state, patch, c)));
+    }
+    const std::span<const ShapeInReach<S, Backend>> shapes(scratch.shapes);
+    const bool is_due = (state.steps + index) % patch.def.cast_every == 0;
+    if (shares && patch.size() >= fewest_shared_rays && !patch.ray_tree.ranges().empty()) {
+      scratch.has_cast = needs_rays<S, Backend>(patch, shapes, is_due);
+      scratch.sensors_asked = patch.near_count();
+      scratch.rays_cast = scratch.has_cast ? patch.near_count() * shapes.size() : 0;
+      scratch.is_shared = true;
+      if (scratch.rays_cast > 0) begin_shared(patch, scratch);
+      return;
+    }
+    scratch.rays_cast = find_hits<S, Backend>(patch, shapes, is_due);
+    scratch.sensors_asked = scratch.rays_cast > 0
+                                ? static_cast<std::size_t>(scratch.rays_cast) / shapes.size()
+                                : patch.near_count();
+    // This may be a task already. The hook need not allow nested calls.
+    make_contacts(state, patch, scratch, serial_);
+  }
+
+  void make_contacts(State& state, SensorPatch<S>& patch, const Scratch& scratch,
+                     const ParallelFor& parallel_for) const {
+    collect_contacts(
+        patch, state.bodies.at(patch.body.index),
+        [&](std::uint32_t tag) {
+          const Collider<S, Backend>& c = state.colliders.at(tag);
+          return TouchedBody<S>{&state.body_of(c), c.body};
+        },
+        {.dt = state.def.time_step,
+         .measures_lambda = measures_lambda_,
+         .only_tag =
+             scratch.candidates.size() == 1 ? scratch.candidates.front() : CollectDef<S>::any_tag,
+         .knows_hit_mask = scratch.knows_hit_mask},
+        parallel_for);
+    for (PatchPair<S>& pair : patch.pairs) {
+      if (pair.count == 0) continue;
+      measure_pair(patch, pair, state.solver_bodies[patch.body.index],
+                   state.solver_bodies[pair.body_b], state.def.time_step);
+      // Linearise while the contacts are in the cache, if other patches do not matter.
+      if (patch.def.integration == Integration::implicit && needs_implicit(state, patch, pair)) {
+        linearise(state, patch, pair, parallel_for);
+      }
+    }
+  }
+
+  static void linearise(const State& state, const SensorPatch<S>& patch, PatchPair<S>& pair,
+                        const ParallelFor& parallel_for) {
+    pair.is_implicit = true;
+    start_linearisation(patch, pair, state.def.time_step, parallel_for);
+  }
+
+  /// Casts the rays of large patches, range by range, and makes their contacts. If the ranges of
+  /// two shapes are not the same rays, it casts at one shape after the other.
+  void sense_shared(State& state) {
+    for (std::size_t round = 0;; ++round) {
+      shared_.clear();
+      for (std::size_t k = 0; k < live_.size(); ++k) {
+        const Scratch& scratch = scratch_[k];
+        const RayTree<S>& ray_tree = state.patches.at(live_[k]).ray_tree;
+        const std::size_t rounds = ray_tree.has_packets_in_ranges() ? 1 : scratch.shapes.size();
+        if (!scratch.is_shared || scratch.rays_cast == 0 || round >= rounds) continue;
+        for (const RayRange& range : ray_tree.ranges()) shared_.push_back({k, range});
+      }
+      if (shared_.empty()) break;
+      const auto task = [this, &state, round](std::size_t i) { sense_from(state, i, round); };
+      state.def.parallel_for(shared_.size(), std::cref(task));
+    }
+    for (std::size_t k = 0; k < live_.size(); ++k) {
+      const Scratch& scratch = scratch_[k];
+      if (!scratch.is_shared) continue;
+      SensorPatch<S>& patch = state.patches.at(live_[k]);
+      extrapolate_hits<S, Backend>(patch, scratch.shapes, scratch.has_cast);
+      make_contacts(state, patch, scratch, state.def.parallel_for);
+    }
+  }
+
+  /// Does the work that must precede the cast and that ranges cannot do alone.
+  static void begin_shared(SensorPatch<S>& patch, Scratch& scratch) {
+    if (!patch.ray_tree.has_packets_in_ranges()) return patch.reset_near_hits();
+    // If hits are extrapolated, only the extrapolated ones count.
+    scratch.knows_hit_mask = patch.def.cast_every == 1;
+    if (scratch.knows_hit_mask) begin_hit_mask(patch);
+  }
+
+  /// Casts one range of a large patch's rays.
+  void sense_from(State& state, std::size_t i, std::size_t round) {
+    const std::size_t owner = shared_[i].owner;
+    const Scratch& scratch = scratch_[owner];
+    SensorPatch<S>& patch = state.patches.at(live_[owner]);
+    if (patch.ray_tree.has_packets_in_ranges()) {
+      sense_range(patch, scratch, shared_[i].range);
+    } else {
+      cast_rays_at<S>(patch, scratch.shapes[round], shared_[i].range);
+    }
+  }
+
+  /// Casts the rays of a range at all shapes, while its hits are in the cache of this thread.
+  static void sense_range(SensorPatch<S>& patch, const Scratch& scratch, RayRange range) {
+    patch.reset_near_hits(range);
+    for (const auto& shape : scratch.shapes) cast_rays_at<S>(patch, shape, range);
+    if (scratch.knows_hit_mask) find_hit_mask(patch, range);
+  }
+
+  [[nodiscard]] bool needs_implicit(const State& state, const SensorPatch<S>& patch,
+                                    const PatchPair<S>& pair) const {
+    const PatchDef<S>& def = patch.def;
+    if (def.integration == Integration::explicit_ || def.options.law == Law::ambf) return false;
+    if (!patch.can_apply_force()) return false;
+    if (!state.solver_bodies[patch.body.index].is_moving() &&
+        !state.solver_bodies[pair.body_b].is_moving()) {
+      return false;  // Nothing to solve: both velocities are prescribed.
+    }
+    if (def.integration == Integration::implicit) return true;
+    return std::max(lambda_[patch.body.index], lambda_[pair.body_b]) > def.explicit_below;
+  }
+
+  void apply_explicit(State& state, SensorPatch<S>& patch, const PatchPair<S>& pair) const {
+    ++state.report.explicit_pairs;
+    const Wrench<S> sum = explicit_impulses(patch, pair, state.bodies.handle(pair.body_b),
+                                            state.def.time_step, state.def.parallel_for);
+    SolverBody<S>& a = state.solver_bodies[patch.body.index];
+    SolverBody<S>& b = state.solver_bodies[pair.body_b];
+    // Sensors in contact that give nothing change nothing.
+    if (sum.force.isZero(S(0)) && sum.torque.isZero(S(0))) return;
+    const auto push = [](SolverBody<S>& body, const Vec3<S>& arm, const Wrench<S>& w) {
+      body.free.linear += cwise_product(body.inverse_mass, w.force);
+      body.free.angular += body.inverse_inertia * (w.torque + arm.cross(w.force));
+    };
+    push(a, pair.arm_a, -sum);
+    push(b, pair.arm_b, sum);
+    a.is_sensed = b.is_sensed = true;
+  }
+
+  void add_soft_block(State& state, SensorPatch<S>& patch, PatchPair<S>& pair, SoftOwner owner) {
+    ++state.report.implicit_pairs;
+    pair.soft = static_cast<std::uint32_t>(state.constraints.soft.size());
+    SoftBlock<S> block;
+    block.body_a = patch.body.index;
+    block.body_b = pair.body_b;
+    block.arm_a = pair.arm_a;
+    block.arm_b = pair.arm_b;
+    for (const PairImpulse<S>& last : patch.last_impulses) {
+      if (last.body == state.bodies.handle(pair.body_b)) block.impulse = last.impulse;
+    }
+    state.constraints.soft.push_back(block);
+    owners_.push_back(owner);
+  }
+
+  std::vector<std::uint32_t> live_;
+  std::vector<Scratch> scratch_;
+  std::vector<SharedRays> shared_;
+  ParallelFor serial_ = serial_for;
+  std::vector<S> lambda_;
+  bool measures_lambda_ = false;
+  std::vector<SoftOwner> owners_;
+};
+
+template <Scalar S, typename Backend>
+void SensorStage<S, Backend>::find_near(const State& state, const SensorPatch<S>& patch,
+                                        std::vector<std::uint32_t>& out) const {
+  out.clear();
+  const Body<S>& A = state.bodies.at(patch.body.index);
+  const Twist<S>& free = state.solver_bodies[patch.body.index].free;
+  const S own_reach =
+      state.def.time_step *
+      (free.linear.norm() +
+       free.angular.norm() * (patch.box.center().norm() + patch.box.half_extents().norm()));
+  const Aabb<S> box = transformed(patch.box, A.center_pose);
+  state.broad_phase.overlap(box.inflated(own_reach), [&](std::uint32_t tag) {
+    const Collider<S, Backend>& c = state.colliders.at(tag);
+    if (!senses(state, patch, c)) return true;
+    // The set of shapes in range must not depend on the size of the box in the tree.
+    if (state.broad_phase.is_loose(tag) && !swept_box(state, c).overlaps(box.inflated(own_reach))) {
+      return true;
+    }
+    const S extra = approach(state, patch, c);
+    const bool is_near =
+        c.half_space ? state.reaches(box.inflated(extra), c)
+                     : transformed(patch.box.inflated(extra), state.pose_from(A, c).inverse())
+                           .overlaps(c.bounds);
+    if (is_near) out.push_back(tag);
+    return true;
+  });
+  std::sort(out.begin(), out.end());
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+// === bristle/world/sleep_stage.hpp
+
+/// @file
+/// Sleep: islands at rest stop being computed, and wake when a body reaches them.
+///
+/// An island, here, is a set of bodies that may come to act on each other. They do so by contacts
+/// within the reach of a step, by joints, or by patches with bodies in the range of their rays. The
+/// same reach wakes. So an island next to a moving body does not fall asleep and wake in turns.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/core/disjoint_sets.hpp
+
+/// @file
+/// Disjoint sets of numbers, joined two by two.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Union-find over [0, count). Each set is named by its lowest member, whatever the order of joins.
+/// Allocates only when it grows.
+class DisjointSets {
+ public:
+  /// Makes every number a set of its own.
+  void reset(std::size_t count) {
+    parent_.resize(count);
+    for (std::uint32_t i = 0; i < count; ++i) parent_[i] = i;
+  }
+
+  /// The lowest member of a number's set.
+  [[nodiscard]] std::uint32_t find(std::uint32_t i) {
+    while (parent_[i] != i) {
+      parent_[i] = parent_[parent_[i]];
+      i = parent_[i];
+    }
+    return i;
+  }
+
+  /// Joins the sets of two numbers.
+  void join(std::uint32_t a, std::uint32_t b) {
+    const std::uint32_t anchor_a = find(a);
+    const std::uint32_t anchor_b = find(b);
+    if (anchor_a < anchor_b) {
+      parent_[anchor_b] = anchor_a;
+    } else {
+      parent_[anchor_a] = anchor_b;
+    }
+  }
+
+ private:
+  std::vector<std::uint32_t> parent_;
+};
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+// === bristle/world/solve_stage.hpp
+
+/// @file
+/// Third stage: islands are solved and bodies move.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/dynamics/bodies/islands.hpp
+
+/// @file
+/// Islands: groups of moving bodies that act on each other, directly or through others.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Splits bodies and constraints into islands. Bodies that forces do not move belong to no island.
+/// They do not connect the bodies that touch them.
+///
+/// Islands are ordered by their lowest body slot. Bodies and constraints within each ascend. So the
+/// same input gives the same islands.
+template <Scalar S>
+class IslandBuilder {
+ public:
+  /// Finds the islands; they stay valid until the next call.
+  const std::vector<Island>& build(std::span<const SolverBody<S>> bodies,
+                                   const Constraints<S>& constraints) {
+    const std::size_t count = bodies.size();
+    sets_.reset(count);
+    // The points of a manifold follow each other. The first one connects for all of them.
+    std::uint32_t last_a = none;
+    std::uint32_t last_b = none;
+    const auto connect = [&](std::uint32_t a, std::uint32_t b) {
+      if (a == last_a && b == last_b) return;
+      last_a = a;
+      last_b = b;
+      if (bodies[a].is_moving() && bodies[b].is_moving()) sets_.join(a, b);
+    };
+    for (const ContactConstraint<S>& c : constraints.contacts) connect(c.body_a, c.body_b);
+    for (const ConstraintBlock<S>& c : constraints.blocks) connect(c.body_a, c.body_b);
+    for (const SoftBlock<S>& s : constraints.soft) connect(s.body_a, s.body_b);
+
+    // An island's root is its lowest slot, so ascending slots meet islands in order.
+    number_.assign(count, none);
+    std::uint32_t islands = 0;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      if (!bodies[i].is_moving()) continue;
+      const std::uint32_t root = sets_.find(i);
+      if (number_[root] == none) number_[root] = islands++;
+      number_[i] = number_[root];
+    }
+    const auto island_of = [&](std::uint32_t a, std::uint32_t b) {
+      return bodies[a].is_moving() ? number_[a] : bodies[b].is_moving() ? number_[b] : none;
+    };
+    distribute(islands, count, bodies_, [&](std::size_t i) { return number_[i]; });
+    distribute(islands, constraints.contacts.size(), contacts_, [&](std::size_t i) {
+      return island_of(constraints.contacts[i].body_a, constraints.contacts[i].body_b);
+    });
+    distribute(islands, constraints.blocks.size(), blocks_, [&](std::size_t i) {
+      return island_of(constraints.blocks[i].body_a, constraints.blocks[i].body_b);
+    });
+    distribute(islands, constraints.soft.size(), soft_, [&](std::size_t i) {
+      return island_of(constraints.soft[i].body_a, constraints.soft[i].body_b);
+    });
+    islands_.resize(islands);
+    for (std::uint32_t i = 0; i < islands; ++i) {
+      islands_[i] = {bodies_.part(i), contacts_.part(i), blocks_.part(i), soft_.part(i)};
+    }
+    return islands_;
+  }
+
+ private:
+  static constexpr std::uint32_t none = 0xffffffffu;
+
+  /// Members of all islands, one island after the other.
+  struct Members {
+    std::vector<std::uint32_t> items;  // With spare room at the end.
+    std::vector<std::uint32_t> starts;
+
+    [[nodiscard]] std::span<const std::uint32_t> part(std::uint32_t i) const {
+      return std::span(items).subspan(starts[i], starts[i + 1] - starts[i]);
+    }
+  };
+
+  /// Counting sort of items by island. Items without an island are left out.
+  template <typename IslandOf>
+  void distribute(std::uint32_t islands, std::size_t count, Members& out, IslandOf&& island_of) {
+    out.starts.assign(islands + 1, 0);
+    if (count == 0) return;
+    if (islands == 1) {
+      if (out.items.size() < count) out.items.resize(std::max(count, 2 * out.items.size()));
+      std::uint32_t kept = 0;
+      for (std::size_t i = 0; i < count; ++i) {
+        out.items[kept] = static_cast<std::uint32_t>(i);
+        kept += island_of(i) != none ? 1u : 0u;
+      }
+      out.starts[1] = kept;
+      return;
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint32_t island = island_of(i);
+      if (island != none) ++out.starts[island + 1];
+    }
+    for (std::uint32_t i = 0; i < islands; ++i) out.starts[i + 1] += out.starts[i];
+    const std::size_t total = out.starts[islands];
+    if (out.items.size() < total) out.items.resize(std::max(total, 2 * out.items.size()));
+    next_.assign(out.starts.begin(), out.starts.end());
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint32_t island = island_of(i);
+      if (island != none) out.items[next_[island]++] = static_cast<std::uint32_t>(i);
+    }
+  }
+
+  DisjointSets sets_;
+  std::vector<std::uint32_t> number_, next_;
+  Members bodies_, contacts_, blocks_, soft_;
+  std::vector<Island> islands_;
+};
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+// === bristle/dynamics/contacts/passive_restitution.hpp
+
+/// @file
+/// Bounces of mechanisms that add no energy.
+///
+/// Newton's law of restitution is about normal velocities alone. A chain may be struck off its
+/// centre. Friction and joints may then do work. The impulses that reverse the normal velocity then
+/// leave more kinetic energy than before (Kane and Levinson, *Dynamics*, 1985, section 5.8).
+/// Without restitution they never do. Velocities are then a projection, in the metric of the
+/// masses. Impulses between the two solutions are allowed. The impulses of contacts are a convex
+/// set. The last of them that adds no energy is taken.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -31427,2274 +34011,6 @@ class GuardedSweeps {
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
-// === bristle/world/mechanism_stage.hpp
-
-/// @file
-/// Part of the third stage of a step: mechanisms follow their own smooth motion, and contacts act
-/// on the result.
-///
-/// `MechanismIntegrator` moves bodies that only joints act on, and keeps their energy. Contacts on
-/// them take that motion as free motion. The impulses of contacts, and the joints' response to
-/// them, come on top.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/dynamics/joints/joint_projection.hpp
-
-/// @file
-/// Projection of positions and velocities onto joints. It is in the metric of the masses.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/dynamics/joints/joint_system.hpp
-
-/// @file
-/// Bodies held by joints at one instant. They respond to impulses, forces and each other.
-///
-/// Let J be the rows of all joints (joint_kinematics.hpp) and M the masses. The wrenches that give
-/// the joints a relative motion b solve K x = b, K = J M^-1 J^T. Two joints meet in K only if they
-/// share a body. So K is as sparse as the mechanism. Its envelope stays narrow. Joints between the
-/// same two bodies are one there (joint_groups.hpp).
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/dynamics/joints/joint_groups.hpp
-
-/// @file
-/// Joints between the same two bodies as one group. Their rows span six dimensions at most.
-///
-/// Let u be B's velocity relative to A at a common point, and w its angular velocity. All rows of n
-/// such joints are R (u, l w), 6 n by 6. Reduced to R = Q T, Q has orthonormal columns. The joints
-/// then require T (u, l w) = Q^T b. Requirements beyond that contradict each other and cannot be
-/// met. The group is six rows in the matrix of the mechanism. The number of its joints does not
-/// matter. The impulses y of these rows are spread over the joints as x = Q y. These are the
-/// smallest that add up to them. Bodies that forces do not move count as one. So joints from a body
-/// to several of them are a group too.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/math/tall_qr.hpp
-
-/// @file
-/// Orthogonal reduction of many rows in few unknowns (Householder 1958).
-///
-/// Rows R of six unknowns are Q T. Q has orthonormal columns, and the triangle T has six rows. Rows
-/// beyond six add no information. No pivot is divided by and no rank is decided. So rows that
-/// repeat each other, nearly or exactly, need no care.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <span>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// A row of six numbers.
-template <Scalar S>
-using Row6 = std::array<S, 6>;
-
-/// The triangle T, and the scales of the reflections in Q.
-template <Scalar S>
-struct TallQr {
-  /// [-] Triangle T: row k has its first entry in column k.
-  std::array<Row6<S>, 6> triangle{};
-  /// [1] Scale of each reflection I - scale v v^T. It is 0 if there is nothing to reflect.
-  std::array<S, 6> scale{};
-};
-
-/// Reduces rows to a triangle.
-/// @param rows  Six or more. In: R. Out: the reflections, column k from row k on.
-template <Scalar S>
-[[nodiscard]] TallQr<S> reduce_rows(std::span<Row6<S>> rows);
-
-/// x := Q^T x. The first six entries belong to the rows of the triangle. No unknowns can change the
-/// others.
-template <Scalar S>
-void to_triangle(const TallQr<S>& qr, std::span<const Row6<S>> rows, std::span<S> x);
-
-/// x := Q x, for x that is zero beyond the first six entries.
-template <Scalar S>
-void from_triangle(const TallQr<S>& qr, std::span<const Row6<S>> rows, std::span<S> x);
-
-// Implementation ----------------------------------------------------------------------------------
-
-template <Scalar S>
-TallQr<S> reduce_rows(std::span<Row6<S>> rows) {
-  using std::sqrt;
-  TallQr<S> qr;
-  for (std::size_t k = 0; k < 6; ++k) {
-    S square = S(0);
-    for (std::size_t i = k; i < rows.size(); ++i) square += rows[i][k] * rows[i][k];
-    // A length of zero has no derivative, and leaves nothing to reflect.
-    if (square > S(0)) {
-      const S head = rows[k][k];
-      const S length = head > S(0) ? S(-sqrt(square)) : S(sqrt(square));
-      // v = x - length e_k. The sign of the length keeps its head from cancelling.
-      rows[k][k] = head - length;
-      qr.scale[k] = S(-1) / (length * rows[k][k]);
-      Row6<S> sums{};
-      for (std::size_t i = k; i < rows.size(); ++i) {
-        for (std::size_t j = k + 1; j < 6; ++j) sums[j] += rows[i][k] * rows[i][j];
-      }
-      for (S& sum : sums) sum *= qr.scale[k];
-      for (std::size_t i = k; i < rows.size(); ++i) {
-        for (std::size_t j = k + 1; j < 6; ++j) rows[i][j] -= rows[i][k] * sums[j];
-      }
-      qr.triangle[k][k] = length;
-    }
-    for (std::size_t j = k + 1; j < 6; ++j) qr.triangle[k][j] = rows[k][j];
-  }
-  return qr;
-}
-
-/// Reflects x by reflection k.
-template <Scalar S>
-void reflect(const TallQr<S>& qr, std::span<const Row6<S>> rows, std::size_t k, std::span<S> x) {
-  S sum = S(0);
-  for (std::size_t i = k; i < rows.size(); ++i) sum += rows[i][k] * x[i];
-  sum *= qr.scale[k];
-  for (std::size_t i = k; i < rows.size(); ++i) x[i] -= sum * rows[i][k];
-}
-
-template <Scalar S>
-void to_triangle(const TallQr<S>& qr, std::span<const Row6<S>> rows, std::span<S> x) {
-  for (std::size_t k = 0; k < 6; ++k) reflect(qr, rows, k, x);
-}
-
-template <Scalar S>
-void from_triangle(const TallQr<S>& qr, std::span<const Row6<S>> rows, std::span<S> x) {
-  for (std::size_t k = 6; k-- > 0;) reflect(qr, rows, k, x);
-}
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <span>
-#include <utility>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// Joints of a mechanism, grouped by their two bodies. Keeps its memory.
-template <Scalar S>
-class JointGroups {
- public:
-  /// @param moves  For each body, true if forces move it.
-  void build(std::span<const MechanismJoint<S>> joints, const std::vector<bool>& moves);
-
-  /// Copies joints. Exchanges the bodies of those that are defined from the other side than their
-  /// group. Equal axes of a group then turn with the same body. They stay equal to round-off where
-  /// bodies are slightly off their joints. Else they would seem to hold one more direction.
-  void orient(std::span<const MechanismJoint<S>> joints, std::vector<MechanismJoint<S>>& out) const;
-  /// Returns whether the bodies of a joint were exchanged.
-  [[nodiscard]] bool is_exchanged(std::size_t joint) const { return is_exchanged_[joint]; }
-
-  [[nodiscard]] std::size_t size() const { return groups_.size(); }
-  /// One joint for each group, for the order of the matrix. It is the only joint, or one of kind
-  /// `fixed`.
-  [[nodiscard]] std::span<const MechanismJoint<S>> joints() const { return merged_; }
-  /// Returns whether a group has more than one joint.
-  [[nodiscard]] bool is_merged(std::size_t group) const { return groups_[group].count > 1; }
-  /// Returns whether any group has more than one joint.
-  [[nodiscard]] bool has_merged() const { return groups_.size() < members_.size(); }
-  /// Geometry of a group: that of its joint, or of its common point.
-  [[nodiscard]] const JointState<S>& at(std::size_t group) const { return groups_[group].at; }
-  /// T, by rows, for the motion (u, w) at the common point.
-  [[nodiscard]] const Mat6<S>& triangle(std::size_t group) const { return groups_[group].triangle; }
-
-  /// Finds the geometry of all joints. The arms of a joint in a larger group meet in one point, B's
-  /// origin.
-  template <typename Nodes>
-  void place(std::span<const MechanismJoint<S>> joints, const Nodes& nodes,
-             std::vector<JointState<S>>& at);
-
-  /// Reduces groups at the positions that `place` set.
-  void reduce(std::span<const MechanismJoint<S>> joints, std::span<const JointState<S>> at);
-
-  /// Right-hand side of the six rows of a group, from those of its joints, b.
-  void gather(std::size_t group, std::span<const MechanismJoint<S>> joints,
-              std::span<const Twist<S>> b, Vec3<S>& linear, Vec3<S>& angular);
-  /// Spreads the impulses of the six rows of a group over its joints. Calls use(joint, force,
-  /// torque) with the impulses on each joint's B.
-  template <typename Use>
-  void spread(std::size_t group, std::span<const MechanismJoint<S>> joints, const Vec3<S>& linear,
-              const Vec3<S>& angular, const Use& use);
-  /// The joint of a group that has only one.
-  [[nodiscard]] std::uint32_t joint(std::size_t group) const {
-    return members_[groups_[group].first].joint;
-  }
-
- private:
-  struct Member {
-    std::uint32_t body_a = 0, body_b = 0;  // One past the last body where forces do not move it.
-    std::uint32_t joint = 0;
-    bool is_reversed = false;  // Its A is the B of the group; also after `orient`.
-  };
-  struct Group {
-    std::uint32_t first = 0, count = 0;  // Range in `members_`.
-    std::uint32_t first_row = 0, rows = 0;
-    S length = S(1);  // [m] Length that weights rotation.
-    JointState<S> at{};
-    Mat6<S> triangle;
-    TallQr<S> qr{};
-  };
-
-  [[nodiscard]] static std::size_t rows_of(JointKind kind) { return lets_turn(kind) ? 3 : 6; }
-  [[nodiscard]] std::span<const Row6<S>> rows_of(const Group& group) const {
-    return std::span<const Row6<S>>(rows_).subspan(group.first_row, group.rows);
-  }
-  void fill_rows(const Group& group, std::span<const MechanismJoint<S>> joints,
-                 std::span<const JointState<S>> at);
-
-  std::vector<Member> members_;  // Sorted by their bodies.
-  std::vector<Group> groups_;
-  std::vector<MechanismJoint<S>> merged_;
-  std::vector<bool> is_exchanged_;  // By joint.
-  std::vector<Row6<S>> rows_;       // Rows of all merged groups.
-  std::vector<S> values_;           // One value per row of a group.
-};
-
-// Implementation ----------------------------------------------------------------------------------
-
-template <Scalar S>
-void JointGroups<S>::build(std::span<const MechanismJoint<S>> joints,
-                           const std::vector<bool>& moves) {
-  const auto anchor = static_cast<std::uint32_t>(moves.size());
-  members_.clear();
-  for (std::uint32_t i = 0; i < joints.size(); ++i) {
-    const std::uint32_t a = moves[joints[i].body_a] ? joints[i].body_a : anchor;
-    const std::uint32_t b = moves[joints[i].body_b] ? joints[i].body_b : anchor;
-    members_.push_back({std::min(a, b), std::max(a, b), i, a > b});
-  }
-  // Joints of a group keep their order. Groups are ordered by their first joints. Mechanisms
-  // without merged groups are as if there were none.
-  std::sort(members_.begin(), members_.end(), [](const Member& l, const Member& r) {
-    if (l.body_a != r.body_a) return l.body_a < r.body_a;
-    return l.body_b != r.body_b ? l.body_b < r.body_b : l.joint < r.joint;
-  });
-  groups_.clear();
-  for (std::uint32_t k = 0; k < members_.size(); ++k) {
-    const bool is_next = k > 0 && members_[k].body_a == members_[k - 1].body_a &&
-                         members_[k].body_b == members_[k - 1].body_b;
-    if (!is_next) {
-      groups_.emplace_back();
-      groups_.back().first = k;
-    }
-    ++groups_.back().count;
-  }
-  std::sort(groups_.begin(), groups_.end(), [this](const Group& l, const Group& r) {
-    return members_[l.first].joint < members_[r.first].joint;
-  });
-  merged_.clear();
-  is_exchanged_.assign(joints.size(), false);
-  std::uint32_t rows = 0;
-  for (Group& group : groups_) {
-    const Member& first = members_[group.first];
-    merged_.push_back(joints[first.joint]);
-    if (group.count == 1) continue;
-    merged_.back().kind = JointKind::fixed;
-    if (first.is_reversed) std::swap(merged_.back().body_a, merged_.back().body_b);
-    group.first_row = rows;
-    for (std::uint32_t k = 0; k < group.count; ++k) {
-      Member& member = members_[group.first + k];
-      group.rows += static_cast<std::uint32_t>(rows_of(joints[member.joint].kind));
-      // A joint with a spring is not exchanged. Its position keeps its sign.
-      if (!member.is_reversed || joints[member.joint].has_spring()) continue;
-      member.is_reversed = false;
-      is_exchanged_[member.joint] = true;
-    }
-    rows += group.rows;
-  }
-  rows_.resize(rows);
-}
-
-template <Scalar S>
-void JointGroups<S>::orient(std::span<const MechanismJoint<S>> joints,
-                            std::vector<MechanismJoint<S>>& out) const {
-  out.assign(joints.begin(), joints.end());
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    if (!is_exchanged_[i]) continue;
-    std::swap(out[i].body_a, out[i].body_b);
-    std::swap(out[i].X_CmA_J, out[i].X_CmB_J);
-  }
-}
-
-template <Scalar S>
-template <typename Nodes>
-void JointGroups<S>::place(std::span<const MechanismJoint<S>> joints, const Nodes& nodes,
-                           std::vector<JointState<S>>& at) {
-  using std::max;
-  using std::sqrt;
-  for (std::size_t i = 0; i < joints.size(); ++i) {
-    at[i] = joint_state(joints[i], nodes[joints[i].body_a].now, nodes[joints[i].body_b].now);
-  }
-  for (std::size_t g = 0; g < groups_.size(); ++g) {
-    Group& group = groups_[g];
-    if (group.count == 1) {
-      group.at = at[members_[group.first].joint];
-      continue;
-    }
-    // Seen from A, which forces move. B may be one of several bodies that they do not move.
-    const auto& a = nodes[merged_[g].body_a];
-    const auto& b = nodes[merged_[g].body_b];
-    Vec3<S> sum = Vec3<S>::Zero();
-    S arm2 = S(0);
-    for (std::uint32_t k = 0; k < group.count; ++k) {
-      const Member& member = members_[group.first + k];
-      const MechanismJoint<S>& joint = joints[member.joint];
-      JointState<S>& one = at[member.joint];
-      one.arm_a = (nodes[joint.body_b].now.x - nodes[joint.body_a].now.x) + one.arm_b;
-      sum += member.is_reversed ? one.arm_b : one.arm_a;
-      arm2 = max(arm2, max(one.arm_a.squaredNorm(), one.arm_b.squaredNorm()));
-    }
-    group.at = {};
-    group.at.arm_a = sum / S(group.count);
-    group.at.arm_b = group.at.arm_a - (b.now.x - a.now.x);
-    // This length balances both kinds of impulse. Impulses move the joints as much as angular
-    // impulses turn them.
-    const S gains = a.inverse_mass.sum() + b.inverse_mass.sum();
-    const S turns = a.inverse_inertia.trace() + b.inverse_inertia.trace();
-    const S length2 = arm2 + gains / turns;
-    group.length = length2 > S(0) && length2 < infinity<S> ? S(sqrt(length2)) : S(1);
-  }
-}
-
-template <Scalar S>
-void JointGroups<S>::fill_rows(const Group& group, std::span<const MechanismJoint<S>> joints,
-                               std::span<const JointState<S>> at) {
-  std::size_t row = group.first_row;
-  for (std::uint32_t k = 0; k < group.count; ++k) {
-    const Member& member = members_[group.first + k];
-    const JointState<S>& one = at[member.joint];
-    const S sign = member.is_reversed ? S(-1) : S(1);
-    const Vec3<S> r = (member.is_reversed ? one.arm_b : one.arm_a) - group.at.arm_a;
-    for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      const Vec3<S> e = sign * Vec3<S>::Unit(axis);
-      const Vec3<S> d = across(one.slide, e);
-      const Vec3<S> turn = r.cross(d) / group.length;
-      rows_[row++] = {d.x(), d.y(), d.z(), turn.x(), turn.y(), turn.z()};
-    }
-    if (lets_turn(joints[member.joint].kind)) continue;
-    for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      const Vec3<S> e = sign * Vec3<S>::Unit(axis);
-      const Vec3<S> d = across(one.hinge, e);
-      rows_[row++] = {S(0), S(0), S(0), d.x(), d.y(), d.z()};
-    }
-  }
-}
-
-template <Scalar S>
-void JointGroups<S>::reduce(std::span<const MechanismJoint<S>> joints,
-                            std::span<const JointState<S>> at) {
-  for (Group& group : groups_) {
-    if (group.count == 1) continue;
-    fill_rows(group, joints, at);
-    group.qr = reduce_rows(std::span<Row6<S>>(rows_).subspan(group.first_row, group.rows));
-    for (std::size_t i = 0; i < 6; ++i) {
-      for (std::size_t j = 0; j < 6; ++j) {
-        group.triangle(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
-            (j < 3 ? S(1) : group.length) * group.qr.triangle[i][j];
-      }
-    }
-  }
-}
-
-template <Scalar S>
-void JointGroups<S>::gather(std::size_t g, std::span<const MechanismJoint<S>> joints,
-                            std::span<const Twist<S>> b, Vec3<S>& linear, Vec3<S>& angular) {
-  const Group& group = groups_[g];
-  values_.clear();
-  for (std::uint32_t k = 0; k < group.count; ++k) {
-    const std::uint32_t joint = members_[group.first + k].joint;
-    for (const S& x : b[joint].linear) values_.push_back(x);
-    if (lets_turn(joints[joint].kind)) continue;
-    for (const S& x : b[joint].angular) values_.push_back(group.length * x);
-  }
-  to_triangle(group.qr, rows_of(group), std::span<S>(values_));
-  linear = {values_[0], values_[1], values_[2]};
-  angular = {values_[3], values_[4], values_[5]};
-}
-
-template <Scalar S>
-template <typename Use>
-void JointGroups<S>::spread(std::size_t g, std::span<const MechanismJoint<S>> joints,
-                            const Vec3<S>& linear, const Vec3<S>& angular, const Use& use) {
-  const Group& group = groups_[g];
-  values_.assign(group.rows, S(0));
-  for (std::size_t i = 0; i < 3; ++i) {
-    values_[i] = linear[static_cast<Eigen::Index>(i)];
-    values_[i + 3] = angular[static_cast<Eigen::Index>(i)];
-  }
-  from_triangle(group.qr, rows_of(group), std::span<S>(values_));
-  const S* x = values_.data();
-  for (std::uint32_t k = 0; k < group.count; ++k) {
-    const std::uint32_t joint = members_[group.first + k].joint;
-    const bool has_torque = !lets_turn(joints[joint].kind);
-    const Vec3<S> force(x[0], x[1], x[2]);
-    const Vec3<S> torque =
-        has_torque ? Vec3<S>(group.length * Vec3<S>(x[3], x[4], x[5])) : Vec3<S>(Vec3<S>::Zero());
-    use(joint, force, torque);
-    x += has_torque ? 6 : 3;
-  }
-}
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
-// === bristle/dynamics/joints/joint_order.hpp
-
-/// @file
-/// Couplings between the joints of a mechanism. Their order keeps the matrix narrow.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <algorithm>
-#include <cstdint>
-#include <span>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// Two joints that share a body which forces move. An impulse in one changes the velocity in the
-/// other. Each joint is also coupled to itself, once per body that moves.
-struct JointCoupling {
-  /// [-] The shared body.
-  std::uint32_t body = 0;
-  /// [-] Joints; `row` is not before `column` in the order. The flags: true if the body is their B.
-  std::uint32_t row = 0;
-  std::uint32_t column = 0;
-  bool is_b_of_row = false;
-  bool is_b_of_column = false;
-};
-
-/// Joints numbered breadth first from the end of a chain. The method is that of Cuthill and McKee
-/// (1969). Neighbours get near numbers. So the envelope of a chain is as narrow as one joint.
-class JointOrder {
- public:
-  /// @param moves  For each body, true if forces move it.
-  template <Scalar S>
-  void build(std::span<const MechanismJoint<S>> joints, const std::vector<bool>& moves);
-
-  /// First block row of each joint: its linear row. Its angular row follows, if any.
-  [[nodiscard]] std::uint32_t first_row(std::size_t joint) const { return first_row_[joint]; }
-  /// For each block row, the first column where the matrix may not be zero.
-  [[nodiscard]] std::span<const std::uint32_t> envelope() const { return envelope_; }
-  /// Couplings of all joints, in the order of rows.
-  [[nodiscard]] std::span<const JointCoupling> couplings() const { return couplings_; }
-  /// [-] Multiply-adds of a factorisation of the matrix within its envelope. If they exceed
-  /// `most_work` the order is not finished. A hub with hundreds of neighbours does, say.
-  [[nodiscard]] std::uint64_t factor_work() const { return factor_work_; }
-  [[nodiscard]] bool is_too_wide() const { return factor_work_ > most_work; }
-  /// Some hundredths of a second. Wider matrices are left to solvers with bounded cost.
-  static constexpr std::uint64_t most_work = 20'000'000;
-  /// Returns whether some joint closes a loop. Bodies that forces do not move count as one. The
-  /// joints may then lock more than is free.
-  [[nodiscard]] bool has_loop() const { return has_loop_; }
-
- private:
-  struct End {
-    std::uint32_t body, joint;
-    bool is_b;
-  };
-
-  template <typename Visit>
-  void for_neighbours(std::uint32_t joint, Visit visit) const;
-  void number_joints(std::size_t count);
-  [[nodiscard]] std::uint32_t root(std::uint32_t body) const;
-
-  std::vector<End> ends_;                       // At bodies that move, sorted by body.
-  std::vector<std::uint32_t> first_end_;        // Of each body in `ends_`, and one past the last.
-  std::vector<std::uint32_t> body_a_, body_b_;  // Of each joint; none if it does not move.
-  std::vector<std::uint32_t> order_;            // Joints by number.
-  std::vector<std::uint32_t> number_;           // Of each joint.
-  std::vector<std::uint32_t> parent_;           // Of each body, towards the root of its tree.
-  std::vector<std::uint32_t> first_row_, envelope_;
-  std::vector<JointCoupling> couplings_;
-  std::uint64_t factor_work_ = 0;
-  bool has_loop_ = false;
-};
-
-// Implementation ----------------------------------------------------------------------------------
-
-inline constexpr std::uint32_t no_number = 0xffffffffu;
-
-template <typename Visit>
-void JointOrder::for_neighbours(std::uint32_t joint, Visit visit) const {
-  for (const std::uint32_t body : {body_a_[joint], body_b_[joint]}) {
-    if (body == no_number) continue;
-    for (std::uint32_t e = first_end_[body]; e < first_end_[body + 1]; ++e) visit(ends_[e].joint);
-  }
-}
-
-inline std::uint32_t JointOrder::root(std::uint32_t body) const {
-  while (parent_[body] != body) body = parent_[body];
-  return body;
-}
-
-inline void JointOrder::number_joints(std::size_t count) {
-  number_.assign(count, no_number);
-  order_.clear();
-  const auto take = [&](std::uint32_t joint) {
-    if (number_[joint] != no_number) return;
-    number_[joint] = static_cast<std::uint32_t>(order_.size());
-    order_.push_back(joint);
-  };
-  const auto degree = [&](std::uint32_t joint) {
-    std::uint32_t result = 0;
-    for_neighbours(joint, [&](std::uint32_t other) { result += other != joint ? 1 : 0; });
-    return result;
-  };
-  for (std::size_t done = 0; order_.size() < count;) {
-    // From the remaining joint with the fewest neighbours. In a chain it is an end.
-    std::uint32_t start = no_number;
-    std::uint32_t fewest = no_number;
-    for (std::uint32_t joint = 0; joint < count; ++joint) {
-      if (number_[joint] != no_number || degree(joint) >= fewest) continue;
-      start = joint;
-      fewest = degree(joint);
-    }
-    take(start);
-    for (; done < order_.size(); ++done) for_neighbours(order_[done], take);
-  }
-}
-
-template <Scalar S>
-void JointOrder::build(std::span<const MechanismJoint<S>> joints, const std::vector<bool>& moves) {
-  const std::uint32_t anchor = static_cast<std::uint32_t>(moves.size());
-  parent_.resize(moves.size() + 1);
-  for (std::uint32_t i = 0; i <= anchor; ++i) parent_[i] = i;
-  has_loop_ = false;
-  ends_.clear();
-  body_a_.clear();
-  body_b_.clear();
-  const auto add_end = [&](std::uint32_t body, std::uint32_t joint, bool is_b) {
-    if (moves[body]) ends_.push_back({body, joint, is_b});
-    return moves[body] ? body : no_number;
-  };
-  for (std::uint32_t i = 0; i < joints.size(); ++i) {
-    body_a_.push_back(add_end(joints[i].body_a, i, false));
-    body_b_.push_back(add_end(joints[i].body_b, i, true));
-    const std::uint32_t a = root(std::min(body_a_.back(), anchor));
-    const std::uint32_t b = root(std::min(body_b_.back(), anchor));
-    has_loop_ = has_loop_ || a == b;
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-  std::sort(ends_.begin(), ends_.end(), [](const End& l, const End& r) {
-    return l.body != r.body ? l.body < r.body : l.joint < r.joint;
-  });
-  first_end_.assign(moves.size() + 1, 0);
-  for (const End& end : ends_) ++first_end_[end.body + 1];
-  for (std::size_t i = 0; i < moves.size(); ++i) first_end_[i + 1] += first_end_[i];
-
-  first_row_.resize(joints.size());
-  envelope_.clear();
-  couplings_.clear();
-  // All joints of a body couple. That part is dense. It takes a sixth of the cube of their number.
-  factor_work_ = 0;
-  for (std::size_t i = 0; i < moves.size(); ++i) {
-    const std::uint64_t degree = first_end_[i + 1] - first_end_[i];
-    factor_work_ = std::max(factor_work_, 27 * degree * degree / 6 * degree);
-  }
-  if (is_too_wide()) return;
-  number_joints(joints.size());
-  for (const std::uint32_t joint : order_) {
-    const std::uint32_t row = static_cast<std::uint32_t>(envelope_.size());
-    first_row_[joint] = row;
-    std::uint32_t first = row;
-    for_neighbours(joint, [&](std::uint32_t other) {
-      if (number_[other] < number_[joint]) first = std::min(first, first_row_[other]);
-    });
-    envelope_.push_back(first);
-    if (!lets_turn(joints[joint].kind)) envelope_.push_back(first);
-  }
-  // Half the square of the width of each row. Blocks are three by three.
-  factor_work_ = 0;
-  for (std::uint32_t row = 0; row < envelope_.size(); ++row) {
-    const std::uint64_t width = row - envelope_[row];
-    factor_work_ += 27 * width * width / 2;
-  }
-
-  for (const End& row : ends_) {
-    for (std::uint32_t e = first_end_[row.body]; e < first_end_[row.body + 1]; ++e) {
-      const End& column = ends_[e];
-      if (number_[column.joint] > number_[row.joint]) continue;
-      couplings_.push_back({row.body, row.joint, column.joint, row.is_b, column.is_b});
-    }
-  }
-}
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
-// === bristle/math/block_envelope.hpp
-
-/// @file
-/// Factorisation of a sparse symmetric matrix of 3x3 blocks within its envelope.
-///
-/// Like `EnvelopeMatrix`, for matrices whose rows come in threes. The joints of a mechanism are an
-/// example. Blocks keep the compiler in straight-line code. They take one division per row instead
-/// of one per entry and a square root. That makes a chain more than three times cheaper.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <cstddef>
-#include <cstdint>
-#include <span>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// Lower triangle of a symmetric positive definite matrix of 3x3 blocks. Its factors replace it.
-/// Rows and columns count blocks.
-template <Scalar S>
-class BlockEnvelope {
- public:
-  /// Sets the shape. Entries keep old values, in disorder.
-  /// @param first  Column of the first block of each row. At most the row's own number.
-  void set_shape(std::span<const std::uint32_t> first);
-  void set_zero() {
-    for (Mat3<S>& block : blocks_) block.setZero();
-  }
-
-  [[nodiscard]] std::size_t size() const { return first_.size(); }
-  /// Block of the lower triangle: first(i) <= j <= i. Of a diagonal block only its lower triangle
-  /// counts.
-  [[nodiscard]] Mat3<S>& at(std::size_t i, std::size_t j) { return blocks_[start_[i] + j]; }
-  [[nodiscard]] const Mat3<S>& at(std::size_t i, std::size_t j) const {
-    return blocks_[start_[i] + j];
-  }
-
-  /// Replaces the matrix A by its factors. A = L D L^T, with ones on the diagonal of L and 3x3
-  /// blocks in D.
-  /// @return False if a pivot is not positive or not finite. The matrix is then spoilt.
-  [[nodiscard]] bool factor();
-
-  /// x := A^-1 x, after `factor`.
-  void solve(std::span<Vec3<S>> x) const;
-
- private:
-  std::vector<std::uint32_t> first_;
-  std::vector<std::size_t> start_;  // Index of each row in `blocks_`, less its first column.
-  std::vector<Mat3<S>> blocks_;
-  std::vector<Mat3<S>> row_;  // Blocks of the current row, times D.
-};
-
-// Implementation ----------------------------------------------------------------------------------
-
-/// Inverse of a symmetric positive definite matrix by elimination. The closed form by cofactors is
-/// no cheaper. It loses all digits where two rows are nearly the same.
-/// @return False if a pivot is not positive or not finite.
-template <Scalar S>
-[[nodiscard]] bool invert_pivot(Mat3<S>& a) {
-  const S d0 = a(0, 0);
-  const S i0 = S(1) / d0;
-  const S l1 = a(1, 0) * i0;
-  const S l2 = a(2, 0) * i0;
-  const S d1 = a(1, 1) - l1 * a(1, 0);
-  const S i1 = S(1) / d1;
-  const S l3 = (a(2, 1) - l2 * a(1, 0)) * i1;
-  const S d2 = a(2, 2) - l2 * a(2, 0) - l3 * l3 * d1;
-  const S i2 = S(1) / d2;
-  const bool is_positive = d0 > S(0) && d1 > S(0) && d2 > S(0);
-  if (!is_positive || !(d0 + d1 + d2 < infinity<S>)) return false;
-  // L^-1 has -l1, -l3 below its diagonal and l1 l3 - l2 in its corner.
-  const S corner = l1 * l3 - l2;
-  a(2, 2) = i2;
-  a(2, 1) = a(1, 2) = -l3 * i2;
-  a(2, 0) = a(0, 2) = corner * i2;
-  a(1, 1) = i1 + l3 * l3 * i2;
-  a(1, 0) = a(0, 1) = -l1 * i1 - l3 * corner * i2;
-  a(0, 0) = i0 + l1 * l1 * i1 + corner * corner * i2;
-  return true;
-}
-
-template <Scalar S>
-void BlockEnvelope<S>::set_shape(std::span<const std::uint32_t> first) {
-  first_.assign(first.begin(), first.end());
-  start_.resize(first.size());
-  std::size_t size = 0;
-  for (std::size_t i = 0; i < first.size(); ++i) {
-    start_[i] = size - first[i];  // Wraps around; only sums with a column are used.
-    size += i - first[i] + 1;
-  }
-  blocks_.resize(size);
-  row_.resize(first.size());
-}
-
-template <Scalar S>
-bool BlockEnvelope<S>::factor() {
-  for (std::size_t i = 0; i < size(); ++i) {
-    const std::size_t first = first_[i];
-    Mat3<S>& pivot = at(i, i);
-    for (std::size_t j = first; j < i; ++j) {
-      Mat3<S>& scaled = row_[j];  // L_ij D_j
-      scaled = at(i, j);
-      for (std::size_t k = first > first_[j] ? first : first_[j]; k < j; ++k) {
-        scaled.noalias() -= row_[k] * at(j, k).transpose();
-      }
-      Mat3<S>& lower = at(i, j);
-      lower.noalias() = scaled * at(j, j);
-      pivot.noalias() -= lower * scaled.transpose();
-    }
-    if (!invert_pivot(pivot)) return false;
-  }
-  return true;
-}
-
-template <Scalar S>
-void BlockEnvelope<S>::solve(std::span<Vec3<S>> x) const {
-  for (std::size_t i = 0; i < size(); ++i) {
-    for (std::size_t j = first_[i]; j < i; ++j) x[i].noalias() -= at(i, j) * x[j];
-  }
-  for (std::size_t i = 0; i < size(); ++i) x[i] = Vec3<S>(at(i, i) * x[i]);
-  for (std::size_t i = size(); i-- > 0;) {
-    for (std::size_t j = first_[i]; j < i; ++j) x[j].noalias() -= at(i, j).transpose() * x[i];
-  }
-}
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// A body of a mechanism, at the start of a step.
-template <Scalar S>
-struct MechanismBody {
-  /// [-] True if forces move it. If not, its mass does not count. Its velocity is then constant.
-  bool moves_by_forces = false;
-  /// [kg] Mass, > 0.
-  S mass = S(1);
-  /// [kg m^2], [1/(kg m^2)] Inertia about the centre of mass along the body's axes. Its inverse.
-  Mat3<S> inertia_B = Mat3<S>::Identity();
-  Mat3<S> inverse_inertia_B = Mat3<S>::Identity();
-  /// [-] World axes along and about which it does not move. Its velocity there is zero.
-  LockedAxes locked{};
-  /// [m] Centre of mass in the world; [1] axes of the body.
-  Transform<S> center_pose{};
-  /// [m/s, rad/s] Velocity of the centre of mass and angular velocity, world axes.
-  Twist<S> twist{};
-  /// [N, N m] Total of forces and torques, with gravity. It is about the centre of mass along world
-  /// axes. Constant over the step.
-  Wrench<S> load{};
-};
-
-/// A body of a world. Loads are the world's gravity [m/s^2] and the caller's wrench.
-template <Scalar S>
-[[nodiscard]] MechanismBody<S> mechanism_body(const Body<S>& body, const Vec3<S>& gravity);
-
-/// Bodies and joints at the positions of the last `place`. Also the matrix of the last `factor`.
-template <Scalar S>
-class JointSystem {
- public:
-  /// A body, and its change in the last `solve`.
-  struct Node {
-    const MechanismBody<S>* def = nullptr;
-    BodyState<S> now{};
-    Vec3<S> inverse_mass = Vec3<S>::Zero();     // World axes.
-    Mat3<S> inverse_inertia = Mat3<S>::Zero();  // World axes.
-    Twist<S> acceleration{};                    // For the user of this class.
-    Wrench<S> load{};
-    Twist<S> change{};
-    bool is_diagonal = false;  // Its axes are principal axes: cheaper to turn.
-  };
-
-  /// Sets bodies and joints, at their first instant. Bodies must stay alive while in use.
-  void set(std::span<const MechanismBody<S>> bodies, std::span<const MechanismJoint<S>> joints);
-
-  [[nodiscard]] std::span<Node> nodes() { return nodes_; }
-  [[nodiscard]] std::span<const Node> nodes() const { return nodes_; }
-  /// Joints as they are solved: see `JointGroups::orient`.
-  [[nodiscard]] std::span<const MechanismJoint<S>> joints() const { return joints_; }
-  [[nodiscard]] const JointState<S>& at(std::size_t joint) const { return at_[joint]; }
-  /// [m] Largest present arm of a joint. Without one it is the largest radius of gyration. This is
-  /// the size of the mechanism's parts. Angles count as gaps by it.
-  [[nodiscard]] S size() const;
-
-  /// Updates arms of joints and inertias in world axes from the positions in `Node::now`.
-  void place();
-  /// Builds and factors the matrix at the positions of the last `place`.
-  /// @return False if it is singular, not finite, or too wide (`JointOrder::most_work`).
-  [[nodiscard]] bool factor();
-  /// Finds the wrenches, or impulses, that give each joint the relative motion b. Finds the
-  /// `change` of motion of each body.
-  void solve(std::span<const Twist<S>> b);
-  /// Result of `solve`: the wrench of each joint on its B as given to `set`. It is about B's joint
-  /// origin, world axes.
-  [[nodiscard]] std::span<const Wrench<S>> wrenches() const { return wrenches_; }
-
-  /// J times a motion of the bodies: `motion(node)` is a twist.
-  template <typename Motion>
-  [[nodiscard]] Twist<S> held(std::size_t joint, const Motion& motion) const {
-    const MechanismJoint<S>& def = joints_[joint];
-    return constraint_velocity(def.kind, at_[joint], motion(nodes_[def.body_a]),
-                               motion(nodes_[def.body_b]));
-  }
-  /// [m, rad] Position error of a joint.
-  [[nodiscard]] Twist<S> gap(std::size_t joint) const {
-    const MechanismJoint<S>& def = joints_[joint];
-    return constraint_error(def, at_[joint], nodes_[def.body_a].now, nodes_[def.body_b].now);
-  }
-
- private:
-  [[nodiscard]] bool has_same_topology(std::span<const MechanismBody<S>> bodies,
-                                       std::span<const MechanismJoint<S>> joints) const;
-  void set_inverse_inertia(Node& node) const;
-  /// Returns lever [r]; `angular_coupling` returns I^-1 [r].
-  [[nodiscard]] static Mat3<S> linear_coupling(const Mat3<S>& lever, const Vec3<S>& r) {
-    Mat3<S> out;
-    out.col(0) = r.z() * lever.col(1) - r.y() * lever.col(2);
-    out.col(1) = r.x() * lever.col(2) - r.z() * lever.col(0);
-    out.col(2) = r.y() * lever.col(0) - r.x() * lever.col(1);
-    return out;
-  }
-  [[nodiscard]] static Mat3<S> angular_coupling(const Node& node, const Vec3<S>& r) {
-    Mat3<S> out;
-    for (Eigen::Index k = 0; k < 3; ++k) {
-      out.row(k) = node.inverse_inertia.col(k).cross(r).transpose();
-    }
-    return out;
-  }
-  [[nodiscard]] JointKind kind(std::size_t group) const { return groups_.joints()[group].kind; }
-  void couple(const JointCoupling& coupling, const Mat3<S>& lever);
-  void couple_merged(const JointCoupling& coupling, const Mat3<S>& lever);
-  void fill_free_rows();
-  void add_solution(std::span<const Twist<S>> b);
-  void add_wrench(std::size_t joint, const Vec3<S>& linear, const Vec3<S>& angular);
-
-  std::vector<MechanismJoint<S>> joints_;
-  std::vector<Node> nodes_;
-  std::vector<JointState<S>> at_;
-  JointGroups<S> groups_;
-  JointOrder order_;         // Order of groups.
-  std::vector<bool> moves_;  // Topology of `order_`, with the two below.
-  std::vector<JointKind> kinds_;
-  std::vector<std::array<std::uint32_t, 2>> pairs_;
-  bool may_be_singular_ = false;
-  BlockEnvelope<S> matrix_;
-  std::vector<Vec3<S>> rows_;
-  std::vector<Twist<S>> rest_;
-  std::vector<Wrench<S>> wrenches_;
-};
-
-// Implementation ----------------------------------------------------------------------------------
-
-template <Scalar S>
-MechanismBody<S> mechanism_body(const Body<S>& body, const Vec3<S>& gravity) {
-  MechanismBody<S> out;
-  out.moves_by_forces = body.is_dynamic();
-  out.center_pose = body.center_pose;
-  if (body.motion != Motion::fixed) out.twist = body.twist;
-  if (!out.moves_by_forces) return out;
-  out.mass = body.mass;
-  out.inertia_B = body.inertia_B;
-  out.inverse_inertia_B = body.inverse_inertia_B;
-  out.locked = body.locked;
-  out.load = body.applied;
-  out.load.force += body.mass * body.gravity_scale * gravity;
-  return out;
-}
-
-template <Scalar S>
-bool JointSystem<S>::has_same_topology(std::span<const MechanismBody<S>> bodies,
-                                       std::span<const MechanismJoint<S>> joints) const {
-  if (moves_.size() != bodies.size() || kinds_.size() != joints.size()) return false;
-  for (std::size_t i = 0; i < bodies.size(); ++i) {
-    if (moves_[i] != bodies[i].moves_by_forces) return false;
-  }
-  for (std::size_t i = 0; i < joints.size(); ++i) {
-    if (kinds_[i] != joints[i].kind || pairs_[i][0] != joints[i].body_a ||
-        pairs_[i][1] != joints[i].body_b) {
-      return false;
-    }
-  }
-  return true;
-}
-
-template <Scalar S>
-void JointSystem<S>::set(std::span<const MechanismBody<S>> bodies,
-                         std::span<const MechanismJoint<S>> joints) {
-  if (!has_same_topology(bodies, joints)) {
-    moves_.clear();
-    kinds_.clear();
-    pairs_.clear();
-    for (const MechanismBody<S>& body : bodies) moves_.push_back(body.moves_by_forces);
-    for (const MechanismJoint<S>& joint : joints) {
-      kinds_.push_back(joint.kind);
-      pairs_.push_back({joint.body_a, joint.body_b});
-    }
-    groups_.build(joints, moves_);
-    order_.build(groups_.joints(), moves_);
-    matrix_.set_shape(order_.envelope());
-  }
-  groups_.orient(joints, joints_);
-  may_be_singular_ = order_.has_loop() || groups_.has_merged();
-  nodes_.resize(bodies.size());
-  for (std::size_t i = 0; i < bodies.size(); ++i) {
-    const MechanismBody<S>& def = bodies[i];
-    Node& node = nodes_[i];
-    node = Node{};
-    node.def = &def;
-    node.now.x = def.center_pose.translation;
-    node.now.set_axes(def.center_pose.rotation);
-    node.now.twist = def.twist;
-    if (!def.moves_by_forces) continue;
-    const Mat3<S>& inverse = def.inverse_inertia_B;
-    node.is_diagonal = inverse(1, 0) == S(0) && inverse(2, 0) == S(0) && inverse(2, 1) == S(0);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      may_be_singular_ = may_be_singular_ || def.locked.linear[axis] || def.locked.angular[axis];
-      if (!def.locked.linear[axis]) {
-        node.inverse_mass[static_cast<Eigen::Index>(axis)] = S(1) / def.mass;
-      }
-    }
-  }
-  at_.resize(joints.size());
-  rest_.resize(joints.size());
-  wrenches_.resize(joints.size());
-  rows_.resize(order_.envelope().size());
-  place();
-}
-
-template <Scalar S>
-S JointSystem<S>::size() const {
-  using std::max;
-  using std::sqrt;
-  S largest2 = S(0);
-  for (const JointState<S>& at : at_) {
-    largest2 = max(largest2, max(at.arm_a.squaredNorm(), at.arm_b.squaredNorm()));
-  }
-  if (largest2 > S(0)) return sqrt(largest2);
-  for (const Node& node : nodes_) {
-    if (!node.def->moves_by_forces) continue;
-    largest2 = max(largest2, S(0.5) * node.def->inertia_B.trace() / node.def->mass);
-  }
-  return sqrt(largest2);
-}
-
-/// Sets the inverse inertia of the free axes. Torques turn the body about those alone.
-template <Scalar S>
-void JointSystem<S>::set_inverse_inertia(Node& node) const {
-  const Mat3<S>& R = node.now.R;
-  const LockedAxes& locked = node.def->locked;
-  if (!locked.any_angular()) {
-    const Mat3<S>& inverse = node.def->inverse_inertia_B;
-    Mat3<S> half;
-    if (node.is_diagonal) {
-      half = R * inverse.diagonal().asDiagonal();
-    } else {
-      half = R * inverse;
-    }
-    for (Eigen::Index i = 0; i < 3; ++i) {
-      for (Eigen::Index j = 0; j <= i; ++j) {
-        node.inverse_inertia(i, j) = node.inverse_inertia(j, i) = half.row(i).dot(R.row(j));
-      }
-    }
-    return;
-  }
-  node.inverse_inertia =
-      inverse_inertia<S>(R * node.def->inertia_B * R.transpose(), locked.angular);
-}
-
-template <Scalar S>
-void JointSystem<S>::place() {
-  for (Node& node : nodes_) {
-    if (node.def->moves_by_forces) set_inverse_inertia(node);
-  }
-  groups_.place(joints_, nodes_, at_);
-}
-
-/// Adds the coupling of two joints through a body. A unit impulse at the arm r changes the velocity
-/// at the arm s by 1/m - [s] I^-1 [r]. A unit torque changes it by -[s] I^-1.
-/// @param lever  -[s] I^-1 of the row's joint.
-template <Scalar S>
-void JointSystem<S>::couple(const JointCoupling& coupling, const Mat3<S>& lever) {
-  const Node& node = nodes_[coupling.body];
-  const JointState<S>& row = groups_.at(coupling.row);
-  const JointState<S>& column = groups_.at(coupling.column);
-  const bool row_slides = lets_slide(kind(coupling.row));
-  const bool column_slides = lets_slide(kind(coupling.column));
-  const std::size_t i = order_.first_row(coupling.row);
-  const std::size_t j = order_.first_row(coupling.column);
-  const S sign = coupling.is_b_of_row == coupling.is_b_of_column ? S(1) : S(-1);
-  const Vec3<S> r = sign * (coupling.is_b_of_column ? column.arm_b : column.arm_a);
-
-  Mat3<S> linear = linear_coupling(lever, r);
-  linear.diagonal() += sign * node.inverse_mass;
-  if (row_slides) linear -= row.slide * (row.slide.transpose() * linear);
-  if (column_slides) linear -= (linear * column.slide) * column.slide.transpose();
-  matrix_.at(i, j) += linear;
-
-  const bool row_turns = lets_turn(kind(coupling.row));
-  const bool column_turns = lets_turn(kind(coupling.column));
-  if (!row_turns) {
-    const bool row_hinges = lets_hinge(kind(coupling.row));
-    Mat3<S> block = angular_coupling(node, r);
-    if (column_slides) block -= (block * column.slide) * column.slide.transpose();
-    if (row_hinges) block -= row.hinge * (row.hinge.transpose() * block);
-    matrix_.at(i + 1, j) += block;
-    if (!column_turns) {
-      block = sign * node.inverse_inertia;
-      if (row_hinges) block -= row.hinge * (row.hinge.transpose() * block);
-      if (lets_hinge(kind(coupling.column))) {
-        block -= (block * column.hinge) * column.hinge.transpose();
-      }
-      matrix_.at(i + 1, j + 1) += block;
-    }
-  }
-  if (!column_turns && i != j) {
-    Mat3<S> block = sign * lever;
-    if (row_slides) block -= row.slide * (row.slide.transpose() * block);
-    if (lets_hinge(kind(coupling.column))) {
-      block -= (block * column.hinge) * column.hinge.transpose();
-    }
-    matrix_.at(i, j + 1) += block;
-  }
-}
-
-/// The same if one of the two is a group of several joints. The rows of the group are a triangle
-/// times other rows. Those are the rows that `couple` finds for a joint that holds all.
-template <Scalar S>
-void JointSystem<S>::couple_merged(const JointCoupling& coupling, const Mat3<S>& lever) {
-  const Node& node = nodes_[coupling.body];
-  const JointState<S>& column = groups_.at(coupling.column);
-  const std::size_t i = order_.first_row(coupling.row);
-  const std::size_t j = order_.first_row(coupling.column);
-  const S sign = coupling.is_b_of_row == coupling.is_b_of_column ? S(1) : S(-1);
-  const Vec3<S> r = sign * (coupling.is_b_of_column ? column.arm_b : column.arm_a);
-  Mat6<S> block;
-  block.template topLeftCorner<3, 3>() = linear_coupling(lever, r);
-  block.template topLeftCorner<3, 3>().diagonal() += sign * node.inverse_mass;
-  block.template topRightCorner<3, 3>() = sign * lever;
-  block.template bottomLeftCorner<3, 3>() = angular_coupling(node, r);
-  block.template bottomRightCorner<3, 3>() = sign * node.inverse_inertia;
-  const auto rows_of = [&](std::size_t group) -> Mat6<S> {
-    if (groups_.is_merged(group)) return groups_.triangle(group);
-    const JointState<S>& at = groups_.at(group);
-    Mat6<S> rows = Mat6<S>::Identity();
-    rows.template topLeftCorner<3, 3>() -= at.slide * at.slide.transpose();
-    rows.template bottomRightCorner<3, 3>() -= at.hinge * at.hinge.transpose();
-    return rows;
-  };
-  const Mat6<S> half = rows_of(coupling.row) * block;
-  block = half * rows_of(coupling.column).transpose();
-  const bool has_below = !lets_turn(kind(coupling.row));
-  const bool has_right = !lets_turn(kind(coupling.column));
-  matrix_.at(i, j) += block.template topLeftCorner<3, 3>();
-  if (has_below) matrix_.at(i + 1, j) += block.template bottomLeftCorner<3, 3>();
-  if (has_below && has_right) {
-    matrix_.at(i + 1, j + 1) += block.template bottomRightCorner<3, 3>();
-  }
-  if (has_right && i != j) matrix_.at(i, j + 1) += block.template topRightCorner<3, 3>();
-}
-
-/// Makes the matrix regular where it is singular by design. It is so along slides and about hinges.
-/// No row holds these. It is so, too, where loops or locked axes leave more rows than can move. The
-/// added terms are small. The second pass of `solve` removes their effect on everything that can
-/// move.
-template <Scalar S>
-void JointSystem<S>::fill_free_rows() {
-  const S share = may_be_singular_ ? Tolerance<S>::equal() : S(0);
-  for (std::size_t i = 0; i < groups_.size(); ++i) {
-    const JointKind kind = this->kind(i);
-    if (!may_be_singular_ && !lets_slide(kind) && !lets_hinge(kind)) continue;
-    const std::size_t row = order_.first_row(i);
-    const std::size_t rows = lets_turn(kind) ? 1 : 2;
-    // All rows of a triangle but the first three may be zero.
-    const S mean =
-        groups_.is_merged(i)
-            ? S((matrix_.at(row, row).trace() + matrix_.at(row + 1, row + 1).trace()) / S(6))
-            : S(0);
-    for (std::size_t r = row; r < row + rows; ++r) {
-      Mat3<S>& block = matrix_.at(r, r);
-      S scale = groups_.is_merged(i) ? mean : S(block.trace() / S(3));
-      if (value_of(scale) == 0) scale = S(1);
-      const Vec3<S>& axis = r == row ? groups_.at(i).slide : groups_.at(i).hinge;
-      block += (scale * axis) * axis.transpose();
-      block.diagonal().array() += share * scale;
-    }
-  }
-}
-
-template <Scalar S>
-bool JointSystem<S>::factor() {
-  if (order_.is_too_wide()) return false;
-  groups_.reduce(joints_, at_);
-  matrix_.set_zero();
-  Mat3<S> lever;
-  const JointCoupling* before = nullptr;
-  for (const JointCoupling& coupling : order_.couplings()) {
-    if (before == nullptr || before->row != coupling.row || before->body != coupling.body) {
-      const JointState<S>& at = groups_.at(coupling.row);
-      const Vec3<S>& s = coupling.is_b_of_row ? at.arm_b : at.arm_a;
-      const Mat3<S>& inverse = nodes_[coupling.body].inverse_inertia;
-      for (Eigen::Index k = 0; k < 3; ++k) lever.col(k) = inverse.col(k).cross(s);
-    }
-    if (groups_.is_merged(coupling.row) || groups_.is_merged(coupling.column)) {
-      couple_merged(coupling, lever);
-    } else {
-      couple(coupling, lever);
-    }
-    before = &coupling;
-  }
-  fill_free_rows();
-  return matrix_.factor();
-}
-
-/// Adds the impulses of a joint's rows to its bodies. Parts along its free axes have no meaning and
-/// are removed.
-template <Scalar S>
-void JointSystem<S>::add_wrench(std::size_t i, const Vec3<S>& linear, const Vec3<S>& angular) {
-  const JointState<S>& at = at_[i];
-  const JointKind kind = joints_[i].kind;
-  const Vec3<S> force = lets_slide(kind) ? across(at.slide, linear) : linear;
-  Wrench<S>& load_a = nodes_[joints_[i].body_a].load;
-  Wrench<S>& load_b = nodes_[joints_[i].body_b].load;
-  Wrench<S> wrench{force, Vec3<S>::Zero()};
-  load_b.force += force;
-  load_a.force -= force;
-  load_b.torque += at.arm_b.cross(force);
-  load_a.torque -= at.arm_a.cross(force);
-  if (!lets_turn(kind)) {
-    wrench.torque = lets_hinge(kind) ? across(at.hinge, angular) : angular;
-    load_b.torque += wrench.torque;
-    load_a.torque -= wrench.torque;
-  }
-  if (groups_.is_exchanged(i)) {
-    // Acts on the other body, about its own origin.
-    const Node& a = nodes_[joints_[i].body_a];
-    const Vec3<S> origin = a.now.R * joints_[i].X_CmA_J.translation;
-    wrench = -wrench.shifted(origin - at.arm_a);
-  }
-  wrenches_[i] += wrench;
-}
-
-/// Solves for b and adds the wrenches. Adds their effect on the bodies.
-template <Scalar S>
-void JointSystem<S>::add_solution(std::span<const Twist<S>> b) {
-  for (std::size_t g = 0; g < groups_.size(); ++g) {
-    const std::size_t row = order_.first_row(g);
-    if (groups_.is_merged(g)) {
-      groups_.gather(g, joints_, b, rows_[row], rows_[row + 1]);
-      continue;
-    }
-    rows_[row] = b[groups_.joint(g)].linear;
-    if (!lets_turn(kind(g))) rows_[row + 1] = b[groups_.joint(g)].angular;
-  }
-  matrix_.solve(rows_);
-  for (Node& node : nodes_) node.load = {};
-  for (std::size_t g = 0; g < groups_.size(); ++g) {
-    const std::size_t row = order_.first_row(g);
-    const std::size_t last = row + (lets_turn(kind(g)) ? 0 : 1);
-    if (groups_.is_merged(g)) {
-      groups_.spread(g, joints_, rows_[row], rows_[last],
-                     [this](std::size_t joint, const Vec3<S>& linear, const Vec3<S>& angular) {
-                       add_wrench(joint, linear, angular);
-                     });
-    } else {
-      add_wrench(groups_.joint(g), rows_[row], rows_[last]);
-    }
-  }
-  for (Node& node : nodes_) {
-    if (!node.def->moves_by_forces) continue;
-    node.change.linear += node.inverse_mass.cwiseProduct(node.load.force);
-    node.change.angular += node.inverse_inertia * node.load.torque;
-  }
-}
-
-template <Scalar S>
-void JointSystem<S>::solve(std::span<const Twist<S>> b) {
-  for (Wrench<S>& wrench : wrenches_) wrench = {};
-  for (Node& node : nodes_) node.change = {};
-  add_solution(b);
-  if (!may_be_singular_) return;
-  for (std::size_t i = 0; i < joints_.size(); ++i) {
-    rest_[i] = b[i] - held(i, [](const Node& node) -> const Twist<S>& { return node.change; });
-  }
-  add_solution(rest_);
-}
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// Closes velocities and gaps across joints. Holds the algorithm and its scratch memory. The
-/// system's matrix must have been factored at nearby positions.
-template <Scalar S>
-class JointProjection {
- public:
-  /// Returns whether velocities across joints are larger than an integration leaves. A group may
-  /// arrive like that. The caller may set them, or an impact in the last step may leave them.
-  [[nodiscard]] static bool has_open_velocities(const JointSystem<S>& system);
-
-  /// Removes velocities across joints, as in an impact without rebound.
-  /// @param impulses  [N s, N m s] Its impulses are added here. They are on each joint's B about
-  ///                  B's joint origin.
-  void close_velocities(JointSystem<S>& system, std::span<Wrench<S>> impulses);
-
-  /// Closes gaps by displacements that leave velocities alone, by Newton's method. One pass is
-  /// enough after a step. The remaining error is of the order of the square of the gap.
-  /// @return False if gaps stay open.
-  [[nodiscard]] bool close_gaps(JointSystem<S>& system);
-
-  /// [m] The largest gap. Angles count times the system's size.
-  [[nodiscard]] S find_gaps(const JointSystem<S>& system);
-
-  /// Closes wide gaps, up to the size of the mechanism. Bodies turn by half a radian per pass at
-  /// most. Each pass factors at the new positions. Newton's method then converges.
-  /// @param enough  [m] Gaps that count as closed, as `find_gaps` measures them.
-  /// @return False if gaps stay open.
-  [[nodiscard]] bool close_wide_gaps(JointSystem<S>& system, S enough);
-
- private:
-  static void displace(JointSystem<S>& system, S share);
-
-  std::vector<Twist<S>> wanted_;  // Relative motion of each joint for `solve`.
-};
-
-/// [N s, N m s] Momentum, and angular momentum about a point. All bodies move by forces.
-template <Scalar S>
-[[nodiscard]] Wrench<S> momentum_about(const Vec3<S>& point, const JointSystem<S>& system);
-
-/// Restores the momenta of a group. Joints do not change those of a free group. Runge-Kutta keeps
-/// linear momentum, but angular momentum only to its error. The missing part is added as a motion
-/// of the group as one rigid body. No joint resists that.
-template <Scalar S>
-void set_momentum(const Vec3<S>& point, const Wrench<S>& wanted, JointSystem<S>& system);
-
-// Implementation ----------------------------------------------------------------------------------
-
-template <Scalar S>
-bool JointProjection<S>::has_open_velocities(const JointSystem<S>& system) {
-  using std::max;
-  S turning2 = S(0), speed2 = S(0), gap_v2 = S(0), gap_w2 = S(0);
-  for (const auto& node : system.nodes()) {
-    speed2 = max(speed2, node.now.twist.linear.squaredNorm());
-    turning2 = max(turning2, node.now.twist.angular.squaredNorm());
-  }
-  for (std::size_t i = 0; i < system.joints().size(); ++i) {
-    const Twist<S> gap =
-        system.held(i, [](const auto& node) -> const Twist<S>& { return node.now.twist; });
-    gap_v2 = max(gap_v2, gap.linear.squaredNorm());
-    gap_w2 = max(gap_w2, gap.angular.squaredNorm());
-  }
-  const S size = system.size();
-  const S size2 = size * size;
-  const S small2 = Tolerance<S>::equal() * Tolerance<S>::equal();
-  return gap_v2 + size2 * gap_w2 > small2 * (speed2 + size2 * turning2);
-}
-
-template <Scalar S>
-void JointProjection<S>::close_velocities(JointSystem<S>& system, std::span<Wrench<S>> impulses) {
-  wanted_.resize(impulses.size());
-  for (std::size_t i = 0; i < wanted_.size(); ++i) {
-    wanted_[i] = Twist<S>{} -
-                 system.held(i, [](const auto& node) -> const Twist<S>& { return node.now.twist; });
-  }
-  system.solve(wanted_);
-  for (auto& node : system.nodes()) node.now.twist = node.now.twist + node.change;
-  for (std::size_t i = 0; i < impulses.size(); ++i) impulses[i] += system.wrenches()[i];
-}
-
-template <Scalar S>
-S JointProjection<S>::find_gaps(const JointSystem<S>& system) {
-  using std::max;
-  using std::sqrt;
-  const S size = system.size();
-  wanted_.resize(system.joints().size());
-  S gap2 = S(0);
-  for (std::size_t i = 0; i < wanted_.size(); ++i) {
-    const Twist<S> left = system.gap(i);
-    gap2 = max(gap2, left.linear.squaredNorm() + size * size * left.angular.squaredNorm());
-    wanted_[i] = Twist<S>{} - left;
-  }
-  return sqrt(gap2);
-}
-
-/// Moves the bodies by a share of the solved change.
-template <Scalar S>
-void JointProjection<S>::displace(JointSystem<S>& system, S share) {
-  for (auto& node : system.nodes()) {
-    if (!node.def->moves_by_forces) continue;
-    node.now.x += share * node.change.linear;
-    // A rotation to first order, like the rest of Newton's step. The length is corrected at the
-    // end.
-    const Vec3<S> half = share * node.change.angular / S(2);
-    const Quat<S>& q = node.now.q;
-    const Quat<S> change = Quat<S>(S(0), half.x(), half.y(), half.z()) * q;
-    node.now.set_axes(Quat<S>(Eigen::Matrix<S, 4, 1>(q.coeffs() + change.coeffs())));
-  }
-  system.place();
-}
-
-template <Scalar S>
-bool JointProjection<S>::close_gaps(JointSystem<S>& system) {
-  using std::max;
-  using std::sqrt;
-  constexpr int most_passes = 8;
-  const S size = system.size();
-  S far2 = S(0);
-  for (const auto& node : system.nodes()) far2 = max(far2, node.now.x.squaredNorm());
-  const S resolved = Tolerance<S>::round_off() * sqrt(far2);
-  const S closed = S(256) * Tolerance<S>::round_off() * size + resolved;
-  S gap = S(0);
-  for (int pass = 0; pass < most_passes; ++pass) {
-    gap = find_gaps(system);
-    // One pass closes gaps, and another one their derivatives.
-    if (gap <= closed && (pass > 0 || derivatives_of<S> == 0)) return true;
-    // The matrix is from nearby positions, good for small gaps.
-    if (pass > 0 && gap > S(1e-3) * size && !system.factor()) return false;
-    system.solve(wanted_);
-    displace(system, S(1));
-    if (gap * gap <= closed * size) return true;
-  }
-  return gap <= Tolerance<S>::equal() * size + resolved;
-}
-
-template <Scalar S>
-bool JointProjection<S>::close_wide_gaps(JointSystem<S>& system, S enough) {
-  using std::max;
-  using std::min;
-  constexpr int most_passes = 32;
-  const S most_turn = S(0.5);
-  for (int pass = 0; pass < most_passes; ++pass) {
-    if (find_gaps(system) <= enough) return true;
-    if (!system.factor()) return false;
-    system.solve(wanted_);
-    S turn = S(0);
-    for (const auto& node : system.nodes()) turn = max(turn, node.change.angular.norm());
-    displace(system, turn > most_turn ? S(most_turn / turn) : S(1));
-  }
-  return false;
-}
-
-template <Scalar S>
-Wrench<S> momentum_about(const Vec3<S>& point, const JointSystem<S>& system) {
-  Wrench<S> sum;
-  for (const auto& node : system.nodes()) {
-    const Mat3<S>& R = node.now.R;
-    const Vec3<S> p = node.def->mass * node.now.twist.linear;
-    const Vec3<S> L_B = node.def->inertia_B * Vec3<S>(R.transpose() * node.now.twist.angular);
-    sum += Wrench<S>{p, (node.now.x - point).cross(p) + R * L_B};
-  }
-  return sum;
-}
-
-template <Scalar S>
-void set_momentum(const Vec3<S>& point, const Wrench<S>& wanted, JointSystem<S>& system) {
-  S mass = S(0);
-  Vec3<S> center = Vec3<S>::Zero();
-  for (const auto& node : system.nodes()) {
-    mass += node.def->mass;
-    center += node.def->mass * (node.now.x - point);
-  }
-  center /= mass;
-  Mat3<S> inertia = Mat3<S>::Zero();
-  for (const auto& node : system.nodes()) {
-    const Mat3<S>& R = node.now.R;
-    inertia += R * node.def->inertia_B * R.transpose();
-    inertia += point_inertia<S>(node.def->mass, node.now.x - point - center);
-  }
-  const Wrench<S> missing = (wanted + -momentum_about(point, system)).shifted(center);
-  const Twist<S> motion{missing.force / mass, inverse_inertia<S>(inertia) * missing.torque};
-  for (auto& node : system.nodes()) {
-    node.now.twist = node.now.twist + motion.shifted(node.now.x - point - center);
-  }
-}
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
-// === bristle/dynamics/joints/mechanism_integrator.hpp
-
-/// @file
-/// Smooth motion of mechanisms. Joints connect their bodies and nothing else touches them.
-///
-/// Velocity constraints solved once a step take energy out of everything that swings. They take
-/// some tenths of it in a few seconds at usual steps. Without impacts and friction that is not
-/// needed. The motion is an ordinary differential equation. At each instant accelerations and joint
-/// wrenches follow from
-///
-///   M a = f + J^T x,   J a = -J' v        (gyroscopic torques and springs are in f)
-///
-/// A Runge-Kutta method of fifth order integrates them over the step. Its error sets the number of
-/// substeps. It leaves small gaps and velocities across the joints. One projection each closes
-/// them, the shortest in the metric of the masses.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/math/dormand_prince.hpp
-
-/// @file
-/// Explicit Runge-Kutta integration of fifth order with error control.
-///
-/// The pair of Dormand and Prince 1980, "A family of embedded Runge-Kutta formulae". Its seventh
-/// stage is the derivative at the end. It is also the first stage of the next substep. So each
-/// substep takes six evaluations, and the whole one more.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <span>
-#include <utility>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// Integrator with its scratch memory.
-template <Scalar S>
-class DormandPrince {
- public:
-  /// Advances y over `duration` in substeps that end exactly on it.
-  ///
-  /// The `system` has two members. Member `bool derivative(S t, const S* y, S* dy)` computes the
-  /// derivative; false ends the integration. Member `S error_ratio(const S* y, const S* error, S
-  /// h)` is the error [1] of a substep that ends in y. It is relative to the tolerance. It is
-  /// called right after the derivative at y.
-  ///
-  /// @param y  Values, changed only on success.
-  /// @param state  [-] Number of leading values on which the derivative depends. The others are
-  ///               integrals along the way.
-  /// @param max_substeps  [-] Most substeps tried.
-  /// @return False if the system failed, an error was not a number, or the limit was reached.
-  template <typename System>
-  [[nodiscard]] bool advance(std::span<S> y, std::size_t state, S duration, System& system,
-                             int max_substeps);
-
-  /// Substeps tried in the last call, including rejected ones.
-  [[nodiscard]] int substeps() const { return substeps_; }
-
- private:
-  static constexpr std::size_t stages = 7;
-
-  /// to := from + h * sum of weights[i] * slope i, over the first `count` entries.
-  template <std::size_t n>
-  void combine(const S* from, const std::array<S, n>& weights, S h, std::size_t count, S* to) const;
-
-  std::array<std::vector<S>, stages> slopes_;
-  std::vector<S> start_, end_, error_;
-  int substeps_ = 0;
-};
-
-// Implementation ----------------------------------------------------------------------------------
-
-template <Scalar S>
-template <std::size_t n>
-void DormandPrince<S>::combine(const S* from, const std::array<S, n>& weights, S h,
-                               std::size_t count, S* to) const {
-  std::array<const S*, n> k;
-  std::array<S, n> c;
-  for (std::size_t s = 0; s < n; ++s) {
-    k[s] = slopes_[s].data();
-    c[s] = h * weights[s];
-  }
-  for (std::size_t i = 0; i < count; ++i) {
-    S sum = c[0] * k[0][i];
-    for (std::size_t s = 1; s < n; ++s) sum += c[s] * k[s][i];
-    to[i] = from[i] + sum;
-  }
-}
-
-template <Scalar S>
-template <typename System>
-bool DormandPrince<S>::advance(std::span<S> y, std::size_t state, S duration, System& system,
-                               int max_substeps) {
-  using std::pow;
-  const auto f = [](int above, int below) { return S(above) / S(below); };
-  const std::array<S, 1> a2{f(1, 5)};
-  const std::array<S, 2> a3{f(3, 40), f(9, 40)};
-  const std::array<S, 3> a4{f(44, 45), f(-56, 15), f(32, 9)};
-  const std::array<S, 4> a5{f(19372, 6561), f(-25360, 2187), f(64448, 6561), f(-212, 729)};
-  const std::array<S, 5> a6{f(9017, 3168), f(-355, 33), f(46732, 5247), f(49, 176),
-                            f(-5103, 18656)};
-  const std::array<S, 6> b{f(35, 384), S(0), f(500, 1113), f(125, 192), f(-2187, 6784), f(11, 84)};
-  // Weights of the error: fifth order less fourth order.
-  const std::array<S, 7> e{f(71, 57600),      S(0),       f(-71, 16695), f(71, 1920),
-                           f(-17253, 339200), f(22, 525), f(-1, 40)};
-
-  for (std::vector<S>& slope : slopes_) slope.resize(y.size());
-  start_.assign(y.begin(), y.end());
-  end_.resize(y.size());
-  error_.resize(state);
-
-  substeps_ = 0;
-  S t = S(0);
-  S h = duration;
-  bool is_last = true;
-  if (!system.derivative(t, start_.data(), slopes_[0].data())) return false;
-  while (true) {
-    if (substeps_ == max_substeps) return false;
-    ++substeps_;
-    const auto stage = [&](S c, const auto& weights, std::size_t slope) {
-      combine(start_.data(), weights, h, state, end_.data());
-      return system.derivative(t + c * h, end_.data(), slopes_[slope].data());
-    };
-    if (!stage(f(1, 5), a2, 1) || !stage(f(3, 10), a3, 2) || !stage(f(4, 5), a4, 3) ||
-        !stage(f(8, 9), a5, 4) || !stage(S(1), a6, 5)) {
-      return false;
-    }
-    combine(start_.data(), b, h, y.size(), end_.data());
-    if (!system.derivative(t + h, end_.data(), slopes_[6].data())) return false;
-    std::fill(error_.begin(), error_.end(), S(0));
-    combine(error_.data(), e, h, state, error_.data());
-
-    const S ratio = system.error_ratio(end_.data(), error_.data(), h);
-    if (!(ratio < infinity<S>)) return false;
-    const bool is_accepted = ratio <= S(1);
-    if (is_accepted) {
-      t += h;
-      std::swap(start_, end_);
-      std::swap(slopes_[0], slopes_[6]);
-      if (is_last) break;
-    }
-    // The error of a substep grows with the fifth power of its length. The target is a little below
-    // the tolerance. One estimate changes the length by at most a factor of five. The error is
-    // taken without derivatives, so the ends of substeps carry none.
-    const S error = S(value_of(ratio));
-    const S factor = error > S(0) ? S(0.9) * pow(error, S(-0.2)) : S(5);
-    h *= std::clamp(factor, S(0.2), is_accepted ? S(5) : S(0.9));
-    // The rest is cut into equal parts. So the last one is no sliver.
-    const S rest = duration - t;
-    is_last = h >= rest;
-    if (is_last) {
-      h = rest;
-    } else if (S(2) * h > rest) {
-      h = rest / S(2);
-    }
-  }
-  std::copy(start_.begin(), start_.end(), y.begin());
-  return true;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// Settings of `MechanismIntegrator`.
-template <Scalar S>
-struct MechanismIntegratorDef {
-  /// [1] Largest velocity error of a substep, in the norm of kinetic energy, > 0. It is relative to
-  /// the velocities plus their change by forces in the substep. The velocities are seen from the
-  /// body that carries the mechanism.
-  S tolerance = S(5e-5);
-  /// [-] Most substeps tried in a step, > 0. At the limit the step fails.
-  int max_substeps = 64;
-};
-
-/// Checks the settings.
-/// @throws InvalidArgument naming the field.
-template <Scalar S>
-void validate(const MechanismIntegratorDef<S>& def);
-
-/// The algorithm with its scratch memory. One object serves many groups in turn. It keeps only the
-/// order of their joints.
-template <Scalar S>
-class MechanismIntegrator {
- public:
-  /// @throws InvalidArgument if the settings are not valid.
-  explicit MechanismIntegrator(MechanismIntegratorDef<S> def = {}) : def_(def) { validate(def_); }
-
-  /// Finds the state of one connected group after a step. Joints may start with errors. Impulses
-  /// close velocities at the start. Projections close gaps at the end. Motors and limits are
-  /// ignored.
-  ///
-  /// @param end_poses  Of all bodies, like `MechanismBody::center_pose`.
-  /// @param impulses  [N s, N m s] On each joint's B about B's joint origin, along world axes.
-  /// @return False if the joints cannot be satisfied (dead or infinite masses, gaps that do not
-  ///         close, numbers that are not finite). Also false if substeps ran out. Nothing is then
-  ///         written.
-  [[nodiscard]] bool advance(std::span<const MechanismBody<S>> bodies,
-                             std::span<const MechanismJoint<S>> joints, S dt,
-                             std::span<Transform<S>> end_poses, std::span<Twist<S>> end_twists,
-                             std::span<Wrench<S>> impulses);
-
-  /// Evaluations of the accelerations in the last call.
-  [[nodiscard]] int evaluations() const { return evaluations_; }
-  /// Substeps tried in the last call, including rejected ones. It is 0 if accelerations were
-  /// constant.
-  [[nodiscard]] int substeps() const { return substeps_; }
-
-  // Interface for `DormandPrince`.
-  bool derivative(S t, const S* y, S* dy);
-  [[nodiscard]] S error_ratio(const S* y, const S* error, S h);
-
- private:
-  using Node = typename JointSystem<S>::Node;
-  static constexpr std::size_t body_values = 13;  // Position, quaternion, velocity, turning.
-  static constexpr std::size_t joint_values = 6;  // Impulse and angular impulse.
-
-  [[nodiscard]] bool has_springs() const {
-    return std::any_of(system_.joints().begin(), system_.joints().end(),
-                       [](const MechanismJoint<S>& joint) { return joint.has_spring(); });
-  }
-  void choose_reference();
-  [[nodiscard]] bool find_held();
-  void start_springs();
-  void add_springs(S t);
-  void accelerate(S t);
-  bool move_straight(S dt);
-  bool integrate(S dt);
-  void carry(S t);
-  void read_values(const S* y);
-  [[nodiscard]] bool write(std::span<Transform<S>> end_poses, std::span<Twist<S>> end_twists,
-                           std::span<Wrench<S>> impulses) const;
-
-  MechanismIntegratorDef<S> def_;
-  JointSystem<S> system_;
-  JointProjection<S> projection_;
-  DormandPrince<S> integrator_;
-  std::vector<S> values_;
-  std::vector<Twist<S>> wanted_;  // Relative motion of each joint for `solve`.
-  std::vector<Wrench<S>> impulses_;
-  std::vector<Wrench<S>> springs_;  // On B about B's joint origin; empty if there are none.
-  std::vector<S> spring_rates_;     // Rates of the free axes at the start.
-  std::vector<bool> cannot_turn_;
-  Vec3<S> reference_velocity_ = Vec3<S>::Zero();
-  Vec3<S> reference_point_ = Vec3<S>::Zero();
-  S free_acceleration_ = S(0);  // In the norm of the masses, of the last evaluation.
-  bool is_free_ = false;        // Only its loads act on the group from outside.
-  int evaluations_ = 0;
-  int substeps_ = 0;
-};
-
-// Implementation ----------------------------------------------------------------------------------
-
-template <Scalar S>
-void validate(const MechanismIntegratorDef<S>& def) {
-  require_positive("MechanismIntegratorDef::tolerance", def.tolerance);
-  require(def.max_substeps > 0, "MechanismIntegratorDef::max_substeps", def.max_substeps,
-          "must be > 0");
-}
-
-template <Scalar S>
-bool MechanismIntegrator<S>::advance(std::span<const MechanismBody<S>> bodies,
-                                     std::span<const MechanismJoint<S>> joints, S dt,
-                                     std::span<Transform<S>> end_poses,
-                                     std::span<Twist<S>> end_twists,
-                                     std::span<Wrench<S>> impulses) {
-  evaluations_ = 0;
-  substeps_ = 0;
-  system_.set(bodies, joints);
-  wanted_.resize(joints.size());
-  impulses_.assign(joints.size(), Wrench<S>{});
-  is_free_ = true;
-  for (const MechanismBody<S>& body : bodies) {
-    const LockedAxes& locked = body.locked;
-    is_free_ = is_free_ && body.moves_by_forces && !locked.any_angular() && !locked.linear[0] &&
-               !locked.linear[1] && !locked.linear[2];
-  }
-  choose_reference();
-  start_springs();
-  const bool moved = springs_.empty() && find_held() ? move_straight(dt) : integrate(dt);
-  return moved && write(end_poses, end_twists, impulses);
-}
-
-/// Chooses the velocity that errors are relative to. It is that of the body that carries the
-/// mechanism. So a crane on a ship is as accurate as one on land. Without a carrier it is that of
-/// the group's centre of mass.
-template <Scalar S>
-void MechanismIntegrator<S>::choose_reference() {
-  reference_velocity_.setZero();
-  reference_point_.setZero();
-  S weight = S(0);
-  const auto add = [&](S mass, const Vec3<S>& point, const Vec3<S>& velocity) {
-    weight += mass;
-    reference_point_ += mass * point;
-    reference_velocity_ += mass * velocity;
-  };
-  const auto nodes = system_.nodes();
-  if (is_free_) {
-    for (const Node& node : nodes) add(node.def->mass, node.now.x, node.now.twist.linear);
-  } else {
-    for (std::size_t i = 0; i < wanted_.size(); ++i) {
-      const MechanismJoint<S>& joint = system_.joints()[i];
-      const Node& a = nodes[joint.body_a];
-      const Node& b = nodes[joint.body_b];
-      const JointState<S>& at = system_.at(i);
-      if (!a.def->moves_by_forces) add(S(1), a.now.x, a.now.twist.at(at.arm_a));
-      if (!b.def->moves_by_forces) add(S(1), b.now.x, b.now.twist.at(at.arm_b));
-    }
-  }
-  if (weight > S(0)) {
-    reference_point_ /= weight;
-    reference_velocity_ /= weight;
-  }
-}
-
-/// Returns whether no body can turn. Then all axes of each body are locked, or joints without
-/// rotation connect it to one that does not turn. Directions are then constant. So are arms as far
-/// as they affect linear accelerations: fingers on slides.
-template <Scalar S>
-bool MechanismIntegrator<S>::find_held() {
-  const auto nodes = system_.nodes();
-  cannot_turn_.assign(nodes.size(), false);
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    const MechanismBody<S>& body = *nodes[i].def;
-    const auto& locked = body.locked.angular;
-    const bool is_locked = !body.moves_by_forces || (locked[0] && locked[1] && locked[2]);
-    cannot_turn_[i] = is_locked && body.twist.angular == Vec3<S>::Zero();
-  }
-  // Each round but the last finds another body that cannot turn.
-  for (bool has_changed = true; has_changed;) {
-    has_changed = false;
-    for (const MechanismJoint<S>& joint : system_.joints()) {
-      if (lets_turn(joint.kind) || lets_hinge(joint.kind) ||
-          cannot_turn_[joint.body_a] == cannot_turn_[joint.body_b]) {
-        continue;
-      }
-      const Node& other = nodes[cannot_turn_[joint.body_a] ? joint.body_b : joint.body_a];
-      if (!other.def->moves_by_forces) continue;
-      cannot_turn_[joint.body_a] = cannot_turn_[joint.body_b] = true;
-      has_changed = true;
-    }
-  }
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    if (!cannot_turn_[i]) return false;
-  }
-  return true;
-}
-
-/// Advances bodies at constant accelerations. The one evaluation is at their positions in the
-/// middle of the step without forces. Torques of moving arms are then right on average.
-template <Scalar S>
-bool MechanismIntegrator<S>::move_straight(S dt) {
-  const auto nodes = system_.nodes();
-  for (Node& node : nodes) node.now.x += (dt / S(2)) * node.now.twist.linear;
-  system_.place();
-  if (!system_.factor()) return false;
-  if (projection_.has_open_velocities(system_)) projection_.close_velocities(system_, impulses_);
-  accelerate(dt / S(2));
-  for (Node& node : nodes) {
-    const Vec3<S> gain = dt * node.acceleration.linear;
-    node.now.x = node.def->center_pose.translation + dt * (node.now.twist.linear + gain / S(2));
-    node.now.twist.linear += gain;
-    node.now.twist.angular.setZero();
-  }
-  for (std::size_t i = 0; i < impulses_.size(); ++i) {
-    impulses_[i] += dt * system_.wrenches()[i];
-  }
-  system_.place();
-  if (!projection_.close_gaps(system_)) return false;
-  projection_.close_velocities(system_, impulses_);
-  return true;
-}
-
-template <Scalar S>
-bool MechanismIntegrator<S>::integrate(S dt) {
-  const auto nodes = system_.nodes();
-  if (projection_.has_open_velocities(system_)) {
-    if (!system_.factor()) return false;
-    projection_.close_velocities(system_, impulses_);
-  }
-  std::size_t state = 0;
-  for (const Node& node : nodes) state += node.def->moves_by_forces ? body_values : 0;
-  values_.assign(state + joint_values * impulses_.size() + 3, S(0));
-  S* y = values_.data();
-  for (const Node& node : nodes) {
-    if (!node.def->moves_by_forces) continue;
-    const BodyState<S>& now = node.now;
-    Eigen::Map<Vec3<S>> x(y), v(y + 7), w(y + 10);
-    Eigen::Map<Eigen::Matrix<S, 4, 1>> q(y + 3);
-    x = now.x;
-    q = now.q.coeffs();
-    v = now.twist.linear;
-    w = now.twist.angular;
-    y += body_values;
-  }
-  Wrench<S> wanted;
-  if (is_free_) wanted = momentum_about(reference_point_, system_);
-
-  const bool arrived = integrator_.advance(values_, state, dt, *this, def_.max_substeps);
-  substeps_ = integrator_.substeps();
-  if (!arrived) return false;
-
-  // The last evaluation was at the end. So its matrix can be used.
-  read_values(values_.data());
-  carry(dt);
-  for (std::size_t i = 0; i < impulses_.size(); ++i) {
-    const S* impulse = values_.data() + state + joint_values * i;
-    impulses_[i].force += Vec3<S>(impulse[0], impulse[1], impulse[2]);
-    impulses_[i].torque += Vec3<S>(impulse[3], impulse[4], impulse[5]);
-  }
-  if (!projection_.close_gaps(system_)) return false;
-  projection_.close_velocities(system_, impulses_);
-  if (is_free_) {
-    for (const Node& node : nodes) wanted.force += dt * node.def->load.force;
-    const S* turned = values_.data() + values_.size() - 3;
-    wanted.torque += Vec3<S>(turned[0], turned[1], turned[2]);
-    set_momentum(reference_point_, wanted, system_);
-  }
-  return true;
-}
-
-/// Poses of the bodies that forces do not move, after a time t.
-template <Scalar S>
-void MechanismIntegrator<S>::carry(S t) {
-  for (Node& node : system_.nodes()) {
-    if (node.def->moves_by_forces) continue;
-    const Twist<S>& twist = node.def->twist;
-    node.now.x = node.def->center_pose.translation + t * twist.linear;
-    if (twist.angular == Vec3<S>::Zero()) continue;
-    node.now.set_axes(step_rotation(node.def->center_pose.rotation, twist.angular, t));
-  }
-}
-
-template <Scalar S>
-void MechanismIntegrator<S>::read_values(const S* y) {
-  for (Node& node : system_.nodes()) {
-    if (!node.def->moves_by_forces) continue;
-    node.now.x = Vec3<S>(y[0], y[1], y[2]);
-    node.now.set_axes(Quat<S>(y[6], y[3], y[4], y[5]));
-    node.now.twist = {Vec3<S>(y[7], y[8], y[9]), Vec3<S>(y[10], y[11], y[12])};
-    y += body_values;
-  }
-}
-
-template <Scalar S>
-void MechanismIntegrator<S>::start_springs() {
-  springs_.clear();
-  if (!has_springs()) return;
-  const auto joints = system_.joints();
-  springs_.resize(joints.size());
-  spring_rates_.resize(joints.size());
-  for (std::size_t i = 0; i < joints.size(); ++i) {
-    spring_rates_[i] = axis_rate(system_.at(i), system_.nodes()[joints[i].body_a].now.twist,
-                                 system_.nodes()[joints[i].body_b].now.twist);
-  }
-}
-
-/// Sets `Node::load` to loads and spring forces at a time t into the step. Does nothing without
-/// springs.
-template <Scalar S>
-void MechanismIntegrator<S>::add_springs(S t) {
-  if (springs_.empty()) return;
-  const auto nodes = system_.nodes();
-  for (Node& node : nodes) node.load = node.def->load;
-  for (std::size_t i = 0; i < springs_.size(); ++i) {
-    const MechanismJoint<S>& joint = system_.joints()[i];
-    if (!joint.has_spring()) continue;
-    const JointState<S>& at = system_.at(i);
-    Node& a = nodes[joint.body_a];
-    Node& b = nodes[joint.body_b];
-    // The rate at the start tells whole turns apart.
-    const S guess = joint.angle + t * spring_rates_[i];
-    const S pull = -joint.spring.stiffness *
-                       (axis_position(joint, at, a.now, b.now, guess) - joint.spring.rest) -
-                   joint.spring.damping * axis_rate(at, a.now.twist, b.now.twist);
-    springs_[i] = {pull * at.slide, pull * at.hinge};
-    b.load += Wrench<S>{springs_[i].force, springs_[i].torque + at.arm_b.cross(springs_[i].force)};
-    a.load += -Wrench<S>{springs_[i].force, springs_[i].torque + at.arm_a.cross(springs_[i].force)};
-  }
-}
-
-/// Finds accelerations of all bodies and wrenches of all joints. It uses the present positions, a
-/// time t into the step.
-template <Scalar S>
-void MechanismIntegrator<S>::accelerate(S t) {
-  using std::sqrt;
-  ++evaluations_;
-  add_springs(t);
-  S norm2 = S(0);
-  for (Node& node : system_.nodes()) {
-    if (!node.def->moves_by_forces) continue;
-    const Wrench<S>& load = springs_.empty() ? node.def->load : node.load;
-    const Mat3<S>& R = node.now.R;
-    const Vec3<S>& w = node.now.twist.angular;
-    const Vec3<S> L_B = node.def->inertia_B * Vec3<S>(R.transpose() * w);
-    const Vec3<S> torque = load.torque - w.cross(R * L_B);
-    node.acceleration.linear = node.inverse_mass.cwiseProduct(load.force);
-    node.acceleration.angular = node.inverse_inertia * torque;
-    norm2 += load.force.dot(node.acceleration.linear) + torque.dot(node.acceleration.angular);
-  }
-  free_acceleration_ = sqrt(norm2);
-  const auto nodes = system_.nodes();
-  for (std::size_t i = 0; i < wanted_.size(); ++i) {
-    const MechanismJoint<S>& joint = system_.joints()[i];
-    wanted_[i] = Twist<S>{} - system_.held(i, [](const Node& node) -> const Twist<S>& {
-      return node.acceleration;
-    });
-    wanted_[i] = wanted_[i] - constraint_acceleration_bias(joint.kind, system_.at(i),
-                                                           nodes[joint.body_a].now.twist,
-                                                           nodes[joint.body_b].now.twist);
-  }
-  system_.solve(wanted_);
-  for (Node& node : system_.nodes()) node.acceleration = node.acceleration + node.change;
-}
-
-template <Scalar S>
-bool MechanismIntegrator<S>::derivative(S t, const S* y, S* dy) {
-  read_values(y);
-  carry(t);
-  system_.place();
-  if (!system_.factor()) return false;
-  accelerate(t);
-  Vec3<S> torque = Vec3<S>::Zero();
-  for (const Node& node : system_.nodes()) {
-    if (!node.def->moves_by_forces) continue;
-    Eigen::Map<Eigen::Matrix<S, body_values, 1>> rate(dy);
-    dy += body_values;
-    const Vec3<S> w = node.now.twist.angular / S(2);
-    const Quat<S>& q = node.now.q;
-    rate.template head<3>() = node.now.twist.linear;
-    rate.template segment<3>(3) = q.w() * w + w.cross(q.vec());
-    rate[6] = -w.dot(q.vec());
-    rate.template segment<3>(7) = node.acceleration.linear;
-    rate.template segment<3>(10) = node.acceleration.angular;
-    const Wrench<S>& load = node.def->load;
-    torque += load.torque + (node.now.x - reference_point_).cross(load.force);
-  }
-  for (std::size_t i = 0; i < impulses_.size(); ++i) {
-    Eigen::Map<Eigen::Matrix<S, joint_values, 1>> rate(dy);
-    dy += joint_values;
-    const Wrench<S>& wrench = system_.wrenches()[i];
-    rate.template head<3>() = wrench.force;
-    rate.template tail<3>() = wrench.torque;
-    if (springs_.empty()) continue;
-    rate.template head<3>() += springs_[i].force;
-    rate.template tail<3>() += springs_[i].torque;
-  }
-  Eigen::Map<Vec3<S>> rate(dy);
-  rate = torque;
-  return true;
-}
-
-template <Scalar S>
-S MechanismIntegrator<S>::error_ratio(const S*, const S* error, S h) {
-  using std::max;
-  using std::sqrt;
-  const auto norm2 = [](const Node& node, const Vec3<S>& v, const Vec3<S>& w) {
-    const Vec3<S> w_B = node.now.R.transpose() * w;
-    return node.def->mass * v.squaredNorm() + w_B.dot(node.def->inertia_B * w_B);
-  };
-  const S round_off = Tolerance<S>::round_off();
-  S error2 = S(0), seen2 = S(0), total2 = S(0);
-  for (const Node& node : system_.nodes()) {
-    if (!node.def->moves_by_forces) continue;
-    const Vec3<S> error_v(error[7], error[8], error[9]);
-    const Vec3<S> error_w(error[10], error[11], error[12]);
-    error += body_values;
-    const Twist<S>& twist = node.now.twist;
-    error2 += norm2(node, error_v, error_w);
-    seen2 += norm2(node, twist.linear - reference_velocity_, twist.angular);
-    total2 += norm2(node, twist.linear, twist.angular);
-  }
-  if (error2 == S(0)) return S(0);
-  // The tolerance is not below the round-off of accelerations and of the speeds themselves.
-  return sqrt(error2) / (max(def_.tolerance, round_off) * (sqrt(seen2) + h * free_acceleration_) +
-                         round_off * sqrt(total2));
-}
-
-template <Scalar S>
-bool MechanismIntegrator<S>::write(std::span<Transform<S>> end_poses,
-                                   std::span<Twist<S>> end_twists,
-                                   std::span<Wrench<S>> impulses) const {
-  const auto is_finite = [](const Vec3<S>& a, const Vec3<S>& b) {
-    return all_finite(a) && all_finite(b);
-  };
-  for (const Node& node : system_.nodes()) {
-    if (!is_finite(node.now.x, node.now.q.coeffs().template head<3>()) ||
-        !is_finite(node.now.twist.linear, node.now.twist.angular)) {
-      return false;
-    }
-  }
-  for (const Wrench<S>& impulse : impulses_) {
-    if (!is_finite(impulse.force, impulse.torque)) return false;
-  }
-  for (std::size_t i = 0; i < end_poses.size(); ++i) {
-    const Node& node = system_.nodes()[i];
-    end_poses[i] = {node.now.q.normalized(), node.now.x};
-    end_twists[i] = node.now.twist;
-  }
-  std::copy(impulses_.begin(), impulses_.end(), impulses.begin());
-  return true;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
-#include <algorithm>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// Moves the mechanisms, one island at a time.
-template <Scalar S, typename Backend>
-class MechanismStage {
- public:
-  using State = WorldState<S, Backend>;
-
-  /// Clears the mechanisms of the last step.
-  void begin_step(const State& state) {
-    has_mechanism_ = false;
-    if (state.joints.size() == 0) return;
-    end_poses_.resize(std::max<std::size_t>(end_poses_.size(), state.bodies.slot_count()));
-    parent_.resize(std::max<std::size_t>(parent_.size(), state.bodies.slot_count()));
-    local_.resize(std::max<std::size_t>(local_.size(), state.bodies.slot_count()), none);
-    joint_impulses_.assign(state.joints.slot_count(), Wrench<S>{});
-  }
-
-  /// Returns whether an island has a mechanism whose motion may be integrated. Motors and active
-  /// limits rule it out: they are decisions of a step, not forces. So do springs that are stiff for
-  /// the step, and sensors, whose law is integrated with symplectic Euler. Inactive limits are
-  /// harmless unless contacts may push there.
-  [[nodiscard]] static bool applies_to(const State& state, const Island& island,
-                                       const SolveContext<S>& context) {
-    if (island.blocks.empty() || state.def.integrator != Integrator::trapezoidal) return false;
-    bool has_limits = false;
-    std::size_t springs = 0;
-    for (const std::uint32_t i : island.blocks) {
-      const ConstraintBlock<S>& block = state.constraints.blocks[i];
-      if (block.kind == BlockKind::equality) {
-        const Joint<S>& joint = state.joints.at(block.joint);
-        springs += joint.is_sprung && joint.is_resolved ? 1u : 0u;
-        continue;
-      }
-      const ConstraintRow<S>& row = state.constraints.rows[block.first];
-      const bool is_free =
-          block.kind == BlockKind::limit && row.impulse == S(0) && row.error > S(0);
-      if (!is_free) return false;
-      has_limits = true;
-    }
-    if (springs != island.soft.size()) return false;  // The others are stiff springs or patches.
-    if (!island.contacts.empty() && (has_limits || IslandSolver<S>::is_large(context)))
-      return false;
-    return std::none_of(island.bodies.begin(), island.bodies.end(),
-                        [&](std::uint32_t slot) { return state.solver_bodies[slot].is_sensed; });
-  }
-
-  /// Integrates the mechanisms of an island. Sets the free velocities and displacements of its
-  /// bodies, and turns the rows of its joints to their end poses.
-  /// @return False when that failed or passed a limit: the island is then as before.
-  bool advance(State& state, const Island& island) {
-    find_groups(state, island);
-    saved_.clear();
-    for (const std::uint32_t slot : island.bodies) saved_.push_back(state.solver_bodies[slot]);
-    if (!advance_groups(state, island) || !keeps_limits(state, island)) {
-      for (std::size_t k = 0; k < saved_.size(); ++k) {
-        state.solver_bodies[island.bodies[k]] = saved_[k];
-      }
-      for (const std::uint32_t i : island.blocks) {
-        joint_impulses_[state.constraints.blocks[i].joint] = {};
-      }
-      return false;
-    }
-    has_mechanism_ = true;
-    for (const std::uint32_t i : island.blocks) {
-      if (state.constraints.blocks[i].kind != BlockKind::equality) continue;
-      const Joint<S>& joint = state.joints.at(state.constraints.blocks[i].joint);
-      if (joint.is_sprung) state.constraints.soft[joint.soft_block].impulse.setZero();
-      const std::uint32_t a = joint.def.body_a.index;
-      const std::uint32_t b = joint.def.body_b.index;
-      turn_joint_rows(joint, end_pose(state, a), end_pose(state, b),
-                      state.solver_bodies[a].mean_free, state.solver_bodies[b].mean_free,
-                      state.def.time_step, state.constraints);
-      if (!island.contacts.empty()) continue;
-      for (std::uint32_t r = 0; r < state.constraints.blocks[i].count; ++r) {
-        state.constraints.rows[state.constraints.blocks[i].first + r].impulse = S(0);
-      }
-    }
-    return true;
-  }
-
-  /// Returns the bodies of an island to their joints where the solved motion throws them off. That
-  /// motion is a line along the directions of the start of the step. A light link that is struck
-  /// may turn by radians in one step. On a line it would end far from its joint, beyond the body it
-  /// lies on.
-  void close_wide_gaps(State& state, const Island& island) {
-    if (!has_far_turns(state, island)) return;
-    find_groups(state, island);
-    for (const std::uint32_t slot : island.bodies) {
-      if (parent_[slot] == slot && gather(state, island, slot)) close_wide_gaps(state);
-    }
-  }
-
-  /// Moves a body of a mechanism to its integrated pose, plus the motion that impulses added.
-  void move(Body<S>& body, const SolverBody<S>& solved, std::uint32_t slot, S dt) const {
-    const Twist<S> rest = solved.motion - solved.mean_free;
-    body.center_pose = end_poses_[slot];
-    body.center_pose.translation += dt * rest.linear;
-    if (rest.angular != Vec3<S>::Zero()) {
-      body.center_pose.rotation = step_rotation(body.center_pose.rotation, rest.angular, dt);
-    }
-  }
-
-  /// [N s, N m s] Adds the impulse of a joint in the smooth motion, on B about B's joint origin.
-  void add_impulse(std::uint32_t joint, Wrench<S>& total) const {
-    if (has_mechanism_) total += joint_impulses_[joint];
-  }
-
- private:
-  static constexpr std::uint32_t none = 0xffffffffu;
-
-  /// Joins the bodies of each mechanism: `parent_` leads to the lowest index of its movable bodies.
-  /// Contacts join nothing here.
-  void find_groups(const State& state, const Island& island) {
-    for (const std::uint32_t slot : island.bodies) parent_[slot] = slot;
-    const auto root = [&](std::uint32_t slot) {
-      while (parent_[slot] != slot) slot = parent_[slot] = parent_[parent_[slot]];
-      return slot;
-    };
-    for (const std::uint32_t i : island.blocks) {
-      const ConstraintBlock<S>& block = state.constraints.blocks[i];
-      if (!state.solver_bodies[block.body_a].moves || !state.solver_bodies[block.body_b].moves) {
-        continue;
-      }
-      const std::uint32_t a = root(block.body_a);
-      const std::uint32_t b = root(block.body_b);
-      parent_[std::max(a, b)] = std::min(a, b);
-    }
-    for (const std::uint32_t slot : island.bodies) parent_[slot] = root(slot);
-  }
-
-  bool advance_groups(State& state, const Island& island) {
-    return std::all_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t slot) {
-      return parent_[slot] != slot || advance_group(state, island, slot);
-    });
-  }
-
-  /// Returns whether all joints stay within their limits.
-  [[nodiscard]] bool keeps_limits(const State& state, const Island& island) const {
-    return std::all_of(island.blocks.begin(), island.blocks.end(), [&](std::uint32_t i) {
-      const ConstraintBlock<S>& block = state.constraints.blocks[i];
-      if (block.kind != BlockKind::limit) return true;
-      const Joint<S>& joint = state.joints.at(block.joint);
-      const SolverBody<S>& a = state.solver_bodies[block.body_a];
-      const SolverBody<S>& b = state.solver_bodies[block.body_b];
-      const JointPose<S> pose =
-          joint_pose(joint, end_pose(state, block.body_a), end_pose(state, block.body_b));
-      const S position = tracked_position(joint, pose, {a.start, a.twist}, {b.start, b.twist},
-                                          state.def.time_step);
-      return is_within_limits(joint.def, pose, position);
-    });
-  }
-
-  /// Lists the bodies and joints of a group. False if it has no joints: a lone body that contacts
-  /// connect to a mechanism.
-  bool gather(const State& state, const Island& island, std::uint32_t group) {
-    bodies_.clear();
-    joints_.clear();
-    slots_.clear();
-    joint_slots_.clear();
-    const auto number = [&](std::uint32_t slot) {
-      if (local_[slot] == none) {
-        local_[slot] = static_cast<std::uint32_t>(slots_.size());
-        slots_.push_back(slot);
-        bodies_.push_back(mechanism_body(state.bodies.at(slot), state.def.gravity));
-      }
-      return local_[slot];
-    };
-    for (const std::uint32_t i : island.blocks) {
-      const ConstraintBlock<S>& block = state.constraints.blocks[i];
-      if (block.kind != BlockKind::equality) continue;
-      const bool is_a = state.solver_bodies[block.body_a].moves;
-      if (parent_[is_a ? block.body_a : block.body_b] != group) continue;
-      const Joint<S>& joint = state.joints.at(block.joint);
-      joints_.push_back({joint.def.kind, number(block.body_a), number(block.body_b), joint.X_CmA_J,
-                         joint.X_CmB_J, joint.def.spring, joint.angle});
-      joint_slots_.push_back(block.joint);
-    }
-    for (const std::uint32_t slot : slots_) local_[slot] = none;
-    return !joints_.empty();
-  }
-
-  bool advance_group(State& state, const Island& island, std::uint32_t group) {
-    if (!gather(state, island, group)) return true;
-    poses_.resize(bodies_.size());
-    twists_.resize(bodies_.size());
-    impulses_.resize(joints_.size());
-    if (!integrator_.advance(bodies_, joints_, state.def.time_step, poses_, twists_, impulses_)) {
-      return false;
-    }
-    state.report.mechanism_evaluations += static_cast<std::uint64_t>(integrator_.evaluations());
-    for (std::size_t k = 0; k < slots_.size(); ++k) write(state, slots_[k], k);
-    for (std::size_t k = 0; k < joint_slots_.size(); ++k) {
-      joint_impulses_[joint_slots_[k]] = impulses_[k];
-    }
-    return true;
-  }
-
-  void write(State& state, std::uint32_t slot, std::size_t k) {
-    SolverBody<S>& body = state.solver_bodies[slot];
-    if (!body.moves) return;
-    const Transform<S>& start = state.bodies.at(slot).center_pose;
-    const S dt = state.def.time_step;
-    body.free = body.twist = twists_[k];
-    body.mean_free = {(poses_[k].translation - start.translation) / dt,
-                          log_rotation<S>(poses_[k].rotation * start.rotation.conjugate()) / dt};
-    body.motion = body.mean_free;
-    body.follows_joints = true;
-    end_poses_[slot] = poses_[k];
-  }
-
-  /// Returns whether joints hold a body that turns far.
-  [[nodiscard]] static bool has_far_turns(const State& state, const Island& island) {
-    return !island.blocks.empty() &&
-           std::any_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t slot) {
-             const SolverBody<S>& body = state.solver_bodies[slot];
-             const Twist<S> solved =
-                 body.follows_joints ? body.motion - body.mean_free : body.motion;
-             return turns_far(solved, state.def.time_step);
-           });
-  }
-
-  /// Closes gaps of the gathered group at the end of the step, if they are wide.
-  void close_wide_gaps(State& state) {
-    for (std::size_t k = 0; k < slots_.size(); ++k) {
-      bodies_[k].center_pose = end_of_step(state, slots_[k]);
-    }
-    system_.set(bodies_, joints_);
-    system_.place();
-    const S wide = S(3e-2) * system_.size();
-    if (projection_.find_gaps(system_) <= wide) return;
-    // The next position correction closes the remaining gap.
-    if (!projection_.close_wide_gaps(system_, S(0.1) * wide)) return;
-    for (std::size_t k = 0; k < slots_.size(); ++k) {
-      SolverBody<S>& body = state.solver_bodies[slots_[k]];
-      if (!body.moves) continue;
-      // `move` takes the body there.
-      body.motion = body.mean_free;
-      body.follows_joints = true;
-      const auto& found = system_.nodes()[k].now;
-      end_poses_[slots_[k]] = {found.q.normalized(), found.x};
-    }
-  }
-
-  /// Pose of a body at the end of the step, by the solved motion.
-  [[nodiscard]] Transform<S> end_of_step(const State& state, std::uint32_t slot) const {
-    const SolverBody<S>& solved = state.solver_bodies[slot];
-    if (!solved.moves) return end_pose(state, slot);
-    Body<S> body = state.bodies.at(slot);
-    if (solved.follows_joints) {
-      move(body, solved, slot, state.def.time_step);
-    } else {
-      step_pose(body, solved.motion, state.def.time_step);
-    }
-    return body.center_pose;
-  }
-
-  /// Pose of a body after the smooth motion.
-  [[nodiscard]] Transform<S> end_pose(const State& state, std::uint32_t slot) const {
-    if (state.solver_bodies[slot].follows_joints) return end_poses_[slot];
-    Body<S> body = state.bodies.at(slot);
-    if (body.motion == Motion::kinematic) step_pose(body, body.twist, state.def.time_step);
-    return body.center_pose;
-  }
-
-  MechanismIntegrator<S> integrator_{};
-  JointSystem<S> system_;
-  JointProjection<S> projection_;
-  bool has_mechanism_ = false;
-  std::vector<Transform<S>> end_poses_;        // By body index, for integrated bodies.
-  std::vector<Wrench<S>> joint_impulses_;      // By joint index.
-  std::vector<std::uint32_t> parent_, local_;  // By body index.
-  std::vector<SolverBody<S>> saved_;
-  std::vector<MechanismBody<S>> bodies_;
-  std::vector<MechanismJoint<S>> joints_;
-  std::vector<std::uint32_t> slots_, joint_slots_;
-  std::vector<Transform<S>> poses_;
-  std::vector<Twist<S>> twists_;
-  std::vector<Wrench<S>> impulses_;
-};
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
 #include <algorithm>
 #include <array>
 
@@ -33751,14 +34067,14 @@ class SolveStage {
   }
 
   /// Finds the velocities at the end of the step, and the position corrections.
-  void solve(State& state, const SensorStage<S, Backend>& sensors) {
+  /// @param joints  Null in a world that never had a joint.
+  void solve(State& state, const SensorStage<S, Backend>& sensors, JointStage<S, Backend>* joints) {
     // Explicit sensors have acted on bodies since.
     if (state.report.explicit_pairs > 0) {
       for (SolverBody<S>& body : state.solver_bodies) {
         if (body.is_sensed) start_from_free(state, body);
       }
     }
-    mechanisms_.begin_step(state);
     state.report.rows = 3 * state.constraints.contacts.size() + state.constraints.rows.size() +
                         6 * state.constraints.soft.size();
     if (state.report.rows == 0) return;
@@ -33768,18 +34084,14 @@ class SolveStage {
         for (const std::uint32_t slot : island.bodies) prepare_mass(state, slot);
       }
       ++state.report.islands;
-      solve_island(state, sensors, island);
+      solve_island(state, sensors, joints, island);
     }
-  }
-
-  /// Adds the impulse of a joint in the smooth motion of its mechanism.
-  void add_mechanism_impulse(std::uint32_t joint, Wrench<S>& total) const {
-    mechanisms_.add_impulse(joint, total);
   }
 
   /// Moves all bodies. If a step cannot start from a body's new state, the body keeps its pose, at
   /// rest.
-  void integrate(State& state) const {
+  /// @param joints  As in `solve`.
+  void integrate(State& state, const JointStage<S, Backend>* joints) const {
     for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
       if (!state.bodies.is_live(i)) continue;
       Body<S>& body = state.bodies.at(i);
@@ -33792,7 +34104,7 @@ class SolveStage {
         ++state.report.awake_bodies;  // Unless it falls asleep in this step.
       }
       if (solved.follows_joints) {
-        mechanisms_.move(body, solved, i, state.def.time_step);
+        joints->move(body, solved, i, state.def.time_step);
       } else {
         step_pose(body, solved.motion, state.def.time_step);
       }
@@ -33838,7 +34150,7 @@ class SolveStage {
       const SolverBody<S>& body = state.solver_bodies[slot];
       change2 = max(change2, (body.free.linear - body.start.linear).squaredNorm());
       speed2 = max(speed2, body.free.linear.squaredNorm());
-      extent = max(extent, state.bodies.at(slot).center_pose.translation.cwiseAbs().maxCoeff());
+      extent = max(extent, cwise_abs(state.bodies.at(slot).center_pose.translation).maxCoeff());
       if (body.is_sensed) context.integrator = Integrator::symplectic_euler;
     }
     change = max(change, sqrt(change2));
@@ -33884,13 +34196,14 @@ class SolveStage {
     return context;
   }
 
-  void solve_island(State& state, const SensorStage<S, Backend>& sensors, Island island) {
+  void solve_island(State& state, const SensorStage<S, Backend>& sensors,
+                    JointStage<S, Backend>* joints, Island island) {
     SolveContext<S> context = context_of(state, island);
     Constraints<S>& constraints = state.constraints;
     std::span<SolverBody<S>> bodies = state.solver_bodies;
     context.factor_work =
         solver_.factor_work(island, constraints, bodies.size(), context.settings.max_direct_work);
-    if (mechanisms_.applies_to(state, island, context) && mechanisms_.advance(state, island)) {
+    if (joints != nullptr && joints->follow(state, island, context)) {
       // A mechanism without contacts is solved. Its springs are done, too.
       if (island.contacts.empty()) return;
       island.soft = {};
@@ -33898,7 +34211,8 @@ class SolveStage {
     } else if (context.integrator == Integrator::symplectic_euler) {
       for (const std::uint32_t slot : island.bodies) bodies[slot].mean_free = bodies[slot].free;
     }
-    time_constraints(state, island, context);
+    time_contacts(state, island, context);
+    if (joints != nullptr) joints->time_rows(state, island, context);
     SolveReport<S> report;
     const std::span<const std::uint32_t> sensed = sensors.of_patches(island.soft);
     const auto solve_once = [&] {
@@ -33933,7 +34247,7 @@ class SolveStage {
     }
     if (context.integrator == Integrator::trapezoidal) keep_angular_momentum(state, island);
     if (!IslandSolver<S>::is_large(context)) limit_corrections(state, island, context);
-    mechanisms_.close_wide_gaps(state, island);
+    if (joints != nullptr) joints->close_wide_gaps(state, island);
     state.report.position_sweeps += static_cast<std::uint64_t>(report.position_sweeps);
     state.report.direct_islands += report.factorisations > 0 ? 1 : 0;
     state.report.sweeps += static_cast<std::uint64_t>(report.sweeps);
@@ -33942,9 +34256,8 @@ class SolveStage {
     state.report.capped_islands += report.residual > context.velocity_tolerance ? 1u : 0u;
   }
 
-  /// Moves contacts and joints to the instants at which their impulses act. Rows that follow their
-  /// mechanism are there already.
-  static void time_constraints(State& state, const Island& island, const SolveContext<S>& context) {
+  /// Moves contacts to the instants at which their impulses act.
+  static void time_contacts(State& state, const Island& island, const SolveContext<S>& context) {
     using std::max;
     const bool is_large = IslandSolver<S>::is_large(context);
     // An arm r of a turning body leaves an error of h w^2 r / 2 at most. Below the velocity
@@ -33965,24 +34278,15 @@ class SolveStage {
       const S w2 = max(a.start.angular.squaredNorm(), b.start.angular.squaredNorm());
       const S reach2 = max(first.arm_a.squaredNorm(), first.arm_b.squaredNorm());
       if (!(w2 * w2 * reach2 > least * least)) continue;
-      if (turns_far(a.start, context.dt) || turns_far(b.start, context.dt)) continue;
+      if (turns_far<S>(a.start.angular, context.dt) || turns_far<S>(b.start.angular, context.dt)) {
+        continue;
+      }
       const S hold = hold_of(impulse, first.friction);
       if (!(hold > S(0))) continue;
       for (std::size_t n = begin; n < k; ++n) {
         ContactConstraint<S>& c = state.constraints.contacts[island.contacts[n]];
         time_contact(c, state.contacts.points()[c.point], hold, a, b, context, is_large);
       }
-    }
-    if (is_large) return;
-    for (const std::uint32_t i : island.blocks) {
-      const ConstraintBlock<S>& block = state.constraints.blocks[i];
-      if (block.kind != BlockKind::equality || state.solver_bodies[block.body_a].follows_joints ||
-          state.solver_bodies[block.body_b].follows_joints) {
-        continue;
-      }
-      time_joint_rows(state.joints.at(block.joint), state.bodies.at(block.body_a),
-                      state.bodies.at(block.body_b), context.integrator, context.dt,
-                      state.constraints);
     }
   }
 
@@ -33999,7 +34303,7 @@ class SolveStage {
       const Twist<S> correction = body.motion - mean_motion(body, context.integrator);
       turn2 = max(turn2, correction.angular.squaredNorm());
     }
-    const S most = S(0.5) / context.dt;
+    const S most = far_turn(context.dt);
     if (turn2 <= most * most) return;
     const S share = most / sqrt(turn2);
     for (const std::uint32_t slot : island.bodies) {
@@ -34085,7 +34389,6 @@ class SolveStage {
   }
 
   IslandBuilder<S> islands_;
-  MechanismStage<S, Backend> mechanisms_;
   IslandSolver<S> solver_;
   PassiveRestitution<S> restitution_;
 };
@@ -34376,8 +34679,7 @@ class SleepStage {
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
-#include <algorithm>
-#include <cstdint>
+#include <memory>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -34392,13 +34694,10 @@ class Stepper {
   void step(State& state);
 
  private:
-  [[nodiscard]] static bool is_awake_joint(const State& state, std::uint32_t index);
-  static void add_joints(State& state);
-  void store_joint_impulses_of(State& state) const;
-  static void follow_joint_angles(State& state);
-
   ContactStage<S, Backend> contacts_;
   SensorStage<S, Backend> sensors_;
+  /// Null until the world has a joint.
+  std::unique_ptr<JointStage<S, Backend>> joints_;
   SolveStage<S, Backend> solve_;
   SleepStage<S, Backend> sleep_;
 };
@@ -34416,6 +34715,9 @@ void Stepper<S, Backend>::step(State& state) {
     state.report.sleeping_bodies = state.sleeping_bodies;
     return;
   }
+  if (joints_ == nullptr && state.joint_kernels != nullptr) {
+    joints_ = state.joint_kernels->make_stage();
+  }
   state.constraints.clear();
   solve_.prepare_bodies(state);
   sleep_.wake_reached(state, solve_, sensors_);
@@ -34425,64 +34727,17 @@ void Stepper<S, Backend>::step(State& state) {
   sensors_.apply(state);
 
   contacts_.add_constraints(state);
-  add_joints(state);
+  if (joints_) joints_->add_constraints(state);
 
-  solve_.solve(state, sensors_);
+  solve_.solve(state, sensors_, joints_.get());
   contacts_.store_impulses(state);
-  store_joint_impulses_of(state);
+  if (joints_) joints_->store_impulses(state);
   sensors_.read(state);
-  solve_.integrate(state);
-  follow_joint_angles(state);
+  solve_.integrate(state, joints_.get());
+  if (joints_) joints_->follow_angles(state);
   contacts_.settle_boxes(state);
   sleep_.fall_asleep(state, sensors_);
   ++state.steps;
-}
-
-template <Scalar S, typename Backend>
-bool Stepper<S, Backend>::is_awake_joint(const State& state, std::uint32_t index) {
-  if (!state.joints.is_live(index)) return false;
-  const JointDef<S>& def = state.joints.at(index).def;
-  return !state.bodies.at(def.body_a.index).is_asleep() &&
-         !state.bodies.at(def.body_b.index).is_asleep();
-}
-
-template <Scalar S, typename Backend>
-void Stepper<S, Backend>::add_joints(State& state) {
-  for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
-    if (!is_awake_joint(state, i)) continue;
-    Joint<S>& joint = state.joints.at(i);
-    add_joint_rows(joint, i, state.bodies.at(joint.def.body_a.index),
-                   state.bodies.at(joint.def.body_b.index), state.def.time_step, state.constraints);
-    const JointGap<S> gap = joint_gap(joint, state.constraints);
-    state.report.joint_gap = std::max(state.report.joint_gap, gap.distance);
-    state.report.joint_tilt = std::max(state.report.joint_tilt, gap.angle);
-  }
-}
-
-template <Scalar S, typename Backend>
-void Stepper<S, Backend>::store_joint_impulses_of(State& state) const {
-  for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
-    if (!is_awake_joint(state, i)) continue;
-    store_joint_impulses(state.joints.at(i), state.constraints);
-    solve_.add_mechanism_impulse(i, state.joints.at(i).total);
-  }
-}
-
-template <Scalar S, typename Backend>
-void Stepper<S, Backend>::follow_joint_angles(State& state) {
-  for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
-    if (!is_awake_joint(state, i)) continue;
-    Joint<S>& joint = state.joints.at(i);
-    if (!has_angle(joint.def.kind)) continue;
-    const std::uint32_t a = joint.def.body_a.index;
-    const std::uint32_t b = joint.def.body_b.index;
-    const Body<S>& body_a = state.bodies.at(a);
-    const Body<S>& body_b = state.bodies.at(b);
-    joint.angle =
-        tracked_position(joint, joint_pose(joint, body_a.center_pose, body_b.center_pose),
-                         {state.solver_bodies[a].start, body_a.twist},
-                         {state.solver_bodies[b].start, body_b.twist}, state.def.time_step);
-  }
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -34511,6 +34766,14 @@ template <Scalar S, typename Backend>
   return own;
 }
 template <Scalar S, typename Backend>
+[[nodiscard]] const JointKernels<S, Backend>& own_joint_kernels() {
+  static constexpr JointKernels<S, Backend> own{
+      .make_stage = []() -> std::unique_ptr<JointStage<S, Backend>> {
+        return std::make_unique<MechanismStage<S, Backend>>();
+      }};
+  return own;
+}
+template <Scalar S, typename Backend>
 [[nodiscard]] const HapticKernels<S, Backend>& own_haptic_kernels() {
   static constexpr HapticKernels<S, Backend> own{
       .substep = [](HapticLoop<S, Backend>& loop) { HapticSubstep<S, Backend>(loop).run(); }};
@@ -34520,6 +34783,10 @@ template <Scalar S, typename Backend>
 template <Scalar S, typename Backend>
 const WorldKernels<S, Backend>& world_kernels() {
   return own_world_kernels<S, Backend>();
+}
+template <Scalar S, typename Backend>
+const JointKernels<S, Backend>& joint_kernels() {
+  return own_joint_kernels<S, Backend>();
 }
 template <Scalar S, typename Backend>
 const HapticKernels<S, Backend>& haptic_kernels() {
@@ -35067,7 +35334,7 @@ template <Scalar S>
 
 template <Scalar S>
 [[nodiscard]] bool is_rotation(const Mat3<S>& R) {
-  return (R.transpose() * R - Mat3<S>::Identity()).cwiseAbs().maxCoeff() <= Tolerance<S>::equal() &&
+  return cwise_abs(R.transpose() * R - Mat3<S>::Identity()).maxCoeff() <= Tolerance<S>::equal() &&
          R.determinant() > S(0);
 }
 
@@ -35109,8 +35376,8 @@ template <Scalar S>
   }
   if (!is_positive(changed.mass) || changed.inverse_mass != S(1) / changed.mass) return false;
   const Mat3<S> expected = (changed.mass * body.inverse_mass) * body.inertia_B;
-  const S difference = (changed.inertia_B - expected).cwiseAbs().maxCoeff();
-  return difference <= Tolerance<S>::equal() * expected.diagonal().maxCoeff() &&
+  const S difference = cwise_abs(changed.inertia_B - expected).maxCoeff();
+  return difference <= Tolerance<S>::equal() * diagonal_of<S>(expected).maxCoeff() &&
          changed.inverse_inertia_B == inverse_inertia<S>(changed.inertia_B);
 }
 
@@ -35817,6 +36084,7 @@ requires ShapeBackend<Backend, S> JointId World<S, Backend>::add_joint(const Joi
   }
   detail::disturb(state_, def.body_a);
   detail::disturb(state_, def.body_b);
+  state_.joint_kernels = &detail::joint_kernels<S, Backend>();
   return state_.joints.insert(joint);
 }
 
@@ -36167,10 +36435,7 @@ class SoftSystem {
   /// @param free  [m/s, rad/s] Its twist without the blocks.
   /// @return      [-] Its number.
   std::uint32_t add_body(const Twist<S>& free) {
-    Vec6<S> twist;
-    twist.template head<3>() = free.linear;
-    twist.template tail<3>() = free.angular;
-    free_.push_back(twist);
+    free_.push_back(stacked(free));
     return static_cast<std::uint32_t>(free_.size() - 1);
   }
   /// Sets the mobility from body j to body i. It is the change of the twist of body i per impulse
@@ -36179,14 +36444,12 @@ class SoftSystem {
   ///                  transpose is the mobility from body i to body j.
   void set_mobility(std::uint32_t i, std::uint32_t j, const Mat6<S>& mobility) {
     couplings_.push_back({i, j, mobility});
-    if (i != j) couplings_.push_back({j, i, mobility.transpose()});
+    if (i != j) couplings_.push_back({j, i, transposed(mobility)});
   }
   /// Adds a known impulse about the centre of mass of a body.
   /// @param impulse  [N s, N m s]
   void apply_impulse(std::uint32_t body, const Wrench<S>& impulse) {
-    Vec6<S> known;
-    known.template head<3>() = impulse.force;
-    known.template tail<3>() = impulse.torque;
+    const Vec6<S> known = stacked(impulse);
     for (const Coupling& c : couplings_) {
       if (c.to == body) free_[c.from] += c.mobility * known;
     }
@@ -36988,7 +37251,7 @@ class GlbExtras {
     const std::size_t sensors = patch.ends.size();
     float largest = 0;
     for (const Vec3<S>& force : patch.forces) {
-      largest = std::max(largest, static_cast<float>(force.cwiseAbs().maxCoeff()));
+      largest = std::max(largest, static_cast<float>(cwise_abs(force).maxCoeff()));
     }
     constexpr float steps = std::numeric_limits<std::int16_t>::max();
     const float newton = largest > 0 ? largest / steps : 1;
@@ -38204,6 +38467,10 @@ namespace bristle::inline BRISTLE_ABI {
   template <>                                                                     \
   const detail::WorldKernels<S, Backend>& detail::world_kernels<S, Backend>() {   \
     return detail::own_world_kernels<S, Backend>();                               \
+  }                                                                               \
+  template <>                                                                     \
+  const detail::JointKernels<S, Backend>& detail::joint_kernels<S, Backend>() {   \
+    return detail::own_joint_kernels<S, Backend>();                               \
   }                                                                               \
   template <>                                                                     \
   const detail::HapticKernels<S, Backend>& detail::haptic_kernels<S, Backend>() { \

@@ -199,7 +199,8 @@ class BroadPhase {
   };
 
   [[nodiscard]] static bool is_bounded(const Aabb<S>& box) {
-    return (box.upper.array() < infinity<S>).all() && (box.lower.array() > -infinity<S>).all();
+    const Vec3<S> largest = Vec3<S>::Constant(largest_number<S>);
+    return all_at_most(box.upper, largest) && all_at_most(-largest, box.lower);
   }
 
   [[nodiscard]] static ShapePair ordered(std::uint32_t a, std::uint32_t b) {
@@ -245,15 +246,13 @@ class BroadPhase {
     if (fits && spare.maxCoeff() <= S(8) * surplus) return;
     const S distance = shift.norm();
     if (distance > reach) shift *= reach / distance;
-    Vec3<S> ahead = (S(30) * shift)
-                        .cwiseMin(Vec3<S>::Constant(S(4) * size))
-                        .cwiseMax(Vec3<S>::Constant(S(-4) * size));
+    Vec3<S> ahead = cwise_clamp(S(30) * shift, S(4) * size);
     // The motion of a body too fast for its square is not finite.
     if (!all_finite(ahead)) ahead.setZero();
-    if (fits && (spare - ahead.cwiseAbs()).maxCoeff() <= S(8) * surplus) return;
+    if (fits && (spare - cwise_abs(ahead)).maxCoeff() <= S(8) * surplus) return;
     Aabb<S> grown = swept.inflated(surplus);
-    grown.lower += ahead.cwiseMin(Vec3<S>::Zero());
-    grown.upper += ahead.cwiseMax(Vec3<S>::Zero());
+    grown.lower += cwise_min(ahead, Vec3<S>::Zero());
+    grown.upper += cwise_max(ahead, Vec3<S>::Zero());
     tree_.update(entry.node, grown);
     entry.is_needed = false;
     mark_dirty(tag);

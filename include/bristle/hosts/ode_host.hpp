@@ -141,7 +141,7 @@ class OdeHost : public EngineHost<void*, Backend> {
       const Vec6<double> moved = mobility * row;
       const double give = row.dot(moved);
       // Joints may hold the same motion twice. Then only rounding is left.
-      if (give <= 1e-10 * row.cwiseAbs2().dot(free)) return;
+      if (give <= 1e-10 * cwise_square(row).dot(free)) return;
       twist -= moved * (row.dot(twist - base) / give);
       mobility -= moved * moved.transpose() / give;
     }

@@ -109,7 +109,7 @@ class GlbExtras {
     const std::size_t sensors = patch.ends.size();
     float largest = 0;
     for (const Vec3<S>& force : patch.forces) {
-      largest = std::max(largest, static_cast<float>(force.cwiseAbs().maxCoeff()));
+      largest = std::max(largest, static_cast<float>(cwise_abs(force).maxCoeff()));
     }
     constexpr float steps = std::numeric_limits<std::int16_t>::max();
     const float newton = largest > 0 ? largest / steps : 1;

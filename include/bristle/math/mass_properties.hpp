@@ -78,8 +78,8 @@ template <Scalar S>
   const S scale = detail::power_of_two_below(S(inertia.trace()));
   for (Eigen::Index i = 0; i < 3; ++i) {
     if (!is_locked[static_cast<std::size_t>(i)]) continue;
-    inertia.row(i).setZero();
-    inertia.col(i).setZero();
+    detail::set_row(inertia, i, Vec3<S>::Zero());
+    detail::set_column(inertia, i, Vec3<S>::Zero());
     inertia(i, i) = scale;
   }
   Mat3<S> inverse = inverse_inertia<S>(inertia);

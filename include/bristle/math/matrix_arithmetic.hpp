@@ -8,8 +8,8 @@
 /// the bits are the same.
 ///
 /// A member function of Eigen refers to its object. So its result on a temporary must not be kept.
-/// In `const auto size = (a - b).cwiseAbs()` it refers to a difference that is gone. With `const
-/// Vec3<S> size` it does not.
+/// In `const auto turned = (A * B).transpose()` it refers to a product that is gone. With `const
+/// Mat3<S> turned` it does not.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -17,6 +17,8 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
+#include <cmath>
 #include <concepts>
 #include <type_traits>
 
@@ -24,10 +26,16 @@ namespace bristle::inline BRISTLE_ABI {
 
 namespace detail {
 
+/// Accepts what derives from an expression of Eigen.
+template <typename Derived>
+void accept_expression(const Eigen::MatrixBase<Derived>&);
+
 /// An Eigen matrix, or an expression of one, whose size is known at compile time.
 template <typename M>
-concept SmallMatrix = std::is_base_of_v<Eigen::MatrixBase<M>, M> && M::SizeAtCompileTime >
-0;
+concept SmallMatrix = requires(const M& m) {
+  accept_expression(m);
+  requires(int{M::SizeAtCompileTime} > 0);
+};
 
 /// Two matrices of one size and scalar.
 template <typename A, typename B>
@@ -153,7 +161,145 @@ operator*(const A& a, const B& b) {
       });
 }
 
+/// Sizes of the entries.
+template <detail::SmallMatrix A>
+[[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> cwise_abs(const A& a) {
+  using std::abs;
+  decltype(auto) x = detail::stored(a);
+  return detail::matrix_of<detail::ValueOf<A>>(
+      [&](int i, int j) { return abs(detail::entry(x, i, j)); });
+}
+
+/// Squares of the entries.
+template <detail::SmallMatrix A>
+[[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> cwise_square(const A& a) {
+  decltype(auto) x = detail::stored(a);
+  return detail::matrix_of<detail::ValueOf<A>>(
+      [&](int i, int j) { return detail::entry(x, i, j) * detail::entry(x, i, j); });
+}
+
+/// Inverses of the entries.
+template <detail::SmallMatrix A>
+[[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> cwise_inverse(const A& a) {
+  using S = typename A::Scalar;
+  decltype(auto) x = detail::stored(a);
+  return detail::matrix_of<detail::ValueOf<A>>(
+      [&](int i, int j) -> S { return S(1) / detail::entry(x, i, j); });
+}
+
+/// Products of the entries of two matrices.
+template <typename A, typename B>
+requires detail::SameSize<A, B>
+[[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> cwise_product(const A& a, const B& b) {
+  decltype(auto) x = detail::stored(a);
+  decltype(auto) y = detail::stored(b);
+  return detail::matrix_of<detail::ValueOf<A>>(
+      [&](int i, int j) { return detail::entry(x, i, j) * detail::entry(y, i, j); });
+}
+
+/// The smaller of each two entries.
+template <typename A, typename B>
+requires detail::SameSize<A, B>
+[[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> cwise_min(const A& a, const B& b) {
+  using std::min;
+  decltype(auto) x = detail::stored(a);
+  decltype(auto) y = detail::stored(b);
+  return detail::matrix_of<detail::ValueOf<A>>(
+      [&](int i, int j) { return min(detail::entry(x, i, j), detail::entry(y, i, j)); });
+}
+
+/// The larger of each two entries.
+template <typename A, typename B>
+requires detail::SameSize<A, B>
+[[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> cwise_max(const A& a, const B& b) {
+  using std::max;
+  decltype(auto) x = detail::stored(a);
+  decltype(auto) y = detail::stored(b);
+  return detail::matrix_of<detail::ValueOf<A>>(
+      [&](int i, int j) { return max(detail::entry(x, i, j), detail::entry(y, i, j)); });
+}
+
+/// The entries, moved into [-limit, limit].
+template <detail::SmallMatrix A, std::same_as<typename A::Scalar> S>
+[[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> cwise_clamp(const A& a, const S& limit) {
+  using std::max;
+  using std::min;
+  decltype(auto) x = detail::stored(a);
+  return detail::matrix_of<detail::ValueOf<A>>(
+      [&](int i, int j) -> S { return min(max(detail::entry(x, i, j), S(-limit)), limit); });
+}
+
+/// Returns whether no entry of A is above the entry of B. False for NaN.
+template <typename A, typename B>
+requires detail::SameSize<A, B>
+[[nodiscard]] BRISTLE_FORCE_INLINE bool all_at_most(const A& a, const B& b) {
+  decltype(auto) x = detail::stored(a);
+  decltype(auto) y = detail::stored(b);
+  for (int j = 0; j < A::ColsAtCompileTime; ++j) {
+    for (int i = 0; i < A::RowsAtCompileTime; ++i) {
+      if (!(detail::entry(x, i, j) <= detail::entry(y, i, j))) return false;
+    }
+  }
+  return true;
+}
+
 namespace detail {
+
+/// Row `i` of a matrix, as a column.
+template <SmallMatrix M>
+[[nodiscard]] BRISTLE_FORCE_INLINE auto row_of(const M& m, Eigen::Index i) {
+  return matrix_of<SmallResult<typename M::Scalar, M::ColsAtCompileTime, 1>>(
+      [&](int k, int) { return entry(m, static_cast<int>(i), k); });
+}
+/// Column `j` of a matrix.
+template <SmallMatrix M>
+[[nodiscard]] BRISTLE_FORCE_INLINE auto column_of(const M& m, Eigen::Index j) {
+  return matrix_of<SmallResult<typename M::Scalar, M::RowsAtCompileTime, 1>>(
+      [&](int k, int) { return entry(m, k, static_cast<int>(j)); });
+}
+/// Writes a vector into row `i` of a matrix.
+template <SmallMatrix M, SmallMatrix V>
+BRISTLE_FORCE_INLINE void set_row(M& m, Eigen::Index i, const V& v) {
+  for (Eigen::Index k = 0; k < int{M::ColsAtCompileTime}; ++k) m(i, k) = v[k];
+}
+/// Writes a vector into column `j` of a matrix.
+template <SmallMatrix M, SmallMatrix V>
+BRISTLE_FORCE_INLINE void set_column(M& m, Eigen::Index j, const V& v) {
+  for (Eigen::Index k = 0; k < int{M::RowsAtCompileTime}; ++k) m(k, j) = v[k];
+}
+/// The first two coordinates.
+template <typename S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Eigen::Matrix<S, 2, 1> xy_of(const Eigen::Matrix<S, 3, 1>& v) {
+  return {v[0], v[1]};
+}
+/// The diagonal of a matrix.
+template <typename S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Eigen::Matrix<S, 3, 1> diagonal_of(
+    const Eigen::Matrix<S, 3, 3>& m) {
+  return {m(0, 0), m(1, 1), m(2, 2)};
+}
+/// The matrix with a diagonal, and zeros elsewhere.
+template <typename S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Eigen::Matrix<S, 3, 3> diagonal_matrix(
+    const Eigen::Matrix<S, 3, 1>& v) {
+  return matrix_of<Eigen::Matrix<S, 3, 3>>([&](int i, int j) { return i == j ? v[i] : S(0); });
+}
+/// The symmetric matrix with these entries on and above its diagonal.
+template <typename S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Eigen::Matrix<S, 3, 3> symmetric(S xx, S xy, S xz, S yy, S yz,
+                                                                    S zz) {
+  Eigen::Matrix<S, 3, 3> m;
+  set_row(m, 0, Eigen::Matrix<S, 3, 1>(xx, xy, xz));
+  set_row(m, 1, Eigen::Matrix<S, 3, 1>(xy, yy, yz));
+  set_row(m, 2, Eigen::Matrix<S, 3, 1>(xz, yz, zz));
+  return m;
+}
+/// The transpose, as a matrix of its own.
+template <SmallMatrix M>
+[[nodiscard]] BRISTLE_FORCE_INLINE auto transposed(const M& m) {
+  return matrix_of<SmallResult<typename M::Scalar, M::ColsAtCompileTime, M::RowsAtCompileTime>>(
+      [&](int i, int j) { return entry(m, j, i); });
+}
 
 /// R M R^T of a symmetric M: only six entries are computed.
 template <typename S>

@@ -94,6 +94,23 @@ template <Scalar S>
   return unit_product(exp_rotation<S>(dt * w_W), q);
 }
 
+namespace detail {
+
+/// [rad/s] Angular velocity that turns by half a radian in a step. The chord of the path of a point
+/// then misses the arc by an eighth of the radius. Beyond it, directions at the start of the step
+/// tell little about its end.
+template <Scalar S>
+[[nodiscard]] S far_turn(S dt) {
+  return S(0.5) / dt;
+}
+/// Returns whether an angular velocity [rad/s] turns a body farther than that.
+template <Scalar S>
+[[nodiscard]] bool turns_far(const Vec3<S>& angular, S dt) {
+  return angular.squaredNorm() > far_turn(dt) * far_turn(dt);
+}
+
+}  // namespace detail
+
 /// Two unit vectors that complete the unit vector n to a right-handed orthonormal basis (t1, t2,
 /// n).
 ///

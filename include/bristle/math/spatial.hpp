@@ -55,11 +55,62 @@ struct Wrench {
   friend Wrench operator*(S k, const Wrench& a) { return {k * a.force, k * a.torque}; }
 };
 
+namespace detail {
+
+/// One vector of two halves.
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Vec6<S> stacked(const Vec3<S>& first, const Vec3<S>& second) {
+  Vec6<S> v;
+  for (Eigen::Index i = 0; i < 3; ++i) v[i] = first[i];
+  for (Eigen::Index i = 0; i < 3; ++i) v[3 + i] = second[i];
+  return v;
+}
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Vec3<S> first_half(const Vec6<S>& v) {
+  return {v[0], v[1], v[2]};
+}
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Vec3<S> second_half(const Vec6<S>& v) {
+  return {v[3], v[4], v[5]};
+}
+/// Twists and wrenches as vectors, the linear half first.
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Vec6<S> stacked(const Twist<S>& t) {
+  return stacked<S>(t.linear, t.angular);
+}
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Vec6<S> stacked(const Wrench<S>& w) {
+  return stacked<S>(w.force, w.torque);
+}
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Twist<S> twist_of(const Vec6<S>& v) {
+  return {first_half<S>(v), second_half<S>(v)};
+}
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Wrench<S> wrench_of(const Vec6<S>& v) {
+  return {first_half<S>(v), second_half<S>(v)};
+}
+
+/// Quarter of a matrix, by the row and column of its first entry.
+template <Eigen::Index row, Eigen::Index column, Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Mat3<S> quarter(const Mat6<S>& m) {
+  return matrix_of<Mat3<S>>([&](int i, int j) { return m(row + i, column + j); });
+}
+/// Writes a quarter of a matrix.
+template <Eigen::Index row, Eigen::Index column, Scalar S>
+BRISTLE_FORCE_INLINE void set_quarter(Mat6<S>& m, const Mat3<S>& value) {
+  for (Eigen::Index j = 0; j < 3; ++j) {
+    for (Eigen::Index i = 0; i < 3; ++i) m(row + i, column + j) = value(i, j);
+  }
+}
+
+}  // namespace detail
+
 /// The matrix of `Twist::shifted(r)`; its transpose is that of `Wrench::shifted(-r)`.
 template <Scalar S>
 [[nodiscard]] Mat6<S> shift_matrix(const Vec3<S>& r) {
   Mat6<S> G = Mat6<S>::Identity();
-  G.template topRightCorner<3, 3>() = -skew(r);
+  detail::set_quarter<0, 3, S>(G, -skew(r));
   return G;
 }
 

@@ -142,7 +142,7 @@ template <Value T>
 [[nodiscard]] BRISTLE_FORCE_INLINE Anchor<T> anchored(const PairPose<ScalarOf<T>>& pair,
                                                       const Vector3<T>& r_A,
                                                       const Vector3<T>& stretch) {
-  const Mat3<ScalarOf<T>> R_BA = pair.R_AB.transpose();
+  const Mat3<ScalarOf<T>> R_BA = transposed(pair.R_AB);
   return {r_A, R_BA * Vector3<T>(r_A - broadcast<T>(pair.p_AB) - stretch)};
 }
 

@@ -235,20 +235,19 @@ struct ModelSum {
 
   /// The sum over all lanes.
   void get(Mat6<S>& matrix, Vec6<S>& offset) const {
-    Mat3<S> K, low;
-    K << sum_of_lanes(xx), sum_of_lanes(xy), sum_of_lanes(xz), S(0), sum_of_lanes(yy),
-        sum_of_lanes(yz), S(0), S(0), sum_of_lanes(zz);
-    low << sum_of_lanes(low_xx), sum_of_lanes(low_xy), sum_of_lanes(low_xz), S(0),
-        sum_of_lanes(low_yy), sum_of_lanes(low_yz), S(0), S(0), sum_of_lanes(low_zz);
     Mat3<S> top;
-    top << sum_of_lanes(top_x).transpose(), sum_of_lanes(top_y).transpose(),
-        sum_of_lanes(top_z).transpose();
-    matrix.template topLeftCorner<3, 3>() = K.template selfadjointView<Eigen::Upper>();
-    matrix.template topRightCorner<3, 3>() = top;
-    matrix.template bottomLeftCorner<3, 3>() = top.transpose();
-    matrix.template bottomRightCorner<3, 3>() = low.template selfadjointView<Eigen::Upper>();
-    offset.template head<3>() = sum_of_lanes(linear);
-    offset.template tail<3>() = sum_of_lanes(angular);
+    set_row(top, 0, sum_of_lanes(top_x));
+    set_row(top, 1, sum_of_lanes(top_y));
+    set_row(top, 2, sum_of_lanes(top_z));
+    set_quarter<0, 0, S>(
+        matrix, symmetric<S>(sum_of_lanes(xx), sum_of_lanes(xy), sum_of_lanes(xz), sum_of_lanes(yy),
+                             sum_of_lanes(yz), sum_of_lanes(zz)));
+    set_quarter<0, 3, S>(matrix, top);
+    set_quarter<3, 0, S>(matrix, transposed(top));
+    set_quarter<3, 3, S>(
+        matrix, symmetric<S>(sum_of_lanes(low_xx), sum_of_lanes(low_xy), sum_of_lanes(low_xz),
+                             sum_of_lanes(low_yy), sum_of_lanes(low_yz), sum_of_lanes(low_zz)));
+    offset = stacked<S>(sum_of_lanes(linear), sum_of_lanes(angular));
   }
 
  private:

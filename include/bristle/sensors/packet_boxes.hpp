@@ -73,8 +73,8 @@ class PacketBoxes {
       }
     }
     void include(std::size_t i, const Vec3<S>& point) {
-      lower.set(i, lower[i].cwiseMin(point));
-      upper.set(i, upper[i].cwiseMax(point));
+      lower.set(i, cwise_min(lower[i], point));
+      upper.set(i, cwise_max(upper[i], point));
     }
     /// Fills the unused entries of the last row, behind `count` boxes, with finite numbers.
     /// Infinities would raise floating-point exceptions.

@@ -93,8 +93,8 @@ struct LaneMotion {
       : linear(Pack3<S>::all(v)), angular(Pack3<S>::all(w)) {}
   /// From u of a soft block, in the world's axes.
   LaneMotion(const PatchPair<S>& pair, const Vec6<S>& u)
-      : LaneMotion(pair.R_WA.transpose() * u.template head<3>(),
-                   pair.R_WA.transpose() * u.template tail<3>()) {}
+      : LaneMotion(pair.R_WA.transpose() * first_half<S>(u),
+                   pair.R_WA.transpose() * second_half<S>(u)) {}
 
   [[nodiscard]] BRISTLE_FORCE_INLINE Pack3<S> at(const Pack3<S>& rho) const {
     return velocity_at<Pack<S>>(linear, angular, rho);
@@ -424,15 +424,12 @@ PairResponse<S> evaluate(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<S
 template <Scalar S>
 void fill_block(const PatchPair<S>& pair, SoftBlock<S>& block) {
   const Mat3<S>& R = pair.R_WA;
-  const Mat3<S> top = R * pair.matrix.template topRightCorner<3, 3>() * R.transpose();
-  block.matrix.template topLeftCorner<3, 3>() =
-      rotated<S>(R, pair.matrix.template topLeftCorner<3, 3>());
-  block.matrix.template topRightCorner<3, 3>() = top;
-  block.matrix.template bottomLeftCorner<3, 3>() = top.transpose();
-  block.matrix.template bottomRightCorner<3, 3>() =
-      rotated<S>(R, pair.matrix.template bottomRightCorner<3, 3>());
-  block.offset.template head<3>() = R * pair.offset.template head<3>();
-  block.offset.template tail<3>() = R * pair.offset.template tail<3>();
+  const Mat3<S> top = R * quarter<0, 3, S>(pair.matrix) * R.transpose();
+  set_quarter<0, 0, S>(block.matrix, rotated<S>(R, quarter<0, 0, S>(pair.matrix)));
+  set_quarter<0, 3, S>(block.matrix, top);
+  set_quarter<3, 0, S>(block.matrix, transposed(top));
+  set_quarter<3, 3, S>(block.matrix, rotated<S>(R, quarter<3, 3, S>(pair.matrix)));
+  block.offset = stacked<S>(R * first_half<S>(pair.offset), R * second_half<S>(pair.offset));
 }
 
 template <Scalar S>

@@ -410,7 +410,7 @@ std::uint32_t meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S
   pair.R_WA = A.center_pose.rotation_matrix();
   pair.pose = pair_pose(A.center_pose, B.body->center_pose);
   const Vec3<S> p_AB_W = B.body->center_pose.translation - A.center_pose.translation;
-  const Mat3<S> R_AW = pair.R_WA.transpose();
+  const Mat3<S> R_AW = transposed(pair.R_WA);
   pair.start_motion = {R_AW * (A.twist.linear - B.body->twist.at(-p_AB_W)),
                        R_AW * (A.twist.angular - B.body->twist.angular)};
   const std::uint32_t end = place_contacts(patch, index, first);

@@ -40,8 +40,8 @@ void measure_pair(const SensorPatch<S>& patch, PatchPair<S>& pair, const SolverB
   using std::max;
   const Mat6<S> W = mobility(a.inverse_mass, a.inverse_inertia, pair.arm_a) +
                     mobility(b.inverse_mass, b.inverse_inertia, pair.arm_b);
-  const S w = W.template topLeftCorner<3, 3>().trace() / S(3);
-  const S w_rot = W.template bottomRightCorner<3, 3>().trace() / S(3);
+  const S w = quarter<0, 0, S>(W).trace() / S(3);
+  const S w_rot = quarter<3, 3, S>(W).trace() / S(3);
   const PairStiffness<S>& k = pair.stiffness;
   // Shifts the moments from the patch's middle to c.
   const Vec3<S> shift = pair.center - patch.box.center();

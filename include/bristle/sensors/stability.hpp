@@ -89,7 +89,8 @@ template <Scalar S>
   using std::sqrt;
   Mat6<S> root = Mat6<S>::Zero();
   for (int j = 0; j < 6; ++j) {
-    const Vec6<S> rest = W.col(j) - root.leftCols(j) * root.row(j).head(j).transpose();
+    Vec6<S> rest = column_of(W, j);
+    for (int k = 0; k < j; ++k) rest = rest - root(j, k) * column_of(root, k);
     if (!(rest[j] > S(8) * Tolerance<S>::round_off() * W(j, j))) continue;
     // No block expressions: with unknown length, GCC 12 sees whole AVX-512 registers read and
     // warns.

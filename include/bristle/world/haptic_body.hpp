@@ -50,7 +50,7 @@ class HapticBody {
   /// Prepares for one substep.
   void begin_substep() {
     if (held_.is_held || !body_.moves()) return;
-    held_.matrix.template bottomRightCorner<3, 3>() = body_.inverse_inertia_W();
+    set_quarter<3, 3, S>(held_.matrix, body_.inverse_inertia_W());
   }
   /// [1/kg] Mean mobility of the point at `arm` [m] from the centre of mass.
   [[nodiscard]] S mobility_at(const Vec3<S>& arm) const {
@@ -96,8 +96,8 @@ class HapticBody {
       // Forces known from the start accelerate the body evenly. All substeps share the error of the
       // world's integrator.
       const Vec6<S> motion = end_ + (spread_ - S(0.5) * h) * (held_.matrix * other_force_);
-      body_.twist = {end_.template head<3>(), end_.template tail<3>()};
-      step_pose(body_, Twist<S>{motion.template head<3>(), motion.template tail<3>()}, h);
+      body_.twist = twist_of<S>(end_);
+      step_pose(body_, twist_of<S>(motion), h);
     } else {
       step_pose(body_, body_.twist, h);
     }
@@ -105,12 +105,7 @@ class HapticBody {
 
   /// [m, rad] Displacement by the substeps' impulses beyond that of a constant force, due to their
   /// instants.
-  [[nodiscard]] Twist<S> carried() const {
-    Vec6<S> moment;
-    moment << carried_.force, carried_.torque;
-    const Vec6<S> shift = held_.matrix * moment;
-    return {shift.template head<3>(), shift.template tail<3>()};
-  }
+  [[nodiscard]] Twist<S> carried() const { return twist_of<S>(held_.matrix * stacked(carried_)); }
 
   /// [kg m/s, kg m^2/s] Momentum of the world's body when the impulses were applied.
   Vec6<S> start_momentum = Vec6<S>::Zero();

@@ -347,12 +347,9 @@ Vec6<S> HapticLoop<S, Backend>::other_force(const detail::WorldState<S, Backend>
   const auto last = std::find_if(last_bodies_.begin(), last_bodies_.end(),
                                  [id](const detail::HapticBody<S>& b) { return b.id() == id; });
   if (last == last_bodies_.end() || held.was_hit) {
-    Vec6<S> weight = Vec6<S>::Zero();
-    weight.template head<3>() = body.mass * body.gravity_scale * state.def.gravity;
-    return weight;
+    return detail::stacked<S>(body.mass * body.gravity_scale * state.def.gravity, Vec3<S>::Zero());
   }
-  Vec6<S> given;
-  given << last->impulse().force, last->impulse().torque;
+  const Vec6<S> given = detail::stacked(last->impulse());
   return (detail::HapticBody<S>::momentum(body) - last->start_momentum - given) /
          state.def.time_step;
 }

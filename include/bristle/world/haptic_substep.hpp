@@ -39,11 +39,7 @@ class HapticSubstep {
   /// [m/s, rad/s] Motion of a tool at the point of a block.
   [[nodiscard]] Vec6<S> motion_of(const Skin& tool_patch, const SoftBlock<S>& block) const {
     const Twist<S>& twist = loop_.tools_[tool_patch.tool].twist;
-    Vec6<S> motion;
-    // By halves: g++ 12 warns of the comma form as a read beyond three floats.
-    motion.template head<3>() = twist.at(block.arm_a);
-    motion.template tail<3>() = twist.angular;
-    return motion;
+    return stacked<S>(twist.at(block.arm_a), twist.angular);
   }
   /// [-] Index of the predicted body with an index of the world.
   [[nodiscard]] std::uint32_t number_of(std::uint32_t slot) const {
@@ -168,8 +164,7 @@ bool HapticSubstep<S, Backend>::answer(const SolvePass& pass) {
       SoftBlock<S>& block = tool_patch.blocks[k];
       const PairResponse<S> found =
           evaluate(tool_patch.patch, tool_patch.patch.pairs[k], block.motion, loop_.h_, pass);
-      block.impulse.template head<3>() = found.impulse.force;
-      block.impulse.template tail<3>() = found.impulse.torque;
+      block.impulse = stacked(found.impulse);
       has_changed = found.has_changed || has_changed;
     }
   }
@@ -187,7 +182,7 @@ void HapticSubstep<S, Backend>::deliver(Skin& tool_patch) {
       clear_impulses(tool_patch.patch, tool_patch.patch.pairs[k]);
       continue;
     }
-    const Wrench<S> on_b{block.impulse.template head<3>(), block.impulse.template tail<3>()};
+    const Wrench<S> on_b = wrench_of<S>(block.impulse);
     loop_.bodies_[tool_patch.touched[k]].apply_impulse(on_b.shifted(-block.arm_b), left);
     tool.wrench += (S(-1) / loop_.h_) * on_b.shifted(-block.arm_a);
   }

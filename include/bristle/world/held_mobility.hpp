@@ -45,8 +45,8 @@ class HeldMobilityFinder {
     const Body<S>& body = state.bodies.at(slot);
     if (!body.moves()) return result;
     result.integrator = state.def.integrator;
-    result.matrix.template topLeftCorner<3, 3>() = body.inverse_mass_W().asDiagonal();
-    result.matrix.template bottomRightCorner<3, 3>() = body.inverse_inertia_W();
+    set_quarter<0, 0, S>(result.matrix, diagonal_matrix<S>(body.inverse_mass_W()));
+    set_quarter<3, 3, S>(result.matrix, body.inverse_inertia_W());
     add_patches(state, slot, result);
     free_ = result.matrix;
     add_contacts(state, slot, result);
@@ -57,8 +57,7 @@ class HeldMobilityFinder {
  private:
   /// Removes all motion along a row. A constraint balances impulses along it.
   void stop(const Vec3<S>& direction, const Vec3<S>& angular, HeldMobility<S>& held) const {
-    Vec6<S> row;
-    row << direction, angular;
+    const Vec6<S> row = stacked<S>(direction, angular);
     const Vec6<S> motion = held.matrix * row;
     const S response = row.dot(motion);
     held.is_held = true;
@@ -147,8 +146,7 @@ class HeldMobilityFinder {
           if (value_of(row.compliance) == 0) {
             stop(row.direction, angular, held);
           } else {
-            Vec6<S> j;
-            j << row.direction, angular;
+            const Vec6<S> j = stacked<S>(row.direction, angular);
             soften((S(1) / row.compliance) * j * j.transpose(), Vec3<S>::Zero(), held);
           }
         }

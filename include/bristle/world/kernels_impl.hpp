@@ -5,6 +5,7 @@
 
 #include <bristle/world/haptic_substep.hpp>
 #include <bristle/world/kernels.hpp>
+#include <bristle/world/mechanism_stage.hpp>
 #include <bristle/world/proximity.hpp>
 #include <bristle/world/ray_query.hpp>
 #include <bristle/world/stepper.hpp>
@@ -33,6 +34,14 @@ template <Scalar S, typename Backend>
   return own;
 }
 template <Scalar S, typename Backend>
+[[nodiscard]] const JointKernels<S, Backend>& own_joint_kernels() {
+  static constexpr JointKernels<S, Backend> own{
+      .make_stage = []() -> std::unique_ptr<JointStage<S, Backend>> {
+        return std::make_unique<MechanismStage<S, Backend>>();
+      }};
+  return own;
+}
+template <Scalar S, typename Backend>
 [[nodiscard]] const HapticKernels<S, Backend>& own_haptic_kernels() {
   static constexpr HapticKernels<S, Backend> own{
       .substep = [](HapticLoop<S, Backend>& loop) { HapticSubstep<S, Backend>(loop).run(); }};
@@ -42,6 +51,10 @@ template <Scalar S, typename Backend>
 template <Scalar S, typename Backend>
 const WorldKernels<S, Backend>& world_kernels() {
   return own_world_kernels<S, Backend>();
+}
+template <Scalar S, typename Backend>
+const JointKernels<S, Backend>& joint_kernels() {
+  return own_joint_kernels<S, Backend>();
 }
 template <Scalar S, typename Backend>
 const HapticKernels<S, Backend>& haptic_kernels() {

@@ -1,6 +1,5 @@
 /// @file
-/// Part of the third stage of a step: mechanisms follow their own smooth motion, and contacts act
-/// on the result.
+/// The joint stage of a step: rows of joints, and mechanisms that follow their own smooth motion.
 ///
 /// `MechanismIntegrator` moves bodies that only joints act on, and keeps their energy. Contacts on
 /// them take that motion as free motion. The impulses of contacts, and the joints' response to
@@ -8,10 +7,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/dynamics/joints/joint_pose.hpp>
 #include <bristle/dynamics/joints/joint_projection.hpp>
 #include <bristle/dynamics/joints/joint_rows.hpp>
 #include <bristle/dynamics/joints/mechanism_integrator.hpp>
 #include <bristle/dynamics/solver/island_solver.hpp>
+#include <bristle/world/joint_stage.hpp>
 #include <bristle/world/world_state.hpp>
 
 #include <algorithm>
@@ -19,11 +20,95 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Moves the mechanisms, one island at a time.
+/// Constrains the bodies of joints, and moves the mechanisms, one island at a time.
 template <Scalar S, typename Backend>
-class MechanismStage {
+class MechanismStage final : public JointStage<S, Backend> {
  public:
   using State = WorldState<S, Backend>;
+
+  void add_constraints(State& state) override {
+    begin_step(state);
+    for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
+      if (!is_awake_joint(state, i)) continue;
+      Joint<S>& joint = state.joints.at(i);
+      add_joint_rows(joint, i, state.bodies.at(joint.def.body_a.index),
+                     state.bodies.at(joint.def.body_b.index), state.def.time_step,
+                     state.constraints);
+      const JointGap<S> gap = joint_gap(joint, state.constraints);
+      state.report.joint_gap = std::max(state.report.joint_gap, gap.distance);
+      state.report.joint_tilt = std::max(state.report.joint_tilt, gap.angle);
+    }
+  }
+
+  bool follow(State& state, const Island& island, const SolveContext<S>& context) override {
+    return applies_to(state, island, context) && advance(state, island);
+  }
+
+  /// Rows that follow their mechanism are at their instants already.
+  void time_rows(State& state, const Island& island, const SolveContext<S>& context) override {
+    if (IslandSolver<S>::is_large(context)) return;
+    for (const std::uint32_t i : island.blocks) {
+      const ConstraintBlock<S>& block = state.constraints.blocks[i];
+      if (block.kind != BlockKind::equality || state.solver_bodies[block.body_a].follows_joints ||
+          state.solver_bodies[block.body_b].follows_joints) {
+        continue;
+      }
+      time_joint_rows(state.joints.at(block.joint), state.bodies.at(block.body_a),
+                      state.bodies.at(block.body_b), context.integrator, context.dt,
+                      state.constraints);
+    }
+  }
+
+  void close_wide_gaps(State& state, const Island& island) override {
+    if (!has_far_turns(state, island)) return;
+    find_groups(state, island);
+    for (const std::uint32_t slot : island.bodies) {
+      if (parent_[slot] == slot && gather(state, island, slot)) close_wide_gaps(state);
+    }
+  }
+
+  void move(Body<S>& body, const SolverBody<S>& solved, std::uint32_t slot, S dt) const override {
+    const Twist<S> rest = solved.motion - solved.mean_free;
+    body.center_pose = end_poses_[slot];
+    body.center_pose.translation += dt * rest.linear;
+    if (rest.angular != Vec3<S>::Zero()) {
+      body.center_pose.rotation = step_rotation(body.center_pose.rotation, rest.angular, dt);
+    }
+  }
+
+  void store_impulses(State& state) const override {
+    for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
+      if (!is_awake_joint(state, i)) continue;
+      store_joint_impulses(state.joints.at(i), state.constraints);
+      if (has_mechanism_) state.joints.at(i).total += joint_impulses_[i];
+    }
+  }
+
+  void follow_angles(State& state) const override {
+    for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
+      if (!is_awake_joint(state, i)) continue;
+      Joint<S>& joint = state.joints.at(i);
+      if (!has_angle(joint.def.kind)) continue;
+      const std::uint32_t a = joint.def.body_a.index;
+      const std::uint32_t b = joint.def.body_b.index;
+      const Body<S>& body_a = state.bodies.at(a);
+      const Body<S>& body_b = state.bodies.at(b);
+      joint.angle =
+          tracked_position(joint, joint_pose(joint, body_a.center_pose, body_b.center_pose),
+                           {state.solver_bodies[a].start, body_a.twist},
+                           {state.solver_bodies[b].start, body_b.twist}, state.def.time_step);
+    }
+  }
+
+ private:
+  static constexpr std::uint32_t none = 0xffffffffu;
+
+  [[nodiscard]] static bool is_awake_joint(const State& state, std::uint32_t index) {
+    if (!state.joints.is_live(index)) return false;
+    const JointDef<S>& def = state.joints.at(index).def;
+    return !state.bodies.at(def.body_a.index).is_asleep() &&
+           !state.bodies.at(def.body_b.index).is_asleep();
+  }
 
   /// Clears the mechanisms of the last step.
   void begin_step(const State& state) {
@@ -97,36 +182,6 @@ class MechanismStage {
     }
     return true;
   }
-
-  /// Returns the bodies of an island to their joints where the solved motion throws them off. That
-  /// motion is a line along the directions of the start of the step. A light link that is struck
-  /// may turn by radians in one step. On a line it would end far from its joint, beyond the body it
-  /// lies on.
-  void close_wide_gaps(State& state, const Island& island) {
-    if (!has_far_turns(state, island)) return;
-    find_groups(state, island);
-    for (const std::uint32_t slot : island.bodies) {
-      if (parent_[slot] == slot && gather(state, island, slot)) close_wide_gaps(state);
-    }
-  }
-
-  /// Moves a body of a mechanism to its integrated pose, plus the motion that impulses added.
-  void move(Body<S>& body, const SolverBody<S>& solved, std::uint32_t slot, S dt) const {
-    const Twist<S> rest = solved.motion - solved.mean_free;
-    body.center_pose = end_poses_[slot];
-    body.center_pose.translation += dt * rest.linear;
-    if (rest.angular != Vec3<S>::Zero()) {
-      body.center_pose.rotation = step_rotation(body.center_pose.rotation, rest.angular, dt);
-    }
-  }
-
-  /// [N s, N m s] Adds the impulse of a joint in the smooth motion, on B about B's joint origin.
-  void add_impulse(std::uint32_t joint, Wrench<S>& total) const {
-    if (has_mechanism_) total += joint_impulses_[joint];
-  }
-
- private:
-  static constexpr std::uint32_t none = 0xffffffffu;
 
   /// Joins the bodies of each mechanism: `parent_` leads to the lowest index of its movable bodies.
   /// Contacts join nothing here.
@@ -235,7 +290,7 @@ class MechanismStage {
              const SolverBody<S>& body = state.solver_bodies[slot];
              const Twist<S> solved =
                  body.follows_joints ? body.motion - body.mean_free : body.motion;
-             return turns_far(solved, state.def.time_step);
+             return turns_far<S>(solved.angular, state.def.time_step);
            });
   }
 

@@ -32,7 +32,7 @@ struct ShapeInReach {
 
   [[nodiscard]] bool is_near(const Aabb<S>& rays) const {
     if (!collider->half_space) return box.overlaps(rays);
-    return normal.dot(rays.center()) - normal.cwiseAbs().dot(rays.half_extents()) <= offset;
+    return normal.dot(rays.center()) - cwise_abs(normal).dot(rays.half_extents()) <= offset;
   }
   /// The same for the boxes with these corners.
   [[nodiscard]] BRISTLE_FORCE_INLINE Mask<S> is_near(const Pack3<S>& lower,
@@ -123,7 +123,7 @@ ShapeInReach<S, Backend> shape_in_reach(const SensorPatch<S>& patch, ShapeId id,
     shape.box = transformed(collider.bounds, shape.X_AS).inflated(shape.extra_length);
   }
   // Boxes that touch but for rounding count, too.
-  const S size = shape.X_AS.translation.cwiseAbs().sum() + patch.reach + collider.radius;
+  const S size = cwise_abs(shape.X_AS.translation).sum() + patch.reach + collider.radius;
   shape.offset += shape.extra_length + Tolerance<S>::round_off() * size;
   shape.box = shape.box.inflated(Tolerance<S>::round_off() * size);
   return shape;

@@ -126,8 +126,7 @@ class SensorStage {
     SoftBlock<S>& block = state.constraints.soft[soft];
     const PairResponse<S> found = evaluate(patch, patch.pairs[owners_[soft].pair], block.motion,
                                            state.def.time_step, pass, state.def.parallel_for);
-    block.impulse.template head<3>() = found.impulse.force;
-    block.impulse.template tail<3>() = found.impulse.torque;
+    block.impulse = stacked(found.impulse);
     return found.has_changed;
   }
 
@@ -362,7 +361,7 @@ class SensorStage {
     // Sensors in contact that give nothing change nothing.
     if (sum.force.isZero(S(0)) && sum.torque.isZero(S(0))) return;
     const auto push = [](SolverBody<S>& body, const Vec3<S>& arm, const Wrench<S>& w) {
-      body.free.linear += body.inverse_mass.cwiseProduct(w.force);
+      body.free.linear += cwise_product(body.inverse_mass, w.force);
       body.free.angular += body.inverse_inertia * (w.torque + arm.cross(w.force));
     };
     push(a, pair.arm_a, -sum);

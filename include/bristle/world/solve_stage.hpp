@@ -10,7 +10,7 @@
 #include <bristle/dynamics/solver/guarded_sweeps.hpp>
 #include <bristle/dynamics/solver/island_solver.hpp>
 #include <bristle/sensors/passes.hpp>
-#include <bristle/world/mechanism_stage.hpp>
+#include <bristle/world/joint_stage.hpp>
 #include <bristle/world/sensor_stage.hpp>
 #include <bristle/world/world_state.hpp>
 
@@ -70,14 +70,14 @@ class SolveStage {
   }
 
   /// Finds the velocities at the end of the step, and the position corrections.
-  void solve(State& state, const SensorStage<S, Backend>& sensors) {
+  /// @param joints  Null in a world that never had a joint.
+  void solve(State& state, const SensorStage<S, Backend>& sensors, JointStage<S, Backend>* joints) {
     // Explicit sensors have acted on bodies since.
     if (state.report.explicit_pairs > 0) {
       for (SolverBody<S>& body : state.solver_bodies) {
         if (body.is_sensed) start_from_free(state, body);
       }
     }
-    mechanisms_.begin_step(state);
     state.report.rows = 3 * state.constraints.contacts.size() + state.constraints.rows.size() +
                         6 * state.constraints.soft.size();
     if (state.report.rows == 0) return;
@@ -87,18 +87,14 @@ class SolveStage {
         for (const std::uint32_t slot : island.bodies) prepare_mass(state, slot);
       }
       ++state.report.islands;
-      solve_island(state, sensors, island);
+      solve_island(state, sensors, joints, island);
     }
-  }
-
-  /// Adds the impulse of a joint in the smooth motion of its mechanism.
-  void add_mechanism_impulse(std::uint32_t joint, Wrench<S>& total) const {
-    mechanisms_.add_impulse(joint, total);
   }
 
   /// Moves all bodies. If a step cannot start from a body's new state, the body keeps its pose, at
   /// rest.
-  void integrate(State& state) const {
+  /// @param joints  As in `solve`.
+  void integrate(State& state, const JointStage<S, Backend>* joints) const {
     for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
       if (!state.bodies.is_live(i)) continue;
       Body<S>& body = state.bodies.at(i);
@@ -111,7 +107,7 @@ class SolveStage {
         ++state.report.awake_bodies;  // Unless it falls asleep in this step.
       }
       if (solved.follows_joints) {
-        mechanisms_.move(body, solved, i, state.def.time_step);
+        joints->move(body, solved, i, state.def.time_step);
       } else {
         step_pose(body, solved.motion, state.def.time_step);
       }
@@ -157,7 +153,7 @@ class SolveStage {
       const SolverBody<S>& body = state.solver_bodies[slot];
       change2 = max(change2, (body.free.linear - body.start.linear).squaredNorm());
       speed2 = max(speed2, body.free.linear.squaredNorm());
-      extent = max(extent, state.bodies.at(slot).center_pose.translation.cwiseAbs().maxCoeff());
+      extent = max(extent, cwise_abs(state.bodies.at(slot).center_pose.translation).maxCoeff());
       if (body.is_sensed) context.integrator = Integrator::symplectic_euler;
     }
     change = max(change, sqrt(change2));
@@ -203,13 +199,14 @@ class SolveStage {
     return context;
   }
 
-  void solve_island(State& state, const SensorStage<S, Backend>& sensors, Island island) {
+  void solve_island(State& state, const SensorStage<S, Backend>& sensors,
+                    JointStage<S, Backend>* joints, Island island) {
     SolveContext<S> context = context_of(state, island);
     Constraints<S>& constraints = state.constraints;
     std::span<SolverBody<S>> bodies = state.solver_bodies;
     context.factor_work =
         solver_.factor_work(island, constraints, bodies.size(), context.settings.max_direct_work);
-    if (mechanisms_.applies_to(state, island, context) && mechanisms_.advance(state, island)) {
+    if (joints != nullptr && joints->follow(state, island, context)) {
       // A mechanism without contacts is solved. Its springs are done, too.
       if (island.contacts.empty()) return;
       island.soft = {};
@@ -217,7 +214,8 @@ class SolveStage {
     } else if (context.integrator == Integrator::symplectic_euler) {
       for (const std::uint32_t slot : island.bodies) bodies[slot].mean_free = bodies[slot].free;
     }
-    time_constraints(state, island, context);
+    time_contacts(state, island, context);
+    if (joints != nullptr) joints->time_rows(state, island, context);
     SolveReport<S> report;
     const std::span<const std::uint32_t> sensed = sensors.of_patches(island.soft);
     const auto solve_once = [&] {
@@ -252,7 +250,7 @@ class SolveStage {
     }
     if (context.integrator == Integrator::trapezoidal) keep_angular_momentum(state, island);
     if (!IslandSolver<S>::is_large(context)) limit_corrections(state, island, context);
-    mechanisms_.close_wide_gaps(state, island);
+    if (joints != nullptr) joints->close_wide_gaps(state, island);
     state.report.position_sweeps += static_cast<std::uint64_t>(report.position_sweeps);
     state.report.direct_islands += report.factorisations > 0 ? 1 : 0;
     state.report.sweeps += static_cast<std::uint64_t>(report.sweeps);
@@ -261,9 +259,8 @@ class SolveStage {
     state.report.capped_islands += report.residual > context.velocity_tolerance ? 1u : 0u;
   }
 
-  /// Moves contacts and joints to the instants at which their impulses act. Rows that follow their
-  /// mechanism are there already.
-  static void time_constraints(State& state, const Island& island, const SolveContext<S>& context) {
+  /// Moves contacts to the instants at which their impulses act.
+  static void time_contacts(State& state, const Island& island, const SolveContext<S>& context) {
     using std::max;
     const bool is_large = IslandSolver<S>::is_large(context);
     // An arm r of a turning body leaves an error of h w^2 r / 2 at most. Below the velocity
@@ -284,24 +281,15 @@ class SolveStage {
       const S w2 = max(a.start.angular.squaredNorm(), b.start.angular.squaredNorm());
       const S reach2 = max(first.arm_a.squaredNorm(), first.arm_b.squaredNorm());
       if (!(w2 * w2 * reach2 > least * least)) continue;
-      if (turns_far(a.start, context.dt) || turns_far(b.start, context.dt)) continue;
+      if (turns_far<S>(a.start.angular, context.dt) || turns_far<S>(b.start.angular, context.dt)) {
+        continue;
+      }
       const S hold = hold_of(impulse, first.friction);
       if (!(hold > S(0))) continue;
       for (std::size_t n = begin; n < k; ++n) {
         ContactConstraint<S>& c = state.constraints.contacts[island.contacts[n]];
         time_contact(c, state.contacts.points()[c.point], hold, a, b, context, is_large);
       }
-    }
-    if (is_large) return;
-    for (const std::uint32_t i : island.blocks) {
-      const ConstraintBlock<S>& block = state.constraints.blocks[i];
-      if (block.kind != BlockKind::equality || state.solver_bodies[block.body_a].follows_joints ||
-          state.solver_bodies[block.body_b].follows_joints) {
-        continue;
-      }
-      time_joint_rows(state.joints.at(block.joint), state.bodies.at(block.body_a),
-                      state.bodies.at(block.body_b), context.integrator, context.dt,
-                      state.constraints);
     }
   }
 
@@ -318,7 +306,7 @@ class SolveStage {
       const Twist<S> correction = body.motion - mean_motion(body, context.integrator);
       turn2 = max(turn2, correction.angular.squaredNorm());
     }
-    const S most = S(0.5) / context.dt;
+    const S most = far_turn(context.dt);
     if (turn2 <= most * most) return;
     const S share = most / sqrt(turn2);
     for (const std::uint32_t slot : island.bodies) {
@@ -404,7 +392,6 @@ class SolveStage {
   }
 
   IslandBuilder<S> islands_;
-  MechanismStage<S, Backend> mechanisms_;
   IslandSolver<S> solver_;
   PassiveRestitution<S> restitution_;
 };

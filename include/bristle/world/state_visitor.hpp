@@ -66,7 +66,7 @@ template <Scalar S>
 
 template <Scalar S>
 [[nodiscard]] bool is_rotation(const Mat3<S>& R) {
-  return (R.transpose() * R - Mat3<S>::Identity()).cwiseAbs().maxCoeff() <= Tolerance<S>::equal() &&
+  return cwise_abs(R.transpose() * R - Mat3<S>::Identity()).maxCoeff() <= Tolerance<S>::equal() &&
          R.determinant() > S(0);
 }
 
@@ -108,8 +108,8 @@ template <Scalar S>
   }
   if (!is_positive(changed.mass) || changed.inverse_mass != S(1) / changed.mass) return false;
   const Mat3<S> expected = (changed.mass * body.inverse_mass) * body.inertia_B;
-  const S difference = (changed.inertia_B - expected).cwiseAbs().maxCoeff();
-  return difference <= Tolerance<S>::equal() * expected.diagonal().maxCoeff() &&
+  const S difference = cwise_abs(changed.inertia_B - expected).maxCoeff();
+  return difference <= Tolerance<S>::equal() * diagonal_of<S>(expected).maxCoeff() &&
          changed.inverse_inertia_B == inverse_inertia<S>(changed.inertia_B);
 }
 

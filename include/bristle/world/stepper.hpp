@@ -3,16 +3,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/dynamics/joints/joint_pose.hpp>
-#include <bristle/dynamics/joints/joint_rows.hpp>
 #include <bristle/world/contact_stage.hpp>
+#include <bristle/world/joint_stage.hpp>
 #include <bristle/world/sensor_stage.hpp>
 #include <bristle/world/sleep_stage.hpp>
 #include <bristle/world/solve_stage.hpp>
 #include <bristle/world/world_state.hpp>
 
-#include <algorithm>
-#include <cstdint>
+#include <memory>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -27,13 +25,10 @@ class Stepper {
   void step(State& state);
 
  private:
-  [[nodiscard]] static bool is_awake_joint(const State& state, std::uint32_t index);
-  static void add_joints(State& state);
-  void store_joint_impulses_of(State& state) const;
-  static void follow_joint_angles(State& state);
-
   ContactStage<S, Backend> contacts_;
   SensorStage<S, Backend> sensors_;
+  /// Null until the world has a joint.
+  std::unique_ptr<JointStage<S, Backend>> joints_;
   SolveStage<S, Backend> solve_;
   SleepStage<S, Backend> sleep_;
 };
@@ -51,6 +46,9 @@ void Stepper<S, Backend>::step(State& state) {
     state.report.sleeping_bodies = state.sleeping_bodies;
     return;
   }
+  if (joints_ == nullptr && state.joint_kernels != nullptr) {
+    joints_ = state.joint_kernels->make_stage();
+  }
   state.constraints.clear();
   solve_.prepare_bodies(state);
   sleep_.wake_reached(state, solve_, sensors_);
@@ -60,64 +58,17 @@ void Stepper<S, Backend>::step(State& state) {
   sensors_.apply(state);
 
   contacts_.add_constraints(state);
-  add_joints(state);
+  if (joints_) joints_->add_constraints(state);
 
-  solve_.solve(state, sensors_);
+  solve_.solve(state, sensors_, joints_.get());
   contacts_.store_impulses(state);
-  store_joint_impulses_of(state);
+  if (joints_) joints_->store_impulses(state);
   sensors_.read(state);
-  solve_.integrate(state);
-  follow_joint_angles(state);
+  solve_.integrate(state, joints_.get());
+  if (joints_) joints_->follow_angles(state);
   contacts_.settle_boxes(state);
   sleep_.fall_asleep(state, sensors_);
   ++state.steps;
-}
-
-template <Scalar S, typename Backend>
-bool Stepper<S, Backend>::is_awake_joint(const State& state, std::uint32_t index) {
-  if (!state.joints.is_live(index)) return false;
-  const JointDef<S>& def = state.joints.at(index).def;
-  return !state.bodies.at(def.body_a.index).is_asleep() &&
-         !state.bodies.at(def.body_b.index).is_asleep();
-}
-
-template <Scalar S, typename Backend>
-void Stepper<S, Backend>::add_joints(State& state) {
-  for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
-    if (!is_awake_joint(state, i)) continue;
-    Joint<S>& joint = state.joints.at(i);
-    add_joint_rows(joint, i, state.bodies.at(joint.def.body_a.index),
-                   state.bodies.at(joint.def.body_b.index), state.def.time_step, state.constraints);
-    const JointGap<S> gap = joint_gap(joint, state.constraints);
-    state.report.joint_gap = std::max(state.report.joint_gap, gap.distance);
-    state.report.joint_tilt = std::max(state.report.joint_tilt, gap.angle);
-  }
-}
-
-template <Scalar S, typename Backend>
-void Stepper<S, Backend>::store_joint_impulses_of(State& state) const {
-  for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
-    if (!is_awake_joint(state, i)) continue;
-    store_joint_impulses(state.joints.at(i), state.constraints);
-    solve_.add_mechanism_impulse(i, state.joints.at(i).total);
-  }
-}
-
-template <Scalar S, typename Backend>
-void Stepper<S, Backend>::follow_joint_angles(State& state) {
-  for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
-    if (!is_awake_joint(state, i)) continue;
-    Joint<S>& joint = state.joints.at(i);
-    if (!has_angle(joint.def.kind)) continue;
-    const std::uint32_t a = joint.def.body_a.index;
-    const std::uint32_t b = joint.def.body_b.index;
-    const Body<S>& body_a = state.bodies.at(a);
-    const Body<S>& body_b = state.bodies.at(b);
-    joint.angle =
-        tracked_position(joint, joint_pose(joint, body_a.center_pose, body_b.center_pose),
-                         {state.solver_bodies[a].start, body_a.twist},
-                         {state.solver_bodies[b].start, body_b.twist}, state.def.time_step);
-  }
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

@@ -12,6 +12,11 @@ namespace bristle::inline BRISTLE_ABI {
         BRISTLE_CHOSEN_KERNELS(S)().backend.world);                               \
   }                                                                               \
   template <>                                                                     \
+  const detail::JointKernels<S, Backend>& detail::joint_kernels<S, Backend>() {   \
+    return *static_cast<const detail::JointKernels<S, Backend>*>(                 \
+        BRISTLE_CHOSEN_KERNELS(S)().backend.joint);                               \
+  }                                                                               \
+  template <>                                                                     \
   const detail::HapticKernels<S, Backend>& detail::haptic_kernels<S, Backend>() { \
     return *static_cast<const detail::HapticKernels<S, Backend>*>(                \
         BRISTLE_CHOSEN_KERNELS(S)().backend.haptic);                              \

@@ -312,6 +312,8 @@ namespace bristle::inline BRISTLE_ABI {
   template <>                                                                    \
   const detail::WorldKernels<S, Backend>& detail::world_kernels<S, Backend>();   \
   template <>                                                                    \
+  const detail::JointKernels<S, Backend>& detail::joint_kernels<S, Backend>();   \
+  template <>                                                                    \
   const detail::HapticKernels<S, Backend>& detail::haptic_kernels<S, Backend>(); \
   extern template class World<S, Backend>;                                       \
   extern template class HapticLoop<S, Backend>;

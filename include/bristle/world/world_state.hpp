@@ -12,6 +12,7 @@
 #include <bristle/geometry/backends/shape_backend.hpp>
 #include <bristle/sensors/patch.hpp>
 #include <bristle/world/contact_events.hpp>
+#include <bristle/world/joint_stage.hpp>
 #include <bristle/world/report.hpp>
 #include <bristle/world/world_def.hpp>
 
@@ -47,6 +48,8 @@ struct WorldState {
   SlotMap<Body<S>, BodyTag> bodies;
   SlotMap<Collider<S, Backend>, ShapeTag> colliders;
   SlotMap<Joint<S>, JointTag> joints;
+  /// Null until the first joint is added.
+  const JointKernels<S, Backend>* joint_kernels = nullptr;
   SlotMap<SensorPatch<S>, PatchTag> patches;
   BroadPhase<S> broad_phase;
   ContactCache<S> contacts;
@@ -92,7 +95,7 @@ struct WorldState {
     const Transform<S> X_WS = body_of(c).center_pose * c.X_CmS;
     const Vec3<S> n = X_WS.rotate(c.half_space->normal);
     const S height = n.dot(box.center() - X_WS.translation) - c.half_space->offset;
-    return height <= n.cwiseAbs().dot(box.half_extents());
+    return height <= cwise_abs(n).dot(box.half_extents());
   }
 };
 

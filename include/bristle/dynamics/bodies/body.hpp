@@ -259,21 +259,21 @@ void require_possible_inertia(const Mat3<S>& inertia) {
   require_all_finite("BodyDef::inertia", inertia);
   const S trace = inertia.trace();
   require(is_normal(trace) && trace > S(0), "BodyDef::inertia", trace, "must be positive definite");
-  require((inertia - inertia.transpose()).cwiseAbs().maxCoeff() <= Tolerance<S>::equal() * trace,
-          "BodyDef::inertia", (inertia - inertia.transpose()).cwiseAbs().maxCoeff(),
+  require(cwise_abs(inertia - inertia.transpose()).maxCoeff() <= Tolerance<S>::equal() * trace,
+          "BodyDef::inertia", cwise_abs(inertia - inertia.transpose()).maxCoeff(),
           "must be symmetric");
   // Scaled to a trace near 1. Determinants are then as far from zero as the matrices from singular.
   const Mat3<S> scaled = inertia / power_of_two_below(trace);
   const S scale = scaled.trace();
   const S slack = Tolerance<S>::equal() * scale;
   const auto is_definite = [](const Mat3<S>& m, S floor) {
-    return m(0, 0) > floor && m.template topLeftCorner<2, 2>().determinant() > floor * m(0, 0) &&
+    return m(0, 0) > floor && m(0, 0) * m(1, 1) - m(1, 0) * m(0, 1) > floor * m(0, 0) &&
            m.determinant() > floor * m(0, 0) * m(1, 1);
   };
-  require(is_definite(scaled, S(0)), "BodyDef::inertia", inertia.diagonal().minCoeff(),
+  require(is_definite(scaled, S(0)), "BodyDef::inertia", diagonal_of<S>(inertia).minCoeff(),
           "must be positive definite");
   const Mat3<S> second_moment = (scale / S(2) + slack) * Mat3<S>::Identity() - scaled;
-  require(is_definite(second_moment, S(0)), "BodyDef::inertia", inertia.diagonal().maxCoeff(),
+  require(is_definite(second_moment, S(0)), "BodyDef::inertia", diagonal_of<S>(inertia).maxCoeff(),
           "must satisfy the triangle inequality of principal moments");
 }
 
@@ -282,8 +282,8 @@ void require_possible_inertia(const Mat3<S>& inertia) {
 template <Scalar S>
 void require_invertible(const Body<S>& body, const char* of_mass, const char* of_inertia) {
   require_positive(of_mass, body.mass);
-  const Vec3<S> moments = body.inertia_B.diagonal();
-  const Vec3<S> inverses = body.inverse_inertia_B.diagonal();
+  const Vec3<S> moments = diagonal_of<S>(body.inertia_B);
+  const Vec3<S> inverses = diagonal_of<S>(body.inverse_inertia_B);
   for (Eigen::Index i = 0; i < 3; ++i) {
     const bool is_good =
         is_normal(moments[i]) && is_normal(inverses[i]) && moments[i] > S(0) && inverses[i] > S(0);

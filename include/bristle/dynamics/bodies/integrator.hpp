@@ -91,8 +91,9 @@ template <Scalar S>
 }
 
 /// Turns a body as a free top that now has the angular velocity w [rad/s, world axes]. The body's
-/// own angular momentum stays; its angular velocity follows its attitude. The step is halved until
-/// each part turns by less than a radian. The map then has its root.
+/// own angular momentum stays, as far as the step resolves it; its angular velocity follows its
+/// attitude. The step is halved until each part turns by less than a radian. The map then has its
+/// root.
 template <Scalar S>
 void turn_free_top(Body<S>& body, const Vec3<S>& w, S dt) {
   using std::sqrt;
@@ -124,7 +125,18 @@ void turn_free_top(Body<S>& body, const Vec3<S>& w, S dt) {
       rotation = step_rotation<S>(rotation, rotation * (inverse_inertia * y), h);
     }
   }
-  body.twist.angular = rotation * (inverse_inertia * (rotation.conjugate() * own_L_W));
+  const auto velocity_of = [&](const Vec3<S>& momentum_W) -> Vec3<S> {
+    return rotation * (inverse_inertia * (rotation.conjugate() * momentum_W));
+  };
+  // Trapezoidal steps move the body by the mean of two velocities. The momentum beyond that of the
+  // motion is half of the step's impulses. It stays in the world, too, while the axes turn. On a
+  // thin body it may then have a component about the thin axis that turns it by radians a step. A
+  // step does not resolve that, and energy would come from nothing. The body then takes these
+  // impulses along as it turns.
+  const Vec3<S> stayed = velocity_of(own_L_W - L_W);
+  const Vec3<S> taken = rotation * (R.transpose() * (body.twist.angular - w));
+  body.twist.angular =
+      turns_far<S>(stayed - taken, dt) ? velocity_of(L_W) + taken : velocity_of(own_L_W);
 }
 
 template <Scalar S>

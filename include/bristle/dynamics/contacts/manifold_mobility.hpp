@@ -23,9 +23,9 @@ struct ManifoldMobility {
   void add(const Mat3<S>& J, const Vec3<S>& r) {
     angular += J;
     Mat3<S> by;
-    by.col(0) = r[2] * J.col(1) - r[1] * J.col(2);
-    by.col(1) = r[0] * J.col(2) - r[2] * J.col(0);
-    by.col(2) = r[1] * J.col(0) - r[0] * J.col(1);
+    set_column(by, 0, r[2] * J.col(1) - r[1] * J.col(2));
+    set_column(by, 1, r[0] * J.col(2) - r[2] * J.col(0));
+    set_column(by, 2, r[1] * J.col(0) - r[0] * J.col(1));
     turn += by;
     linear.nn += r[2] * by(1, 0) - r[1] * by(2, 0);
     linear.n1 += r[0] * by(2, 0) - r[2] * by(0, 0);

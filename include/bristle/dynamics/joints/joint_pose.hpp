@@ -102,7 +102,7 @@ S joint_position(JointKind kind, const JointPose<S>& pose, S guess) {
 template <Scalar S>
 [[nodiscard]] ConstraintRow<S> linear_row(const JointPose<S>& pose, int axis) {
   ConstraintRow<S> row;
-  row.direction = pose.axes_W.col(axis);
+  row.direction = column_of(pose.axes_W, axis);
   row.angular_a = pose.arm_a.cross(row.direction);
   row.angular_b = pose.arm_b.cross(row.direction);
   return row;
@@ -116,7 +116,7 @@ ConstraintRow<S> position_row(JointKind kind, const JointPose<S>& pose) {
     case JointKind::prismatic:
       return linear_row(pose, 0);
     case JointKind::revolute:
-      row.angular_a = row.angular_b = pose.axes_W.col(0);
+      row.angular_a = row.angular_b = column_of(pose.axes_W, 0);
       break;
     case JointKind::cone_twist: {
       const Vec3<S> b_J = pose.axis_b_J();

@@ -127,7 +127,7 @@ void for_each_locked_row(JointKind kind, const JointPose<S>& pose, Use&& use) {
   const Vec3<S> turn_J = has_hinge ? shortest_turn<S>(Vec3<S>::UnitX(), pose.axis_b_J())
                                    : log_rotation<S>(pose.turn_J);
   for (int axis = has_hinge ? 1 : 0; axis < 3; ++axis) {
-    use(angular_row<S>(pose.axes_W.col(axis), turn_J[axis]));
+    use(angular_row<S>(column_of(pose.axes_W, axis), turn_J[axis]));
   }
 }
 
@@ -290,7 +290,7 @@ template <Scalar S>
 void time_joint_rows(const Joint<S>& joint, const Body<S>& a, const Body<S>& b,
                      Integrator integrator, S dt, Constraints<S>& out) {
   if (a.twist.angular.isZero(S(0)) && b.twist.angular.isZero(S(0))) return;
-  if (turns_far(a.twist, dt) || turns_far(b.twist, dt)) return;
+  if (turns_far<S>(a.twist.angular, dt) || turns_far<S>(b.twist.angular, dt)) return;
   const bool is_trapezoidal = integrator == Integrator::trapezoidal;
   const JointKind kind = joint.def.kind;
   const S half = dt / S(2);
@@ -303,8 +303,8 @@ void time_joint_rows(const Joint<S>& joint, const Body<S>& a, const Body<S>& b,
   JointState<S> at;
   at.arm_a = pose.arm_a;
   at.arm_b = pose.arm_b;
-  if (lets_slide(kind)) at.slide = pose.axes_W.col(0);
-  if (lets_hinge(kind)) at.hinge = pose.axes_W.col(0);
+  if (lets_slide(kind)) at.slide = column_of(pose.axes_W, 0);
+  if (lets_hinge(kind)) at.hinge = column_of(pose.axes_W, 0);
   const Twist<S> turning = constraint_acceleration_bias(kind, at, a.twist, b.twist);
   ConstraintRow<S>* out_row = &out.rows[out.blocks[joint.first_block].first];
   for_each_locked_row(kind, pose, [&](ConstraintRow<S> row) {
@@ -333,7 +333,7 @@ void store_joint_impulses(Joint<S>& joint, const Constraints<S>& constraints) {
   }
   if (!joint.is_sprung) return;
   const Vec6<S>& impulse = constraints.soft[joint.soft_block].impulse;
-  joint.spring_impulse = {impulse.template head<3>(), impulse.template tail<3>()};
+  joint.spring_impulse = wrench_of<S>(impulse);
   joint.total += joint.spring_impulse;
 }
 

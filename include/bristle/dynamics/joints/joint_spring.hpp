@@ -43,8 +43,7 @@ SoftBlock<S>& open_joint_soft_block(Joint<S>& joint, const JointPose<S>& pose,
   soft.body_b = joint.def.body_b.index;
   soft.arm_a = pose.arm_a;
   soft.arm_b = pose.arm_b;
-  soft.impulse.template head<3>() = joint.spring_impulse.force;
-  soft.impulse.template tail<3>() = joint.spring_impulse.torque;
+  soft.impulse = stacked(joint.spring_impulse);
   joint.soft_block = static_cast<std::uint32_t>(out.soft.size());
   joint.is_sprung = true;
   joint.is_resolved = false;
@@ -75,12 +74,8 @@ void add_joint_spring(Joint<S>& joint, const JointPose<S>& pose, const Constrain
   const JointSpring<S>& spring = joint.def.spring;
   SoftBlock<S>& soft = open_joint_soft_block(joint, pose, out);
   const bool turns = has_angle(joint.def.kind);
-  Vec6<S> j = Vec6<S>::Zero();
-  if (turns) {
-    j.template tail<3>() = along.angular_b;
-  } else {
-    j.template head<3>() = along.direction;
-  }
+  const Vec3<S> none = Vec3<S>::Zero();
+  const Vec6<S> j = turns ? stacked<S>(none, along.angular_b) : stacked<S>(along.direction, none);
   const S held = dt * dt * spring.stiffness + dt * spring.damping;
   joint.is_resolved = held * mobility <= S(1);
   soft.matrix = held * j * j.transpose();
@@ -96,18 +91,17 @@ void add_joint_bushing(Joint<S>& joint, const JointPose<S>& pose, S dt, Constrai
   // Maps to the rate of the rotation vector, in A's joint frame.
   const Mat3<S> rate = rotation_vector_rate<S>(turn_J) * R.transpose();
   const auto squared = [](const Mat3<S>& J, const Vec3<S>& weight) -> Mat3<S> {
-    return J.transpose() * weight.asDiagonal() * J;
+    return transposed(J) * diagonal_matrix<S>(weight) * J;
   };
-  const Vec3<S> k_linear = dt * bushing.stiffness.template head<3>();
-  const Vec3<S> k_angular = dt * bushing.stiffness.template tail<3>();
-  const Vec3<S> d_linear = dt * bushing.damping.template head<3>();
-  const Vec3<S> d_angular = dt * bushing.damping.template tail<3>();
-  soft.matrix.template topLeftCorner<3, 3>() =
-      squared(R.transpose(), Vec3<S>(dt * k_linear + d_linear));
-  soft.matrix.template bottomRightCorner<3, 3>() =
-      squared(rate, Vec3<S>(dt * k_angular)) + squared(R.transpose(), d_angular);
-  soft.offset.template head<3>() = -(R * k_linear.cwiseProduct(pose.offset_J));
-  soft.offset.template tail<3>() = -(rate.transpose() * k_angular.cwiseProduct(turn_J));
+  const Vec3<S> k_linear = dt * first_half<S>(bushing.stiffness);
+  const Vec3<S> k_angular = dt * second_half<S>(bushing.stiffness);
+  const Vec3<S> d_linear = dt * first_half<S>(bushing.damping);
+  const Vec3<S> d_angular = dt * second_half<S>(bushing.damping);
+  set_quarter<0, 0, S>(soft.matrix, squared(transposed(R), Vec3<S>(dt * k_linear + d_linear)));
+  set_quarter<3, 3, S>(soft.matrix,
+                       squared(rate, Vec3<S>(dt * k_angular)) + squared(transposed(R), d_angular));
+  soft.offset = stacked<S>(-(R * cwise_product(k_linear, pose.offset_J)),
+                           -(rate.transpose() * cwise_product(k_angular, turn_J)));
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

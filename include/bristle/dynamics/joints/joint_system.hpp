@@ -101,15 +101,15 @@ class JointSystem {
   /// Returns lever [r]; `angular_coupling` returns I^-1 [r].
   [[nodiscard]] static Mat3<S> linear_coupling(const Mat3<S>& lever, const Vec3<S>& r) {
     Mat3<S> out;
-    out.col(0) = r.z() * lever.col(1) - r.y() * lever.col(2);
-    out.col(1) = r.x() * lever.col(2) - r.z() * lever.col(0);
-    out.col(2) = r.y() * lever.col(0) - r.x() * lever.col(1);
+    set_column(out, 0, r.z() * lever.col(1) - r.y() * lever.col(2));
+    set_column(out, 1, r.x() * lever.col(2) - r.z() * lever.col(0));
+    set_column(out, 2, r.y() * lever.col(0) - r.x() * lever.col(1));
     return out;
   }
   [[nodiscard]] static Mat3<S> angular_coupling(const Node& node, const Vec3<S>& r) {
     Mat3<S> out;
     for (Eigen::Index k = 0; k < 3; ++k) {
-      out.row(k) = node.inverse_inertia.col(k).cross(r).transpose();
+      set_row(out, k, column_of(node.inverse_inertia, k).cross(r));
     }
     return out;
   }
@@ -238,13 +238,13 @@ void JointSystem<S>::set_inverse_inertia(Node& node) const {
     const Mat3<S>& inverse = node.def->inverse_inertia_B;
     Mat3<S> half;
     if (node.is_diagonal) {
-      half = R * inverse.diagonal().asDiagonal();
+      half = R * diagonal_matrix<S>(diagonal_of<S>(inverse));
     } else {
       half = R * inverse;
     }
     for (Eigen::Index i = 0; i < 3; ++i) {
       for (Eigen::Index j = 0; j <= i; ++j) {
-        node.inverse_inertia(i, j) = node.inverse_inertia(j, i) = half.row(i).dot(R.row(j));
+        node.inverse_inertia(i, j) = node.inverse_inertia(j, i) = row_of(half, i).dot(row_of(R, j));
       }
     }
     return;
@@ -277,7 +277,7 @@ void JointSystem<S>::couple(const JointCoupling& coupling, const Mat3<S>& lever)
   const Vec3<S> r = sign * (coupling.is_b_of_column ? column.arm_b : column.arm_a);
 
   Mat3<S> linear = linear_coupling(lever, r);
-  linear.diagonal() += sign * node.inverse_mass;
+  linear += sign * diagonal_matrix<S>(node.inverse_mass);
   if (row_slides) linear -= row.slide * (row.slide.transpose() * linear);
   if (column_slides) linear -= (linear * column.slide) * column.slide.transpose();
   matrix_.at(i, j) += linear;
@@ -320,29 +320,30 @@ void JointSystem<S>::couple_merged(const JointCoupling& coupling, const Mat3<S>&
   const S sign = coupling.is_b_of_row == coupling.is_b_of_column ? S(1) : S(-1);
   const Vec3<S> r = sign * (coupling.is_b_of_column ? column.arm_b : column.arm_a);
   Mat6<S> block;
-  block.template topLeftCorner<3, 3>() = linear_coupling(lever, r);
-  block.template topLeftCorner<3, 3>().diagonal() += sign * node.inverse_mass;
-  block.template topRightCorner<3, 3>() = sign * lever;
-  block.template bottomLeftCorner<3, 3>() = angular_coupling(node, r);
-  block.template bottomRightCorner<3, 3>() = sign * node.inverse_inertia;
+  set_quarter<0, 0, S>(block,
+                       linear_coupling(lever, r) + sign * diagonal_matrix<S>(node.inverse_mass));
+  set_quarter<0, 3, S>(block, sign * lever);
+  set_quarter<3, 0, S>(block, angular_coupling(node, r));
+  set_quarter<3, 3, S>(block, sign * node.inverse_inertia);
   const auto rows_of = [&](std::size_t group) -> Mat6<S> {
     if (groups_.is_merged(group)) return groups_.triangle(group);
     const JointState<S>& at = groups_.at(group);
-    Mat6<S> rows = Mat6<S>::Identity();
-    rows.template topLeftCorner<3, 3>() -= at.slide * at.slide.transpose();
-    rows.template bottomRightCorner<3, 3>() -= at.hinge * at.hinge.transpose();
+    const Mat3<S> one = Mat3<S>::Identity();
+    Mat6<S> rows = Mat6<S>::Zero();
+    set_quarter<0, 0, S>(rows, one - at.slide * at.slide.transpose());
+    set_quarter<3, 3, S>(rows, one - at.hinge * at.hinge.transpose());
     return rows;
   };
   const Mat6<S> half = rows_of(coupling.row) * block;
   block = half * rows_of(coupling.column).transpose();
   const bool has_below = !lets_turn(kind(coupling.row));
   const bool has_right = !lets_turn(kind(coupling.column));
-  matrix_.at(i, j) += block.template topLeftCorner<3, 3>();
-  if (has_below) matrix_.at(i + 1, j) += block.template bottomLeftCorner<3, 3>();
+  matrix_.at(i, j) += quarter<0, 0, S>(block);
+  if (has_below) matrix_.at(i + 1, j) += quarter<3, 0, S>(block);
   if (has_below && has_right) {
-    matrix_.at(i + 1, j + 1) += block.template bottomRightCorner<3, 3>();
+    matrix_.at(i + 1, j + 1) += quarter<3, 3, S>(block);
   }
-  if (has_right && i != j) matrix_.at(i, j + 1) += block.template topRightCorner<3, 3>();
+  if (has_right && i != j) matrix_.at(i, j + 1) += quarter<0, 3, S>(block);
 }
 
 /// Makes the matrix regular where it is singular by design. It is so along slides and about hinges.
@@ -368,7 +369,7 @@ void JointSystem<S>::fill_free_rows() {
       if (value_of(scale) == 0) scale = S(1);
       const Vec3<S>& axis = r == row ? groups_.at(i).slide : groups_.at(i).hinge;
       block += (scale * axis) * axis.transpose();
-      block.diagonal().array() += share * scale;
+      block += (share * scale) * Mat3<S>::Identity();
     }
   }
 }
@@ -385,7 +386,7 @@ bool JointSystem<S>::factor() {
       const JointState<S>& at = groups_.at(coupling.row);
       const Vec3<S>& s = coupling.is_b_of_row ? at.arm_b : at.arm_a;
       const Mat3<S>& inverse = nodes_[coupling.body].inverse_inertia;
-      for (Eigen::Index k = 0; k < 3; ++k) lever.col(k) = inverse.col(k).cross(s);
+      for (Eigen::Index k = 0; k < 3; ++k) set_column(lever, k, column_of(inverse, k).cross(s));
     }
     if (groups_.is_merged(coupling.row) || groups_.is_merged(coupling.column)) {
       couple_merged(coupling, lever);
@@ -454,7 +455,7 @@ void JointSystem<S>::add_solution(std::span<const Twist<S>> b) {
   }
   for (Node& node : nodes_) {
     if (!node.def->moves_by_forces) continue;
-    node.change.linear += node.inverse_mass.cwiseProduct(node.load.force);
+    node.change.linear += cwise_product(node.inverse_mass, node.load.force);
     node.change.angular += node.inverse_inertia * node.load.torque;
   }
 }

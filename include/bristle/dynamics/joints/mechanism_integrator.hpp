@@ -18,6 +18,7 @@
 #include <bristle/math/dormand_prince.hpp>
 #include <bristle/math/finite.hpp>
 
+#include <algorithm>
 #include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
@@ -71,6 +72,12 @@ class MechanismIntegrator {
   [[nodiscard]] S error_ratio(const S* y, const S* error, S h);
 
  private:
+  /// Writes a vector to consecutive numbers. Returns the place after them.
+  template <typename Vector>
+  static S* put(const Vector& v, S* to) {
+    return std::copy_n(v.data(), int{Vector::SizeAtCompileTime}, to);
+  }
+
   using Node = typename JointSystem<S>::Node;
   static constexpr std::size_t body_values = 13;  // Position, quaternion, velocity, turning.
   static constexpr std::size_t joint_values = 6;  // Impulse and angular impulse.
@@ -245,13 +252,10 @@ bool MechanismIntegrator<S>::integrate(S dt) {
   for (const Node& node : nodes) {
     if (!node.def->moves_by_forces) continue;
     const BodyState<S>& now = node.now;
-    Eigen::Map<Vec3<S>> x(y), v(y + 7), w(y + 10);
-    Eigen::Map<Eigen::Matrix<S, 4, 1>> q(y + 3);
-    x = now.x;
-    q = now.q.coeffs();
-    v = now.twist.linear;
-    w = now.twist.angular;
-    y += body_values;
+    y = put(now.x, y);
+    y = put(now.q.coeffs(), y);
+    y = put(now.twist.linear, y);
+    y = put(now.twist.angular, y);
   }
   Wrench<S> wanted;
   if (is_free_) wanted = momentum_about(reference_point_, system_);
@@ -354,7 +358,7 @@ void MechanismIntegrator<S>::accelerate(S t) {
     const Vec3<S>& w = node.now.twist.angular;
     const Vec3<S> L_B = node.def->inertia_B * Vec3<S>(R.transpose() * w);
     const Vec3<S> torque = load.torque - w.cross(R * L_B);
-    node.acceleration.linear = node.inverse_mass.cwiseProduct(load.force);
+    node.acceleration.linear = cwise_product(node.inverse_mass, load.force);
     node.acceleration.angular = node.inverse_inertia * torque;
     norm2 += load.force.dot(node.acceleration.linear) + torque.dot(node.acceleration.angular);
   }
@@ -383,30 +387,24 @@ bool MechanismIntegrator<S>::derivative(S t, const S* y, S* dy) {
   Vec3<S> torque = Vec3<S>::Zero();
   for (const Node& node : system_.nodes()) {
     if (!node.def->moves_by_forces) continue;
-    Eigen::Map<Eigen::Matrix<S, body_values, 1>> rate(dy);
-    dy += body_values;
     const Vec3<S> w = node.now.twist.angular / S(2);
-    const Quat<S>& q = node.now.q;
-    rate.template head<3>() = node.now.twist.linear;
-    rate.template segment<3>(3) = q.w() * w + w.cross(q.vec());
-    rate[6] = -w.dot(q.vec());
-    rate.template segment<3>(7) = node.acceleration.linear;
-    rate.template segment<3>(10) = node.acceleration.angular;
+    const S q0 = node.now.q.w();
+    const Vec3<S> q = node.now.q.vec();
+    dy = put(node.now.twist.linear, dy);
+    dy = put(Vec3<S>(q0 * w + w.cross(q)), dy);
+    *dy++ = -w.dot(q);
+    dy = put(node.acceleration.linear, dy);
+    dy = put(node.acceleration.angular, dy);
     const Wrench<S>& load = node.def->load;
     torque += load.torque + (node.now.x - reference_point_).cross(load.force);
   }
   for (std::size_t i = 0; i < impulses_.size(); ++i) {
-    Eigen::Map<Eigen::Matrix<S, joint_values, 1>> rate(dy);
-    dy += joint_values;
-    const Wrench<S>& wrench = system_.wrenches()[i];
-    rate.template head<3>() = wrench.force;
-    rate.template tail<3>() = wrench.torque;
-    if (springs_.empty()) continue;
-    rate.template head<3>() += springs_[i].force;
-    rate.template tail<3>() += springs_[i].torque;
+    Wrench<S> wrench = system_.wrenches()[i];
+    if (!springs_.empty()) wrench += springs_[i];
+    dy = put(wrench.force, dy);
+    dy = put(wrench.torque, dy);
   }
-  Eigen::Map<Vec3<S>> rate(dy);
-  rate = torque;
+  put(torque, dy);
   return true;
 }
 
@@ -444,7 +442,7 @@ bool MechanismIntegrator<S>::write(std::span<Transform<S>> end_poses,
     return all_finite(a) && all_finite(b);
   };
   for (const Node& node : system_.nodes()) {
-    if (!is_finite(node.now.x, node.now.q.coeffs().template head<3>()) ||
+    if (!is_finite(node.now.x, node.now.q.vec()) ||
         !is_finite(node.now.twist.linear, node.now.twist.angular)) {
       return false;
     }

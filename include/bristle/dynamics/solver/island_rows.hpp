@@ -390,7 +390,7 @@ class IslandRows {
       jacobian[i] = body.is_locked(axis) ? Real(0) : Real(linear[axis]);
       jacobian[i + 3] = body.is_locked(axis + 3) ? Real(0) : Real(angular[axis]);
     }
-    row.response += Real(linear.dot(body.inverse_mass.cwiseProduct(linear)) +
+    row.response += Real(linear.dot(cwise_product(body.inverse_mass, linear)) +
                          angular.dot(body.inverse_inertia * angular));
     return unknown_[slot];
   }

@@ -249,7 +249,9 @@ void ProximalSolver<S>::add_soft(const SoftBlock<S>& soft, std::span<const Solve
   const auto motion_of_body = [&](std::uint32_t slot, const Vec3<S>& arm, Real sign) {
     Matrix G = sign * shift_matrix<Real>(arm.template cast<Real>());
     for (Eigen::Index axis = 0; axis < 6; ++axis) {
-      if (rows_.unknown(slot) != rows_.none && bodies[slot].is_locked(axis)) G.col(axis).setZero();
+      if (rows_.unknown(slot) != rows_.none && bodies[slot].is_locked(axis)) {
+        set_column(G, axis, Vec6<Real>::Zero());
+      }
     }
     return G;
   };

@@ -181,19 +181,17 @@ class SequentialSolver {
     RowMajor6 W = mobility(a.inverse_mass, a.inverse_inertia, soft.arm_a) +
                   mobility(b.inverse_mass, b.inverse_inertia, soft.arm_b);
     if (!factor_cholesky(W.data(), 6)) return Mat6<S>::Zero();
-    RowMajor6 inverse;  // Row i holds W^-1 e_i; symmetric.
+    RowMajor6 inverse = RowMajor6::Identity();  // Row i will hold W^-1 e_i; symmetric.
     for (int i = 0; i < 6; ++i) {
-      inverse.row(i).setZero();
-      inverse(i, i) = S(1);
-      solve_lower(W.data(), 6, inverse.row(i).data(), static_cast<std::size_t>(i));
-      solve_upper(W.data(), 6, inverse.row(i).data());
+      solve_lower(W.data(), 6, &inverse(i, 0), static_cast<std::size_t>(i));
+      solve_upper(W.data(), 6, &inverse(i, 0));
     }
     RowMajor6 sum = inverse + soft.matrix;
     if (!factor_cholesky(sum.data(), 6)) return Mat6<S>::Zero();
     RowMajor6 gain = inverse;  // Row i becomes sum^-1 (W^-1 e_i), which is row i of W^-1 sum^-1.
     for (int i = 0; i < 6; ++i) {
-      solve_lower(sum.data(), 6, gain.row(i).data());
-      solve_upper(sum.data(), 6, gain.row(i).data());
+      solve_lower(sum.data(), 6, &gain(i, 0));
+      solve_upper(sum.data(), 6, &gain(i, 0));
     }
     return gain;
   }
@@ -206,7 +204,7 @@ class SequentialSolver {
     soft.impulse += change;
     apply_soft(soft, change, a, b);
     soft.motion = relative_motion(soft, a.twist, b.twist);
-    return (soft.motion - u).template head<3>().norm();
+    return first_half<S>(soft.motion - u).norm();
   }
 
   S sweep_block(Constraints<S>& constraints, std::uint32_t index, std::size_t k,

@@ -40,10 +40,7 @@ struct SoftBlock {
 template <Scalar S>
 [[nodiscard]] Vec6<S> relative_motion(const SoftBlock<S>& block, const Twist<S>& a,
                                       const Twist<S>& b) {
-  Vec6<S> u;
-  u.template head<3>() = a.at(block.arm_a) - b.at(block.arm_b);
-  u.template tail<3>() = a.angular - b.angular;
-  return u;
+  return stacked<S>(a.at(block.arm_a) - b.at(block.arm_b), a.angular - b.angular);
 }
 
 /// [1/kg] Mean mobility, over all directions, of the point at `arm` [m] from the centre of mass of
@@ -51,7 +48,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] S mean_mobility(const Mat6<S>& about_center, const Vec3<S>& arm) {
   const Mat6<S> G = shift_matrix<S>(arm);
-  return (G * about_center * G.transpose()).template topLeftCorner<3, 3>().trace() / S(3);
+  return quarter<0, 0, S>(G * about_center * G.transpose()).trace() / S(3);
 }
 
 /// Mobility W of one body about the point at `arm` from its centre of mass. It is the change of its
@@ -61,10 +58,10 @@ template <Scalar S>
                                const Vec3<S>& arm) {
   const Mat3<S> X = skew(arm);
   Mat6<S> W;
-  W.template topLeftCorner<3, 3>() = Mat3<S>(inverse_mass.asDiagonal()) - X * inverse_inertia_W * X;
-  W.template topRightCorner<3, 3>() = -X * inverse_inertia_W;
-  W.template bottomLeftCorner<3, 3>() = inverse_inertia_W * X;
-  W.template bottomRightCorner<3, 3>() = inverse_inertia_W;
+  set_quarter<0, 0, S>(W, diagonal_matrix<S>(inverse_mass) - X * inverse_inertia_W * X);
+  set_quarter<0, 3, S>(W, -X * inverse_inertia_W);
+  set_quarter<3, 0, S>(W, inverse_inertia_W * X);
+  set_quarter<3, 3, S>(W, inverse_inertia_W);
   return W;
 }
 

@@ -46,10 +46,7 @@ class SoftSystem {
   /// @param free  [m/s, rad/s] Its twist without the blocks.
   /// @return      [-] Its number.
   std::uint32_t add_body(const Twist<S>& free) {
-    Vec6<S> twist;
-    twist.template head<3>() = free.linear;
-    twist.template tail<3>() = free.angular;
-    free_.push_back(twist);
+    free_.push_back(stacked(free));
     return static_cast<std::uint32_t>(free_.size() - 1);
   }
   /// Sets the mobility from body j to body i. It is the change of the twist of body i per impulse
@@ -58,14 +55,12 @@ class SoftSystem {
   ///                  transpose is the mobility from body i to body j.
   void set_mobility(std::uint32_t i, std::uint32_t j, const Mat6<S>& mobility) {
     couplings_.push_back({i, j, mobility});
-    if (i != j) couplings_.push_back({j, i, mobility.transpose()});
+    if (i != j) couplings_.push_back({j, i, transposed(mobility)});
   }
   /// Adds a known impulse about the centre of mass of a body.
   /// @param impulse  [N s, N m s]
   void apply_impulse(std::uint32_t body, const Wrench<S>& impulse) {
-    Vec6<S> known;
-    known.template head<3>() = impulse.force;
-    known.template tail<3>() = impulse.torque;
+    const Vec6<S> known = stacked(impulse);
     for (const Coupling& c : couplings_) {
       if (c.to == body) free_[c.from] += c.mobility * known;
     }

@@ -54,13 +54,13 @@ struct SolverBody {
   }
   /// Adds the effect of an impulse at the end of an arm to a velocity.
   void apply_impulse_at(Twist<S>& velocity, const Vec3<S>& impulse, const Vec3<S>& arm) const {
-    velocity.linear += inverse_mass.cwiseProduct(impulse);
+    velocity.linear += cwise_product(inverse_mass, impulse);
     if (turns) velocity.angular += inverse_inertia * arm.cross(impulse);
   }
   /// Adds the effect of an impulse about the centre of mass to a velocity.
   void apply_impulse(Twist<S>& velocity, const Vec3<S>& impulse,
                      const Vec3<S>& angular_impulse) const {
-    velocity.linear += inverse_mass.cwiseProduct(impulse);
+    velocity.linear += cwise_product(inverse_mass, impulse);
     velocity.angular += inverse_inertia * angular_impulse;
   }
 };
@@ -173,7 +173,7 @@ struct SolveContext {
 template <Scalar S>
 [[nodiscard]] S row_response(const ConstraintRow<S>& row, const SolverBody<S>& a,
                              const SolverBody<S>& b) {
-  return row.direction.dot((a.inverse_mass + b.inverse_mass).cwiseProduct(row.direction)) +
+  return row.direction.dot(cwise_product(a.inverse_mass + b.inverse_mass, row.direction)) +
          row.angular_a.dot(a.inverse_inertia * row.angular_a) +
          row.angular_b.dot(b.inverse_inertia * row.angular_b);
 }
@@ -186,7 +186,7 @@ void local_response(const ConstraintBlock<S>& block, const ConstraintRow<S>* row
   for (std::size_t j = 0; j < block.count; ++j) {
     const Vec3<S> turn_a = a.inverse_inertia * rows[j].angular_a;
     const Vec3<S> turn_b = b.inverse_inertia * rows[j].angular_b;
-    const Vec3<S> move = inverse_mass.cwiseProduct(rows[j].direction);
+    const Vec3<S> move = cwise_product(inverse_mass, rows[j].direction);
     for (std::size_t i = 0; i < block.count; ++i) {
       K.matrix[i * block.count + j] = rows[i].direction.dot(move) + rows[i].angular_a.dot(turn_a) +
                                       rows[i].angular_b.dot(turn_b);
@@ -200,9 +200,11 @@ void local_response(const ConstraintBlock<S>& block, const ConstraintRow<S>* row
 template <Scalar S>
 struct ContactFrame {
   ContactFrame(const ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b) {
-    for (Eigen::Index k = 0; k < 3; ++k) to_contact.row(k) = c.axes[static_cast<std::size_t>(k)];
+    for (std::size_t k = 0; k < 3; ++k) {
+      set_row(to_contact, static_cast<Eigen::Index>(k), c.axes[k]);
+    }
     const Vec3<S> m = a.inverse_mass + b.inverse_mass;
-    inverse_mass = m.asDiagonal();
+    inverse_mass = diagonal_matrix<S>(m);
     if (m[0] != m[1] || m[0] != m[2]) inverse_mass = rotated<S>(to_contact, inverse_mass);
     const auto inverse_inertia = [&](const SolverBody<S>& body) -> Mat3<S> {
       return body.is_isotropic ? body.inverse_inertia
@@ -274,8 +276,8 @@ void apply_row(const ConstraintRow<S>& row, S x, SolverBody<S>& a, SolverBody<S>
 /// Applies the impulse p of a soft block to both bodies. It is p on B, -p on A.
 template <Scalar S>
 void apply_soft(const SoftBlock<S>& block, const Vec6<S>& p, SolverBody<S>& a, SolverBody<S>& b) {
-  const Vec3<S> force = p.template head<3>();
-  const Vec3<S> torque = p.template tail<3>();
+  const Vec3<S> force = first_half<S>(p);
+  const Vec3<S> torque = second_half<S>(p);
   a.apply_impulse(a.twist, -force, -torque - block.arm_a.cross(force));
   b.apply_impulse(b.twist, force, torque + block.arm_b.cross(force));
 }
@@ -286,14 +288,6 @@ void apply_soft(const SoftBlock<S>& block, const Vec6<S>& p, SolverBody<S>& a, S
 template <Scalar S>
 void apply_impulses(const Island& island, const Constraints<S>& constraints,
                     std::span<SolverBody<S>> bodies);
-
-/// Returns whether a body turns by more than half a radian in a step. The chord of its path then
-/// misses the arc by an eighth of the radius. Directions at the start tell little about the end.
-template <Scalar S>
-[[nodiscard]] bool turns_far(const Twist<S>& motion, S dt) {
-  const S most = S(0.5) / dt;
-  return motion.angular.squaredNorm() > most * most;
-}
 
 /// Displacement of a body in a step, divided by the step, from its velocities.
 template <Scalar S>

@@ -86,9 +86,9 @@ template <Scalar S>
                                                const Vec3<S>& center, const Vec3<S>& axis) {
   // Projected along A's axis, the closest point of B's line is a foot of a perpendicular. For
   // parallel axes every point is. The middle serves as well as any.
-  const auto across = axis.template head<2>();
+  const Vec2<S> across = xy_of(axis);
   const S sine2 = across.squaredNorm();
-  S on_b = sine2 > S(0) ? -center.template head<2>().dot(across) / sine2 : S(0);
+  S on_b = sine2 > S(0) ? -xy_of(center).dot(across) / sine2 : S(0);
   on_b = std::clamp(on_b, -b.half_length, b.half_length);
   const S on_a = std::clamp(center.z() + on_b * axis.z(), -a.half_length, a.half_length);
   // If A's end limited the height, the closest point of B moves.
@@ -148,13 +148,13 @@ template <Scalar S>
 void collide_shapes(const Box<S>& a, const Sphere<S>& b, const Transform<S>& X_AB, S margin,
                     ContactManifolds<S>& out) {
   const Vec3<S>& center = X_AB.translation;
-  const Vec3<S> nearest = center.cwiseMax(-a.half_extents).cwiseMin(a.half_extents);
+  const Vec3<S> nearest = cwise_min(cwise_max(center, -a.half_extents), a.half_extents);
   if (nearest != center) {
     collide_balls<S>(nearest, S(0), center, b.radius, Vec3<S>::UnitZ(), margin, out);
     return;
   }
   int axis = 0;
-  const S depth = (a.half_extents - center.cwiseAbs()).minCoeff(&axis);
+  const S depth = (a.half_extents - cwise_abs(center)).minCoeff(&axis);
   ContactManifold<S> manifold;
   manifold.normal = (center[axis] < S(0) ? S(-1) : S(1)) * Vec3<S>::Unit(axis);
   const S gap = -depth - b.radius;
@@ -172,7 +172,7 @@ void collide_shapes(const Capsule<S>& a, const Capsule<S>& b, const Transform<S>
   const auto [on_a, on_b] = closest_heights(a, b, center, axis);
   const Vec3<S> point_a(S(0), S(0), on_a);
   const Vec3<S> point_b = center + on_b * axis;
-  const Vec2<S> across = axis.template head<2>();
+  const Vec2<S> across = xy_of(axis);
   const S sine = across.norm();
 
   Vec3<S> fallback = Vec3<S>::UnitX();
@@ -218,15 +218,15 @@ void collide_shapes(const HalfSpace<S>& a, const Box<S>& b, const Transform<S>& 
   const Vec3<S> up_B = R.transpose() * a.normal;
   // [m] Heights of the centre over the plane, and of the ends of the half axes over the centre.
   const S height = a.normal.dot(X_AB.translation) - a.offset;
-  const Vec3<S> rise = half.cwiseProduct(up_B);
-  if (height - rise.cwiseAbs().sum() > margin) return;
+  const Vec3<S> rise = cwise_product(half, up_B);
+  if (height - cwise_abs(rise).sum() > margin) return;
   // The face whose normal is nearest to straight down.
   int axis = abs(up_B[1]) > abs(up_B[0]) ? 1 : 0;
   if (abs(up_B[2]) > abs(up_B[axis])) axis = 2;
   const int u = axis < 2 ? axis + 1 : 0;
   const int v = axis > 0 ? axis - 1 : 2;
   const S side = up_B[axis] > S(0) ? S(-1) : S(1);
-  const Vec3<S> middle = X_AB.translation + (side * half[axis]) * R.col(axis);
+  const Vec3<S> middle = X_AB.translation + (side * half[axis]) * column_of(R, axis);
   const S middle_gap = height + side * rise[axis];
 
   ContactManifold<S>& manifold = out.emplace_back();
@@ -239,8 +239,8 @@ void collide_shapes(const HalfSpace<S>& a, const Box<S>& b, const Transform<S>& 
     // Corner ids are those of support.hpp.
     const std::uint32_t id =
         (side > S(0) ? 1u << axis : 0u) | (u_up ? 1u << u : 0u) | (v_up ? 1u << v : 0u);
-    manifold.add({middle + (u_up ? half[u] : -half[u]) * R.col(u) +
-                      (v_up ? half[v] : -half[v]) * R.col(v) - (S(0.5) * gap) * a.normal,
+    manifold.add({middle + (u_up ? half[u] : -half[u]) * column_of(R, u) +
+                      (v_up ? half[v] : -half[v]) * column_of(R, v) - (S(0.5) * gap) * a.normal,
                   gap, id});
   }
   if (manifold.size == 0) out.pop_back();
@@ -254,7 +254,7 @@ void collide_shapes(const HalfSpace<S>& a, const MeshTree<S>& b, const Transform
   const auto for_low_corners = [&](const auto& use) {
     b.tree().find(
         [&](const Aabb<S>& box) {
-          return up_B.dot(box.center()) - up_B.cwiseAbs().dot(box.half_extents()) - offset_B <=
+          return up_B.dot(box.center()) - cwise_abs(up_B).dot(box.half_extents()) - offset_B <=
                  margin + Tolerance<S>::round_off() * box.half_extents().maxCoeff();
         },
         [&](std::uint32_t triangle) {

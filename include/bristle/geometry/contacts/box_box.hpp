@@ -99,12 +99,12 @@ template <Scalar S>
     const int i1 = i < 2 ? i + 1 : 0;
     const int i2 = i > 0 ? i - 1 : 2;
     // Lengths are along the cross products of the edges. Those have the sines as length.
-    const Vec3<S> distance = p[i2] * R.row(i1) - p[i1] * R.row(i2);
-    const Vec3<S> reach_a = a[i1] * absolute.row(i2) + a[i2] * absolute.row(i1);
+    const Vec3<S> distance = p[i2] * row_of(R, i1) - p[i1] * row_of(R, i2);
+    const Vec3<S> reach_a = a[i1] * row_of(absolute, i2) + a[i2] * row_of(absolute, i1);
     const Vec3<S> reach_b(b[1] * absolute(i, 2) + b[2] * absolute(i, 1),
                           b[2] * absolute(i, 0) + b[0] * absolute(i, 2),
                           b[0] * absolute(i, 1) + b[1] * absolute(i, 0));
-    const Vec3<S> between = distance.cwiseAbs() - reach_a - reach_b;
+    const Vec3<S> between = cwise_abs(distance) - reach_a - reach_b;
     for (int j = 0; j < 3; ++j) {
       // Division by a sine makes overlaps larger still. So most axes need no square root.
       if (between[j] <= std::min(best.gap, S(0))) continue;
@@ -130,12 +130,12 @@ void collide_face(const BoxPair<S>& boxes, bool is_of_a, int axis, S margin, S t
     patch.add_to(manifold, margin, Mat3<S>::Identity(), Vec3<S>::Zero());
     manifold.normal = face.side * Vec3<S>::Unit(axis);
   } else {
-    const Mat3<S> R_BA = R.transpose();
+    const Mat3<S> R_BA = transposed(R);
     const Vec3<S> p_BA = -(R_BA * p);
     const BoxFace<S> face{b, axis, p_BA[axis] > S(0) ? S(1) : S(-1), false};
     const BoxFacePatch<S> patch(face, a, R_BA, p_BA, tolerance);
     patch.add_to(manifold, margin, R, p);
-    manifold.normal = -face.side * R.col(axis);
+    manifold.normal = -face.side * column_of(R, axis);
   }
 }
 
@@ -163,7 +163,7 @@ void collide_edges(const BoxPair<S>& boxes, const BoxEdges<S>& edges, const Vec3
   middle_a[edges.i] = S(0);
   middle_b[edges.j] = S(0);
   middle_b = R * middle_b + p;
-  const Vec3<S> along_b = R.col(edges.j);
+  const Vec3<S> along_b = column_of(R, edges.j);
   const Vec3<S> between = middle_b - middle_a;
   const S cosine = R(edges.i, edges.j);
   const S on_a = between[edges.i];
@@ -181,15 +181,15 @@ template <Scalar S>
 void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, S margin,
                     ContactManifolds<S>& out) {
   const Mat3<S> R = X_AB.rotation_matrix();
-  const Mat3<S> absolute = R.cwiseAbs();
+  const Mat3<S> absolute = cwise_abs(R);
   const Vec3<S>& p = X_AB.translation;
   const BoxPair<S> boxes{a.half_extents, b.half_extents, R, p};
 
-  const BoxAxis<S> face_a = best_axis<S>(p.cwiseAbs() - a.half_extents - absolute * b.half_extents);
+  const BoxAxis<S> face_a = best_axis<S>(cwise_abs(p) - a.half_extents - absolute * b.half_extents);
   if (face_a.gap > margin) return;
   const Vec3<S> p_B = R.transpose() * p;
   const BoxAxis<S> face_b =
-      best_axis<S>(p_B.cwiseAbs() - b.half_extents - absolute.transpose() * a.half_extents);
+      best_axis<S>(cwise_abs(p_B) - b.half_extents - absolute.transpose() * a.half_extents);
   if (face_b.gap > margin) return;
 
   const S least_gain =
@@ -211,11 +211,11 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
     collide_face(boxes, is_of_a, face.axis, margin, least_gain, manifold);
     normal = manifold.normal;
   } else {
-    normal = (edges.side / edges.sine) * Vec3<S>::Unit(edges.i).cross(R.col(edges.j));
+    normal = (edges.side / edges.sine) * Vec3<S>::Unit(edges.i).cross(column_of(R, edges.j));
     const Vec3<S> normal_B = R.transpose() * normal;
     const bool is_crossing = edges.sine > edge_tolerance<S> &&
-                             normal.cwiseAbs().maxCoeff() < aligned_cosine<S> &&
-                             normal_B.cwiseAbs().maxCoeff() < aligned_cosine<S>;
+                             cwise_abs(normal).maxCoeff() < aligned_cosine<S> &&
+                             cwise_abs(normal_B).maxCoeff() < aligned_cosine<S>;
     if (is_crossing) {
       collide_edges(boxes, edges, normal, normal_B, manifold);
     } else {

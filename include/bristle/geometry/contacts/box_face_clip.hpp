@@ -74,10 +74,10 @@ class BoxFacePatch {
                           !reference.is_of_a};
     const int u = face.u();
     const int v = face.v();
-    Vec3<S> middle = local(p) + face.side * half_extents[axis] * local(R.col(axis));
+    Vec3<S> middle = local(p) + face.side * half_extents[axis] * local(column_of(R, axis));
     middle.z() -= reference.half_extents[k];
-    const Vec3<S> along_u = half_extents[u] * local(R.col(u));
-    const Vec3<S> along_v = half_extents[v] * local(R.col(v));
+    const Vec3<S> along_u = half_extents[u] * local(column_of(R, u));
+    const Vec3<S> along_v = half_extents[v] * local(column_of(R, v));
     // Either order around the face: clipping does not depend on it.
     const std::uint32_t id = face.bit();
     const std::uint32_t id_u = id | 1u << u;
@@ -97,9 +97,9 @@ class BoxFacePatch {
   ///
   /// @param R, p  Pose of the reference face's box in the frame of the manifold.
   void add_to(ContactManifold<S>& manifold, S margin, const Mat3<S>& R, const Vec3<S>& p) const {
-    const Vec3<S> u = R.col(reference_.u());
-    const Vec3<S> v = R.col(reference_.v());
-    const Vec3<S> n = reference_.side * R.col(reference_.axis);
+    const Vec3<S> u = column_of(R, reference_.u());
+    const Vec3<S> v = column_of(R, reference_.v());
+    const Vec3<S> n = reference_.side * column_of(R, reference_.axis);
     const Vec3<S> middle = p + reference_.half_extents[reference_.axis] * n;
     const std::array<Corner, capacity>& corners = buffers_[current_];
     const Corner* first = nullptr;  // Of the added corners.

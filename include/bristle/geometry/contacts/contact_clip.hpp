@@ -81,7 +81,7 @@ class HeightField {
       place_[i] = {t1.dot(feature.points[i]), t2.dot(feature.points[i])};
       height_[i] = n.dot(feature.points[i]);
       name_[i] = mix(side, feature.ids[i]);
-      extent_ = std::max(extent_, feature.points[i].cwiseAbs().maxCoeff());
+      extent_ = std::max(extent_, cwise_abs(feature.points[i]).maxCoeff());
     }
     // Both faces run counter-clockwise seen from +n. That of B is seen from behind.
     if (is_polygon() && feature.normal.dot(n) < S(0)) {

@@ -335,7 +335,7 @@ class OverlapSearch {
   void try_edges(const Vec3<S>& between) {
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 3; ++j) {
-        const Vec3<S> axis = a_.rotation.col(i).cross(b_.rotation.col(j));
+        const Vec3<S> axis = column_of(a_.rotation, i).cross(column_of(b_.rotation, j));
         // Nearly parallel edges have no direction of their own.
         if (axis.squaredNorm() < Tolerance<S>::equal()) continue;
         // Of symmetric solids the side that faces the other has less overlap.

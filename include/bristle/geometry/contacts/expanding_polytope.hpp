@@ -71,7 +71,7 @@ bool ExpandingPolytope<S>::start(const std::array<Vec3<S>, 4>& corners) {
   size_ = S(0);
   for (const Vec3<S>& p : corners) {
     corners_[corner_count_++] = p;
-    size_ = std::max(size_, p.cwiseAbs().maxCoeff());
+    size_ = std::max(size_, cwise_abs(p).maxCoeff());
   }
   const Vec3<S> u = corners[1] - corners[0];
   const Vec3<S> v = corners[2] - corners[0];
@@ -92,7 +92,7 @@ bool ExpandingPolytope<S>::start(const std::array<Vec3<S>, 4>& corners) {
 template <Scalar S>
 bool ExpandingPolytope<S>::expand(const Vec3<S>& corner) {
   if (corner_count_ == max_corners) return false;
-  size_ = std::max(size_, corner.cwiseAbs().maxCoeff());
+  size_ = std::max(size_, cwise_abs(corner).maxCoeff());
   const S tolerance = Tolerance<S>::round_off() * size_;
   // Faces that see the corner go. Edges that only one of them has are the rim of the hole.
   std::size_t edge_count = 0;

@@ -122,7 +122,7 @@ class MeshConvexContacts {
     Aabb<P> swept = here;
     swept.include(Aabb<P>{here.lower + back, here.upper + back});
     swept = swept.inflated(beside);
-    swept = {swept.lower.cwiseMax(within.lower), swept.upper.cwiseMin(within.upper)};
+    swept = {cwise_max(swept.lower, within.lower), cwise_min(swept.upper, within.upper)};
     const Vec3<P> middle = X_MC_ * convex_.center;
     mesh_.find([&](const Aabb<P>& box) { return box.overlaps(swept); },
                [&](std::uint32_t i) {

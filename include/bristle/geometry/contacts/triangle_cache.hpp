@@ -46,8 +46,8 @@ struct alignas(64) TrianglesNearRay {
             Vec3<S>{rows[6][at], rows[7][at], rows[8][at]}};
   }
   [[nodiscard]] bool serves(const Vec3<S>& ray_start, const Vec3<S>& ray_end) const {
-    return (ray_start - start).cwiseAbs().maxCoeff() <= reserve &&
-           (ray_end - end).cwiseAbs().maxCoeff() <= reserve;
+    return cwise_abs(ray_start - start).maxCoeff() <= reserve &&
+           cwise_abs(ray_end - end).maxCoeff() <= reserve;
   }
 
   /// Searches anew, around the place where the ray is going.
@@ -62,7 +62,7 @@ template <Scalar S>
 class NearSegmentTest {
  public:
   NearSegmentTest(const Vec3<S>& start, const Vec3<S>& end, S margin)
-      : inverse_((end - start).cwiseInverse()) {
+      : inverse_(cwise_inverse(end - start)) {
     for (int i = 0; i < 3; ++i) {
       const S inwards = inverse_[i] < S(0) ? -margin : margin;
       near_origin_[i] = start[i] + inwards;
@@ -151,14 +151,14 @@ BRISTLE_NOINLINE void TrianglesNearRay<S>::search(const WideTree<S>& tree, const
   const auto move = [&](Vec3<S>& end_kept, const Vec3<S>& end_now) {
     const Vec3<S> moved = end_now - end_kept;
     end_kept = end_now;
-    if (!(reserve >= S(0)) || !(moved.cwiseAbs().maxCoeff() <= S(2) * margin)) return;
-    end_kept += ahead * moved.cwiseMax(-margin).cwiseMin(margin);
+    if (!(reserve >= S(0)) || !(cwise_abs(moved).maxCoeff() <= S(2) * margin)) return;
+    end_kept += ahead * cwise_clamp(moved, margin);
   };
   move(start, ray.origin);
   move(end, ray_end);
   // Rounding of the coordinates of rays, boxes and crossings.
-  const S size = tree.box().lower.cwiseAbs().cwiseMax(tree.box().upper.cwiseAbs()).sum() +
-                 start.cwiseAbs().sum() + end.cwiseAbs().sum();
+  const S size = cwise_max(cwise_abs(tree.box().lower), cwise_abs(tree.box().upper)).sum() +
+                 cwise_abs(start).sum() + cwise_abs(end).sum();
   reserve = margin - S(16) * Tolerance<S>::round_off() * size;
   count = 0;
   if (!(reserve >= S(0.8) * margin)) {

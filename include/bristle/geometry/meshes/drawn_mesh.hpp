@@ -92,7 +92,7 @@ struct ShapeDrawer {
   }
   TriangleMesh<S> operator()(const Ellipsoid<S>& s) const {
     TriangleMesh<S> mesh = sphere_mesh<S>(S(1), sphere_frequency);
-    for (Vec3<S>& v : mesh.vertices) v = v.cwiseProduct(s.radii).eval();
+    for (Vec3<S>& v : mesh.vertices) v = cwise_product(v, s.radii);
     return mesh;
   }
   TriangleMesh<S> operator()(const HalfSpace<S>& s) const {

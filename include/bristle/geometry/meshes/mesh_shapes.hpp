@@ -55,7 +55,7 @@ TriangleMesh<S> box_mesh(const Vec3<S>& half_extents) {
   // Bit k of a vertex's number is the side along axis k.
   for (unsigned v = 0; v < 8; ++v) {
     const Vec3<S> sign(v & 1u ? S(1) : S(-1), v & 2u ? S(1) : S(-1), v & 4u ? S(1) : S(-1));
-    mesh.vertices.push_back(sign.cwiseProduct(half_extents));
+    mesh.vertices.push_back(cwise_product(sign, half_extents));
   }
   for (std::uint32_t axis = 0; axis < 3; ++axis) {
     const std::uint32_t u = 1u << (axis + 1) % 3;

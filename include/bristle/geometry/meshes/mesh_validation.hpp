@@ -144,8 +144,8 @@ std::vector<std::uint32_t> degenerate_triangles(const TriangleMesh<S>& mesh) {
     // the origin. Dividing by the longest edge first keeps tiny triangles from underflowing.
     const S longest =
         sqrt(max((b - a).squaredNorm(), max((c - b).squaredNorm(), (a - c).squaredNorm())));
-    const S reach = max(longest, max(a.cwiseAbs().maxCoeff(),
-                                     max(b.cwiseAbs().maxCoeff(), c.cwiseAbs().maxCoeff())));
+    const S reach = max(longest, max(cwise_abs(a).maxCoeff(),
+                                     max(cwise_abs(b).maxCoeff(), cwise_abs(c).maxCoeff())));
     const bool has_height = longest > S(0) && ((b - a) / longest).cross(c - a).norm() >
                                                   detail::Tolerance<S>::round_off() * reach;
     if (!has_height) numbers.push_back(t);

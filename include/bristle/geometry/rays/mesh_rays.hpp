@@ -83,12 +83,12 @@ template <Scalar S>
                                                      S distance) {
   const auto& [a, b, c] = corners;
   const S slack = Tolerance<S>::round_off() *
-                  (ray.origin.cwiseAbs() + a.cwiseAbs() + b.cwiseAbs() + c.cwiseAbs()).sum();
+                  (cwise_abs(ray.origin) + cwise_abs(a) + cwise_abs(b) + cwise_abs(c)).sum();
   Aabb<S> box;
   for (const Vec3<S>& corner : corners) box.include(corner);
   box = box.inflated(slack);
   if (box.contains(ray.origin + distance * ray.direction)) return distance;
-  const Vec3<S> inverse = ray.direction.cwiseInverse();
+  const Vec3<S> inverse = cwise_inverse(ray.direction);
   S enter = -infinity<S>;
   S leave = infinity<S>;
   for (int i = 0; i < 3; ++i) {
@@ -108,7 +108,7 @@ class CrossingCollector {
   explicit CrossingCollector(const Ray<S>& ray)
       : ray_(ray),
         test_(ray),
-        trusted_(S(4) * Tolerance<S>::round_off() * ray.origin.cwiseAbs().sum()) {}
+        trusted_(S(4) * Tolerance<S>::round_off() * cwise_abs(ray.origin).sum()) {}
 
   /// Adds the crossing of a triangle. Neither this nor `hit_on` is inlined. So the compiler fuses
   /// products and sums alike for all callers.

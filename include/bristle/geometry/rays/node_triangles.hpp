@@ -133,7 +133,7 @@ BRISTLE_FORCE_INLINE auto NodeTriangles<S>::turned(const WideTree<S>& tree,
 template <Scalar S>
 bool NodeTriangles<S>::is_any_in(const WideTree<S>& tree, const TriangleRange& leaf,
                                  const BoxInTree<S>& box) {
-  const Pack3<S> along = Pack3<S>::all(Vec3<S>(box.R_GC().row(2)));
+  const Pack3<S> along = Pack3<S>::all(Vec3<S>(row_of(box.R_GC(), 2)));
   const auto z = [&](std::size_t c, std::size_t i) {
     return dot(along, corner(tree, leaf, c, i)) + box.p_GC().z();
   };
@@ -166,7 +166,7 @@ bool NodeTriangles<S>::add(const WideTree<S>& tree, const TriangleRange& leaf,
 template <Scalar S>
 void NodeTriangles<S>::finish(const RayTreeNode<S>& node, const Mat3<S>& R_RG, S size) {
   const S round_off = Tolerance<S>::round_off();
-  const Vec3<S> half = node.box.lower.cwiseAbs().cwiseMax(node.box.upper.cwiseAbs());
+  const Vec3<S> half = cwise_max(cwise_abs(node.box.lower), cwise_abs(node.box.upper));
   // Memory behind the last candidate may hold denormal numbers, which are slow.
   for (Row& row : rows_) Pack<S>(S(0)).store(&row[size_]);
   for (std::size_t i = 0; i < size_; i += lanes<S>) {

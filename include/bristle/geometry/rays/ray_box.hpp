@@ -14,7 +14,7 @@ template <Scalar S>
 class SlabTest {
  public:
   explicit SlabTest(const Ray<S>& ray)
-      : origin_(ray.origin), inverse_(ray.direction.cwiseInverse()) {}
+      : origin_(ray.origin), inverse_(cwise_inverse(ray.direction)) {}
 
   /// [m] Distance of the entry, >= 0. Infinite if the ray does not enter by `max_distance`.
   [[nodiscard]] S enter(const Aabb<S>& box, S max_distance) const {

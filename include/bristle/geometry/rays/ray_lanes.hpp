@@ -329,7 +329,7 @@ template <Scalar S>
 BRISTLE_FORCE_INLINE RayHitLanes<S> ray_cast(const Ellipsoid<S>& ellipsoid,
                                              const RayLanes<S>& ray) {
   const Pack<S> zero(S(0));
-  const Vec3<S> scale = ellipsoid.radii.cwiseInverse();
+  const Vec3<S> scale = cwise_inverse(ellipsoid.radii);
   const auto scaled = [&](const Pack3<S>& v) {
     return Pack3<S>{v.x * scale.x(), v.y * scale.y(), v.z * scale.z()};
   };
@@ -383,7 +383,7 @@ template <Scalar S, typename ConvexShape>
 void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, const RayBatch<S>& rays,
                         std::uint32_t tag, RayHits<S>& hits) {
   const Mat3<S> R_RC = X_RC.rotation_matrix();
-  const Mat3<S> R_CR = R_RC.transpose();
+  const Mat3<S> R_CR = transposed(R_RC);
   const Pack3<S> p_RC = Pack3<S>::all(X_RC.translation);
   const std::size_t n = std::min<std::size_t>(rays.range.end, rays.size());
   const auto cast = [&](std::size_t i, auto count, const auto& load, const auto& store) {

@@ -55,7 +55,7 @@ class WideSlabTest {
   using Node = typename WideTree<S>::Node;
 
   explicit WideSlabTest(const Ray<S>& ray)
-      : origin_(ray.origin), inverse_(ray.direction.cwiseInverse()) {}
+      : origin_(ray.origin), inverse_(cwise_inverse(ray.direction)) {}
 
   /// Returns a mask of the children, from `k` on in one pack, that the ray enters by `reach`.
   /// Writes the entries to `enter`.
@@ -90,7 +90,7 @@ class WideTriangleFilter {
  public:
   explicit WideTriangleFilter(const Ray<S>& ray) {
     int z = 0;
-    ray.direction.cwiseAbs().maxCoeff(&z);
+    cwise_abs(ray.direction).maxCoeff(&z);
     const int x = (z + 1) % 3;
     const int y = (z + 2) % 3;
     axis_ = {static_cast<std::size_t>(x), static_cast<std::size_t>(y), static_cast<std::size_t>(z)};

@@ -135,8 +135,8 @@ struct Approach {
 template <Scalar S>
 [[nodiscard]] Chord<S> tube_chord(const Vec3<S>& origin, const Vec3<S>& direction, S radius) {
   using std::sqrt;
-  const auto o = origin.template head<2>();
-  const auto d = direction.template head<2>();
+  const Vec2<S> o = xy_of(origin);
+  const Vec2<S> d = xy_of(direction);
   const S a = d.squaredNorm();
   const S b = -o.dot(d);
   const S distance = o.norm();
@@ -171,7 +171,7 @@ RayHit<S> ray_cast(const Sphere<S>& sphere, const Ray<S>& ray) {
 
 template <Scalar S>
 RayHit<S> ray_cast(const Box<S>& box, const Ray<S>& ray) {
-  if ((ray.origin.array().abs() <= box.half_extents.array()).all()) {
+  if (all_at_most(cwise_abs(ray.origin), box.half_extents)) {
     return detail::start_inside(ray);
   }
   detail::Chord<S> chord;
@@ -206,8 +206,8 @@ RayHit<S> ray_cast(const Capsule<S>& capsule, const Ray<S>& ray) {
   if (!(tube.enter <= tube.leave)) return {};
   // A start inside the tube but outside the capsule is beyond one of the ends. It meets only the
   // ball there. Otherwise the height at which the ray enters the tube tells side from ends.
-  const bool is_beyond_end = abs(near.origin.z()) > half &&
-                             near.origin.template head<2>().squaredNorm() <= radius * radius;
+  const bool is_beyond_end =
+      abs(near.origin.z()) > half && detail::xy_of(near.origin).squaredNorm() <= radius * radius;
   S z = near.origin.z();
   if (!is_beyond_end) {
     if (!tube.is_ahead()) return {};
@@ -227,7 +227,7 @@ RayHit<S> ray_cast(const Cylinder<S>& cylinder, const Ray<S>& ray) {
   using std::abs;
   const S radius = cylinder.radius;
   const S half = cylinder.half_length;
-  const auto planar = ray.origin.template head<2>();
+  const detail::Vec2<S> planar = detail::xy_of(ray.origin);
   if (planar.squaredNorm() <= radius * radius && abs(ray.origin.z()) <= half) {
     return detail::start_inside(ray);
   }
@@ -256,14 +256,14 @@ RayHit<S> ray_cast(const Cone<S>& cone, const Ray<S>& ray) {
   const S k = cone.radius / height;
   const S start_depth = cone.half_length - ray.origin.z();
   if (start_depth >= S(0) && start_depth <= height &&
-      ray.origin.template head<2>().norm() <= k * start_depth) {
+      detail::xy_of(ray.origin).norm() <= k * start_depth) {
     return detail::start_inside(ray);
   }
   const detail::Approach<S> near(ray, cone.half_length + cone.radius);
   if (!near.is_near) return {};
 
-  const detail::Vec2<S> o = near.origin.template head<2>();
-  const detail::Vec2<S> d = ray.direction.template head<2>();
+  const detail::Vec2<S> o = detail::xy_of(near.origin);
+  const detail::Vec2<S> d = detail::xy_of(ray.direction);
   const S w = cone.half_length - near.origin.z();
   const S dw = -ray.direction.z();
   const S a = d.squaredNorm() - k * k * dw * dw;
@@ -302,12 +302,12 @@ RayHit<S> ray_cast(const Cone<S>& cone, const Ray<S>& ray) {
 template <Scalar S>
 RayHit<S> ray_cast(const Ellipsoid<S>& ellipsoid, const Ray<S>& ray) {
   using std::sqrt;
-  const Vec3<S> scale = ellipsoid.radii.cwiseInverse();
-  if (ray.origin.cwiseProduct(scale).squaredNorm() <= S(1)) return detail::start_inside(ray);
+  const Vec3<S> scale = cwise_inverse(ellipsoid.radii);
+  if (cwise_product(ray.origin, scale).squaredNorm() <= S(1)) return detail::start_inside(ray);
   const detail::Approach<S> near(ray, ellipsoid.radii.maxCoeff());
   if (!near.is_near) return {};
-  const Vec3<S> o = near.origin.cwiseProduct(scale);
-  const Vec3<S> d = ray.direction.cwiseProduct(scale);
+  const Vec3<S> o = cwise_product(near.origin, scale);
+  const Vec3<S> d = cwise_product(ray.direction, scale);
   const S speed2 = d.squaredNorm();
   const S closest = -o.dot(d) / speed2;
   if (near.skipped + closest < S(0)) return {};
@@ -317,7 +317,7 @@ RayHit<S> ray_cast(const Ellipsoid<S>& ellipsoid, const Ray<S>& ray) {
   const S half = sqrt(half2);
   const Vec3<S> point = foot - half * d;
   return detail::hit_within<S>(ray, near.skipped + (closest - half),
-                               point.cwiseProduct(scale).normalized());
+                               cwise_product(point, scale).normalized());
 }
 
 template <Scalar S>

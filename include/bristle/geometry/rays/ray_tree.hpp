@@ -254,11 +254,11 @@ void RayTree<S>::fit(const RayBatch<S>& rays, Places places, RayTreeNode<S>& nod
       const Vec3<S> z = sum.normalized();
       // Sensors mostly stand in rows along the axes of their frame; so do the sides of the box.
       int across = 0;
-      z.cwiseAbs().minCoeff(&across);
+      cwise_abs(z).minCoeff(&across);
       const Vec3<S> x = (Vec3<S>::Unit(across) - z[across] * z).normalized();
-      node.axes.row(0) = x;
-      node.axes.row(1) = z.cross(x);
-      node.axes.row(2) = z;
+      set_row(node.axes, 0, x);
+      set_row(node.axes, 1, z.cross(x));
+      set_row(node.axes, 2, z);
     }
   }
   node.is_narrow = true;
@@ -271,7 +271,7 @@ void RayTree<S>::fit(const RayBatch<S>& rays, Places places, RayTreeNode<S>& nod
     node.directions.include(direction);
     node.highest_start = std::max(node.highest_start, start.z());
     node.is_narrow = node.is_narrow && direction.z() > S(0.5);
-    const S across = direction.template head<2>().cwiseAbs().maxCoeff();
+    const S across = cwise_abs(xy_of(direction)).maxCoeff();
     node.slope = std::max(node.slope, across / direction.z());
   }
 }

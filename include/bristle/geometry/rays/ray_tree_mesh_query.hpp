@@ -50,10 +50,11 @@ class RayTreeMeshQuery {
         tag_(tag),
         hits_(hits),
         R_RC_(X_RC.rotation_matrix()),
-        R_CR_(R_RC_.transpose()),
+        R_CR_(transposed(R_RC_)),
         p_RC_(X_RC.translation) {
     const Aabb<S> box = mesh.root_box();
-    mesh_size_ = box.lower.cwiseAbs().cwiseMax(box.upper.cwiseAbs()).sum() + p_RC_.cwiseAbs().sum();
+    mesh_size_ =
+        cwise_max(cwise_abs(box.lower), cwise_abs(box.upper)).sum() + cwise_abs(p_RC_).sum();
   }
 
   void run() {
@@ -166,7 +167,7 @@ class RayTreeMeshQuery {
     return Tolerance<S>::round_off() * size_near(node);
   }
   [[nodiscard]] S size_near(const Node& node) const {
-    return mesh_size_ + node.center.cwiseAbs().sum();
+    return mesh_size_ + cwise_abs(node.center).sum();
   }
 
   const RayMesh<S>& mesh_;
@@ -311,7 +312,7 @@ void RayTreeMeshQuery<S>::cast_undivided(const Node& node, const BoxInTree<S>& b
 template <Scalar S>
 void RayTreeMeshQuery<S>::cast_packets(const Node& node, std::size_t first, std::size_t end,
                                        Side side) {
-  triangles_.finish(node, node.axes.transpose(), size_near(node));
+  triangles_.finish(node, transposed(node.axes), size_near(node));
   const typename Tree::Lines& lines = rays_.ray_tree->lines();
   const S lowest_start = node.box.lower.z() - margin(node);
   const S highest_start = node.highest_start + margin(node);

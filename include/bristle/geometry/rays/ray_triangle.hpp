@@ -36,7 +36,7 @@ class TriangleTest {
  public:
   /// @param ray  Its length is ignored.
   explicit TriangleTest(const Ray<S>& ray) : origin_(ray.origin) {
-    ray.direction.cwiseAbs().maxCoeff(&kz_);
+    cwise_abs(ray.direction).maxCoeff(&kz_);
     kx_ = (kz_ + 1) % 3;
     ky_ = (kx_ + 1) % 3;
     // Along a negative axis the other two swap. So no triangle turns its back.
@@ -87,9 +87,8 @@ class TriangleTest {
   /// (their size along the ray) and of the determinants (their size across it).
   [[nodiscard]] static S uncertainty(const Vec3<S>& a, const Vec3<S>& b, const Vec3<S>& c, S sum) {
     using std::abs;
-    const S across = a.template head<2>().cwiseAbs().maxCoeff() +
-                     b.template head<2>().cwiseAbs().maxCoeff() +
-                     c.template head<2>().cwiseAbs().maxCoeff();
+    const S across = cwise_abs(xy_of(a)).maxCoeff() + cwise_abs(xy_of(b)).maxCoeff() +
+                     cwise_abs(xy_of(c)).maxCoeff();
     const S nearest = std::min({a.z(), b.z(), c.z()});
     const S farthest = std::max({a.z(), b.z(), c.z()});
     const S along = std::max(abs(nearest), abs(farthest));

@@ -140,7 +140,7 @@ void ConvexHull<S>::validate_planes() const {
   // Faces joined from nearly coplanar triangles have corners a few resolutions below their plane.
   // Coordinates far from the origin are rounded to a multiple of their own size.
   const S size = (box.upper - box.lower).norm();
-  const S reach = box.lower.cwiseAbs().cwiseMax(box.upper.cwiseAbs()).maxCoeff();
+  const S reach = cwise_max(cwise_abs(box.lower), cwise_abs(box.upper)).maxCoeff();
   const S slack =
       S(2) * detail::Tolerance<S>::equal() * size + detail::Tolerance<S>::round_off() * reach;
 

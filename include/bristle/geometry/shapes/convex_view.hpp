@@ -203,7 +203,7 @@ Aabb<S> bounds_at(const ConvexView<S>& convex, const Transform<S>& X) {
   const Mat3<S> R = X.rotation_matrix();
   Aabb<S> box;
   for (int i = 0; i < 3; ++i) {
-    const Vec3<S> d = R.row(i).transpose();
+    const Vec3<S> d = row_of(R, i);
     box.upper[i] = d.dot(convex.support(d)) + convex.rounding + X.translation[i];
     box.lower[i] = d.dot(convex.support(-d)) - convex.rounding + X.translation[i];
   }

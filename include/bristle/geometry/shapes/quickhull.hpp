@@ -94,7 +94,7 @@ template <Scalar S>
   require_finite("convex_hull: extent of the points", extent);
 
   // Far from the origin, rounding of the coordinates exceeds the resolution.
-  const S reach = std::max(box.lower.cwiseAbs().maxCoeff(), box.upper.cwiseAbs().maxCoeff());
+  const S reach = std::max(cwise_abs(box.lower).maxCoeff(), cwise_abs(box.upper).maxCoeff());
   GriddedPoints<S> result;
   result.resolution = std::max(hull_resolution<S>() * extent, Tolerance<S>::round_off() * reach);
   for (const std::uint32_t i : merge_points(points, result.resolution).unique) {

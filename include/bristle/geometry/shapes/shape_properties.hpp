@@ -127,7 +127,7 @@ struct UnitMassProperties {
   }
   MassProperties<S> operator()(const Box<S>& s) const {
     const Vec3<S>& h = s.half_extents;
-    return symmetric_body<S>(S(8) * h.prod(), Vec3<S>::Zero(), h.cwiseAbs2() / S(3));
+    return symmetric_body<S>(S(8) * h.prod(), Vec3<S>::Zero(), cwise_square(h) / S(3));
   }
   MassProperties<S> operator()(const Capsule<S>& s) const {
     const S r = s.radius;
@@ -155,7 +155,7 @@ struct UnitMassProperties {
   }
   MassProperties<S> operator()(const Ellipsoid<S>& s) const {
     return symmetric_body<S>(S(4) / S(3) * pi * s.radii.prod(), Vec3<S>::Zero(),
-                             s.radii.cwiseAbs2() / S(5));
+                             cwise_square(s.radii) / S(5));
   }
   MassProperties<S> operator()(const HalfSpace<S>&) const { return {}; }
   MassProperties<S> operator()(const ConvexHull<S>& s) const {

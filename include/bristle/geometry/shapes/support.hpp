@@ -95,8 +95,8 @@ template <Scalar S>
 [[nodiscard]] Vec3<S> support_point(const Cone<S>& cone, const Vec3<S>& direction);
 template <Scalar S>
 [[nodiscard]] Vec3<S> support_point(const Ellipsoid<S>& ellipsoid, const Vec3<S>& direction) {
-  const Vec3<S> stretched = ellipsoid.radii.cwiseProduct(direction);
-  return ellipsoid.radii.cwiseProduct(stretched) / stretched.norm();
+  const Vec3<S> stretched = cwise_product(ellipsoid.radii, direction);
+  return cwise_product(ellipsoid.radii, stretched) / stretched.norm();
 }
 template <Scalar S>
 [[nodiscard]] Vec3<S> support_point(const ConvexHull<S>& hull, const Vec3<S>& direction);
@@ -161,7 +161,7 @@ template <Scalar S>
 /// The direction's unit projection along z, or the x axis if it vanishes.
 template <Scalar S>
 [[nodiscard]] Vec2<S> radial(const Vec3<S>& direction) {
-  const Vec2<S> planar = direction.template head<2>();
+  const Vec2<S> planar = xy_of(direction);
   const S length = planar.norm();
   return length > S(0) ? Vec2<S>(planar / length) : Vec2<S>(Vec2<S>::UnitX());
 }
@@ -184,7 +184,7 @@ template <Scalar S>
   constexpr S step = S(2) * S(std::numbers::pi) / S(rim_samples);
   const Vec2<S> farthest = radial(direction);
   S angle = S(2) * S(std::numbers::pi);  // Beyond the last sample: not to be inserted.
-  if (direction.template head<2>().norm() > Tolerance<S>::equal()) {
+  if (xy_of(direction).norm() > Tolerance<S>::equal()) {
     angle = atan2(farthest.y(), farthest.x());
     if (angle < S(0)) angle += S(2) * S(std::numbers::pi);
   }
@@ -268,7 +268,7 @@ SupportFeature<S> support_edge(const Ellipsoid<S>& ellipsoid, const Vec3<S>& dir
 template <Scalar S>
 SupportFeature<S> support_edge(const Box<S>& box, const Vec3<S>& direction) {
   int across = 0;
-  const S slope = direction.cwiseAbs().minCoeff(&across);
+  const S slope = cwise_abs(direction).minCoeff(&across);
   Vec3<S> corner = support_point(box, direction);
   std::uint32_t id = 0;
   for (int i = 0; i < 3; ++i) id |= corner[i] > S(0) ? 1u << i : 0u;
@@ -288,7 +288,7 @@ template <Scalar S>
 SupportFeature<S> support_face(const Box<S>& box, const Vec3<S>& direction) {
   int axis = 0;
   SupportFeature<S> face;
-  face.cosine = direction.cwiseAbs().maxCoeff(&axis);
+  face.cosine = cwise_abs(direction).maxCoeff(&axis);
   const bool is_up = !(direction[axis] < S(0));
   face.normal[axis] = is_up ? S(1) : S(-1);
   const int u = (axis + 1) % 3;
@@ -352,7 +352,7 @@ template <Scalar S>
 SupportFeature<S> support_face(const Cylinder<S>& cylinder, const Vec3<S>& direction) {
   using std::abs;
   const bool is_up = !(direction.z() < S(0));
-  if (abs(direction.z()) >= direction.template head<2>().norm()) {
+  if (abs(direction.z()) >= xy_of(direction).norm()) {
     return disk_feature(cylinder.radius, is_up ? cylinder.half_length : -cylinder.half_length,
                         is_up, direction);
   }
@@ -380,8 +380,7 @@ template <Scalar S>
 SupportFeature<S> support_face(const Cone<S>& cone, const Vec3<S>& direction) {
   const S height = S(2) * cone.half_length;
   const Vec2<S> side_normal = Vec2<S>(height, cone.radius).normalized();
-  const S side_cosine =
-      side_normal.dot(Vec2<S>(direction.template head<2>().norm(), direction.z()));
+  const S side_cosine = side_normal.dot(Vec2<S>(xy_of(direction).norm(), direction.z()));
   if (-direction.z() >= side_cosine) {
     return disk_feature(cone.radius, -cone.half_length, false, direction);
   }

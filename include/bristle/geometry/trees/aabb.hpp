@@ -16,17 +16,19 @@ struct Aabb {
   Vec3<S> upper = Vec3<S>::Constant(-infinity<S>);
 
   /// Returns whether the box holds no point.
-  [[nodiscard]] bool is_empty() const { return (lower.array() > upper.array()).any(); }
+  [[nodiscard]] bool is_empty() const {
+    return lower[0] > upper[0] || lower[1] > upper[1] || lower[2] > upper[2];
+  }
 
   /// Grows the box to hold a point.
   void include(const Vec3<S>& p) {
-    lower = lower.cwiseMin(p);
-    upper = upper.cwiseMax(p);
+    lower = cwise_min(lower, p);
+    upper = cwise_max(upper, p);
   }
   /// Grows the box to hold another one.
   void include(const Aabb& box) {
-    lower = lower.cwiseMin(box.lower);
-    upper = upper.cwiseMax(box.upper);
+    lower = cwise_min(lower, box.lower);
+    upper = cwise_max(upper, box.upper);
   }
 
   /// Returns the box grown by `margin` [m] on every side.
@@ -40,17 +42,15 @@ struct Aabb {
 
   /// Returns whether two boxes overlap. Touching counts.
   [[nodiscard]] bool overlaps(const Aabb& other) const {
-    return (lower.array() <= other.upper.array()).all() &&
-           (other.lower.array() <= upper.array()).all();
+    return all_at_most(lower, other.upper) && all_at_most(other.lower, upper);
   }
   /// Returns whether the other box is inside. Touching the bounds counts.
   [[nodiscard]] bool contains(const Aabb& other) const {
-    return (lower.array() <= other.lower.array()).all() &&
-           (other.upper.array() <= upper.array()).all();
+    return all_at_most(lower, other.lower) && all_at_most(other.upper, upper);
   }
   /// Returns whether a point is inside. The bounds count.
   [[nodiscard]] bool contains(const Vec3<S>& p) const {
-    return (lower.array() <= p.array()).all() && (p.array() <= upper.array()).all();
+    return all_at_most(lower, p) && all_at_most(p, upper);
   }
 
   /// [m^2] Half the surface of a box with edges x, y and z [m].
@@ -66,7 +66,7 @@ template <Scalar S>
 [[nodiscard]] Aabb<S> transformed(const Aabb<S>& box_B, const Transform<S>& X_AB) {
   const Mat3<S> R = X_AB.rotation_matrix();
   const Vec3<S> center = R * box_B.center() + X_AB.translation;
-  const Vec3<S> half = R.cwiseAbs() * box_B.half_extents();
+  const Vec3<S> half = cwise_abs(R) * box_B.half_extents();
   return {center - half, center + half};
 }
 

@@ -29,7 +29,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] Aabb<S> finite_part(const Aabb<S>& box) {
   const S limit = tree_extent_limit<S>();
-  return {box.lower.cwiseMax(-limit).cwiseMin(limit), box.upper.cwiseMax(-limit).cwiseMin(limit)};
+  return {cwise_clamp(box.lower, limit), cwise_clamp(box.upper, limit)};
 }
 
 /// Middle of a box. Finite even if the box is not.
