@@ -10612,7 +10612,7 @@ void turn_free_top(Body<S>& body, const Vec3<S>& w, S dt) {
       rotation = step_rotation<S>(rotation, rotation * (inverse_inertia * y), h);
     }
   }
-  const auto velocity_of = [&](const Vec3<S>& momentum_W) -> Vec3<S> {
+  const auto turning_by = [&](const Vec3<S>& momentum_W) -> Vec3<S> {
     return rotation * (inverse_inertia * (rotation.conjugate() * momentum_W));
   };
   // Trapezoidal steps move the body by the mean of two velocities. The momentum beyond that of the
@@ -10620,10 +10620,10 @@ void turn_free_top(Body<S>& body, const Vec3<S>& w, S dt) {
   // thin body it may then have a component about the thin axis that turns it by radians a step. A
   // step does not resolve that, and energy would come from nothing. The body then takes these
   // impulses along as it turns.
-  const Vec3<S> stayed = velocity_of(own_L_W - L_W);
+  const Vec3<S> stayed = turning_by(own_L_W - L_W);
   const Vec3<S> taken = rotation * (R.transpose() * (body.twist.angular - w));
   body.twist.angular =
-      turns_far<S>(stayed - taken, dt) ? velocity_of(L_W) + taken : velocity_of(own_L_W);
+      turns_far<S>(stayed - taken, dt) ? turning_by(L_W) + taken : turning_by(own_L_W);
 }
 
 template <Scalar S>
