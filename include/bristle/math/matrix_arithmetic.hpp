@@ -89,58 +89,57 @@ template <typename Value, typename Make>
   }
 }
 
+/// The matrix of f of each entry, or of each two entries.
+template <SmallMatrix A, typename F>
+[[nodiscard]] BRISTLE_FORCE_INLINE ValueOf<A> each(const A& a, const F& f) {
+  decltype(auto) x = stored(a);
+  return matrix_of<ValueOf<A>>([&](int i, int j) { return f(entry(x, i, j)); });
+}
+template <SmallMatrix A, SmallMatrix B, typename F>
+[[nodiscard]] BRISTLE_FORCE_INLINE ValueOf<A> each(const A& a, const B& b, const F& f) {
+  decltype(auto) x = stored(a);
+  decltype(auto) y = stored(b);
+  return matrix_of<ValueOf<A>>([&](int i, int j) { return f(entry(x, i, j), entry(y, i, j)); });
+}
+
 }  // namespace detail
 
 /// Sum of two matrices of one size, entry by entry.
 template <typename A, typename B>
 requires detail::SameSize<A, B>
 [[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> operator+(const A& a, const B& b) {
-  decltype(auto) x = detail::stored(a);
-  decltype(auto) y = detail::stored(b);
-  return detail::matrix_of<detail::ValueOf<A>>(
-      [&](int i, int j) { return detail::entry(x, i, j) + detail::entry(y, i, j); });
+  return detail::each(a, b, [](const auto& x, const auto& y) { return x + y; });
 }
 
 /// Difference of two matrices of one size, entry by entry.
 template <typename A, typename B>
 requires detail::SameSize<A, B>
 [[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> operator-(const A& a, const B& b) {
-  decltype(auto) x = detail::stored(a);
-  decltype(auto) y = detail::stored(b);
-  return detail::matrix_of<detail::ValueOf<A>>(
-      [&](int i, int j) { return detail::entry(x, i, j) - detail::entry(y, i, j); });
+  return detail::each(a, b, [](const auto& x, const auto& y) { return x - y; });
 }
 
 /// Negative of a matrix.
 template <detail::SmallMatrix A>
 [[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> operator-(const A& a) {
-  decltype(auto) x = detail::stored(a);
-  return detail::matrix_of<detail::ValueOf<A>>(
-      [&](int i, int j) { return -detail::entry(x, i, j); });
+  return detail::each(a, [](const auto& x) { return -x; });
 }
 
 /// A matrix times a number.
 template <detail::SmallMatrix A, std::same_as<typename A::Scalar> S>
 [[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> operator*(const S& k, const A& a) {
-  decltype(auto) x = detail::stored(a);
-  return detail::matrix_of<detail::ValueOf<A>>(
-      [&](int i, int j) { return k * detail::entry(x, i, j); });
+  return detail::each(a, [&](const auto& x) { return k * x; });
 }
 
 /// A matrix times a number.
 template <detail::SmallMatrix A, std::same_as<typename A::Scalar> S>
 [[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> operator*(const A& a, const S& k) {
-  decltype(auto) x = detail::stored(a);
-  return detail::matrix_of<detail::ValueOf<A>>(
-      [&](int i, int j) { return detail::entry(x, i, j) * k; });
+  return detail::each(a, [&](const auto& x) { return x * k; });
 }
 
 /// A matrix divided by a number, entry by entry.
 template <detail::SmallMatrix A, std::same_as<typename A::Scalar> S>
 [[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> operator/(const A& a, const S& k) {
-  decltype(auto) x = detail::stored(a);
-  return detail::matrix_of<detail::ValueOf<A>>(
-      [&](int i, int j) { return detail::entry(x, i, j) / k; });
+  return detail::each(a, [&](const auto& x) { return x / k; });
 }
 
 /// Not for a row times a column: Eigen's inner product converts to a number by itself.
@@ -165,58 +164,20 @@ operator*(const A& a, const B& b) {
 template <detail::SmallMatrix A>
 [[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> cwise_abs(const A& a) {
   using std::abs;
-  decltype(auto) x = detail::stored(a);
-  return detail::matrix_of<detail::ValueOf<A>>(
-      [&](int i, int j) { return abs(detail::entry(x, i, j)); });
+  return detail::each(a, [](const auto& x) { return abs(x); });
 }
 
 /// Squares of the entries.
 template <detail::SmallMatrix A>
 [[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> cwise_square(const A& a) {
-  decltype(auto) x = detail::stored(a);
-  return detail::matrix_of<detail::ValueOf<A>>(
-      [&](int i, int j) { return detail::entry(x, i, j) * detail::entry(x, i, j); });
+  return detail::each(a, [](const auto& x) { return x * x; });
 }
 
 /// Inverses of the entries.
 template <detail::SmallMatrix A>
 [[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> cwise_inverse(const A& a) {
   using S = typename A::Scalar;
-  decltype(auto) x = detail::stored(a);
-  return detail::matrix_of<detail::ValueOf<A>>(
-      [&](int i, int j) -> S { return S(1) / detail::entry(x, i, j); });
-}
-
-/// Products of the entries of two matrices.
-template <typename A, typename B>
-requires detail::SameSize<A, B>
-[[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> cwise_product(const A& a, const B& b) {
-  decltype(auto) x = detail::stored(a);
-  decltype(auto) y = detail::stored(b);
-  return detail::matrix_of<detail::ValueOf<A>>(
-      [&](int i, int j) { return detail::entry(x, i, j) * detail::entry(y, i, j); });
-}
-
-/// The smaller of each two entries.
-template <typename A, typename B>
-requires detail::SameSize<A, B>
-[[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> cwise_min(const A& a, const B& b) {
-  using std::min;
-  decltype(auto) x = detail::stored(a);
-  decltype(auto) y = detail::stored(b);
-  return detail::matrix_of<detail::ValueOf<A>>(
-      [&](int i, int j) { return min(detail::entry(x, i, j), detail::entry(y, i, j)); });
-}
-
-/// The larger of each two entries.
-template <typename A, typename B>
-requires detail::SameSize<A, B>
-[[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> cwise_max(const A& a, const B& b) {
-  using std::max;
-  decltype(auto) x = detail::stored(a);
-  decltype(auto) y = detail::stored(b);
-  return detail::matrix_of<detail::ValueOf<A>>(
-      [&](int i, int j) { return max(detail::entry(x, i, j), detail::entry(y, i, j)); });
+  return detail::each(a, [](const S& x) -> S { return S(1) / x; });
 }
 
 /// The entries, moved into [-limit, limit].
@@ -224,9 +185,30 @@ template <detail::SmallMatrix A, std::same_as<typename A::Scalar> S>
 [[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> cwise_clamp(const A& a, const S& limit) {
   using std::max;
   using std::min;
-  decltype(auto) x = detail::stored(a);
-  return detail::matrix_of<detail::ValueOf<A>>(
-      [&](int i, int j) -> S { return min(max(detail::entry(x, i, j), S(-limit)), limit); });
+  return detail::each(a, [&](const S& x) -> S { return min(max(x, S(-limit)), limit); });
+}
+
+/// Products of the entries of two matrices.
+template <typename A, typename B>
+requires detail::SameSize<A, B>
+[[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> cwise_product(const A& a, const B& b) {
+  return detail::each(a, b, [](const auto& x, const auto& y) { return x * y; });
+}
+
+/// The smaller of each two entries.
+template <typename A, typename B>
+requires detail::SameSize<A, B>
+[[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> cwise_min(const A& a, const B& b) {
+  using std::min;
+  return detail::each(a, b, [](const auto& x, const auto& y) { return min(x, y); });
+}
+
+/// The larger of each two entries.
+template <typename A, typename B>
+requires detail::SameSize<A, B>
+[[nodiscard]] BRISTLE_FORCE_INLINE detail::ValueOf<A> cwise_max(const A& a, const B& b) {
+  using std::max;
+  return detail::each(a, b, [](const auto& x, const auto& y) { return max(x, y); });
 }
 
 /// Returns whether no entry of A is above the entry of B. False for NaN.
