@@ -71,13 +71,6 @@ Wrench<S> on_body(const SoftBlock<S>& block, std::uint32_t body) {
   return {};
 }
 
-template <typename S>
-Vec6<S> stacked(const Vec3<S>& first, const Vec3<S>& last) {
-  Vec6<S> all;
-  all << first, last;
-  return all;
-}
-
 }  // namespace
 
 TEST_CASE_TEMPLATE("SoftSystem: bodies move by what the blocks give them at the motion found", S,

@@ -76,6 +76,43 @@ TEST_CASE_TEMPLATE("matrix_arithmetic: gives values, and those of Eigen's expres
   }
 }
 
+TEST_CASE_TEMPLATE("matrix_arithmetic: entry by entry as Eigen, with the same bits", S, float,
+                   double) {
+  std::mt19937 random(2);
+  for (int round = 0; round < 100; ++round) {
+    const auto a = random_matrix<Vec3<S>>(random), b = random_matrix<Vec3<S>>(random);
+    const auto M = random_matrix<Mat3<S>>(random), N = random_matrix<Mat3<S>>(random);
+    static_assert(std::same_as<decltype(cwise_abs(a - b)), Vec3<S>>);
+    CHECK(cwise_abs(M) == M.cwiseAbs());
+    CHECK(cwise_square(a) == a.cwiseAbs2());
+    CHECK(cwise_inverse(a) == a.cwiseInverse());
+    CHECK(cwise_product(a, b) == a.cwiseProduct(b));
+    CHECK(cwise_min(M, N) == M.cwiseMin(N));
+    CHECK(cwise_max(a, b) == a.cwiseMax(b));
+    CHECK(cwise_clamp(a, S(0.25)) == a.cwiseMax(S(-0.25)).cwiseMin(S(0.25)));
+    CHECK(all_at_most(a, b) == (a.array() <= b.array()).all());
+    CHECK(all_at_most(a, a));
+    CHECK(detail::row_of(M, 1) == M.row(1).transpose());
+    CHECK(detail::column_of(M, 2) == M.col(2));
+    CHECK(detail::diagonal_of(M) == M.diagonal());
+    CHECK(detail::diagonal_matrix(a) == Mat3<S>(a.asDiagonal()));
+    CHECK(detail::transposed(M) == M.transpose());
+    CHECK(detail::xy_of(a) == a.template head<2>());
+    Mat3<S> set = M;
+    detail::set_row(set, 0, a);
+    detail::set_column(set, 2, b);
+    Mat3<S> expected = M;
+    expected.row(0) = a;
+    expected.col(2) = b;
+    CHECK(set == expected);
+    const Mat3<S> mirrored =
+        detail::symmetric(M(0, 0), M(0, 1), M(0, 2), M(1, 1), M(1, 2), M(2, 2));
+    CHECK(mirrored == Mat3<S>(M.template selfadjointView<Eigen::Upper>()));
+  }
+  const S nan = std::numeric_limits<S>::quiet_NaN();
+  CHECK(!all_at_most(Vec3<S>(0, nan, 0), Vec3<S>(1, 1, 1)));
+}
+
 TEST_CASE("matrix_arithmetic: leaves to Eigen other sizes, other scalars and inner products") {
   const Eigen::VectorXd a = Eigen::VectorXd::Ones(4);
   CHECK((a + a).sum() == 8.0);
@@ -89,10 +126,10 @@ TEST_CASE_TEMPLATE("rotated: R M R^T of a symmetric M", S, float, double) {
   Mat3<S> M;
   M << S(3), S(0.5), S(-0.25), S(0.5), S(2), S(0.125), S(-0.25), S(0.125), S(1);
   const Mat3<S> R = Quat<S>(S(0.5), S(-0.1), S(0.7), S(0.3)).normalized().toRotationMatrix();
-  const Mat3<S> difference = rotated<S>(R, M) - R * M * R.transpose();
+  const Mat3<S> difference = detail::rotated<S>(R, M) - R * M * R.transpose();
   // Entries of order 3, sums of nine products.
   CHECK(difference.cwiseAbs().maxCoeff() < S(3) * bristle::detail::Tolerance<S>::round_off());
-  CHECK(rotated<S>(R, M) == rotated<S>(R, M).transpose());
+  CHECK(detail::rotated<S>(R, M) == detail::rotated<S>(R, M).transpose());
 }
 
 }  // namespace

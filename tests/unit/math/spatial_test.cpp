@@ -40,3 +40,20 @@ TEST_CASE("Wrench and Twist: power does not depend on the reference point") {
     CHECK(power(V, F) == test::relative(power(V.shifted(r), F.shifted(r))).epsilon(1e-12));
   }
 }
+
+TEST_CASE_TEMPLATE("Wrench and Twist: are halves of a vector, as quarters are of a matrix", S,
+                   float, double) {
+  const Twist<S> twist{{1, 2, 3}, {4, 5, 6}};
+  const Vec6<S> v = detail::stacked(twist);
+  for (int i = 0; i < 6; ++i) CHECK(v[i] == S(i + 1));
+  CHECK(detail::first_half<S>(v) == twist.linear);
+  CHECK(detail::twist_of<S>(v).angular == twist.angular);
+  CHECK(detail::wrench_of<S>(v).torque == twist.angular);
+  CHECK(detail::stacked(Wrench<S>{twist.linear, twist.angular}) == v);
+  const Mat6<S> m = v * v.transpose();
+  CHECK(detail::quarter<0, 3, S>(m) == twist.linear * twist.angular.transpose());
+  Mat6<S> turned = Mat6<S>::Zero();
+  detail::set_quarter<3, 0, S>(turned, detail::quarter<0, 3, S>(m));
+  CHECK(turned.template bottomLeftCorner<3, 3>() == m.template topRightCorner<3, 3>());
+  CHECK(turned.template topRows<3>() == Eigen::Matrix<S, 3, 6>::Zero());
+}
