@@ -46,9 +46,9 @@ class EnvelopeLu {
     for (std::size_t i = 0; i < 6 * blocks_; ++i) {
       const std::size_t diagonal = i / 6 * 6;
       for (std::size_t j = 6 * numbers.first(i / 6); j < diagonal; ++j) {
-        row(i)[j] = column(i / 6)[stride * j + i % 6] = numbers.at(i, j);
+        *row(i, j) = column(i / 6, j)[i % 6] = numbers.at(i, j);
       }
-      for (std::size_t j = diagonal; j <= i; ++j) row(i)[j] = row(j)[i] = numbers.at(i, j);
+      for (std::size_t j = diagonal; j <= i; ++j) *row(i, j) = *row(j, i) = numbers.at(i, j);
     }
   }
 
@@ -69,8 +69,8 @@ class EnvelopeLu {
   void add(std::size_t block_row, std::size_t block_column, const Block6<S>& x) {
     const bool is_lower = block_row >= block_column;
     for (std::size_t i = 0; i < 6; ++i) {
-      S* const out = is_lower ? row(6 * block_row + i) + 6 * block_column
-                              : column(block_column) + stride * (6 * block_row + i);
+      S* const out = is_lower ? row(6 * block_row + i, 6 * block_column)
+                              : column(block_column, 6 * block_row + i);
       for (std::size_t j = 0; j < 6; ++j) out[j] += x.row(i)[j];
     }
   }
@@ -83,20 +83,17 @@ class EnvelopeLu {
         const std::size_t from = 6 * std::max(first_[i], first_[j]);
         const std::size_t count = 6 * j - from;
         Block6<S> below = lower_block(i, j);
-        add_product<-1>(row(6 * i) + from, width(i), 1, column(j) + stride * from, count,
-                        below.row(0));
+        add_product<-1>(row(6 * i, from), width(i), 1, column(j, from), count, below.row(0));
         Block6<S> quotient;
         add_product<1>(below.row(0), stride, 1, inverses_[j].row(0), 6, quotient.row(0));
         for (std::size_t a = 0; a < 6; ++a) {
-          std::copy_n(quotient.row(a), 6, row(6 * i + a) + 6 * j);
+          std::copy_n(quotient.row(a), 6, row(6 * i + a, 6 * j));
         }
-        add_product<-1>(row(6 * j) + from, width(j), 1, column(i) + stride * from, count,
-                        column(i) + stride * 6 * j);
+        add_product<-1>(row(6 * j, from), width(j), 1, column(i, from), count, column(i, 6 * j));
       }
       const std::size_t from = 6 * first_[i];
       Block6<S> pivot = lower_block(i, i);
-      add_product<-1>(row(6 * i) + from, width(i), 1, column(i) + stride * from, 6 * i - from,
-                      pivot.row(0));
+      add_product<-1>(row(6 * i, from), width(i), 1, column(i, from), 6 * i - from, pivot.row(0));
       if (!invert(pivot, inverses_[i])) return false;
     }
     return true;
@@ -105,15 +102,15 @@ class EnvelopeLu {
   /// x := A^-1 x, after `factor`.
   void solve(S* x) const {
     for (std::size_t i = 0; i < 6 * blocks_; ++i) {
-      const S* const left = row(i);
-      for (std::size_t j = 6 * first_[i / 6]; j < i / 6 * 6; j += 6) x[i] -= dot6(left + j, x + j);
+      for (std::size_t j = 6 * first_[i / 6]; j < i / 6 * 6; j += 6) {
+        x[i] -= dot6(row(i, j), x + j);
+      }
     }
     for (std::size_t i = blocks_; i-- > 0;) {
       S found[6];
       for (std::size_t a = 0; a < 6; ++a) found[a] = dot6(inverses_[i].row(a), x + 6 * i);
       std::copy_n(found, 6, x + 6 * i);
-      for (std::size_t k = 6 * first_[i]; k < 6 * i; ++k)
-        x[k] -= dot6(column(i) + stride * k, found);
+      for (std::size_t k = 6 * first_[i]; k < 6 * i; ++k) x[k] -= dot6(column(i, k), found);
     }
   }
 
@@ -124,22 +121,24 @@ class EnvelopeLu {
   [[nodiscard]] std::size_t width(std::size_t block) const {
     return 6 * (block - first_[block] + 1);
   }
-  /// Pointer row(i) gives entry (i, j) at j, up to the end of the diagonal block. Pointer
-  /// column(block) gives entry (j, 6 block + a) at stride j + a, above that block.
-  [[nodiscard]] S* row(std::size_t i) {
-    return lower_.data() + (lower_start_[i / 6] + i % 6 * width(i / 6));
+  /// Entry (i, j) up to the end of the diagonal block. The others of the row follow.
+  [[nodiscard]] S* row(std::size_t i, std::size_t j) {
+    return lower_.data() + (lower_start_[i / 6] + i % 6 * width(i / 6) + j);
   }
-  [[nodiscard]] const S* row(std::size_t i) const {
-    return lower_.data() + (lower_start_[i / 6] + i % 6 * width(i / 6));
+  [[nodiscard]] const S* row(std::size_t i, std::size_t j) const {
+    return lower_.data() + (lower_start_[i / 6] + i % 6 * width(i / 6) + j);
   }
-  [[nodiscard]] S* column(std::size_t block) { return upper_.data() + upper_start_[block]; }
-  [[nodiscard]] const S* column(std::size_t block) const {
-    return upper_.data() + upper_start_[block];
+  /// Entry (j, 6 block), above the diagonal block. The other five columns of the block follow.
+  [[nodiscard]] S* column(std::size_t block, std::size_t j) {
+    return upper_.data() + (upper_start_[block] + stride * j);
+  }
+  [[nodiscard]] const S* column(std::size_t block, std::size_t j) const {
+    return upper_.data() + (upper_start_[block] + stride * j);
   }
 
   [[nodiscard]] Block6<S> lower_block(std::size_t i, std::size_t j) const {
     Block6<S> block;
-    for (std::size_t a = 0; a < 6; ++a) std::copy_n(row(6 * i + a) + 6 * j, 6, block.row(a));
+    for (std::size_t a = 0; a < 6; ++a) std::copy_n(row(6 * i + a, 6 * j), 6, block.row(a));
     return block;
   }
 
