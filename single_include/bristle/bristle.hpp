@@ -1016,6 +1016,20 @@ template <typename Derived>
   return m;
 }
 
+namespace detail {
+
+/// J skew(r), without the products by zero.
+template <typename S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Mat3<S> times_skew(const Mat3<S>& J, const Vec3<S>& r) {
+  Mat3<S> product;
+  set_column(product, 0, r[2] * J.col(1) - r[1] * J.col(2));
+  set_column(product, 1, r[0] * J.col(2) - r[2] * J.col(0));
+  set_column(product, 2, r[1] * J.col(0) - r[0] * J.col(1));
+  return product;
+}
+
+}  // namespace detail
+
 }  // namespace bristle::inline BRISTLE_ABI
 
 #include <bit>
@@ -10601,10 +10615,9 @@ void turn_free_top(Body<S>& body, const Vec3<S>& w, S dt) {
   // thin body it may then have a component about the thin axis that turns it by radians a step. A
   // step does not resolve that, and energy would come from nothing. The body then takes these
   // impulses along as it turns.
-  const Vec3<S> stayed = turning_by(own_L_W - L_W);
-  const Vec3<S> taken = rotation * (R.transpose() * (body.twist.angular - w));
-  body.twist.angular =
-      turns_far<S>(stayed - taken, dt) ? turning_by(L_W) + taken : turning_by(own_L_W);
+  const Vec3<S> stayed = turning_by(own_L_W);
+  const Vec3<S> taken = turning_by(L_W) + rotation * (R.transpose() * (body.twist.angular - w));
+  body.twist.angular = turns_far<S>(stayed - taken, dt) ? taken : stayed;
 }
 
 template <Scalar S>
@@ -27662,21 +27675,6 @@ class JointSystem {
   [[nodiscard]] bool has_same_topology(std::span<const MechanismBody<S>> bodies,
                                        std::span<const MechanismJoint<S>> joints) const;
   void set_inverse_inertia(Node& node) const;
-  /// Returns lever [r]; `angular_coupling` returns I^-1 [r].
-  [[nodiscard]] static Mat3<S> linear_coupling(const Mat3<S>& lever, const Vec3<S>& r) {
-    Mat3<S> out;
-    set_column(out, 0, r.z() * lever.col(1) - r.y() * lever.col(2));
-    set_column(out, 1, r.x() * lever.col(2) - r.z() * lever.col(0));
-    set_column(out, 2, r.y() * lever.col(0) - r.x() * lever.col(1));
-    return out;
-  }
-  [[nodiscard]] static Mat3<S> angular_coupling(const Node& node, const Vec3<S>& r) {
-    Mat3<S> out;
-    for (Eigen::Index k = 0; k < 3; ++k) {
-      set_row(out, k, column_of(node.inverse_inertia, k).cross(r));
-    }
-    return out;
-  }
   [[nodiscard]] JointKind kind(std::size_t group) const { return groups_.joints()[group].kind; }
   void couple(const JointCoupling& coupling, const Mat3<S>& lever);
   void couple_merged(const JointCoupling& coupling, const Mat3<S>& lever);
@@ -27840,7 +27838,7 @@ void JointSystem<S>::couple(const JointCoupling& coupling, const Mat3<S>& lever)
   const S sign = coupling.is_b_of_row == coupling.is_b_of_column ? S(1) : S(-1);
   const Vec3<S> r = sign * (coupling.is_b_of_column ? column.arm_b : column.arm_a);
 
-  Mat3<S> linear = linear_coupling(lever, r);
+  Mat3<S> linear = times_skew<S>(lever, r);
   linear += sign * diagonal_matrix<S>(node.inverse_mass);
   if (row_slides) linear -= row.slide * (row.slide.transpose() * linear);
   if (column_slides) linear -= (linear * column.slide) * column.slide.transpose();
@@ -27850,7 +27848,7 @@ void JointSystem<S>::couple(const JointCoupling& coupling, const Mat3<S>& lever)
   const bool column_turns = lets_turn(kind(coupling.column));
   if (!row_turns) {
     const bool row_hinges = lets_hinge(kind(coupling.row));
-    Mat3<S> block = angular_coupling(node, r);
+    Mat3<S> block = times_skew<S>(node.inverse_inertia, r);
     if (column_slides) block -= (block * column.slide) * column.slide.transpose();
     if (row_hinges) block -= row.hinge * (row.hinge.transpose() * block);
     matrix_.at(i + 1, j) += block;
@@ -27885,9 +27883,9 @@ void JointSystem<S>::couple_merged(const JointCoupling& coupling, const Mat3<S>&
   const Vec3<S> r = sign * (coupling.is_b_of_column ? column.arm_b : column.arm_a);
   Mat6<S> block;
   set_quarter<0, 0, S>(block,
-                       linear_coupling(lever, r) + sign * diagonal_matrix<S>(node.inverse_mass));
+                       times_skew<S>(lever, r) + sign * diagonal_matrix<S>(node.inverse_mass));
   set_quarter<0, 3, S>(block, sign * lever);
-  set_quarter<3, 0, S>(block, angular_coupling(node, r));
+  set_quarter<3, 0, S>(block, times_skew<S>(node.inverse_inertia, r));
   set_quarter<3, 3, S>(block, sign * node.inverse_inertia);
   const auto rows_of = [&](std::size_t group) -> Mat6<S> {
     if (groups_.is_merged(group)) return groups_.triangle(group);
@@ -27949,8 +27947,8 @@ bool JointSystem<S>::factor() {
     if (before == nullptr || before->row != coupling.row || before->body != coupling.body) {
       const JointState<S>& at = groups_.at(coupling.row);
       const Vec3<S>& s = coupling.is_b_of_row ? at.arm_b : at.arm_a;
-      const Mat3<S>& inverse = nodes_[coupling.body].inverse_inertia;
-      for (Eigen::Index k = 0; k < 3; ++k) set_column(lever, k, column_of(inverse, k).cross(s));
+      // -[s] I^-1 is the transpose of I^-1 [s].
+      lever = transposed(times_skew<S>(nodes_[coupling.body].inverse_inertia, s));
     }
     if (groups_.is_merged(coupling.row) || groups_.is_merged(coupling.column)) {
       couple_merged(coupling, lever);
@@ -31013,10 +31011,7 @@ struct ManifoldMobility {
   /// Adds one body. It has torques r x e_k from unit forces at the arm r.
   void add(const Mat3<S>& J, const Vec3<S>& r) {
     angular += J;
-    Mat3<S> by;
-    set_column(by, 0, r[2] * J.col(1) - r[1] * J.col(2));
-    set_column(by, 1, r[0] * J.col(2) - r[2] * J.col(0));
-    set_column(by, 2, r[1] * J.col(0) - r[0] * J.col(1));
+    const Mat3<S> by = times_skew<S>(J, r);
     turn += by;
     linear.nn += r[2] * by(1, 0) - r[1] * by(2, 0);
     linear.n1 += r[0] * by(2, 0) - r[2] * by(0, 0);

@@ -133,10 +133,9 @@ void turn_free_top(Body<S>& body, const Vec3<S>& w, S dt) {
   // thin body it may then have a component about the thin axis that turns it by radians a step. A
   // step does not resolve that, and energy would come from nothing. The body then takes these
   // impulses along as it turns.
-  const Vec3<S> stayed = turning_by(own_L_W - L_W);
-  const Vec3<S> taken = rotation * (R.transpose() * (body.twist.angular - w));
-  body.twist.angular =
-      turns_far<S>(stayed - taken, dt) ? turning_by(L_W) + taken : turning_by(own_L_W);
+  const Vec3<S> stayed = turning_by(own_L_W);
+  const Vec3<S> taken = turning_by(L_W) + rotation * (R.transpose() * (body.twist.angular - w));
+  body.twist.angular = turns_far<S>(stayed - taken, dt) ? taken : stayed;
 }
 
 template <Scalar S>

@@ -22,10 +22,7 @@ struct ManifoldMobility {
   /// Adds one body. It has torques r x e_k from unit forces at the arm r.
   void add(const Mat3<S>& J, const Vec3<S>& r) {
     angular += J;
-    Mat3<S> by;
-    set_column(by, 0, r[2] * J.col(1) - r[1] * J.col(2));
-    set_column(by, 1, r[0] * J.col(2) - r[2] * J.col(0));
-    set_column(by, 2, r[1] * J.col(0) - r[0] * J.col(1));
+    const Mat3<S> by = times_skew<S>(J, r);
     turn += by;
     linear.nn += r[2] * by(1, 0) - r[1] * by(2, 0);
     linear.n1 += r[0] * by(2, 0) - r[2] * by(0, 0);
