@@ -30,11 +30,19 @@ if(TARGET bristle::fcl)
   list(APPEND kernels_of_scalar geometry/backends/fcl_backend.cpp)
 endif()
 
+# Most of their compile time is reading the same headers.
+set(small geometry/backends/analytic_backend.cpp geometry/shapes/quickhull.cpp hosts/host_sensors.cpp
+          io/glb.cpp io/mesh_file.cpp sensors/placement.cpp)
+list(TRANSFORM small PREPEND "${sources}/")
+set_source_files_properties(${small} PROPERTIES UNITY_GROUP small)
+
 # Makes an object library of `ARGN` in `scalar` for the instruction set `set`.
 function(bristle_add_objects target scalar set)
   list(TRANSFORM ARGN PREPEND "${sources}/")
   add_library(${target} OBJECT ${ARGN})
   bristle_compiled_options(${target})
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ${BRISTLE_JOIN_SOURCES}
+                                             UNITY_BUILD_MODE GROUP)
   target_compile_definitions(${target} PRIVATE BRISTLE_INSTANTIATE=${scalar}
                                                BRISTLE_KERNELS=${set})
 endfunction()
