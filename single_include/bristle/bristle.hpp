@@ -8881,8 +8881,7 @@ void sum_stiffness(const SensorPatch<S>& patch, const PatchPair<S>& pair, Mat6<S
       const Vec3<S> rho = pair.R_WA * (point - pair.center);
       const auto add = [&](const Vec3<S>& d_A, S stiffness, S damping) {
         const Vec3<S> d = pair.R_WA * d_A;
-        Vec6<S> j;
-        j << d, rho.cross(d);
+        const Vec6<S> j = stacked<S>(d, rho.cross(d));
         K += (stiffness * j) * j.transpose();
         D += (damping * j) * j.transpose();
       };
@@ -13045,9 +13044,7 @@ class HapticBody {
 
   /// [kg m/s, kg m^2/s] Momentum of a body about its centre of mass.
   [[nodiscard]] static Vec6<S> momentum(const Body<S>& body) {
-    Vec6<S> p;
-    p << body.mass * body.twist.linear, body.angular_momentum();
-    return p;
+    return stacked<S>(body.mass * body.twist.linear, body.angular_momentum());
   }
 
   /// Prepares for one substep.
@@ -13074,8 +13071,7 @@ class HapticBody {
   }
   /// Finds the twist at the end of the substep: (1 + W Q) v' = v + W (h f + q).
   void solve(S h) {
-    Vec6<S> start;
-    start << body_.twist.linear, body_.twist.angular;
+    const Vec6<S> start = stacked(body_.twist);
     end_ = start;
     if (!body_.moves()) return;
     const Mat6<S> left = Mat6<S>::Identity() + held_.matrix * matrix_;
@@ -30186,9 +30182,7 @@ void ProximalSolver<S>::add_soft(const SoftBlock<S>& soft, std::span<const Solve
   Vector constant = soft.offset.template cast<Real>();
   for (int k = 0; k < 2; ++k) {
     if (rows_.unknown(slots[k]) != rows_.none) continue;
-    Vector known;
-    known << bodies[slots[k]].free.linear.template cast<Real>(),
-        bodies[slots[k]].free.angular.template cast<Real>();
+    const Vector known = stacked(bodies[slots[k]].free).template cast<Real>();
     constant += A * (G[k] * known);
   }
   for (int k = 0; k < 2; ++k) {

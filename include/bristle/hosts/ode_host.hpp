@@ -12,6 +12,7 @@
 #pragma once
 
 #include <bristle/hosts/engine_host.hpp>
+#include <bristle/math/spatial.hpp>
 
 #include <ode/ode.h>
 #include <optional>
@@ -137,7 +138,7 @@ class OdeHost : public EngineHost<void*, Backend> {
 
     /// Sets the twist along a row to that of `base`, by an impulse along that row.
     void hold(const Vec3<double>& linear, const Vec3<double>& angular, const Vec6<double>& base) {
-      const Vec6<double> row = joined(linear, angular);
+      const Vec6<double> row = detail::stacked<double>(linear, angular);
       const Vec6<double> moved = mobility * row;
       const double give = row.dot(moved);
       // Joints may hold the same motion twice. Then only rounding is left.
@@ -156,12 +157,6 @@ class OdeHost : public EngineHost<void*, Backend> {
   /// Mirrored geoms without body are fixed, never queried.
   [[nodiscard]] dBodyID body_of(BodyId id) const { return static_cast<dBodyID>(*this->key_of(id)); }
   [[nodiscard]] static Vec3<double> vector(const dReal* x) { return {x[0], x[1], x[2]}; }
-  [[nodiscard]] static Vec6<double> joined(const Vec3<double>& linear,
-                                           const Vec3<double>& angular) {
-    Vec6<double> both;
-    both << linear, angular;
-    return both;
-  }
   [[nodiscard]] static Transform<double> transform(const dReal* q, const dReal* x) {
     return {Quat<double>(q[0], q[1], q[2], q[3]).normalized(), vector(x)};
   }
@@ -169,7 +164,8 @@ class OdeHost : public EngineHost<void*, Backend> {
     return transform(dBodyGetQuaternion(body), dBodyGetPosition(body));
   }
   [[nodiscard]] static Vec6<double> twist_of(dBodyID body) {
-    return joined(vector(dBodyGetLinearVel(body)), vector(dBodyGetAngularVel(body)));
+    return detail::stacked<double>(vector(dBodyGetLinearVel(body)),
+                                   vector(dBodyGetAngularVel(body)));
   }
   template <typename Getter, typename Of>
   [[nodiscard]] static Vec3<double> vector(Getter get, Of of) {
@@ -197,7 +193,8 @@ class OdeHost : public EngineHost<void*, Backend> {
     }
     Vec3<double> force = vector(dBodyGetForce(body));
     if (dBodyGetGravityMode(body)) force += mass.mass * vector(dWorldGetGravity, ode_);
-    result.twist += dt_ * result.mobility * joined(force, vector(dBodyGetTorque(body)));
+    result.twist +=
+        dt_ * result.mobility * detail::stacked<double>(force, vector(dBodyGetTorque(body)));
     for (int i = 0; i < dBodyGetNumJoints(body); ++i) hold(dBodyGetJoint(body, i), body, result);
     return result;
   }

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <bristle/dynamics/solver/soft_block.hpp>
+#include <bristle/math/spatial.hpp>
 #include <bristle/sensors/patch.hpp>
 #include <bristle/sensors/patch_touch.hpp>
 
@@ -69,8 +70,7 @@ void sum_stiffness(const SensorPatch<S>& patch, const PatchPair<S>& pair, Mat6<S
       const Vec3<S> rho = pair.R_WA * (point - pair.center);
       const auto add = [&](const Vec3<S>& d_A, S stiffness, S damping) {
         const Vec3<S> d = pair.R_WA * d_A;
-        Vec6<S> j;
-        j << d, rho.cross(d);
+        const Vec6<S> j = stacked<S>(d, rho.cross(d));
         K += (stiffness * j) * j.transpose();
         D += (damping * j) * j.transpose();
       };

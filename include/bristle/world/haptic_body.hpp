@@ -7,6 +7,7 @@
 #include <bristle/dynamics/solver/soft_block.hpp>
 #include <bristle/math/elimination.hpp>
 #include <bristle/math/finite.hpp>
+#include <bristle/math/spatial.hpp>
 #include <bristle/world/held_mobility.hpp>
 
 namespace bristle::inline BRISTLE_ABI::detail {
@@ -42,9 +43,7 @@ class HapticBody {
 
   /// [kg m/s, kg m^2/s] Momentum of a body about its centre of mass.
   [[nodiscard]] static Vec6<S> momentum(const Body<S>& body) {
-    Vec6<S> p;
-    p << body.mass * body.twist.linear, body.angular_momentum();
-    return p;
+    return stacked<S>(body.mass * body.twist.linear, body.angular_momentum());
   }
 
   /// Prepares for one substep.
@@ -71,8 +70,7 @@ class HapticBody {
   }
   /// Finds the twist at the end of the substep: (1 + W Q) v' = v + W (h f + q).
   void solve(S h) {
-    Vec6<S> start;
-    start << body_.twist.linear, body_.twist.angular;
+    const Vec6<S> start = stacked(body_.twist);
     end_ = start;
     if (!body_.moves()) return;
     const Mat6<S> left = Mat6<S>::Identity() + held_.matrix * matrix_;

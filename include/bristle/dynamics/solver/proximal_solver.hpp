@@ -23,6 +23,7 @@
 #include <bristle/dynamics/solver/derivative_watch.hpp>
 #include <bristle/dynamics/solver/island_rows.hpp>
 #include <bristle/dynamics/solver/solver_types.hpp>
+#include <bristle/math/spatial.hpp>
 
 #include <algorithm>
 #include <type_traits>
@@ -263,9 +264,7 @@ void ProximalSolver<S>::add_soft(const SoftBlock<S>& soft, std::span<const Solve
   Vector constant = soft.offset.template cast<Real>();
   for (int k = 0; k < 2; ++k) {
     if (rows_.unknown(slots[k]) != rows_.none) continue;
-    Vector known;
-    known << bodies[slots[k]].free.linear.template cast<Real>(),
-        bodies[slots[k]].free.angular.template cast<Real>();
+    const Vector known = stacked(bodies[slots[k]].free).template cast<Real>();
     constant += A * (G[k] * known);
   }
   for (int k = 0; k < 2; ++k) {
