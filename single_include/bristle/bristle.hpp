@@ -21463,6 +21463,16 @@ class MeshSurface {
   void find(Accept&& accept, Visit&& visit) const {
     tree_->find([&](const auto& box) { return accept(precise(box)); }, visit);
   }
+  /// Returns whether the box of some triangle overlaps a box.
+  [[nodiscard]] bool comes_near(const Aabb<S>& box) const {
+    bool is_near = false;
+    find([&](const Aabb<S>& other) { return other.overlaps(box); },
+         [&](std::uint32_t) {
+           is_near = true;
+           return false;
+         });
+    return is_near;
+  }
   /// [1] Outward unit normal.
   [[nodiscard]] const Vec3<S>& normal(std::uint32_t triangle) const { return normals_[triangle]; }
   /// [-] Number that all triangles of one flat face share.
@@ -21695,7 +21705,7 @@ auto MeshSurface<S, Tree>::judge(std::uint32_t triangle, const Vec3<S>& n) const
     const Vec3<S> outwards = along.cross(normals_[triangle]).normalized();
     if (n.dot(outwards) <= same_direction_sine<S>) continue;
     if (edges_[triangle][k] == Edge::flat) return Verdict::inner_edge;
-    if (edges_[triangle][k] == Edge::hollow) return Verdict::face;
+    if (edges_[triangle][k] == Edge::hollow) return cosine > S(0) ? Verdict::face : Verdict::none;
     if (n.dot(away_from_neighbour(triangle, k)) <= same_direction_sine<S>) {
       return Verdict::none;
     }
@@ -21733,12 +21743,22 @@ void collide_meshes(const MeshSurface<Precise<S>, Tree>& a, const MeshSurface<Pr
 /// Opposite side of a contact that is a convex solid. Any normal suits it.
 template <typename Surface, Scalar P>
 struct ConvexOpposite {
+  Transform<P> X_CM;
+  Aabb<P> box;  // [m] Around the solid, in its own frame.
+
   [[nodiscard]] typename Surface::Verdict judge(const Vec3<P>&) const {
     return Surface::Verdict::edge;
   }
   [[nodiscard]] std::uint32_t key() const { return 1; }
   [[nodiscard]] P depth() const { return P(0); }
   [[nodiscard]] bool is_facing(const Vec3<P>&) const { return false; }
+  /// Returns whether a triangle comes within a margin of the box. Along the axes of many solids
+  /// that is the exact distance.
+  [[nodiscard]] bool reaches(const Triangle<P>& triangle, P margin) const {
+    Aabb<P> other;
+    for (const Vec3<P>& p : triangle.corners) other.include(Vec3<P>(X_CM * p));
+    return other.overlaps(box.inflated(margin));
+  }
 };
 
 /// Opposite side of a contact that is a triangle of a mesh B, queried in the frame of A.
@@ -21749,6 +21769,7 @@ struct MeshOpposite {
   const Transform<P>& X_BA;
   P largest_depth;
   Vec3<P> normal;  // [1] Of the triangle, in the frame of A.
+  Vec3<P> corner;  // [m] One of the triangle, in the frame of A.
 
   [[nodiscard]] typename Surface::Verdict judge(const Vec3<P>& n) const {
     return mesh.judge(triangle, -X_BA.rotate(n));
@@ -21758,6 +21779,17 @@ struct MeshOpposite {
   /// Returns whether the triangle faces against n, within 25 degrees. Surfaces at larger angles cut
   /// each other when they pass through each other. They need no help.
   [[nodiscard]] bool is_facing(const Vec3<P>& n) const { return n.dot(normal) < P(-0.9); }
+  /// Returns whether a triangle of A comes within a margin of its plane.
+  [[nodiscard]] bool reaches(const Triangle<P>& other, P margin) const {
+    P low = infinity<P>;
+    P high = -infinity<P>;
+    for (const Vec3<P>& p : other.corners) {
+      const P height = normal.dot(p - corner);
+      low = std::min(low, height);
+      high = std::max(high, height);
+    }
+    return low <= margin && high >= -margin;
+  }
 };
 
 /// The contacts of one convex solid with one mesh, triangle by triangle.
@@ -21769,7 +21801,12 @@ class MeshConvexContacts {
 
   MeshConvexContacts(const Surface& mesh, const ConvexView<P>& convex, const Transform<P>& X_MC,
                      P margin, ContactSink<S>& sink)
-      : mesh_(mesh), convex_(convex), X_MC_(X_MC), margin_(margin), sink_(sink) {}
+      : mesh_(mesh),
+        convex_(convex),
+        X_MC_(X_MC),
+        R_CM_(X_MC.rotation.conjugate().toRotationMatrix()),
+        margin_(margin),
+        sink_(sink) {}
 
   /// @param opposite  The other side. `judge(n) -> Verdict` is the meaning of a normal to it.
   ///                 `key()` names its face. `depth()` [m] bounds how far two surfaces that are
@@ -21829,17 +21866,26 @@ class MeshConvexContacts {
 
   template <typename Opposite>
   bool add(std::uint32_t i, const Opposite& opposite) {
+    // Along the normal of the triangle the solid reaches from `low` to `high` above it.
+    const Vec3<P>& face_normal = mesh_.normal(i);
     const Triangle<P> triangle = mesh_.triangle(i);
+    const P plane = face_normal.dot(triangle.corners[0]);
+    const P low = -core_height(-face_normal) - convex_.rounding - plane;
+    if (low > margin_) return false;
+    const P high = core_height(face_normal) + convex_.rounding - plane;
+    const auto add_if_passed = [&] {
+      return low < P(0) && opposite.depth() > P(0) && add_passed(i, opposite);
+    };
+    if (high < -margin_ || !opposite.reaches(triangle, margin_)) return add_if_passed();
+    if (is_beside(triangle, face_normal)) return false;
     const ConvexView<P> plate = convex_view(triangle);
-    ContactNormal<P> found =
-        contact_normal<Distance>(plate, convex_, X_MC_, std::max(margin_, opposite.depth()));
-    if (found.nearness != Nearness::near) return false;
+    ContactNormal<P> found = contact_normal<Distance>(plate, convex_, X_MC_, margin_);
+    if (found.nearness != Nearness::near) return add_if_passed();
     has_cut_ = has_cut_ || found.gap <= Tolerance<P>::equal() * convex_.reach;
     if (found.gap < P(0) && found.gap > plate_contact_.gap) {
       plate_ = i;
       plate_contact_ = found;
     }
-    const Vec3<P>& face_normal = mesh_.normal(i);
     bool is_behind = found.normal.dot(face_normal) <= P(0);
     if (is_behind && opposite.depth() > P(0)) return add_passed(i, opposite);
     Verdict verdict = mesh_.judge(i, found.normal);
@@ -21855,7 +21901,6 @@ class MeshConvexContacts {
       if (is_behind) note_way_out(i, triangle);
       return false;
     }
-    if (found.gap > margin_) return false;
     const Vec3<P>& normal = verdict == Verdict::face ? face_normal : found.normal;
     const Verdict other_verdict = opposite.judge(normal);
     if (other_verdict == Verdict::none) return false;
@@ -21878,7 +21923,7 @@ class MeshConvexContacts {
   bool add_passed(std::uint32_t i, const Opposite& opposite) {
     const Vec3<P>& n = mesh_.normal(i);
     const P gap = n.dot(deepest_place(n) - mesh_.corners(i)[0]);
-    if (gap < -opposite.depth() || !opposite.is_facing(n)) return false;
+    if (gap < -opposite.depth() || gap > margin_ || !opposite.is_facing(n)) return false;
     const ContactManifold<P> manifold = face_manifold(i);
     sink_.add(manifold);
     return manifold.size > 0;
@@ -21915,6 +21960,23 @@ class MeshConvexContacts {
   /// [m] The solid's farthest point against n.
   [[nodiscard]] Vec3<P> deepest_place(const Vec3<P>& n) const {
     return X_MC_ * support_point(convex_, Vec3<P>(X_MC_.rotation.conjugate() * Vec3<P>(-n)));
+  }
+  /// [m] Largest x.direction of the points x of the solid's core. The direction may have any
+  /// length.
+  [[nodiscard]] P core_height(const Vec3<P>& direction) const {
+    const Vec3<P> in_solid = R_CM_ * direction;
+    return in_solid.dot(convex_.support(in_solid)) + direction.dot(X_MC_.translation);
+  }
+
+  /// Returns whether the solid is farther than the margin beyond an edge of a triangle of normal n.
+  [[nodiscard]] bool is_beside(const Triangle<P>& triangle, const Vec3<P>& n) const {
+    const P apart = margin_ + convex_.rounding;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3<P> outwards = (triangle.corners[(k + 1) % 3] - triangle.corners[k]).cross(n);
+      const P beyond = -core_height(-outwards) - outwards.dot(triangle.corners[k]);
+      if (beyond > P(0) && beyond * beyond > apart * apart * outwards.squaredNorm()) return true;
+    }
+    return false;
   }
 
   /// Returns whether a point is above or below a triangle of normal n. Its edges and a hair beyond
@@ -21979,6 +22041,7 @@ class MeshConvexContacts {
   const Surface& mesh_;
   const ConvexView<P>& convex_;
   const Transform<P>& X_MC_;
+  Mat3<P> R_CM_;
   P margin_;
   ContactSink<S>& sink_;
   bool has_cut_ = false;
@@ -21995,7 +22058,8 @@ void collide_mesh(const MeshSurface<Precise<S>, Tree>& mesh, const ConvexView<Pr
   using P = Precise<S>;
   sink.set_nearest(Tolerance<P>::equal() * convex.reach);
   MeshConvexContacts<Distance, S, Tree> contacts(mesh, convex, X_MC, margin, sink);
-  contacts.add_all(ConvexOpposite<MeshSurface<P, Tree>, P>{});
+  contacts.add_all(
+      ConvexOpposite<MeshSurface<P, Tree>, P>{X_MC.inverse(), bounds_at(convex, Transform<P>())});
 }
 
 template <typename Distance, Scalar S, typename Tree>
@@ -22007,29 +22071,27 @@ void collide_meshes(const MeshSurface<Precise<S>, Tree>& a, const MeshSurface<Pr
   // Beyond half the thickness of the thinner one, in and out cannot be told apart.
   const P depth =
       std::min(a.bounds().half_extents().minCoeff(), b.bounds().half_extents().minCoeff());
-  // Calls use(contacts, opposite) for each triangle of B within a distance of the box of A.
-  const auto for_each_near = [&](P distance, auto&& use) {
-    const Aabb<P> near_A = a.bounds().inflated(distance);
-    const Aabb<P> near_B = transformed(a.bounds(), X_BA).inflated(distance);
-    b.find(
-        [&](const Aabb<P>& box) {
-          return box.overlaps(near_B) && transformed(box, X_AB).overlaps(near_A);
-        },
-        [&](std::uint32_t i) {
-          const Triangle<P> triangle = b.triangle(i);
-          const ConvexView<P> plate = convex_view(triangle);
-          sink.set_nearest(Tolerance<P>::equal() * plate.reach);
-          MeshConvexContacts<Distance, S, Tree> contacts(a, plate, X_AB, margin, sink);
-          const Vec3<P> normal = X_AB.rotate(b.normal(i));
-          use(contacts, MeshOpposite<Surface, P>{b, i, X_BA, depth, normal});
-          return true;
-        });
+  // Calls use(contacts, opposite) for each triangle of B with a box that `accept(box in the frame
+  // of A)` takes, together with all boxes around it.
+  const auto for_each = [&](auto&& accept, auto&& use) {
+    b.find([&](const Aabb<P>& box) { return accept(transformed(box, X_AB)); },
+           [&](std::uint32_t i) {
+             const Triangle<P> triangle = b.triangle(i);
+             const ConvexView<P> plate = convex_view(triangle);
+             sink.set_nearest(Tolerance<P>::equal() * plate.reach);
+             MeshConvexContacts<Distance, S, Tree> contacts(a, plate, X_AB, margin, sink);
+             const Vec3<P> normal = X_AB.rotate(b.normal(i));
+             use(contacts,
+                 MeshOpposite<Surface, P>{b, i, X_BA, depth, normal, X_AB * triangle.corners[0]});
+             return true;
+           });
   };
   bool have_cut = false;
-  for_each_near(margin, [&](auto& contacts, const auto& opposite) {
-    contacts.add_all(opposite);
-    have_cut = have_cut || contacts.has_cut();
-  });
+  for_each([&](const Aabb<P>& box) { return a.comes_near(box.inflated(margin)); },
+           [&](auto& contacts, const auto& opposite) {
+             contacts.add_all(opposite);
+             have_cut = have_cut || contacts.has_cut();
+           });
   // A thin mesh may be all inside the other.
   const auto is_corner_within = [](const Surface& outer, const Surface& inner,
                                    const Transform<P>& X_OI) {
@@ -22038,9 +22100,12 @@ void collide_meshes(const MeshSurface<Precise<S>, Tree>& a, const MeshSurface<Pr
   };
   if (have_cut || is_corner_within(a, b, X_AB) || is_corner_within(b, a, X_BA)) {
     const Aabb<P> within = transformed(b.bounds(), X_AB);
-    for_each_near(P(0), [&](auto& contacts, const auto& opposite) {
-      contacts.add_all_passed(opposite, within);
-    });
+    // A box that no triangle of A comes near is inside A as a whole, or outside.
+    for_each(
+        [&](const Aabb<P>& box) {
+          return box.overlaps(a.bounds()) && (a.comes_near(box) || a.contains(box.center()));
+        },
+        [&](auto& contacts, const auto& opposite) { contacts.add_all_passed(opposite, within); });
   }
 }
 

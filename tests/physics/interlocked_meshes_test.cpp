@@ -1,5 +1,5 @@
 /// @file
-/// Rings that lie in each other are pushed apart both ways at once.
+/// Rings that fall on other bodies, or lie in each other and are pushed apart both ways at once.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/rigid/tumbling.hpp"
 #include "support/random.hpp"
@@ -51,4 +51,55 @@ TEST_CASE("interlocked meshes: no correction turns a body further than its direc
   }
   // The bound is reached.
   CHECK(farthest > 0.4);
+}
+
+// Triangles of a ring's far side took part, as if bodies beside it were 0.1 m deep in it. Single
+// steps of these heaps gained up to 2.8 J.
+TEST_CASE("interlocked meshes: a heap with rings gains no energy") {
+  const TriangleMesh<double> ring = scenes::parts::torus(0.05, 0.02, 16, 8).mesh;
+  const double dt = 1.0 / 60;
+  const double gravity = 9.81;
+  for (int seed = 1; seed <= 3; ++seed) {
+    CAPTURE(seed);
+    test::Random random(static_cast<std::uint64_t>(seed));
+    World<double> world({.gravity = {0, 0, -gravity}, .time_step = dt});
+    for (const double side : {-1.0, 1.0}) {
+      for (const Vec3<double>& axis : {Vec3<double>(side, 0, 0), Vec3<double>(0, side, 0)}) {
+        world.add_body({.motion = Motion::fixed, .shape = HalfSpace<double>{axis, -0.16}});
+      }
+    }
+    world.add_body({.motion = Motion::fixed, .shape = HalfSpace<double>{Vec3<double>::UnitZ(), 0}});
+    std::vector<BodyId> bodies;
+    for (int i = 0; i < 24; ++i) {
+      BodyDef<double> def{
+          .mass = 0.5,
+          .material = {0.5, 0},
+          .position = {0.16 * (i % 2) - 0.08, 0.16 * (i / 2 % 2) - 0.08, 0.1 + 0.17 * (i / 4)},
+          .orientation = random.rotation<double>()};
+      if (i % 3 == 0) def.shape = ring;
+      if (i % 3 == 1) def.shape = Box<double>{{0.05, 0.04, 0.035}};
+      if (i % 3 == 2) def.shape = Sphere<double>{0.05};
+      bodies.push_back(world.add_body(def));
+    }
+    const auto energy = [&] {
+      double sum = 0;
+      for (const BodyId id : bodies) {
+        const Body<double>& body = world.body(id);
+        sum += 0.5 * body.mass * body.twist.linear.squaredNorm() +
+               0.5 * body.twist.angular.dot(body.angular_momentum()) +
+               body.mass * gravity * body.center_pose.translation.z();
+      }
+      return sum;
+    };
+    const double start = energy();
+    double largest = 0;
+    for (int n = 0; n < 120; ++n) {
+      const double before = energy();
+      world.step();
+      largest = std::max(largest, energy() - before);
+    }
+    // Corrections lift the heap by less than a millimetre a step.
+    CHECK(largest < 24 * 0.5 * gravity * 1e-3);
+    CHECK(energy() < 0.5 * start);
+  }
 }

@@ -1,6 +1,9 @@
 /// @file
-/// Cost of contacts of two meshes, and contacts of meshes that passed through each other.
+/// Contacts of meshes that are not convex, cost of contacts of two meshes, and contacts of meshes
+/// that passed through each other.
 // SPDX-License-Identifier: BSD-3-Clause
+#include "scenes/rigid/tumbling.hpp"
+#include "support/random.hpp"
 #include "support/relative.hpp"
 
 #include <bristle/geometry/contacts/mesh_contacts.hpp>
@@ -29,6 +32,17 @@ struct CountedDistance {
     return GjkDistance{}(a, b, towards, far);
   }
 };
+
+/// [m] Distance of the point of all manifolds that is nearest, or deepest.
+double least_gap(const ContactManifolds<double>& contacts) {
+  double least = infinity<double>;
+  for (const ContactManifold<double>& manifold : contacts) {
+    for (std::size_t k = 0; k < manifold.size; ++k) {
+      least = std::min(least, manifold.points[k].gap);
+    }
+  }
+  return least;
+}
 
 /// Contacts of two meshes, the second turned by an odd angle and moved, and what was asked for
 /// them.
@@ -125,4 +139,65 @@ TEST_CASE("mesh_contacts: a plate that is all inside a block leaves it, whicheve
   CHECK(check(first, 1).z() == test::relative(1));
   const MeshPair second = collide(plate, block, X_block_plate.inverse(), 1e-4);
   CHECK((X_block_plate.rotation * check(second, -1)).z() == test::relative(1));
+}
+
+// The inner side of a ring has hollow edges. Triangles there look away from what lies outside, and
+// have no contact with it, however near it is for their size.
+TEST_CASE("mesh_contacts: nothing that is beside a ring is deep in its far side") {
+  const double radius = 0.05;
+  const double thickness = 0.02;
+  const TriangleMesh<double> ring = scenes::parts::torus(radius, thickness, 16, 8).mesh;
+  const MeshTree<double> tree(ring);
+  const MeshSurface<double, MeshTree<double>> surface(tree);
+  const double margin = 4 * thickness;  // Beyond the far side.
+  const Box<double> box{{0.05, 0.04, 0.035}};
+  const ConvexView<double> solid = convex_view(box);
+  test::Random random(5);
+  int apart = 0;
+  for (int n = 0; n < 300; ++n) {
+    CAPTURE(n);
+    const Transform<double> X{random.rotation<double>(), random.in_cube(2 * radius)};
+    double distance = infinity<double>;
+    for (std::uint32_t i = 0; i < surface.size(); ++i) {
+      const Triangle<double> triangle = surface.triangle(i);
+      const auto found =
+          contact_normal<GjkDistance>(convex_view(triangle), solid, X, infinity<double>);
+      distance = std::min(distance, found.gap);
+    }
+    if (distance <= 0 || distance > margin) continue;
+    ++apart;
+    ContactManifolds<double> contacts;
+    ContactSink<double> sink(contacts);
+    sink.set_frame({}, false);
+    collide_mesh<GjkDistance, double>(surface, solid, X, margin, sink);
+    CHECK(least_gap(contacts) == test::relative(distance));
+  }
+  CHECK(apart > 50);
+}
+
+TEST_CASE("mesh_contacts: the nearest contact of two rings is as far as the rings are apart") {
+  const TriangleMesh<double> ring = scenes::parts::torus(0.05, 0.02, 16, 8).mesh;
+  const MeshTree<double> tree(ring);
+  const MeshSurface<double, MeshTree<double>> surface(tree);
+  const double margin = 0.03;
+  test::Random random(6);
+  int apart = 0;
+  for (int n = 0; n < 60; ++n) {
+    CAPTURE(n);
+    const Transform<double> X{random.rotation<double>(), random.in_cube(0.12)};
+    double distance = infinity<double>;
+    for (std::uint32_t i = 0; i < surface.size(); ++i) {
+      const Triangle<double> a = surface.triangle(i);
+      for (std::uint32_t k = 0; k < surface.size(); ++k) {
+        const Triangle<double> b = surface.triangle(k);
+        const auto found =
+            contact_normal<GjkDistance>(convex_view(a), convex_view(b), X, std::min(distance, 0.1));
+        if (found.nearness == Nearness::near) distance = std::min(distance, found.gap);
+      }
+    }
+    if (distance <= 0 || distance > margin) continue;
+    ++apart;
+    CHECK(least_gap(collide(ring, ring, X, margin).contacts) == test::relative(distance));
+  }
+  CHECK(apart > 15);
 }

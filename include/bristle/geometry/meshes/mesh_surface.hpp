@@ -66,6 +66,16 @@ class MeshSurface {
   void find(Accept&& accept, Visit&& visit) const {
     tree_->find([&](const auto& box) { return accept(precise(box)); }, visit);
   }
+  /// Returns whether the box of some triangle overlaps a box.
+  [[nodiscard]] bool comes_near(const Aabb<S>& box) const {
+    bool is_near = false;
+    find([&](const Aabb<S>& other) { return other.overlaps(box); },
+         [&](std::uint32_t) {
+           is_near = true;
+           return false;
+         });
+    return is_near;
+  }
   /// [1] Outward unit normal.
   [[nodiscard]] const Vec3<S>& normal(std::uint32_t triangle) const { return normals_[triangle]; }
   /// [-] Number that all triangles of one flat face share.
@@ -298,7 +308,7 @@ auto MeshSurface<S, Tree>::judge(std::uint32_t triangle, const Vec3<S>& n) const
     const Vec3<S> outwards = along.cross(normals_[triangle]).normalized();
     if (n.dot(outwards) <= same_direction_sine<S>) continue;
     if (edges_[triangle][k] == Edge::flat) return Verdict::inner_edge;
-    if (edges_[triangle][k] == Edge::hollow) return Verdict::face;
+    if (edges_[triangle][k] == Edge::hollow) return cosine > S(0) ? Verdict::face : Verdict::none;
     if (n.dot(away_from_neighbour(triangle, k)) <= same_direction_sine<S>) {
       return Verdict::none;
     }
