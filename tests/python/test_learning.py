@@ -20,14 +20,16 @@ WORLDS, ITERATIONS, PARTS = 48, 14, 200
 
 class Learning(unittest.TestCase):
     def test_a_policy_learns_to_grip_by_feel(self):
-        # What fourteen iterations reach depends on chance: one seed in five learns next to nothing.
-        # The middle of three is above the bounds unless two fail.
+        # What fourteen iterations reach depends on chance: one seed in five learns next to nothing,
+        # here the first. Two of three must learn, and where two have the third is not tried.
         torch.set_num_threads(1)
-        gains = [self.gains(seed) for seed in (1, 2, 3)]
-        learned, over_untrained, over_numb = np.median(gains, axis=0)
-        self.assertGreater(learned, 0.15)
-        self.assertGreater(over_untrained, 0.2)
-        self.assertGreater(over_numb, 0.1)
+        bounds = (0.15, 0.2, 0.1)
+        tried = []
+        for seed in (2, 3, 1):
+            tried.append(self.gains(seed))
+            if sum(np.greater(gains, bounds).all() for gains in tried) == 2:
+                return
+        self.fail(f"{tried}, where two of three are above {bounds}")
 
     def gains(self, seed):
         """Rewards that a policy gained: in its curve, over an untrained one, over itself numb."""

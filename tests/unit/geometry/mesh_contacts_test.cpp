@@ -141,38 +141,77 @@ TEST_CASE("mesh_contacts: a plate that is all inside a block leaves it, whicheve
   CHECK((X_block_plate.rotation * check(second, -1)).z() == test::relative(1));
 }
 
+namespace {
+
+/// A ring and a box beside it, or in it.
+struct RingAndBox {
+  explicit RingAndBox(const Vec3<double>& half_extents) : box{half_extents} {}
+
+  [[nodiscard]] ConvexView<double> solid() const { return convex_view(box); }
+  /// The nearest triangle's distance and direction to the box at X.
+  [[nodiscard]] ContactNormal<double> nearest(const Transform<double>& X) const {
+    ContactNormal<double> nearest{.gap = infinity<double>};
+    for (std::uint32_t i = 0; i < surface.size(); ++i) {
+      const Triangle<double> triangle = surface.triangle(i);
+      const auto found =
+          contact_normal<GjkDistance>(convex_view(triangle), solid(), X, infinity<double>);
+      if (found.gap < nearest.gap) nearest = found;
+    }
+    return nearest;
+  }
+  [[nodiscard]] double least_gap(const Transform<double>& X, double margin) const {
+    ContactManifolds<double> contacts;
+    ContactSink<double> sink(contacts);
+    sink.set_frame({}, false);
+    collide_mesh<GjkDistance, double>(surface, solid(), X, margin, sink);
+    return ::least_gap(contacts);
+  }
+
+  Box<double> box;
+  TriangleMesh<double> ring = scenes::parts::torus(0.05, 0.02, 16, 8).mesh;
+  MeshTree<double> tree{ring};
+  MeshSurface<double, MeshTree<double>> surface{tree};
+};
+
+}  // namespace
+
 // The inner side of a ring has hollow edges. Triangles there look away from what lies outside, and
 // have no contact with it, however near it is for their size.
 TEST_CASE("mesh_contacts: nothing that is beside a ring is deep in its far side") {
-  const double radius = 0.05;
-  const double thickness = 0.02;
-  const TriangleMesh<double> ring = scenes::parts::torus(radius, thickness, 16, 8).mesh;
-  const MeshTree<double> tree(ring);
-  const MeshSurface<double, MeshTree<double>> surface(tree);
-  const double margin = 4 * thickness;  // Beyond the far side.
-  const Box<double> box{{0.05, 0.04, 0.035}};
-  const ConvexView<double> solid = convex_view(box);
+  const RingAndBox scene({0.05, 0.04, 0.035});
+  const double margin = 0.08;  // Beyond the far side.
   test::Random random(5);
   int apart = 0;
   for (int n = 0; n < 300; ++n) {
     CAPTURE(n);
-    const Transform<double> X{random.rotation<double>(), random.in_cube(2 * radius)};
-    double distance = infinity<double>;
-    for (std::uint32_t i = 0; i < surface.size(); ++i) {
-      const Triangle<double> triangle = surface.triangle(i);
-      const auto found =
-          contact_normal<GjkDistance>(convex_view(triangle), solid, X, infinity<double>);
-      distance = std::min(distance, found.gap);
-    }
+    const Transform<double> X{random.rotation<double>(), random.in_cube(0.1)};
+    const double distance = scene.nearest(X).gap;
     if (distance <= 0 || distance > margin) continue;
     ++apart;
-    ContactManifolds<double> contacts;
-    ContactSink<double> sink(contacts);
-    sink.set_frame({}, false);
-    collide_mesh<GjkDistance, double>(surface, solid, X, margin, sink);
-    CHECK(least_gap(contacts) == test::relative(distance));
+    CHECK(scene.least_gap(X, margin) == test::relative(distance));
   }
   CHECK(apart > 50);
+}
+
+// The box is free again where it came from. So it is no deeper than that; contacts beside hollow
+// edges exceed it by up to a third.
+TEST_CASE("mesh_contacts: a box that a ring cuts is touched, and hardly deeper than it is") {
+  const RingAndBox scene({0.010, 0.012, 0.015});
+  const double depth = 0.001;
+  test::Random random(5);
+  int apart = 0;
+  for (int n = 0; n < 1500; ++n) {
+    CAPTURE(n);
+    Transform<double> X{random.rotation<double>(), random.in_cube(0.08)};
+    const ContactNormal<double> nearest = scene.nearest(X);
+    if (nearest.gap <= 0 || nearest.gap > 0.05) continue;
+    ++apart;
+    X.translation -= (nearest.gap + depth) * nearest.normal;
+    const double least = scene.least_gap(X, 0.001);
+    CHECK(least < 0);
+    CHECK(least > -1.5 * depth);
+  }
+  CHECK(apart > 500);
 }
 
 TEST_CASE("mesh_contacts: the nearest contact of two rings is as far as the rings are apart") {

@@ -81,6 +81,7 @@ struct MeshOpposite {
   P largest_depth;
   Vec3<P> normal;  // [1] Of the triangle, in the frame of A.
   Vec3<P> corner;  // [m] One of the triangle, in the frame of A.
+  P hair;          // [m] Round-off of the triangle.
 
   [[nodiscard]] typename Surface::Verdict judge(const Vec3<P>& n) const {
     return mesh.judge(triangle, -X_BA.rotate(n));
@@ -90,7 +91,7 @@ struct MeshOpposite {
   /// Returns whether the triangle faces against n, within 25 degrees. Surfaces at larger angles cut
   /// each other when they pass through each other. They need no help.
   [[nodiscard]] bool is_facing(const Vec3<P>& n) const { return n.dot(normal) < P(-0.9); }
-  /// Returns whether a triangle of A comes within a margin of its plane.
+  /// Returns whether a triangle of A comes within a margin of its plane, and is not behind it.
   [[nodiscard]] bool reaches(const Triangle<P>& other, P margin) const {
     P low = infinity<P>;
     P high = -infinity<P>;
@@ -99,7 +100,7 @@ struct MeshOpposite {
       low = std::min(low, height);
       high = std::max(high, height);
     }
-    return low <= margin && high >= -margin;
+    return low <= margin && high >= -hair;
   }
 };
 
@@ -132,7 +133,10 @@ class MeshConvexContacts {
                  return true;
                });
     // Surfaces get no last resort. It would add worse contacts, triangle by triangle.
-    if (!is_any && !(opposite.depth() > P(0))) add_last_resort();
+    if (opposite.depth() > P(0)) return;
+    // Where the surface cuts the solid, contacts that are still open do not hold it.
+    const bool is_cut = plate_ && plate_contact_.gap < -hair();
+    if (!is_any || (is_cut && !sink_.reaches(P(0)))) add_last_resort();
   }
 
   /// Adds surfaces that have passed through a triangle of the other side by more than the margin.
@@ -187,12 +191,17 @@ class MeshConvexContacts {
     const auto add_if_passed = [&] {
       return low < P(0) && opposite.depth() > P(0) && add_passed(i, opposite);
     };
-    if (high < -margin_ || !opposite.reaches(triangle, margin_)) return add_if_passed();
+    // What is behind the triangle does not touch it. A hair less may be a cut.
+    if (high < -hair()) {
+      note_way_out(i, triangle);
+      return add_if_passed();
+    }
+    if (!opposite.reaches(triangle, margin_)) return add_if_passed();
     if (is_beside(triangle, face_normal)) return false;
     const ConvexView<P> plate = convex_view(triangle);
     ContactNormal<P> found = contact_normal<Distance>(plate, convex_, X_MC_, margin_);
     if (found.nearness != Nearness::near) return add_if_passed();
-    has_cut_ = has_cut_ || found.gap <= Tolerance<P>::equal() * convex_.reach;
+    has_cut_ = has_cut_ || found.gap <= hair();
     if (found.gap < P(0) && found.gap > plate_contact_.gap) {
       plate_ = i;
       plate_contact_ = found;
@@ -260,14 +269,15 @@ class MeshConvexContacts {
     // Rims of round shapes are clipped as polygons. The deepest point may lie between their
     // corners.
     const ContactPoint<P> deepest = extreme_contact(plate, convex_, X_MC_, n);
-    if (deepest.gap < gap - Tolerance<P>::equal() * convex_.reach &&
-        is_over(triangle, n, deepest_place(n))) {
+    if (deepest.gap < gap - hair() && is_over(triangle, n, deepest_place(n))) {
       if (manifold.size == manifold.capacity) --manifold.size;
       manifold.add({deepest_place(n) - P(0.5) * deepest.gap * n, deepest.gap, 0});
     }
     return manifold;
   }
 
+  /// [m] Round-off of places on the solid.
+  [[nodiscard]] P hair() const { return Tolerance<P>::equal() * convex_.reach; }
   /// [m] The solid's farthest point against n.
   [[nodiscard]] Vec3<P> deepest_place(const Vec3<P>& n) const {
     return X_MC_ * support_point(convex_, Vec3<P>(X_MC_.rotation.conjugate() * Vec3<P>(-n)));
@@ -393,7 +403,8 @@ void collide_meshes(const MeshSurface<Precise<S>, Tree>& a, const MeshSurface<Pr
              MeshConvexContacts<Distance, S, Tree> contacts(a, plate, X_AB, margin, sink);
              const Vec3<P> normal = X_AB.rotate(b.normal(i));
              use(contacts,
-                 MeshOpposite<Surface, P>{b, i, X_BA, depth, normal, X_AB * triangle.corners[0]});
+                 MeshOpposite<Surface, P>{b, i, X_BA, depth, normal, X_AB * triangle.corners[0],
+                                          Tolerance<P>::equal() * plate.reach});
              return true;
            });
   };
