@@ -44,6 +44,24 @@ double least_gap(const ContactManifolds<double>& contacts) {
   return least;
 }
 
+/// Distance and direction of the two triangles of meshes that are nearest, B at X in the frame of
+/// A. Infinite beyond `far` [m].
+ContactNormal<double> nearest_triangles(const MeshSurface<double, MeshTree<double>>& a,
+                                        const MeshSurface<double, MeshTree<double>>& b,
+                                        const Transform<double>& X, double far) {
+  ContactNormal<double> nearest{.gap = infinity<double>};
+  for (std::uint32_t i = 0; i < a.size(); ++i) {
+    const Triangle<double> in_a = a.triangle(i);
+    for (std::uint32_t k = 0; k < b.size(); ++k) {
+      const Triangle<double> in_b = b.triangle(k);
+      const auto found = contact_normal<GjkDistance>(convex_view(in_a), convex_view(in_b), X,
+                                                     std::min(nearest.gap, far));
+      if (found.nearness == Nearness::near && found.gap < nearest.gap) nearest = found;
+    }
+  }
+  return nearest;
+}
+
 /// Contacts of two meshes, the second turned by an odd angle and moved, and what was asked for
 /// them.
 struct MeshPair {
@@ -224,19 +242,47 @@ TEST_CASE("mesh_contacts: the nearest contact of two rings is as far as the ring
   for (int n = 0; n < 60; ++n) {
     CAPTURE(n);
     const Transform<double> X{random.rotation<double>(), random.in_cube(0.12)};
-    double distance = infinity<double>;
-    for (std::uint32_t i = 0; i < surface.size(); ++i) {
-      const Triangle<double> a = surface.triangle(i);
-      for (std::uint32_t k = 0; k < surface.size(); ++k) {
-        const Triangle<double> b = surface.triangle(k);
-        const auto found =
-            contact_normal<GjkDistance>(convex_view(a), convex_view(b), X, std::min(distance, 0.1));
-        if (found.nearness == Nearness::near) distance = std::min(distance, found.gap);
-      }
-    }
+    const double distance = nearest_triangles(surface, surface, X, 0.1).gap;
     if (distance <= 0 || distance > margin) continue;
     ++apart;
     CHECK(least_gap(collide(ring, ring, X, margin).contacts) == test::relative(distance));
   }
   CHECK(apart > 15);
+}
+
+// Moved back to where they are free, no two triangles overlap. So a pair is no deeper than the way
+// back, and triangles that meet corner to corner pass no others face to face.
+TEST_CASE("mesh_contacts: meshes that cut each other touch, and hardly deeper than they are") {
+  const TriangleMesh<double> ring = scenes::parts::torus(0.05, 0.02, 16, 8).mesh;
+  const TriangleMesh<double> box = box_mesh<double>({0.05, 0.04, 0.035});
+  struct Pair {
+    const TriangleMesh<double>& a;
+    const TriangleMesh<double>& b;
+    int poses;
+  };
+  for (const Pair& pair : {Pair{box, box, 400}, Pair{ring, box, 150}, Pair{ring, ring, 25}}) {
+    const MeshTree<double> tree_a(pair.a);
+    const MeshTree<double> tree_b(pair.b);
+    const MeshSurface<double, MeshTree<double>> a(tree_a);
+    const MeshSurface<double, MeshTree<double>> b(tree_b);
+    CAPTURE(a.size() + b.size());
+    test::Random random(5);
+    int apart = 0;
+    for (int n = 0; n < pair.poses; ++n) {
+      CAPTURE(n);
+      Transform<double> X{random.rotation<double>(), random.in_cube(0.12)};
+      const ContactNormal<double> nearest = nearest_triangles(a, b, X, 0.05);
+      if (nearest.gap <= 0 || nearest.gap > 0.05) continue;
+      ++apart;
+      for (const double depth : {0.0001, 0.001}) {
+        CAPTURE(depth);
+        Transform<double> X_cut = X;
+        X_cut.translation -= (nearest.gap + depth) * nearest.normal;
+        const double least = least_gap(collide(pair.a, pair.b, X_cut, 0.001).contacts);
+        CHECK(least < 0);
+        CHECK(least > -1.5 * depth);
+      }
+    }
+    CHECK(apart > pair.poses / 4);
+  }
 }

@@ -15,11 +15,11 @@
 ///   the nearest triangle instead of the shortest way out.
 /// - A solid wholly inside leaves through the face nearest to its middle.
 /// - Two meshes get contacts up to a depth of half the thickness of the thinner one.
-/// - If meshes meet corner to corner, faces beside the corners may get contacts, too (one pose in
-///   thirty in tests).
+/// - Contacts beside hollow edges may be deeper than the solids are (by two fifths in tests).
 ///
-/// The cost is a GJK for each triangle near the other solid (0.5 to 2 us), or for each near pair.
-/// Meshes that cut each other cost a few operations more for each pair of triangles in both boxes.
+/// The cost is a GJK for each triangle that faces the other solid within the margin (0.5 to 2 us),
+/// or for each such pair. Meshes that cut each other also cost a search behind each triangle of B
+/// that is near the surface of A or inside.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -30,9 +30,11 @@
 #include <bristle/geometry/shapes/convex_view.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -104,6 +106,14 @@ struct MeshOpposite {
   }
 };
 
+/// A triangle that cuts a solid, and the shortest way of the solid off it. A solid that is moved to
+/// where it is free is off each triangle. So none of these ways is longer than that of the solid.
+template <Scalar P>
+struct PlateCut {
+  std::uint32_t triangle;
+  ContactNormal<P> way_off;
+};
+
 /// The contacts of one convex solid with one mesh, triangle by triangle.
 template <typename Distance, Scalar S, typename Tree>
 class MeshConvexContacts {
@@ -135,8 +145,7 @@ class MeshConvexContacts {
     // Surfaces get no last resort. It would add worse contacts, triangle by triangle.
     if (opposite.depth() > P(0)) return;
     // Where the surface cuts the solid, contacts that are still open do not hold it.
-    const bool is_cut = plate_ && plate_contact_.gap < -hair();
-    if (!is_any || (is_cut && !sink_.reaches(P(0)))) add_last_resort();
+    if (!is_any || (deepest_cut_ && !sink_.reaches(P(0)))) add_last_resort();
   }
 
   /// Adds surfaces that have passed through a triangle of the other side by more than the margin.
@@ -175,6 +184,17 @@ class MeshConvexContacts {
 
   /// Returns whether any triangle in range cuts or touches the solid.
   [[nodiscard]] bool has_cut() const { return has_cut_; }
+  /// The triangle that is deepest in the solid, if any cuts it.
+  [[nodiscard]] const std::optional<PlateCut<P>>& deepest_cut() const { return deepest_cut_; }
+  /// Adds the contact of a triangle that cuts the solid, as of a plate.
+  void add_cut(const PlateCut<P>& cut) {
+    const Triangle<P> triangle = mesh_.triangle(cut.triangle);
+    const Vec3<P>& n = cut.way_off.normal;
+    ContactManifold<P> manifold =
+        contact_manifold(convex_view(triangle), convex_, X_MC_, n, margin_);
+    manifold.key = mix(edge_name(triangle, n), 1);
+    sink_.add(manifold);
+  }
 
  private:
   using Verdict = typename Surface::Verdict;
@@ -202,9 +222,8 @@ class MeshConvexContacts {
     ContactNormal<P> found = contact_normal<Distance>(plate, convex_, X_MC_, margin_);
     if (found.nearness != Nearness::near) return add_if_passed();
     has_cut_ = has_cut_ || found.gap <= hair();
-    if (found.gap < P(0) && found.gap > plate_contact_.gap) {
-      plate_ = i;
-      plate_contact_ = found;
+    if (found.gap < -hair() && !(deepest_cut_ && deepest_cut_->way_off.gap <= found.gap)) {
+      deepest_cut_ = PlateCut<P>{i, found};
     }
     bool is_behind = found.normal.dot(face_normal) <= P(0);
     if (is_behind && opposite.depth() > P(0)) return add_passed(i, opposite);
@@ -245,8 +264,15 @@ class MeshConvexContacts {
     const P gap = n.dot(deepest_place(n) - mesh_.corners(i)[0]);
     if (gap < -opposite.depth() || gap > margin_ || !opposite.is_facing(n)) return false;
     const ContactManifold<P> manifold = face_manifold(i);
+    if (manifold.size == 0) return false;
+    std::array<Vec3<P>, ContactManifold<P>::capacity> places;
+    for (std::size_t k = 0; k < manifold.size; ++k) {
+      const ContactPoint<P>& point = manifold.points[k];
+      places[k] = point.position + P(0.5) * point.gap * n;
+    }
+    if (mesh_.has_shorter_way_out(i, std::span(places).first(manifold.size))) return false;
     sink_.add(manifold);
-    return manifold.size > 0;
+    return true;
   }
 
   /// Contacts of the part of the solid over the triangle, along its normal. Empty if there is none.
@@ -329,7 +355,7 @@ class MeshConvexContacts {
   void add_last_resort() {
     const Vec3<P> middle = X_MC_ * convex_.center;
     const bool is_inside = mesh_.bounds().contains(middle) && mesh_.contains(middle);
-    if (is_inside && !way_out_ && !plate_) {
+    if (is_inside && !way_out_ && !deepest_cut_) {
       mesh_.find([](const Aabb<P>&) { return true; },
                  [&](std::uint32_t i) {
                    note_way_out(i, mesh_.triangle(i));
@@ -343,13 +369,8 @@ class MeshConvexContacts {
         manifold.add(extreme_contact(convex_view(triangle), convex_, X_MC_, manifold.normal));
       }
       sink_.add(manifold);
-    } else if (plate_) {
-      const Triangle<P> triangle = mesh_.triangle(*plate_);
-      const Vec3<P>& n = plate_contact_.normal;
-      ContactManifold<P> manifold =
-          contact_manifold(convex_view(triangle), convex_, X_MC_, n, margin_);
-      manifold.key = mix(edge_name(triangle, n), 1);
-      sink_.add(manifold);
+    } else if (deepest_cut_) {
+      add_cut(*deepest_cut_);
     }
   }
 
@@ -369,8 +390,7 @@ class MeshConvexContacts {
   // For the last resort.
   std::optional<std::uint32_t> way_out_;
   P way_out_depth_ = infinity<P>;
-  std::optional<std::uint32_t> plate_;
-  ContactNormal<P> plate_contact_{.gap = -infinity<P>};
+  std::optional<PlateCut<P>> deepest_cut_;
 };
 
 template <typename Distance, Scalar S, typename Tree>
@@ -409,10 +429,17 @@ void collide_meshes(const MeshSurface<Precise<S>, Tree>& a, const MeshSurface<Pr
            });
   };
   bool have_cut = false;
+  std::optional<PlateCut<P>> deepest;  // Of A in the triangle of B `deepest_in`.
+  std::uint32_t deepest_in = 0;
   for_each([&](const Aabb<P>& box) { return a.comes_near(box.inflated(margin)); },
            [&](auto& contacts, const auto& opposite) {
              contacts.add_all(opposite);
              have_cut = have_cut || contacts.has_cut();
+             const std::optional<PlateCut<P>>& cut = contacts.deepest_cut();
+             if (cut && !(deepest && deepest->way_off.gap <= cut->way_off.gap)) {
+               deepest = cut;
+               deepest_in = opposite.triangle;
+             }
            });
   // A thin mesh may be all inside the other.
   const auto is_corner_within = [](const Surface& outer, const Surface& inner,
@@ -428,6 +455,12 @@ void collide_meshes(const MeshSurface<Precise<S>, Tree>& a, const MeshSurface<Pr
           return box.overlaps(a.bounds()) && (a.comes_near(box) || a.contains(box.center()));
         },
         [&](auto& contacts, const auto& opposite) { contacts.add_all_passed(opposite, within); });
+  }
+  // Each contact of triangles that cut each other may have belonged to a neighbour.
+  if (deepest && !sink.reaches(P(0))) {
+    const Triangle<P> triangle = b.triangle(deepest_in);
+    const ConvexView<P> plate = convex_view(triangle);
+    MeshConvexContacts<Distance, S, Tree>(a, plate, X_AB, margin, sink).add_cut(*deepest);
   }
 }
 

@@ -17,6 +17,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -98,6 +99,26 @@ class MeshSurface {
   /// and hollow edges have no contacts. Only the faces beside them have. Without this rule a body
   /// that slides over a flat mesh stumbles.
   [[nodiscard]] Verdict judge(std::uint32_t triangle, const Vec3<S>& n) const;
+
+  /// Returns whether points behind a triangle are out sooner past a neighbour: all of them are less
+  /// deep behind it than the deepest is behind the triangle. Neighbours across hollow edges do not
+  /// count.
+  [[nodiscard]] bool has_shorter_way_out(std::uint32_t triangle,
+                                         std::span<const Vec3<S>> points) const {
+    const auto depth_behind = [&](std::uint32_t i) {
+      const Vec3<S> on_plane = corners(i)[0];
+      S deepest = -infinity<S>;
+      for (const Vec3<S>& p : points) deepest = std::max(deepest, normals_[i].dot(on_plane - p));
+      return deepest;
+    };
+    const S depth = depth_behind(triangle);
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (edges_[triangle][k] == Edge::convex && depth_behind(neighbours_[triangle][k]) < depth) {
+        return true;
+      }
+    }
+    return false;
+  }
 
  private:
   template <typename Box>
