@@ -11,7 +11,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <map>
 #include <span>
 #include <string>
 #include <utility>
@@ -138,7 +137,7 @@ struct MergedPoints {
 /// Merges each point, in order, with the first earlier one that stayed within `distance` [m] of it.
 /// The points must be finite.
 ///
-/// Points that stayed are hashed by their cubic cell. Cells are twice `distance` wide. So a
+/// Points that stayed are listed by their cubic cell. Cells are twice `distance` wide. So a
 /// neighbour is in the point's own cell or in one of the seven on its near side.
 template <Scalar S>
 [[nodiscard]] MergedPoints merge_points(std::span<const Vec3<S>> points, S distance) {
@@ -146,29 +145,40 @@ template <Scalar S>
   using std::floor;
   const bool is_exact = !(distance > S(0));
   const S width = S(2) * distance;
-  std::map<Cell, std::vector<std::uint32_t>> stayed;
+  // Equal coordinates only: every coordinate is its own cell. Adding 0 turns -0 into 0.
+  const auto place_of = [&](const Vec3<S>& point, std::size_t axis) {
+    const S x = point[static_cast<Eigen::Index>(axis)];
+    return is_exact ? x + S(0) : x / width;
+  };
+  const auto cell_of = [&](const Vec3<S>& point) {
+    Cell cell;
+    for (std::size_t a = 0; a < 3; ++a) {
+      cell[a] = is_exact ? place_of(point, a) : floor(place_of(point, a));
+    }
+    return cell;
+  };
+  std::vector<Cell> cells;
+  cells.reserve(points.size());
+  for (const Vec3<S>& point : points) cells.push_back(cell_of(point));
+  std::sort(cells.begin(), cells.end());
+  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+  std::vector<std::vector<std::uint32_t>> stayed(cells.size());
   MergedPoints result;
   result.renumber.reserve(points.size());
 
   for (std::uint32_t i = 0; i < points.size(); ++i) {
-    Cell cell;
-    Cell step;
-    for (int k = 0; k < 3; ++k) {
-      const auto a = static_cast<std::size_t>(k);
-      // Equal coordinates only: every coordinate is its own cell. Adding 0 turns -0 into 0.
-      const S position = is_exact ? points[i][k] + S(0) : points[i][k] / width;
-      cell[a] = is_exact ? position : floor(position);
-      step[a] = position - cell[a] < S(0.5) ? S(-1) : S(1);
-    }
+    const Cell cell = cell_of(points[i]);
     std::uint32_t found = 0xffffffffu;
     for (unsigned corner = 0; corner < (is_exact ? 1u : 8u); ++corner) {
       Cell near = cell;
       for (std::size_t a = 0; a < 3; ++a) {
-        if ((corner >> a & 1u) != 0) near[a] += step[a];
+        if ((corner >> a & 1u) == 0) continue;
+        near[a] += place_of(points[i], a) - cell[a] < S(0.5) ? S(-1) : S(1);
       }
-      const auto place = stayed.find(near);
-      if (place == stayed.end()) continue;
-      for (const std::uint32_t candidate : place->second) {
+      const auto place = std::lower_bound(cells.begin(), cells.end(), near);
+      if (place == cells.end() || *place != near) continue;
+      for (const std::uint32_t candidate :
+           stayed[static_cast<std::size_t>(place - cells.begin())]) {
         const Vec3<S> gap = points[result.unique[candidate]] - points[i];
         if (gap.squaredNorm() <= distance * distance) found = std::min(found, candidate);
       }
@@ -176,7 +186,8 @@ template <Scalar S>
     if (found == 0xffffffffu) {
       found = static_cast<std::uint32_t>(result.unique.size());
       result.unique.push_back(i);
-      stayed[cell].push_back(found);
+      const auto place = std::lower_bound(cells.begin(), cells.end(), cell);
+      stayed[static_cast<std::size_t>(place - cells.begin())].push_back(found);
     }
     result.renumber.push_back(found);
   }

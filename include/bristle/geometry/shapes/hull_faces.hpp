@@ -11,7 +11,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <map>
 #include <span>
 #include <utility>
 #include <vector>
@@ -210,25 +209,25 @@ inline bool FaceJoin::dissolve_small_regions() {
       side = turned(side);
     } while (!(side == first));
   }
-  std::map<std::pair<std::uint32_t, std::uint32_t>, double> border_lengths;
+  // One region at a time. Its end changes the corners of its neighbours.
+  std::uint32_t region = none;
   for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
     if (corner_count[region_[t]] >= 3) continue;
     for (std::size_t k = 0; k < 3; ++k) {
+      if (is_border({t, k})) region = std::min(region, region_[t]);
+    }
+  }
+  if (region == none) return false;
+  std::vector<double> border_lengths(triangles_.size(), 0.0);  // By the region beyond.
+  for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+    if (region_[t] != region) continue;
+    for (std::size_t k = 0; k < 3; ++k) {
       const Side side{t, k};
-      if (is_border(side)) border_lengths[{region_[t], region_[across(side)]}] += length_of(side);
+      if (is_border(side)) border_lengths[region_[across(side)]] += length_of(side);
     }
   }
-  if (border_lengths.empty()) return false;
-  // One region at a time. Its end changes the corners of its neighbours.
-  const std::uint32_t region = border_lengths.begin()->first.first;
-  std::uint32_t heir = none;
-  double longest = 0.0;
-  for (const auto& [border, length] : border_lengths) {
-    if (border.first == region && length > longest) {
-      longest = length;
-      heir = border.second;
-    }
-  }
+  const auto heir = static_cast<std::uint32_t>(
+      std::max_element(border_lengths.begin(), border_lengths.end()) - border_lengths.begin());
   std::replace(region_.begin(), region_.end(), region, heir);
   return true;
 }
