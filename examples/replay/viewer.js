@@ -92,7 +92,9 @@ class Page {
     const { center, radius } = sizeOf(gltf.scene, (t) => this.#moveBodies(t), this.duration);
     this.radius = radius;
     this.camera = new THREE.PerspectiveCamera(35, 1, radius / 100, radius * 100);
-    this.camera.position.copy(center).addScaledVector(new THREE.Vector3(0.45, 0.35, 1).normalize(), 2.7 * radius);
+    // From as far as the sphere fills the height of the picture: nothing that moves is cut off.
+    const away = radius / Math.sin(THREE.MathUtils.degToRad(this.camera.fov / 2));
+    this.camera.position.copy(center).addScaledVector(new THREE.Vector3(0.45, 0.35, 1).normalize(), away);
     sun.position.copy(center).addScaledVector(new THREE.Vector3(0.3, 1, 0.6), 10 * radius);
     const canvas = element('canvas');
     // Smooth edges cost a renderer without a graphics card as much as all else.

@@ -130,13 +130,16 @@ export function colours(pixels) {
   for (let i = 0; i < pixels.length; i += 4) found.add(pixels.readUInt32LE(i));
   return found.size;
 }
-/** Pixels whose colour is taken for `is(red, green, blue)`: how many, and the first of them. */
+/** Pixels whose colour is taken for `is(red, green, blue)`: how many, and the middle of the first three beside each other. */
 export function find(pixels, is) {
   let count = 0;
   let first = -1;
+  let run = 0;
   for (let i = 0; i < pixels.length; i += 4) {
-    if (!is(pixels[i], pixels[i + 1], pixels[i + 2])) continue;
-    if (first < 0) first = i / 4;
+    run = is(pixels[i], pixels[i + 1], pixels[i + 2]) ? run + 1 : 0;
+    if (run === 0) continue;
+    // A pixel at the border of a thing may be a click beside it.
+    if (first < 0 && run === 3) first = i / 4 - 1;
     ++count;
   }
   return { count, first };
