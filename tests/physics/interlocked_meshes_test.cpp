@@ -2,6 +2,7 @@
 /// Rings that fall on other bodies, or lie in each other and are pushed apart both ways at once.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/rigid/tumbling.hpp"
+#include "support/momentum.hpp"
 #include "support/random.hpp"
 
 #include <bristle/bristle.hpp>
@@ -10,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <vector>
 
 using namespace bristle;
@@ -81,16 +83,7 @@ TEST_CASE("interlocked meshes: a heap with rings gains no energy") {
       if (i % 3 == 2) def.shape = Sphere<double>{0.05};
       bodies.push_back(world.add_body(def));
     }
-    const auto energy = [&] {
-      double sum = 0;
-      for (const BodyId id : bodies) {
-        const Body<double>& body = world.body(id);
-        sum += 0.5 * body.mass * body.twist.linear.squaredNorm() +
-               0.5 * body.twist.angular.dot(body.angular_momentum()) +
-               body.mass * gravity * body.center_pose.translation.z();
-      }
-      return sum;
-    };
+    const auto energy = [&] { return test::energy_of(world, std::span<const BodyId>(bodies)); };
     const double start = energy();
     double largest = 0;
     for (int n = 0; n < 120; ++n) {

@@ -212,7 +212,7 @@ TEST_CASE("mesh_contacts: nothing that is beside a ring is deep in its far side"
 }
 
 // The box is free again where it came from. So it is no deeper than that; contacts beside hollow
-// edges exceed it by up to a third.
+// edges exceed it.
 TEST_CASE("mesh_contacts: a box that a ring cuts is touched, and hardly deeper than it is") {
   const RingAndBox scene({0.010, 0.012, 0.015});
   const double depth = 0.001;
