@@ -178,7 +178,7 @@ class MeshConvexContacts {
                  Aabb<P> box;
                  for (const Vec3<P>& corner : triangle.corners) box.include(corner);
                  if (!box.overlaps(near)) {
-                   (void)add_passed(i, triangle, lowest_above(triangle, n), opposite);
+                   (void)add_passed(i, lowest_above(triangle, n), opposite);
                  }
                  return true;
                });
@@ -211,7 +211,7 @@ class MeshConvexContacts {
     const P high = -lowest_above(triangle, -face_normal);
     const bool is_surface = opposite.depth() > P(0);
     const auto add_if_passed = [&] {
-      return is_surface && low < P(0) && add_passed(i, triangle, low, opposite);
+      return is_surface && low < P(0) && add_passed(i, low, opposite);
     };
     // What is behind the triangle does not touch it. A hair less may be a cut.
     if (high < -hair()) {
@@ -228,7 +228,7 @@ class MeshConvexContacts {
       deepest_cut_ = PlateCut<P>{i, found};
     }
     bool is_behind = found.normal.dot(face_normal) <= P(0);
-    if (is_behind && is_surface) return add_passed(i, triangle, low, opposite);
+    if (is_behind && is_surface) return add_passed(i, low, opposite);
     Verdict verdict = mesh_.judge(i, found.normal);
     if (verdict == Verdict::inner_edge) {
       found = contact_normal<Distance>(convex_view(mesh_.face(i)), convex_, X_MC_, margin_);
@@ -262,7 +262,7 @@ class MeshConvexContacts {
   /// Each is on the wrong side of the other.
   /// @param gap  [m] Height of the solid's lowest point above the triangle.
   template <typename Opposite>
-  bool add_passed(std::uint32_t i, const Triangle<P>& triangle, P gap, const Opposite& opposite) {
+  bool add_passed(std::uint32_t i, P gap, const Opposite& opposite) {
     const Vec3<P>& n = mesh_.normal(i);
     if (gap < -opposite.depth() || gap > margin_ || !opposite.is_facing(n)) return false;
     const ContactManifold<P> manifold = face_manifold(i);
