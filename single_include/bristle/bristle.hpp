@@ -28952,17 +28952,15 @@ template <Scalar S>
 bool MechanismIntegrator<S>::write(std::span<Transform<S>> end_poses,
                                    std::span<Twist<S>> end_twists,
                                    std::span<Wrench<S>> impulses) const {
-  const auto is_finite = [](const Vec3<S>& a, const Vec3<S>& b) {
-    return all_finite(a) && all_finite(b);
-  };
+  // The squares, too: what follows squares velocities, and divides impulses by the step.
   for (const Node& node : system_.nodes()) {
-    if (!is_finite(node.now.x, node.now.q.vec()) ||
-        !is_finite(node.now.twist.linear, node.now.twist.angular)) {
+    if (!all_finite(node.now.q.coeffs()) || !has_finite_square<S>(node.now.x) ||
+        !has_finite_square<S>(node.now.twist)) {
       return false;
     }
   }
   for (const Wrench<S>& impulse : impulses_) {
-    if (!is_finite(impulse.force, impulse.torque)) return false;
+    if (!has_finite_square<S>(impulse.force) || !has_finite_square<S>(impulse.torque)) return false;
   }
   for (std::size_t i = 0; i < end_poses.size(); ++i) {
     const Node& node = system_.nodes()[i];
@@ -34350,7 +34348,7 @@ class SolveStage {
       // The impulse of the sensors is the sum of their evaluated impulses.
       if (!island.soft.empty()) apply_impulses(island, constraints, bodies);
       restitution_.calm(island, constraints, bodies, context, solver_, report);
-      if (!(report.residual < infinity<S>) || !are_finite(bodies, island)) {
+      if (!(report.residual < infinity<S>) || !is_finite(state, island)) {
         guard(state, sensors, island, context);
         return;
       }
@@ -34489,11 +34487,27 @@ class SolveStage {
     }
   }
 
-  [[nodiscard]] static bool are_finite(std::span<const SolverBody<S>> bodies,
-                                       const Island& island) {
-    return std::all_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t slot) {
-      return has_finite_square<S>(bodies[slot].twist);
+  /// Returns whether all velocities and impulses of an island are finite. Heavy bodies may take an
+  /// impulse that overflows at a velocity that does not.
+  [[nodiscard]] static bool is_finite(const State& state, const Island& island) {
+    const Constraints<S>& constraints = state.constraints;
+    bool holds = true;
+    for_each_row(island, constraints, [&](const ConstraintRow<S>& row) {
+      holds = holds && has_finite_square(row.impulse);
     });
+    return holds &&
+           std::all_of(island.bodies.begin(), island.bodies.end(),
+                       [&](std::uint32_t slot) {
+                         return has_finite_square<S>(state.solver_bodies[slot].twist);
+                       }) &&
+           std::all_of(island.contacts.begin(), island.contacts.end(),
+                       [&](std::uint32_t i) {
+                         return has_finite_square<S>(constraints.contacts[i].impulse_W());
+                       }) &&
+           std::all_of(island.soft.begin(), island.soft.end(), [&](std::uint32_t i) {
+             const Wrench<S> impulse = wrench_of<S>(constraints.soft[i].impulse);
+             return has_finite_square<S>(impulse.force) && has_finite_square<S>(impulse.torque);
+           });
   }
 
   /// Solves an island whose solution is not finite, by sweeps that skip overflowing rows.

@@ -117,6 +117,40 @@ TEST_CASE("extreme_numbers: a body that overflows takes no support from the stac
   }
 }
 
+TEST_CASE_TEMPLATE("extreme_numbers: an impulse that overflows is not applied, and not read", S,
+                   float, double) {
+  // Two bodies that a joint holds, or that meet. Their velocities are finite and stay so.
+  for (const bool is_joined : {true, false}) {
+    CAPTURE(is_joined);
+    World<S> world({.gravity = Vec3<S>::Zero()});
+    BodyDef<S> def = extreme_ball<S>(S(1));
+    def.mass = S(0.1) * largest_number<S>;
+    def.velocity = {S(0.1) * largest_number<S>, 0, 0};
+    const BodyId a = world.add_body(def);
+    def.position = {S(1.99), 0, 0};
+    def.velocity = -def.velocity;
+    const BodyId b = world.add_body(def);
+    JointId joint;
+    if (is_joined) {
+      JointDef<S> held{.kind = JointKind::fixed, .body_a = a, .body_b = b};
+      held.X_AJ.translation = {S(1.99), 0, 0};
+      joint = world.add_joint(held);
+    }
+    world.step();
+    if (is_joined) {
+      const Wrench<S> reaction = world.reading(joint).reaction;
+      CHECK(reaction.force.allFinite());
+      CHECK(reaction.torque.allFinite());
+    }
+    world.for_each_contact([](const ContactReading<S>& contact) {
+      CHECK(std::isfinite(contact.impulse_on_b().force.squaredNorm()));
+    });
+    CHECK(world.report().discarded_islands == 1);
+    World<S> copy = world;
+    CHECK_NOTHROW(copy.restore(world.snapshot()));
+  }
+}
+
 TEST_CASE_TEMPLATE("extreme_numbers: balls and boxes of any size fall and rest", S, float, double) {
   const S g = S(9.81);
   for (const S size : {S(1e-5), S(1e-4), S(3e-4), S(1e-3), S(0.1), S(10), S(100), S(1000)}) {

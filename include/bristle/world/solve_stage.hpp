@@ -237,7 +237,7 @@ class SolveStage {
       // The impulse of the sensors is the sum of their evaluated impulses.
       if (!island.soft.empty()) apply_impulses(island, constraints, bodies);
       restitution_.calm(island, constraints, bodies, context, solver_, report);
-      if (!(report.residual < infinity<S>) || !are_finite(bodies, island)) {
+      if (!(report.residual < infinity<S>) || !is_finite(state, island)) {
         guard(state, sensors, island, context);
         return;
       }
@@ -376,11 +376,27 @@ class SolveStage {
     }
   }
 
-  [[nodiscard]] static bool are_finite(std::span<const SolverBody<S>> bodies,
-                                       const Island& island) {
-    return std::all_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t slot) {
-      return has_finite_square<S>(bodies[slot].twist);
+  /// Returns whether all velocities and impulses of an island are finite. Heavy bodies may take an
+  /// impulse that overflows at a velocity that does not.
+  [[nodiscard]] static bool is_finite(const State& state, const Island& island) {
+    const Constraints<S>& constraints = state.constraints;
+    bool holds = true;
+    for_each_row(island, constraints, [&](const ConstraintRow<S>& row) {
+      holds = holds && has_finite_square(row.impulse);
     });
+    return holds &&
+           std::all_of(island.bodies.begin(), island.bodies.end(),
+                       [&](std::uint32_t slot) {
+                         return has_finite_square<S>(state.solver_bodies[slot].twist);
+                       }) &&
+           std::all_of(island.contacts.begin(), island.contacts.end(),
+                       [&](std::uint32_t i) {
+                         return has_finite_square<S>(constraints.contacts[i].impulse_W());
+                       }) &&
+           std::all_of(island.soft.begin(), island.soft.end(), [&](std::uint32_t i) {
+             const Wrench<S> impulse = wrench_of<S>(constraints.soft[i].impulse);
+             return has_finite_square<S>(impulse.force) && has_finite_square<S>(impulse.torque);
+           });
   }
 
   /// Solves an island whose solution is not finite, by sweeps that skip overflowing rows.

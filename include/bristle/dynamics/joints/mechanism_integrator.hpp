@@ -14,6 +14,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/dynamics/bodies/body.hpp>
 #include <bristle/dynamics/joints/joint_projection.hpp>
 #include <bristle/math/dormand_prince.hpp>
 #include <bristle/math/finite.hpp>
@@ -438,17 +439,15 @@ template <Scalar S>
 bool MechanismIntegrator<S>::write(std::span<Transform<S>> end_poses,
                                    std::span<Twist<S>> end_twists,
                                    std::span<Wrench<S>> impulses) const {
-  const auto is_finite = [](const Vec3<S>& a, const Vec3<S>& b) {
-    return all_finite(a) && all_finite(b);
-  };
+  // The squares, too: what follows squares velocities, and divides impulses by the step.
   for (const Node& node : system_.nodes()) {
-    if (!is_finite(node.now.x, node.now.q.vec()) ||
-        !is_finite(node.now.twist.linear, node.now.twist.angular)) {
+    if (!all_finite(node.now.q.coeffs()) || !has_finite_square<S>(node.now.x) ||
+        !has_finite_square<S>(node.now.twist)) {
       return false;
     }
   }
   for (const Wrench<S>& impulse : impulses_) {
-    if (!is_finite(impulse.force, impulse.torque)) return false;
+    if (!has_finite_square<S>(impulse.force) || !has_finite_square<S>(impulse.torque)) return false;
   }
   for (std::size_t i = 0; i < end_poses.size(); ++i) {
     const Node& node = system_.nodes()[i];
