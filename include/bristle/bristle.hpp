@@ -111,6 +111,7 @@
 #include <bristle/geometry/contacts/solid_contacts.hpp>
 #include <bristle/geometry/contacts/triangle_cache.hpp>
 #include <bristle/geometry/meshes/mesh_normals.hpp>
+#include <bristle/geometry/meshes/mesh_plates.hpp>
 #include <bristle/geometry/meshes/mesh_surface.hpp>
 #include <bristle/geometry/meshes/mesh_tree.hpp>
 #include <bristle/geometry/meshes/mesh_validation.hpp>

@@ -2942,13 +2942,16 @@ struct Aabb {
   }
 };
 
-/// Returns the smallest axis-aligned box in A around a finite box in B.
+/// Returns the smallest axis-aligned box in A around a finite box in B, at the position p_AB [m].
+template <Scalar S>
+[[nodiscard]] Aabb<S> transformed(const Aabb<S>& box_B, const Mat3<S>& R_AB, const Vec3<S>& p_AB) {
+  const Vec3<S> center = R_AB * box_B.center() + p_AB;
+  const Vec3<S> half = cwise_abs(R_AB) * box_B.half_extents();
+  return {center - half, center + half};
+}
 template <Scalar S>
 [[nodiscard]] Aabb<S> transformed(const Aabb<S>& box_B, const Transform<S>& X_AB) {
-  const Mat3<S> R = X_AB.rotation_matrix();
-  const Vec3<S> center = R * box_B.center() + X_AB.translation;
-  const Vec3<S> half = cwise_abs(R) * box_B.half_extents();
-  return {center - half, center + half};
+  return transformed<S>(box_B, X_AB.rotation_matrix(), X_AB.translation);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -18592,13 +18595,16 @@ struct SupportFeature {
   }
 };
 
-/// Three corners in space as a two-sided plate: one triangle of a mesh, for contacts.
+/// Convex polygon in space as a two-sided plate: a part of a mesh's surface, for contacts. Refers
+/// to its corners.
 template <Scalar S>
-struct Triangle {
-  /// [m] Corners.
-  std::array<Vec3<S>, 3> corners{Vec3<S>::Zero(), Vec3<S>::Zero(), Vec3<S>::Zero()};
+struct Plate {
+  /// [m] Three corners or more, counter-clockwise seen from the front.
+  std::span<const Vec3<S>> corners;
   /// [-] Ids of the corners in a contact.
-  std::array<std::uint32_t, 3> names{0, 1, 2};
+  std::span<const std::uint32_t> names;
+  /// [1] Unit normal of the front.
+  Vec3<S> normal;
 };
 
 /// [1] Sine of 3 degrees. Within it an edge counts as across a direction, and two edges as
@@ -18641,7 +18647,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] Vec3<S> support_point(const ConvexHull<S>& hull, const Vec3<S>& direction);
 template <Scalar S>
-[[nodiscard]] Vec3<S> support_point(const Triangle<S>& triangle, const Vec3<S>& direction);
+[[nodiscard]] Vec3<S> support_point(const Plate<S>& plate, const Vec3<S>& direction);
 
 template <Scalar S>
 [[nodiscard]] SupportFeature<S> support_edge(const Sphere<S>& sphere, const Vec3<S>& direction);
@@ -18659,7 +18665,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] SupportFeature<S> support_edge(const ConvexHull<S>& hull, const Vec3<S>& direction);
 template <Scalar S>
-[[nodiscard]] SupportFeature<S> support_edge(const Triangle<S>& triangle, const Vec3<S>& direction);
+[[nodiscard]] SupportFeature<S> support_edge(const Plate<S>& plate, const Vec3<S>& direction);
 
 template <Scalar S>
 [[nodiscard]] SupportFeature<S> support_face(const Sphere<S>& sphere, const Vec3<S>& direction) {
@@ -18681,7 +18687,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] SupportFeature<S> support_face(const ConvexHull<S>& hull, const Vec3<S>& direction);
 template <Scalar S>
-[[nodiscard]] SupportFeature<S> support_face(const Triangle<S>& triangle, const Vec3<S>& direction);
+[[nodiscard]] SupportFeature<S> support_face(const Plate<S>& plate, const Vec3<S>& direction);
 
 // Implementation ----------------------------------------------------------------------------------
 
@@ -18789,8 +18795,8 @@ Vec3<S> support_point(const ConvexHull<S>& hull, const Vec3<S>& direction) {
 }
 
 template <Scalar S>
-Vec3<S> support_point(const Triangle<S>& triangle, const Vec3<S>& direction) {
-  return triangle.corners[farthest_corner<S>(triangle.corners, direction)];
+Vec3<S> support_point(const Plate<S>& plate, const Vec3<S>& direction) {
+  return plate.corners[farthest_corner<S>(plate.corners, direction)];
 }
 
 template <Scalar S>
@@ -18985,35 +18991,35 @@ SupportFeature<S> support_face(const ConvexHull<S>& hull, const Vec3<S>& directi
 }
 
 template <Scalar S>
-SupportFeature<S> support_edge(const Triangle<S>& triangle, const Vec3<S>& direction) {
-  const std::uint32_t corner = farthest_corner<S>(triangle.corners, direction);
-  std::uint32_t other = corner;
+SupportFeature<S> support_edge(const Plate<S>& plate, const Vec3<S>& direction) {
+  const std::size_t count = plate.corners.size();
+  const std::size_t corner = farthest_corner<S>(plate.corners, direction);
+  std::size_t other = corner;
   S least_slope = edge_tolerance<S>;
-  for (const std::uint32_t next : {(corner + 1) % 3, (corner + 2) % 3}) {
-    const S slope = edge_slope<S>(triangle.corners[next] - triangle.corners[corner], direction);
+  for (const std::size_t next : {(corner + 1) % count, (corner + count - 1) % count}) {
+    const S slope = edge_slope<S>(plate.corners[next] - plate.corners[corner], direction);
     if (slope <= least_slope) {
       least_slope = slope;
       other = next;
     }
   }
   SupportFeature<S> feature;
-  feature.add(triangle.corners[corner], triangle.names[corner]);
-  if (other != corner) feature.add(triangle.corners[other], triangle.names[other]);
+  feature.add(plate.corners[corner], plate.names[corner]);
+  if (other != corner) feature.add(plate.corners[other], plate.names[other]);
   return feature;
 }
 
 template <Scalar S>
-SupportFeature<S> support_face(const Triangle<S>& triangle, const Vec3<S>& direction) {
+SupportFeature<S> support_face(const Plate<S>& plate, const Vec3<S>& direction) {
   SupportFeature<S> face;
-  face.normal = (triangle.corners[1] - triangle.corners[0])
-                    .cross(triangle.corners[2] - triangle.corners[0])
-                    .stableNormalized();
-  const bool is_front = face.normal.dot(direction) >= S(0);
-  if (!is_front) face.normal = -face.normal;
-  face.cosine = face.normal.dot(direction);
-  for (std::uint32_t i = 0; i < 3; ++i) {
-    const std::uint32_t k = is_front ? i : 2 - i;
-    face.add(triangle.corners[k], triangle.names[k]);
+  const S cosine = plate.normal.dot(direction);
+  const bool is_front = cosine >= S(0);
+  face.normal = is_front ? plate.normal : Vec3<S>(-plate.normal);
+  face.cosine = is_front ? cosine : -cosine;
+  const std::size_t count = plate.corners.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t k = is_front ? i : count - 1 - i;
+    face.add(plate.corners[k], plate.names[k]);
   }
   return face;
 }
@@ -19547,7 +19553,7 @@ namespace bristle::inline BRISTLE_ABI::detail {
 template <Scalar S>
 struct ConvexView {
   std::variant<const Sphere<S>*, const Box<S>*, const Capsule<S>*, const Cylinder<S>*,
-               const Cone<S>*, const Ellipsoid<S>*, const ConvexHull<S>*, const Triangle<S>*>
+               const Cone<S>*, const Ellipsoid<S>*, const ConvexHull<S>*, const Plate<S>*>
       shape;
   /// [m] Radius around the core: that of a sphere or capsule, else 0.
   S rounding = S(0);
@@ -19582,7 +19588,7 @@ S scalar_of(const Ellipsoid<S>&);
 template <Scalar S>
 S scalar_of(const ConvexHull<S>&);
 template <Scalar S>
-S scalar_of(const Triangle<S>&);
+S scalar_of(const Plate<S>&);
 
 template <typename ConvexShape>
 using ScalarOfShape = decltype(scalar_of(std::declval<const ConvexShape&>()));
@@ -19659,7 +19665,7 @@ void measure(ConvexView<S>& convex, const ConvexHull<S>& s) {
   measure_corners<S>(convex, s.vertices);
 }
 template <Scalar S>
-void measure(ConvexView<S>& convex, const Triangle<S>& s) {
+void measure(ConvexView<S>& convex, const Plate<S>& s) {
   measure_corners<S>(convex, s.corners);
 }
 
@@ -19679,17 +19685,9 @@ void for_face_normals(const Self& shape, const Try& try_axis) {
     try_axis(Vec3<S>(-Vec3<S>::UnitZ()));
   } else if constexpr (std::is_same_v<Self, ConvexHull<S>>) {
     for (const Vec3<S>& n : shape.face_normals) try_axis(n);
-  } else if constexpr (std::is_same_v<Self, Triangle<S>>) {
-    const Vec3<S> n = support_face(shape, Vec3<S>(Vec3<S>::UnitZ())).normal;
-    try_axis(n);
-    try_axis(Vec3<S>(-n));
-    // Past its edges, within its plane: often the shortest way off a plate.
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Vec3<S> edge = shape.corners[(k + 1) % 3] - shape.corners[k];
-      const Vec3<S> across = edge.cross(n).normalized();
-      const bool is_outwards = across.dot(shape.corners[(k + 2) % 3] - shape.corners[k]) <= S(0);
-      try_axis(is_outwards ? across : Vec3<S>(-across));
-    }
+  } else if constexpr (std::is_same_v<Self, Plate<S>>) {
+    try_axis(shape.normal);
+    try_axis(Vec3<S>(-shape.normal));
   }
 }
 
@@ -20687,12 +20685,13 @@ class OverlapSearch {
     offer(towards.squaredNorm() > S(0.5) ? towards : Vec3<S>(Vec3<S>::UnitX()));
     for (const S side : {S(1), S(-1)}) {
       const PlacedConvex<S>& solid = side > S(0) ? a_ : b_;
-      // Only those faces of a hull are tried that face the other solid. The rest are left to
-      // search_everywhere().
-      const bool is_hull = std::holds_alternative<const ConvexHull<S>*>(solid.convex->shape);
+      // Only those faces of a hull or plate are tried that face the other solid. The rest are left
+      // to search_everywhere().
+      const bool has_many = std::holds_alternative<const ConvexHull<S>*>(solid.convex->shape) ||
+                            std::holds_alternative<const Plate<S>*>(solid.convex->shape);
       const Vec3<S> ahead = side * (solid.rotation.transpose() * between);
       const auto try_axis = [&](const Vec3<S>& axis) {
-        if (is_hull && axis.dot(ahead) < S(0)) return;
+        if (has_many && axis.dot(ahead) < S(0)) return;
         if (overlap_ >= -margin) offer(side * (solid.rotation * axis));
       };
       std::visit([&](const auto* shape) { for_face_normals(*shape, try_axis); },
@@ -21390,32 +21389,39 @@ class ContactSink {
 /// @file
 /// Contacts of solid triangle meshes with convex solids and with each other.
 ///
-/// A tree finds the triangles near the other solid. Each gets its contact direction from
-/// `contact_normal`. The surface (mesh_surface.hpp) decides which of neighbouring triangles owns a
-/// contact. All triangles of a flat face share one manifold of at most eight points.
+/// A tree finds the plates of the surface (mesh_plates.hpp) near the other solid. Each gets its
+/// contact direction from `contact_normal`. The surface (mesh_surface.hpp) decides which of
+/// neighbouring plates owns a contact. All plates of a flat face share one manifold of at most
+/// eight points.
 ///
 /// Surfaces of two meshes may have passed through each other. They are searched within both boxes,
 /// if the meshes cut or touch each other or one is inside the other. The first corner decides about
-/// inside, also for meshes of several parts. Bodies that are apart cost only the triangles within
-/// the margin.
+/// inside, also for meshes of several parts. Bodies that are apart cost only the plates within the
+/// margin.
 ///
-/// Limits of this triangle-by-triangle view:
+/// Limits of this plate-by-plate view:
 /// - A convex solid that the surface cuts always has a contact. A deep one may get the normal of
-///   the nearest triangle instead of the shortest way out.
+///   the nearest plate instead of the shortest way out.
 /// - A solid wholly inside leaves through the face nearest to its middle.
 /// - Two meshes get contacts up to a depth of half the thickness of the thinner one.
 /// - Contacts beside hollow edges may be deeper than the solids are, by less than half in tests.
 ///
-/// The cost is a GJK for each triangle that faces the other solid within the margin (0.5 to 2 us),
-/// or for each such pair. Meshes that cut each other also cost a search behind each triangle of B
-/// that is near the surface of A or inside.
+/// The cost is a GJK for each plate that faces the other solid within the margin (0.5 to 2 us), or
+/// for each such pair. Meshes that cut each other also cost a search behind each plate of B that is
+/// near the surface of A or inside.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/geometry/meshes/mesh_surface.hpp
+// === bristle/geometry/meshes/mesh_plates.hpp
 
 /// @file
-/// The surface of a solid mesh, with any tree over the triangles. It knows neighbours, flat faces,
-/// and the owner of a contact.
+/// Partition of a closed mesh's surface into convex plates.
+///
+/// Triangles of one flat face are joined across inner edges, the longest first, as long as the
+/// union is convex (Hertel and Mehlhorn 1983). So contacts cost the plates of a part, not the
+/// triangles that its export made of them. A curved surface keeps its triangles.
+///
+/// Each edge of a plate is one edge of the mesh. So each has one neighbour. Corners on a straight
+/// line stay corners.
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <algorithm>
@@ -21423,7 +21429,6 @@ class ContactSink {
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <tuple>
 #include <utility>
@@ -21431,122 +21436,53 @@ class ContactSink {
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Adjacency of a closed mesh for contacts: the neighbours of each triangle and its flat face.
-///
-/// @tparam S     Scalar of contacts. May be more precise than the tree's.
-/// @tparam Tree  As `MeshTree`: `size()`, `corners(i)`, `vertex_numbers(i)`, `root_box()`,
-///               `find(accept, visit)`.
-template <Scalar S, typename Tree>
-class MeshSurface {
+/// Shape of the solid at an edge of its surface.
+enum class SurfaceEdge : std::uint8_t { convex, flat, hollow };
+
+/// The plates of a mesh with their neighbours.
+template <Scalar S>
+class MeshPlates {
  public:
-  /// Meaning of a contact direction for a triangle.
-  enum class Verdict {
-    /// Contact of the triangle's face: take its own normal.
-    face,
-    /// Contact of an edge or corner: take the direction.
-    edge,
-    /// The direction leads over an inner edge of a flat face: query the face as a whole.
-    inner_edge,
-    /// The contact belongs to a neighbour, or to none.
-    none
-  };
+  /// [-] Largest number of corners of a plate.
+  static constexpr std::size_t capacity = 8;
 
-  /// @pre The mesh is closed (`validate_solid`), outlives this and does not move.
-  explicit MeshSurface(const Tree& tree);
+  /// @tparam Tree  As `MeshTree`: `size()`, `corners(i)`, `vertex_numbers(i)`, `root_box()`.
+  /// @pre The mesh is closed (`validate_solid`).
+  template <typename Tree>
+  explicit MeshPlates(const Tree& tree);
 
-  /// [-] Number of triangles.
-  [[nodiscard]] std::size_t size() const { return tree_->size(); }
-  /// [m] Corners of a triangle, counter-clockwise seen from outside.
-  [[nodiscard]] std::array<Vec3<S>, 3> corners(std::uint32_t triangle) const {
-    const auto c = tree_->corners(triangle);
-    return {c[0].template cast<S>(), c[1].template cast<S>(), c[2].template cast<S>()};
-  }
-  /// [m] Box around all triangles.
-  [[nodiscard]] Aabb<S> bounds() const { return precise(tree_->root_box()); }
-  /// Returns whether a point is in the solid, to round-off of the tree's scalar.
-  [[nodiscard]] bool contains(const Vec3<S>& point) const {
-    using T = typename Tree::ScalarType;
-    return is_inside_mesh<T>(*tree_, Vec3<T>(point.template cast<T>()));
-  }
-  /// Calls `visit(triangle) -> bool` for every triangle whose box `accept(box) -> bool` takes
-  /// together with all boxes around it, until a visit returns false.
-  template <typename Accept, typename Visit>
-  void find(Accept&& accept, Visit&& visit) const {
-    tree_->find([&](const auto& box) { return accept(precise(box)); }, visit);
-  }
-  /// Returns whether the box of some triangle overlaps a box.
-  [[nodiscard]] bool comes_near(const Aabb<S>& box) const {
-    bool is_near = false;
-    find([&](const Aabb<S>& other) { return other.overlaps(box); },
-         [&](std::uint32_t) {
-           is_near = true;
-           return false;
-         });
-    return is_near;
+  /// [-] Number of plates.
+  [[nodiscard]] std::size_t size() const { return normals_.size(); }
+  /// Returns a plate. Its names are vertex numbers of the mesh. So neighbours have the same names
+  /// for common corners and edges.
+  [[nodiscard]] Plate<S> plate(std::uint32_t i) const {
+    const std::size_t first = first_[i];
+    const std::size_t count = first_[i + 1] - first;
+    return {std::span(corners_).subspan(first, count), std::span(names_).subspan(first, count),
+            normals_[i]};
   }
   /// [1] Outward unit normal.
-  [[nodiscard]] const Vec3<S>& normal(std::uint32_t triangle) const { return normals_[triangle]; }
-  /// [-] Number that all triangles of one flat face share.
-  [[nodiscard]] std::uint32_t patch(std::uint32_t triangle) const { return patches_[triangle]; }
-  /// The flat face of a triangle as a convex plate. It has the corners of the face, its normal and
-  /// those of its outer edges. It serves support_point and GJK. It is no solid.
-  [[nodiscard]] const ConvexHull<S>& face(std::uint32_t triangle) const {
-    return faces_[patches_[triangle]];
+  [[nodiscard]] const Vec3<S>& normal(std::uint32_t i) const { return normals_[i]; }
+  /// [-] Number that all plates of one flat face share, below `face_count()`.
+  [[nodiscard]] std::uint32_t face(std::uint32_t i) const { return faces_[i]; }
+  [[nodiscard]] std::size_t face_count() const { return face_count_; }
+  /// [-] The plate across edge k, which runs from corner k to the next.
+  [[nodiscard]] std::uint32_t neighbour(std::uint32_t i, std::size_t k) const {
+    return neighbours_[first_[i] + k];
   }
-  /// Returns a triangle. Its ids are vertex numbers of the mesh. So neighbours have the same ids
-  /// for common corners and edges.
-  [[nodiscard]] Triangle<S> triangle(std::uint32_t triangle) const {
-    return {corners(triangle), tree_->vertex_numbers(triangle)};
-  }
-
-  /// Tells which feature owns a contact of `triangle` along the unit direction n, out of the mesh.
-  ///
-  /// An edge is touched along n only between the normals of its two faces. Beyond that the
-  /// neighbour is nearer (its Voronoi region, Mirtich 1998, "V-Clip"). Inner edges of flat faces
-  /// and hollow edges have no contacts. Only the faces beside them have. Without this rule a body
-  /// that slides over a flat mesh stumbles.
-  [[nodiscard]] Verdict judge(std::uint32_t triangle, const Vec3<S>& n) const;
-
-  /// Returns whether points behind a triangle are out sooner past a neighbour: all of them are less
-  /// deep behind it than the deepest is behind the triangle. Neighbours across hollow edges do not
-  /// count.
-  [[nodiscard]] bool has_shorter_way_out(std::uint32_t triangle,
-                                         std::span<const Vec3<S>> points) const {
-    const auto depth_behind = [&](std::uint32_t i) {
-      const Vec3<S> on_plane = corners(i)[0];
-      S deepest = -infinity<S>;
-      for (const Vec3<S>& p : points) deepest = std::max(deepest, normals_[i].dot(on_plane - p));
-      return deepest;
-    };
-    const S depth = depth_behind(triangle);
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (edges_[triangle][k] == Edge::convex && depth_behind(neighbours_[triangle][k]) < depth) {
-        return true;
-      }
-    }
-    return false;
+  [[nodiscard]] SurfaceEdge edge(std::uint32_t i, std::size_t k) const {
+    return edges_[first_[i] + k];
   }
 
  private:
-  template <typename Box>
-  [[nodiscard]] static Aabb<S> precise(const Box& box) {
-    return {box.lower.template cast<S>(), box.upper.template cast<S>()};
-  }
-  void find_neighbours();
-  void find_patches();
-  void find_faces();
-  /// [1] Direction in the plane of the neighbour across edge k, away from the neighbour.
-  [[nodiscard]] Vec3<S> away_from_neighbour(std::uint32_t triangle, std::size_t k) const;
-
-  enum class Edge : std::uint8_t { convex, flat, hollow };
-
-  const Tree* tree_;
+  std::vector<std::uint32_t> first_;  // Of the corners of each plate, and of the end.
+  std::vector<Vec3<S>> corners_;
+  std::vector<std::uint32_t> names_;
+  std::vector<std::uint32_t> neighbours_;  // By corner.
+  std::vector<SurfaceEdge> edges_;         // By corner.
   std::vector<Vec3<S>> normals_;
-  // Neighbours across edge k, from corner k to the next.
-  std::vector<std::array<std::uint32_t, 3>> neighbours_;
-  std::vector<std::array<Edge, 3>> edges_;
-  std::vector<std::uint32_t> patches_;
-  std::vector<ConvexHull<S>> faces_;  // Indexed by patch.
+  std::vector<std::uint32_t> faces_;
+  std::size_t face_count_ = 0;
 };
 
 // Implementation ----------------------------------------------------------------------------------
@@ -21566,6 +21502,363 @@ template <Scalar S>
 [[nodiscard]] bool is_same_plane(const Vec3<S>& normal, const Vec3<S>& other) {
   return normal.cross(other).norm() < flat_sine<S> && normal.dot(other) > S(0);
 }
+
+/// The triangles of a closed mesh while they are joined to plates. Half-edge 3 t + k runs from
+/// corner k of triangle t to the next.
+template <Scalar S>
+class PlateJoin {
+ public:
+  template <typename Tree>
+  explicit PlateJoin(const Tree& tree);
+
+  /// Corners of each plate by the half-edges that start there. Empty for a triangle that has joined
+  /// another.
+  [[nodiscard]] std::span<const std::vector<std::uint32_t>> outlines() const { return outlines_; }
+  /// [-] The outline that a half-edge belongs to.
+  [[nodiscard]] std::uint32_t owner(std::uint32_t half_edge) const { return owners_[half_edge]; }
+  [[nodiscard]] std::uint32_t twin(std::uint32_t half_edge) const { return twins_[half_edge]; }
+  [[nodiscard]] SurfaceEdge edge(std::uint32_t half_edge) const { return edges_[half_edge]; }
+  [[nodiscard]] const Vec3<S>& start(std::uint32_t half_edge) const { return starts_[half_edge]; }
+  [[nodiscard]] std::uint32_t name(std::uint32_t half_edge) const { return names_[half_edge]; }
+  [[nodiscard]] std::uint32_t face(std::uint32_t triangle) const { return faces_[triangle]; }
+  [[nodiscard]] std::size_t face_count() const { return face_count_; }
+  /// [1] Unit normal of an outline: that of its area.
+  [[nodiscard]] Vec3<S> normal(std::span<const std::uint32_t> outline) const {
+    Vec3<S> area = Vec3<S>::Zero();
+    for (std::size_t k = 1; k + 1 < outline.size(); ++k) {
+      const Vec3<S>& origin = start(outline[0]);
+      area += (start(outline[k]) - origin).cross(start(outline[k + 1]) - origin);
+    }
+    return area.stableNormalized();
+  }
+
+ private:
+  void find_edges();
+  void find_faces();
+  void join();
+  [[nodiscard]] std::vector<std::uint32_t> joined_across(std::uint32_t half_edge) const;
+  [[nodiscard]] bool is_plate(std::span<const std::uint32_t> outline) const;
+
+  std::vector<Vec3<S>> starts_;
+  std::vector<std::uint32_t> names_;
+  std::vector<Vec3<S>> normals_;  // By triangle.
+  std::vector<std::uint32_t> twins_;
+  std::vector<SurfaceEdge> edges_;
+  std::vector<std::uint32_t> faces_;  // By triangle.
+  std::size_t face_count_ = 0;
+  std::vector<std::vector<std::uint32_t>> outlines_;
+  std::vector<std::uint32_t> owners_;
+  S hair_;  // [m] Round-off of a mesh that was written in single precision.
+};
+
+template <Scalar S>
+template <typename Tree>
+PlateJoin<S>::PlateJoin(const Tree& tree) {
+  const auto box = tree.root_box();
+  hair_ = S(Tolerance<float>::round_off()) *
+          S(cwise_max(cwise_abs(box.lower), cwise_abs(box.upper)).maxCoeff());
+  const auto count = static_cast<std::uint32_t>(tree.size());
+  for (std::uint32_t t = 0; t < count; ++t) {
+    const auto corners = tree.corners(t);
+    const auto numbers = tree.vertex_numbers(t);
+    for (std::size_t k = 0; k < 3; ++k) {
+      starts_.push_back(corners[k].template cast<S>());
+      names_.push_back(numbers[k]);
+      owners_.push_back(t);
+    }
+    outlines_.push_back({3 * t, 3 * t + 1, 3 * t + 2});
+    normals_.push_back(normal(outlines_.back()));
+  }
+  find_edges();
+  find_faces();
+  join();
+}
+
+template <Scalar S>
+void PlateJoin<S>::find_edges() {
+  struct NamedEdge {
+    std::uint32_t low, high, half_edge;
+  };
+  std::vector<NamedEdge> uses;
+  uses.reserve(starts_.size());
+  const auto next = [](std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; };
+  for (std::uint32_t h = 0; h < starts_.size(); ++h) {
+    const std::uint32_t end = names_[next(h)];
+    uses.push_back({std::min(names_[h], end), std::max(names_[h], end), h});
+  }
+  std::sort(uses.begin(), uses.end(), [](const NamedEdge& a, const NamedEdge& b) {
+    return std::tie(a.low, a.high, a.half_edge) < std::tie(b.low, b.high, b.half_edge);
+  });
+  twins_.resize(starts_.size());
+  edges_.resize(starts_.size());
+  for (std::size_t i = 0; i + 1 < uses.size(); i += 2) {
+    const std::uint32_t a = uses[i].half_edge;
+    const std::uint32_t b = uses[i + 1].half_edge;
+    BRISTLE_ASSERT(uses[i].low == uses[i + 1].low && uses[i].high == uses[i + 1].high);
+    twins_[a] = b;
+    twins_[b] = a;
+    // The depth of the neighbour's far corner below the plane tells convex from hollow.
+    const Vec3<S> far = starts_[next(next(b))] - starts_[a];
+    SurfaceEdge kind = normals_[a / 3].dot(far) < S(0) ? SurfaceEdge::convex : SurfaceEdge::hollow;
+    if (is_same_plane(normals_[a / 3], normals_[b / 3])) kind = SurfaceEdge::flat;
+    edges_[a] = edges_[b] = kind;
+  }
+}
+
+template <Scalar S>
+void PlateJoin<S>::find_faces() {
+  constexpr std::uint32_t unknown = 0xffffffffu;
+  faces_.assign(normals_.size(), unknown);
+  std::vector<std::uint32_t> open;
+  for (std::uint32_t seed = 0; seed < faces_.size(); ++seed) {
+    if (faces_[seed] != unknown) continue;
+    const auto face = static_cast<std::uint32_t>(face_count_++);
+    faces_[seed] = face;
+    open.assign(1, seed);
+    while (!open.empty()) {
+      const std::uint32_t at = open.back();
+      open.pop_back();
+      for (std::uint32_t k = 0; k < 3; ++k) {
+        const std::uint32_t next = twins_[3 * at + k] / 3;
+        // Compared with the seed: otherwise a finely curved surface would become one face.
+        if (faces_[next] == unknown && is_same_plane(normals_[next], normals_[seed])) {
+          faces_[next] = face;
+          open.push_back(next);
+        }
+      }
+    }
+  }
+}
+
+template <Scalar S>
+void PlateJoin<S>::join() {
+  struct Inner {
+    S length2;
+    std::uint32_t half_edge;
+  };
+  std::vector<Inner> inner;
+  for (std::uint32_t h = 0; h < twins_.size(); ++h) {
+    const std::uint32_t t = twins_[h];
+    if (h > t || edges_[h] != SurfaceEdge::flat || faces_[h / 3] != faces_[t / 3]) continue;
+    inner.push_back({(starts_[t] - starts_[h]).squaredNorm(), h});
+  }
+  std::sort(inner.begin(), inner.end(), [](const Inner& a, const Inner& b) {
+    return std::tie(b.length2, a.half_edge) < std::tie(a.length2, b.half_edge);
+  });
+  for (const Inner& at : inner) {
+    const std::uint32_t stays = owners_[at.half_edge];
+    const std::uint32_t goes = owners_[twins_[at.half_edge]];
+    if (stays == goes) continue;
+    std::vector<std::uint32_t> outline = joined_across(at.half_edge);
+    if (!is_plate(outline)) continue;
+    for (const std::uint32_t h : outlines_[goes]) owners_[h] = stays;
+    outlines_[goes].clear();
+    outlines_[stays] = std::move(outline);
+  }
+}
+
+/// The outline of two plates without the edges between them.
+template <Scalar S>
+std::vector<std::uint32_t> PlateJoin<S>::joined_across(std::uint32_t half_edge) const {
+  std::vector<std::uint32_t> outline;
+  for (const std::uint32_t h : {half_edge, twins_[half_edge]}) {
+    const std::vector<std::uint32_t>& from = outlines_[owners_[h]];
+    const auto place = std::find(from.begin(), from.end(), h);
+    // Both begin behind the common edge.
+    for (auto it = place + 1; it != from.end(); ++it) outline.push_back(*it);
+    for (auto it = from.begin(); it != place; ++it) outline.push_back(*it);
+  }
+  // Beside the common edge there may be more.
+  for (std::size_t k = 0; outline.size() > 2 && k < outline.size();) {
+    const std::size_t next = (k + 1) % outline.size();
+    if (outline[next] != twins_[outline[k]]) {
+      ++k;
+      continue;
+    }
+    outline.erase(outline.begin() + static_cast<std::ptrdiff_t>(std::max(k, next)));
+    outline.erase(outline.begin() + static_cast<std::ptrdiff_t>(std::min(k, next)));
+    k = 0;
+  }
+  return outline;
+}
+
+/// Returns whether an outline is that of a flat, convex plate. Where it is straight, both edges
+/// must have neighbours of one face. So a direction over them means the same at each.
+template <Scalar S>
+bool PlateJoin<S>::is_plate(std::span<const std::uint32_t> outline) const {
+  const std::size_t count = outline.size();
+  if (count < 3 || count > MeshPlates<S>::capacity) return false;
+  const Vec3<S> up = normal(outline);
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::uint32_t before = outline[k];
+    const std::uint32_t after = outline[(k + 1) % count];
+    const Vec3<S>& corner = start(after);
+    using std::abs;
+    if (abs(up.dot(corner - start(outline[0]))) > hair_) return false;
+    const Vec3<S> in = corner - start(before);
+    const Vec3<S> out = start(outline[(k + 2) % count]) - corner;
+    const S turn = in.cross(out).dot(up);
+    if (turn < -hair_ * (in + out).norm()) return false;
+    const bool is_straight = turn <= S(2) * same_direction_sine<S> * in.norm() * out.norm();
+    if (is_straight && (edges_[before] != edges_[after] ||
+                        faces_[twins_[before] / 3] != faces_[twins_[after] / 3])) {
+      return false;
+    }
+  }
+  return true;
+}
+
+template <Scalar S>
+template <typename Tree>
+MeshPlates<S>::MeshPlates(const Tree& tree) {
+  const PlateJoin<S> join(tree);
+  std::vector<std::uint32_t> number(join.outlines().size());
+  std::uint32_t count = 0;
+  for (std::uint32_t t = 0; t < number.size(); ++t) {
+    if (!join.outlines()[t].empty()) number[t] = count++;
+  }
+  first_.push_back(0);
+  for (std::uint32_t t = 0; t < number.size(); ++t) {
+    const std::vector<std::uint32_t>& outline = join.outlines()[t];
+    if (outline.empty()) continue;
+    for (const std::uint32_t h : outline) {
+      corners_.push_back(join.start(h));
+      names_.push_back(join.name(h));
+      neighbours_.push_back(number[join.owner(join.twin(h))]);
+      edges_.push_back(join.edge(h));
+    }
+    first_.push_back(static_cast<std::uint32_t>(corners_.size()));
+    normals_.push_back(join.normal(outline));
+    faces_.push_back(join.face(t));
+  }
+  face_count_ = join.face_count();
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+// === bristle/geometry/meshes/mesh_surface.hpp
+
+/// @file
+/// The surface of a solid mesh for contacts: convex plates in a tree, flat faces, and the owner of
+/// a contact.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// The plates of a closed mesh (mesh_plates.hpp), found by box.
+///
+/// @tparam S     Scalar of contacts. May be more precise than the tree's.
+/// @tparam Tree  As `MeshTree`: `size()`, `corners(i)`, `vertex_numbers(i)`, `root_box()`,
+///               `walk_ray(ray, visit)`.
+template <Scalar S, typename Tree>
+class MeshSurface {
+ public:
+  /// Meaning of a contact direction for a plate.
+  enum class Verdict {
+    /// Contact of the plate's face: take its own normal.
+    face,
+    /// Contact of an edge or corner: take the direction.
+    edge,
+    /// The direction leads over an inner edge of a flat face: query the face as a whole.
+    inner_edge,
+    /// The contact belongs to a neighbour, or to none.
+    none
+  };
+
+  /// @pre The mesh is closed (`validate_solid`), outlives this and does not move.
+  explicit MeshSurface(const Tree& mesh);
+
+  /// [-] Number of plates.
+  [[nodiscard]] std::size_t size() const { return plates_.size(); }
+  /// Returns a plate. Its names are vertex numbers of the mesh. So neighbours have the same names
+  /// for common corners and edges.
+  [[nodiscard]] Plate<S> plate(std::uint32_t i) const { return plates_.plate(i); }
+  /// [m] Box around all plates.
+  [[nodiscard]] Aabb<S> bounds() const { return tree_.root_box(); }
+  /// Returns whether a point is in the solid, to round-off of the mesh's scalar.
+  [[nodiscard]] bool contains(const Vec3<S>& point) const {
+    using T = typename Tree::ScalarType;
+    return is_inside_mesh<T>(*mesh_, Vec3<T>(point.template cast<T>()));
+  }
+  /// Calls `visit(plate) -> bool` for every plate whose box `accept(box) -> bool` takes together
+  /// with all boxes around it, until a visit returns false.
+  template <typename Accept, typename Visit>
+  void find(Accept&& accept, Visit&& visit) const {
+    tree_.find(accept, visit);
+  }
+  /// Returns whether the box of some plate overlaps a box.
+  [[nodiscard]] bool comes_near(const Aabb<S>& box) const {
+    bool is_near = false;
+    tree_.overlap(box, [&](std::uint32_t) {
+      is_near = true;
+      return false;
+    });
+    return is_near;
+  }
+  /// [1] Outward unit normal of a plate.
+  [[nodiscard]] const Vec3<S>& normal(std::uint32_t plate) const { return plates_.normal(plate); }
+  /// [-] Number that all plates of one flat face share.
+  [[nodiscard]] std::uint32_t face_number(std::uint32_t plate) const { return plates_.face(plate); }
+  /// The flat face of a plate as a convex whole. It has the corners of the face, its normal and
+  /// those of its outer edges. It serves support_point and GJK. It is no solid.
+  [[nodiscard]] const ConvexHull<S>& face(std::uint32_t plate) const {
+    return faces_[plates_.face(plate)];
+  }
+
+  /// Tells which feature owns a contact of a plate along the unit direction n, out of the mesh.
+  ///
+  /// An edge is touched along n only between the normals of its two faces. Beyond that the
+  /// neighbour is nearer (its Voronoi region, Mirtich 1998, "V-Clip"). Inner edges of flat faces
+  /// and hollow edges have no contacts. Only the faces beside them have. Without this rule a body
+  /// that slides over a flat mesh stumbles.
+  [[nodiscard]] Verdict judge(std::uint32_t plate, const Vec3<S>& n) const;
+
+  /// Returns whether points behind a plate are out sooner past a neighbour: all of them are less
+  /// deep behind it than the deepest is behind the plate. Neighbours across hollow edges do not
+  /// count.
+  [[nodiscard]] bool has_shorter_way_out(std::uint32_t plate,
+                                         std::span<const Vec3<S>> points) const {
+    const auto depth_behind = [&](std::uint32_t i) {
+      const Plate<S> in_front = plates_.plate(i);
+      S deepest = -infinity<S>;
+      for (const Vec3<S>& p : points) {
+        deepest = std::max(deepest, in_front.normal.dot(in_front.corners[0] - p));
+      }
+      return deepest;
+    };
+    const S depth = depth_behind(plate);
+    for (std::size_t k = 0; k < plates_.plate(plate).corners.size(); ++k) {
+      if (plates_.edge(plate, k) == SurfaceEdge::convex &&
+          depth_behind(plates_.neighbour(plate, k)) < depth) {
+        return true;
+      }
+    }
+    return false;
+  }
+
+ private:
+  void find_faces();
+  /// [1] Direction in the plane of the neighbour across edge k, away from the neighbour.
+  [[nodiscard]] Vec3<S> away_from_neighbour(std::uint32_t plate, std::size_t k) const;
+
+  const Tree* mesh_;
+  MeshPlates<S> plates_;
+  AabbTree<S> tree_;  // Payloads are numbers of plates.
+  std::vector<ConvexHull<S>> faces_;
+};
+
+// Implementation ----------------------------------------------------------------------------------
 
 /// Reduces a plate's points to the corners of their outline. Adds the normals of its edges. Uses
 /// the monotone chain (Andrew 1979) in the plane.
@@ -21621,123 +21914,61 @@ void outline_face(ConvexHull<S>& face) {
 }
 
 template <Scalar S, typename Tree>
-MeshSurface<S, Tree>::MeshSurface(const Tree& tree) : tree_(&tree) {
-  normals_.reserve(size());
+MeshSurface<S, Tree>::MeshSurface(const Tree& mesh) : mesh_(&mesh), plates_(mesh) {
+  std::vector<Aabb<S>> boxes(size());
   for (std::uint32_t i = 0; i < size(); ++i) {
-    const auto c = corners(i);
-    normals_.push_back((c[1] - c[0]).cross(c[2] - c[0]).stableNormalized());
+    for (const Vec3<S>& corner : plates_.plate(i).corners) boxes[i].include(corner);
   }
-  find_neighbours();
-  find_patches();
+  tree_.build(boxes);
   find_faces();
 }
 
 template <Scalar S, typename Tree>
-void MeshSurface<S, Tree>::find_neighbours() {
-  struct HalfEdge {
-    std::uint32_t low, high;
-    std::uint32_t triangle;
-    std::uint32_t k;
-  };
-  std::vector<HalfEdge> half_edges;
-  half_edges.reserve(3 * size());
-  for (std::uint32_t i = 0; i < size(); ++i) {
-    const auto v = tree_->vertex_numbers(i);
-    for (std::uint32_t k = 0; k < 3; ++k) {
-      const std::uint32_t w = v[(k + 1) % 3];
-      half_edges.push_back({std::min(v[k], w), std::max(v[k], w), i, k});
-    }
-  }
-  std::sort(half_edges.begin(), half_edges.end(), [](const HalfEdge& a, const HalfEdge& b) {
-    return std::tie(a.low, a.high, a.triangle) < std::tie(b.low, b.high, b.triangle);
-  });
-  neighbours_.resize(size());
-  edges_.resize(size());
-  for (std::size_t i = 0; i + 1 < half_edges.size(); i += 2) {
-    const HalfEdge& a = half_edges[i];
-    const HalfEdge& b = half_edges[i + 1];
-    BRISTLE_ASSERT(a.low == b.low && a.high == b.high);
-    neighbours_[a.triangle][a.k] = b.triangle;
-    neighbours_[b.triangle][b.k] = a.triangle;
-    // The depth of the neighbour's far corner below the plane tells convex from hollow.
-    const auto at = corners(a.triangle);
-    const Vec3<S> far = corners(b.triangle)[(b.k + 2) % 3] - at[a.k];
-    Edge kind = normals_[a.triangle].dot(far) < S(0) ? Edge::convex : Edge::hollow;
-    if (is_same_plane(normals_[a.triangle], normals_[b.triangle])) kind = Edge::flat;
-    edges_[a.triangle][a.k] = kind;
-    edges_[b.triangle][b.k] = kind;
-  }
-}
-
-template <Scalar S, typename Tree>
-void MeshSurface<S, Tree>::find_patches() {
-  constexpr std::uint32_t unknown = 0xffffffffu;
-  patches_.assign(size(), unknown);
-  std::vector<std::uint32_t> open;
-  std::uint32_t count = 0;
-  for (std::uint32_t seed = 0; seed < size(); ++seed) {
-    if (patches_[seed] != unknown) continue;
-    patches_[seed] = count;
-    open.assign(1, seed);
-    while (!open.empty()) {
-      const std::uint32_t at = open.back();
-      open.pop_back();
-      for (const std::uint32_t next : neighbours_[at]) {
-        // Compared with the seed: otherwise a finely curved surface would become one patch.
-        if (patches_[next] == unknown && is_same_plane(normals_[next], normals_[seed])) {
-          patches_[next] = count;
-          open.push_back(next);
-        }
-      }
-    }
-    ++count;
-  }
-}
-
-template <Scalar S, typename Tree>
 void MeshSurface<S, Tree>::find_faces() {
+  faces_.resize(plates_.face_count());
   for (std::uint32_t i = 0; i < size(); ++i) {
-    if (patches_[i] == faces_.size()) faces_.emplace_back().face_normals = {normals_[i]};
-    for (const Vec3<S>& corner : corners(i)) {
-      faces_[patches_[i]].vertices.push_back(corner);
-    }
+    ConvexHull<S>& face = faces_[plates_.face(i)];
+    if (face.face_normals.empty()) face.face_normals = {plates_.normal(i)};
+    const Plate<S> plate = plates_.plate(i);
+    face.vertices.insert(face.vertices.end(), plate.corners.begin(), plate.corners.end());
   }
   for (ConvexHull<S>& face : faces_) outline_face(face);
 }
 
 template <Scalar S, typename Tree>
-Vec3<S> MeshSurface<S, Tree>::away_from_neighbour(std::uint32_t triangle, std::size_t k) const {
-  const auto c = corners(triangle);
-  const Vec3<S> along = c[(k + 1) % 3] - c[k];
+Vec3<S> MeshSurface<S, Tree>::away_from_neighbour(std::uint32_t plate, std::size_t k) const {
+  const std::span<const Vec3<S>> c = plates_.plate(plate).corners;
+  const Vec3<S> along = c[(k + 1) % c.size()] - c[k];
   // The neighbour runs through the edge the other way: its outward side is (-along) x normal.
-  return normals_[neighbours_[triangle][k]].cross(along).normalized();
+  return plates_.normal(plates_.neighbour(plate, k)).cross(along).normalized();
 }
 
 template <Scalar S, typename Tree>
-auto MeshSurface<S, Tree>::judge(std::uint32_t triangle, const Vec3<S>& n) const -> Verdict {
+auto MeshSurface<S, Tree>::judge(std::uint32_t plate, const Vec3<S>& n) const -> Verdict {
   using std::abs;
-  const S cosine = n.dot(normals_[triangle]);
+  const Vec3<S>& normal = plates_.normal(plate);
+  const S cosine = n.dot(normal);
   if (cosine >= same_direction_cosine<S>) return Verdict::face;
-  const auto c = corners(triangle);
+  const std::span<const Vec3<S>> c = plates_.plate(plate).corners;
+  const std::size_t count = c.size();
   // Takes edges across n that are farthest along it, or else those of the farthest corner.
-  std::array<S, 3> height;
-  for (std::size_t k = 0; k < 3; ++k) height[k] = n.dot(c[k] - c[0]);
-  const std::size_t top =
-      static_cast<std::size_t>(std::max_element(height.begin(), height.end()) - height.begin());
+  const std::size_t top = farthest_corner<S>(c, n);
+  const std::array<std::size_t, 2> sides{top, (top + count - 1) % count};
   std::optional<std::size_t> across;
-  for (const std::size_t k : {top, (top + 2) % 3}) {
-    const Vec3<S> edge = c[(k + 1) % 3] - c[k];
+  for (const std::size_t k : sides) {
+    const Vec3<S> edge = c[(k + 1) % count] - c[k];
     if (abs(edge.dot(n)) <= same_direction_sine<S> * edge.norm()) across = k;
   }
   bool is_over_edge = false;
-  for (const std::size_t k : {top, (top + 2) % 3}) {
+  for (const std::size_t k : sides) {
     if (across && *across != k) continue;
-    const Vec3<S> along = c[(k + 1) % 3] - c[k];
-    const Vec3<S> outwards = along.cross(normals_[triangle]).normalized();
+    const Vec3<S> along = c[(k + 1) % count] - c[k];
+    const Vec3<S> outwards = along.cross(normal).normalized();
     if (n.dot(outwards) <= same_direction_sine<S>) continue;
-    if (edges_[triangle][k] == Edge::flat) return Verdict::inner_edge;
-    if (edges_[triangle][k] == Edge::hollow) return cosine > S(0) ? Verdict::face : Verdict::none;
-    if (n.dot(away_from_neighbour(triangle, k)) <= same_direction_sine<S>) {
+    const SurfaceEdge edge = plates_.edge(plate, k);
+    if (edge == SurfaceEdge::flat) return Verdict::inner_edge;
+    if (edge == SurfaceEdge::hollow) return cosine > S(0) ? Verdict::face : Verdict::none;
+    if (n.dot(away_from_neighbour(plate, k)) <= same_direction_sine<S>) {
       return Verdict::none;
     }
     is_over_edge = true;
@@ -21785,56 +22016,88 @@ struct ConvexOpposite {
   [[nodiscard]] std::uint32_t key() const { return 1; }
   [[nodiscard]] P depth() const { return P(0); }
   [[nodiscard]] bool is_facing(const Vec3<P>&) const { return false; }
-  /// Returns whether a triangle comes within a margin of the box. Along the axes of many solids
+  /// Returns whether a plate comes within a margin of the box. Along the axes of many solids
   /// that is the exact distance.
-  [[nodiscard]] bool reaches(const Triangle<P>& triangle, P margin) const {
+  [[nodiscard]] bool reaches(const Plate<P>& plate, P margin) const {
     Aabb<P> other;
-    for (const Vec3<P>& p : triangle.corners) other.include(Vec3<P>(X_CM * p));
+    for (const Vec3<P>& p : plate.corners) other.include(Vec3<P>(X_CM * p));
     return other.overlaps(box.inflated(margin));
   }
 };
 
-/// Opposite side of a contact that is a triangle of a mesh B, queried in the frame of A.
+/// Opposite side of a contact that is a plate of a mesh B, queried in the frame of A.
 template <typename Surface, Scalar P>
-struct MeshOpposite {
-  const Surface& mesh;
-  std::uint32_t triangle;
-  const Transform<P>& X_BA;
-  P largest_depth;
-  Vec3<P> normal;  // [1] Of the triangle, in the frame of A.
-  Vec3<P> corner;  // [m] One of the triangle, in the frame of A.
-  P hair;          // [m] Round-off of the triangle.
+class MeshOpposite {
+ public:
+  /// @param largest_depth  [m] Depth up to which surfaces that have passed each other are found.
+  MeshOpposite(const Surface& mesh, std::uint32_t number, const Transform<P>& X_AB, P largest_depth)
+      : mesh_(mesh),
+        number_(number),
+        X_AB_(X_AB),
+        largest_depth_(largest_depth),
+        normal_(X_AB.rotate(mesh.normal(number))) {
+    const Plate<P> plate = mesh.plate(number);
+    for (const Vec3<P>& corner : plate.corners) {
+      corners_[count_++] = X_AB * corner;
+      hair_ = std::max(hair_, Tolerance<P>::equal() * (corner - plate.corners[0]).norm());
+    }
+  }
+
+  /// [-] The plate.
+  [[nodiscard]] std::uint32_t number() const { return number_; }
+  /// [1] Its normal.
+  [[nodiscard]] const Vec3<P>& normal() const { return normal_; }
 
   [[nodiscard]] typename Surface::Verdict judge(const Vec3<P>& n) const {
-    return mesh.judge(triangle, -X_BA.rotate(n));
+    return mesh_.judge(number_, X_AB_.rotation.conjugate() * Vec3<P>(-n));
   }
-  [[nodiscard]] std::uint32_t key() const { return mix(mesh.patch(triangle), 2); }
-  [[nodiscard]] P depth() const { return largest_depth; }
-  /// Returns whether the triangle faces against n, within 25 degrees. Surfaces at larger angles cut
+  [[nodiscard]] std::uint32_t key() const { return mix(mesh_.face_number(number_), 2); }
+  [[nodiscard]] P depth() const { return largest_depth_; }
+  /// Returns whether the plate faces against n, within 25 degrees. Surfaces at larger angles cut
   /// each other when they pass through each other. They need no help.
-  [[nodiscard]] bool is_facing(const Vec3<P>& n) const { return n.dot(normal) < P(-0.9); }
-  /// Returns whether a triangle of A comes within a margin of its plane, and is not behind it.
-  [[nodiscard]] bool reaches(const Triangle<P>& other, P margin) const {
+  [[nodiscard]] bool is_facing(const Vec3<P>& n) const { return n.dot(normal_) < P(-0.9); }
+  /// Returns whether a plate of A comes within a margin of this one along its normal and across its
+  /// edges, and is not behind it.
+  [[nodiscard]] bool reaches(const Plate<P>& other, P margin) const {
     P low = infinity<P>;
     P high = -infinity<P>;
     for (const Vec3<P>& p : other.corners) {
-      const P height = normal.dot(p - corner);
+      const P height = normal_.dot(p - corners_[0]);
       low = std::min(low, height);
       high = std::max(high, height);
     }
-    return low <= margin && high >= -hair;
+    if (!(low <= margin && high >= -hair_)) return false;
+    for (std::size_t k = 0; k < count_; ++k) {
+      const Vec3<P> outwards = (corners_[k + 1 < count_ ? k + 1 : 0] - corners_[k]).cross(normal_);
+      P beyond = infinity<P>;
+      for (const Vec3<P>& p : other.corners) {
+        beyond = std::min(beyond, outwards.dot(p - corners_[k]));
+      }
+      if (beyond > P(0) && beyond * beyond > margin * margin * outwards.squaredNorm()) return false;
+    }
+    return true;
   }
+
+ private:
+  const Surface& mesh_;
+  std::uint32_t number_;
+  const Transform<P>& X_AB_;
+  P largest_depth_;
+  Vec3<P> normal_;
+  std::array<Vec3<P>, MeshPlates<P>::capacity> corners_;  // [m]
+  std::size_t count_ = 0;
+  P hair_ = P(0);  // [m] Round-off.
 };
 
-/// A triangle that cuts a solid, and the shortest way of the solid off it. A solid that is moved to
-/// where it is free is off each triangle. So none of these ways is longer than that of the solid.
+/// A plate that cuts a solid, and the shortest way of the solid off it. A solid that is moved to
+/// where it is free is off each plate. So none of these ways is longer than that of the solid.
 template <Scalar P>
 struct PlateCut {
-  std::uint32_t triangle;
+  std::uint32_t plate;
   ContactNormal<P> way_off;
 };
 
-/// The contacts of one convex solid with one mesh, triangle by triangle.
+/// The contacts of one convex solid with one mesh, plate by plate.
 template <typename Distance, Scalar S, typename Tree>
 class MeshConvexContacts {
  public:
@@ -21862,23 +22125,23 @@ class MeshConvexContacts {
                  is_any = add(i, opposite) || is_any;
                  return true;
                });
-    // Surfaces get no last resort. It would add worse contacts, triangle by triangle.
+    // Surfaces get no last resort. It would add worse contacts, plate by plate.
     if (opposite.depth() > P(0)) return;
     // Where the surface cuts the solid, contacts that are still open do not hold it.
     if (!is_any || (deepest_cut_ && !sink_.reaches(P(0)))) add_last_resort();
   }
 
-  /// Adds surfaces that have passed through a triangle of the other side by more than the margin.
-  /// They are behind a triangle that faces against them. So the search sweeps from the other side
+  /// Adds surfaces that have passed through a plate of the other side by more than the margin.
+  /// They are behind a plate that faces against them. So the search sweeps from the other side
   /// against its normal.
-  /// @param within  Box of the triangles to search, in the frame of the mesh.
+  /// @param within  Box of the plates to search, in the frame of the mesh.
   template <typename Opposite>
   void add_all_passed(const Opposite& opposite, const Aabb<P>& within) {
     const Aabb<P> here = bounds_at(convex_, X_MC_);
     const Aabb<P> near = here.inflated(margin_);
-    // Triangles that face against it within 25 degrees are within this distance of the line.
+    // Plates that face against it within 25 degrees are within this distance of the line.
     const P beside = P(0.44) * opposite.depth();
-    const Vec3<P> back = -opposite.depth() * opposite.normal;
+    const Vec3<P> back = -opposite.depth() * opposite.normal();
     Aabb<P> swept = here;
     swept.include(Aabb<P>{here.lower + back, here.upper + back});
     swept = swept.inflated(beside);
@@ -21888,33 +22151,32 @@ class MeshConvexContacts {
                [&](std::uint32_t i) {
                  const Vec3<P>& n = mesh_.normal(i);
                  if (!opposite.is_facing(n)) return true;
-                 const Triangle<P> triangle = mesh_.triangle(i);
-                 const ConvexView<P> plate = convex_view(triangle);
-                 const Vec3<P> away = middle - plate.center;
+                 const Plate<P> plate = mesh_.plate(i);
+                 const ConvexView<P> view = convex_view(plate);
+                 const Vec3<P> away = middle - view.center;
                  const P height = n.dot(away);
-                 const P reach = P(1 + Tolerance<P>::equal()) * (plate.reach + convex_.reach);
+                 const P reach = P(1 + Tolerance<P>::equal()) * (view.reach + convex_.reach);
                  if (!((away - height * n).squaredNorm() <= reach * reach)) return true;
-                 // Triangles near the solid were tested by add_all().
+                 // Plates near the solid were tested by add_all().
                  Aabb<P> box;
-                 for (const Vec3<P>& corner : triangle.corners) box.include(corner);
+                 for (const Vec3<P>& corner : plate.corners) box.include(corner);
                  if (!box.overlaps(near)) {
-                   (void)add_passed(i, lowest_above(triangle, n), opposite);
+                   (void)add_passed(i, lowest_above(plate, n), opposite);
                  }
                  return true;
                });
   }
 
-  /// Returns whether any triangle in range cuts or touches the solid.
+  /// Returns whether any plate in range cuts or touches the solid.
   [[nodiscard]] bool has_cut() const { return has_cut_; }
-  /// The triangle that is deepest in the solid, if any cuts it.
+  /// The plate that is deepest in the solid, if any cuts it.
   [[nodiscard]] const std::optional<PlateCut<P>>& deepest_cut() const { return deepest_cut_; }
-  /// Adds the contact of a triangle that cuts the solid, as of a plate.
+  /// Adds the contact of a plate that cuts the solid.
   void add_cut(const PlateCut<P>& cut) {
-    const Triangle<P> triangle = mesh_.triangle(cut.triangle);
+    const Plate<P> plate = mesh_.plate(cut.plate);
     const Vec3<P>& n = cut.way_off.normal;
-    ContactManifold<P> manifold =
-        contact_manifold(convex_view(triangle), convex_, X_MC_, n, margin_);
-    manifold.key = mix(edge_name(triangle, n), 1);
+    ContactManifold<P> manifold = contact_manifold(convex_view(plate), convex_, X_MC_, n, margin_);
+    manifold.key = mix(edge_name(plate, n), 1);
     sink_.add(manifold);
   }
 
@@ -21923,25 +22185,25 @@ class MeshConvexContacts {
 
   template <typename Opposite>
   bool add(std::uint32_t i, const Opposite& opposite) {
-    // Along the normal of the triangle the solid reaches from `low` to `high` above it.
+    // Along the normal of the plate the solid reaches from `low` to `high` above it.
     const Vec3<P>& face_normal = mesh_.normal(i);
-    const Triangle<P> triangle = mesh_.triangle(i);
-    const P low = lowest_above(triangle, face_normal);
+    const Plate<P> plate = mesh_.plate(i);
+    const P low = lowest_above(plate, face_normal);
     if (low > margin_) return false;
-    const P high = -lowest_above(triangle, -face_normal);
+    const P high = -lowest_above(plate, -face_normal);
     const bool is_surface = opposite.depth() > P(0);
     const auto add_if_passed = [&] {
       return is_surface && low < P(0) && add_passed(i, low, opposite);
     };
-    // What is behind the triangle does not touch it. A hair less may be a cut.
+    // What is behind the plate does not touch it. A hair less may be a cut.
     if (high < -hair()) {
-      if (!is_surface) note_way_out(i, triangle);
+      if (!is_surface) note_way_out(i, plate);
       return add_if_passed();
     }
-    if (!opposite.reaches(triangle, margin_)) return add_if_passed();
-    if (is_beside(triangle, face_normal)) return false;
-    const ConvexView<P> plate = convex_view(triangle);
-    ContactNormal<P> found = contact_normal<Distance>(plate, convex_, X_MC_, margin_);
+    if (!opposite.reaches(plate, margin_)) return add_if_passed();
+    if (is_beside(plate)) return false;
+    const ConvexView<P> view = convex_view(plate);
+    ContactNormal<P> found = contact_normal<Distance>(view, convex_, X_MC_, margin_);
     if (found.nearness != Nearness::near) return add_if_passed();
     has_cut_ = has_cut_ || found.gap <= hair();
     if (found.gap < -hair() && !(deepest_cut_ && deepest_cut_->way_off.gap <= found.gap)) {
@@ -21951,15 +22213,15 @@ class MeshConvexContacts {
     if (is_behind && is_surface) return add_passed(i, low, opposite);
     Verdict verdict = mesh_.judge(i, found.normal);
     if (verdict == Verdict::inner_edge) {
-      found = contact_normal<Distance>(convex_view(mesh_.face(i)), convex_, X_MC_, margin_);
+      found = face_normal_of(i);
       if (found.nearness != Nearness::near) return false;
       is_behind = found.normal.dot(face_normal) <= P(0);
       verdict = mesh_.judge(i, found.normal);
-      // The face is touched at another of its triangles.
+      // The face is touched at another of its plates.
       if (verdict == Verdict::inner_edge) return false;
     }
     if (verdict == Verdict::none) {
-      if (is_behind) note_way_out(i, triangle);
+      if (is_behind) note_way_out(i, plate);
       return false;
     }
     const Vec3<P>& normal = verdict == Verdict::face ? face_normal : found.normal;
@@ -21969,18 +22231,28 @@ class MeshConvexContacts {
     if (verdict == Verdict::face) {
       manifold = face_manifold(i);
     } else {
-      manifold = contact_manifold(plate, convex_, X_MC_, normal, margin_);
-      manifold.key = other_verdict == Verdict::face
-                         ? opposite.key()
-                         : mix(edge_name(triangle, normal), opposite.key());
+      manifold = contact_manifold(view, convex_, X_MC_, normal, margin_);
+      manifold.key = other_verdict == Verdict::face ? opposite.key()
+                                                    : mix(edge_name(plate, normal), opposite.key());
     }
     sink_.add(manifold);
     return manifold.size > 0;
   }
 
+  /// The contact direction of the flat face of a plate as a whole. The last one is kept, since most
+  /// plates of a face come one after the other.
+  [[nodiscard]] const ContactNormal<P>& face_normal_of(std::uint32_t i) {
+    const std::uint32_t face = mesh_.face_number(i);
+    if (last_face_ != face) {
+      last_face_ = face;
+      last_found_ = contact_normal<Distance>(convex_view(mesh_.face(i)), convex_, X_MC_, margin_);
+    }
+    return last_found_;
+  }
+
   /// Adds two surfaces that have passed through each other face to face. As plates they are apart.
   /// Each is on the wrong side of the other.
-  /// @param gap  [m] Height of the solid's lowest point above the triangle.
+  /// @param gap  [m] Height of the solid's lowest point above the plate.
   template <typename Opposite>
   bool add_passed(std::uint32_t i, P gap, const Opposite& opposite) {
     const Vec3<P>& n = mesh_.normal(i);
@@ -21997,27 +22269,27 @@ class MeshConvexContacts {
     return true;
   }
 
-  /// Contacts of the part of the solid over the triangle, along its normal. Empty if there is none.
+  /// Contacts of the part of the solid over the plate, along its normal. Empty if there is none.
   [[nodiscard]] ContactManifold<P> face_manifold(std::uint32_t i) const {
-    const Triangle<P> triangle = mesh_.triangle(i);
-    const Vec3<P>& n = mesh_.normal(i);
-    const ConvexView<P> plate = convex_view(triangle);
-    const auto features = feature_pair(plate, convex_, X_MC_, n);
+    const Plate<P> plate = mesh_.plate(i);
+    const Vec3<P>& n = plate.normal;
+    const ConvexView<P> view = convex_view(plate);
+    const auto features = feature_pair(view, convex_, X_MC_, n);
     const ContactManifold<P> clipped = clip_features(features.a, features.b, n, margin_);
     ContactManifold<P> manifold;
     manifold.normal = n;
-    manifold.key = mix(mesh_.patch(i), 0);
+    manifold.key = mix(mesh_.face_number(i), 0);
     P gap = margin_;
     for (std::size_t k = 0; k < clipped.size; ++k) {
       const ContactPoint<P>& point = clipped.points[k];
-      if (!is_over(triangle, n, point.position)) continue;
+      if (!is_over(plate, point.position)) continue;
       manifold.add(point);
       gap = std::min(gap, point.gap);
     }
     // Rims of round shapes are clipped as polygons. The deepest point may lie between their
     // corners.
-    const ContactPoint<P> deepest = extreme_contact(plate, convex_, X_MC_, n);
-    if (deepest.gap < gap - hair() && is_over(triangle, n, deepest_place(n))) {
+    const ContactPoint<P> deepest = extreme_contact(view, convex_, X_MC_, n);
+    if (deepest.gap < gap - hair() && is_over(plate, deepest_place(n))) {
       if (manifold.size == manifold.capacity) --manifold.size;
       manifold.add({deepest_place(n) - P(0.5) * deepest.gap * n, deepest.gap, 0});
     }
@@ -22030,9 +22302,9 @@ class MeshConvexContacts {
   [[nodiscard]] Vec3<P> deepest_place(const Vec3<P>& n) const {
     return X_MC_ * support_point(convex_, Vec3<P>(X_MC_.rotation.conjugate() * Vec3<P>(-n)));
   }
-  /// [m] Height of the solid's lowest point along n above the plane through a triangle across n.
-  [[nodiscard]] P lowest_above(const Triangle<P>& triangle, const Vec3<P>& n) const {
-    return -core_height(-n) - convex_.rounding - n.dot(triangle.corners[0]);
+  /// [m] Height of the solid's lowest point along n above the plane through a plate across n.
+  [[nodiscard]] P lowest_above(const Plate<P>& plate, const Vec3<P>& n) const {
+    return -core_height(-n) - convex_.rounding - n.dot(plate.corners[0]);
   }
   /// [m] Largest x.direction of the points x of the solid's core. The direction may have any
   /// length.
@@ -22041,42 +22313,43 @@ class MeshConvexContacts {
     return in_solid.dot(convex_.support(in_solid)) + direction.dot(X_MC_.translation);
   }
 
-  /// Returns whether the solid is farther than the margin beyond an edge of a triangle of normal n.
-  [[nodiscard]] bool is_beside(const Triangle<P>& triangle, const Vec3<P>& n) const {
+  /// Returns whether the solid is farther than the margin beyond an edge of a plate.
+  [[nodiscard]] bool is_beside(const Plate<P>& plate) const {
     const P apart = margin_ + convex_.rounding;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Vec3<P> outwards = (triangle.corners[(k + 1) % 3] - triangle.corners[k]).cross(n);
-      const P beyond = -core_height(-outwards) - outwards.dot(triangle.corners[k]);
+    for (std::size_t k = 0; k < plate.corners.size(); ++k) {
+      const Vec3<P> outwards = edge_of(plate, k).cross(plate.normal);
+      const P beyond = -core_height(-outwards) - outwards.dot(plate.corners[k]);
       if (beyond > P(0) && beyond * beyond > apart * apart * outwards.squaredNorm()) return true;
     }
     return false;
   }
 
-  /// Returns whether a point is above or below a triangle of normal n. Its edges and a hair beyond
-  /// are included.
-  [[nodiscard]] static bool is_over(const Triangle<P>& triangle, const Vec3<P>& n,
-                                    const Vec3<P>& point) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Vec3<P> edge = triangle.corners[(k + 1) % 3] - triangle.corners[k];
-      const P beside = edge.cross(point - triangle.corners[k]).dot(n);
+  /// Returns whether a point is above or below a plate. Its edges and a hair beyond are included.
+  [[nodiscard]] static bool is_over(const Plate<P>& plate, const Vec3<P>& point) {
+    for (std::size_t k = 0; k < plate.corners.size(); ++k) {
+      const Vec3<P> edge = edge_of(plate, k);
+      const P beside = edge.cross(point - plate.corners[k]).dot(plate.normal);
       if (beside < -Tolerance<P>::equal() * edge.squaredNorm()) return false;
     }
     return true;
   }
+  /// [m] From corner k of a plate to the next.
+  [[nodiscard]] static Vec3<P> edge_of(const Plate<P>& plate, std::size_t k) {
+    return plate.corners[k + 1 < plate.corners.size() ? k + 1 : 0] - plate.corners[k];
+  }
 
   /// Remembers the nearest face through which a solid whose middle is inside can leave.
-  void note_way_out(std::uint32_t i, const Triangle<P>& triangle) {
+  void note_way_out(std::uint32_t i, const Plate<P>& plate) {
     const Vec3<P> middle = X_MC_ * convex_.center;
-    const Vec3<P>& n = mesh_.normal(i);
-    const P depth = n.dot(triangle.corners[0] - middle);
+    const P depth = plate.normal.dot(plate.corners[0] - middle);
     if (!(depth >= P(0) && depth < way_out_depth_)) return;
-    if (!is_over(triangle, n, middle)) return;
+    if (!is_over(plate, middle)) return;
     way_out_ = i;
     way_out_depth_ = depth;
   }
 
   /// Adds a contact for a solid that would fall through otherwise. Such a solid may be all inside.
-  /// Or the surface cuts it, but the contact of every triangle belonged to a neighbour. That
+  /// Or the surface cuts it, but the contact of every plate belonged to a neighbour. That
   /// happens as the shortest way out is only a local one.
   void add_last_resort() {
     const Vec3<P> middle = X_MC_ * convex_.center;
@@ -22084,15 +22357,15 @@ class MeshConvexContacts {
     if (is_inside && !way_out_ && !deepest_cut_) {
       mesh_.find([](const Aabb<P>&) { return true; },
                  [&](std::uint32_t i) {
-                   note_way_out(i, mesh_.triangle(i));
+                   note_way_out(i, mesh_.plate(i));
                    return true;
                  });
     }
     if (way_out_ && is_inside) {
       ContactManifold<P> manifold = face_manifold(*way_out_);
       if (manifold.size == 0) {
-        const Triangle<P> triangle = mesh_.triangle(*way_out_);
-        manifold.add(extreme_contact(convex_view(triangle), convex_, X_MC_, manifold.normal));
+        const Plate<P> plate = mesh_.plate(*way_out_);
+        manifold.add(extreme_contact(convex_view(plate), convex_, X_MC_, manifold.normal));
       }
       sink_.add(manifold);
     } else if (deepest_cut_) {
@@ -22100,9 +22373,9 @@ class MeshConvexContacts {
     }
   }
 
-  /// Name of the edge or corner of a triangle that is farthest along n.
-  [[nodiscard]] static std::uint32_t edge_name(const Triangle<P>& triangle, const Vec3<P>& n) {
-    const SupportFeature<P> edge = support_edge(triangle, n);
+  /// Name of the edge or corner of a plate that is farthest along n.
+  [[nodiscard]] static std::uint32_t edge_name(const Plate<P>& plate, const Vec3<P>& n) {
+    const SupportFeature<P> edge = support_edge(plate, n);
     return mix_unordered(edge.ids[0], edge.ids[edge.size - 1]);
   }
 
@@ -22113,6 +22386,8 @@ class MeshConvexContacts {
   P margin_;
   ContactSink<S>& sink_;
   bool has_cut_ = false;
+  std::optional<std::uint32_t> last_face_;
+  ContactNormal<P> last_found_;
   // For the last resort.
   std::optional<std::uint32_t> way_out_;
   P way_out_depth_ = infinity<P>;
@@ -22135,27 +22410,25 @@ void collide_meshes(const MeshSurface<Precise<S>, Tree>& a, const MeshSurface<Pr
   using P = Precise<S>;
   using Surface = MeshSurface<P, Tree>;
   const Transform<P> X_BA = X_AB.inverse();
+  const Mat3<P> R_AB = X_AB.rotation_matrix();
   // Beyond half the thickness of the thinner one, in and out cannot be told apart.
   const P depth =
       std::min(a.bounds().half_extents().minCoeff(), b.bounds().half_extents().minCoeff());
-  // Calls use(contacts, opposite) for each triangle of B with a box that `accept(box in the frame
+  // Calls use(contacts, opposite) for each plate of B with a box that `accept(box in the frame
   // of A)` takes, together with all boxes around it.
   const auto for_each = [&](auto&& accept, auto&& use) {
-    b.find([&](const Aabb<P>& box) { return accept(transformed(box, X_AB)); },
+    b.find([&](const Aabb<P>& box) { return accept(transformed<P>(box, R_AB, X_AB.translation)); },
            [&](std::uint32_t i) {
-             const Triangle<P> triangle = b.triangle(i);
-             const ConvexView<P> plate = convex_view(triangle);
-             sink.set_nearest(Tolerance<P>::equal() * plate.reach);
-             MeshConvexContacts<Distance, S, Tree> contacts(a, plate, X_AB, margin, sink);
-             const Vec3<P> normal = X_AB.rotate(b.normal(i));
-             use(contacts,
-                 MeshOpposite<Surface, P>{b, i, X_BA, depth, normal, X_AB * triangle.corners[0],
-                                          Tolerance<P>::equal() * plate.reach});
+             const Plate<P> plate = b.plate(i);
+             const ConvexView<P> view = convex_view(plate);
+             sink.set_nearest(Tolerance<P>::equal() * view.reach);
+             MeshConvexContacts<Distance, S, Tree> contacts(a, view, X_AB, margin, sink);
+             use(contacts, MeshOpposite<Surface, P>(b, i, X_AB, depth));
              return true;
            });
   };
   bool have_cut = false;
-  std::optional<PlateCut<P>> deepest;  // Of A in the triangle of B `deepest_in`.
+  std::optional<PlateCut<P>> deepest;  // Of A in the plate of B `deepest_in`.
   std::uint32_t deepest_in = 0;
   for_each([&](const Aabb<P>& box) { return a.comes_near(box.inflated(margin)); },
            [&](auto& contacts, const auto& opposite) {
@@ -22164,29 +22437,29 @@ void collide_meshes(const MeshSurface<Precise<S>, Tree>& a, const MeshSurface<Pr
              const std::optional<PlateCut<P>>& cut = contacts.deepest_cut();
              if (cut && !(deepest && deepest->way_off.gap <= cut->way_off.gap)) {
                deepest = cut;
-               deepest_in = opposite.triangle;
+               deepest_in = opposite.number();
              }
            });
   // A thin mesh may be all inside the other.
   const auto is_corner_within = [](const Surface& outer, const Surface& inner,
                                    const Transform<P>& X_OI) {
-    const Vec3<P> corner = X_OI * inner.corners(0)[0];
+    const Vec3<P> corner = X_OI * inner.plate(0).corners[0];
     return outer.bounds().contains(corner) && outer.contains(corner);
   };
   if (have_cut || is_corner_within(a, b, X_AB) || is_corner_within(b, a, X_BA)) {
     const Aabb<P> within = transformed(b.bounds(), X_AB);
-    // A box that no triangle of A comes near is inside A as a whole, or outside.
+    // A box that no plate of A comes near is inside A as a whole, or outside.
     for_each(
         [&](const Aabb<P>& box) {
           return box.overlaps(a.bounds()) && (a.comes_near(box) || a.contains(box.center()));
         },
         [&](auto& contacts, const auto& opposite) { contacts.add_all_passed(opposite, within); });
   }
-  // Each contact of triangles that cut each other may have belonged to a neighbour.
+  // Each contact of plates that cut each other may have belonged to a neighbour.
   if (deepest && !sink.reaches(P(0))) {
-    const Triangle<P> triangle = b.triangle(deepest_in);
-    const ConvexView<P> plate = convex_view(triangle);
-    MeshConvexContacts<Distance, S, Tree>(a, plate, X_AB, margin, sink).add_cut(*deepest);
+    const Plate<P> plate = b.plate(deepest_in);
+    const ConvexView<P> view = convex_view(plate);
+    MeshConvexContacts<Distance, S, Tree>(a, view, X_AB, margin, sink).add_cut(*deepest);
   }
 }
 
@@ -25195,12 +25468,12 @@ void collide_plane(const HalfSpace<double>& plane,
         return height((n.array() < 0.0).select(box.upper, box.lower)) <= margin;
       },
       [&](std::uint32_t i) {
-        const Triangle<double> triangle = mesh.triangle(i);
-        for (std::size_t k = 0; k < 3; ++k) {
-          const Vec3<double>& corner = triangle.corners[k];
+        const Plate<double> plate = mesh.plate(i);
+        for (std::size_t k = 0; k < plate.corners.size(); ++k) {
+          const Vec3<double>& corner = plate.corners[k];
           const double gap = height(corner);
           if (!(gap <= margin)) continue;
-          one.points[0] = {corner - 0.5 * gap * n, gap, triangle.names[k]};
+          one.points[0] = {corner - 0.5 * gap * n, gap, plate.names[k]};
           sink.add(one);
         }
         return true;

@@ -62,14 +62,20 @@ TEST_CASE_TEMPLATE("gjk_distance: triangles are as far apart as their edges and 
   // edges; sampled here, so an upper bound within what the sampling leaves.
   Random random(2);
   for (int i = 0; i < 100; ++i) {
-    Triangle<S> a, b;
-    for (Vec3<S>& p : a.corners) p = random.in_cube(S(1));
-    for (Vec3<S>& p : b.corners) p = Vec3<S>(S(3), S(0), S(0)) + random.in_cube(S(1));
+    std::array<Vec3<S>, 3> corners_a, corners_b;
+    for (Vec3<S>& p : corners_a) p = random.in_cube(S(1));
+    for (Vec3<S>& p : corners_b) p = Vec3<S>(S(3), S(0), S(0)) + random.in_cube(S(1));
+    const std::array<std::uint32_t, 3> names{0, 1, 2};
+    const auto plate = [&](const std::array<Vec3<S>, 3>& c) {
+      return Plate<S>{c, names, (c[1] - c[0]).cross(c[2] - c[0]).normalized()};
+    };
+    const Plate<S> a = plate(corners_a);
+    const Plate<S> b = plate(corners_b);
     const auto found = measured<S>(a, b, {});
     REQUIRE(found.is_apart);
     S sampled = infinity<S>;
     constexpr int steps = 12;
-    const auto point = [](const Triangle<S>& t, int j, int k) {
+    const auto point = [](const Plate<S>& t, int j, int k) {
       return Vec3<S>(t.corners[0] + S(j) / S(steps) * (t.corners[1] - t.corners[0]) +
                      S(k) / S(steps) * (t.corners[2] - t.corners[0]));
     };

@@ -44,16 +44,16 @@ double least_gap(const ContactManifolds<double>& contacts) {
   return least;
 }
 
-/// Distance and direction of the two triangles of meshes that are nearest, B at X in the frame of
+/// Distance and direction of the two plates of meshes that are nearest, B at X in the frame of
 /// A. Infinite beyond `far` [m].
-ContactNormal<double> nearest_triangles(const MeshSurface<double, MeshTree<double>>& a,
-                                        const MeshSurface<double, MeshTree<double>>& b,
-                                        const Transform<double>& X, double far) {
+ContactNormal<double> nearest_plates(const MeshSurface<double, MeshTree<double>>& a,
+                                     const MeshSurface<double, MeshTree<double>>& b,
+                                     const Transform<double>& X, double far) {
   ContactNormal<double> nearest{.gap = infinity<double>};
   for (std::uint32_t i = 0; i < a.size(); ++i) {
-    const Triangle<double> in_a = a.triangle(i);
+    const Plate<double> in_a = a.plate(i);
     for (std::uint32_t k = 0; k < b.size(); ++k) {
-      const Triangle<double> in_b = b.triangle(k);
+      const Plate<double> in_b = b.plate(k);
       const auto found = contact_normal<GjkDistance>(convex_view(in_a), convex_view(in_b), X,
                                                      std::min(nearest.gap, far));
       if (found.nearness == Nearness::near && found.gap < nearest.gap) nearest = found;
@@ -166,13 +166,13 @@ struct RingAndBox {
   explicit RingAndBox(const Vec3<double>& half_extents) : box{half_extents} {}
 
   [[nodiscard]] ConvexView<double> solid() const { return convex_view(box); }
-  /// The nearest triangle's distance and direction to the box at X.
+  /// The nearest plate's distance and direction to the box at X.
   [[nodiscard]] ContactNormal<double> nearest(const Transform<double>& X) const {
     ContactNormal<double> nearest{.gap = infinity<double>};
     for (std::uint32_t i = 0; i < surface.size(); ++i) {
-      const Triangle<double> triangle = surface.triangle(i);
+      const Plate<double> plate = surface.plate(i);
       const auto found =
-          contact_normal<GjkDistance>(convex_view(triangle), solid(), X, infinity<double>);
+          contact_normal<GjkDistance>(convex_view(plate), solid(), X, infinity<double>);
       if (found.gap < nearest.gap) nearest = found;
     }
     return nearest;
@@ -242,7 +242,7 @@ TEST_CASE("mesh_contacts: the nearest contact of two rings is as far as the ring
   for (int n = 0; n < 60; ++n) {
     CAPTURE(n);
     const Transform<double> X{random.rotation<double>(), random.in_cube(0.12)};
-    const double distance = nearest_triangles(surface, surface, X, 0.1).gap;
+    const double distance = nearest_plates(surface, surface, X, 0.1).gap;
     if (distance <= 0 || distance > margin) continue;
     ++apart;
     CHECK(least_gap(collide(ring, ring, X, margin).contacts) == test::relative(distance));
@@ -271,7 +271,7 @@ TEST_CASE("mesh_contacts: meshes that cut each other touch, and hardly deeper th
     for (int n = 0; n < pair.poses; ++n) {
       CAPTURE(n);
       Transform<double> X{random.rotation<double>(), random.in_cube(0.12)};
-      const ContactNormal<double> nearest = nearest_triangles(a, b, X, 0.05);
+      const ContactNormal<double> nearest = nearest_plates(a, b, X, 0.05);
       if (nearest.gap <= 0 || nearest.gap > 0.05) continue;
       ++apart;
       for (const double depth : {0.0001, 0.001}) {

@@ -33,8 +33,10 @@ void for_all_with_support(const Use& use) {
   use(Cone<S>{S(0.6), S(0.5)});
   use(Ellipsoid<S>{{S(0.3), S(0.9), S(0.6)}});
   use(random_hull<S>());
-  use(Triangle<S>{
-      {Vec3<S>(S(0), S(0), S(0)), Vec3<S>(S(1), S(0), S(0)), Vec3<S>(S(0), S(1), S(1))}});
+  const std::array<Vec3<S>, 4> corners{Vec3<S>(S(0), S(0), S(0)), Vec3<S>(S(1), S(0), S(0)),
+                                       Vec3<S>(S(1), S(1), S(1)), Vec3<S>(S(0), S(1), S(1))};
+  const std::array<std::uint32_t, 4> names{0, 1, 2, 3};
+  use(Plate<S>{corners, names, Vec3<S>(S(0), S(-1), S(1)).normalized()});
 }
 
 template <typename S>

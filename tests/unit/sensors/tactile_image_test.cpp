@@ -2,6 +2,7 @@
 #include "support/relative.hpp"
 
 #include <bristle/sensors/placement.hpp>
+#include <bristle/sensors/reading_store.hpp>
 #include <bristle/sensors/tactile_image.hpp>
 
 #include <doctest/doctest.h>

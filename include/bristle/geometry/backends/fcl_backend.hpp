@@ -202,12 +202,12 @@ void collide_plane(const HalfSpace<double>& plane,
         return height((n.array() < 0.0).select(box.upper, box.lower)) <= margin;
       },
       [&](std::uint32_t i) {
-        const Triangle<double> triangle = mesh.triangle(i);
-        for (std::size_t k = 0; k < 3; ++k) {
-          const Vec3<double>& corner = triangle.corners[k];
+        const Plate<double> plate = mesh.plate(i);
+        for (std::size_t k = 0; k < plate.corners.size(); ++k) {
+          const Vec3<double>& corner = plate.corners[k];
           const double gap = height(corner);
           if (!(gap <= margin)) continue;
-          one.points[0] = {corner - 0.5 * gap * n, gap, triangle.names[k]};
+          one.points[0] = {corner - 0.5 * gap * n, gap, plate.names[k]};
           sink.add(one);
         }
         return true;

@@ -129,12 +129,13 @@ class OverlapSearch {
     offer(towards.squaredNorm() > S(0.5) ? towards : Vec3<S>(Vec3<S>::UnitX()));
     for (const S side : {S(1), S(-1)}) {
       const PlacedConvex<S>& solid = side > S(0) ? a_ : b_;
-      // Only those faces of a hull are tried that face the other solid. The rest are left to
-      // search_everywhere().
-      const bool is_hull = std::holds_alternative<const ConvexHull<S>*>(solid.convex->shape);
+      // Only those faces of a hull or plate are tried that face the other solid. The rest are left
+      // to search_everywhere().
+      const bool has_many = std::holds_alternative<const ConvexHull<S>*>(solid.convex->shape) ||
+                            std::holds_alternative<const Plate<S>*>(solid.convex->shape);
       const Vec3<S> ahead = side * (solid.rotation.transpose() * between);
       const auto try_axis = [&](const Vec3<S>& axis) {
-        if (is_hull && axis.dot(ahead) < S(0)) return;
+        if (has_many && axis.dot(ahead) < S(0)) return;
         if (overlap_ >= -margin) offer(side * (solid.rotation * axis));
       };
       std::visit([&](const auto* shape) { for_face_normals(*shape, try_axis); },

@@ -1,31 +1,33 @@
 /// @file
 /// Contacts of solid triangle meshes with convex solids and with each other.
 ///
-/// A tree finds the triangles near the other solid. Each gets its contact direction from
-/// `contact_normal`. The surface (mesh_surface.hpp) decides which of neighbouring triangles owns a
-/// contact. All triangles of a flat face share one manifold of at most eight points.
+/// A tree finds the plates of the surface (mesh_plates.hpp) near the other solid. Each gets its
+/// contact direction from `contact_normal`. The surface (mesh_surface.hpp) decides which of
+/// neighbouring plates owns a contact. All plates of a flat face share one manifold of at most
+/// eight points.
 ///
 /// Surfaces of two meshes may have passed through each other. They are searched within both boxes,
 /// if the meshes cut or touch each other or one is inside the other. The first corner decides about
-/// inside, also for meshes of several parts. Bodies that are apart cost only the triangles within
-/// the margin.
+/// inside, also for meshes of several parts. Bodies that are apart cost only the plates within the
+/// margin.
 ///
-/// Limits of this triangle-by-triangle view:
+/// Limits of this plate-by-plate view:
 /// - A convex solid that the surface cuts always has a contact. A deep one may get the normal of
-///   the nearest triangle instead of the shortest way out.
+///   the nearest plate instead of the shortest way out.
 /// - A solid wholly inside leaves through the face nearest to its middle.
 /// - Two meshes get contacts up to a depth of half the thickness of the thinner one.
 /// - Contacts beside hollow edges may be deeper than the solids are, by less than half in tests.
 ///
-/// The cost is a GJK for each triangle that faces the other solid within the margin (0.5 to 2 us),
-/// or for each such pair. Meshes that cut each other also cost a search behind each triangle of B
-/// that is near the surface of A or inside.
+/// The cost is a GJK for each plate that faces the other solid within the margin (0.5 to 2 us), or
+/// for each such pair. Meshes that cut each other also cost a search behind each plate of B that is
+/// near the surface of A or inside.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <bristle/geometry/contacts/contact_clip.hpp>
 #include <bristle/geometry/contacts/contact_normal.hpp>
 #include <bristle/geometry/contacts/contact_sink.hpp>
+#include <bristle/geometry/meshes/mesh_plates.hpp>
 #include <bristle/geometry/meshes/mesh_surface.hpp>
 #include <bristle/geometry/shapes/convex_view.hpp>
 
@@ -65,56 +67,88 @@ struct ConvexOpposite {
   [[nodiscard]] std::uint32_t key() const { return 1; }
   [[nodiscard]] P depth() const { return P(0); }
   [[nodiscard]] bool is_facing(const Vec3<P>&) const { return false; }
-  /// Returns whether a triangle comes within a margin of the box. Along the axes of many solids
+  /// Returns whether a plate comes within a margin of the box. Along the axes of many solids
   /// that is the exact distance.
-  [[nodiscard]] bool reaches(const Triangle<P>& triangle, P margin) const {
+  [[nodiscard]] bool reaches(const Plate<P>& plate, P margin) const {
     Aabb<P> other;
-    for (const Vec3<P>& p : triangle.corners) other.include(Vec3<P>(X_CM * p));
+    for (const Vec3<P>& p : plate.corners) other.include(Vec3<P>(X_CM * p));
     return other.overlaps(box.inflated(margin));
   }
 };
 
-/// Opposite side of a contact that is a triangle of a mesh B, queried in the frame of A.
+/// Opposite side of a contact that is a plate of a mesh B, queried in the frame of A.
 template <typename Surface, Scalar P>
-struct MeshOpposite {
-  const Surface& mesh;
-  std::uint32_t triangle;
-  const Transform<P>& X_BA;
-  P largest_depth;
-  Vec3<P> normal;  // [1] Of the triangle, in the frame of A.
-  Vec3<P> corner;  // [m] One of the triangle, in the frame of A.
-  P hair;          // [m] Round-off of the triangle.
+class MeshOpposite {
+ public:
+  /// @param largest_depth  [m] Depth up to which surfaces that have passed each other are found.
+  MeshOpposite(const Surface& mesh, std::uint32_t number, const Transform<P>& X_AB, P largest_depth)
+      : mesh_(mesh),
+        number_(number),
+        X_AB_(X_AB),
+        largest_depth_(largest_depth),
+        normal_(X_AB.rotate(mesh.normal(number))) {
+    const Plate<P> plate = mesh.plate(number);
+    for (const Vec3<P>& corner : plate.corners) {
+      corners_[count_++] = X_AB * corner;
+      hair_ = std::max(hair_, Tolerance<P>::equal() * (corner - plate.corners[0]).norm());
+    }
+  }
+
+  /// [-] The plate.
+  [[nodiscard]] std::uint32_t number() const { return number_; }
+  /// [1] Its normal.
+  [[nodiscard]] const Vec3<P>& normal() const { return normal_; }
 
   [[nodiscard]] typename Surface::Verdict judge(const Vec3<P>& n) const {
-    return mesh.judge(triangle, -X_BA.rotate(n));
+    return mesh_.judge(number_, X_AB_.rotation.conjugate() * Vec3<P>(-n));
   }
-  [[nodiscard]] std::uint32_t key() const { return mix(mesh.patch(triangle), 2); }
-  [[nodiscard]] P depth() const { return largest_depth; }
-  /// Returns whether the triangle faces against n, within 25 degrees. Surfaces at larger angles cut
+  [[nodiscard]] std::uint32_t key() const { return mix(mesh_.face_number(number_), 2); }
+  [[nodiscard]] P depth() const { return largest_depth_; }
+  /// Returns whether the plate faces against n, within 25 degrees. Surfaces at larger angles cut
   /// each other when they pass through each other. They need no help.
-  [[nodiscard]] bool is_facing(const Vec3<P>& n) const { return n.dot(normal) < P(-0.9); }
-  /// Returns whether a triangle of A comes within a margin of its plane, and is not behind it.
-  [[nodiscard]] bool reaches(const Triangle<P>& other, P margin) const {
+  [[nodiscard]] bool is_facing(const Vec3<P>& n) const { return n.dot(normal_) < P(-0.9); }
+  /// Returns whether a plate of A comes within a margin of this one along its normal and across its
+  /// edges, and is not behind it.
+  [[nodiscard]] bool reaches(const Plate<P>& other, P margin) const {
     P low = infinity<P>;
     P high = -infinity<P>;
     for (const Vec3<P>& p : other.corners) {
-      const P height = normal.dot(p - corner);
+      const P height = normal_.dot(p - corners_[0]);
       low = std::min(low, height);
       high = std::max(high, height);
     }
-    return low <= margin && high >= -hair;
+    if (!(low <= margin && high >= -hair_)) return false;
+    for (std::size_t k = 0; k < count_; ++k) {
+      const Vec3<P> outwards = (corners_[k + 1 < count_ ? k + 1 : 0] - corners_[k]).cross(normal_);
+      P beyond = infinity<P>;
+      for (const Vec3<P>& p : other.corners) {
+        beyond = std::min(beyond, outwards.dot(p - corners_[k]));
+      }
+      if (beyond > P(0) && beyond * beyond > margin * margin * outwards.squaredNorm()) return false;
+    }
+    return true;
   }
+
+ private:
+  const Surface& mesh_;
+  std::uint32_t number_;
+  const Transform<P>& X_AB_;
+  P largest_depth_;
+  Vec3<P> normal_;
+  std::array<Vec3<P>, MeshPlates<P>::capacity> corners_;  // [m]
+  std::size_t count_ = 0;
+  P hair_ = P(0);  // [m] Round-off.
 };
 
-/// A triangle that cuts a solid, and the shortest way of the solid off it. A solid that is moved to
-/// where it is free is off each triangle. So none of these ways is longer than that of the solid.
+/// A plate that cuts a solid, and the shortest way of the solid off it. A solid that is moved to
+/// where it is free is off each plate. So none of these ways is longer than that of the solid.
 template <Scalar P>
 struct PlateCut {
-  std::uint32_t triangle;
+  std::uint32_t plate;
   ContactNormal<P> way_off;
 };
 
-/// The contacts of one convex solid with one mesh, triangle by triangle.
+/// The contacts of one convex solid with one mesh, plate by plate.
 template <typename Distance, Scalar S, typename Tree>
 class MeshConvexContacts {
  public:
@@ -142,23 +176,23 @@ class MeshConvexContacts {
                  is_any = add(i, opposite) || is_any;
                  return true;
                });
-    // Surfaces get no last resort. It would add worse contacts, triangle by triangle.
+    // Surfaces get no last resort. It would add worse contacts, plate by plate.
     if (opposite.depth() > P(0)) return;
     // Where the surface cuts the solid, contacts that are still open do not hold it.
     if (!is_any || (deepest_cut_ && !sink_.reaches(P(0)))) add_last_resort();
   }
 
-  /// Adds surfaces that have passed through a triangle of the other side by more than the margin.
-  /// They are behind a triangle that faces against them. So the search sweeps from the other side
+  /// Adds surfaces that have passed through a plate of the other side by more than the margin.
+  /// They are behind a plate that faces against them. So the search sweeps from the other side
   /// against its normal.
-  /// @param within  Box of the triangles to search, in the frame of the mesh.
+  /// @param within  Box of the plates to search, in the frame of the mesh.
   template <typename Opposite>
   void add_all_passed(const Opposite& opposite, const Aabb<P>& within) {
     const Aabb<P> here = bounds_at(convex_, X_MC_);
     const Aabb<P> near = here.inflated(margin_);
-    // Triangles that face against it within 25 degrees are within this distance of the line.
+    // Plates that face against it within 25 degrees are within this distance of the line.
     const P beside = P(0.44) * opposite.depth();
-    const Vec3<P> back = -opposite.depth() * opposite.normal;
+    const Vec3<P> back = -opposite.depth() * opposite.normal();
     Aabb<P> swept = here;
     swept.include(Aabb<P>{here.lower + back, here.upper + back});
     swept = swept.inflated(beside);
@@ -168,33 +202,32 @@ class MeshConvexContacts {
                [&](std::uint32_t i) {
                  const Vec3<P>& n = mesh_.normal(i);
                  if (!opposite.is_facing(n)) return true;
-                 const Triangle<P> triangle = mesh_.triangle(i);
-                 const ConvexView<P> plate = convex_view(triangle);
-                 const Vec3<P> away = middle - plate.center;
+                 const Plate<P> plate = mesh_.plate(i);
+                 const ConvexView<P> view = convex_view(plate);
+                 const Vec3<P> away = middle - view.center;
                  const P height = n.dot(away);
-                 const P reach = P(1 + Tolerance<P>::equal()) * (plate.reach + convex_.reach);
+                 const P reach = P(1 + Tolerance<P>::equal()) * (view.reach + convex_.reach);
                  if (!((away - height * n).squaredNorm() <= reach * reach)) return true;
-                 // Triangles near the solid were tested by add_all().
+                 // Plates near the solid were tested by add_all().
                  Aabb<P> box;
-                 for (const Vec3<P>& corner : triangle.corners) box.include(corner);
+                 for (const Vec3<P>& corner : plate.corners) box.include(corner);
                  if (!box.overlaps(near)) {
-                   (void)add_passed(i, lowest_above(triangle, n), opposite);
+                   (void)add_passed(i, lowest_above(plate, n), opposite);
                  }
                  return true;
                });
   }
 
-  /// Returns whether any triangle in range cuts or touches the solid.
+  /// Returns whether any plate in range cuts or touches the solid.
   [[nodiscard]] bool has_cut() const { return has_cut_; }
-  /// The triangle that is deepest in the solid, if any cuts it.
+  /// The plate that is deepest in the solid, if any cuts it.
   [[nodiscard]] const std::optional<PlateCut<P>>& deepest_cut() const { return deepest_cut_; }
-  /// Adds the contact of a triangle that cuts the solid, as of a plate.
+  /// Adds the contact of a plate that cuts the solid.
   void add_cut(const PlateCut<P>& cut) {
-    const Triangle<P> triangle = mesh_.triangle(cut.triangle);
+    const Plate<P> plate = mesh_.plate(cut.plate);
     const Vec3<P>& n = cut.way_off.normal;
-    ContactManifold<P> manifold =
-        contact_manifold(convex_view(triangle), convex_, X_MC_, n, margin_);
-    manifold.key = mix(edge_name(triangle, n), 1);
+    ContactManifold<P> manifold = contact_manifold(convex_view(plate), convex_, X_MC_, n, margin_);
+    manifold.key = mix(edge_name(plate, n), 1);
     sink_.add(manifold);
   }
 
@@ -203,25 +236,25 @@ class MeshConvexContacts {
 
   template <typename Opposite>
   bool add(std::uint32_t i, const Opposite& opposite) {
-    // Along the normal of the triangle the solid reaches from `low` to `high` above it.
+    // Along the normal of the plate the solid reaches from `low` to `high` above it.
     const Vec3<P>& face_normal = mesh_.normal(i);
-    const Triangle<P> triangle = mesh_.triangle(i);
-    const P low = lowest_above(triangle, face_normal);
+    const Plate<P> plate = mesh_.plate(i);
+    const P low = lowest_above(plate, face_normal);
     if (low > margin_) return false;
-    const P high = -lowest_above(triangle, -face_normal);
+    const P high = -lowest_above(plate, -face_normal);
     const bool is_surface = opposite.depth() > P(0);
     const auto add_if_passed = [&] {
       return is_surface && low < P(0) && add_passed(i, low, opposite);
     };
-    // What is behind the triangle does not touch it. A hair less may be a cut.
+    // What is behind the plate does not touch it. A hair less may be a cut.
     if (high < -hair()) {
-      if (!is_surface) note_way_out(i, triangle);
+      if (!is_surface) note_way_out(i, plate);
       return add_if_passed();
     }
-    if (!opposite.reaches(triangle, margin_)) return add_if_passed();
-    if (is_beside(triangle, face_normal)) return false;
-    const ConvexView<P> plate = convex_view(triangle);
-    ContactNormal<P> found = contact_normal<Distance>(plate, convex_, X_MC_, margin_);
+    if (!opposite.reaches(plate, margin_)) return add_if_passed();
+    if (is_beside(plate)) return false;
+    const ConvexView<P> view = convex_view(plate);
+    ContactNormal<P> found = contact_normal<Distance>(view, convex_, X_MC_, margin_);
     if (found.nearness != Nearness::near) return add_if_passed();
     has_cut_ = has_cut_ || found.gap <= hair();
     if (found.gap < -hair() && !(deepest_cut_ && deepest_cut_->way_off.gap <= found.gap)) {
@@ -231,15 +264,15 @@ class MeshConvexContacts {
     if (is_behind && is_surface) return add_passed(i, low, opposite);
     Verdict verdict = mesh_.judge(i, found.normal);
     if (verdict == Verdict::inner_edge) {
-      found = contact_normal<Distance>(convex_view(mesh_.face(i)), convex_, X_MC_, margin_);
+      found = face_normal_of(i);
       if (found.nearness != Nearness::near) return false;
       is_behind = found.normal.dot(face_normal) <= P(0);
       verdict = mesh_.judge(i, found.normal);
-      // The face is touched at another of its triangles.
+      // The face is touched at another of its plates.
       if (verdict == Verdict::inner_edge) return false;
     }
     if (verdict == Verdict::none) {
-      if (is_behind) note_way_out(i, triangle);
+      if (is_behind) note_way_out(i, plate);
       return false;
     }
     const Vec3<P>& normal = verdict == Verdict::face ? face_normal : found.normal;
@@ -249,18 +282,28 @@ class MeshConvexContacts {
     if (verdict == Verdict::face) {
       manifold = face_manifold(i);
     } else {
-      manifold = contact_manifold(plate, convex_, X_MC_, normal, margin_);
-      manifold.key = other_verdict == Verdict::face
-                         ? opposite.key()
-                         : mix(edge_name(triangle, normal), opposite.key());
+      manifold = contact_manifold(view, convex_, X_MC_, normal, margin_);
+      manifold.key = other_verdict == Verdict::face ? opposite.key()
+                                                    : mix(edge_name(plate, normal), opposite.key());
     }
     sink_.add(manifold);
     return manifold.size > 0;
   }
 
+  /// The contact direction of the flat face of a plate as a whole. The last one is kept, since most
+  /// plates of a face come one after the other.
+  [[nodiscard]] const ContactNormal<P>& face_normal_of(std::uint32_t i) {
+    const std::uint32_t face = mesh_.face_number(i);
+    if (last_face_ != face) {
+      last_face_ = face;
+      last_found_ = contact_normal<Distance>(convex_view(mesh_.face(i)), convex_, X_MC_, margin_);
+    }
+    return last_found_;
+  }
+
   /// Adds two surfaces that have passed through each other face to face. As plates they are apart.
   /// Each is on the wrong side of the other.
-  /// @param gap  [m] Height of the solid's lowest point above the triangle.
+  /// @param gap  [m] Height of the solid's lowest point above the plate.
   template <typename Opposite>
   bool add_passed(std::uint32_t i, P gap, const Opposite& opposite) {
     const Vec3<P>& n = mesh_.normal(i);
@@ -277,27 +320,27 @@ class MeshConvexContacts {
     return true;
   }
 
-  /// Contacts of the part of the solid over the triangle, along its normal. Empty if there is none.
+  /// Contacts of the part of the solid over the plate, along its normal. Empty if there is none.
   [[nodiscard]] ContactManifold<P> face_manifold(std::uint32_t i) const {
-    const Triangle<P> triangle = mesh_.triangle(i);
-    const Vec3<P>& n = mesh_.normal(i);
-    const ConvexView<P> plate = convex_view(triangle);
-    const auto features = feature_pair(plate, convex_, X_MC_, n);
+    const Plate<P> plate = mesh_.plate(i);
+    const Vec3<P>& n = plate.normal;
+    const ConvexView<P> view = convex_view(plate);
+    const auto features = feature_pair(view, convex_, X_MC_, n);
     const ContactManifold<P> clipped = clip_features(features.a, features.b, n, margin_);
     ContactManifold<P> manifold;
     manifold.normal = n;
-    manifold.key = mix(mesh_.patch(i), 0);
+    manifold.key = mix(mesh_.face_number(i), 0);
     P gap = margin_;
     for (std::size_t k = 0; k < clipped.size; ++k) {
       const ContactPoint<P>& point = clipped.points[k];
-      if (!is_over(triangle, n, point.position)) continue;
+      if (!is_over(plate, point.position)) continue;
       manifold.add(point);
       gap = std::min(gap, point.gap);
     }
     // Rims of round shapes are clipped as polygons. The deepest point may lie between their
     // corners.
-    const ContactPoint<P> deepest = extreme_contact(plate, convex_, X_MC_, n);
-    if (deepest.gap < gap - hair() && is_over(triangle, n, deepest_place(n))) {
+    const ContactPoint<P> deepest = extreme_contact(view, convex_, X_MC_, n);
+    if (deepest.gap < gap - hair() && is_over(plate, deepest_place(n))) {
       if (manifold.size == manifold.capacity) --manifold.size;
       manifold.add({deepest_place(n) - P(0.5) * deepest.gap * n, deepest.gap, 0});
     }
@@ -310,9 +353,9 @@ class MeshConvexContacts {
   [[nodiscard]] Vec3<P> deepest_place(const Vec3<P>& n) const {
     return X_MC_ * support_point(convex_, Vec3<P>(X_MC_.rotation.conjugate() * Vec3<P>(-n)));
   }
-  /// [m] Height of the solid's lowest point along n above the plane through a triangle across n.
-  [[nodiscard]] P lowest_above(const Triangle<P>& triangle, const Vec3<P>& n) const {
-    return -core_height(-n) - convex_.rounding - n.dot(triangle.corners[0]);
+  /// [m] Height of the solid's lowest point along n above the plane through a plate across n.
+  [[nodiscard]] P lowest_above(const Plate<P>& plate, const Vec3<P>& n) const {
+    return -core_height(-n) - convex_.rounding - n.dot(plate.corners[0]);
   }
   /// [m] Largest x.direction of the points x of the solid's core. The direction may have any
   /// length.
@@ -321,42 +364,43 @@ class MeshConvexContacts {
     return in_solid.dot(convex_.support(in_solid)) + direction.dot(X_MC_.translation);
   }
 
-  /// Returns whether the solid is farther than the margin beyond an edge of a triangle of normal n.
-  [[nodiscard]] bool is_beside(const Triangle<P>& triangle, const Vec3<P>& n) const {
+  /// Returns whether the solid is farther than the margin beyond an edge of a plate.
+  [[nodiscard]] bool is_beside(const Plate<P>& plate) const {
     const P apart = margin_ + convex_.rounding;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Vec3<P> outwards = (triangle.corners[(k + 1) % 3] - triangle.corners[k]).cross(n);
-      const P beyond = -core_height(-outwards) - outwards.dot(triangle.corners[k]);
+    for (std::size_t k = 0; k < plate.corners.size(); ++k) {
+      const Vec3<P> outwards = edge_of(plate, k).cross(plate.normal);
+      const P beyond = -core_height(-outwards) - outwards.dot(plate.corners[k]);
       if (beyond > P(0) && beyond * beyond > apart * apart * outwards.squaredNorm()) return true;
     }
     return false;
   }
 
-  /// Returns whether a point is above or below a triangle of normal n. Its edges and a hair beyond
-  /// are included.
-  [[nodiscard]] static bool is_over(const Triangle<P>& triangle, const Vec3<P>& n,
-                                    const Vec3<P>& point) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Vec3<P> edge = triangle.corners[(k + 1) % 3] - triangle.corners[k];
-      const P beside = edge.cross(point - triangle.corners[k]).dot(n);
+  /// Returns whether a point is above or below a plate. Its edges and a hair beyond are included.
+  [[nodiscard]] static bool is_over(const Plate<P>& plate, const Vec3<P>& point) {
+    for (std::size_t k = 0; k < plate.corners.size(); ++k) {
+      const Vec3<P> edge = edge_of(plate, k);
+      const P beside = edge.cross(point - plate.corners[k]).dot(plate.normal);
       if (beside < -Tolerance<P>::equal() * edge.squaredNorm()) return false;
     }
     return true;
   }
+  /// [m] From corner k of a plate to the next.
+  [[nodiscard]] static Vec3<P> edge_of(const Plate<P>& plate, std::size_t k) {
+    return plate.corners[k + 1 < plate.corners.size() ? k + 1 : 0] - plate.corners[k];
+  }
 
   /// Remembers the nearest face through which a solid whose middle is inside can leave.
-  void note_way_out(std::uint32_t i, const Triangle<P>& triangle) {
+  void note_way_out(std::uint32_t i, const Plate<P>& plate) {
     const Vec3<P> middle = X_MC_ * convex_.center;
-    const Vec3<P>& n = mesh_.normal(i);
-    const P depth = n.dot(triangle.corners[0] - middle);
+    const P depth = plate.normal.dot(plate.corners[0] - middle);
     if (!(depth >= P(0) && depth < way_out_depth_)) return;
-    if (!is_over(triangle, n, middle)) return;
+    if (!is_over(plate, middle)) return;
     way_out_ = i;
     way_out_depth_ = depth;
   }
 
   /// Adds a contact for a solid that would fall through otherwise. Such a solid may be all inside.
-  /// Or the surface cuts it, but the contact of every triangle belonged to a neighbour. That
+  /// Or the surface cuts it, but the contact of every plate belonged to a neighbour. That
   /// happens as the shortest way out is only a local one.
   void add_last_resort() {
     const Vec3<P> middle = X_MC_ * convex_.center;
@@ -364,15 +408,15 @@ class MeshConvexContacts {
     if (is_inside && !way_out_ && !deepest_cut_) {
       mesh_.find([](const Aabb<P>&) { return true; },
                  [&](std::uint32_t i) {
-                   note_way_out(i, mesh_.triangle(i));
+                   note_way_out(i, mesh_.plate(i));
                    return true;
                  });
     }
     if (way_out_ && is_inside) {
       ContactManifold<P> manifold = face_manifold(*way_out_);
       if (manifold.size == 0) {
-        const Triangle<P> triangle = mesh_.triangle(*way_out_);
-        manifold.add(extreme_contact(convex_view(triangle), convex_, X_MC_, manifold.normal));
+        const Plate<P> plate = mesh_.plate(*way_out_);
+        manifold.add(extreme_contact(convex_view(plate), convex_, X_MC_, manifold.normal));
       }
       sink_.add(manifold);
     } else if (deepest_cut_) {
@@ -380,9 +424,9 @@ class MeshConvexContacts {
     }
   }
 
-  /// Name of the edge or corner of a triangle that is farthest along n.
-  [[nodiscard]] static std::uint32_t edge_name(const Triangle<P>& triangle, const Vec3<P>& n) {
-    const SupportFeature<P> edge = support_edge(triangle, n);
+  /// Name of the edge or corner of a plate that is farthest along n.
+  [[nodiscard]] static std::uint32_t edge_name(const Plate<P>& plate, const Vec3<P>& n) {
+    const SupportFeature<P> edge = support_edge(plate, n);
     return mix_unordered(edge.ids[0], edge.ids[edge.size - 1]);
   }
 
@@ -393,6 +437,8 @@ class MeshConvexContacts {
   P margin_;
   ContactSink<S>& sink_;
   bool has_cut_ = false;
+  std::optional<std::uint32_t> last_face_;
+  ContactNormal<P> last_found_;
   // For the last resort.
   std::optional<std::uint32_t> way_out_;
   P way_out_depth_ = infinity<P>;
@@ -415,27 +461,25 @@ void collide_meshes(const MeshSurface<Precise<S>, Tree>& a, const MeshSurface<Pr
   using P = Precise<S>;
   using Surface = MeshSurface<P, Tree>;
   const Transform<P> X_BA = X_AB.inverse();
+  const Mat3<P> R_AB = X_AB.rotation_matrix();
   // Beyond half the thickness of the thinner one, in and out cannot be told apart.
   const P depth =
       std::min(a.bounds().half_extents().minCoeff(), b.bounds().half_extents().minCoeff());
-  // Calls use(contacts, opposite) for each triangle of B with a box that `accept(box in the frame
+  // Calls use(contacts, opposite) for each plate of B with a box that `accept(box in the frame
   // of A)` takes, together with all boxes around it.
   const auto for_each = [&](auto&& accept, auto&& use) {
-    b.find([&](const Aabb<P>& box) { return accept(transformed(box, X_AB)); },
+    b.find([&](const Aabb<P>& box) { return accept(transformed<P>(box, R_AB, X_AB.translation)); },
            [&](std::uint32_t i) {
-             const Triangle<P> triangle = b.triangle(i);
-             const ConvexView<P> plate = convex_view(triangle);
-             sink.set_nearest(Tolerance<P>::equal() * plate.reach);
-             MeshConvexContacts<Distance, S, Tree> contacts(a, plate, X_AB, margin, sink);
-             const Vec3<P> normal = X_AB.rotate(b.normal(i));
-             use(contacts,
-                 MeshOpposite<Surface, P>{b, i, X_BA, depth, normal, X_AB * triangle.corners[0],
-                                          Tolerance<P>::equal() * plate.reach});
+             const Plate<P> plate = b.plate(i);
+             const ConvexView<P> view = convex_view(plate);
+             sink.set_nearest(Tolerance<P>::equal() * view.reach);
+             MeshConvexContacts<Distance, S, Tree> contacts(a, view, X_AB, margin, sink);
+             use(contacts, MeshOpposite<Surface, P>(b, i, X_AB, depth));
              return true;
            });
   };
   bool have_cut = false;
-  std::optional<PlateCut<P>> deepest;  // Of A in the triangle of B `deepest_in`.
+  std::optional<PlateCut<P>> deepest;  // Of A in the plate of B `deepest_in`.
   std::uint32_t deepest_in = 0;
   for_each([&](const Aabb<P>& box) { return a.comes_near(box.inflated(margin)); },
            [&](auto& contacts, const auto& opposite) {
@@ -444,29 +488,29 @@ void collide_meshes(const MeshSurface<Precise<S>, Tree>& a, const MeshSurface<Pr
              const std::optional<PlateCut<P>>& cut = contacts.deepest_cut();
              if (cut && !(deepest && deepest->way_off.gap <= cut->way_off.gap)) {
                deepest = cut;
-               deepest_in = opposite.triangle;
+               deepest_in = opposite.number();
              }
            });
   // A thin mesh may be all inside the other.
   const auto is_corner_within = [](const Surface& outer, const Surface& inner,
                                    const Transform<P>& X_OI) {
-    const Vec3<P> corner = X_OI * inner.corners(0)[0];
+    const Vec3<P> corner = X_OI * inner.plate(0).corners[0];
     return outer.bounds().contains(corner) && outer.contains(corner);
   };
   if (have_cut || is_corner_within(a, b, X_AB) || is_corner_within(b, a, X_BA)) {
     const Aabb<P> within = transformed(b.bounds(), X_AB);
-    // A box that no triangle of A comes near is inside A as a whole, or outside.
+    // A box that no plate of A comes near is inside A as a whole, or outside.
     for_each(
         [&](const Aabb<P>& box) {
           return box.overlaps(a.bounds()) && (a.comes_near(box) || a.contains(box.center()));
         },
         [&](auto& contacts, const auto& opposite) { contacts.add_all_passed(opposite, within); });
   }
-  // Each contact of triangles that cut each other may have belonged to a neighbour.
+  // Each contact of plates that cut each other may have belonged to a neighbour.
   if (deepest && !sink.reaches(P(0))) {
-    const Triangle<P> triangle = b.triangle(deepest_in);
-    const ConvexView<P> plate = convex_view(triangle);
-    MeshConvexContacts<Distance, S, Tree>(a, plate, X_AB, margin, sink).add_cut(*deepest);
+    const Plate<P> plate = b.plate(deepest_in);
+    const ConvexView<P> view = convex_view(plate);
+    MeshConvexContacts<Distance, S, Tree>(a, view, X_AB, margin, sink).add_cut(*deepest);
   }
 }
 

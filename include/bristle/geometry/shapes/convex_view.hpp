@@ -25,7 +25,7 @@ namespace bristle::inline BRISTLE_ABI::detail {
 template <Scalar S>
 struct ConvexView {
   std::variant<const Sphere<S>*, const Box<S>*, const Capsule<S>*, const Cylinder<S>*,
-               const Cone<S>*, const Ellipsoid<S>*, const ConvexHull<S>*, const Triangle<S>*>
+               const Cone<S>*, const Ellipsoid<S>*, const ConvexHull<S>*, const Plate<S>*>
       shape;
   /// [m] Radius around the core: that of a sphere or capsule, else 0.
   S rounding = S(0);
@@ -60,7 +60,7 @@ S scalar_of(const Ellipsoid<S>&);
 template <Scalar S>
 S scalar_of(const ConvexHull<S>&);
 template <Scalar S>
-S scalar_of(const Triangle<S>&);
+S scalar_of(const Plate<S>&);
 
 template <typename ConvexShape>
 using ScalarOfShape = decltype(scalar_of(std::declval<const ConvexShape&>()));
@@ -137,7 +137,7 @@ void measure(ConvexView<S>& convex, const ConvexHull<S>& s) {
   measure_corners<S>(convex, s.vertices);
 }
 template <Scalar S>
-void measure(ConvexView<S>& convex, const Triangle<S>& s) {
+void measure(ConvexView<S>& convex, const Plate<S>& s) {
   measure_corners<S>(convex, s.corners);
 }
 
@@ -157,17 +157,9 @@ void for_face_normals(const Self& shape, const Try& try_axis) {
     try_axis(Vec3<S>(-Vec3<S>::UnitZ()));
   } else if constexpr (std::is_same_v<Self, ConvexHull<S>>) {
     for (const Vec3<S>& n : shape.face_normals) try_axis(n);
-  } else if constexpr (std::is_same_v<Self, Triangle<S>>) {
-    const Vec3<S> n = support_face(shape, Vec3<S>(Vec3<S>::UnitZ())).normal;
-    try_axis(n);
-    try_axis(Vec3<S>(-n));
-    // Past its edges, within its plane: often the shortest way off a plate.
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Vec3<S> edge = shape.corners[(k + 1) % 3] - shape.corners[k];
-      const Vec3<S> across = edge.cross(n).normalized();
-      const bool is_outwards = across.dot(shape.corners[(k + 2) % 3] - shape.corners[k]) <= S(0);
-      try_axis(is_outwards ? across : Vec3<S>(-across));
-    }
+  } else if constexpr (std::is_same_v<Self, Plate<S>>) {
+    try_axis(shape.normal);
+    try_axis(Vec3<S>(-shape.normal));
   }
 }
 

@@ -52,13 +52,16 @@ struct SupportFeature {
   }
 };
 
-/// Three corners in space as a two-sided plate: one triangle of a mesh, for contacts.
+/// Convex polygon in space as a two-sided plate: a part of a mesh's surface, for contacts. Refers
+/// to its corners.
 template <Scalar S>
-struct Triangle {
-  /// [m] Corners.
-  std::array<Vec3<S>, 3> corners{Vec3<S>::Zero(), Vec3<S>::Zero(), Vec3<S>::Zero()};
+struct Plate {
+  /// [m] Three corners or more, counter-clockwise seen from the front.
+  std::span<const Vec3<S>> corners;
   /// [-] Ids of the corners in a contact.
-  std::array<std::uint32_t, 3> names{0, 1, 2};
+  std::span<const std::uint32_t> names;
+  /// [1] Unit normal of the front.
+  Vec3<S> normal;
 };
 
 /// [1] Sine of 3 degrees. Within it an edge counts as across a direction, and two edges as
@@ -101,7 +104,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] Vec3<S> support_point(const ConvexHull<S>& hull, const Vec3<S>& direction);
 template <Scalar S>
-[[nodiscard]] Vec3<S> support_point(const Triangle<S>& triangle, const Vec3<S>& direction);
+[[nodiscard]] Vec3<S> support_point(const Plate<S>& plate, const Vec3<S>& direction);
 
 template <Scalar S>
 [[nodiscard]] SupportFeature<S> support_edge(const Sphere<S>& sphere, const Vec3<S>& direction);
@@ -119,7 +122,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] SupportFeature<S> support_edge(const ConvexHull<S>& hull, const Vec3<S>& direction);
 template <Scalar S>
-[[nodiscard]] SupportFeature<S> support_edge(const Triangle<S>& triangle, const Vec3<S>& direction);
+[[nodiscard]] SupportFeature<S> support_edge(const Plate<S>& plate, const Vec3<S>& direction);
 
 template <Scalar S>
 [[nodiscard]] SupportFeature<S> support_face(const Sphere<S>& sphere, const Vec3<S>& direction) {
@@ -141,7 +144,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] SupportFeature<S> support_face(const ConvexHull<S>& hull, const Vec3<S>& direction);
 template <Scalar S>
-[[nodiscard]] SupportFeature<S> support_face(const Triangle<S>& triangle, const Vec3<S>& direction);
+[[nodiscard]] SupportFeature<S> support_face(const Plate<S>& plate, const Vec3<S>& direction);
 
 // Implementation ----------------------------------------------------------------------------------
 
@@ -249,8 +252,8 @@ Vec3<S> support_point(const ConvexHull<S>& hull, const Vec3<S>& direction) {
 }
 
 template <Scalar S>
-Vec3<S> support_point(const Triangle<S>& triangle, const Vec3<S>& direction) {
-  return triangle.corners[farthest_corner<S>(triangle.corners, direction)];
+Vec3<S> support_point(const Plate<S>& plate, const Vec3<S>& direction) {
+  return plate.corners[farthest_corner<S>(plate.corners, direction)];
 }
 
 template <Scalar S>
@@ -445,35 +448,35 @@ SupportFeature<S> support_face(const ConvexHull<S>& hull, const Vec3<S>& directi
 }
 
 template <Scalar S>
-SupportFeature<S> support_edge(const Triangle<S>& triangle, const Vec3<S>& direction) {
-  const std::uint32_t corner = farthest_corner<S>(triangle.corners, direction);
-  std::uint32_t other = corner;
+SupportFeature<S> support_edge(const Plate<S>& plate, const Vec3<S>& direction) {
+  const std::size_t count = plate.corners.size();
+  const std::size_t corner = farthest_corner<S>(plate.corners, direction);
+  std::size_t other = corner;
   S least_slope = edge_tolerance<S>;
-  for (const std::uint32_t next : {(corner + 1) % 3, (corner + 2) % 3}) {
-    const S slope = edge_slope<S>(triangle.corners[next] - triangle.corners[corner], direction);
+  for (const std::size_t next : {(corner + 1) % count, (corner + count - 1) % count}) {
+    const S slope = edge_slope<S>(plate.corners[next] - plate.corners[corner], direction);
     if (slope <= least_slope) {
       least_slope = slope;
       other = next;
     }
   }
   SupportFeature<S> feature;
-  feature.add(triangle.corners[corner], triangle.names[corner]);
-  if (other != corner) feature.add(triangle.corners[other], triangle.names[other]);
+  feature.add(plate.corners[corner], plate.names[corner]);
+  if (other != corner) feature.add(plate.corners[other], plate.names[other]);
   return feature;
 }
 
 template <Scalar S>
-SupportFeature<S> support_face(const Triangle<S>& triangle, const Vec3<S>& direction) {
+SupportFeature<S> support_face(const Plate<S>& plate, const Vec3<S>& direction) {
   SupportFeature<S> face;
-  face.normal = (triangle.corners[1] - triangle.corners[0])
-                    .cross(triangle.corners[2] - triangle.corners[0])
-                    .stableNormalized();
-  const bool is_front = face.normal.dot(direction) >= S(0);
-  if (!is_front) face.normal = -face.normal;
-  face.cosine = face.normal.dot(direction);
-  for (std::uint32_t i = 0; i < 3; ++i) {
-    const std::uint32_t k = is_front ? i : 2 - i;
-    face.add(triangle.corners[k], triangle.names[k]);
+  const S cosine = plate.normal.dot(direction);
+  const bool is_front = cosine >= S(0);
+  face.normal = is_front ? plate.normal : Vec3<S>(-plate.normal);
+  face.cosine = is_front ? cosine : -cosine;
+  const std::size_t count = plate.corners.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t k = is_front ? i : count - 1 - i;
+    face.add(plate.corners[k], plate.names[k]);
   }
   return face;
 }

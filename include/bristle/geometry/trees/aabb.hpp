@@ -61,13 +61,16 @@ struct Aabb {
   }
 };
 
-/// Returns the smallest axis-aligned box in A around a finite box in B.
+/// Returns the smallest axis-aligned box in A around a finite box in B, at the position p_AB [m].
+template <Scalar S>
+[[nodiscard]] Aabb<S> transformed(const Aabb<S>& box_B, const Mat3<S>& R_AB, const Vec3<S>& p_AB) {
+  const Vec3<S> center = R_AB * box_B.center() + p_AB;
+  const Vec3<S> half = cwise_abs(R_AB) * box_B.half_extents();
+  return {center - half, center + half};
+}
 template <Scalar S>
 [[nodiscard]] Aabb<S> transformed(const Aabb<S>& box_B, const Transform<S>& X_AB) {
-  const Mat3<S> R = X_AB.rotation_matrix();
-  const Vec3<S> center = R * box_B.center() + X_AB.translation;
-  const Vec3<S> half = cwise_abs(R) * box_B.half_extents();
-  return {center - half, center + half};
+  return transformed<S>(box_B, X_AB.rotation_matrix(), X_AB.translation);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI

@@ -1,0 +1,328 @@
+/// @file
+/// Partition of a closed mesh's surface into convex plates.
+///
+/// Triangles of one flat face are joined across inner edges, the longest first, as long as the
+/// union is convex (Hertel and Mehlhorn 1983). So contacts cost the plates of a part, not the
+/// triangles that its export made of them. A curved surface keeps its triangles.
+///
+/// Each edge of a plate is one edge of the mesh. So each has one neighbour. Corners on a straight
+/// line stay corners.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/core/config.hpp>
+#include <bristle/geometry/shapes/support.hpp>
+#include <bristle/geometry/trees/aabb.hpp>
+#include <bristle/math/types.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Shape of the solid at an edge of its surface.
+enum class SurfaceEdge : std::uint8_t { convex, flat, hollow };
+
+/// The plates of a mesh with their neighbours.
+template <Scalar S>
+class MeshPlates {
+ public:
+  /// [-] Largest number of corners of a plate.
+  static constexpr std::size_t capacity = 8;
+
+  /// @tparam Tree  As `MeshTree`: `size()`, `corners(i)`, `vertex_numbers(i)`, `root_box()`.
+  /// @pre The mesh is closed (`validate_solid`).
+  template <typename Tree>
+  explicit MeshPlates(const Tree& tree);
+
+  /// [-] Number of plates.
+  [[nodiscard]] std::size_t size() const { return normals_.size(); }
+  /// Returns a plate. Its names are vertex numbers of the mesh. So neighbours have the same names
+  /// for common corners and edges.
+  [[nodiscard]] Plate<S> plate(std::uint32_t i) const {
+    const std::size_t first = first_[i];
+    const std::size_t count = first_[i + 1] - first;
+    return {std::span(corners_).subspan(first, count), std::span(names_).subspan(first, count),
+            normals_[i]};
+  }
+  /// [1] Outward unit normal.
+  [[nodiscard]] const Vec3<S>& normal(std::uint32_t i) const { return normals_[i]; }
+  /// [-] Number that all plates of one flat face share, below `face_count()`.
+  [[nodiscard]] std::uint32_t face(std::uint32_t i) const { return faces_[i]; }
+  [[nodiscard]] std::size_t face_count() const { return face_count_; }
+  /// [-] The plate across edge k, which runs from corner k to the next.
+  [[nodiscard]] std::uint32_t neighbour(std::uint32_t i, std::size_t k) const {
+    return neighbours_[first_[i] + k];
+  }
+  [[nodiscard]] SurfaceEdge edge(std::uint32_t i, std::size_t k) const {
+    return edges_[first_[i] + k];
+  }
+
+ private:
+  std::vector<std::uint32_t> first_;  // Of the corners of each plate, and of the end.
+  std::vector<Vec3<S>> corners_;
+  std::vector<std::uint32_t> names_;
+  std::vector<std::uint32_t> neighbours_;  // By corner.
+  std::vector<SurfaceEdge> edges_;         // By corner.
+  std::vector<Vec3<S>> normals_;
+  std::vector<std::uint32_t> faces_;
+  std::size_t face_count_ = 0;
+};
+
+// Implementation ----------------------------------------------------------------------------------
+
+/// [1] Cosine and sine of the angle, 0.01 degrees, within which directions count as equal. It
+/// exceeds the error of GJK and is less than any edge of a mesh that is not meant to be flat.
+template <Scalar S>
+inline constexpr S same_direction_cosine = S(1) - S(1.5e-8);
+template <Scalar S>
+inline constexpr S same_direction_sine = S(1.7e-4);
+/// [1] Sine of the angle below which two triangles are one flat face. Meshes from files are no
+/// flatter than single precision.
+template <Scalar S>
+inline constexpr S flat_sine = S(Tolerance<float>::equal());
+
+template <Scalar S>
+[[nodiscard]] bool is_same_plane(const Vec3<S>& normal, const Vec3<S>& other) {
+  return normal.cross(other).norm() < flat_sine<S> && normal.dot(other) > S(0);
+}
+
+/// The triangles of a closed mesh while they are joined to plates. Half-edge 3 t + k runs from
+/// corner k of triangle t to the next.
+template <Scalar S>
+class PlateJoin {
+ public:
+  template <typename Tree>
+  explicit PlateJoin(const Tree& tree);
+
+  /// Corners of each plate by the half-edges that start there. Empty for a triangle that has joined
+  /// another.
+  [[nodiscard]] std::span<const std::vector<std::uint32_t>> outlines() const { return outlines_; }
+  /// [-] The outline that a half-edge belongs to.
+  [[nodiscard]] std::uint32_t owner(std::uint32_t half_edge) const { return owners_[half_edge]; }
+  [[nodiscard]] std::uint32_t twin(std::uint32_t half_edge) const { return twins_[half_edge]; }
+  [[nodiscard]] SurfaceEdge edge(std::uint32_t half_edge) const { return edges_[half_edge]; }
+  [[nodiscard]] const Vec3<S>& start(std::uint32_t half_edge) const { return starts_[half_edge]; }
+  [[nodiscard]] std::uint32_t name(std::uint32_t half_edge) const { return names_[half_edge]; }
+  [[nodiscard]] std::uint32_t face(std::uint32_t triangle) const { return faces_[triangle]; }
+  [[nodiscard]] std::size_t face_count() const { return face_count_; }
+  /// [1] Unit normal of an outline: that of its area.
+  [[nodiscard]] Vec3<S> normal(std::span<const std::uint32_t> outline) const {
+    Vec3<S> area = Vec3<S>::Zero();
+    for (std::size_t k = 1; k + 1 < outline.size(); ++k) {
+      const Vec3<S>& origin = start(outline[0]);
+      area += (start(outline[k]) - origin).cross(start(outline[k + 1]) - origin);
+    }
+    return area.stableNormalized();
+  }
+
+ private:
+  void find_edges();
+  void find_faces();
+  void join();
+  [[nodiscard]] std::vector<std::uint32_t> joined_across(std::uint32_t half_edge) const;
+  [[nodiscard]] bool is_plate(std::span<const std::uint32_t> outline) const;
+
+  std::vector<Vec3<S>> starts_;
+  std::vector<std::uint32_t> names_;
+  std::vector<Vec3<S>> normals_;  // By triangle.
+  std::vector<std::uint32_t> twins_;
+  std::vector<SurfaceEdge> edges_;
+  std::vector<std::uint32_t> faces_;  // By triangle.
+  std::size_t face_count_ = 0;
+  std::vector<std::vector<std::uint32_t>> outlines_;
+  std::vector<std::uint32_t> owners_;
+  S hair_;  // [m] Round-off of a mesh that was written in single precision.
+};
+
+template <Scalar S>
+template <typename Tree>
+PlateJoin<S>::PlateJoin(const Tree& tree) {
+  const auto box = tree.root_box();
+  hair_ = S(Tolerance<float>::round_off()) *
+          S(cwise_max(cwise_abs(box.lower), cwise_abs(box.upper)).maxCoeff());
+  const auto count = static_cast<std::uint32_t>(tree.size());
+  for (std::uint32_t t = 0; t < count; ++t) {
+    const auto corners = tree.corners(t);
+    const auto numbers = tree.vertex_numbers(t);
+    for (std::size_t k = 0; k < 3; ++k) {
+      starts_.push_back(corners[k].template cast<S>());
+      names_.push_back(numbers[k]);
+      owners_.push_back(t);
+    }
+    outlines_.push_back({3 * t, 3 * t + 1, 3 * t + 2});
+    normals_.push_back(normal(outlines_.back()));
+  }
+  find_edges();
+  find_faces();
+  join();
+}
+
+template <Scalar S>
+void PlateJoin<S>::find_edges() {
+  struct NamedEdge {
+    std::uint32_t low, high, half_edge;
+  };
+  std::vector<NamedEdge> uses;
+  uses.reserve(starts_.size());
+  const auto next = [](std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; };
+  for (std::uint32_t h = 0; h < starts_.size(); ++h) {
+    const std::uint32_t end = names_[next(h)];
+    uses.push_back({std::min(names_[h], end), std::max(names_[h], end), h});
+  }
+  std::sort(uses.begin(), uses.end(), [](const NamedEdge& a, const NamedEdge& b) {
+    return std::tie(a.low, a.high, a.half_edge) < std::tie(b.low, b.high, b.half_edge);
+  });
+  twins_.resize(starts_.size());
+  edges_.resize(starts_.size());
+  for (std::size_t i = 0; i + 1 < uses.size(); i += 2) {
+    const std::uint32_t a = uses[i].half_edge;
+    const std::uint32_t b = uses[i + 1].half_edge;
+    BRISTLE_ASSERT(uses[i].low == uses[i + 1].low && uses[i].high == uses[i + 1].high);
+    twins_[a] = b;
+    twins_[b] = a;
+    // The depth of the neighbour's far corner below the plane tells convex from hollow.
+    const Vec3<S> far = starts_[next(next(b))] - starts_[a];
+    SurfaceEdge kind = normals_[a / 3].dot(far) < S(0) ? SurfaceEdge::convex : SurfaceEdge::hollow;
+    if (is_same_plane(normals_[a / 3], normals_[b / 3])) kind = SurfaceEdge::flat;
+    edges_[a] = edges_[b] = kind;
+  }
+}
+
+template <Scalar S>
+void PlateJoin<S>::find_faces() {
+  constexpr std::uint32_t unknown = 0xffffffffu;
+  faces_.assign(normals_.size(), unknown);
+  std::vector<std::uint32_t> open;
+  for (std::uint32_t seed = 0; seed < faces_.size(); ++seed) {
+    if (faces_[seed] != unknown) continue;
+    const auto face = static_cast<std::uint32_t>(face_count_++);
+    faces_[seed] = face;
+    open.assign(1, seed);
+    while (!open.empty()) {
+      const std::uint32_t at = open.back();
+      open.pop_back();
+      for (std::uint32_t k = 0; k < 3; ++k) {
+        const std::uint32_t next = twins_[3 * at + k] / 3;
+        // Compared with the seed: otherwise a finely curved surface would become one face.
+        if (faces_[next] == unknown && is_same_plane(normals_[next], normals_[seed])) {
+          faces_[next] = face;
+          open.push_back(next);
+        }
+      }
+    }
+  }
+}
+
+template <Scalar S>
+void PlateJoin<S>::join() {
+  struct Inner {
+    S length2;
+    std::uint32_t half_edge;
+  };
+  std::vector<Inner> inner;
+  for (std::uint32_t h = 0; h < twins_.size(); ++h) {
+    const std::uint32_t t = twins_[h];
+    if (h > t || edges_[h] != SurfaceEdge::flat || faces_[h / 3] != faces_[t / 3]) continue;
+    inner.push_back({(starts_[t] - starts_[h]).squaredNorm(), h});
+  }
+  std::sort(inner.begin(), inner.end(), [](const Inner& a, const Inner& b) {
+    return std::tie(b.length2, a.half_edge) < std::tie(a.length2, b.half_edge);
+  });
+  for (const Inner& at : inner) {
+    const std::uint32_t stays = owners_[at.half_edge];
+    const std::uint32_t goes = owners_[twins_[at.half_edge]];
+    if (stays == goes) continue;
+    std::vector<std::uint32_t> outline = joined_across(at.half_edge);
+    if (!is_plate(outline)) continue;
+    for (const std::uint32_t h : outlines_[goes]) owners_[h] = stays;
+    outlines_[goes].clear();
+    outlines_[stays] = std::move(outline);
+  }
+}
+
+/// The outline of two plates without the edges between them.
+template <Scalar S>
+std::vector<std::uint32_t> PlateJoin<S>::joined_across(std::uint32_t half_edge) const {
+  std::vector<std::uint32_t> outline;
+  for (const std::uint32_t h : {half_edge, twins_[half_edge]}) {
+    const std::vector<std::uint32_t>& from = outlines_[owners_[h]];
+    const auto place = std::find(from.begin(), from.end(), h);
+    // Both begin behind the common edge.
+    for (auto it = place + 1; it != from.end(); ++it) outline.push_back(*it);
+    for (auto it = from.begin(); it != place; ++it) outline.push_back(*it);
+  }
+  // Beside the common edge there may be more.
+  for (std::size_t k = 0; outline.size() > 2 && k < outline.size();) {
+    const std::size_t next = (k + 1) % outline.size();
+    if (outline[next] != twins_[outline[k]]) {
+      ++k;
+      continue;
+    }
+    outline.erase(outline.begin() + static_cast<std::ptrdiff_t>(std::max(k, next)));
+    outline.erase(outline.begin() + static_cast<std::ptrdiff_t>(std::min(k, next)));
+    k = 0;
+  }
+  return outline;
+}
+
+/// Returns whether an outline is that of a flat, convex plate. Where it is straight, both edges
+/// must have neighbours of one face. So a direction over them means the same at each.
+template <Scalar S>
+bool PlateJoin<S>::is_plate(std::span<const std::uint32_t> outline) const {
+  const std::size_t count = outline.size();
+  if (count < 3 || count > MeshPlates<S>::capacity) return false;
+  const Vec3<S> up = normal(outline);
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::uint32_t before = outline[k];
+    const std::uint32_t after = outline[(k + 1) % count];
+    const Vec3<S>& corner = start(after);
+    using std::abs;
+    if (abs(up.dot(corner - start(outline[0]))) > hair_) return false;
+    const Vec3<S> in = corner - start(before);
+    const Vec3<S> out = start(outline[(k + 2) % count]) - corner;
+    const S turn = in.cross(out).dot(up);
+    if (turn < -hair_ * (in + out).norm()) return false;
+    const bool is_straight = turn <= S(2) * same_direction_sine<S> * in.norm() * out.norm();
+    if (is_straight && (edges_[before] != edges_[after] ||
+                        faces_[twins_[before] / 3] != faces_[twins_[after] / 3])) {
+      return false;
+    }
+  }
+  return true;
+}
+
+template <Scalar S>
+template <typename Tree>
+MeshPlates<S>::MeshPlates(const Tree& tree) {
+  const PlateJoin<S> join(tree);
+  std::vector<std::uint32_t> number(join.outlines().size());
+  std::uint32_t count = 0;
+  for (std::uint32_t t = 0; t < number.size(); ++t) {
+    if (!join.outlines()[t].empty()) number[t] = count++;
+  }
+  first_.push_back(0);
+  for (std::uint32_t t = 0; t < number.size(); ++t) {
+    const std::vector<std::uint32_t>& outline = join.outlines()[t];
+    if (outline.empty()) continue;
+    for (const std::uint32_t h : outline) {
+      corners_.push_back(join.start(h));
+      names_.push_back(join.name(h));
+      neighbours_.push_back(number[join.owner(join.twin(h))]);
+      edges_.push_back(join.edge(h));
+    }
+    first_.push_back(static_cast<std::uint32_t>(corners_.size()));
+    normals_.push_back(join.normal(outline));
+    faces_.push_back(join.face(t));
+  }
+  face_count_ = join.face_count();
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "scenes/rigid/tumbling.hpp"
+#include "support/random.hpp"
+#include "support/relative.hpp"
+
+#include <bristle/geometry/meshes/mesh_plates.hpp>
+#include <bristle/geometry/meshes/mesh_shapes.hpp>
+#include <bristle/geometry/meshes/mesh_tree.hpp>
+
+#include <doctest/doctest.h>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+using namespace bristle;
+
+using namespace bristle::detail;
+using bristle::test::Random;
+
+namespace {
+
+/// [m2] Area vector of corners that go around.
+template <typename Corners>
+Vec3<double> area_of(const Corners& corners) {
+  Vec3<double> area = Vec3<double>::Zero();
+  for (std::size_t k = 1; k + 1 < corners.size(); ++k) {
+    area += (corners[k] - corners[0]).cross(corners[k + 1] - corners[0]) / 2;
+  }
+  return area;
+}
+
+/// A box of which each side has n by n squares of two triangles.
+TriangleMesh<double> tiled_box(const Vec3<double>& half, int n) {
+  TriangleMesh<double> mesh;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const int side : {-1, 1}) {
+      const auto at = [&](int i, int j) {
+        Vec3<double> p;
+        p[axis] = side;
+        p[(axis + 1) % 3] = side * (2.0 * i / n - 1);
+        p[(axis + 2) % 3] = 2.0 * j / n - 1;
+        mesh.vertices.push_back(p.cwiseProduct(half));
+        return static_cast<std::uint32_t>(mesh.vertices.size() - 1);
+      };
+      for (int i = 0; i < n; ++i) {
+        for (int j = 0; j < n; ++j) {
+          const std::uint32_t a = at(i, j), b = at(i + 1, j), c = at(i + 1, j + 1),
+                              d = at(i, j + 1);
+          mesh.triangles.push_back({a, b, c});
+          mesh.triangles.push_back({a, c, d});
+        }
+      }
+    }
+  }
+  return weld(mesh, 1e-9);
+}
+
+/// A bar of L-shaped section, 1 m long: its caps are not convex. The lower part of a cap has one
+/// straight side that is at first a wall, and then inside the cap.
+TriangleMesh<double> angle_bar() {
+  TriangleMesh<double> mesh;
+  const double section[7][2] = {{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}, {0, 1}};
+  for (const double z : {0.0, 1.0}) {
+    for (const auto& p : section) mesh.vertices.push_back({p[0], p[1], z});
+  }
+  constexpr std::array<std::array<std::uint32_t, 3>, 5> cap{
+      {{0, 1, 2}, {0, 2, 3}, {0, 3, 6}, {6, 3, 4}, {6, 4, 5}}};
+  for (const auto& t : cap) {
+    mesh.triangles.push_back({t[0], t[2], t[1]});
+    mesh.triangles.push_back({7 + t[0], 7 + t[1], 7 + t[2]});
+  }
+  for (std::uint32_t i = 0; i < 7; ++i) {
+    const std::uint32_t next = (i + 1) % 7;
+    mesh.triangles.push_back({i, next, 7 + next});
+    mesh.triangles.push_back({i, 7 + next, 7 + i});
+  }
+  return mesh;
+}
+
+/// Checks what holds for the plates of any mesh.
+void check_partition(const TriangleMesh<double>& mesh) {
+  const MeshTree<double> tree(mesh);
+  const MeshPlates<double> plates(tree);
+  const double size = tree.root_box().half_extents().norm();
+  double area = 0;
+  for (std::uint32_t i = 0; i < plates.size(); ++i) {
+    CAPTURE(i);
+    const Plate<double> plate = plates.plate(i);
+    const std::size_t count = plate.corners.size();
+    REQUIRE(count >= 3);
+    REQUIRE(count <= MeshPlates<double>::capacity);
+    area += area_of(plate.corners).norm();
+    CHECK(area_of(plate.corners).normalized().dot(plate.normal) == test::relative(1));
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::size_t next = (k + 1) % count;
+      CHECK(mesh.vertices[plate.names[k]] == plate.corners[k]);
+      // Everything is in the plane, and behind each edge.
+      const Vec3<double> edge = plate.corners[next] - plate.corners[k];
+      for (const Vec3<double>& corner : plate.corners) {
+        CHECK(std::abs(plate.normal.dot(corner - plate.corners[0])) <= 4e-6 * size);
+        CHECK(edge.cross(corner - plate.corners[k]).dot(plate.normal) >=
+              -4e-6 * size * edge.norm());
+      }
+      // The neighbour has the same edge, the other way.
+      const std::uint32_t other = plates.neighbour(i, k);
+      REQUIRE(other != i);
+      const Plate<double> beside = plates.plate(other);
+      bool is_shared = false;
+      for (std::size_t j = 0; j < beside.corners.size(); ++j) {
+        if (plates.neighbour(other, j) != i || plates.edge(other, j) != plates.edge(i, k)) continue;
+        is_shared = is_shared || (beside.names[j] == plate.names[next] &&
+                                  beside.names[(j + 1) % beside.names.size()] == plate.names[k]);
+      }
+      CHECK(is_shared);
+    }
+  }
+  double expected = 0;
+  for (const auto& t : mesh.triangles) {
+    expected +=
+        area_of(std::array{mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]}).norm();
+  }
+  CHECK(area == test::relative(expected).epsilon(1e-12));
+}
+
+}  // namespace
+
+TEST_CASE("MeshPlates: tile the surface, are flat and convex, and know their neighbours") {
+  check_partition(box_mesh<double>({0.1, 0.2, 0.3}));
+  check_partition(tiled_box({0.1, 0.2, 0.3}, 5));
+  check_partition(angle_bar());
+  check_partition(sphere_mesh<double>(0.2, 6));
+  check_partition(scenes::parts::torus(0.05, 0.02, 16, 8).mesh);
+  // Turned and moved, in coordinates that no number has exactly.
+  Random random(3);
+  for (int round = 0; round < 20; ++round) {
+    TriangleMesh<double> mesh = round % 2 == 0 ? tiled_box({0.1, 0.2, 0.3}, 3) : angle_bar();
+    const Quat<double> turn = random.rotation<double>();
+    const Vec3<double> shift = random.in_cube(0.3);
+    for (Vec3<double>& v : mesh.vertices) v = turn * v + shift;
+    check_partition(mesh);
+  }
+}
+
+TEST_CASE("MeshPlates: a side of a box is one plate, and a curved surface keeps its triangles") {
+  const auto count = [](const TriangleMesh<double>& mesh) {
+    const MeshTree<double> tree(mesh);
+    return MeshPlates<double>(tree).size();
+  };
+  CHECK(count(box_mesh<double>({0.1, 0.2, 0.3})) == 6);
+  // Four quadrangles of a ring's side are flat, its triangles two by two.
+  CHECK(count(scenes::parts::torus(0.05, 0.02, 16, 8).mesh) == 128);
+  const TriangleMesh<double> ball = sphere_mesh<double>(0.2, 6);
+  CHECK(count(ball) == ball.triangles.size());
+  // Two for each cap, six sides.
+  CHECK(count(angle_bar()) == 10);
+  // Two by two squares have eight corners, those on their sides included.
+  CHECK(count(tiled_box({0.1, 0.2, 0.3}, 2)) == 6);
+}
+
+// A direction over a straight side that is a wall first and inside the face then would have two
+// meanings.
+TEST_CASE("MeshPlates: edges on one straight line have neighbours of one face") {
+  for (const TriangleMesh<double>& mesh : {angle_bar(), tiled_box({0.1, 0.2, 0.3}, 4)}) {
+    const MeshTree<double> tree(mesh);
+    const MeshPlates<double> plates(tree);
+    for (std::uint32_t i = 0; i < plates.size(); ++i) {
+      const Plate<double> plate = plates.plate(i);
+      const std::size_t count = plate.corners.size();
+      for (std::size_t k = 0; k < count; ++k) {
+        const std::size_t next = (k + 1) % count;
+        const Vec3<double> in = plate.corners[next] - plate.corners[k];
+        const Vec3<double> out = plate.corners[(k + 2) % count] - plate.corners[next];
+        if (in.cross(out).norm() > 1e-9 * in.norm() * out.norm()) continue;
+        CHECK(plates.edge(i, k) == plates.edge(i, next));
+        CHECK(plates.face(plates.neighbour(i, k)) == plates.face(plates.neighbour(i, next)));
+      }
+    }
+  }
+}
