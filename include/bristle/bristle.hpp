@@ -51,6 +51,7 @@
 #if BRISTLE_HAS_DEFINITIONS
 #include <bristle/collision/broadphase.hpp>
 #include <bristle/collision/contact_cache.hpp>
+#include <bristle/collision/crowd_limit.hpp>
 #include <bristle/collision/filter.hpp>
 #include <bristle/core/bit_hash.hpp>
 #include <bristle/core/config.hpp>

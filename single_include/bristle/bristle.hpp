@@ -2949,6 +2949,7 @@ template <Scalar S>
   const Vec3<S> half = cwise_abs(R_AB) * box_B.half_extents();
   return {center - half, center + half};
 }
+/// The same, at the pose X_AB.
 template <Scalar S>
 [[nodiscard]] Aabb<S> transformed(const Aabb<S>& box_B, const Transform<S>& X_AB) {
   return transformed<S>(box_B, X_AB.rotation_matrix(), X_AB.translation);
@@ -12690,6 +12691,9 @@ template <Scalar S>
 struct StepReport {
   /// [-] Pairs of overlapping boxes.
   std::uint64_t pairs_tested = 0;
+  /// [-] Pairs put off to later steps. Of many shapes at one place, each is pushed off the dozen
+  /// nearest first.
+  std::uint64_t pairs_put_off = 0;
   /// [-] Pairs queried from the backend.
   std::uint64_t pairs_collided = 0;
   /// [-] Contact points found.
@@ -12812,6 +12816,8 @@ struct Collider {
   Aabb<S> bounds{};
   /// [m] Farthest point from the body's centre of mass.
   S radius = S(0);
+  /// A ball within, relative to the body's centre of mass, in the body's axes.
+  InnerBall<S> inner{};
   /// The half-space itself, which a box cannot bound.
   std::optional<HalfSpace<S>> half_space{};
 };
@@ -24254,6 +24260,7 @@ bool is_clear_of_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const Ra
 /// Bounds and mass properties of every shape, in the shape's own frame.
 // SPDX-License-Identifier: BSD-3-Clause
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <numbers>
@@ -24282,6 +24289,20 @@ template <Scalar S>
 // Implementation ----------------------------------------------------------------------------------
 
 namespace detail {
+
+/// A ball that lies in a shape. A radius of 0 says that none is known.
+template <Scalar S>
+struct InnerBall {
+  Vec3<S> center = Vec3<S>::Zero();  // [m]
+  S radius = S(0);                   // [m]
+};
+
+/// Returns a large ball in a shape, in the shape's own frame: the largest of round shapes and
+/// boxes, for hulls the one about the mean of the corners. None is known of meshes and half-spaces.
+///
+/// @pre `validate(shape)` has passed.
+template <Scalar S>
+[[nodiscard]] InnerBall<S> inner_ball(const Shape<S>& shape);
 
 /// Box from -half to +half.
 template <Scalar S>
@@ -24315,6 +24336,40 @@ struct LocalBounds {
   }
   Aabb<S> operator()(const TriangleMesh<S>& s) const { return mesh_bounds(s); }
 };
+
+template <Scalar S>
+struct FindInnerBall {
+  InnerBall<S> operator()(const Sphere<S>& s) const { return {.radius = s.radius}; }
+  InnerBall<S> operator()(const Box<S>& s) const { return {.radius = s.half_extents.minCoeff()}; }
+  InnerBall<S> operator()(const Capsule<S>& s) const { return {.radius = s.radius}; }
+  InnerBall<S> operator()(const Cylinder<S>& s) const {
+    return {.radius = std::min(s.radius, s.half_length)};
+  }
+  InnerBall<S> operator()(const Cone<S>& s) const {
+    // The incircle of its triangle: twice the area over the circumference.
+    const S height = S(2) * s.half_length;
+    const S radius = s.radius * height / (s.radius + Vec2<S>(s.radius, height).norm());
+    return {{S(0), S(0), radius - s.half_length}, radius};
+  }
+  InnerBall<S> operator()(const Ellipsoid<S>& s) const { return {.radius = s.radii.minCoeff()}; }
+  InnerBall<S> operator()(const HalfSpace<S>&) const { return {}; }
+  InnerBall<S> operator()(const ConvexHull<S>& s) const {
+    InnerBall<S> ball;
+    for (const Vec3<S>& v : s.vertices) ball.center += v / S(s.vertices.size());
+    ball.radius = infinity<S>;
+    for (std::size_t f = 0; f < s.face_count(); ++f) {
+      const S depth = s.face_normals[f].dot(s.vertices[s.face(f)[0]] - ball.center);
+      ball.radius = std::min(ball.radius, std::max(S(0), depth));
+    }
+    return ball;
+  }
+  InnerBall<S> operator()(const TriangleMesh<S>&) const { return {}; }
+};
+
+template <Scalar S>
+InnerBall<S> inner_ball(const Shape<S>& shape) {
+  return std::visit(FindInnerBall<S>{}, shape);
+}
 
 /// Mass and inertia of a body that is symmetric in x, y, z about its centre of mass.
 ///
@@ -33200,6 +33255,112 @@ class MechanismStage final : public JointStage<S, Backend> {
 /// First stage of a step: broad phase and contacts.
 // SPDX-License-Identifier: BSD-3-Clause
 
+// === bristle/collision/crowd_limit.hpp
+
+/// @file
+/// A bound on the pairs of a crowd: many bodies at one place, as after a bad spawn.
+///
+/// A thousand bodies at one point are half a million pairs, of which a few push everything apart as
+/// well. Those are solved first. The next steps find the others, as far as they still overlap.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Puts off pairs of shapes whose inner balls overlap. Bodies that only touch, or overlap as after
+/// a hard impact, are no such pairs. So a scene without a crowd loses nothing.
+template <Scalar S>
+class CrowdLimit {
+ public:
+  /// [-] As many balls of one size can touch one (the kissing number, Schuette and van der Waerden
+  /// 1953). A shape with more others in its middle is in a crowd.
+  static constexpr std::size_t most = 12;
+
+  /// Removes those crowded pairs that are among the `most` nearest of neither shape.
+  /// @param slots    [-] Upper bound of the tags.
+  /// @param ball_of  Callable: `InnerBall<S> ball_of(tag)` in one frame for all tags. A radius of 0
+  ///                 stands for a shape that takes part in no crowd.
+  /// @return Number of pairs removed. The others stay in their order.
+  template <typename BallOf>
+  std::size_t thin(std::vector<ShapePair>& pairs, std::size_t slots, const BallOf& ball_of);
+
+ private:
+  /// Another shape in the middle of a shape.
+  struct Near {
+    S distance2 = S(0);       // [m2] Between the middles.
+    std::uint32_t apart = 0;  // [-] Between the tags. Shapes at one point take their neighbours.
+    std::uint32_t pair = 0;
+
+    friend bool operator<(const Near& x, const Near& y) {
+      return x.distance2 != y.distance2 ? x.distance2 < y.distance2
+             : x.apart != y.apart       ? x.apart < y.apart
+                                        : x.pair < y.pair;
+    }
+  };
+  /// The nearest, in order.
+  struct Nearest {
+    std::array<Near, most> list;
+    std::size_t size = 0;
+
+    void insert(const Near& near) {
+      if (size == most && !(near < list[most - 1])) return;
+      if (size < most) ++size;
+      std::size_t place = size - 1;
+      for (; place > 0 && near < list[place - 1]; --place) list[place] = list[place - 1];
+      list[place] = near;
+    }
+  };
+
+  std::vector<Near> crowded_;
+  std::vector<Nearest> nearest_;  // By tag.
+  std::vector<bool> stays_;       // By pair.
+};
+
+// Implementation ----------------------------------------------------------------------------------
+
+template <Scalar S>
+template <typename BallOf>
+std::size_t CrowdLimit<S>::thin(std::vector<ShapePair>& pairs, std::size_t slots,
+                                const BallOf& ball_of) {
+  crowded_.clear();
+  for (std::uint32_t i = 0; i < pairs.size(); ++i) {
+    const ShapePair& pair = pairs[i];
+    const InnerBall<S> a = ball_of(pair.a);
+    if (!(a.radius > S(0))) continue;
+    const InnerBall<S> b = ball_of(pair.b);
+    const S distance2 = (b.center - a.center).squaredNorm();
+    const S reach = a.radius + b.radius;
+    if (!(b.radius > S(0) && distance2 < reach * reach)) continue;
+    crowded_.push_back({distance2, std::max(pair.a, pair.b) - std::min(pair.a, pair.b), i});
+  }
+  if (crowded_.size() <= most) return 0;
+  nearest_.assign(slots, Nearest{});
+  for (const Near& near : crowded_) {
+    nearest_[pairs[near.pair].a].insert(near);
+    nearest_[pairs[near.pair].b].insert(near);
+  }
+  stays_.assign(pairs.size(), true);
+  for (const Near& near : crowded_) stays_[near.pair] = false;
+  for (const Nearest& nearest : nearest_) {
+    for (std::size_t k = 0; k < nearest.size; ++k) stays_[nearest.list[k].pair] = true;
+  }
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    if (stays_[i]) pairs[count++] = pairs[i];
+  }
+  const std::size_t removed = pairs.size() - count;
+  pairs.resize(count);
+  return removed;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
 #include <algorithm>
 #include <functional>
 #include <span>
@@ -33228,6 +33389,9 @@ class ContactStage {
              detail::may_touch(state, a, b);
     };
     state.broad_phase.find_pairs(moving_, may_touch, pairs_, state.report.pairs_tested);
+    state.report.pairs_put_off +=
+        crowd_.thin(pairs_, state.colliders.slot_count(),
+                    [&](std::uint32_t tag) { return ball_of(state, tag); });
     collide_pairs(state);
     add_contacts(state);
   }
@@ -33324,6 +33488,15 @@ class ContactStage {
     }
   }
 
+  /// The ball within a shape, in world axes. Only dynamic bodies take part in a crowd. Pairs with
+  /// others are as few as they.
+  [[nodiscard]] static InnerBall<S> ball_of(const State& state, std::uint32_t tag) {
+    const Collider<S, Backend>& c = state.colliders.at(tag);
+    const Body<S>& body = state.body_of(c);
+    if (!body.is_dynamic()) return {};
+    return {body.center_pose * c.inner.center, c.inner.radius};
+  }
+
   /// Returns whether two shapes skip each other in this step because one of them sleeps on.
   [[nodiscard]] static bool is_dormant(const State& state, const ShapePair& pair) {
     return state.body_of(state.colliders.at(pair.a)).is_asleep() ||
@@ -33396,6 +33569,7 @@ class ContactStage {
   std::vector<std::uint32_t> moving_;
   std::vector<Start> starts_;  // One for each of them.
   std::vector<ShapePair> pairs_;
+  CrowdLimit<S> crowd_;
   std::vector<Found> found_;
   std::vector<ContactManifolds<S>> buffers_;
   std::size_t most_manifolds_ = chunk_size;
@@ -35252,6 +35426,8 @@ requires ShapeBackend<Backend, S> detail::Collider<S, Backend> World<S, Backend>
     c.radius = (c.X_CmS * c.bounds.center()).norm() + c.bounds.half_extents().norm();
   }
   detail::require_finite("ShapeDef::shape: farthest point", c.radius);
+  c.inner = detail::inner_ball(shape);
+  c.inner.center = c.X_CmS * c.inner.center;
   return c;
 }
 

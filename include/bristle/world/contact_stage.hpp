@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/collision/crowd_limit.hpp>
 #include <bristle/dynamics/contacts/contact_target.hpp>
 #include <bristle/world/near_shapes.hpp>
 #include <bristle/world/world_state.hpp>
@@ -35,6 +36,9 @@ class ContactStage {
              detail::may_touch(state, a, b);
     };
     state.broad_phase.find_pairs(moving_, may_touch, pairs_, state.report.pairs_tested);
+    state.report.pairs_put_off +=
+        crowd_.thin(pairs_, state.colliders.slot_count(),
+                    [&](std::uint32_t tag) { return ball_of(state, tag); });
     collide_pairs(state);
     add_contacts(state);
   }
@@ -131,6 +135,15 @@ class ContactStage {
     }
   }
 
+  /// The ball within a shape, in world axes. Only dynamic bodies take part in a crowd. Pairs with
+  /// others are as few as they.
+  [[nodiscard]] static InnerBall<S> ball_of(const State& state, std::uint32_t tag) {
+    const Collider<S, Backend>& c = state.colliders.at(tag);
+    const Body<S>& body = state.body_of(c);
+    if (!body.is_dynamic()) return {};
+    return {body.center_pose * c.inner.center, c.inner.radius};
+  }
+
   /// Returns whether two shapes skip each other in this step because one of them sleeps on.
   [[nodiscard]] static bool is_dormant(const State& state, const ShapePair& pair) {
     return state.body_of(state.colliders.at(pair.a)).is_asleep() ||
@@ -203,6 +216,7 @@ class ContactStage {
   std::vector<std::uint32_t> moving_;
   std::vector<Start> starts_;  // One for each of them.
   std::vector<ShapePair> pairs_;
+  CrowdLimit<S> crowd_;
   std::vector<Found> found_;
   std::vector<ContactManifolds<S>> buffers_;
   std::size_t most_manifolds_ = chunk_size;

@@ -15,6 +15,9 @@ template <Scalar S>
 struct StepReport {
   /// [-] Pairs of overlapping boxes.
   std::uint64_t pairs_tested = 0;
+  /// [-] Pairs put off to later steps. Of many shapes at one place, each is pushed off the dozen
+  /// nearest first.
+  std::uint64_t pairs_put_off = 0;
   /// [-] Pairs queried from the backend.
   std::uint64_t pairs_collided = 0;
   /// [-] Contact points found.

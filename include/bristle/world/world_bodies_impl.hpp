@@ -54,6 +54,8 @@ requires ShapeBackend<Backend, S> detail::Collider<S, Backend> World<S, Backend>
     c.radius = (c.X_CmS * c.bounds.center()).norm() + c.bounds.half_extents().norm();
   }
   detail::require_finite("ShapeDef::shape: farthest point", c.radius);
+  c.inner = detail::inner_ball(shape);
+  c.inner.center = c.X_CmS * c.inner.center;
   return c;
 }
 

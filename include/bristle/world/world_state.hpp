@@ -37,6 +37,8 @@ struct Collider {
   Aabb<S> bounds{};
   /// [m] Farthest point from the body's centre of mass.
   S radius = S(0);
+  /// A ball within, relative to the body's centre of mass, in the body's axes.
+  InnerBall<S> inner{};
   /// The half-space itself, which a box cannot bound.
   std::optional<HalfSpace<S>> half_space{};
 };

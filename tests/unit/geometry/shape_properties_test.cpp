@@ -2,6 +2,7 @@
 #include <bristle/geometry/meshes/mesh_shapes.hpp>
 #include <bristle/geometry/shapes/quickhull.hpp>
 #include <bristle/geometry/shapes/shape_properties.hpp>
+#include <bristle/geometry/shapes/support.hpp>
 
 #include <doctest/doctest.h>
 
@@ -214,4 +215,37 @@ TEST_CASE_TEMPLATE("local_bounds: touches each shape", S, float, double) {
   const Aabb<S> floor = local_bounds<S>(HalfSpace<S>{});
   CHECK(floor.lower == Vec3<S>::Constant(-infinity<S>));
   CHECK(floor.upper == Vec3<S>::Constant(infinity<S>));
+}
+
+TEST_CASE_TEMPLATE("inner_ball: lies in its shape, and touches its surface where that is round", S,
+                   float, double) {
+  Random random(11);
+  for (const Shape<S>& shape : solids<S>()) {
+    CAPTURE(name_of(kind_of(shape)));
+    const InnerBall<S> ball = inner_ball(shape);
+    if (kind_of(shape) == ShapeKind::triangle_mesh) {
+      CHECK(ball.radius == S(0));
+      continue;
+    }
+    REQUIRE(ball.radius > S(0));
+    // The shape's extent along any direction is at least the ball's; along some it is the same.
+    S least = infinity<S>;
+    const auto look_along = [&](const Vec3<S>& n) {
+      std::visit(
+          [&](const auto& s) {
+            if constexpr (requires { support_point(s, n); }) {
+              least = std::min(least, n.dot(support_point(s, n) - ball.center) - ball.radius);
+            }
+          },
+          shape);
+    };
+    for (int i = 0; i < 3000; ++i) look_along(random.template direction<S>());
+    for (int axis = 0; axis < 3; ++axis) {
+      look_along(Vec3<S>::Unit(axis));
+      look_along(-Vec3<S>::Unit(axis));
+    }
+    CHECK(least >= -Tolerance<S>::round_off());
+    CHECK(least <= S(0.02));
+  }
+  CHECK(inner_ball(Shape<S>(HalfSpace<S>{})).radius == S(0));
 }

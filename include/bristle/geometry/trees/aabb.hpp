@@ -68,6 +68,7 @@ template <Scalar S>
   const Vec3<S> half = cwise_abs(R_AB) * box_B.half_extents();
   return {center - half, center + half};
 }
+/// The same, at the pose X_AB.
 template <Scalar S>
 [[nodiscard]] Aabb<S> transformed(const Aabb<S>& box_B, const Transform<S>& X_AB) {
   return transformed<S>(box_B, X_AB.rotation_matrix(), X_AB.translation);
