@@ -19491,11 +19491,6 @@ class MeshTree {
 
   /// [m] Box around all triangles.
   [[nodiscard]] Aabb<S> root_box() const { return tree_.root_box(); }
-  /// As `AabbTree::find`.
-  template <typename Accept, typename Visit>
-  void find(Accept&& accept, Visit&& visit) const {
-    tree_.find(accept, visit);
-  }
   /// The same triangles in the layout for rays.
   [[nodiscard]] const RayMesh<S>& for_rays() const { return rays_; }
   /// As `RayMesh::walk_ray`.
@@ -25021,7 +25016,7 @@ inline GjkResult<double> FclDistance::operator()(PlacedConvex<double> a, PlacedC
 // === bristle/geometry/backends/fcl_mesh_tree.hpp
 
 /// @file
-/// Traversal of the tree inside an FCL mesh through its public nodes, as of an `AabbTree`.
+/// Rays through the tree inside an FCL mesh, by its public nodes.
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <fcl/geometry/bvh/BVH_model.h>
@@ -25040,7 +25035,7 @@ namespace bristle::inline BRISTLE_ABI::detail {
 template <typename S>
 using FclMesh = fcl::BVHModel<fcl::AABB<S>>;
 
-/// A view of an FCL mesh: its triangles, and the two queries of `AabbTree`, with the triangle's
+/// A view of an FCL mesh: its triangles, and the ray query of `AabbTree`, with the triangle's
 /// number as payload. The mesh must outlive it and have its tree (`endModel`).
 ///
 /// The traversal is recursive, as deep as FCL's tree is high. FCL splits at the mean, which gives
@@ -25082,20 +25077,6 @@ class FclMeshTree {
   /// Box around all triangles.
   [[nodiscard]] Aabb<S> root_box() const { return mesh_->getNumBVs() > 0 ? box(0) : Aabb<S>{}; }
 
-  /// Calls `visit(triangle) -> bool` for every triangle whose box overlaps or touches `box`, until
-  /// a visit returns false.
-  template <typename Visit>
-  void overlap(const Aabb<S>& query, Visit&& visit) const {
-    find([&](const Aabb<S>& box) { return box.overlaps(query); }, visit);
-  }
-
-  /// The same for every triangle whose box `accept(box) -> bool` takes together with all boxes
-  /// around it.
-  template <typename Accept, typename Visit>
-  void find(Accept&& accept, Visit&& visit) const {
-    if (mesh_->getNumBVs() > 0) find_below(0, accept, visit);
-  }
-
   /// Calls `visit(triangle, max_distance) -> new max_distance` for every triangle whose box the ray
   /// meets before max_distance [m]. It starts as the ray's length. Nearer boxes come first.
   template <typename Visit>
@@ -25110,16 +25091,6 @@ class FclMeshTree {
   [[nodiscard]] Aabb<S> box(int node) const {
     const fcl::AABB<S>& bv = mesh_->getBV(node).bv;
     return {bv.min_, bv.max_};
-  }
-
-  /// Returns false once a visit has returned false.
-  template <typename Accept, typename Visit>
-  bool find_below(int id, Accept& accept, Visit& visit) const {
-    if (!accept(box(id))) return true;
-    const auto& node = mesh_->getBV(id);
-    if (node.isLeaf()) return visit(static_cast<std::uint32_t>(node.primitiveId()));
-    return find_below(node.leftChild(), accept, visit) &&
-           find_below(node.rightChild(), accept, visit);
   }
 
   template <typename Visit>

@@ -44,11 +44,6 @@ class MeshTree {
 
   /// [m] Box around all triangles.
   [[nodiscard]] Aabb<S> root_box() const { return tree_.root_box(); }
-  /// As `AabbTree::find`.
-  template <typename Accept, typename Visit>
-  void find(Accept&& accept, Visit&& visit) const {
-    tree_.find(accept, visit);
-  }
   /// The same triangles in the layout for rays.
   [[nodiscard]] const RayMesh<S>& for_rays() const { return rays_; }
   /// As `RayMesh::walk_ray`.
