@@ -132,6 +132,7 @@
 #include <bristle/geometry/shapes/convex_view.hpp>
 #include <bristle/geometry/shapes/grid_hull.hpp>
 #include <bristle/geometry/shapes/hull_faces.hpp>
+#include <bristle/geometry/shapes/inner_ball.hpp>
 #include <bristle/geometry/shapes/shape_properties.hpp>
 #include <bristle/geometry/shapes/support.hpp>
 #include <bristle/geometry/trees/aabb.hpp>

@@ -7,7 +7,7 @@
 #pragma once
 
 #include <bristle/collision/broadphase.hpp>
-#include <bristle/geometry/shapes/shape_properties.hpp>
+#include <bristle/geometry/shapes/inner_ball.hpp>
 
 #include <algorithm>
 #include <array>

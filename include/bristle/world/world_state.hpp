@@ -10,6 +10,7 @@
 #include <bristle/dynamics/joints/joint.hpp>
 #include <bristle/dynamics/solver/solver_types.hpp>
 #include <bristle/geometry/backends/shape_backend.hpp>
+#include <bristle/geometry/shapes/inner_ball.hpp>
 #include <bristle/sensors/patch.hpp>
 #include <bristle/world/contact_events.hpp>
 #include <bristle/world/joint_stage.hpp>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/geometry/meshes/mesh_shapes.hpp>
+#include <bristle/geometry/shapes/inner_ball.hpp>
 #include <bristle/geometry/shapes/quickhull.hpp>
 #include <bristle/geometry/shapes/shape_properties.hpp>
 #include <bristle/geometry/shapes/support.hpp>
