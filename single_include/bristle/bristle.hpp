@@ -14366,9 +14366,8 @@ namespace bristle::inline BRISTLE_ABI {
 
 /// Satisfies `ShapeBackend` for float and double.
 ///
-/// Contacts are found as in solid_contacts.hpp, over FCL's GJK (fcl_contact_normal.hpp) and FCL's
-/// mesh trees. FCL's own contacts of meshes have no meaningful depth (fcl#106, #491, #574) and are
-/// not used. Every pair is known except two half-spaces.
+/// Contacts are found as in solid_contacts.hpp, over FCL's GJK (fcl_contact_normal.hpp). FCL's own
+/// contacts of meshes have no meaningful depth (fcl#106, #491, #574) and are not used. Every pair is known except two half-spaces.
 ///
 /// `collide` allocates only space in `out`; `cast_rays` allocates nothing. FCL's GJK works on the
 /// stack. Exceptions of FCL are caught, and supports check its results. All loops are bounded.
@@ -21485,8 +21484,8 @@ class ContactSink {
 /// union is convex (Hertel and Mehlhorn 1983). So contacts cost the plates of a part, not the
 /// triangles that its export made of them. A curved surface keeps its triangles.
 ///
-/// Each edge of a plate is one edge of the mesh. So each has one neighbour. Corners on a straight
-/// line stay corners.
+/// Each edge of a plate is one edge of the mesh. So each has one neighbour. A plate turns at each
+/// of its corners.
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <algorithm>
@@ -21620,8 +21619,7 @@ template <Scalar S>
 template <typename Tree>
 PlateJoin<S>::PlateJoin(const Tree& tree) {
   const auto box = tree.root_box();
-  hair_ = S(Tolerance<float>::round_off()) *
-          S(cwise_max(cwise_abs(box.lower), cwise_abs(box.upper)).maxCoeff());
+  hair_ = S(Tolerance<float>::round_off()) * S(box.half_extents().maxCoeff());
   const auto count = static_cast<std::uint32_t>(tree.size());
   for (std::uint32_t t = 0; t < count; ++t) {
     const auto corners = tree.corners(t);
@@ -21747,26 +21745,21 @@ std::vector<std::uint32_t> PlateJoin<S>::joined_across(std::uint32_t half_edge) 
   return outline;
 }
 
-/// Returns whether an outline is that of a flat, convex plate. Where it is straight, both edges
-/// must have neighbours of one face. So a direction over them means the same at each.
+/// Returns whether an outline is that of a flat plate that turns the same way at every corner. Then
+/// all of it is behind each of its edges. It must not be straight at a corner, either: a contact
+/// along a straight side takes one edge, and each edge is that of one plate on each side.
 template <Scalar S>
 bool PlateJoin<S>::is_plate(std::span<const std::uint32_t> outline) const {
+  using std::abs;
   const std::size_t count = outline.size();
   if (count < 3 || count > MeshPlates<S>::capacity) return false;
   const Vec3<S> up = normal(outline);
   for (std::size_t k = 0; k < count; ++k) {
-    const std::uint32_t before = outline[k];
-    const std::uint32_t after = outline[(k + 1) % count];
-    const Vec3<S>& corner = start(after);
-    using std::abs;
+    const Vec3<S>& corner = start(outline[(k + 1) % count]);
     if (abs(up.dot(corner - start(outline[0]))) > hair_) return false;
-    const Vec3<S> in = corner - start(before);
+    const Vec3<S> in = corner - start(outline[k]);
     const Vec3<S> out = start(outline[(k + 2) % count]) - corner;
-    const S turn = in.cross(out).dot(up);
-    if (turn < -hair_ * (in + out).norm()) return false;
-    const bool is_straight = turn <= S(2) * same_direction_sine<S> * in.norm() * out.norm();
-    if (is_straight && (edges_[before] != edges_[after] ||
-                        faces_[twins_[before] / 3] != faces_[twins_[after] / 3])) {
+    if (in.cross(out).dot(up) <= S(2) * same_direction_sine<S> * in.norm() * out.norm()) {
       return false;
     }
   }
@@ -33259,8 +33252,9 @@ class MechanismStage final : public JointStage<S, Backend> {
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Puts off pairs of shapes whose inner balls overlap. Bodies that only touch, or overlap as after
-/// a hard impact, are no such pairs. So a scene without a crowd loses nothing.
+/// Puts off pairs of shapes that have their middles in each other's inner balls. Bodies that touch,
+/// and small ones in a large one, are no such pairs, nor is any overlap of less than a radius. So a
+/// scene without a crowd loses nothing.
 template <Scalar S>
 class CrowdLimit {
  public:
@@ -33321,8 +33315,8 @@ std::size_t CrowdLimit<S>::thin(std::vector<ShapePair>& pairs, std::size_t slots
     if (!(a.radius > S(0))) continue;
     const InnerBall<S> b = ball_of(pair.b);
     const S distance2 = (b.center - a.center).squaredNorm();
-    const S reach = a.radius + b.radius;
-    if (!(b.radius > S(0) && distance2 < reach * reach)) continue;
+    const S reach = std::min(a.radius, b.radius);
+    if (!(reach > S(0) && distance2 < reach * reach)) continue;
     crowded_.push_back({distance2, std::max(pair.a, pair.b) - std::min(pair.a, pair.b), i});
   }
   if (crowded_.size() <= most) return 0;

@@ -18,8 +18,9 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Puts off pairs of shapes whose inner balls overlap. Bodies that only touch, or overlap as after
-/// a hard impact, are no such pairs. So a scene without a crowd loses nothing.
+/// Puts off pairs of shapes that have their middles in each other's inner balls. Bodies that touch,
+/// and small ones in a large one, are no such pairs, nor is any overlap of less than a radius. So a
+/// scene without a crowd loses nothing.
 template <Scalar S>
 class CrowdLimit {
  public:
@@ -80,8 +81,8 @@ std::size_t CrowdLimit<S>::thin(std::vector<ShapePair>& pairs, std::size_t slots
     if (!(a.radius > S(0))) continue;
     const InnerBall<S> b = ball_of(pair.b);
     const S distance2 = (b.center - a.center).squaredNorm();
-    const S reach = a.radius + b.radius;
-    if (!(b.radius > S(0) && distance2 < reach * reach)) continue;
+    const S reach = std::min(a.radius, b.radius);
+    if (!(reach > S(0) && distance2 < reach * reach)) continue;
     crowded_.push_back({distance2, std::max(pair.a, pair.b) - std::min(pair.a, pair.b), i});
   }
   if (crowded_.size() <= most) return 0;

@@ -59,7 +59,7 @@ TEST_CASE("CrowdLimit: balls that do not overlap keep all of their pairs") {
 
 TEST_CASE("CrowdLimit: each shape of a crowd keeps its nearest, whatever else is put off") {
   const std::uint32_t count = 200;
-  const auto balls = random_balls(count, 0.1, 0.15);
+  const auto balls = random_balls(count, 0.1, 0.4);
   const std::vector<ShapePair> before = all_pairs(count);
   std::vector<ShapePair> pairs = before;
   const std::size_t removed = thin(pairs, balls);
@@ -100,6 +100,19 @@ TEST_CASE("CrowdLimit: small shapes within a large one all keep their pair with 
   std::vector<InnerBall<double>> balls{{{0, 0, 0}, 1}};
   for (int i = 0; i < 125; ++i) {
     balls.push_back({{0.1 * (i % 5 - 2), 0.1 * (i / 5 % 5 - 2), 0.1 * (i / 25 - 2)}, 0.04});
+  }
+  std::vector<ShapePair> pairs = all_pairs(static_cast<std::uint32_t>(balls.size()));
+  const std::vector<ShapePair> before = pairs;
+  CHECK(thin(pairs, balls) == 0);
+  CHECK(pairs == before);
+}
+
+TEST_CASE(
+    "CrowdLimit: what overlaps by less than a radius is no crowd, dust on a ball least of all") {
+  Random random(3);
+  std::vector<InnerBall<double>> balls{{{0, 0, 0}, 1}, {{1.099, 0, 0}, 0.1}};
+  for (int i = 0; i < 60; ++i) {
+    balls.push_back({balls[1].center + 0.1009 * random.direction<double>(), 1e-3});
   }
   std::vector<ShapePair> pairs = all_pairs(static_cast<std::uint32_t>(balls.size()));
   const std::vector<ShapePair> before = pairs;

@@ -9,6 +9,7 @@
 #include <bristle/geometry/contacts/mesh_contacts.hpp>
 #include <bristle/geometry/meshes/mesh_shapes.hpp>
 #include <bristle/geometry/meshes/mesh_tree.hpp>
+#include <bristle/geometry/meshes/mesh_validation.hpp>
 
 #include <doctest/doctest.h>
 
@@ -284,5 +285,64 @@ TEST_CASE("mesh_contacts: meshes that cut each other touch, and hardly deeper th
       }
     }
     CHECK(apart > pair.poses / 4);
+  }
+}
+
+namespace {
+
+/// A wedge along y whose upper edge is in `pieces` parts, 0.2 m long and 0.2 m high.
+TriangleMesh<double> rail(std::uint32_t pieces) {
+  TriangleMesh<double> mesh;
+  for (std::uint32_t i = 0; i <= pieces; ++i) {
+    mesh.vertices.push_back({0, 0.2 * i / pieces - 0.1, 0});
+  }
+  const std::uint32_t left = pieces + 1;
+  const std::uint32_t right = pieces + 3;
+  for (const double x : {-0.02, 0.02}) {
+    for (const double y : {-0.1, 0.1}) mesh.vertices.push_back({x, y, -0.2});
+  }
+  for (std::uint32_t i = 0; i < pieces; ++i) {
+    mesh.triangles.push_back({i, i + 1, left});
+    mesh.triangles.push_back({i, right, i + 1});
+  }
+  mesh.triangles.push_back({pieces, left + 1, left});
+  mesh.triangles.push_back({pieces, right, right + 1});
+  mesh.triangles.push_back({left, left + 1, right});
+  mesh.triangles.push_back({left + 1, right + 1, right});
+  mesh.triangles.push_back({0, left, right});
+  mesh.triangles.push_back({pieces, right + 1, left + 1});
+  return mesh;
+}
+
+}  // namespace
+
+// An edge of several pieces is touched along all of them, by one plate of each side or by several.
+TEST_CASE("mesh_contacts: a box lies on the whole of an edge, in however many pieces that is") {
+  const Box<double> box{{0.3, 0.3, 0.05}};
+  for (const std::uint32_t pieces : {1u, 2u, 4u, 6u}) {
+    for (const double turn : {0.0, 1e-4, -1e-4}) {
+      CAPTURE(pieces);
+      CAPTURE(turn);
+      const TriangleMesh<double> mesh = rail(pieces);
+      validate_solid(mesh);
+      const MeshTree<double> tree(mesh);
+      const MeshSurface<double, MeshTree<double>> surface(tree);
+      ContactManifolds<double> contacts;
+      ContactSink<double> sink(contacts);
+      sink.set_frame({}, false);
+      const Quat<double> R(Eigen::AngleAxis<double>(turn, Vec3<double>::UnitX()));
+      collide_mesh<GjkDistance, double>(surface, convex_view(box), {R, {0, 0, 0.05 - 1e-4}}, 1e-3,
+                                        sink);
+      double low = 0;
+      double high = 0;
+      for (const ContactManifold<double>& manifold : contacts) {
+        for (std::size_t k = 0; k < manifold.size; ++k) {
+          low = std::min(low, manifold.points[k].position.y());
+          high = std::max(high, manifold.points[k].position.y());
+        }
+      }
+      CHECK(low == test::relative(-0.1).epsilon(1e-3));
+      CHECK(high == test::relative(0.1).epsilon(1e-3));
+    }
   }
 }

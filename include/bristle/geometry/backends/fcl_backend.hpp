@@ -20,9 +20,8 @@ namespace bristle::inline BRISTLE_ABI {
 
 /// Satisfies `ShapeBackend` for float and double.
 ///
-/// Contacts are found as in solid_contacts.hpp, over FCL's GJK (fcl_contact_normal.hpp) and FCL's
-/// mesh trees. FCL's own contacts of meshes have no meaningful depth (fcl#106, #491, #574) and are
-/// not used. Every pair is known except two half-spaces.
+/// Contacts are found as in solid_contacts.hpp, over FCL's GJK (fcl_contact_normal.hpp). FCL's own
+/// contacts of meshes have no meaningful depth (fcl#106, #491, #574) and are not used. Every pair is known except two half-spaces.
 ///
 /// `collide` allocates only space in `out`; `cast_rays` allocates nothing. FCL's GJK works on the
 /// stack. Exceptions of FCL are caught, and supports check its results. All loops are bounded.

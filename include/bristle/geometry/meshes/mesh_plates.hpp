@@ -5,8 +5,8 @@
 /// union is convex (Hertel and Mehlhorn 1983). So contacts cost the plates of a part, not the
 /// triangles that its export made of them. A curved surface keeps its triangles.
 ///
-/// Each edge of a plate is one edge of the mesh. So each has one neighbour. Corners on a straight
-/// line stay corners.
+/// Each edge of a plate is one edge of the mesh. So each has one neighbour. A plate turns at each
+/// of its corners.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -146,8 +146,7 @@ template <Scalar S>
 template <typename Tree>
 PlateJoin<S>::PlateJoin(const Tree& tree) {
   const auto box = tree.root_box();
-  hair_ = S(Tolerance<float>::round_off()) *
-          S(cwise_max(cwise_abs(box.lower), cwise_abs(box.upper)).maxCoeff());
+  hair_ = S(Tolerance<float>::round_off()) * S(box.half_extents().maxCoeff());
   const auto count = static_cast<std::uint32_t>(tree.size());
   for (std::uint32_t t = 0; t < count; ++t) {
     const auto corners = tree.corners(t);
@@ -273,26 +272,21 @@ std::vector<std::uint32_t> PlateJoin<S>::joined_across(std::uint32_t half_edge) 
   return outline;
 }
 
-/// Returns whether an outline is that of a flat, convex plate. Where it is straight, both edges
-/// must have neighbours of one face. So a direction over them means the same at each.
+/// Returns whether an outline is that of a flat plate that turns the same way at every corner. Then
+/// all of it is behind each of its edges. It must not be straight at a corner, either: a contact
+/// along a straight side takes one edge, and each edge is that of one plate on each side.
 template <Scalar S>
 bool PlateJoin<S>::is_plate(std::span<const std::uint32_t> outline) const {
+  using std::abs;
   const std::size_t count = outline.size();
   if (count < 3 || count > MeshPlates<S>::capacity) return false;
   const Vec3<S> up = normal(outline);
   for (std::size_t k = 0; k < count; ++k) {
-    const std::uint32_t before = outline[k];
-    const std::uint32_t after = outline[(k + 1) % count];
-    const Vec3<S>& corner = start(after);
-    using std::abs;
+    const Vec3<S>& corner = start(outline[(k + 1) % count]);
     if (abs(up.dot(corner - start(outline[0]))) > hair_) return false;
-    const Vec3<S> in = corner - start(before);
+    const Vec3<S> in = corner - start(outline[k]);
     const Vec3<S> out = start(outline[(k + 2) % count]) - corner;
-    const S turn = in.cross(out).dot(up);
-    if (turn < -hair_ * (in + out).norm()) return false;
-    const bool is_straight = turn <= S(2) * same_direction_sine<S> * in.norm() * out.norm();
-    if (is_straight && (edges_[before] != edges_[after] ||
-                        faces_[twins_[before] / 3] != faces_[twins_[after] / 3])) {
+    if (in.cross(out).dot(up) <= S(2) * same_direction_sine<S> * in.norm() * out.norm()) {
       return false;
     }
   }
