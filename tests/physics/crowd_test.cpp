@@ -18,8 +18,7 @@ using namespace bristle::detail;
 
 namespace {
 
-/// Bodies of one shape at almost one point, without gravity. At one point balls would be a line:
-/// nothing tells them where to go beside it.
+/// Bodies of one shape at almost one point, without gravity.
 template <typename S>
 struct Crowd {
   Crowd(std::uint64_t count, const Shape<S>& shape) : world({.gravity = Vec3<S>::Zero()}) {
