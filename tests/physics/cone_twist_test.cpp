@@ -96,7 +96,7 @@ TEST_CASE("cone_twist: a rod outside its cone comes back, from the opposite side
 TEST_CASE("cone_twist: a rod swinging about stays within its cone") {
   const double limit = 2.5;  // It hangs at pi.
   Hanging hanging = make_hanging({.swing_limit = limit}, 1);
-  hanging.world.set_velocity(hanging.body, {V(0, 0.8, 0), {}});
+  hanging.world.set_velocity(hanging.body, {V(0, 0.8, 0), V::Zero()});
   double farthest = 0;
   const double start = hanging.world.body(hanging.body).kinetic_energy() +
                        20 * hanging.world.pose(hanging.body).translation.z();
