@@ -34,7 +34,7 @@ ContactManifolds<S> manifold(std::uint32_t key, std::initializer_list<std::uint3
 
 template <typename S>
 void add(ContactCache<S>& cache, ShapePair pair, const ContactManifolds<S>& found) {
-  cache.add(pair, found, {Mat3<S>::Identity(), Vec3<S>::Zero(), Vec3<S>(0, 0, 2), {}});
+  cache.add(pair, found, {Mat3<S>::Identity(), Vec3<S>::Zero(), Vec3<S>(0, 0, 2), Vec3<S>::Zero()});
 }
 
 }  // namespace
