@@ -3225,6 +3225,7 @@ template <typename Vector>
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -3269,6 +3270,7 @@ struct EdgeUse {
   std::uint32_t low;       ///< [-] Smaller vertex number.
   std::uint32_t high;      ///< [-] Larger vertex number.
   std::uint32_t triangle;  ///< [-] Number of the triangle.
+  std::uint32_t side;      ///< [-] Which of its sides: from that corner to the next.
   bool is_ascending;       ///< True if the triangle runs from low to high.
 
   friend bool operator<(const EdgeUse& a, const EdgeUse& b) {
@@ -3281,17 +3283,18 @@ struct EdgeUse {
   }
 };
 
-/// All passages. Those of one edge are adjacent, and edges ascend.
-template <Scalar S>
-[[nodiscard]] std::vector<EdgeUse> sorted_edges(const TriangleMesh<S>& mesh) {
+/// All passages through the edges of triangles. Those of one edge are adjacent, and edges ascend.
+/// @param triangles  Vertex numbers of each.
+[[nodiscard]] inline std::vector<EdgeUse> sorted_edges(
+    std::span<const std::array<std::uint32_t, 3>> triangles) {
   std::vector<EdgeUse> uses;
-  uses.reserve(3 * mesh.triangles.size());
-  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-    const auto& corners = mesh.triangles[t];
-    for (std::size_t k = 0; k < 3; ++k) {
+  uses.reserve(3 * triangles.size());
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    const auto& corners = triangles[t];
+    for (std::uint32_t k = 0; k < 3; ++k) {
       const std::uint32_t from = corners[k];
       const std::uint32_t to = corners[(k + 1) % 3];
-      uses.push_back({std::min(from, to), std::max(from, to), t, from < to});
+      uses.push_back({std::min(from, to), std::max(from, to), t, k, from < to});
     }
   }
   std::sort(uses.begin(), uses.end());
@@ -3387,7 +3390,7 @@ void validate_solid(const TriangleMesh<S>& mesh) {
                            detail::to_tuple_text(mesh.triangles[degenerate.front()]),
                            "must not be degenerate (repeated corner or no area)");
   }
-  detail::require_closed(detail::sorted_edges(mesh));
+  detail::require_closed(detail::sorted_edges(mesh.triangles));
   detail::require(signed_volume(mesh) > S(0), "TriangleMesh: enclosed volume", signed_volume(mesh),
                   "must be > 0 (inverted mesh: triangles must be counter-clockwise from outside)");
 }
@@ -12608,7 +12611,8 @@ JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S
 // === bristle/geometry/shapes/inner_ball.hpp
 
 /// @file
-/// A ball within a shape. Two shapes are certainly deep in each other where their balls overlap.
+/// A ball within a shape. Two shapes are deep in each other where each has its middle in the
+/// other's ball.
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <algorithm>
@@ -20705,7 +20709,7 @@ struct GjkDistance {
 /// Returns the direction of least overlap of A and B, with B at X_AB.
 ///
 /// Errors are relative to the size of the pair. The gap is right to 1e-11 for cores that are
-/// points, segments, boxes, triangles or hulls. For other cores the gap is right to about 1e-8, the
+/// points, segments, boxes, plates or hulls. For other cores the gap is right to about 1e-8, the
 /// normal to 1e-4. Most are far better. For overlapping solids the direction is the global minimum.
 /// For curved solids its overlap may exceed the minimum by a fiftieth. Hulls whose corners exceed
 /// the polytope may get a local minimum.
@@ -21583,7 +21587,9 @@ class PlateJoin {
   [[nodiscard]] std::uint32_t twin(std::uint32_t half_edge) const { return twins_[half_edge]; }
   [[nodiscard]] SurfaceEdge edge(std::uint32_t half_edge) const { return edges_[half_edge]; }
   [[nodiscard]] const Vec3<S>& start(std::uint32_t half_edge) const { return starts_[half_edge]; }
-  [[nodiscard]] std::uint32_t name(std::uint32_t half_edge) const { return names_[half_edge]; }
+  [[nodiscard]] std::uint32_t name(std::uint32_t half_edge) const {
+    return triangles_[half_edge / 3][half_edge % 3];
+  }
   [[nodiscard]] std::uint32_t face(std::uint32_t triangle) const { return faces_[triangle]; }
   [[nodiscard]] std::size_t face_count() const { return face_count_; }
   /// [1] Unit normal of an outline: that of its area.
@@ -21603,8 +21609,8 @@ class PlateJoin {
   [[nodiscard]] std::vector<std::uint32_t> joined_across(std::uint32_t half_edge) const;
   [[nodiscard]] bool is_plate(std::span<const std::uint32_t> outline) const;
 
+  std::vector<std::array<std::uint32_t, 3>> triangles_;  // Vertex numbers.
   std::vector<Vec3<S>> starts_;
-  std::vector<std::uint32_t> names_;
   std::vector<Vec3<S>> normals_;  // By triangle.
   std::vector<std::uint32_t> twins_;
   std::vector<SurfaceEdge> edges_;
@@ -21623,10 +21629,9 @@ PlateJoin<S>::PlateJoin(const Tree& tree) {
   const auto count = static_cast<std::uint32_t>(tree.size());
   for (std::uint32_t t = 0; t < count; ++t) {
     const auto corners = tree.corners(t);
-    const auto numbers = tree.vertex_numbers(t);
-    for (std::size_t k = 0; k < 3; ++k) {
-      starts_.push_back(corners[k].template cast<S>());
-      names_.push_back(numbers[k]);
+    triangles_.push_back(tree.vertex_numbers(t));
+    for (const auto& corner : corners) {
+      starts_.push_back(corner.template cast<S>());
       owners_.push_back(t);
     }
     outlines_.push_back({3 * t, 3 * t + 1, 3 * t + 2});
@@ -21639,25 +21644,14 @@ PlateJoin<S>::PlateJoin(const Tree& tree) {
 
 template <Scalar S>
 void PlateJoin<S>::find_edges() {
-  struct NamedEdge {
-    std::uint32_t low, high, half_edge;
-  };
-  std::vector<NamedEdge> uses;
-  uses.reserve(starts_.size());
+  const std::vector<EdgeUse> uses = sorted_edges(triangles_);
   const auto next = [](std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; };
-  for (std::uint32_t h = 0; h < starts_.size(); ++h) {
-    const std::uint32_t end = names_[next(h)];
-    uses.push_back({std::min(names_[h], end), std::max(names_[h], end), h});
-  }
-  std::sort(uses.begin(), uses.end(), [](const NamedEdge& a, const NamedEdge& b) {
-    return std::tie(a.low, a.high, a.half_edge) < std::tie(b.low, b.high, b.half_edge);
-  });
   twins_.resize(starts_.size());
   edges_.resize(starts_.size());
   for (std::size_t i = 0; i + 1 < uses.size(); i += 2) {
-    const std::uint32_t a = uses[i].half_edge;
-    const std::uint32_t b = uses[i + 1].half_edge;
-    BRISTLE_ASSERT(uses[i].low == uses[i + 1].low && uses[i].high == uses[i + 1].high);
+    BRISTLE_ASSERT(uses[i].is_same_edge(uses[i + 1]));
+    const std::uint32_t a = 3 * uses[i].triangle + uses[i].side;
+    const std::uint32_t b = 3 * uses[i + 1].triangle + uses[i + 1].side;
     twins_[a] = b;
     twins_[b] = a;
     // The depth of the neighbour's far corner below the plane tells convex from hollow.
@@ -22099,6 +22093,10 @@ class MeshOpposite {
       corners_[count_++] = X_AB * corner;
       hair_ = std::max(hair_, Tolerance<P>::equal() * (corner - plate.corners[0]).norm());
     }
+    for (std::size_t k = 0; k < count_; ++k) {
+      const Vec3<P>& next = corners_[k + 1 < count_ ? k + 1 : 0];
+      outwards_[k] = (next - corners_[k]).cross(normal_).normalized();
+    }
   }
 
   /// [-] The plate.
@@ -22126,12 +22124,11 @@ class MeshOpposite {
     }
     if (!(low <= margin && high >= -hair_)) return false;
     for (std::size_t k = 0; k < count_; ++k) {
-      const Vec3<P> outwards = (corners_[k + 1 < count_ ? k + 1 : 0] - corners_[k]).cross(normal_);
       P beyond = infinity<P>;
       for (const Vec3<P>& p : other.corners) {
-        beyond = std::min(beyond, outwards.dot(p - corners_[k]));
+        beyond = std::min(beyond, outwards_[k].dot(p - corners_[k]));
       }
-      if (beyond > P(0) && beyond * beyond > margin * margin * outwards.squaredNorm()) return false;
+      if (beyond > margin) return false;
     }
     return true;
   }
@@ -22142,7 +22139,8 @@ class MeshOpposite {
   const Transform<P>& X_AB_;
   P largest_depth_;
   Vec3<P> normal_;
-  std::array<Vec3<P>, MeshPlates<P>::capacity> corners_;  // [m]
+  std::array<Vec3<P>, MeshPlates<P>::capacity> corners_;   // [m]
+  std::array<Vec3<P>, MeshPlates<P>::capacity> outwards_;  // [1] Across its edges.
   std::size_t count_ = 0;
   P hair_ = P(0);  // [m] Round-off.
 };
@@ -33247,7 +33245,7 @@ class MechanismStage final : public JointStage<S, Backend> {
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <utility>
+#include <tuple>
 #include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
@@ -33278,9 +33276,7 @@ class CrowdLimit {
     std::uint32_t pair = 0;
 
     friend bool operator<(const Near& x, const Near& y) {
-      return x.distance2 != y.distance2 ? x.distance2 < y.distance2
-             : x.apart != y.apart       ? x.apart < y.apart
-                                        : x.pair < y.pair;
+      return std::tie(x.distance2, x.apart, x.pair) < std::tie(y.distance2, y.apart, y.pair);
     }
   };
   /// The nearest, in order.
@@ -38434,7 +38430,7 @@ class MeshPlacement {
   }
 
   void add_edges() {
-    const std::vector<EdgeUse> uses = sorted_edges(mesh_);
+    const std::vector<EdgeUse> uses = sorted_edges(mesh_.triangles);
     for (std::size_t i = 0; i < uses.size();) {
       const EdgeUse& edge = uses[i];
       NormalSum<S> normal;

@@ -13,7 +13,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <utility>
+#include <tuple>
 #include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
@@ -44,9 +44,7 @@ class CrowdLimit {
     std::uint32_t pair = 0;
 
     friend bool operator<(const Near& x, const Near& y) {
-      return x.distance2 != y.distance2 ? x.distance2 < y.distance2
-             : x.apart != y.apart       ? x.apart < y.apart
-                                        : x.pair < y.pair;
+      return std::tie(x.distance2, x.apart, x.pair) < std::tie(y.distance2, y.apart, y.pair);
     }
   };
   /// The nearest, in order.

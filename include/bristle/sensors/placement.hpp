@@ -155,7 +155,7 @@ class MeshPlacement {
   }
 
   void add_edges() {
-    const std::vector<EdgeUse> uses = sorted_edges(mesh_);
+    const std::vector<EdgeUse> uses = sorted_edges(mesh_.triangles);
     for (std::size_t i = 0; i < uses.size();) {
       const EdgeUse& edge = uses[i];
       NormalSum<S> normal;

@@ -85,7 +85,7 @@ struct GjkDistance {
 /// Returns the direction of least overlap of A and B, with B at X_AB.
 ///
 /// Errors are relative to the size of the pair. The gap is right to 1e-11 for cores that are
-/// points, segments, boxes, triangles or hulls. For other cores the gap is right to about 1e-8, the
+/// points, segments, boxes, plates or hulls. For other cores the gap is right to about 1e-8, the
 /// normal to 1e-4. Most are far better. For overlapping solids the direction is the global minimum.
 /// For curved solids its overlap may exceed the minimum by a fiftieth. Hulls whose corners exceed
 /// the polytope may get a local minimum.

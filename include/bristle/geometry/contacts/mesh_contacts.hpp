@@ -92,6 +92,10 @@ class MeshOpposite {
       corners_[count_++] = X_AB * corner;
       hair_ = std::max(hair_, Tolerance<P>::equal() * (corner - plate.corners[0]).norm());
     }
+    for (std::size_t k = 0; k < count_; ++k) {
+      const Vec3<P>& next = corners_[k + 1 < count_ ? k + 1 : 0];
+      outwards_[k] = (next - corners_[k]).cross(normal_).normalized();
+    }
   }
 
   /// [-] The plate.
@@ -119,12 +123,11 @@ class MeshOpposite {
     }
     if (!(low <= margin && high >= -hair_)) return false;
     for (std::size_t k = 0; k < count_; ++k) {
-      const Vec3<P> outwards = (corners_[k + 1 < count_ ? k + 1 : 0] - corners_[k]).cross(normal_);
       P beyond = infinity<P>;
       for (const Vec3<P>& p : other.corners) {
-        beyond = std::min(beyond, outwards.dot(p - corners_[k]));
+        beyond = std::min(beyond, outwards_[k].dot(p - corners_[k]));
       }
-      if (beyond > P(0) && beyond * beyond > margin * margin * outwards.squaredNorm()) return false;
+      if (beyond > margin) return false;
     }
     return true;
   }
@@ -135,7 +138,8 @@ class MeshOpposite {
   const Transform<P>& X_AB_;
   P largest_depth_;
   Vec3<P> normal_;
-  std::array<Vec3<P>, MeshPlates<P>::capacity> corners_;  // [m]
+  std::array<Vec3<P>, MeshPlates<P>::capacity> corners_;   // [m]
+  std::array<Vec3<P>, MeshPlates<P>::capacity> outwards_;  // [1] Across its edges.
   std::size_t count_ = 0;
   P hair_ = P(0);  // [m] Round-off.
 };

@@ -11,8 +11,8 @@
 #pragma once
 
 #include <bristle/core/config.hpp>
+#include <bristle/geometry/meshes/mesh_validation.hpp>
 #include <bristle/geometry/shapes/support.hpp>
-#include <bristle/geometry/trees/aabb.hpp>
 #include <bristle/math/types.hpp>
 
 #include <algorithm>
@@ -110,7 +110,9 @@ class PlateJoin {
   [[nodiscard]] std::uint32_t twin(std::uint32_t half_edge) const { return twins_[half_edge]; }
   [[nodiscard]] SurfaceEdge edge(std::uint32_t half_edge) const { return edges_[half_edge]; }
   [[nodiscard]] const Vec3<S>& start(std::uint32_t half_edge) const { return starts_[half_edge]; }
-  [[nodiscard]] std::uint32_t name(std::uint32_t half_edge) const { return names_[half_edge]; }
+  [[nodiscard]] std::uint32_t name(std::uint32_t half_edge) const {
+    return triangles_[half_edge / 3][half_edge % 3];
+  }
   [[nodiscard]] std::uint32_t face(std::uint32_t triangle) const { return faces_[triangle]; }
   [[nodiscard]] std::size_t face_count() const { return face_count_; }
   /// [1] Unit normal of an outline: that of its area.
@@ -130,8 +132,8 @@ class PlateJoin {
   [[nodiscard]] std::vector<std::uint32_t> joined_across(std::uint32_t half_edge) const;
   [[nodiscard]] bool is_plate(std::span<const std::uint32_t> outline) const;
 
+  std::vector<std::array<std::uint32_t, 3>> triangles_;  // Vertex numbers.
   std::vector<Vec3<S>> starts_;
-  std::vector<std::uint32_t> names_;
   std::vector<Vec3<S>> normals_;  // By triangle.
   std::vector<std::uint32_t> twins_;
   std::vector<SurfaceEdge> edges_;
@@ -150,10 +152,9 @@ PlateJoin<S>::PlateJoin(const Tree& tree) {
   const auto count = static_cast<std::uint32_t>(tree.size());
   for (std::uint32_t t = 0; t < count; ++t) {
     const auto corners = tree.corners(t);
-    const auto numbers = tree.vertex_numbers(t);
-    for (std::size_t k = 0; k < 3; ++k) {
-      starts_.push_back(corners[k].template cast<S>());
-      names_.push_back(numbers[k]);
+    triangles_.push_back(tree.vertex_numbers(t));
+    for (const auto& corner : corners) {
+      starts_.push_back(corner.template cast<S>());
       owners_.push_back(t);
     }
     outlines_.push_back({3 * t, 3 * t + 1, 3 * t + 2});
@@ -166,25 +167,14 @@ PlateJoin<S>::PlateJoin(const Tree& tree) {
 
 template <Scalar S>
 void PlateJoin<S>::find_edges() {
-  struct NamedEdge {
-    std::uint32_t low, high, half_edge;
-  };
-  std::vector<NamedEdge> uses;
-  uses.reserve(starts_.size());
+  const std::vector<EdgeUse> uses = sorted_edges(triangles_);
   const auto next = [](std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; };
-  for (std::uint32_t h = 0; h < starts_.size(); ++h) {
-    const std::uint32_t end = names_[next(h)];
-    uses.push_back({std::min(names_[h], end), std::max(names_[h], end), h});
-  }
-  std::sort(uses.begin(), uses.end(), [](const NamedEdge& a, const NamedEdge& b) {
-    return std::tie(a.low, a.high, a.half_edge) < std::tie(b.low, b.high, b.half_edge);
-  });
   twins_.resize(starts_.size());
   edges_.resize(starts_.size());
   for (std::size_t i = 0; i + 1 < uses.size(); i += 2) {
-    const std::uint32_t a = uses[i].half_edge;
-    const std::uint32_t b = uses[i + 1].half_edge;
-    BRISTLE_ASSERT(uses[i].low == uses[i + 1].low && uses[i].high == uses[i + 1].high);
+    BRISTLE_ASSERT(uses[i].is_same_edge(uses[i + 1]));
+    const std::uint32_t a = 3 * uses[i].triangle + uses[i].side;
+    const std::uint32_t b = 3 * uses[i + 1].triangle + uses[i + 1].side;
     twins_[a] = b;
     twins_[b] = a;
     // The depth of the neighbour's far corner below the plane tells convex from hollow.

@@ -13,6 +13,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -57,6 +58,7 @@ struct EdgeUse {
   std::uint32_t low;       ///< [-] Smaller vertex number.
   std::uint32_t high;      ///< [-] Larger vertex number.
   std::uint32_t triangle;  ///< [-] Number of the triangle.
+  std::uint32_t side;      ///< [-] Which of its sides: from that corner to the next.
   bool is_ascending;       ///< True if the triangle runs from low to high.
 
   friend bool operator<(const EdgeUse& a, const EdgeUse& b) {
@@ -69,17 +71,18 @@ struct EdgeUse {
   }
 };
 
-/// All passages. Those of one edge are adjacent, and edges ascend.
-template <Scalar S>
-[[nodiscard]] std::vector<EdgeUse> sorted_edges(const TriangleMesh<S>& mesh) {
+/// All passages through the edges of triangles. Those of one edge are adjacent, and edges ascend.
+/// @param triangles  Vertex numbers of each.
+[[nodiscard]] inline std::vector<EdgeUse> sorted_edges(
+    std::span<const std::array<std::uint32_t, 3>> triangles) {
   std::vector<EdgeUse> uses;
-  uses.reserve(3 * mesh.triangles.size());
-  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-    const auto& corners = mesh.triangles[t];
-    for (std::size_t k = 0; k < 3; ++k) {
+  uses.reserve(3 * triangles.size());
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    const auto& corners = triangles[t];
+    for (std::uint32_t k = 0; k < 3; ++k) {
       const std::uint32_t from = corners[k];
       const std::uint32_t to = corners[(k + 1) % 3];
-      uses.push_back({std::min(from, to), std::max(from, to), t, from < to});
+      uses.push_back({std::min(from, to), std::max(from, to), t, k, from < to});
     }
   }
   std::sort(uses.begin(), uses.end());
@@ -175,7 +178,7 @@ void validate_solid(const TriangleMesh<S>& mesh) {
                            detail::to_tuple_text(mesh.triangles[degenerate.front()]),
                            "must not be degenerate (repeated corner or no area)");
   }
-  detail::require_closed(detail::sorted_edges(mesh));
+  detail::require_closed(detail::sorted_edges(mesh.triangles));
   detail::require(signed_volume(mesh) > S(0), "TriangleMesh: enclosed volume", signed_volume(mesh),
                   "must be > 0 (inverted mesh: triangles must be counter-clockwise from outside)");
 }

@@ -1,5 +1,6 @@
 /// @file
-/// A ball within a shape. Two shapes are certainly deep in each other where their balls overlap.
+/// A ball within a shape. Two shapes are deep in each other where each has its middle in the
+/// other's ball.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
