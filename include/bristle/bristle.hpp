@@ -56,7 +56,8 @@
 #include <bristle/core/bit_hash.hpp>
 #include <bristle/core/config.hpp>
 #include <bristle/core/disjoint_sets.hpp>
-#include <bristle/core/refill.hpp>
+#include <bristle/core/dynamic_array.hpp>
+#include <bristle/core/fill_numbers.hpp>
 #include <bristle/core/slot_map.hpp>
 #include <bristle/dynamics/bodies/body.hpp>
 #include <bristle/dynamics/bodies/integrator.hpp>
@@ -135,6 +136,7 @@
 #include <bristle/geometry/shapes/inner_ball.hpp>
 #include <bristle/geometry/shapes/shape_properties.hpp>
 #include <bristle/geometry/shapes/support.hpp>
+#include <bristle/geometry/shapes/visit_shape.hpp>
 #include <bristle/geometry/trees/aabb.hpp>
 #include <bristle/geometry/trees/aabb_split.hpp>
 #include <bristle/geometry/trees/aabb_tree.hpp>
@@ -158,7 +160,6 @@
 #include <bristle/math/lane_register.hpp>
 #include <bristle/math/lane_rows.hpp>
 #include <bristle/math/lane_value.hpp>
-#include <bristle/math/lane_vector.hpp>
 #include <bristle/math/mass_properties.hpp>
 #include <bristle/math/matrix_arithmetic.hpp>
 #include <bristle/math/pack3.hpp>

@@ -548,6 +548,289 @@ Sum sum_in_ranges(std::size_t count, std::size_t size, std::size_t fewest_shared
 /// One constraint row of `IslandRows`: its Jacobian, its multiplier and the bounds of that.
 // SPDX-License-Identifier: BSD-3-Clause
 
+// === bristle/core/dynamic_array.hpp
+
+/// @file
+/// The growing array of the library's own working data.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <initializer_list>
+#include <iterator>
+#include <new>
+#include <type_traits>
+#include <utility>
+
+/// BRISTLE_CHECK_INDEX(index, size): stops a program whose index is out of range, where it asks the
+/// same of the standard library.
+#if defined(_GLIBCXX_ASSERTIONS)
+#define BRISTLE_CHECK_INDEX(index, size) ((index) < (size) ? void() : std::abort())
+#else
+#define BRISTLE_CHECK_INDEX(index, size) void()
+#endif
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Gets memory for elements, or throws std::bad_alloc.
+/// @param count      [-] Number of elements.
+/// @param size       [bytes] Size of one.
+/// @param alignment  [bytes] A power of two.
+[[nodiscard]] inline void* allocate_elements(std::size_t count, std::size_t size,
+                                             std::size_t alignment) {
+  // A number of bytes that cannot be counted is more than there can be.
+  const std::size_t bytes = count > SIZE_MAX / size ? SIZE_MAX : count * size;
+  if (alignment > __STDCPP_DEFAULT_NEW_ALIGNMENT__) {
+    return ::operator new(bytes, std::align_val_t(alignment));
+  }
+  return ::operator new(bytes);
+}
+
+/// Gives back what `allocate_elements` got.
+inline void free_elements(void* memory, std::size_t alignment) noexcept {
+  if (alignment > __STDCPP_DEFAULT_NEW_ALIGNMENT__) {
+    ::operator delete(memory, std::align_val_t(alignment));
+  } else {
+    ::operator delete(memory);
+  }
+}
+
+/// A growing array with the names of `std::vector`, for data that no user sees.
+///
+/// It exists for the sake of compile time, and so casts where others call std::move: the library has arrays of a hundred types, and of
+/// `std::vector` each takes a compiler sixty functions and 2.5 MB (decision 0045). Unlike it,
+/// - iterators are pointers,
+/// - elements must move without a throw, as they do without a strong guarantee,
+/// - `resize` and `assign` double the capacity, too, where they grow. So varying sizes (contacts of
+///   a pile) soon stay below it, and a warmed-up step allocates nothing.
+///
+/// @tparam alignment  [bytes] Where the first element lies: at a multiple of this.
+template <typename T, std::size_t alignment = alignof(T)>
+class DynamicArray {
+ public:
+  using value_type = T;
+  using iterator = T*;
+  using const_iterator = const T*;
+
+  DynamicArray() = default;
+  explicit DynamicArray(std::size_t count) : DynamicArray() { resize(count); }
+  DynamicArray(std::size_t count, const T& value) : DynamicArray() { assign(count, value); }
+  DynamicArray(std::initializer_list<T> values) : DynamicArray() {
+    assign(values.begin(), values.end());
+  }
+  template <std::input_iterator It>
+  DynamicArray(It first, It last) : DynamicArray() {
+    assign(first, last);
+  }
+  DynamicArray(const DynamicArray& other) : DynamicArray() { *this = other; }
+  DynamicArray(DynamicArray&& other) noexcept
+      : data_(other.data_), size_(other.size_), capacity_(other.capacity_) {
+    other.forget();
+  }
+  DynamicArray& operator=(const DynamicArray& other) {
+    if (this != &other) assign(other.begin(), other.end());
+    return *this;
+  }
+  DynamicArray& operator=(DynamicArray&& other) noexcept {
+    if (this != &other) {
+      end_from(0);
+      free_elements(data_, alignment);
+      data_ = other.data_;
+      size_ = other.size_;
+      capacity_ = other.capacity_;
+      other.forget();
+    }
+    return *this;
+  }
+  ~DynamicArray() {
+    end_from(0);
+    free_elements(data_, alignment);
+  }
+
+  void swap(DynamicArray& other) noexcept {
+    DynamicArray kept(static_cast<DynamicArray&&>(other));
+    other = static_cast<DynamicArray&&>(*this);
+    *this = static_cast<DynamicArray&&>(kept);
+  }
+
+  [[nodiscard]] std::size_t size() const noexcept { return size_; }
+  [[nodiscard]] std::size_t capacity() const noexcept { return capacity_; }
+  [[nodiscard]] bool empty() const noexcept { return size_ == 0; }
+
+  [[nodiscard]] T* data() noexcept { return data_; }
+  [[nodiscard]] const T* data() const noexcept { return data_; }
+  [[nodiscard]] T* begin() noexcept { return data_; }
+  [[nodiscard]] const T* begin() const noexcept { return data_; }
+  [[nodiscard]] T* end() noexcept { return data_ + size_; }
+  [[nodiscard]] const T* end() const noexcept { return data_ + size_; }
+
+  [[nodiscard]] T& operator[](std::size_t i) noexcept {
+    BRISTLE_CHECK_INDEX(i, size_);
+    return data_[i];
+  }
+  [[nodiscard]] const T& operator[](std::size_t i) const noexcept {
+    BRISTLE_CHECK_INDEX(i, size_);
+    return data_[i];
+  }
+  [[nodiscard]] T& front() noexcept { return (*this)[0]; }
+  [[nodiscard]] const T& front() const noexcept { return (*this)[0]; }
+  [[nodiscard]] T& back() noexcept { return (*this)[size_ - 1]; }
+  [[nodiscard]] const T& back() const noexcept { return (*this)[size_ - 1]; }
+
+  /// Makes room for exactly this many elements where there is less.
+  void reserve(std::size_t count) {
+    if (count > capacity_) relocate(count);
+  }
+
+  /// Ends the last elements, or adds some with all members at their default values.
+  void resize(std::size_t count) {
+    end_from(count);
+    make_room(count);
+    for (; size_ < count; ++size_) ::new (static_cast<void*>(end())) T();
+  }
+
+  /// As the other, with copies of a value that lies outside the array.
+  void resize(std::size_t count, const T& value) {
+    end_from(count);
+    make_room(count);
+    for (; size_ < count; ++size_) ::new (static_cast<void*>(end())) T(value);
+  }
+
+  void clear() noexcept { end_from(0); }
+
+  /// Becomes `count` copies of a value that lies outside the array.
+  void assign(std::size_t count, const T& value) {
+    end_from(count);
+    make_room(count);
+    std::fill(begin(), end(), value);
+    resize(count, value);
+  }
+
+  /// Becomes a copy of a range that lies outside the array. Elements that exist are assigned to,
+  /// and so keep memory that they own.
+  template <std::input_iterator It>
+  void assign(It first, It last) {
+    const auto count = static_cast<std::size_t>(std::distance(first, last));
+    end_from(count);
+    make_room(count);
+    if constexpr (is_copied_by_bytes<It>) {
+      if (count > 0) std::memcpy(static_cast<void*>(data_), first, count * sizeof(T));
+      size_ = count;
+    } else {
+      for (T& element : *this) element = *first++;
+      append(first, last);
+    }
+  }
+
+  /// Adds copies of a range that lies outside the array.
+  template <std::input_iterator It>
+  void append(It first, It last) {
+    make_room(size_ + static_cast<std::size_t>(std::distance(first, last)));
+    for (; first != last; ++first, ++size_) ::new (static_cast<void*>(end())) T(*first);
+  }
+
+  void push_back(const T& value) { emplace_back(value); }
+  void push_back(T&& value) { emplace_back(static_cast<T&&>(value)); }
+
+  /// Adds an element made of arguments. They may refer to elements of the array.
+  template <typename... Arguments>
+  T& emplace_back(Arguments&&... arguments) {
+    if (size_ == capacity_) {
+      T added(static_cast<Arguments&&>(arguments)...);
+      make_room(size_ + 1);
+      ::new (static_cast<void*>(end())) T(static_cast<T&&>(added));
+    } else {
+      ::new (static_cast<void*>(end())) T(static_cast<Arguments&&>(arguments)...);
+    }
+    return data_[size_++];
+  }
+
+  void pop_back() noexcept { end_from(size_ - 1); }
+
+  /// Puts an element before another, or at the end.
+  void insert(const T* before, T value) {
+    const std::ptrdiff_t place = before - data_;
+    emplace_back(static_cast<T&&>(value));
+    std::rotate(data_ + place, end() - 1, end());
+  }
+
+  /// Takes out the elements from `first` to before `last`.
+  void erase(const T* first, const T* last) {
+    if (first == last) return;  // No element is moved onto itself.
+    T* const kept = std::move(data_ + (last - data_), end(), data_ + (first - data_));
+    end_from(static_cast<std::size_t>(kept - data_));
+  }
+  void erase(const T* element) { erase(element, element + 1); }
+
+  /// Takes out the elements for which a condition holds, and returns their number.
+  template <typename Condition>
+  friend std::size_t erase_if(DynamicArray& array, Condition condition) {
+    const std::size_t before = array.size();
+    array.erase(std::remove_if(array.begin(), array.end(), condition), array.end());
+    return before - array.size();
+  }
+
+  [[nodiscard]] friend bool operator==(const DynamicArray& a, const DynamicArray& b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end());
+  }
+
+ private:
+  template <typename It>
+  static constexpr bool is_copied_by_bytes =
+      std::is_trivially_copyable_v<T> && (std::is_same_v<It, T*> || std::is_same_v<It, const T*>);
+
+  /// Makes room for at least this many elements; doubles where there is less.
+  void make_room(std::size_t count) {
+    if (count > capacity_) relocate(std::max(count, 2 * capacity_));
+  }
+
+  /// Ends all elements from a number on. Does nothing where there are fewer.
+  void end_from(std::size_t count) noexcept {
+    if constexpr (std::is_trivially_destructible_v<T>) {
+      size_ = std::min(size_, count);
+    } else {
+      while (size_ > count) data_[--size_].~T();
+    }
+  }
+
+  /// Moves the elements to new memory.
+  void relocate(std::size_t capacity) {
+    T* const target = static_cast<T*>(allocate_elements(capacity, sizeof(T), alignment));
+    if constexpr (std::is_trivially_copyable_v<T>) {
+      if (size_ > 0) std::memcpy(static_cast<void*>(target), data_, size_ * sizeof(T));
+    } else {
+      for (std::size_t i = 0; i < size_; ++i) {
+        ::new (static_cast<void*>(target + i)) T(static_cast<T&&>(data_[i]));
+        data_[i].~T();
+      }
+    }
+    free_elements(data_, alignment);
+    data_ = target;
+    capacity_ = capacity;
+  }
+
+  /// Owns nothing any more.
+  void forget() noexcept {
+    data_ = nullptr;
+    size_ = 0;
+    capacity_ = 0;
+  }
+
+  T* data_ = nullptr;
+  std::size_t size_ = 0;
+  std::size_t capacity_ = 0;
+};
+
+/// An array in which each vector register is loaded from one cache line. Memory that is aligned for
+/// scalars alone begins 16 bytes behind a line, and then every wide load crosses two.
+template <typename T>
+using LineArray = DynamicArray<T, 64>;
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
 // === bristle/math/envelope_cholesky.hpp
 
 /// @file
@@ -557,36 +840,6 @@ Sum sum_in_ranges(std::size_t count, std::size_t size, std::size_t fewest_shared
 /// factorisation falls inside (Jennings 1966). Stacks and chains numbered end to end have narrow
 /// envelopes. Their cost grows with their length and not with its cube.
 // SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/core/refill.hpp
-
-/// @file
-/// Fills vectors with equal values, or with 0, 1, 2, ..., and soon stops allocating.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <algorithm>
-#include <cstddef>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// Makes a vector hold `count` equal values. Unlike `assign` it doubles the capacity when it grows.
-/// So varying sizes (contacts of a pile) soon stay below it.
-template <typename T>
-void refill(std::vector<T>& vector, std::size_t count, const T& value) {
-  if (vector.capacity() < count) vector.reserve(std::max(count, 2 * vector.capacity()));
-  vector.assign(count, value);
-}
-
-/// Makes the elements of a vector 0, 1, 2, ... It replaces `std::iota`: <numeric> would add five
-/// hundred lines to every file of a user.
-template <typename T>
-void fill_numbers(std::vector<T>& vector) {
-  T next = T(0);
-  for (T& element : vector) element = next++;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/math/block6.hpp
 
@@ -1668,7 +1921,6 @@ template <Scalar S>
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -1686,7 +1938,7 @@ class EnvelopeMatrix {
       start_[i] = size - 6 * stride * first[i];  // Wraps around; only sums with a column are used.
       size += 6 * stride * (i - first[i] + 1);
     }
-    refill(values_, size, S(0));
+    values_.assign(size, S(0));
   }
 
   /// Reserves as much as `other` has, so that copying it allocates nothing.
@@ -1810,9 +2062,9 @@ class EnvelopeMatrix {
     return true;
   }
 
-  std::vector<std::uint32_t> first_;
-  std::vector<std::size_t> start_;  // Index of each block row in `values_`, less its first column.
-  std::vector<S> values_;
+  DynamicArray<std::uint32_t> first_;
+  DynamicArray<std::size_t> start_;  // Index of each block row in `values_`, less its first column.
+  DynamicArray<S> values_;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -1824,7 +2076,6 @@ class EnvelopeMatrix {
 #include <cstdint>
 #include <span>
 #include <type_traits>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -1868,7 +2119,7 @@ struct IslandRow {
   Real change = Real(0);  // Of the velocity, along the whole Newton step.
 
   /// J v.
-  [[nodiscard]] Real times(const std::vector<Real>& v) const {
+  [[nodiscard]] Real times(const DynamicArray<Real>& v) const {
     Real sum = Real(0);
     if (a != none) {
       for (std::size_t i = 0; i < 6; ++i) sum += jacobian_a[i] * v[a + i];
@@ -1879,7 +2130,7 @@ struct IslandRow {
     return sum;
   }
   /// g += J^T x.
-  void add_to(std::vector<Real>& g, Real x) const {
+  void add_to(DynamicArray<Real>& g, Real x) const {
     if (a != none) {
       for (std::size_t i = 0; i < 6; ++i) g[a + i] += x * jacobian_a[i];
     }
@@ -2117,7 +2368,6 @@ template <typename Real>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -2142,8 +2392,8 @@ class EnvelopeLu {
       lower_size += 6 * width(i);
       upper_size += 6 * (i - first_[i]) * stride;
     }
-    refill(lower_, lower_size, S(0));
-    refill(upper_, upper_size, S(0));
+    lower_.assign(lower_size, S(0));
+    upper_.assign(upper_size, S(0));
     inverses_.resize(blocks_);
     for (std::size_t i = 0; i < 6 * blocks_; ++i) {
       const std::size_t diagonal = i / 6 * 6;
@@ -2278,12 +2528,12 @@ class EnvelopeLu {
   }
 
   std::size_t blocks_ = 0;
-  std::vector<std::size_t> first_;  // First block of each block row.
+  DynamicArray<std::size_t> first_;  // First block of each block row.
   // Index of each block row in `lower_`, less its first column, and of each block column in
   // `upper_`, less its first row.
-  std::vector<std::size_t> lower_start_, upper_start_;
-  std::vector<S> lower_, upper_;     // Lower blocks with the diagonal; upper blocks.
-  std::vector<Block6<S>> inverses_;  // Inverses of the diagonal blocks of U.
+  DynamicArray<std::size_t> lower_start_, upper_start_;
+  DynamicArray<S> lower_, upper_;     // Lower blocks with the diagonal; upper blocks.
+  DynamicArray<Block6<S>> inverses_;  // Inverses of the diagonal blocks of U.
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -2294,7 +2544,6 @@ class EnvelopeLu {
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -2309,7 +2558,7 @@ struct CoulombProblem {
   /// True if Mt is M. Then bodies act on each other through the rows alone.
   bool is_uncoupled;
   /// [m/s, rad/s] Velocities at the start of the step, and after it without constraints.
-  const std::vector<Real>*start, *free;
+  const DynamicArray<Real>*start, *free;
   /// [m/s] Residual that counts as zero.
   Real tolerance;
   /// [m/s] Velocity change by forces and motors in the step.
@@ -2432,14 +2681,14 @@ class CoulombNewton {
   /// The impulses that were found. `velocities` are theirs [m/s, rad/s].
   [[nodiscard]] Real impulse(std::size_t row) const { return best_[row]; }
   /// x := H^-1 x with the matrix factored last, H = Mt - J^T D J.
-  void solve_linear(std::vector<Real>& x) const {
+  void solve_linear(DynamicArray<Real>& x) const {
     if (is_symmetric_) {
       cholesky_.solve(x.data());
     } else {
       lu_.solve(x.data());
     }
   }
-  [[nodiscard]] const std::vector<Real>& velocities() const { return best_v_; }
+  [[nodiscard]] const DynamicArray<Real>& velocities() const { return best_v_; }
 
  private:
   // What has not been found by then is not near.
@@ -2452,8 +2701,8 @@ class CoulombNewton {
   void start(const CoulombProblem<Real>& problem) {
     const std::size_t count = problem.rows.size();
     v_ = *problem.start;
-    refill(impulse_, count, Real(0));
-    refill(best_, count, Real(0));
+    impulse_.assign(count, Real(0));
+    best_.assign(count, Real(0));
     for (std::size_t k = 0; k < count; ++k) {
       best_[k] = problem.rows[k].lambda;
       if (problem.rows[k].response > Real(0)) impulse_[k] = best_[k];
@@ -2463,7 +2712,7 @@ class CoulombNewton {
     velocity_.resize(count);
     candidate_velocity_.resize(count);
     candidate_.resize(count);
-    refill(branches_, count, Branch{});
+    branches_.assign(count, Branch{});
     step_.resize(v_.size());
     free_velocity_.resize(count);
     // Reserves memory that only some solutions need. A warm step in which a contact begins or ends
@@ -2476,8 +2725,8 @@ class CoulombNewton {
     evaluate(problem.rows, *problem.free, free_velocity_);
   }
 
-  static void evaluate(std::span<const Row> rows, const std::vector<Real>& v,
-                       std::vector<Real>& out) {
+  static void evaluate(std::span<const Row> rows, const DynamicArray<Real>& v,
+                       DynamicArray<Real>& out) {
     for (std::size_t k = 0; k < rows.size(); ++k) out[k] = rows[k].times(v) - rows[k].target;
   }
 
@@ -2682,7 +2931,7 @@ class CoulombNewton {
     return response_.factor();
   }
 
-  static void move_into_bounds(std::span<const Row> rows, std::vector<Real>& impulse) {
+  static void move_into_bounds(std::span<const Row> rows, DynamicArray<Real>& impulse) {
     for (std::size_t k = 0; k < rows.size(); ++k) {
       const Row& row = rows[k];
       if (row.kind == RowKind::tangent || !(row.response > Real(0))) continue;
@@ -2751,7 +3000,7 @@ class CoulombNewton {
     return found;
   }
 
-  [[nodiscard]] Real largest_change(const std::vector<Real>& velocity) const {
+  [[nodiscard]] Real largest_change(const DynamicArray<Real>& velocity) const {
     using std::abs;
     Real largest = Real(0);
     for (std::size_t k = 0; k < velocity.size(); ++k) {
@@ -2779,12 +3028,12 @@ class CoulombNewton {
   EnvelopeMatrix<Real> cholesky_;
   bool is_symmetric_ = false;               // True if `cholesky_` was factored last.
   EnvelopeMatrix<Real> linear_, response_;  // Mt, and its factors.
-  std::vector<std::uint32_t> first_;
-  std::vector<Branch> branches_, factored_;
+  DynamicArray<std::uint32_t> first_;
+  DynamicArray<Branch> branches_, factored_;
   std::array<Block6<Real>, 4> pair_{};
-  std::vector<Real> v_, step_, nearest_v_, candidate_v_, best_v_;
-  std::vector<Real> impulse_, centre_, nearest_impulse_, candidate_, best_;
-  std::vector<Real> velocity_, candidate_velocity_, free_velocity_;
+  DynamicArray<Real> v_, step_, nearest_v_, candidate_v_, best_v_;
+  DynamicArray<Real> impulse_, centre_, nearest_impulse_, candidate_, best_;
+  DynamicArray<Real> velocity_, candidate_velocity_, free_velocity_;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -3080,8 +3329,8 @@ void require_named_vertices(const TriangleMesh<S>& mesh) {
 /// Result of a merge. `unique` lists the numbers of the points that stay, ascending. `renumber[i]`
 /// is the index in that list of point i, or of the point it coincides with.
 struct MergedPoints {
-  std::vector<std::uint32_t> unique;
-  std::vector<std::uint32_t> renumber;
+  DynamicArray<std::uint32_t> unique;
+  DynamicArray<std::uint32_t> renumber;
 };
 
 /// Merges each point, in order, with the first earlier one that stayed within `distance` [m] of it.
@@ -3107,12 +3356,12 @@ template <Scalar S>
     }
     return cell;
   };
-  std::vector<Cell> cells;
+  DynamicArray<Cell> cells;
   cells.reserve(points.size());
   for (const Vec3<S>& point : points) cells.push_back(cell_of(point));
   std::sort(cells.begin(), cells.end());
   cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
-  std::vector<std::vector<std::uint32_t>> stayed(cells.size());
+  DynamicArray<DynamicArray<std::uint32_t>> stayed(cells.size());
   MergedPoints result;
   result.renumber.reserve(points.size());
 
@@ -3285,9 +3534,9 @@ struct EdgeUse {
 
 /// All passages through the edges of triangles. Those of one edge are adjacent, and edges ascend.
 /// @param triangles  Vertex numbers of each.
-[[nodiscard]] inline std::vector<EdgeUse> sorted_edges(
+[[nodiscard]] inline DynamicArray<EdgeUse> sorted_edges(
     std::span<const std::array<std::uint32_t, 3>> triangles) {
-  std::vector<EdgeUse> uses;
+  DynamicArray<EdgeUse> uses;
   uses.reserve(3 * triangles.size());
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
     const auto& corners = triangles[t];
@@ -3302,7 +3551,7 @@ struct EdgeUse {
 }
 
 /// Throws unless every edge is passed exactly once in each direction.
-inline void require_closed(const std::vector<EdgeUse>& uses) {
+inline void require_closed(const DynamicArray<EdgeUse>& uses) {
   for (std::size_t i = 0; i < uses.size();) {
     std::size_t end = i + 1;
     while (end < uses.size() && uses[end].is_same_edge(uses[i])) ++end;
@@ -3507,7 +3756,7 @@ void ConvexHull<S>::validate_numbers() const {
 template <Scalar S>
 void ConvexHull<S>::validate_edges() const {
   using Edge = std::pair<std::uint32_t, std::uint32_t>;
-  std::vector<Edge> edges;
+  detail::DynamicArray<Edge> edges;
   edges.reserve(face_vertices.size());
   for (std::size_t f = 0; f < face_count(); ++f) {
     const std::span<const std::uint32_t> corners = face(f);
@@ -3568,6 +3817,43 @@ void ConvexHull<S>::validate_planes() const {
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/geometry/shapes/visit_shape.hpp
+
+/// @file
+/// Calls a function with the shape that a variant holds.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <type_traits>
+#include <variant>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Does what `std::visit` does for one variant of eight or nine shapes, by a switch. `std::visit`
+/// makes a function and an entry of a table for each case, and a compiler cannot inline what it
+/// calls through the table (decision 0045). Throws std::bad_variant_access where the variant holds
+/// nothing, as it may after an assignment that threw.
+template <typename Visitor, typename... Shapes>
+auto visit_shape(Visitor&& visitor, const std::variant<Shapes...>& shape)
+    -> decltype(visitor(std::get<0>(shape))) {
+  constexpr std::size_t count = sizeof...(Shapes);
+  static_assert(count == 8 || count == 9, "a shape more needs a case more");
+  switch (shape.index()) {
+    case 0: return visitor(*std::get_if<0>(&shape));
+    case 1: return visitor(*std::get_if<1>(&shape));
+    case 2: return visitor(*std::get_if<2>(&shape));
+    case 3: return visitor(*std::get_if<3>(&shape));
+    case 4: return visitor(*std::get_if<4>(&shape));
+    case 5: return visitor(*std::get_if<5>(&shape));
+    case 6: return visitor(*std::get_if<6>(&shape));
+    case 7:
+      if constexpr (count == 9) return visitor(*std::get_if<7>(&shape));
+      [[fallthrough]];
+    default: return visitor(std::get<count - 1>(shape));
+  }
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <concepts>
 #include <cstddef>
@@ -3747,7 +4033,7 @@ struct ShapeValidator {
 
 template <Scalar S>
 void validate(const Shape<S>& shape) {
-  std::visit(detail::ShapeValidator<S>{}, shape);
+  detail::visit_shape(detail::ShapeValidator<S>{}, shape);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -4039,7 +4325,6 @@ void tangent_basis(const Vec3<S>& n, Vec3<S>& t1, Vec3<S>& t2) {
 #include <numbers>
 #include <utility>
 #include <variant>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -4058,14 +4343,14 @@ namespace detail {
 /// A solid of revolution about z, of 32 segments.
 /// @param profile  [m] Radius and height of its rings from low to high; a radius of 0 is a point.
 template <Scalar S>
-[[nodiscard]] TriangleMesh<S> lathe_mesh(const std::vector<std::pair<S, S>>& profile) {
+[[nodiscard]] TriangleMesh<S> lathe_mesh(const DynamicArray<std::pair<S, S>>& profile) {
   using std::cos;
   using std::sin;
   constexpr std::uint32_t segments = 32;
   TriangleMesh<S> mesh;
-  std::vector<std::uint32_t> ring;
+  DynamicArray<std::uint32_t> ring;
   for (const auto& [radius, height] : profile) {
-    std::vector<std::uint32_t> next;
+    DynamicArray<std::uint32_t> next;
     for (std::uint32_t i = 0; i < segments; ++i) {
       const S angle = S(2) * S(std::numbers::pi) * S(i) / S(segments);
       if (i == 0 || radius > S(0)) {
@@ -4098,7 +4383,7 @@ struct ShapeDrawer {
     using std::cos;
     using std::sin;
     constexpr int rings = 8;
-    std::vector<std::pair<S, S>> profile;
+    DynamicArray<std::pair<S, S>> profile;
     for (int i = -rings; i <= rings; ++i) {
       // From the lower pole to its rim, and from the upper rim to its pole; both rims at i = 0.
       const S angle = S(std::numbers::pi / 2) * S(rings - (i < 0 ? -i : i)) / S(rings);
@@ -4146,7 +4431,7 @@ template <Scalar S>
 TriangleMesh<S> drawn_mesh(const Shape<S>& shape, S plane_size) {
   validate(shape);
   detail::require_positive("drawn_mesh: plane_size", plane_size);
-  return std::visit(detail::ShapeDrawer<S>{plane_size}, shape);
+  return detail::visit_shape(detail::ShapeDrawer<S>{plane_size}, shape);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -4258,7 +4543,6 @@ BRISTLE_HULL_FUNCTIONS(extern template, double)
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -4298,7 +4582,7 @@ struct ContactManifold {
 
 /// All manifolds of one pair of shapes. Reused from pair to pair, so it stops allocating.
 template <Scalar S>
-using ContactManifolds = std::vector<ContactManifold<S>>;
+using ContactManifolds = detail::DynamicArray<ContactManifold<S>>;
 
 /// Outcome of a contact query.
 enum class ContactStatus {
@@ -4319,50 +4603,9 @@ enum class ContactStatus {
 /// shapes in turn leaves the nearest hit of each ray.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/math/lane_vector.hpp
-
-/// @file
-/// Long arrays for loads of whole registers.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <cstddef>
-#include <new>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// Allocates at the beginnings of cache lines. Memory of `std::allocator` begins 16 bytes behind
-/// one. Every load of a whole register then crosses lines.
-template <typename T>
-struct LineAllocator {
-  using value_type = T;
-  static constexpr std::align_val_t line{64};
-
-  LineAllocator() = default;
-  template <typename U>  // NOLINTNEXTLINE(google-explicit-constructor): containers convert.
-  LineAllocator(const LineAllocator<U>&) noexcept {}
-
-  /// @param n  [-] Small enough for its bytes to be addressed. Vectors see to that.
-  [[nodiscard]] T* allocate(std::size_t n) {
-    return static_cast<T*>(::operator new(n * sizeof(T), line));
-  }
-  void deallocate(T* p, std::size_t) { ::operator delete(p, line); }
-
-  [[nodiscard]] friend bool operator==(const LineAllocator&, const LineAllocator&) noexcept {
-    return true;
-  }
-};
-
-/// A std::vector in which each register is loaded from one cache line.
-template <typename T>
-using LaneVector = std::vector<T, LineAllocator<T>>;
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -4393,7 +4636,7 @@ namespace detail {
 template <Scalar S>
 struct Vec3Array {
   /// Coordinates.
-  detail::LaneVector<S> x, y, z;
+  detail::LineArray<S> x, y, z;
 
   /// [-] Number of vectors.
   [[nodiscard]] std::size_t size() const { return x.size(); }
@@ -4455,7 +4698,7 @@ struct RayBatch {
   detail::RayRange range{};
   /// [-] Numbers of the packets that may meet anything, ascending. Hits of other packets may be
   /// left out. Null: all packets.
-  const std::vector<std::uint32_t>* near_packets = nullptr;
+  const detail::DynamicArray<std::uint32_t>* near_packets = nullptr;
   /// Triangles that these rays keep from query to query (triangle_cache.hpp). Null: none. Used only
   /// if one thread casts all rays at once.
   detail::TriangleCache<S>* triangle_cache = nullptr;
@@ -4476,11 +4719,11 @@ struct RayBatch {
 template <Scalar S>
 struct RayHits {
   /// [m] Distance of the nearest hit so far. Infinite if there is none.
-  detail::LaneVector<S> distance;
+  detail::LineArray<S> distance;
   /// [1] Outward unit surface normals, valid if the distance is finite.
   detail::Vec3Array<S> normal;
   /// [-] Tag of the hit shape, as given to the query.
-  detail::LaneVector<std::uint32_t> tag;
+  detail::LineArray<std::uint32_t> tag;
 
   /// Removes all hits and allocates for `n` rays. Keeps its memory.
   void reset(std::size_t n) {
@@ -4805,7 +5048,7 @@ struct SensorLayout {
   /// [1] Unit directions of the rays, in A, out of the body.
   detail::Vec3Array<S> direction;
   /// [m] Lengths of the rays, > 0.
-  detail::LaneVector<S> length;
+  detail::LineArray<S> length;
 
   /// [-] Number of sensors.
   [[nodiscard]] std::size_t size() const { return length.size(); }
@@ -4869,7 +5112,7 @@ template <Scalar S>
 void SensorLayout<S>::validate() const {
   using std::abs;
   for (const detail::Vec3Array<S>* array : {&start, &direction}) {
-    for (const detail::LaneVector<S>* axis : {&array->x, &array->y, &array->z}) {
+    for (const detail::LineArray<S>* axis : {&array->x, &array->y, &array->z}) {
       detail::require(axis->size() == size(), "SensorLayout: size of an array", axis->size(),
                       "must be the number of lengths, " + std::to_string(size()));
     }
@@ -5284,7 +5527,9 @@ struct Twist {
   Vec3<S> angular = Vec3<S>::Zero();
 
   /// [m/s] Velocity of the body's point at `r` [m] from the reference point.
-  [[nodiscard]] Vec3<S> at(const Vec3<S>& r) const { return linear + angular.cross(r); }
+  [[nodiscard]] BRISTLE_FORCE_INLINE Vec3<S> at(const Vec3<S>& r) const {
+    return linear + angular.cross(r);
+  }
 
   /// The same motion about the point at `r` [m] from the reference point.
   [[nodiscard]] Twist shifted(const Vec3<S>& r) const { return {at(r), angular}; }
@@ -5449,6 +5694,24 @@ template <Scalar S>
 /// A patch: many resistive sensors on one body, as structures of arrays, with their state.
 // SPDX-License-Identifier: BSD-3-Clause
 
+// === bristle/core/fill_numbers.hpp
+
+/// @file
+/// Fills an array with 0, 1, 2, ...
+// SPDX-License-Identifier: BSD-3-Clause
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Makes the elements of an array 0, 1, 2, ... It replaces `std::iota`: <numeric> would add five
+/// hundred lines to every file of a user.
+template <typename Array>
+void fill_numbers(Array& array) {
+  typename Array::value_type next{0};
+  for (auto& element : array) element = next++;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
 // === bristle/core/slot_map.hpp
 
 /// @file
@@ -5461,7 +5724,6 @@ template <Scalar S>
 #include <string>
 #include <string_view>
 #include <utility>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -5580,8 +5842,8 @@ class SlotMap {
                     "must name something that exists (unknown or removed handle)");
   }
 
-  std::vector<Slot> slots_;
-  std::vector<std::uint32_t> free_;
+  DynamicArray<Slot> slots_;
+  DynamicArray<std::uint32_t> free_;
   std::uint32_t size_ = 0;
 };
 
@@ -6543,7 +6805,6 @@ template <Scalar S, typename BoxOf>
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -6584,7 +6845,7 @@ class WideTree {
   /// [m^2] Mean area of a triangle.
   [[nodiscard]] S mean_area() const { return mean_area_; }
   /// [-] Root first. Empty if there are no triangles.
-  [[nodiscard]] const std::vector<Node>& nodes() const { return nodes_; }
+  [[nodiscard]] const DynamicArray<Node>& nodes() const { return nodes_; }
 
   /// [-] Number of the triangle at a position, as given to the constructor.
   [[nodiscard]] std::uint32_t number(std::size_t place) const { return numbers_[place]; }
@@ -6613,14 +6874,14 @@ class WideTree {
   };
 
   std::uint32_t build(std::span<SplitLeaf<S>> triangles, std::size_t first,
-                      const std::vector<Aabb<S>>& boxes, std::size_t depth);
+                      const DynamicArray<Aabb<S>>& boxes, std::size_t depth);
   template <typename CornersOf>
   void store(const CornersOf& corners_of);
 
-  std::vector<Node> nodes_;
-  LaneVector<S> corners_;
-  std::vector<std::uint32_t> numbers_;
-  std::vector<Place> places_;
+  DynamicArray<Node> nodes_;
+  LineArray<S> corners_;
+  DynamicArray<std::uint32_t> numbers_;
+  DynamicArray<Place> places_;
   Aabb<S> box_;
   S mean_area_ = S(0);
 };
@@ -6630,8 +6891,8 @@ class WideTree {
 template <Scalar S>
 template <typename CornersOf>
 WideTree<S>::WideTree(std::size_t count, const CornersOf& corners_of) {
-  std::vector<Aabb<S>> boxes(count);
-  std::vector<SplitLeaf<S>> order(count);
+  DynamicArray<Aabb<S>> boxes(count);
+  DynamicArray<SplitLeaf<S>> order(count);
   // Packs may be loaded up to their width beyond the last one.
   numbers_.assign(count + leaf_size, 0);
   places_.resize(count);
@@ -6655,7 +6916,7 @@ WideTree<S>::WideTree(std::size_t count, const CornersOf& corners_of) {
 /// @param first  [-] Position of the first of these triangles among all.
 template <Scalar S>
 std::uint32_t WideTree<S>::build(std::span<SplitLeaf<S>> triangles, std::size_t first,
-                                 const std::vector<Aabb<S>>& boxes, std::size_t depth) {
+                                 const DynamicArray<Aabb<S>>& boxes, std::size_t depth) {
   const auto box_of = [&](std::uint32_t i) -> const Aabb<S>& { return boxes[i]; };
   struct Piece {
     std::span<SplitLeaf<S>> triangles;
@@ -6937,7 +7198,6 @@ void RayMesh<S>::walk_ray(const Ray<S>& ray, Visit&& visit) const {
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -7045,7 +7305,7 @@ class TriangleCache {
   /// [-] Queries of another mesh after which the present one counts as gone.
   static constexpr int most_refused = 16;
 
-  std::vector<TrianglesNearRay<S>> rays_;
+  DynamicArray<TrianglesNearRay<S>> rays_;
   std::uint32_t tag_ = 0;
   std::uint32_t life_ = 0;
   int refused_ = most_refused;
@@ -7240,7 +7500,6 @@ BRISTLE_NOINLINE std::optional<RayHit<S>> TriangleCache<S>::cast(const RayMesh<S
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -7295,9 +7554,9 @@ class RayTree {
   /// slope_x z, y + slope_y z). Filled up to whole packets with rays that reach nothing (length
   /// -infinity).
   struct Lines {
-    LaneVector<S> x, y, slope_x, slope_y;
+    LineArray<S> x, y, slope_x, slope_y;
     /// [m] z of the start. [1] Length of the ray for each metre of z. [m] Length.
-    LaneVector<S> start, stretch, length;
+    LineArray<S> start, stretch, length;
   };
 
   RayTree() = default;
@@ -7308,10 +7567,10 @@ class RayTree {
   /// [-] Number of rays.
   [[nodiscard]] std::size_t size() const { return order_.size(); }
   /// Root first. Parents come before their children.
-  [[nodiscard]] const std::vector<RayTreeNode<S>>& nodes() const { return nodes_; }
+  [[nodiscard]] const DynamicArray<RayTreeNode<S>>& nodes() const { return nodes_; }
   [[nodiscard]] const Lines& lines() const { return lines_; }
   /// All rays in ranges of whole nodes. The nodes of one range are in one branch.
-  [[nodiscard]] const std::vector<RayRange>& ranges() const { return ranges_; }
+  [[nodiscard]] const DynamicArray<RayRange>& ranges() const { return ranges_; }
   /// True if each range is whole packets of the batch, as it is in neighbour order. Then a range is
   /// the same rays for all shapes. Ranges need not wait for each other.
   [[nodiscard]] bool has_packets_in_ranges() const { return has_packets_in_ranges_; }
@@ -7345,13 +7604,13 @@ class RayTree {
   void find_order();
   void cut_ranges();
 
-  std::vector<RayTreeNode<S>> nodes_;
-  std::vector<RayRange> ranges_;
+  DynamicArray<RayTreeNode<S>> nodes_;
+  DynamicArray<RayRange> ranges_;
   bool has_packets_in_ranges_ = false;
-  std::vector<std::uint32_t> order_;
-  std::vector<Aabb<S>> packet_boxes_;
+  DynamicArray<std::uint32_t> order_;
+  DynamicArray<Aabb<S>> packet_boxes_;
   // Bytes, not bits, as threads read them.
-  std::vector<std::uint8_t> is_in_order_;
+  DynamicArray<std::uint8_t> is_in_order_;
   Lines lines_;
 };
 
@@ -8019,7 +8278,6 @@ BRISTLE_FORCE_INLINE void store_pack(Row3<S>& row, std::size_t at, const Pack3<S
 #include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -8056,7 +8314,7 @@ class PacketBoxes {
   /// @param is_near  Callable: Mask<S> is_near(lower, upper) of the corners of some boxes as
   ///                 `Pack3`s. Where true of a box, it must be true of any box around it.
   template <typename IsNear>
-  void find(IsNear&& is_near, std::vector<std::uint32_t>& packets) const {
+  void find(IsNear&& is_near, DynamicArray<std::uint32_t>& packets) const {
     packets.resize(packets_);
     auto next = packets.begin();
     for (std::size_t row = 0; row < group_boxes_.size(); ++row) {
@@ -8115,7 +8373,7 @@ class PacketBoxes {
 
   std::size_t packets_ = 0;
   std::size_t groups_ = 0;
-  std::vector<BoxRow> packet_boxes_, group_boxes_;
+  DynamicArray<BoxRow> packet_boxes_, group_boxes_;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -8186,7 +8444,6 @@ struct PatchDef {
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -8229,8 +8486,8 @@ struct PlaneCacheShape {
 /// Hits of the last cast, as planes. Empty: the rays have to be cast.
 template <Scalar S>
 struct PlaneCache {
-  std::vector<PlaneCacheShape<S>> shapes;
-  std::vector<PlaneCachePacket<S>> packets;
+  DynamicArray<PlaneCacheShape<S>> shapes;
+  DynamicArray<PlaneCachePacket<S>> packets;
 
   void clear() {
     shapes.clear();
@@ -8448,7 +8705,6 @@ struct PatchReading {
 
 #include <cstddef>
 #include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -8457,10 +8713,10 @@ template <Scalar S>
 struct ReadingStore {
   /// [-] Number of sensors.
   std::size_t count = 0;
-  LaneVector<S> depth, normal_force, shear_1, shear_2;
+  LineArray<S> depth, normal_force, shear_1, shear_2;
   Vec3Array<S> point;
-  std::vector<BodyId> body;
-  std::vector<SensorState> state;
+  DynamicArray<BodyId> body;
+  DynamicArray<SensorState> state;
   Wrench<S> wrench{};
   Vec3<S> shear_W = Vec3<S>::Zero();
 
@@ -8499,7 +8755,6 @@ struct ReadingStore {
 #include <cstdint>
 #include <span>
 #include <string>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -8610,7 +8865,7 @@ struct SensorPatch {
   BodyId body{};
   /// [m] Rays from A's centre of mass in A's axes; [1] unit directions; [m] lengths.
   Vec3Array<S> start, direction;
-  LaneVector<S> length;
+  LineArray<S> length;
   /// Tree over the rays, built once by `make_patch`.
   RayTree<S> ray_tree{};
   /// Triangle cache for a fine mesh. Not state: results do not depend on it.
@@ -8619,7 +8874,7 @@ struct SensorPatch {
   Aabb<S> box{};
 
   /// The same sensors for the kernels, and their bristles: [0, size()) in order, then unused lanes.
-  std::vector<SensorPacket<S>> packets;
+  DynamicArray<SensorPacket<S>> packets;
   PacketBoxes<S> packet_boxes{};
   /// [m] Farthest point of the rays from A's centre of mass, and the length of the shortest.
   S reach = S(0);
@@ -8630,20 +8885,20 @@ struct SensorPatch {
   /// Hits of this step, by ray. Valid in the packets that can be near anything, whose numbers are
   /// listed in ascending order; all packets until they were tested. Also contacts and pairs.
   RayHits<S> hits{};
-  std::vector<std::uint32_t> near;
+  DynamicArray<std::uint32_t> near;
   PlaneCache<S> plane_cache{};
   /// Lanes of each packet that hit anything in this step, and in the one before.
-  std::vector<LaneBits> hit_bits, hit_before;
-  std::vector<TouchedShape> touched;
+  DynamicArray<LaneBits> hit_bits, hit_before;
+  DynamicArray<TouchedShape> touched;
   /// Of the current pair: lanes of a near packet that hit its body, and the first contact of each
   /// range of near packets.
-  std::vector<LaneBits> pair_bits;
-  std::vector<std::uint32_t> range_contacts;
-  std::vector<ContactPacket<S>> contacts;
-  std::vector<PatchPair<S>> pairs;
-  std::vector<PairImpulse<S>> last_impulses;
+  DynamicArray<LaneBits> pair_bits;
+  DynamicArray<std::uint32_t> range_contacts;
+  DynamicArray<ContactPacket<S>> contacts;
+  DynamicArray<PatchPair<S>> pairs;
+  DynamicArray<PairImpulse<S>> last_impulses;
   /// Active sensors of each packet: those with nonzero readings.
-  std::vector<LaneBits> felt, active_before;
+  DynamicArray<LaneBits> felt, active_before;
   bool was_active = false;
   ReadingStore<S> readings{};
 
@@ -9237,7 +9492,6 @@ class SlabTest {
 #include <limits>
 #include <span>
 #include <utility>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -9347,8 +9601,8 @@ class AabbTree {
   void rebuild();
   NodeId build_range(std::span<SplitLeaf<S>> leaves, int depth);
 
-  std::vector<Node> nodes_;
-  std::vector<SplitLeaf<S>> order_;  // Scratch of rebuild(), as large as the pool.
+  DynamicArray<Node> nodes_;
+  DynamicArray<SplitLeaf<S>> order_;  // Scratch of rebuild(), as large as the pool.
   NodeId root_ = null;
   NodeId free_ = null;
   std::size_t size_ = 0;
@@ -9703,7 +9957,6 @@ auto AabbTree<S>::build_range(std::span<SplitLeaf<S>> leaves, int depth) -> Node
 #include <compare>
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -9818,8 +10071,8 @@ class BroadPhase {
   /// `accept(a, b)` accepts. Pairs have a < b, are sorted, and come once each.
   /// @param[in,out] tested  Number of overlapping pairs, accepted or not.
   template <typename Accept>
-  void find_pairs(const std::vector<std::uint32_t>& moving, Accept&& accept,
-                  std::vector<ShapePair>& out, std::uint64_t& tested) {
+  void find_pairs(const DynamicArray<std::uint32_t>& moving, Accept&& accept,
+                  DynamicArray<ShapePair>& out, std::uint64_t& tested) {
     for (const std::uint32_t tag : moving) {
       entries_[tag].is_moving = true;
       if (!entries_[tag].has_moved) mark_dirty(tag);
@@ -9978,7 +10231,7 @@ class BroadPhase {
   }
 
   /// Appends `found_` to `out` in order. Its first `sorted` pairs are sorted already.
-  void append_sorted(std::size_t sorted, std::vector<ShapePair>& out) {
+  void append_sorted(std::size_t sorted, DynamicArray<ShapePair>& out) {
     const auto middle = found_.begin() + static_cast<std::ptrdiff_t>(sorted);
     if (!std::is_sorted(middle, found_.end())) std::sort(middle, found_.end());
     const std::size_t before = out.size();
@@ -9988,15 +10241,15 @@ class BroadPhase {
   }
 
   AabbTree<S> tree_;
-  std::vector<Entry> entries_;
-  std::vector<std::uint32_t> unbounded_;
+  DynamicArray<Entry> entries_;
+  DynamicArray<std::uint32_t> unbounded_;
   /// Pairs of bounded shapes whose fat AABBs overlap, sorted. One of the two moves, or did.
-  std::vector<ShapePair> near_;
+  DynamicArray<ShapePair> near_;
   std::uint64_t refreshes_ = 0;
   /// Shapes whose fat AABBs changed since `near_` was made.
-  std::vector<std::uint32_t> dirty_;
+  DynamicArray<std::uint32_t> dirty_;
   /// Scratch.
-  std::vector<ShapePair> found_;
+  DynamicArray<ShapePair> found_;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -10005,7 +10258,6 @@ class BroadPhase {
 #include <array>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -10132,8 +10384,7 @@ class ContactCache {
       manifolds_.push_back(old);
       manifolds_.back().first = static_cast<std::uint32_t>(points_.size());
       manifolds_.back().is_persisted = true;
-      points_.insert(points_.end(), old_points_.begin() + old.first,
-                     old_points_.begin() + old.first + old.count);
+      points_.append(old_points_.begin() + old.first, old_points_.begin() + old.first + old.count);
     }
   }
 
@@ -10143,20 +10394,20 @@ class ContactCache {
     forget(tag, old_manifolds_, old_points_);
   }
 
-  [[nodiscard]] std::vector<CachedManifold<S>>& manifolds() { return manifolds_; }
-  [[nodiscard]] const std::vector<CachedManifold<S>>& manifolds() const { return manifolds_; }
-  [[nodiscard]] std::vector<CachedPoint<S>>& points() { return points_; }
-  [[nodiscard]] const std::vector<CachedPoint<S>>& points() const { return points_; }
+  [[nodiscard]] DynamicArray<CachedManifold<S>>& manifolds() { return manifolds_; }
+  [[nodiscard]] const DynamicArray<CachedManifold<S>>& manifolds() const { return manifolds_; }
+  [[nodiscard]] DynamicArray<CachedPoint<S>>& points() { return points_; }
+  [[nodiscard]] const DynamicArray<CachedPoint<S>>& points() const { return points_; }
 
   /// [s] Step length of the present generation.
   [[nodiscard]] S& last_step() { return last_step_; }
   [[nodiscard]] const S& last_step() const { return last_step_; }
 
   /// The generation of the step before.
-  [[nodiscard]] const std::vector<CachedManifold<S>>& last_manifolds() const {
+  [[nodiscard]] const DynamicArray<CachedManifold<S>>& last_manifolds() const {
     return is_repeated_ ? manifolds_ : old_manifolds_;
   }
-  [[nodiscard]] const std::vector<CachedPoint<S>>& last_points() const {
+  [[nodiscard]] const DynamicArray<CachedPoint<S>>& last_points() const {
     return is_repeated_ ? points_ : old_points_;
   }
 
@@ -10239,8 +10490,8 @@ class ContactCache {
     return offset.squaredNorm() <= arm.squaredNorm() ? offset : Vec3<S>::Zero();
   }
 
-  static void forget(std::uint32_t tag, std::vector<CachedManifold<S>>& manifolds,
-                     std::vector<CachedPoint<S>>& points) {
+  static void forget(std::uint32_t tag, DynamicArray<CachedManifold<S>>& manifolds,
+                     DynamicArray<CachedPoint<S>>& points) {
     std::size_t kept = 0;
     std::uint32_t end = 0;
     for (CachedManifold<S> m : manifolds) {
@@ -10254,8 +10505,8 @@ class ContactCache {
     points.resize(end);
   }
 
-  std::vector<CachedManifold<S>> manifolds_, old_manifolds_;
-  std::vector<CachedPoint<S>> points_, old_points_;
+  DynamicArray<CachedManifold<S>> manifolds_, old_manifolds_;
+  DynamicArray<CachedPoint<S>> points_, old_points_;
   std::size_t cursor_ = 0;
   bool is_repeated_ = false;
   S last_step_ = S(1);
@@ -10267,7 +10518,6 @@ class ContactCache {
 #include <algorithm>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -10325,7 +10575,7 @@ class ContactReading {
 
   /// @param manifolds  All manifolds of the two shapes, at least one.
   ContactReading(std::span<const detail::CachedManifold<S>> manifolds,
-                 const std::vector<detail::CachedPoint<S>>& points)
+                 const detail::DynamicArray<detail::CachedPoint<S>>& points)
       : manifolds_(manifolds), points_(&points) {}
 
   /// Returns whether they touch, as in `ContactEvent`.
@@ -10350,7 +10600,7 @@ class ContactReading {
   [[nodiscard]] Wrench<S> sum(ArmOf&& arm_of) const;
 
   std::span<const detail::CachedManifold<S>> manifolds_;
-  const std::vector<detail::CachedPoint<S>>* points_;
+  const detail::DynamicArray<detail::CachedPoint<S>>* points_;
 };
 
 // Implementation ----------------------------------------------------------------------------------
@@ -10366,7 +10616,7 @@ template <Scalar S>
 /// Manifolds of the pair at index `first`.
 template <Scalar S>
 [[nodiscard]] std::span<const CachedManifold<S>> same_pair(
-    const std::vector<CachedManifold<S>>& manifolds, std::size_t first) {
+    const DynamicArray<CachedManifold<S>>& manifolds, std::size_t first) {
   std::size_t end = first;
   while (end < manifolds.size() && manifolds[end].shapes == manifolds[first].shapes) ++end;
   return std::span(manifolds).subspan(first, end - first);
@@ -10374,7 +10624,7 @@ template <Scalar S>
 
 template <Scalar S>
 [[nodiscard]] bool touches(std::span<const CachedManifold<S>> manifolds,
-                           const std::vector<CachedPoint<S>>& points) {
+                           const DynamicArray<CachedPoint<S>>& points) {
   for (const CachedManifold<S>& m : manifolds) {
     for (std::uint32_t i = m.first; i < m.first + m.count; ++i) {
       if (points[i].impulse[0] > S(0) || points[i].gap <= S(0)) return true;
@@ -10387,8 +10637,8 @@ template <Scalar S>
 /// in ascending order.
 template <Scalar S, typename Visit>
 void for_each_touch(const ContactCache<S>& cache, Visit&& visit) {
-  const std::vector<CachedManifold<S>>& before = cache.last_manifolds();
-  const std::vector<CachedManifold<S>>& now = cache.manifolds();
+  const DynamicArray<CachedManifold<S>>& before = cache.last_manifolds();
+  const DynamicArray<CachedManifold<S>>& now = cache.manifolds();
   std::size_t i = 0;
   std::size_t k = 0;
   while (i < before.size() || k < now.size()) {
@@ -11813,7 +12063,6 @@ struct SolverDef {
 #include <algorithm>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -11869,10 +12118,10 @@ struct SolverBody {
 /// All constraints between bodies in one step, for all islands.
 template <Scalar S>
 struct Constraints {
-  std::vector<ContactConstraint<S>> contacts;
-  std::vector<ConstraintRow<S>> rows;
-  std::vector<ConstraintBlock<S>> blocks;
-  std::vector<SoftBlock<S>> soft;
+  DynamicArray<ContactConstraint<S>> contacts;
+  DynamicArray<ConstraintRow<S>> rows;
+  DynamicArray<ConstraintBlock<S>> blocks;
+  DynamicArray<SoftBlock<S>> soft;
 
   void clear() {
     contacts.clear();
@@ -12668,7 +12917,7 @@ struct FindInnerBall {
 
 template <Scalar S>
 InnerBall<S> inner_ball(const Shape<S>& shape) {
-  return std::visit(FindInnerBall<S>{}, shape);
+  return visit_shape(FindInnerBall<S>{}, shape);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -12865,7 +13114,6 @@ struct WorldDef {
 
 #include <algorithm>
 #include <optional>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -12904,9 +13152,9 @@ struct WorldState {
   ContactCache<S> contacts;
   /// Contacts that ended because a shape was removed: for the events of the last step, and since
   /// then.
-  std::vector<ContactEvent> ended, ended_since;
+  DynamicArray<ContactEvent> ended, ended_since;
   /// Body index pairs whose contact a joint disables, sorted.
-  std::vector<ShapePair> unpaired;
+  DynamicArray<ShapePair> unpaired;
   StepReport<S> report{};
   /// Number of bodies asleep. `is_idle` if all are: a step then has nothing to do.
   std::uint32_t sleeping_bodies = 0;
@@ -12917,7 +13165,7 @@ struct WorldState {
   std::uint64_t steps = 0;
 
   /// Scratch of this step: one entry a body index, and all constraints.
-  std::vector<SolverBody<S>> solver_bodies;
+  DynamicArray<SolverBody<S>> solver_bodies;
   Constraints<S> constraints;
 
   [[nodiscard]] const Body<S>& body_of(const Collider<S, Backend>& c) const {
@@ -13438,7 +13686,7 @@ ShapeInReach<S, Backend> shape_in_reach(const SensorPatch<S>& patch, ShapeId id,
 template <Scalar S, typename Backend>
 [[nodiscard]] bool serves(const SensorPatch<S>& patch,
                           std::span<const ShapeInReach<S, Backend>> shapes) {
-  const std::vector<PlaneCacheShape<S>>& kept = patch.plane_cache.shapes;
+  const DynamicArray<PlaneCacheShape<S>>& kept = patch.plane_cache.shapes;
   if (kept.size() != shapes.size()) return false;
   for (std::size_t i = 0; i < kept.size(); ++i) {
     const ShapeInReach<S, Backend>& shape = shapes[i];
@@ -13533,7 +13781,6 @@ std::uint64_t find_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, B
 #include <span>
 #include <string>
 #include <utility>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
 namespace detail {
@@ -13689,11 +13936,11 @@ class HapticLoop {
     detail::SensorPatch<S> patch{};
     std::uint32_t tool = 0;
     /// [-] Shapes that it may meet within the step.
-    std::vector<std::uint32_t> near;
-    std::vector<detail::ShapeInReach<S, Backend>> in_reach;
+    detail::DynamicArray<std::uint32_t> near;
+    detail::DynamicArray<detail::ShapeInReach<S, Backend>> in_reach;
     /// One for each pair, and its body.
-    std::vector<detail::SoftBlock<S>> blocks;
-    std::vector<std::uint32_t> touched;
+    detail::DynamicArray<detail::SoftBlock<S>> blocks;
+    detail::DynamicArray<std::uint32_t> touched;
   };
 
   void require_tool(ToolId tool) const {
@@ -13739,10 +13986,10 @@ class HapticLoop {
 
   const detail::HapticKernels<S, Backend>* kernels_ = &detail::haptic_kernels<S, Backend>();
   HapticDef<S> def_;
-  std::vector<Tool> tools_;
-  std::vector<Skin> tool_patches_;
-  std::vector<NearShape> shapes_;
-  std::vector<detail::HapticBody<S>> bodies_, last_bodies_;
+  detail::DynamicArray<Tool> tools_;
+  detail::DynamicArray<Skin> tool_patches_;
+  detail::DynamicArray<NearShape> shapes_;
+  detail::DynamicArray<detail::HapticBody<S>> bodies_, last_bodies_;
   detail::HeldMobilityFinder<S, Backend> finder_;
   S h_ = S(0);
   std::uint32_t done_ = 0;
@@ -13765,7 +14012,6 @@ class HapticLoop {
 #include <cstdint>
 #include <span>
 #include <utility>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -13826,8 +14072,8 @@ class ProximityArray {
   RayFilter filter_;
   Aabb<S> box_{};
   RayHits<S> hits_;
-  std::vector<BodyId> body_;
-  std::vector<std::uint32_t> near_;
+  detail::DynamicArray<BodyId> body_;
+  detail::DynamicArray<std::uint32_t> near_;
   std::uint64_t rays_cast_ = 0;
 };
 
@@ -14233,7 +14479,7 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 template <typename Visit>
 void World<S, Backend>::for_each_contact(Visit&& visit) const {
-  const std::vector<detail::CachedManifold<S>>& manifolds = state_.contacts.manifolds();
+  const detail::DynamicArray<detail::CachedManifold<S>>& manifolds = state_.contacts.manifolds();
   for (std::size_t i = 0; i < manifolds.size();) {
     const std::span<const detail::CachedManifold<S>> pair = detail::same_pair(manifolds, i);
     ContactReading<S> reading(pair, state_.contacts.points());
@@ -14490,7 +14736,6 @@ BRISTLE_COMPILED_WORLD(double, FclBackend)
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -14737,14 +14982,14 @@ class HostSensors {
 
   World<S, Backend> world_{};
   /// By index of mirrored bodies.
-  std::vector<detail::HostEntry<S>> bodies_;
+  detail::DynamicArray<detail::HostEntry<S>> bodies_;
   /// [m/s] Speed of the fastest point of any body.
   S fastest_ = S(0);
   RayHits<S> host_hits_{};
   /// Indices of bodies that a patch touches, or whose own patch touches one, ascending.
-  std::vector<std::uint32_t> touched_;
-  std::vector<detail::HostMobility<S>> mobilities_;
-  std::vector<detail::HostWrench<S>> wrenches_;
+  detail::DynamicArray<std::uint32_t> touched_;
+  detail::DynamicArray<detail::HostMobility<S>> mobilities_;
+  detail::DynamicArray<detail::HostWrench<S>> wrenches_;
   HostReport report_{};
   detail::KernelScratch<detail::HostKernels<S, Backend>> stage_{detail::host_kernels<S, Backend>()};
 };
@@ -16620,7 +16865,6 @@ SensorLayout<S> ray_fan(const RayFanDef<S>& def) {
 #include <array>
 #include <cstddef>
 #include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -16709,7 +16953,7 @@ class TactileHistory {
   std::size_t sensors_, frames_;
   std::size_t size_ = 0;
   std::size_t newest_ = 0;
-  std::vector<S> values_;
+  detail::DynamicArray<S> values_;
 };
 
 // Implementation ----------------------------------------------------------------------------------
@@ -16790,7 +17034,6 @@ void TactileHistory<S>::copy_to(std::span<S> out) const {
 #include <numbers>
 #include <span>
 #include <string>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -16841,8 +17084,8 @@ class TaxelFlaws {
   S hysteresis_, noise_;
   std::uint64_t seed_;
   std::uint64_t sample_ = 0;
-  std::vector<S> gain_;
-  std::vector<S> play_;
+  detail::DynamicArray<S> gain_;
+  detail::DynamicArray<S> play_;
 };
 
 // Implementation ----------------------------------------------------------------------------------
@@ -16948,7 +17191,6 @@ void TaxelFlaws<S>::apply(std::span<const S> in, std::span<S> out) {
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -16969,16 +17211,16 @@ struct NormalSum {
 
 /// Outward unit normals of all triangles. Zero for those numbered in `degenerate`, which have none.
 template <Scalar S>
-[[nodiscard]] std::vector<Vec3<S>> face_normals(const TriangleMesh<S>& mesh,
-                                                std::span<const std::uint32_t> degenerate);
+[[nodiscard]] DynamicArray<Vec3<S>> face_normals(const TriangleMesh<S>& mesh,
+                                                 std::span<const std::uint32_t> degenerate);
 
 /// Sums the normals of each vertex's faces, weighted with the angles there. So the cut of a flat
 /// face into triangles does not matter (Thuermer and Wuethrich 1998).
 ///
 /// @param normals  Normals of the faces from `face_normals`. Zero for degenerate ones.
 template <Scalar S>
-[[nodiscard]] std::vector<NormalSum<S>> vertex_normals(const TriangleMesh<S>& mesh,
-                                                       std::span<const Vec3<S>> normals);
+[[nodiscard]] DynamicArray<NormalSum<S>> vertex_normals(const TriangleMesh<S>& mesh,
+                                                        std::span<const Vec3<S>> normals);
 
 // Implementation ----------------------------------------------------------------------------------
 
@@ -16993,9 +17235,9 @@ template <Scalar S>
 }
 
 template <Scalar S>
-std::vector<Vec3<S>> face_normals(const TriangleMesh<S>& mesh,
-                                  std::span<const std::uint32_t> degenerate) {
-  std::vector<Vec3<S>> normals;
+DynamicArray<Vec3<S>> face_normals(const TriangleMesh<S>& mesh,
+                                   std::span<const std::uint32_t> degenerate) {
+  DynamicArray<Vec3<S>> normals;
   normals.reserve(mesh.triangles.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     normals.push_back(triangle_normal(mesh, t));
@@ -17005,9 +17247,9 @@ std::vector<Vec3<S>> face_normals(const TriangleMesh<S>& mesh,
 }
 
 template <Scalar S>
-std::vector<NormalSum<S>> vertex_normals(const TriangleMesh<S>& mesh,
-                                         std::span<const Vec3<S>> normals) {
-  std::vector<NormalSum<S>> sums(mesh.vertices.size());
+DynamicArray<NormalSum<S>> vertex_normals(const TriangleMesh<S>& mesh,
+                                          std::span<const Vec3<S>> normals) {
+  DynamicArray<NormalSum<S>> sums(mesh.vertices.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     if (normals[t] == Vec3<S>::Zero()) continue;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -17152,7 +17394,7 @@ template <Scalar S>
 PatchMesh<S> patch_from_mesh(const TriangleMesh<S>& mesh) {
   validate_surface(mesh);
   PatchMesh<S> patch{weld(mesh), {}};
-  const std::vector<Vec3<S>> faces =
+  const detail::DynamicArray<Vec3<S>> faces =
       detail::face_normals<S>(patch.mesh, degenerate_triangles(patch.mesh));
   for (const detail::NormalSum<S>& n : detail::vertex_normals<S>(patch.mesh, faces)) {
     patch.normals.push_back(n.has_direction() ? n.sum.normalized() : Vec3<S>(Vec3<S>::Zero()));
@@ -17261,10 +17503,10 @@ void require_wrappable(const PatchMesh<S>& patch, const TriangleMesh<S>& shape,
 /// the indices of the other triangles.
 template <Scalar S>
 [[nodiscard]] TriangleMesh<S> kept_part(const TriangleMesh<S>& mesh,
-                                        const std::vector<bool>& is_kept,
+                                        const DynamicArray<bool>& is_kept,
                                         std::vector<std::uint32_t>& dropped) {
   TriangleMesh<S> part;
-  std::vector<bool> is_used(mesh.vertices.size(), false);
+  DynamicArray<bool> is_used(mesh.vertices.size(), false);
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto& [a, b, c] = mesh.triangles[t];
     if (is_kept[a] && is_kept[b] && is_kept[c]) {
@@ -17274,7 +17516,7 @@ template <Scalar S>
       dropped.push_back(t);
     }
   }
-  std::vector<std::uint32_t> renumber(mesh.vertices.size());
+  DynamicArray<std::uint32_t> renumber(mesh.vertices.size());
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
     renumber[v] = static_cast<std::uint32_t>(part.vertices.size());
     if (is_used[v]) part.vertices.push_back(mesh.vertices[v]);
@@ -17299,7 +17541,7 @@ TriangleMesh<S> wrap_patch(const PatchMesh<S>& patch, const TriangleMesh<S>& sha
 
   WrapReport result;
   TriangleMesh<S> moved = patch.mesh;
-  std::vector<bool> is_kept(moved.vertices.size(), false);
+  detail::DynamicArray<bool> is_kept(moved.vertices.size(), false);
   for (std::uint32_t v = 0; v < moved.vertices.size(); ++v) {
     if (patch.normals[v] == Vec3<S>::Zero()) {
       result.without_normal.push_back(v);
@@ -17452,10 +17694,10 @@ class WorldBatch {
               const Write& write) const;
 
   World<S, Backend> origin_;
-  std::vector<World<S, Backend>> worlds_;
-  std::vector<std::uint8_t> failed_;
+  detail::DynamicArray<World<S, Backend>> worlds_;
+  detail::DynamicArray<std::uint8_t> failed_;
   std::size_t per_task_;
-  std::vector<detail::KernelScratch<detail::WorldKernels<S, Backend>>> steppers_;
+  detail::DynamicArray<detail::KernelScratch<detail::WorldKernels<S, Backend>>> steppers_;
   ParallelFor parallel_for_;
 };
 
@@ -17950,7 +18192,6 @@ class ThreadPool {
 #include <cstdint>
 #include <span>
 #include <utility>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -17997,7 +18238,7 @@ struct HullTriangle {
   /// Number of the triangle across the edge from corner k to corner k + 1.
   std::array<std::uint32_t, 3> neighbors{};
   /// Points that are above it and above no triangle tested before it.
-  std::vector<std::uint32_t> outside;
+  DynamicArray<std::uint32_t> outside;
   bool is_alive = true;
 };
 
@@ -18008,7 +18249,7 @@ class TriangleHull {
   TriangleHull(std::span<const GridPoint> points, std::array<std::uint32_t, 4> simplex)
       : points_(points) {
     make_simplex(simplex);
-    std::vector<std::uint32_t> all(points.size());
+    DynamicArray<std::uint32_t> all(points.size());
     for (std::uint32_t i = 0; i < all.size(); ++i) all[i] = i;
     assign(all, 0);
     // Triangles are only ever appended, so one pass visits them all.
@@ -18021,7 +18262,7 @@ class TriangleHull {
   }
 
   /// Closed surface. Coplanar triangles are frequent, degenerate ones impossible.
-  [[nodiscard]] const std::vector<HullTriangle>& triangles() const { return triangles_; }
+  [[nodiscard]] const DynamicArray<HullTriangle>& triangles() const { return triangles_; }
 
  private:
   [[nodiscard]] bool is_above(std::uint32_t point, const HullTriangle& t) const {
@@ -18044,7 +18285,7 @@ class TriangleHull {
 
   /// Assigns each point to the first triangle from `first` on that it is above. Points above none
   /// are inside and dropped.
-  void assign(const std::vector<std::uint32_t>& candidates, std::size_t first) {
+  void assign(const DynamicArray<std::uint32_t>& candidates, std::size_t first) {
     for (const std::uint32_t p : candidates) {
       for (std::size_t t = first; t < triangles_.size(); ++t) {
         if (is_above(p, triangles_[t])) {
@@ -18081,13 +18322,13 @@ class TriangleHull {
 
   /// Replaces the triangles that see the point by a fan from the horizon to it.
   void add_point(std::uint32_t point, std::uint32_t seed) {
-    std::vector<HorizonEdge> horizon;
-    std::vector<std::uint32_t> orphans;
-    std::vector<std::uint32_t> visible{seed};
+    DynamicArray<HorizonEdge> horizon;
+    DynamicArray<std::uint32_t> orphans;
+    DynamicArray<std::uint32_t> visible{seed};
     triangles_[seed].is_alive = false;
     for (std::size_t i = 0; i < visible.size(); ++i) {
       HullTriangle& t = triangles_[visible[i]];
-      orphans.insert(orphans.end(), t.outside.begin(), t.outside.end());
+      orphans.append(t.outside.begin(), t.outside.end());
       t.outside = {};
       for (std::size_t k = 0; k < 3; ++k) {
         const std::uint32_t beyond = t.neighbors[k];
@@ -18112,7 +18353,7 @@ class TriangleHull {
   }
 
   /// Takes the horizon as one closed loop, in any order.
-  void add_fan(std::uint32_t point, std::vector<HorizonEdge>& horizon) {
+  void add_fan(std::uint32_t point, DynamicArray<HorizonEdge>& horizon) {
     const auto by_start = [](const HorizonEdge& a, const HorizonEdge& b) {
       return a.from < b.from;
     };
@@ -18140,19 +18381,19 @@ class TriangleHull {
   }
 
   void keep_living() {
-    std::vector<std::uint32_t> renumber(triangles_.size());
+    DynamicArray<std::uint32_t> renumber(triangles_.size());
     std::uint32_t count = 0;
     for (std::size_t t = 0; t < triangles_.size(); ++t) {
       if (triangles_[t].is_alive) renumber[t] = count++;
     }
-    std::erase_if(triangles_, [](const HullTriangle& t) { return !t.is_alive; });
+    erase_if(triangles_, [](const HullTriangle& t) { return !t.is_alive; });
     for (HullTriangle& t : triangles_) {
       for (std::uint32_t& n : t.neighbors) n = renumber[n];
     }
   }
 
   std::span<const GridPoint> points_;
-  std::vector<HullTriangle> triangles_;
+  DynamicArray<HullTriangle> triangles_;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -18169,17 +18410,16 @@ class TriangleHull {
 #include <cstdint>
 #include <span>
 #include <utility>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A polygon of a hull.
 struct HullFace {
   /// Corners, counter-clockwise from outside.
-  std::vector<std::uint32_t> corners;
+  DynamicArray<std::uint32_t> corners;
   /// Third corners of the triangles across its border. The hull is convex. So a plane through the
   /// face that has them below has everything below.
-  std::vector<std::uint32_t> ring;
+  DynamicArray<std::uint32_t> ring;
   /// Outward unit normal on the grid, of the largest triangle of the face. No point of the hull is
   /// above that plane.
   Vec3<double> normal = Vec3<double>::UnitZ();
@@ -18205,7 +18445,7 @@ class FaceJoin {
     }
   }
 
-  [[nodiscard]] std::vector<HullFace> faces() const;
+  [[nodiscard]] DynamicArray<HullFace> faces() const;
 
  private:
   static constexpr std::uint32_t none = 0xffffffffu;
@@ -18246,19 +18486,19 @@ class FaceJoin {
   [[nodiscard]] double depth_below(std::uint32_t plane, std::uint32_t t) const;
   void grow_regions();
   void grow_region(std::uint32_t seed);
-  bool adopt_slivers(std::vector<std::uint32_t>& orphans);
+  bool adopt_slivers(DynamicArray<std::uint32_t>& orphans);
   bool dissolve_small_regions();
-  [[nodiscard]] std::vector<Side> sides_by_start() const;
+  [[nodiscard]] DynamicArray<Side> sides_by_start() const;
   [[nodiscard]] std::size_t count_regions_around(Side first) const;
 
   std::span<const GridPoint> points_;
   std::span<const HullTriangle> triangles_;
   double tolerance_;
-  std::vector<Vec3<double>> area_vectors_;
-  std::vector<std::size_t> longest_edge_;
-  std::vector<bool> is_sliver_;
+  DynamicArray<Vec3<double>> area_vectors_;
+  DynamicArray<std::size_t> longest_edge_;
+  DynamicArray<bool> is_sliver_;
   /// Seed triangle of each triangle's region.
-  std::vector<std::uint32_t> region_;
+  DynamicArray<std::uint32_t> region_;
 };
 
 inline void FaceJoin::measure() {
@@ -18288,9 +18528,9 @@ inline double FaceJoin::depth_below(std::uint32_t plane, std::uint32_t t) const 
 
 inline void FaceJoin::grow_regions() {
   region_.assign(triangles_.size(), none);
-  std::vector<std::uint32_t> order(triangles_.size());
+  DynamicArray<std::uint32_t> order(triangles_.size());
   fill_numbers(order);
-  std::vector<double> area2(order.size());
+  DynamicArray<double> area2(order.size());
   for (const std::uint32_t t : order) area2[t] = area_vectors_[t].squaredNorm();
   // Not std::stable_sort. That of libstdc++ before 13 uses a part that C++20 deprecates, and clang
   // warns.
@@ -18300,18 +18540,18 @@ inline void FaceJoin::grow_regions() {
   for (const std::uint32_t seed : order) {
     if (region_[seed] == none && !is_sliver_[seed]) grow_region(seed);
   }
-  std::erase_if(order, [this](std::uint32_t t) { return region_[t] != none; });
+  erase_if(order, [this](std::uint32_t t) { return region_[t] != none; });
   while (!order.empty()) {
     if (adopt_slivers(order)) continue;
     // No neighbour adopts them: thin needles consist of slivers alone.
     grow_region(order.front());
-    std::erase_if(order, [this](std::uint32_t t) { return region_[t] != none; });
+    erase_if(order, [this](std::uint32_t t) { return region_[t] != none; });
   }
 }
 
 inline void FaceJoin::grow_region(std::uint32_t seed) {
   const Vec3<double>& normal = area_vectors_[seed];
-  std::vector<std::uint32_t> members{seed};
+  DynamicArray<std::uint32_t> members{seed};
   region_[seed] = seed;
   for (std::size_t i = 0; i < members.size(); ++i) {
     for (const std::uint32_t t : triangles_[members[i]].neighbors) {
@@ -18327,8 +18567,8 @@ inline void FaceJoin::grow_region(std::uint32_t seed) {
 }
 
 /// Removes the triangles that found a region from the list. Returns false if none did.
-inline bool FaceJoin::adopt_slivers(std::vector<std::uint32_t>& orphans) {
-  return std::erase_if(orphans, [this](std::uint32_t t) {
+inline bool FaceJoin::adopt_slivers(DynamicArray<std::uint32_t>& orphans) {
+  return erase_if(orphans, [this](std::uint32_t t) {
            const std::uint32_t heir = region_[across({t, longest_edge_[t]})];
            // Two tolerances of its own height, one of the heir's border.
            if (heir != none && depth_below(heir, t) <= 3.0 * tolerance_) region_[t] = heir;
@@ -18337,8 +18577,8 @@ inline bool FaceJoin::adopt_slivers(std::vector<std::uint32_t>& orphans) {
 }
 
 /// One side that starts at each vertex. `triangle` is none if the vertex is not on the hull.
-inline std::vector<FaceJoin::Side> FaceJoin::sides_by_start() const {
-  std::vector<Side> sides(points_.size(), Side{none, 0});
+inline DynamicArray<FaceJoin::Side> FaceJoin::sides_by_start() const {
+  DynamicArray<Side> sides(points_.size(), Side{none, 0});
   for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) sides[triangles_[t].corners[k]] = {t, k};
   }
@@ -18356,7 +18596,7 @@ inline std::size_t FaceJoin::count_regions_around(Side first) const {
 }
 
 inline bool FaceJoin::dissolve_small_regions() {
-  std::vector<std::size_t> corner_count(triangles_.size(), 0);
+  DynamicArray<std::size_t> corner_count(triangles_.size(), 0);
   for (const Side first : sides_by_start()) {
     if (first.triangle == none || count_regions_around(first) < 3) continue;
     Side side = first;
@@ -18374,7 +18614,7 @@ inline bool FaceJoin::dissolve_small_regions() {
     }
   }
   if (region == none) return false;
-  std::vector<double> border_lengths(triangles_.size(), 0.0);  // By the region beyond.
+  DynamicArray<double> border_lengths(triangles_.size(), 0.0);  // By the region beyond.
   for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
     if (region_[t] != region) continue;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -18388,14 +18628,14 @@ inline bool FaceJoin::dissolve_small_regions() {
   return true;
 }
 
-inline std::vector<HullFace> FaceJoin::faces() const {
-  std::vector<bool> is_corner(points_.size(), false);
+inline DynamicArray<HullFace> FaceJoin::faces() const {
+  DynamicArray<bool> is_corner(points_.size(), false);
   for (const Side side : sides_by_start()) {
     if (side.triangle == none) continue;
     is_corner[start_of(side)] = count_regions_around(side) >= 3;
   }
-  std::vector<HullFace> faces;
-  std::vector<bool> is_done(triangles_.size(), false);
+  DynamicArray<HullFace> faces;
+  DynamicArray<bool> is_done(triangles_.size(), false);
   for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) {
       const Side first{t, k};
@@ -18423,7 +18663,6 @@ inline std::vector<HullFace> FaceJoin::faces() const {
 #include <cstddef>
 #include <cstdint>
 #include <string>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -18439,8 +18678,8 @@ namespace detail {
 /// The points of a hull, each of them once, and their grid points.
 template <Scalar S>
 struct GriddedPoints {
-  std::vector<Vec3<S>> points;
-  std::vector<GridPoint> grid;
+  DynamicArray<Vec3<S>> points;
+  DynamicArray<GridPoint> grid;
   /// [m] Distance below which points count as equal.
   S resolution = S(0);
   /// [grid steps] The same distance.
@@ -18519,7 +18758,7 @@ template <Scalar S>
 /// into the hull.
 template <Scalar S>
 [[nodiscard]] Vec3<S> face_normal(const GriddedPoints<S>& gridded, const HullFace& face) {
-  const std::vector<Vec3<S>>& points = gridded.points;
+  const DynamicArray<Vec3<S>>& points = gridded.points;
   const Vec3<S>& origin = points[face.corners[0]];
   Vec3<S> sum = Vec3<S>::Zero();
   for (std::size_t i = 2; i < face.corners.size(); ++i) {
@@ -18546,18 +18785,20 @@ ConvexHull<S> convex_hull(std::span<const Vec3<S>> points) {
   const detail::GriddedPoints<S> gridded = detail::put_on_grid(points);
   const detail::TriangleHull triangles(gridded.grid,
                                        detail::find_simplex(gridded.grid, gridded.tolerance));
-  std::vector<detail::HullFace> faces =
+  detail::DynamicArray<detail::HullFace> faces =
       detail::FaceJoin(gridded.grid, triangles.triangles(), gridded.tolerance).faces();
   for (detail::HullFace& face : faces) {
     const auto lowest = std::min_element(face.corners.begin(), face.corners.end());
     std::rotate(face.corners.begin(), lowest, face.corners.end());
   }
-  std::sort(faces.begin(), faces.end(),
-            [](const auto& a, const auto& b) { return a.corners < b.corners; });
+  std::sort(faces.begin(), faces.end(), [](const auto& a, const auto& b) {
+    return std::lexicographical_compare(a.corners.begin(), a.corners.end(), b.corners.begin(),
+                                        b.corners.end());
+  });
 
   ConvexHull<S> hull;
   constexpr std::uint32_t unused = 0xffffffffu;
-  std::vector<std::uint32_t> renumber(gridded.points.size(), unused);
+  detail::DynamicArray<std::uint32_t> renumber(gridded.points.size(), unused);
   for (const detail::HullFace& face : faces) {
     for (const std::uint32_t v : face.corners) renumber[v] = 0;
   }
@@ -18583,7 +18824,7 @@ ConvexHull<S> convex_hull(std::span<const Vec3<S>> points) {
 template <Scalar S>
 ConvexHull<S> convex_hull(const TriangleMesh<S>& mesh) {
   detail::require_named_vertices(mesh);
-  std::vector<Vec3<S>> points;
+  detail::DynamicArray<Vec3<S>> points;
   for (const auto& t : mesh.triangles) {
     for (const std::uint32_t v : t) points.push_back(mesh.vertices[v]);
   }
@@ -19528,7 +19769,6 @@ bool build_manifold(const ShapeA& a, const ShapeB& b, const Transform<S>& X_AB,
 #include <cstdint>
 #include <span>
 #include <utility>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -19583,7 +19823,7 @@ template <Scalar S>
 
 template <Scalar S>
 MeshTree<S>::MeshTree(TriangleMesh<S> mesh) : mesh_(std::move(mesh)) {
-  std::vector<Aabb<S>> boxes(mesh_.triangles.size());
+  DynamicArray<Aabb<S>> boxes(mesh_.triangles.size());
   for (std::size_t t = 0; t < boxes.size(); ++t) {
     for (const std::uint32_t v : mesh_.triangles[t]) boxes[t].include(mesh_.vertices[v]);
   }
@@ -19761,7 +20001,7 @@ void for_face_normals(const Self& shape, const Try& try_axis) {
 
 template <Scalar S>
 Vec3<S> ConvexView<S>::support(const Vec3<S>& direction) const {
-  return std::visit([&](const auto* s) { return support_core(*s, direction); }, shape);
+  return visit_shape([&](const auto* s) { return support_core(*s, direction); }, shape);
 }
 
 template <typename ConvexShape>
@@ -19773,17 +20013,17 @@ ConvexView<ScalarOfShape<ConvexShape>> convex_view(const ConvexShape& shape) {
 
 template <Scalar S>
 Vec3<S> support_point(const ConvexView<S>& convex, const Vec3<S>& direction) {
-  return std::visit([&](const auto* s) { return support_point(*s, direction); }, convex.shape);
+  return visit_shape([&](const auto* s) { return support_point(*s, direction); }, convex.shape);
 }
 
 template <Scalar S>
 SupportFeature<S> support_edge(const ConvexView<S>& convex, const Vec3<S>& direction) {
-  return std::visit([&](const auto* s) { return support_edge(*s, direction); }, convex.shape);
+  return visit_shape([&](const auto* s) { return support_edge(*s, direction); }, convex.shape);
 }
 
 template <Scalar S>
 SupportFeature<S> support_face(const ConvexView<S>& convex, const Vec3<S>& direction) {
-  return std::visit([&](const auto* s) { return support_face(*s, direction); }, convex.shape);
+  return visit_shape([&](const auto* s) { return support_face(*s, direction); }, convex.shape);
 }
 
 template <Scalar S>
@@ -20762,8 +21002,8 @@ class OverlapSearch {
         if (has_many && axis.dot(ahead) < S(0)) return;
         if (overlap_ >= -margin) offer(side * (solid.rotation * axis));
       };
-      std::visit([&](const auto* shape) { for_face_normals(*shape, try_axis); },
-                 solid.convex->shape);
+      visit_shape([&](const auto* shape) { for_face_normals(*shape, try_axis); },
+                  solid.convex->shape);
     }
     if (is_box(a_) && is_box(b_)) try_edges(between);
   }
@@ -21500,7 +21740,6 @@ class ContactSink {
 #include <span>
 #include <tuple>
 #include <utility>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -21543,13 +21782,13 @@ class MeshPlates {
   }
 
  private:
-  std::vector<std::uint32_t> first_;  // Of the corners of each plate, and of the end.
-  std::vector<Vec3<S>> corners_;
-  std::vector<std::uint32_t> names_;
-  std::vector<std::uint32_t> neighbours_;  // By corner.
-  std::vector<SurfaceEdge> edges_;         // By corner.
-  std::vector<Vec3<S>> normals_;
-  std::vector<std::uint32_t> faces_;
+  DynamicArray<std::uint32_t> first_;  // Of the corners of each plate, and of the end.
+  DynamicArray<Vec3<S>> corners_;
+  DynamicArray<std::uint32_t> names_;
+  DynamicArray<std::uint32_t> neighbours_;  // By corner.
+  DynamicArray<SurfaceEdge> edges_;         // By corner.
+  DynamicArray<Vec3<S>> normals_;
+  DynamicArray<std::uint32_t> faces_;
   std::size_t face_count_ = 0;
 };
 
@@ -21581,7 +21820,7 @@ class PlateJoin {
 
   /// Corners of each plate by the half-edges that start there. Empty for a triangle that has joined
   /// another.
-  [[nodiscard]] std::span<const std::vector<std::uint32_t>> outlines() const { return outlines_; }
+  [[nodiscard]] std::span<const DynamicArray<std::uint32_t>> outlines() const { return outlines_; }
   /// [-] The outline that a half-edge belongs to.
   [[nodiscard]] std::uint32_t owner(std::uint32_t half_edge) const { return owners_[half_edge]; }
   [[nodiscard]] std::uint32_t twin(std::uint32_t half_edge) const { return twins_[half_edge]; }
@@ -21606,18 +21845,18 @@ class PlateJoin {
   void find_edges();
   void find_faces();
   void join();
-  [[nodiscard]] std::vector<std::uint32_t> joined_across(std::uint32_t half_edge) const;
+  [[nodiscard]] DynamicArray<std::uint32_t> joined_across(std::uint32_t half_edge) const;
   [[nodiscard]] bool is_plate(std::span<const std::uint32_t> outline) const;
 
-  std::vector<std::array<std::uint32_t, 3>> triangles_;  // Vertex numbers.
-  std::vector<Vec3<S>> starts_;
-  std::vector<Vec3<S>> normals_;  // By triangle.
-  std::vector<std::uint32_t> twins_;
-  std::vector<SurfaceEdge> edges_;
-  std::vector<std::uint32_t> faces_;  // By triangle.
+  DynamicArray<std::array<std::uint32_t, 3>> triangles_;  // Vertex numbers.
+  DynamicArray<Vec3<S>> starts_;
+  DynamicArray<Vec3<S>> normals_;  // By triangle.
+  DynamicArray<std::uint32_t> twins_;
+  DynamicArray<SurfaceEdge> edges_;
+  DynamicArray<std::uint32_t> faces_;  // By triangle.
   std::size_t face_count_ = 0;
-  std::vector<std::vector<std::uint32_t>> outlines_;
-  std::vector<std::uint32_t> owners_;
+  DynamicArray<DynamicArray<std::uint32_t>> outlines_;
+  DynamicArray<std::uint32_t> owners_;
   S hair_;  // [m] Round-off of a mesh that was written in single precision.
 };
 
@@ -21644,7 +21883,7 @@ PlateJoin<S>::PlateJoin(const Tree& tree) {
 
 template <Scalar S>
 void PlateJoin<S>::find_edges() {
-  const std::vector<EdgeUse> uses = sorted_edges(triangles_);
+  const DynamicArray<EdgeUse> uses = sorted_edges(triangles_);
   const auto next = [](std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; };
   twins_.resize(starts_.size());
   edges_.resize(starts_.size());
@@ -21666,7 +21905,7 @@ template <Scalar S>
 void PlateJoin<S>::find_faces() {
   constexpr std::uint32_t unknown = 0xffffffffu;
   faces_.assign(normals_.size(), unknown);
-  std::vector<std::uint32_t> open;
+  DynamicArray<std::uint32_t> open;
   for (std::uint32_t seed = 0; seed < faces_.size(); ++seed) {
     if (faces_[seed] != unknown) continue;
     const auto face = static_cast<std::uint32_t>(face_count_++);
@@ -21693,7 +21932,7 @@ void PlateJoin<S>::join() {
     S length2;
     std::uint32_t half_edge;
   };
-  std::vector<Inner> inner;
+  DynamicArray<Inner> inner;
   for (std::uint32_t h = 0; h < twins_.size(); ++h) {
     const std::uint32_t t = twins_[h];
     if (h > t || edges_[h] != SurfaceEdge::flat || faces_[h / 3] != faces_[t / 3]) continue;
@@ -21706,7 +21945,7 @@ void PlateJoin<S>::join() {
     const std::uint32_t stays = owners_[at.half_edge];
     const std::uint32_t goes = owners_[twins_[at.half_edge]];
     if (stays == goes) continue;
-    std::vector<std::uint32_t> outline = joined_across(at.half_edge);
+    DynamicArray<std::uint32_t> outline = joined_across(at.half_edge);
     if (!is_plate(outline)) continue;
     for (const std::uint32_t h : outlines_[goes]) owners_[h] = stays;
     outlines_[goes].clear();
@@ -21716,10 +21955,10 @@ void PlateJoin<S>::join() {
 
 /// The outline of two plates without the edges between them.
 template <Scalar S>
-std::vector<std::uint32_t> PlateJoin<S>::joined_across(std::uint32_t half_edge) const {
-  std::vector<std::uint32_t> outline;
+DynamicArray<std::uint32_t> PlateJoin<S>::joined_across(std::uint32_t half_edge) const {
+  DynamicArray<std::uint32_t> outline;
   for (const std::uint32_t h : {half_edge, twins_[half_edge]}) {
-    const std::vector<std::uint32_t>& from = outlines_[owners_[h]];
+    const DynamicArray<std::uint32_t>& from = outlines_[owners_[h]];
     const auto place = std::find(from.begin(), from.end(), h);
     // Both begin behind the common edge.
     for (auto it = place + 1; it != from.end(); ++it) outline.push_back(*it);
@@ -21764,14 +22003,14 @@ template <Scalar S>
 template <typename Tree>
 MeshPlates<S>::MeshPlates(const Tree& tree) {
   const PlateJoin<S> join(tree);
-  std::vector<std::uint32_t> number(join.outlines().size());
+  DynamicArray<std::uint32_t> number(join.outlines().size());
   std::uint32_t count = 0;
   for (std::uint32_t t = 0; t < number.size(); ++t) {
     if (!join.outlines()[t].empty()) number[t] = count++;
   }
   first_.push_back(0);
   for (std::uint32_t t = 0; t < number.size(); ++t) {
-    const std::vector<std::uint32_t>& outline = join.outlines()[t];
+    const DynamicArray<std::uint32_t>& outline = join.outlines()[t];
     if (outline.empty()) continue;
     for (const std::uint32_t h : outline) {
       corners_.push_back(join.start(h));
@@ -21907,7 +22146,7 @@ class MeshSurface {
   const Tree* mesh_;
   MeshPlates<S> plates_;
   AabbTree<S> tree_;  // Payloads are numbers of plates.
-  std::vector<ConvexHull<S>> faces_;
+  DynamicArray<ConvexHull<S>> faces_;
 };
 
 // Implementation ----------------------------------------------------------------------------------
@@ -21932,7 +22171,7 @@ void outline_face(ConvexHull<S>& face) {
     S x, y;
     std::uint32_t corner;
   };
-  std::vector<Place> places;
+  DynamicArray<Place> places;
   places.reserve(corners.size());
   for (const Vec3<S>& p : corners) {
     places.push_back({t1.dot(p), t2.dot(p), static_cast<std::uint32_t>(places.size())});
@@ -21940,10 +22179,10 @@ void outline_face(ConvexHull<S>& face) {
   std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
     return std::tie(a.x, a.y, a.corner) < std::tie(b.x, b.y, b.corner);
   });
-  std::vector<Vec3<S>> points;
+  DynamicArray<Vec3<S>> points;
   points.reserve(places.size());
   for (const Place& place : places) points.push_back(corners[place.corner]);
-  std::vector<Vec3<S>> outline;
+  DynamicArray<Vec3<S>> outline;
   for (int side = 0; side < 2; ++side) {
     const std::size_t start = outline.size();
     for (const Vec3<S>& p : points) {
@@ -21958,7 +22197,7 @@ void outline_face(ConvexHull<S>& face) {
     outline.pop_back();  // The first of the other side.
     std::reverse(points.begin(), points.end());
   }
-  corners = std::move(outline);
+  corners.assign(outline.begin(), outline.end());
   for (std::size_t k = 0; k < corners.size(); ++k) {
     face.face_normals.push_back(
         (corners[(k + 1) % corners.size()] - corners[k]).cross(n).normalized());
@@ -21967,7 +22206,7 @@ void outline_face(ConvexHull<S>& face) {
 
 template <Scalar S, typename Tree>
 MeshSurface<S, Tree>::MeshSurface(const Tree& mesh) : mesh_(&mesh), plates_(mesh) {
-  std::vector<Aabb<S>> boxes(size());
+  DynamicArray<Aabb<S>> boxes(size());
   for (std::uint32_t i = 0; i < size(); ++i) {
     for (const Vec3<S>& corner : plates_.plate(i).corners) boxes[i].include(corner);
   }
@@ -24483,12 +24722,12 @@ struct UnitMassProperties {
 
 template <Scalar S>
 Aabb<S> local_bounds(const Shape<S>& shape) {
-  return std::visit(detail::LocalBounds<S>{}, shape);
+  return detail::visit_shape(detail::LocalBounds<S>{}, shape);
 }
 
 template <Scalar S>
 MassProperties<S> unit_mass_properties(const Shape<S>& shape) {
-  return std::visit(detail::UnitMassProperties<S>{}, shape);
+  return detail::visit_shape(detail::UnitMassProperties<S>{}, shape);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -24554,7 +24793,7 @@ template <typename Prepared, Scalar S>
 bool collide_in_closed_form(const Prepared& a, const Prepared& b, const Transform<S>& X_AB,
                             S margin, ContactManifolds<S>& out) {
   const auto collide_with = [&](const auto& shape_a) {
-    return std::visit(
+    return visit_shape(
         [&](const auto& shape_b) {
           using A = std::remove_cvref_t<decltype(shape_a)>;
           using B = std::remove_cvref_t<decltype(shape_b)>;
@@ -24587,7 +24826,7 @@ void swap_sides(std::span<ContactManifold<S>> manifolds, const Transform<S>& X_A
 
 template <Scalar S>
 detail::AnalyticShape<S>::AnalyticShape(const Shape<S>& shape)
-    : shape_(std::visit(
+    : shape_(detail::visit_shape(
           [](const auto& s) {
             if constexpr (std::same_as<std::remove_cvref_t<decltype(s)>, TriangleMesh<S>>) {
               return Prepared(detail::MeshTree<S>(s));
@@ -24598,12 +24837,12 @@ detail::AnalyticShape<S>::AnalyticShape(const Shape<S>& shape)
           shape)),
       bounds_(local_bounds(shape)),
       mass_properties_(unit_mass_properties(shape)),
-      precise_(std::visit(detail::ShapeCast<detail::Precise<S>, S>{}, shape)) {
+      precise_(detail::visit_shape(detail::ShapeCast<detail::Precise<S>, S>{}, shape)) {
   if (const auto* tree = std::get_if<detail::MeshTree<S>>(&shape_)) {
     solid_.mesh.emplace(*tree);
     return;
   }
-  std::visit(
+  detail::visit_shape(
       [this](const auto& s) {
         if constexpr (requires { detail::convex_view(s); })
           solid_.convex.emplace(detail::convex_view(s));
@@ -24636,7 +24875,7 @@ bool AnalyticBackend::is_clear(const std::shared_ptr<const detail::AnalyticShape
 
 template <Scalar S>
 Shape<S> AnalyticBackend::shape(const std::shared_ptr<const detail::AnalyticShape<S>>& c) {
-  return std::visit(
+  return detail::visit_shape(
       [](const auto& prepared) -> Shape<S> {
         using Prepared = std::remove_cvref_t<decltype(prepared)>;
         if constexpr (std::is_same_v<Prepared, detail::MeshTree<S>>) {
@@ -24685,7 +24924,7 @@ void AnalyticBackend::cast_rays(const std::shared_ptr<const detail::AnalyticShap
                                 const Transform<S>& X_RC, const RayBatch<S>& rays,
                                 std::uint32_t tag, RayHits<S>& hits) noexcept {
   // One dispatch for the whole batch.
-  std::visit(
+  detail::visit_shape(
       [&](const auto& shape) {
         if constexpr (std::same_as<std::remove_cvref_t<decltype(shape)>, detail::MeshTree<S>>) {
           detail::cast_rays_at_mesh(shape.for_rays(), X_RC, rays, tag, hits);
@@ -25331,7 +25570,7 @@ template <Scalar S>
 /// Nearest hit of a ray with the shape of an FCL geometry, in its frame.
 template <Scalar S>
 [[nodiscard]] RayHit<S> ray_cast(const FclView<S>& view, const Ray<S>& ray) {
-  return std::visit([&](const auto& shape) { return ray_cast(shape, ray); }, view);
+  return visit_shape([&](const auto& shape) { return ray_cast(shape, ray); }, view);
 }
 
 /// An FCL geometry prepared for rays in S. Immutable. Several threads may cast at once.
@@ -25342,7 +25581,7 @@ class FclRayTarget {
   explicit FclRayTarget(FclGeometry geometry)
       : geometry_(std::move(geometry)),
         view_(from_fcl(*geometry_)),
-        shape_(std::visit([](const auto& view) { return prepared(view); }, view_)) {}
+        shape_(visit_shape([](const auto& view) { return prepared(view); }, view_)) {}
 
   [[nodiscard]] const FclGeometry& geometry() const { return geometry_; }
   /// View of the shape that rays are cast at.
@@ -25365,7 +25604,7 @@ class FclRayTarget {
 
   template <typename View>
   [[nodiscard]] static Prepared prepared(const View& view) {
-    return std::visit(
+    return visit_shape(
         [](auto&& shape) -> Prepared {
           if constexpr (std::constructible_from<Prepared, decltype(shape)>) {
             return shape;
@@ -25394,7 +25633,7 @@ template <Scalar S>
 void FclRayTarget<S>::cast_rays(const Transform<S>& X_RC, const RayBatch<S>& rays,
                                 std::uint32_t tag, RayHits<S>& hits) const noexcept {
   if (!all_finite(X_RC.translation) || !all_finite(X_RC.rotation.coeffs())) return;
-  std::visit(
+  visit_shape(
       [&](const auto& shape) {
         if constexpr (std::same_as<std::remove_cvref_t<decltype(shape)>, RayMesh<S>>) {
           cast_rays_at_mesh(shape, X_RC, rays, tag, hits);
@@ -25527,7 +25766,7 @@ FclBackend::Collidable<S>::Data::Data(const Shape<S>& shape)
       bounds(local_bounds(shape)),
       mass_properties(unit_mass_properties(shape)),
       rays(detail::to_fcl(shape)) {
-  std::visit(
+  detail::visit_shape(
       [this](const auto& view) {
         using View = std::remove_cvref_t<decltype(view)>;
         if constexpr (std::is_same_v<View, detail::FclMeshTree<double>>) {
@@ -25641,7 +25880,7 @@ bool FclBackend::is_clear(const Collidable<S>& c, const Transform<S>& X_RC,
 
 template <Scalar S>
 Shape<S> FclBackend::shape(const Collidable<S>& c) {
-  return std::visit(
+  return detail::visit_shape(
       [](const auto& view) -> Shape<S> {
         using View = std::remove_cvref_t<decltype(view)>;
         if constexpr (std::is_same_v<View, detail::FclMeshTree<double>>) {
@@ -27457,7 +27696,6 @@ void from_triangle(const TallQr<S>& qr, std::span<const Row6<S>> rows, std::span
 #include <cstdint>
 #include <span>
 #include <utility>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -27466,12 +27704,13 @@ template <Scalar S>
 class JointGroups {
  public:
   /// @param moves  For each body, true if forces move it.
-  void build(std::span<const MechanismJoint<S>> joints, const std::vector<bool>& moves);
+  void build(std::span<const MechanismJoint<S>> joints, const DynamicArray<bool>& moves);
 
   /// Copies joints. Exchanges the bodies of those that are defined from the other side than their
   /// group. Equal axes of a group then turn with the same body. They stay equal to round-off where
   /// bodies are slightly off their joints. Else they would seem to hold one more direction.
-  void orient(std::span<const MechanismJoint<S>> joints, std::vector<MechanismJoint<S>>& out) const;
+  void orient(std::span<const MechanismJoint<S>> joints,
+              DynamicArray<MechanismJoint<S>>& out) const;
   /// Returns whether the bodies of a joint were exchanged.
   [[nodiscard]] bool is_exchanged(std::size_t joint) const { return is_exchanged_[joint]; }
 
@@ -27492,7 +27731,7 @@ class JointGroups {
   /// origin.
   template <typename Nodes>
   void place(std::span<const MechanismJoint<S>> joints, const Nodes& nodes,
-             std::vector<JointState<S>>& at);
+             DynamicArray<JointState<S>>& at);
 
   /// Reduces groups at the positions that `place` set.
   void reduce(std::span<const MechanismJoint<S>> joints, std::span<const JointState<S>> at);
@@ -27532,19 +27771,19 @@ class JointGroups {
   void fill_rows(const Group& group, std::span<const MechanismJoint<S>> joints,
                  std::span<const JointState<S>> at);
 
-  std::vector<Member> members_;  // Sorted by their bodies.
-  std::vector<Group> groups_;
-  std::vector<MechanismJoint<S>> merged_;
-  std::vector<bool> is_exchanged_;  // By joint.
-  std::vector<Row6<S>> rows_;       // Rows of all merged groups.
-  std::vector<S> values_;           // One value per row of a group.
+  DynamicArray<Member> members_;  // Sorted by their bodies.
+  DynamicArray<Group> groups_;
+  DynamicArray<MechanismJoint<S>> merged_;
+  DynamicArray<bool> is_exchanged_;  // By joint.
+  DynamicArray<Row6<S>> rows_;       // Rows of all merged groups.
+  DynamicArray<S> values_;           // One value per row of a group.
 };
 
 // Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 void JointGroups<S>::build(std::span<const MechanismJoint<S>> joints,
-                           const std::vector<bool>& moves) {
+                           const DynamicArray<bool>& moves) {
   const auto anchor = static_cast<std::uint32_t>(moves.size());
   members_.clear();
   for (std::uint32_t i = 0; i < joints.size(); ++i) {
@@ -27596,7 +27835,7 @@ void JointGroups<S>::build(std::span<const MechanismJoint<S>> joints,
 
 template <Scalar S>
 void JointGroups<S>::orient(std::span<const MechanismJoint<S>> joints,
-                            std::vector<MechanismJoint<S>>& out) const {
+                            DynamicArray<MechanismJoint<S>>& out) const {
   out.assign(joints.begin(), joints.end());
   for (std::size_t i = 0; i < out.size(); ++i) {
     if (!is_exchanged_[i]) continue;
@@ -27608,7 +27847,7 @@ void JointGroups<S>::orient(std::span<const MechanismJoint<S>> joints,
 template <Scalar S>
 template <typename Nodes>
 void JointGroups<S>::place(std::span<const MechanismJoint<S>> joints, const Nodes& nodes,
-                           std::vector<JointState<S>>& at) {
+                           DynamicArray<JointState<S>>& at) {
   using std::max;
   using std::sqrt;
   for (std::size_t i = 0; i < joints.size(); ++i) {
@@ -27735,7 +27974,6 @@ void JointGroups<S>::spread(std::size_t g, std::span<const MechanismJoint<S>> jo
 #include <algorithm>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -27757,7 +27995,7 @@ class JointOrder {
  public:
   /// @param moves  For each body, true if forces move it.
   template <Scalar S>
-  void build(std::span<const MechanismJoint<S>> joints, const std::vector<bool>& moves);
+  void build(std::span<const MechanismJoint<S>> joints, const DynamicArray<bool>& moves);
 
   /// First block row of each joint: its linear row. Its angular row follows, if any.
   [[nodiscard]] std::uint32_t first_row(std::size_t joint) const { return first_row_[joint]; }
@@ -27786,14 +28024,14 @@ class JointOrder {
   void number_joints(std::size_t count);
   [[nodiscard]] std::uint32_t root(std::uint32_t body) const;
 
-  std::vector<End> ends_;                       // At bodies that move, sorted by body.
-  std::vector<std::uint32_t> first_end_;        // Of each body in `ends_`, and one past the last.
-  std::vector<std::uint32_t> body_a_, body_b_;  // Of each joint; none if it does not move.
-  std::vector<std::uint32_t> order_;            // Joints by number.
-  std::vector<std::uint32_t> number_;           // Of each joint.
-  std::vector<std::uint32_t> parent_;           // Of each body, towards the root of its tree.
-  std::vector<std::uint32_t> first_row_, envelope_;
-  std::vector<JointCoupling> couplings_;
+  DynamicArray<End> ends_;                       // At bodies that move, sorted by body.
+  DynamicArray<std::uint32_t> first_end_;        // Of each body in `ends_`, and one past the last.
+  DynamicArray<std::uint32_t> body_a_, body_b_;  // Of each joint; none if it does not move.
+  DynamicArray<std::uint32_t> order_;            // Joints by number.
+  DynamicArray<std::uint32_t> number_;           // Of each joint.
+  DynamicArray<std::uint32_t> parent_;           // Of each body, towards the root of its tree.
+  DynamicArray<std::uint32_t> first_row_, envelope_;
+  DynamicArray<JointCoupling> couplings_;
   std::uint64_t factor_work_ = 0;
   bool has_loop_ = false;
 };
@@ -27843,7 +28081,7 @@ inline void JointOrder::number_joints(std::size_t count) {
 }
 
 template <Scalar S>
-void JointOrder::build(std::span<const MechanismJoint<S>> joints, const std::vector<bool>& moves) {
+void JointOrder::build(std::span<const MechanismJoint<S>> joints, const DynamicArray<bool>& moves) {
   const std::uint32_t anchor = static_cast<std::uint32_t>(moves.size());
   parent_.resize(moves.size() + 1);
   for (std::uint32_t i = 0; i <= anchor; ++i) parent_[i] = i;
@@ -27922,7 +28160,6 @@ void JointOrder::build(std::span<const MechanismJoint<S>> joints, const std::vec
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -27955,10 +28192,10 @@ class BlockEnvelope {
   void solve(std::span<Vec3<S>> x) const;
 
  private:
-  std::vector<std::uint32_t> first_;
-  std::vector<std::size_t> start_;  // Index of each row in `blocks_`, less its first column.
-  std::vector<Mat3<S>> blocks_;
-  std::vector<Mat3<S>> row_;  // Blocks of the current row, times D.
+  DynamicArray<std::uint32_t> first_;
+  DynamicArray<std::size_t> start_;  // Index of each row in `blocks_`, less its first column.
+  DynamicArray<Mat3<S>> blocks_;
+  DynamicArray<Mat3<S>> row_;  // Blocks of the current row, times D.
 };
 
 // Implementation ----------------------------------------------------------------------------------
@@ -28035,8 +28272,6 @@ void BlockEnvelope<S>::solve(std::span<Vec3<S>> x) const {
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
-
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -28129,19 +28364,19 @@ class JointSystem {
   void add_solution(std::span<const Twist<S>> b);
   void add_wrench(std::size_t joint, const Vec3<S>& linear, const Vec3<S>& angular);
 
-  std::vector<MechanismJoint<S>> joints_;
-  std::vector<Node> nodes_;
-  std::vector<JointState<S>> at_;
+  DynamicArray<MechanismJoint<S>> joints_;
+  DynamicArray<Node> nodes_;
+  DynamicArray<JointState<S>> at_;
   JointGroups<S> groups_;
   JointOrder order_;         // Order of groups.
-  std::vector<bool> moves_;  // Topology of `order_`, with the two below.
-  std::vector<JointKind> kinds_;
-  std::vector<std::array<std::uint32_t, 2>> pairs_;
+  DynamicArray<bool> moves_;  // Topology of `order_`, with the two below.
+  DynamicArray<JointKind> kinds_;
+  DynamicArray<std::array<std::uint32_t, 2>> pairs_;
   bool may_be_singular_ = false;
   BlockEnvelope<S> matrix_;
-  std::vector<Vec3<S>> rows_;
-  std::vector<Twist<S>> rest_;
-  std::vector<Wrench<S>> wrenches_;
+  DynamicArray<Vec3<S>> rows_;
+  DynamicArray<Twist<S>> rest_;
+  DynamicArray<Wrench<S>> wrenches_;
 };
 
 // Implementation ----------------------------------------------------------------------------------
@@ -28483,8 +28718,6 @@ void JointSystem<S>::solve(std::span<const Twist<S>> b) {
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
-#include <vector>
-
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Closes velocities and gaps across joints. Holds the algorithm and its scratch memory. The
@@ -28518,7 +28751,7 @@ class JointProjection {
  private:
   static void displace(JointSystem<S>& system, S share);
 
-  std::vector<Twist<S>> wanted_;  // Relative motion of each joint for `solve`.
+  DynamicArray<Twist<S>> wanted_;  // Relative motion of each joint for `solve`.
 };
 
 /// [N s, N m s] Momentum, and angular momentum about a point. All bodies move by forces.
@@ -28706,7 +28939,6 @@ void set_momentum(const Vec3<S>& point, const Wrench<S>& wanted, JointSystem<S>&
 #include <cstdint>
 #include <span>
 #include <utility>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -28740,8 +28972,8 @@ class DormandPrince {
   template <std::size_t n>
   void combine(const S* from, const std::array<S, n>& weights, S h, std::size_t count, S* to) const;
 
-  std::array<std::vector<S>, stages> slopes_;
-  std::vector<S> start_, end_, error_;
+  std::array<DynamicArray<S>, stages> slopes_;
+  DynamicArray<S> start_, end_, error_;
   int substeps_ = 0;
 };
 
@@ -28781,7 +29013,7 @@ bool DormandPrince<S>::advance(std::span<S> y, std::size_t state, S duration, Sy
   const std::array<S, 7> e{f(71, 57600),      S(0),       f(-71, 16695), f(71, 1920),
                            f(-17253, 339200), f(22, 525), f(-1, 40)};
 
-  for (std::vector<S>& slope : slopes_) slope.resize(y.size());
+  for (DynamicArray<S>& slope : slopes_) slope.resize(y.size());
   start_.assign(y.begin(), y.end());
   end_.resize(y.size());
   error_.resize(state);
@@ -28838,7 +29070,6 @@ bool DormandPrince<S>::advance(std::span<S> y, std::size_t state, S duration, Sy
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -28921,12 +29152,12 @@ class MechanismIntegrator {
   JointSystem<S> system_;
   JointProjection<S> projection_;
   DormandPrince<S> integrator_;
-  std::vector<S> values_;
-  std::vector<Twist<S>> wanted_;  // Relative motion of each joint for `solve`.
-  std::vector<Wrench<S>> impulses_;
-  std::vector<Wrench<S>> springs_;  // On B about B's joint origin; empty if there are none.
-  std::vector<S> spring_rates_;     // Rates of the free axes at the start.
-  std::vector<bool> cannot_turn_;
+  DynamicArray<S> values_;
+  DynamicArray<Twist<S>> wanted_;  // Relative motion of each joint for `solve`.
+  DynamicArray<Wrench<S>> impulses_;
+  DynamicArray<Wrench<S>> springs_;  // On B about B's joint origin; empty if there are none.
+  DynamicArray<S> spring_rates_;     // Rates of the free axes at the start.
+  DynamicArray<bool> cannot_turn_;
   Vec3<S> reference_velocity_ = Vec3<S>::Zero();
   Vec3<S> reference_point_ = Vec3<S>::Zero();
   S free_acceleration_ = S(0);  // In the norm of the masses, of the last evaluation.
@@ -29303,13 +29534,12 @@ bool MechanismIntegrator<S>::write(std::span<Transform<S>> end_poses,
 #include <cmath>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Adds one constraint for every point of a manifold. Its impulses are the warm start.
 template <Scalar S>
-void add_contacts(const CachedManifold<S>& manifold, const std::vector<CachedPoint<S>>& points,
+void add_contacts(const CachedManifold<S>& manifold, const DynamicArray<CachedPoint<S>>& points,
                   const Material<S>& material, std::uint32_t slot_a, std::uint32_t slot_b,
                   Constraints<S>& out) {
   ContactConstraint<S> c;
@@ -29604,7 +29834,6 @@ bool open_contacts(const Island& island, Constraints<S>& constraints,
 
 #include <array>
 #include <cstddef>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -29662,9 +29891,9 @@ class SavedImpulses {
   struct Soft {
     Vec6<S> impulse, motion;
   };
-  std::vector<std::array<S, 3>> contacts_;
-  std::vector<S> rows_;
-  std::vector<Soft> soft_;
+  DynamicArray<std::array<S, 3>> contacts_;
+  DynamicArray<S> rows_;
+  DynamicArray<Soft> soft_;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -29683,7 +29912,6 @@ class SavedImpulses {
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -29739,7 +29967,7 @@ class DerivativeWatch {
  private:
   using Partials = std::array<double, derivatives_of<S>>;
 
-  std::vector<Partials> last_;
+  DynamicArray<Partials> last_;
   Partials change_{}, size_{};
   std::size_t at_ = 0;
   bool is_first_ = true;
@@ -29827,7 +30055,6 @@ template <Scalar S>
 
 #include <algorithm>
 #include <cstdint>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -29945,8 +30172,8 @@ class IslandOrder {
     for (std::uint32_t i = 0; i < count; ++i) push(i);
   }
 
-  std::vector<std::uint32_t> local_, number_, lowest_, starts_, links_, next_, queue_;
-  std::vector<bool> is_queued_;
+  DynamicArray<std::uint32_t> local_, number_, lowest_, starts_, links_, next_, queue_;
+  DynamicArray<bool> is_queued_;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -29956,7 +30183,6 @@ class IslandOrder {
 #include <cmath>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -30070,14 +30296,14 @@ class IslandRows {
   [[nodiscard]] std::span<IslandRow<Real>> rows() { return rows_; }
 
   /// Writes a body's velocity to the unknowns.
-  void put(std::uint32_t slot, const Twist<S>& twist, std::vector<Real>& v) const {
+  void put(std::uint32_t slot, const Twist<S>& twist, DynamicArray<Real>& v) const {
     for (std::size_t i = 0; i < 3; ++i) {
       v[unknown_[slot] + i] = Real(twist.linear[static_cast<Eigen::Index>(i)]);
       v[unknown_[slot] + 3 + i] = Real(twist.angular[static_cast<Eigen::Index>(i)]);
     }
   }
   /// Velocity of a body: from its unknowns, or its known one.
-  [[nodiscard]] Twist<S> twist(std::uint32_t slot, const std::vector<Real>& v,
+  [[nodiscard]] Twist<S> twist(std::uint32_t slot, const DynamicArray<Real>& v,
                                std::span<const SolverBody<S>> bodies) const {
     if (unknown_[slot] == none) return bodies[slot].free;
     const Real* u = v.data() + unknown_[slot];
@@ -30099,7 +30325,7 @@ class IslandRows {
   }
   /// Drops rows whose response in a factored matrix is less than `share` of their own response. A
   /// contact is dropped with its normal.
-  void drop_locked(const EnvelopeMatrix<Real>& factored, Real share, std::vector<Real>& scratch) {
+  void drop_locked(const EnvelopeMatrix<Real>& factored, Real share, DynamicArray<Real>& scratch) {
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       Row& row = rows_[i];
       if (row.kind == Kind::free || row.kind == Kind::tangent) continue;
@@ -30113,11 +30339,11 @@ class IslandRows {
   }
 
   /// Finds the velocities of all rows, relative to their targets, from those of the bodies.
-  void evaluate(const std::vector<Real>& v) {
+  void evaluate(const DynamicArray<Real>& v) {
     for (Row& row : rows_) row.velocity = row.times(v) - row.target;
   }
   /// Finds the change of row velocities along a step of the bodies' velocities.
-  void evaluate_step(const std::vector<Real>& step) {
+  void evaluate_step(const DynamicArray<Real>& step) {
     for (Row& row : rows_) row.change = row.times(step);
   }
   /// Advances row velocities by a share of that step.
@@ -30138,7 +30364,7 @@ class IslandRows {
   }
 
   /// g -= J^T lambda+.
-  void subtract_impulses(Real eps, std::vector<Real>& g) const {
+  void subtract_impulses(Real eps, DynamicArray<Real>& g) const {
     for_each_impulse(eps, Real(0), [&](std::size_t i, Real x) {
       if (x != Real(0)) rows_[i].add_to(g, -x);
     });
@@ -30187,7 +30413,7 @@ class IslandRows {
   }
 
   /// r := Mt v - J^T lambda.
-  void remove_impulses(const std::vector<Real>& v, std::vector<Real>& r,
+  void remove_impulses(const DynamicArray<Real>& v, DynamicArray<Real>& r,
                        const EnvelopeMatrix<Real>& matrix) const {
     matrix.multiply(v.data(), r.data());
     for (const Row& row : rows_) row.add_to(r, -row.lambda);
@@ -30225,7 +30451,7 @@ class IslandRows {
   /// step knows only loaded contacts. Where it closes another, the penalty may give it any impulse.
   /// A prediction above the largest impulse in the island is dropped.
   void store_transient_impulses(Real eps, const Island& island, Constraints<S>& constraints,
-                                std::vector<Real>& scratch) const {
+                                DynamicArray<Real>& scratch) const {
     scratch.resize(rows_.size());
     Real largest = Real(0);
     for_each_impulse(eps, Real(0), [&](std::size_t i, Real x) {
@@ -30341,8 +30567,8 @@ class IslandRows {
 
   IslandOrder order_;
   std::size_t unknowns_ = 0;
-  std::vector<std::uint32_t> unknown_, last_, envelope_;
-  std::vector<Row> rows_;
+  DynamicArray<std::uint32_t> unknown_, last_, envelope_;
+  DynamicArray<Row> rows_;
   bool can_switch_ = false;
 };
 
@@ -30394,7 +30620,6 @@ void IslandRows<S, Real>::add_hessian(Real eps, EnvelopeMatrix<Real>& h) {
 
 #include <algorithm>
 #include <type_traits>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -30418,7 +30643,7 @@ class ProximalSolver {
     drop_locked_rows();
     // If all is linear, one step from zero is exact. From anywhere else it would leave the
     // round-off of stiff blocks.
-    refill(v_, rows_.unknowns(), Real(0));
+    v_.assign(rows_.unknowns(), Real(0));
     if (rows_.can_switch()) {
       for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].twist, v_);
     }
@@ -30426,7 +30651,7 @@ class ProximalSolver {
     // Slipping contacts are assumed to slip on as at the start of the step. Another guess could be
     // slip that the coming impulses stop. The iteration could then end with a grip that slides
     // although it could hold.
-    refill(step_, rows_.unknowns(), Real(0));
+    step_.assign(rows_.unknowns(), Real(0));
     for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].start, step_);
     rows_.evaluate(step_);
     rows_.set_shifts();
@@ -30446,7 +30671,7 @@ class ProximalSolver {
     if (left <= tolerance && island.blocks.empty() && island.soft.empty() &&
         !rows_.has_sliding(eps_, tolerance)) {
       find_transient_impulses(island, constraints, bodies,
-                              [this](std::vector<Real>& x) { hessian_.solve(x.data()); });
+                              [this](DynamicArray<Real>& x) { hessian_.solve(x.data()); });
     }
     store_soft(island, constraints, bodies);
     return left;
@@ -30507,10 +30732,10 @@ class ProximalSolver {
   EnvelopeMatrix<Real> hessian_;  // Mt + J^T D J, then its factor.
   Real eps_ = Real(1);            // The eps of `hessian_`.
   bool is_stiff_ = false;         // True if one Newton step leaves more than round-off.
-  std::vector<Real> rhs_;         // r.
-  std::vector<Real> masses_;      // Diagonal of M.
+  DynamicArray<Real> rhs_;        // r.
+  DynamicArray<Real> masses_;     // Diagonal of M.
   DerivativeWatch<Real> watch_;
-  std::vector<Real> v_, settled_, gradient_, step_, product_;
+  DynamicArray<Real> v_, settled_, gradient_, step_, product_;
 };
 
 // Implementation ----------------------------------------------------------------------------------
@@ -30558,7 +30783,7 @@ auto ProximalSolver<S>::follow(const Island& island, Constraints<S>& constraints
     rows_.evaluate(v_);
     rows_.set_sides(eps_);
     find_transient_impulses(island, constraints, bodies,
-                            [this](std::vector<Real>& x) { newton_.solve_linear(x); });
+                            [this](DynamicArray<Real>& x) { newton_.solve_linear(x); });
   }
   store_soft(island, constraints, bodies);
   return answer.residual;
@@ -30579,7 +30804,7 @@ void ProximalSolver<S>::store_soft(const Island& island, Constraints<S>& constra
 template <Scalar S>
 void ProximalSolver<S>::make_mass(const Island& island, std::span<const SolverBody<S>> bodies) {
   matrix_.reset(rows_.envelope());
-  refill(rhs_, rows_.unknowns(), Real(0));
+  rhs_.assign(rows_.unknowns(), Real(0));
   for (const std::uint32_t slot : island.bodies) {
     const SolverBody<S>& body = bodies[slot];
     const std::size_t u = rows_.unknown(slot);
@@ -31059,7 +31284,7 @@ class VelocityTable {
   }
 
  private:
-  LaneVector<S> numbers_;
+  LineArray<S> numbers_;
 };
 
 /// [-] Points of a manifold that are solved without the six numbers in between. The effect of one
@@ -31484,7 +31709,6 @@ struct ManifoldMobility {
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -31551,9 +31775,9 @@ class ManifoldOrder {
     for (const Place& p : found_) places_[next_of_kind_[kind(p)]++] = p;
   }
 
-  std::vector<Place> found_, places_;  // As found, and in order.
-  std::vector<std::uint32_t> next_of_kind_;
-  std::vector<std::uint32_t> next_round_;  // By slot; 0 between two calls.
+  DynamicArray<Place> found_, places_;  // As found, and in order.
+  DynamicArray<std::uint32_t> next_of_kind_;
+  DynamicArray<std::uint32_t> next_round_;  // By slot; 0 between two calls.
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -31759,7 +31983,6 @@ void ManifoldPart<S>::move_on(const VelocityTable<S>& displacements, S dt) {
 #include <cmath>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -31888,15 +32111,15 @@ class ManifoldSweeps {
   void add_side(typename Block::Side& side, std::size_t lane, std::uint32_t slot,
                 const SolverBody<S>& body, const Vec3<S>& arm);
 
-  std::vector<ManifoldSpan> manifolds_;
+  DynamicArray<ManifoldSpan> manifolds_;
   ManifoldOrder order_;
-  std::vector<Block> blocks_;
-  std::vector<Points> points_;
-  std::vector<Contacts> contacts_;  // As many as `points_`.
+  DynamicArray<Block> blocks_;
+  DynamicArray<Points> points_;
+  DynamicArray<Contacts> contacts_;  // As many as `points_`.
 
   // Bodies have places in the table from 1 on. Immovable bodies are written to place 0.
-  std::vector<std::uint32_t> slots_;  // By place less 1.
-  std::vector<std::uint32_t> place_;  // By slot; 0 where it has none.
+  DynamicArray<std::uint32_t> slots_;  // By place less 1.
+  DynamicArray<std::uint32_t> place_;  // By slot; 0 where it has none.
   VelocityTable<S> velocities_, starts_;
   bool restitution_ = false;
   bool is_cold_ = false;
@@ -32106,7 +32329,6 @@ void ManifoldSweeps<S>::write_back(const Island& island, Constraints<S>& constra
 
 #include <algorithm>
 #include <array>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -32374,16 +32596,15 @@ class SequentialSolver {
 
   bool by_manifold_ = false;
   ManifoldSweeps<S> manifolds_;
-  std::vector<ContactResponse<S>> contact_responses_;
-  std::vector<BlockResponse<S>> responses_;
-  std::vector<Mat6<S>> gains_;
+  DynamicArray<ContactResponse<S>> contact_responses_;
+  DynamicArray<BlockResponse<S>> responses_;
+  DynamicArray<Mat6<S>> gains_;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -32874,14 +33095,13 @@ class IslandSolver {
   struct Parts {
     Twist<S> start, free, mean_free, change, motion;
   };
-  std::vector<Parts> parts_;
-  std::vector<S> row_totals_;  // Impulses of all substeps.
+  DynamicArray<Parts> parts_;
+  DynamicArray<S> row_totals_;  // Impulses of all substeps.
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -33206,16 +33426,16 @@ class MechanismStage final : public JointStage<S, Backend> {
   JointSystem<S> system_;
   JointProjection<S> projection_;
   bool has_mechanism_ = false;
-  std::vector<Transform<S>> end_poses_;        // By body index, for integrated bodies.
-  std::vector<Wrench<S>> joint_impulses_;      // By joint index.
-  std::vector<std::uint32_t> parent_, local_;  // By body index.
-  std::vector<SolverBody<S>> saved_;
-  std::vector<MechanismBody<S>> bodies_;
-  std::vector<MechanismJoint<S>> joints_;
-  std::vector<std::uint32_t> slots_, joint_slots_;
-  std::vector<Transform<S>> poses_;
-  std::vector<Twist<S>> twists_;
-  std::vector<Wrench<S>> impulses_;
+  DynamicArray<Transform<S>> end_poses_;        // By body index, for integrated bodies.
+  DynamicArray<Wrench<S>> joint_impulses_;      // By joint index.
+  DynamicArray<std::uint32_t> parent_, local_;  // By body index.
+  DynamicArray<SolverBody<S>> saved_;
+  DynamicArray<MechanismBody<S>> bodies_;
+  DynamicArray<MechanismJoint<S>> joints_;
+  DynamicArray<std::uint32_t> slots_, joint_slots_;
+  DynamicArray<Transform<S>> poses_;
+  DynamicArray<Twist<S>> twists_;
+  DynamicArray<Wrench<S>> impulses_;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -33246,7 +33466,6 @@ class MechanismStage final : public JointStage<S, Backend> {
 #include <cstddef>
 #include <cstdint>
 #include <tuple>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -33266,7 +33485,7 @@ class CrowdLimit {
   ///                 stands for a shape that takes part in no crowd.
   /// @return Number of pairs removed. The others stay in their order.
   template <typename BallOf>
-  std::size_t thin(std::vector<ShapePair>& pairs, std::size_t slots, const BallOf& ball_of);
+  std::size_t thin(DynamicArray<ShapePair>& pairs, std::size_t slots, const BallOf& ball_of);
 
  private:
   /// Another shape in the middle of a shape.
@@ -33293,16 +33512,16 @@ class CrowdLimit {
     }
   };
 
-  std::vector<Near> crowded_;
-  std::vector<Nearest> nearest_;  // By tag.
-  std::vector<bool> stays_;       // By pair.
+  DynamicArray<Near> crowded_;
+  DynamicArray<Nearest> nearest_;  // By tag.
+  DynamicArray<bool> stays_;       // By pair.
 };
 
 // Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 template <typename BallOf>
-std::size_t CrowdLimit<S>::thin(std::vector<ShapePair>& pairs, std::size_t slots,
+std::size_t CrowdLimit<S>::thin(DynamicArray<ShapePair>& pairs, std::size_t slots,
                                 const BallOf& ball_of) {
   crowded_.clear();
   for (std::uint32_t i = 0; i < pairs.size(); ++i) {
@@ -33340,7 +33559,6 @@ std::size_t CrowdLimit<S>::thin(std::vector<ShapePair>& pairs, std::size_t slots
 #include <algorithm>
 #include <functional>
 #include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -33405,7 +33623,7 @@ class ContactStage {
 
   /// Stores the solved impulses in the contact cache.
   void store_impulses(State& state) const {
-    std::vector<CachedPoint<S>>& points = state.contacts.points();
+    DynamicArray<CachedPoint<S>>& points = state.contacts.points();
     std::size_t contact = 0;
     for (const CachedManifold<S>& m : state.contacts.manifolds()) {
       if (m.is_persisted) continue;
@@ -33542,12 +33760,12 @@ class ContactStage {
     }
   }
 
-  std::vector<std::uint32_t> moving_;
-  std::vector<Start> starts_;  // One for each of them.
-  std::vector<ShapePair> pairs_;
+  DynamicArray<std::uint32_t> moving_;
+  DynamicArray<Start> starts_;  // One for each of them.
+  DynamicArray<ShapePair> pairs_;
   CrowdLimit<S> crowd_;
-  std::vector<Found> found_;
-  std::vector<ContactManifolds<S>> buffers_;
+  DynamicArray<Found> found_;
+  DynamicArray<ContactManifolds<S>> buffers_;
   std::size_t most_manifolds_ = chunk_size;
 };
 
@@ -33759,7 +33977,6 @@ Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, Bod
 #include <algorithm>
 #include <functional>
 #include <utility>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -33820,7 +34037,7 @@ class SensorStage {
 
   /// Finds the shapes that the rays of a patch may meet within the step. Their tags are sorted.
   void find_near(const State& state, const SensorPatch<S>& patch,
-                 std::vector<std::uint32_t>& out) const;
+                 DynamicArray<std::uint32_t>& out) const;
 
   /// Calls visit(patch, tags) for each sensed patch, with the shapes in its range.
   template <typename Visit>
@@ -33903,8 +34120,8 @@ class SensorStage {
 
  private:
   struct Scratch {
-    std::vector<std::uint32_t> candidates;
-    std::vector<ShapeInReach<S, Backend>> shapes;
+    DynamicArray<std::uint32_t> candidates;
+    DynamicArray<ShapeInReach<S, Backend>> shapes;
     std::uint64_t rays_cast = 0;
     /// [-] Sensors whose rays were cast, or whose hits were extrapolated.
     std::size_t sensors_asked = 0;
@@ -33953,7 +34170,7 @@ class SensorStage {
   /// Returns whether a patch keeps its readings. True if its body or one in its range sleeps, and
   /// none is active.
   [[nodiscard]] bool is_dormant(const State& state, const SensorPatch<S>& patch,
-                                const std::vector<std::uint32_t>& near) const {
+                                const DynamicArray<std::uint32_t>& near) const {
     if (state.sleeping_bodies == 0 || state.is_active(patch.body.index)) return false;
     bool is_asleep = state.bodies.at(patch.body.index).is_asleep();
     for (const std::uint32_t tag : near) {
@@ -34130,18 +34347,18 @@ class SensorStage {
     owners_.push_back(owner);
   }
 
-  std::vector<std::uint32_t> live_;
-  std::vector<Scratch> scratch_;
-  std::vector<SharedRays> shared_;
+  DynamicArray<std::uint32_t> live_;
+  DynamicArray<Scratch> scratch_;
+  DynamicArray<SharedRays> shared_;
   ParallelFor serial_ = serial_for;
-  std::vector<S> lambda_;
+  DynamicArray<S> lambda_;
   bool measures_lambda_ = false;
-  std::vector<SoftOwner> owners_;
+  DynamicArray<SoftOwner> owners_;
 };
 
 template <Scalar S, typename Backend>
 void SensorStage<S, Backend>::find_near(const State& state, const SensorPatch<S>& patch,
-                                        std::vector<std::uint32_t>& out) const {
+                                        DynamicArray<std::uint32_t>& out) const {
   out.clear();
   const Body<S>& A = state.bodies.at(patch.body.index);
   const Twist<S>& free = state.solver_bodies[patch.body.index].free;
@@ -34188,7 +34405,6 @@ void SensorStage<S, Backend>::find_near(const State& state, const SensorPatch<S>
 
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -34223,7 +34439,7 @@ class DisjointSets {
   }
 
  private:
-  std::vector<std::uint32_t> parent_;
+  DynamicArray<std::uint32_t> parent_;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -34242,7 +34458,6 @@ class DisjointSets {
 
 #include <algorithm>
 #include <cstdint>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -34255,8 +34470,8 @@ template <Scalar S>
 class IslandBuilder {
  public:
   /// Finds the islands; they stay valid until the next call.
-  const std::vector<Island>& build(std::span<const SolverBody<S>> bodies,
-                                   const Constraints<S>& constraints) {
+  const DynamicArray<Island>& build(std::span<const SolverBody<S>> bodies,
+                                    const Constraints<S>& constraints) {
     const std::size_t count = bodies.size();
     sets_.reset(count);
     // The points of a manifold follow each other. The first one connects for all of them.
@@ -34306,8 +34521,8 @@ class IslandBuilder {
 
   /// Members of all islands, one island after the other.
   struct Members {
-    std::vector<std::uint32_t> items;  // With spare room at the end.
-    std::vector<std::uint32_t> starts;
+    DynamicArray<std::uint32_t> items;  // With spare room at the end.
+    DynamicArray<std::uint32_t> starts;
 
     [[nodiscard]] std::span<const std::uint32_t> part(std::uint32_t i) const {
       return std::span(items).subspan(starts[i], starts[i + 1] - starts[i]);
@@ -34344,9 +34559,9 @@ class IslandBuilder {
   }
 
   DisjointSets sets_;
-  std::vector<std::uint32_t> number_, next_;
+  DynamicArray<std::uint32_t> number_, next_;
   Members bodies_, contacts_, blocks_, soft_;
-  std::vector<Island> islands_;
+  DynamicArray<Island> islands_;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -34366,7 +34581,6 @@ class IslandBuilder {
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -34449,7 +34663,7 @@ class PassiveRestitution {
   }
 
   SavedImpulses<S> saved_;
-  std::vector<Twist<S>> bouncing_;
+  DynamicArray<Twist<S>> bouncing_;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -35019,7 +35233,6 @@ void disturb(WorldState<S, Backend>& state, BodyId id) {
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -35178,7 +35391,7 @@ class SleepStage {
       join(state.joints.at(i).def.body_a.index, state.joints.at(i).def.body_b.index);
     }
     // All bodies in range of a patch belong together, also if the patch itself stands still.
-    sensors.for_each_near([&](std::uint32_t patch, const std::vector<std::uint32_t>& near) {
+    sensors.for_each_near([&](std::uint32_t patch, const DynamicArray<std::uint32_t>& near) {
       const std::uint32_t own = state.patches.at(patch).body.index;
       std::uint32_t anchor = own;
       for (const std::uint32_t tag : near) {
@@ -35221,11 +35434,11 @@ class SleepStage {
   }
 
   /// Round, from 1, in which each body was found active; and the present round.
-  std::vector<std::uint32_t> active_since_;
+  DynamicArray<std::uint32_t> active_since_;
   std::uint32_t round_ = 0;
-  std::vector<std::uint32_t> fresh_, near_;
-  std::vector<char> is_held_awake_;
-  std::vector<S> rest_time_;
+  DynamicArray<std::uint32_t> fresh_, near_;
+  DynamicArray<char> is_held_awake_;
+  DynamicArray<S> rest_time_;
   DisjointSets sets_;
   ContactManifolds<S> found_;
 };
@@ -35420,7 +35633,7 @@ World<S, Backend>::insert_shape(BodyId id, detail::Collider<S, Backend> c) {
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S> BodyId World<S, Backend>::add_body(const BodyDef<S>& def) {
-  std::vector<Prepared> prepared;
+  detail::DynamicArray<Prepared> prepared;
   MassProperties<S> solid;
   const auto add = [&](const Shape<S>& shape, const char* field, const auto& place) {
     detail::require(def.motion != Motion::dynamic || kind_of(shape) != ShapeKind::half_space, field,
@@ -35443,7 +35656,7 @@ requires ShapeBackend<Backend, S> BodyId World<S, Backend>::add_body(const BodyD
   for (const Prepared& shape : prepared) {
     require_known_contacts(BodyId{}, body.is_dynamic(), body.filter, Backend::kind(shape));
   }
-  std::vector<detail::Collider<S, Backend>> colliders;
+  detail::DynamicArray<detail::Collider<S, Backend>> colliders;
   auto next = prepared.begin();
   if (def.shape) {
     colliders.push_back(make_collider(body, std::move(*next++), *def.shape, {}, def.material));
@@ -35675,7 +35888,6 @@ void World<S, Backend>::wake(BodyId id) {
 
 #include <cstdint>
 #include <string>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -35688,7 +35900,7 @@ namespace bristle::inline BRISTLE_ABI::detail {
 /// @throws InvalidArgument naming the first sensor whose tip lies inside.
 template <Scalar S, typename Backend>
 void require_outward_rays(const WorldState<S, Backend>& state, const Vec3<S>& center_B,
-                          const SensorPatch<S>& patch, const std::vector<std::uint32_t>& shapes) {
+                          const SensorPatch<S>& patch, const DynamicArray<std::uint32_t>& shapes) {
   if (shapes.empty()) return;
   // About the centre of mass, as in the patch.
   const std::size_t count = patch.length.size();
@@ -35838,7 +36050,6 @@ class BitHash {
 #include <cstdint>
 #include <span>
 #include <type_traits>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -36119,7 +36330,7 @@ void visit_readings(Readings& r, Visitor& visit) {
 
 /// Returns whether the lanes in contact have hits.
 template <Scalar S>
-[[nodiscard]] bool is_valid_state(const RayHits<S>& hits, const std::vector<LaneBits>& touching) {
+[[nodiscard]] bool is_valid_state(const RayHits<S>& hits, const DynamicArray<LaneBits>& touching) {
   for (std::size_t packet = 0; packet < touching.size(); ++packet) {
     for (std::uint32_t rest = touching[packet]; rest != 0; rest &= rest - 1) {
       const std::size_t i = packet * packet_size + static_cast<std::size_t>(std::countr_zero(rest));
@@ -36132,7 +36343,7 @@ template <Scalar S>
 /// Last step's hits of the sensors in contact. Other entries may hold anything.
 /// @param touching  Lanes in contact of each packet, if the visitor checks.
 template <typename Hits, typename Visitor>
-void visit_hits(Hits& hits, const std::vector<LaneBits>& touching, Visitor& visit) {
+void visit_hits(Hits& hits, const DynamicArray<LaneBits>& touching, Visitor& visit) {
   const auto each = [&](auto& item) {
     visit.any(std::span(item.distance));
     visit.any(std::span(item.normal.x));
@@ -36187,7 +36398,7 @@ void visit_patch(const State& state, Patch& patch, Visitor& visit) {
     visit_bristles(patch.packets[i], lanes_of(patch, i), visit);
   }
   // Lanes with contacts, of each packet.
-  std::vector<LaneBits> touching(Visitor::is_checking ? patch.packets.size() : 0);
+  DynamicArray<LaneBits> touching(Visitor::is_checking ? patch.packets.size() : 0);
   const std::size_t contacts = visit.list("patches (contacts)", patch.contacts, [&](auto& packet) {
     visit_contact_packet(packet, visit);
     visit.require("patches (contacts)",
@@ -36375,10 +36586,10 @@ class StateHasher : public TrustingVisitor<StateHasher> {
   void same(const char*, const T& x) {
     hash_.add(x);
   }
-  template <typename T, typename Each>
-  std::size_t list(const char*, const std::vector<T>& items, Each&& each) {
+  template <typename Array, typename Each>
+  std::size_t list(const char*, const Array& items, Each&& each) {
     hash_.add(items.size());
-    for (const T& item : items) each(item);
+    for (const auto& item : items) each(item);
     return items.size();
   }
   [[nodiscard]] std::uint64_t result() const { return hash_.value(); }
@@ -36402,10 +36613,10 @@ class StateWriter : public TrustingVisitor<StateWriter> {
   void same(const char*, const T& x) {
     number(x);
   }
-  template <typename T, typename Each>
-  std::size_t list(const char*, const std::vector<T>& items, Each&& each) {
+  template <typename Array, typename Each>
+  std::size_t list(const char*, const Array& items, Each&& each) {
     number(std::uint64_t{items.size()});
-    for (const T& item : items) each(item);
+    for (const auto& item : items) each(item);
     return items.size();
   }
 
@@ -36461,19 +36672,19 @@ class StateReader : public ValueVisitor<StateReader> {
     if (bits_of(other) == bits_of(x)) return;
     refuse(name, text_of(other), "must be " + text_of(x) + ", as in this world");
   }
-  template <typename T, typename Each>
-  std::size_t list(const char* name, std::vector<T>& items, Each&& each) {
+  template <typename Array, typename Each>
+  std::size_t list(const char* name, Array& items, Each&& each) {
     std::uint64_t count = 0;
     into(count);
     if (count > bytes_.size()) refuse(name, text_of(count), "must fit into the snapshot");
     if (!is_trial_) {
       items.resize(static_cast<std::size_t>(count));
-      for (T& item : items) each(item);
+      for (auto& item : items) each(item);
     } else {
       // Checks that rely on values need them, so a trial reads items but keeps none.
       is_trial_ = false;
       for (std::uint64_t i = 0; i < count; ++i) {
-        T item{};
+        typename Array::value_type item{};
         each(item);
       }
       is_trial_ = true;
@@ -36634,7 +36845,7 @@ requires ShapeBackend<Backend, S> JointId World<S, Backend>::add_joint(const Joi
   if (!def.bodies_collide) {
     const detail::ShapePair pair{std::min(def.body_a.index, def.body_b.index),
                                  std::max(def.body_a.index, def.body_b.index)};
-    std::vector<detail::ShapePair>& unpaired = state_.unpaired;
+    detail::DynamicArray<detail::ShapePair>& unpaired = state_.unpaired;
     unpaired.insert(std::lower_bound(unpaired.begin(), unpaired.end(), pair), pair);
   }
   detail::disturb(state_, def.body_a);
@@ -36652,7 +36863,7 @@ void World<S, Backend>::erase_joint(std::uint32_t index) {
   if (!def.bodies_collide) {
     const detail::ShapePair pair{std::min(def.body_a.index, def.body_b.index),
                                  std::max(def.body_a.index, def.body_b.index)};
-    std::vector<detail::ShapePair>& unpaired = state_.unpaired;
+    detail::DynamicArray<detail::ShapePair>& unpaired = state_.unpaired;
     unpaired.erase(std::lower_bound(unpaired.begin(), unpaired.end(), pair));
   }
   state_.joints.erase(state_.joints.handle(index));
@@ -36690,7 +36901,7 @@ requires ShapeBackend<Backend, S> PatchId World<S, Backend>::add_patch(BodyId bo
   for (const BodyId id : def.excluded) (void)state_.bodies.get(id, "PatchDef::excluded");
   detail::SensorPatch<S> patch = detail::make_patch(std::move(def), body, owner.center_B);
   if (!patch.def.may_point_inwards) {
-    std::vector<std::uint32_t> shapes;
+    detail::DynamicArray<std::uint32_t> shapes;
     for_each_shape_of(body, [&](std::uint32_t tag) { shapes.push_back(tag); });
     detail::require_outward_rays(state_, owner.center_B, patch, shapes);
   }
@@ -36971,7 +37182,6 @@ void World<S, Backend>::push(const detail::HapticBody<S>& pushed) {
 #include <span>
 #include <type_traits>
 #include <utility>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -37038,14 +37248,14 @@ class SoftSystem {
   void find_sets(std::span<const SoftBlock<S>> blocks);
   void solve_set(std::uint32_t set, std::span<const SoftBlock<S>> blocks);
 
-  std::vector<Vec6<S>> free_;
-  std::vector<Coupling> couplings_;
+  DynamicArray<Vec6<S>> free_;
+  DynamicArray<Coupling> couplings_;
   DisjointSets sets_;
   /// Members of the present set, the place of each body in it, and all twists.
-  std::vector<std::uint32_t> members_;
-  std::vector<Eigen::Index> place_;
-  std::vector<Vector> twist_;
-  std::vector<Real> left_, stiffness_, right_, load_;
+  DynamicArray<std::uint32_t> members_;
+  DynamicArray<Eigen::Index> place_;
+  DynamicArray<Vector> twist_;
+  DynamicArray<Real> left_, stiffness_, right_, load_;
 };
 
 // Implementation ----------------------------------------------------------------------------------
@@ -37094,10 +37304,10 @@ void SoftSystem<S>::solve_set(std::uint32_t set, std::span<const SoftBlock<S>> b
   if (members_.empty()) return;
   const auto size = static_cast<Eigen::Index>(6 * members_.size());
   const auto cells = static_cast<std::size_t>(size * size);
-  refill(left_, cells, Real(0));
-  refill(stiffness_, cells, Real(0));
-  refill(right_, static_cast<std::size_t>(size), Real(0));
-  refill(load_, static_cast<std::size_t>(size), Real(0));
+  left_.assign(cells, Real(0));
+  stiffness_.assign(cells, Real(0));
+  right_.assign(static_cast<std::size_t>(size), Real(0));
+  load_.assign(static_cast<std::size_t>(size), Real(0));
   Map left(left_.data(), size, size), Q(stiffness_.data(), size, size);
   Map right(right_.data(), size, 1), q(load_.data(), size, 1);
   for (const SoftBlock<S>& block : blocks) {
@@ -37142,7 +37352,6 @@ void SoftSystem<S>::solve_set(std::uint32_t set, std::span<const SoftBlock<S>> b
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -37189,17 +37398,17 @@ class HostStage {
     }
   }
 
-  std::vector<Shape> shapes_;
+  DynamicArray<Shape> shapes_;
   /// Indices of the patches whose rays may meet something.
-  std::vector<std::uint32_t> near_something_;
+  DynamicArray<std::uint32_t> near_something_;
   SoftSystem<S> system_;
-  std::vector<Touch> touches_;
+  DynamicArray<Touch> touches_;
   /// Blocks of implicit pairs, by `PatchPair::soft`.
-  std::vector<SoftBlock<S>> blocks_;
+  DynamicArray<SoftBlock<S>> blocks_;
   /// By index of mirrored bodies: their index in the system, and their own mobility about the
   /// mirrored centre of mass.
-  std::vector<std::uint32_t> number_;
-  std::vector<Mat6<S>> own_mobility_;
+  DynamicArray<std::uint32_t> number_;
+  DynamicArray<Mat6<S>> own_mobility_;
 };
 
 /// The table of this file's instruction set.
@@ -38419,7 +38628,7 @@ class MeshPlacement {
   }
 
   void add_vertices() {
-    const std::vector<NormalSum<S>> sums = vertex_normals<S>(mesh_, normals_);
+    const DynamicArray<NormalSum<S>> sums = vertex_normals<S>(mesh_, normals_);
     for (std::uint32_t v = 0; v < sums.size(); ++v) {
       if (sums[v].has_direction()) {
         add(mesh_.vertices[v], sums[v].sum, report.vertex_sensors);
@@ -38430,7 +38639,7 @@ class MeshPlacement {
   }
 
   void add_edges() {
-    const std::vector<EdgeUse> uses = sorted_edges(mesh_.triangles);
+    const DynamicArray<EdgeUse> uses = sorted_edges(mesh_.triangles);
     for (std::size_t i = 0; i < uses.size();) {
       const EdgeUse& edge = uses[i];
       NormalSum<S> normal;
@@ -38464,7 +38673,7 @@ class MeshPlacement {
   const PlacementDef<S>& def_;
   Mat3<S> R_AM_;
   /// Normals of the faces; zero if degenerate.
-  std::vector<Vec3<S>> normals_;
+  DynamicArray<Vec3<S>> normals_;
 };
 
 }  // namespace detail

@@ -263,7 +263,7 @@ void check_batches(const ConformanceDef<S>& def) {
     CHECK(hits.tag[i] == 1);
   }
   // A farther shape changes nothing, an equal one neither, a nearer one does.
-  const LaneVector<S> before = hits.distance;
+  const LineArray<S> before = hits.distance;
   X_RC.translation.x() = S(-1);
   Backend::cast_rays(c, X_RC, list.batch(S(5)), 2, hits);
   CHECK(hits.distance == before);

@@ -98,7 +98,7 @@ bool are_ranges_alike(const Shape<S>& shape, PatchKind kind) {
     RayHits<S> whole;
     whole.reset(n);
     Backend::cast_rays(collidable, X, rays, 3, whole);
-    std::vector<RayRange> ranges = ray_tree.ranges();
+    DynamicArray<RayRange> ranges = ray_tree.ranges();
     for (int order = 0; order < 2; ++order) {
       RayHits<S> in_ranges;
       in_ranges.reset(n);

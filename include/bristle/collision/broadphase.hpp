@@ -6,6 +6,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/geometry/trees/aabb_tree.hpp>
 #include <bristle/math/finite.hpp>
 
@@ -13,7 +14,6 @@
 #include <compare>
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -128,8 +128,8 @@ class BroadPhase {
   /// `accept(a, b)` accepts. Pairs have a < b, are sorted, and come once each.
   /// @param[in,out] tested  Number of overlapping pairs, accepted or not.
   template <typename Accept>
-  void find_pairs(const std::vector<std::uint32_t>& moving, Accept&& accept,
-                  std::vector<ShapePair>& out, std::uint64_t& tested) {
+  void find_pairs(const DynamicArray<std::uint32_t>& moving, Accept&& accept,
+                  DynamicArray<ShapePair>& out, std::uint64_t& tested) {
     for (const std::uint32_t tag : moving) {
       entries_[tag].is_moving = true;
       if (!entries_[tag].has_moved) mark_dirty(tag);
@@ -288,7 +288,7 @@ class BroadPhase {
   }
 
   /// Appends `found_` to `out` in order. Its first `sorted` pairs are sorted already.
-  void append_sorted(std::size_t sorted, std::vector<ShapePair>& out) {
+  void append_sorted(std::size_t sorted, DynamicArray<ShapePair>& out) {
     const auto middle = found_.begin() + static_cast<std::ptrdiff_t>(sorted);
     if (!std::is_sorted(middle, found_.end())) std::sort(middle, found_.end());
     const std::size_t before = out.size();
@@ -298,15 +298,15 @@ class BroadPhase {
   }
 
   AabbTree<S> tree_;
-  std::vector<Entry> entries_;
-  std::vector<std::uint32_t> unbounded_;
+  DynamicArray<Entry> entries_;
+  DynamicArray<std::uint32_t> unbounded_;
   /// Pairs of bounded shapes whose fat AABBs overlap, sorted. One of the two moves, or did.
-  std::vector<ShapePair> near_;
+  DynamicArray<ShapePair> near_;
   std::uint64_t refreshes_ = 0;
   /// Shapes whose fat AABBs changed since `near_` was made.
-  std::vector<std::uint32_t> dirty_;
+  DynamicArray<std::uint32_t> dirty_;
   /// Scratch.
-  std::vector<ShapePair> found_;
+  DynamicArray<ShapePair> found_;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

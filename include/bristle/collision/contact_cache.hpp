@@ -4,6 +4,7 @@
 #pragma once
 
 #include <bristle/collision/broadphase.hpp>
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/geometry/contacts/contact_manifold.hpp>
 #include <bristle/math/rotation.hpp>
 #include <bristle/math/transform.hpp>
@@ -12,7 +13,6 @@
 #include <array>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -139,8 +139,7 @@ class ContactCache {
       manifolds_.push_back(old);
       manifolds_.back().first = static_cast<std::uint32_t>(points_.size());
       manifolds_.back().is_persisted = true;
-      points_.insert(points_.end(), old_points_.begin() + old.first,
-                     old_points_.begin() + old.first + old.count);
+      points_.append(old_points_.begin() + old.first, old_points_.begin() + old.first + old.count);
     }
   }
 
@@ -150,20 +149,20 @@ class ContactCache {
     forget(tag, old_manifolds_, old_points_);
   }
 
-  [[nodiscard]] std::vector<CachedManifold<S>>& manifolds() { return manifolds_; }
-  [[nodiscard]] const std::vector<CachedManifold<S>>& manifolds() const { return manifolds_; }
-  [[nodiscard]] std::vector<CachedPoint<S>>& points() { return points_; }
-  [[nodiscard]] const std::vector<CachedPoint<S>>& points() const { return points_; }
+  [[nodiscard]] DynamicArray<CachedManifold<S>>& manifolds() { return manifolds_; }
+  [[nodiscard]] const DynamicArray<CachedManifold<S>>& manifolds() const { return manifolds_; }
+  [[nodiscard]] DynamicArray<CachedPoint<S>>& points() { return points_; }
+  [[nodiscard]] const DynamicArray<CachedPoint<S>>& points() const { return points_; }
 
   /// [s] Step length of the present generation.
   [[nodiscard]] S& last_step() { return last_step_; }
   [[nodiscard]] const S& last_step() const { return last_step_; }
 
   /// The generation of the step before.
-  [[nodiscard]] const std::vector<CachedManifold<S>>& last_manifolds() const {
+  [[nodiscard]] const DynamicArray<CachedManifold<S>>& last_manifolds() const {
     return is_repeated_ ? manifolds_ : old_manifolds_;
   }
-  [[nodiscard]] const std::vector<CachedPoint<S>>& last_points() const {
+  [[nodiscard]] const DynamicArray<CachedPoint<S>>& last_points() const {
     return is_repeated_ ? points_ : old_points_;
   }
 
@@ -246,8 +245,8 @@ class ContactCache {
     return offset.squaredNorm() <= arm.squaredNorm() ? offset : Vec3<S>::Zero();
   }
 
-  static void forget(std::uint32_t tag, std::vector<CachedManifold<S>>& manifolds,
-                     std::vector<CachedPoint<S>>& points) {
+  static void forget(std::uint32_t tag, DynamicArray<CachedManifold<S>>& manifolds,
+                     DynamicArray<CachedPoint<S>>& points) {
     std::size_t kept = 0;
     std::uint32_t end = 0;
     for (CachedManifold<S> m : manifolds) {
@@ -261,8 +260,8 @@ class ContactCache {
     points.resize(end);
   }
 
-  std::vector<CachedManifold<S>> manifolds_, old_manifolds_;
-  std::vector<CachedPoint<S>> points_, old_points_;
+  DynamicArray<CachedManifold<S>> manifolds_, old_manifolds_;
+  DynamicArray<CachedPoint<S>> points_, old_points_;
   std::size_t cursor_ = 0;
   bool is_repeated_ = false;
   S last_step_ = S(1);

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <bristle/collision/broadphase.hpp>
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/geometry/shapes/inner_ball.hpp>
 
 #include <algorithm>
@@ -14,7 +15,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <tuple>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -34,7 +34,7 @@ class CrowdLimit {
   ///                 stands for a shape that takes part in no crowd.
   /// @return Number of pairs removed. The others stay in their order.
   template <typename BallOf>
-  std::size_t thin(std::vector<ShapePair>& pairs, std::size_t slots, const BallOf& ball_of);
+  std::size_t thin(DynamicArray<ShapePair>& pairs, std::size_t slots, const BallOf& ball_of);
 
  private:
   /// Another shape in the middle of a shape.
@@ -61,16 +61,16 @@ class CrowdLimit {
     }
   };
 
-  std::vector<Near> crowded_;
-  std::vector<Nearest> nearest_;  // By tag.
-  std::vector<bool> stays_;       // By pair.
+  DynamicArray<Near> crowded_;
+  DynamicArray<Nearest> nearest_;  // By tag.
+  DynamicArray<bool> stays_;       // By pair.
 };
 
 // Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 template <typename BallOf>
-std::size_t CrowdLimit<S>::thin(std::vector<ShapePair>& pairs, std::size_t slots,
+std::size_t CrowdLimit<S>::thin(DynamicArray<ShapePair>& pairs, std::size_t slots,
                                 const BallOf& ball_of) {
   crowded_.clear();
   for (std::uint32_t i = 0; i < pairs.size(); ++i) {

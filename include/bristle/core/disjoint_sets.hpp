@@ -4,10 +4,10 @@
 #pragma once
 
 #include <bristle/core/config.hpp>
+#include <bristle/core/dynamic_array.hpp>
 
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -42,7 +42,7 @@ class DisjointSets {
   }
 
  private:
-  std::vector<std::uint32_t> parent_;
+  DynamicArray<std::uint32_t> parent_;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

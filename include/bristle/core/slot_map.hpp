@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/core/error.hpp>
 
 #include <compare>
@@ -11,7 +12,6 @@
 #include <string>
 #include <string_view>
 #include <utility>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -130,8 +130,8 @@ class SlotMap {
                     "must name something that exists (unknown or removed handle)");
   }
 
-  std::vector<Slot> slots_;
-  std::vector<std::uint32_t> free_;
+  DynamicArray<Slot> slots_;
+  DynamicArray<std::uint32_t> free_;
   std::uint32_t size_ = 0;
 };
 

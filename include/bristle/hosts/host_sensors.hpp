@@ -19,6 +19,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/core/kernel_scratch.hpp>
 #include <bristle/world/world.hpp>
 
@@ -28,7 +29,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -275,14 +275,14 @@ class HostSensors {
 
   World<S, Backend> world_{};
   /// By index of mirrored bodies.
-  std::vector<detail::HostEntry<S>> bodies_;
+  detail::DynamicArray<detail::HostEntry<S>> bodies_;
   /// [m/s] Speed of the fastest point of any body.
   S fastest_ = S(0);
   RayHits<S> host_hits_{};
   /// Indices of bodies that a patch touches, or whose own patch touches one, ascending.
-  std::vector<std::uint32_t> touched_;
-  std::vector<detail::HostMobility<S>> mobilities_;
-  std::vector<detail::HostWrench<S>> wrenches_;
+  detail::DynamicArray<std::uint32_t> touched_;
+  detail::DynamicArray<detail::HostMobility<S>> mobilities_;
+  detail::DynamicArray<detail::HostWrench<S>> wrenches_;
   HostReport report_{};
   detail::KernelScratch<detail::HostKernels<S, Backend>> stage_{detail::host_kernels<S, Backend>()};
 };

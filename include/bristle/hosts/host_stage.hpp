@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/dynamics/solver/soft_system.hpp>
 #include <bristle/hosts/host_sensors.hpp>
 #include <bristle/math/finite.hpp>
@@ -16,7 +17,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -63,17 +63,17 @@ class HostStage {
     }
   }
 
-  std::vector<Shape> shapes_;
+  DynamicArray<Shape> shapes_;
   /// Indices of the patches whose rays may meet something.
-  std::vector<std::uint32_t> near_something_;
+  DynamicArray<std::uint32_t> near_something_;
   SoftSystem<S> system_;
-  std::vector<Touch> touches_;
+  DynamicArray<Touch> touches_;
   /// Blocks of implicit pairs, by `PatchPair::soft`.
-  std::vector<SoftBlock<S>> blocks_;
+  DynamicArray<SoftBlock<S>> blocks_;
   /// By index of mirrored bodies: their index in the system, and their own mobility about the
   /// mirrored centre of mass.
-  std::vector<std::uint32_t> number_;
-  std::vector<Mat6<S>> own_mobility_;
+  DynamicArray<std::uint32_t> number_;
+  DynamicArray<Mat6<S>> own_mobility_;
 };
 
 /// The table of this file's instruction set.

@@ -7,12 +7,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/math/types.hpp>
 
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -45,10 +45,10 @@ class BlockEnvelope {
   void solve(std::span<Vec3<S>> x) const;
 
  private:
-  std::vector<std::uint32_t> first_;
-  std::vector<std::size_t> start_;  // Index of each row in `blocks_`, less its first column.
-  std::vector<Mat3<S>> blocks_;
-  std::vector<Mat3<S>> row_;  // Blocks of the current row, times D.
+  DynamicArray<std::uint32_t> first_;
+  DynamicArray<std::size_t> start_;  // Index of each row in `blocks_`, less its first column.
+  DynamicArray<Mat3<S>> blocks_;
+  DynamicArray<Mat3<S>> row_;  // Blocks of the current row, times D.
 };
 
 // Implementation ----------------------------------------------------------------------------------

@@ -7,6 +7,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/math/types.hpp>
 
 #include <algorithm>
@@ -15,7 +16,6 @@
 #include <cstdint>
 #include <span>
 #include <utility>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -49,8 +49,8 @@ class DormandPrince {
   template <std::size_t n>
   void combine(const S* from, const std::array<S, n>& weights, S h, std::size_t count, S* to) const;
 
-  std::array<std::vector<S>, stages> slopes_;
-  std::vector<S> start_, end_, error_;
+  std::array<DynamicArray<S>, stages> slopes_;
+  DynamicArray<S> start_, end_, error_;
   int substeps_ = 0;
 };
 
@@ -90,7 +90,7 @@ bool DormandPrince<S>::advance(std::span<S> y, std::size_t state, S duration, Sy
   const std::array<S, 7> e{f(71, 57600),      S(0),       f(-71, 16695), f(71, 1920),
                            f(-17253, 339200), f(22, 525), f(-1, 40)};
 
-  for (std::vector<S>& slope : slopes_) slope.resize(y.size());
+  for (DynamicArray<S>& slope : slopes_) slope.resize(y.size());
   start_.assign(y.begin(), y.end());
   end_.resize(y.size());
   error_.resize(state);

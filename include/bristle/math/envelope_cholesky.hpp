@@ -7,7 +7,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/core/refill.hpp>
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/math/block6.hpp>
 #include <bristle/math/types.hpp>
 
@@ -15,7 +15,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -33,7 +32,7 @@ class EnvelopeMatrix {
       start_[i] = size - 6 * stride * first[i];  // Wraps around; only sums with a column are used.
       size += 6 * stride * (i - first[i] + 1);
     }
-    refill(values_, size, S(0));
+    values_.assign(size, S(0));
   }
 
   /// Reserves as much as `other` has, so that copying it allocates nothing.
@@ -157,9 +156,9 @@ class EnvelopeMatrix {
     return true;
   }
 
-  std::vector<std::uint32_t> first_;
-  std::vector<std::size_t> start_;  // Index of each block row in `values_`, less its first column.
-  std::vector<S> values_;
+  DynamicArray<std::uint32_t> first_;
+  DynamicArray<std::size_t> start_;  // Index of each block row in `values_`, less its first column.
+  DynamicArray<S> values_;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

@@ -8,14 +8,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/core/refill.hpp>
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/math/block6.hpp>
 #include <bristle/math/envelope_cholesky.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -40,8 +39,8 @@ class EnvelopeLu {
       lower_size += 6 * width(i);
       upper_size += 6 * (i - first_[i]) * stride;
     }
-    refill(lower_, lower_size, S(0));
-    refill(upper_, upper_size, S(0));
+    lower_.assign(lower_size, S(0));
+    upper_.assign(upper_size, S(0));
     inverses_.resize(blocks_);
     for (std::size_t i = 0; i < 6 * blocks_; ++i) {
       const std::size_t diagonal = i / 6 * 6;
@@ -176,12 +175,12 @@ class EnvelopeLu {
   }
 
   std::size_t blocks_ = 0;
-  std::vector<std::size_t> first_;  // First block of each block row.
+  DynamicArray<std::size_t> first_;  // First block of each block row.
   // Index of each block row in `lower_`, less its first column, and of each block column in
   // `upper_`, less its first row.
-  std::vector<std::size_t> lower_start_, upper_start_;
-  std::vector<S> lower_, upper_;     // Lower blocks with the diagonal; upper blocks.
-  std::vector<Block6<S>> inverses_;  // Inverses of the diagonal blocks of U.
+  DynamicArray<std::size_t> lower_start_, upper_start_;
+  DynamicArray<S> lower_, upper_;     // Lower blocks with the diagonal; upper blocks.
+  DynamicArray<Block6<S>> inverses_;  // Inverses of the diagonal blocks of U.
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

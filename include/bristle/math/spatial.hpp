@@ -16,7 +16,9 @@ struct Twist {
   Vec3<S> angular = Vec3<S>::Zero();
 
   /// [m/s] Velocity of the body's point at `r` [m] from the reference point.
-  [[nodiscard]] Vec3<S> at(const Vec3<S>& r) const { return linear + angular.cross(r); }
+  [[nodiscard]] BRISTLE_FORCE_INLINE Vec3<S> at(const Vec3<S>& r) const {
+    return linear + angular.cross(r);
+  }
 
   /// The same motion about the point at `r` [m] from the reference point.
   [[nodiscard]] Twist shifted(const Vec3<S>& r) const { return {at(r), angular}; }

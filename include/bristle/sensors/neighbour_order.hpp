@@ -4,7 +4,7 @@
 #pragma once
 
 #include <bristle/core/error.hpp>
-#include <bristle/core/refill.hpp>
+#include <bristle/core/fill_numbers.hpp>
 #include <bristle/geometry/rays/ray_tree.hpp>
 #include <bristle/sensors/sensor_layout.hpp>
 

@@ -4,6 +4,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/geometry/rays/ray.hpp>
 #include <bristle/math/lane_value.hpp>
 #include <bristle/sensors/sensor_packets.hpp>
@@ -12,7 +13,6 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -49,7 +49,7 @@ class PacketBoxes {
   /// @param is_near  Callable: Mask<S> is_near(lower, upper) of the corners of some boxes as
   ///                 `Pack3`s. Where true of a box, it must be true of any box around it.
   template <typename IsNear>
-  void find(IsNear&& is_near, std::vector<std::uint32_t>& packets) const {
+  void find(IsNear&& is_near, DynamicArray<std::uint32_t>& packets) const {
     packets.resize(packets_);
     auto next = packets.begin();
     for (std::size_t row = 0; row < group_boxes_.size(); ++row) {
@@ -108,7 +108,7 @@ class PacketBoxes {
 
   std::size_t packets_ = 0;
   std::size_t groups_ = 0;
-  std::vector<BoxRow> packet_boxes_, group_boxes_;
+  DynamicArray<BoxRow> packet_boxes_, group_boxes_;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

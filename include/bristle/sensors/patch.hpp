@@ -3,14 +3,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/core/refill.hpp>
+#include <bristle/core/dynamic_array.hpp>
+#include <bristle/core/fill_numbers.hpp>
 #include <bristle/core/slot_map.hpp>
 #include <bristle/dynamics/bodies/body.hpp>
 #include <bristle/geometry/contacts/triangle_cache.hpp>
 #include <bristle/geometry/rays/ray.hpp>
 #include <bristle/geometry/rays/ray_tree.hpp>
 #include <bristle/geometry/trees/aabb.hpp>
-#include <bristle/math/lane_vector.hpp>
 #include <bristle/math/rotation.hpp>
 #include <bristle/sensors/law.hpp>
 #include <bristle/sensors/packet_boxes.hpp>
@@ -25,7 +25,6 @@
 #include <cstdint>
 #include <span>
 #include <string>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -136,7 +135,7 @@ struct SensorPatch {
   BodyId body{};
   /// [m] Rays from A's centre of mass in A's axes; [1] unit directions; [m] lengths.
   Vec3Array<S> start, direction;
-  LaneVector<S> length;
+  LineArray<S> length;
   /// Tree over the rays, built once by `make_patch`.
   RayTree<S> ray_tree{};
   /// Triangle cache for a fine mesh. Not state: results do not depend on it.
@@ -145,7 +144,7 @@ struct SensorPatch {
   Aabb<S> box{};
 
   /// The same sensors for the kernels, and their bristles: [0, size()) in order, then unused lanes.
-  std::vector<SensorPacket<S>> packets;
+  DynamicArray<SensorPacket<S>> packets;
   PacketBoxes<S> packet_boxes{};
   /// [m] Farthest point of the rays from A's centre of mass, and the length of the shortest.
   S reach = S(0);
@@ -156,20 +155,20 @@ struct SensorPatch {
   /// Hits of this step, by ray. Valid in the packets that can be near anything, whose numbers are
   /// listed in ascending order; all packets until they were tested. Also contacts and pairs.
   RayHits<S> hits{};
-  std::vector<std::uint32_t> near;
+  DynamicArray<std::uint32_t> near;
   PlaneCache<S> plane_cache{};
   /// Lanes of each packet that hit anything in this step, and in the one before.
-  std::vector<LaneBits> hit_bits, hit_before;
-  std::vector<TouchedShape> touched;
+  DynamicArray<LaneBits> hit_bits, hit_before;
+  DynamicArray<TouchedShape> touched;
   /// Of the current pair: lanes of a near packet that hit its body, and the first contact of each
   /// range of near packets.
-  std::vector<LaneBits> pair_bits;
-  std::vector<std::uint32_t> range_contacts;
-  std::vector<ContactPacket<S>> contacts;
-  std::vector<PatchPair<S>> pairs;
-  std::vector<PairImpulse<S>> last_impulses;
+  DynamicArray<LaneBits> pair_bits;
+  DynamicArray<std::uint32_t> range_contacts;
+  DynamicArray<ContactPacket<S>> contacts;
+  DynamicArray<PatchPair<S>> pairs;
+  DynamicArray<PairImpulse<S>> last_impulses;
   /// Active sensors of each packet: those with nonzero readings.
-  std::vector<LaneBits> felt, active_before;
+  DynamicArray<LaneBits> felt, active_before;
   bool was_active = false;
   ReadingStore<S> readings{};
 

@@ -143,7 +143,7 @@ template <Scalar S>
 PatchMesh<S> patch_from_mesh(const TriangleMesh<S>& mesh) {
   validate_surface(mesh);
   PatchMesh<S> patch{weld(mesh), {}};
-  const std::vector<Vec3<S>> faces =
+  const detail::DynamicArray<Vec3<S>> faces =
       detail::face_normals<S>(patch.mesh, degenerate_triangles(patch.mesh));
   for (const detail::NormalSum<S>& n : detail::vertex_normals<S>(patch.mesh, faces)) {
     patch.normals.push_back(n.has_direction() ? n.sum.normalized() : Vec3<S>(Vec3<S>::Zero()));

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/geometry/meshes/triangle_mesh.hpp>
 #include <bristle/math/transform.hpp>
 #include <bristle/sensors/sensor_layout.hpp>
@@ -144,7 +145,7 @@ class MeshPlacement {
   }
 
   void add_vertices() {
-    const std::vector<NormalSum<S>> sums = vertex_normals<S>(mesh_, normals_);
+    const DynamicArray<NormalSum<S>> sums = vertex_normals<S>(mesh_, normals_);
     for (std::uint32_t v = 0; v < sums.size(); ++v) {
       if (sums[v].has_direction()) {
         add(mesh_.vertices[v], sums[v].sum, report.vertex_sensors);
@@ -155,7 +156,7 @@ class MeshPlacement {
   }
 
   void add_edges() {
-    const std::vector<EdgeUse> uses = sorted_edges(mesh_.triangles);
+    const DynamicArray<EdgeUse> uses = sorted_edges(mesh_.triangles);
     for (std::size_t i = 0; i < uses.size();) {
       const EdgeUse& edge = uses[i];
       NormalSum<S> normal;
@@ -189,7 +190,7 @@ class MeshPlacement {
   const PlacementDef<S>& def_;
   Mat3<S> R_AM_;
   /// Normals of the faces; zero if degenerate.
-  std::vector<Vec3<S>> normals_;
+  DynamicArray<Vec3<S>> normals_;
 };
 
 }  // namespace detail

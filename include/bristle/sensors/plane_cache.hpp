@@ -8,6 +8,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/geometry/rays/ray.hpp>
 #include <bristle/sensors/law.hpp>
 #include <bristle/sensors/sensor_packets.hpp>
@@ -16,7 +17,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -59,8 +59,8 @@ struct PlaneCacheShape {
 /// Hits of the last cast, as planes. Empty: the rays have to be cast.
 template <Scalar S>
 struct PlaneCache {
-  std::vector<PlaneCacheShape<S>> shapes;
-  std::vector<PlaneCachePacket<S>> packets;
+  DynamicArray<PlaneCacheShape<S>> shapes;
+  DynamicArray<PlaneCachePacket<S>> packets;
 
   void clear() {
     shapes.clear();

@@ -3,16 +3,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/dynamics/bodies/body.hpp>
 #include <bristle/geometry/rays/ray.hpp>
-#include <bristle/math/lane_vector.hpp>
 #include <bristle/math/spatial.hpp>
 #include <bristle/sensors/reading.hpp>
 #include <bristle/sensors/sensor_packets.hpp>
 
 #include <cstddef>
 #include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -21,10 +20,10 @@ template <Scalar S>
 struct ReadingStore {
   /// [-] Number of sensors.
   std::size_t count = 0;
-  LaneVector<S> depth, normal_force, shear_1, shear_2;
+  LineArray<S> depth, normal_force, shear_1, shear_2;
   Vec3Array<S> point;
-  std::vector<BodyId> body;
-  std::vector<SensorState> state;
+  DynamicArray<BodyId> body;
+  DynamicArray<SensorState> state;
   Wrench<S> wrench{};
   Vec3<S> shear_W = Vec3<S>::Zero();
 

@@ -3,9 +3,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/core/error.hpp>
 #include <bristle/geometry/rays/ray.hpp>
-#include <bristle/math/lane_vector.hpp>
 #include <bristle/math/types.hpp>
 
 #include <cstddef>
@@ -23,7 +23,7 @@ struct SensorLayout {
   /// [1] Unit directions of the rays, in A, out of the body.
   detail::Vec3Array<S> direction;
   /// [m] Lengths of the rays, > 0.
-  detail::LaneVector<S> length;
+  detail::LineArray<S> length;
 
   /// [-] Number of sensors.
   [[nodiscard]] std::size_t size() const { return length.size(); }
@@ -87,7 +87,7 @@ template <Scalar S>
 void SensorLayout<S>::validate() const {
   using std::abs;
   for (const detail::Vec3Array<S>* array : {&start, &direction}) {
-    for (const detail::LaneVector<S>* axis : {&array->x, &array->y, &array->z}) {
+    for (const detail::LineArray<S>* axis : {&array->x, &array->y, &array->z}) {
       detail::require(axis->size() == size(), "SensorLayout: size of an array", axis->size(),
                       "must be the number of lengths, " + std::to_string(size()));
     }

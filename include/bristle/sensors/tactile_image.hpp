@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/core/error.hpp>
 #include <bristle/sensors/reading.hpp>
 
@@ -10,7 +11,6 @@
 #include <array>
 #include <cstddef>
 #include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -99,7 +99,7 @@ class TactileHistory {
   std::size_t sensors_, frames_;
   std::size_t size_ = 0;
   std::size_t newest_ = 0;
-  std::vector<S> values_;
+  detail::DynamicArray<S> values_;
 };
 
 // Implementation ----------------------------------------------------------------------------------

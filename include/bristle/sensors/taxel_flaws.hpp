@@ -5,6 +5,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/core/error.hpp>
 #include <bristle/math/types.hpp>
 
@@ -15,7 +16,6 @@
 #include <numbers>
 #include <span>
 #include <string>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -66,8 +66,8 @@ class TaxelFlaws {
   S hysteresis_, noise_;
   std::uint64_t seed_;
   std::uint64_t sample_ = 0;
-  std::vector<S> gain_;
-  std::vector<S> play_;
+  detail::DynamicArray<S> gain_;
+  detail::DynamicArray<S> play_;
 };
 
 // Implementation ----------------------------------------------------------------------------------

@@ -8,6 +8,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/core/error.hpp>
 #include <bristle/geometry/meshes/mesh_validation.hpp>
 #include <bristle/geometry/meshes/triangle_mesh.hpp>
@@ -115,10 +116,10 @@ void require_wrappable(const PatchMesh<S>& patch, const TriangleMesh<S>& shape,
 /// the indices of the other triangles.
 template <Scalar S>
 [[nodiscard]] TriangleMesh<S> kept_part(const TriangleMesh<S>& mesh,
-                                        const std::vector<bool>& is_kept,
+                                        const DynamicArray<bool>& is_kept,
                                         std::vector<std::uint32_t>& dropped) {
   TriangleMesh<S> part;
-  std::vector<bool> is_used(mesh.vertices.size(), false);
+  DynamicArray<bool> is_used(mesh.vertices.size(), false);
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto& [a, b, c] = mesh.triangles[t];
     if (is_kept[a] && is_kept[b] && is_kept[c]) {
@@ -128,7 +129,7 @@ template <Scalar S>
       dropped.push_back(t);
     }
   }
-  std::vector<std::uint32_t> renumber(mesh.vertices.size());
+  DynamicArray<std::uint32_t> renumber(mesh.vertices.size());
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
     renumber[v] = static_cast<std::uint32_t>(part.vertices.size());
     if (is_used[v]) part.vertices.push_back(mesh.vertices[v]);
@@ -153,7 +154,7 @@ TriangleMesh<S> wrap_patch(const PatchMesh<S>& patch, const TriangleMesh<S>& sha
 
   WrapReport result;
   TriangleMesh<S> moved = patch.mesh;
-  std::vector<bool> is_kept(moved.vertices.size(), false);
+  detail::DynamicArray<bool> is_kept(moved.vertices.size(), false);
   for (std::uint32_t v = 0; v < moved.vertices.size(); ++v) {
     if (patch.normals[v] == Vec3<S>::Zero()) {
       result.without_normal.push_back(v);

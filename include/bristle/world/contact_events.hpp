@@ -5,13 +5,13 @@
 #pragma once
 
 #include <bristle/collision/contact_cache.hpp>
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/dynamics/bodies/body.hpp>
 #include <bristle/math/spatial.hpp>
 
 #include <algorithm>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -69,7 +69,7 @@ class ContactReading {
 
   /// @param manifolds  All manifolds of the two shapes, at least one.
   ContactReading(std::span<const detail::CachedManifold<S>> manifolds,
-                 const std::vector<detail::CachedPoint<S>>& points)
+                 const detail::DynamicArray<detail::CachedPoint<S>>& points)
       : manifolds_(manifolds), points_(&points) {}
 
   /// Returns whether they touch, as in `ContactEvent`.
@@ -94,7 +94,7 @@ class ContactReading {
   [[nodiscard]] Wrench<S> sum(ArmOf&& arm_of) const;
 
   std::span<const detail::CachedManifold<S>> manifolds_;
-  const std::vector<detail::CachedPoint<S>>* points_;
+  const detail::DynamicArray<detail::CachedPoint<S>>* points_;
 };
 
 // Implementation ----------------------------------------------------------------------------------
@@ -110,7 +110,7 @@ template <Scalar S>
 /// Manifolds of the pair at index `first`.
 template <Scalar S>
 [[nodiscard]] std::span<const CachedManifold<S>> same_pair(
-    const std::vector<CachedManifold<S>>& manifolds, std::size_t first) {
+    const DynamicArray<CachedManifold<S>>& manifolds, std::size_t first) {
   std::size_t end = first;
   while (end < manifolds.size() && manifolds[end].shapes == manifolds[first].shapes) ++end;
   return std::span(manifolds).subspan(first, end - first);
@@ -118,7 +118,7 @@ template <Scalar S>
 
 template <Scalar S>
 [[nodiscard]] bool touches(std::span<const CachedManifold<S>> manifolds,
-                           const std::vector<CachedPoint<S>>& points) {
+                           const DynamicArray<CachedPoint<S>>& points) {
   for (const CachedManifold<S>& m : manifolds) {
     for (std::uint32_t i = m.first; i < m.first + m.count; ++i) {
       if (points[i].impulse[0] > S(0) || points[i].gap <= S(0)) return true;
@@ -131,8 +131,8 @@ template <Scalar S>
 /// in ascending order.
 template <Scalar S, typename Visit>
 void for_each_touch(const ContactCache<S>& cache, Visit&& visit) {
-  const std::vector<CachedManifold<S>>& before = cache.last_manifolds();
-  const std::vector<CachedManifold<S>>& now = cache.manifolds();
+  const DynamicArray<CachedManifold<S>>& before = cache.last_manifolds();
+  const DynamicArray<CachedManifold<S>>& now = cache.manifolds();
   std::size_t i = 0;
   std::size_t k = 0;
   while (i < before.size() || k < now.size()) {

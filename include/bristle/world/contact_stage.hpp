@@ -4,6 +4,7 @@
 #pragma once
 
 #include <bristle/collision/crowd_limit.hpp>
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/dynamics/contacts/contact_target.hpp>
 #include <bristle/world/near_shapes.hpp>
 #include <bristle/world/world_state.hpp>
@@ -11,7 +12,6 @@
 #include <algorithm>
 #include <functional>
 #include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -76,7 +76,7 @@ class ContactStage {
 
   /// Stores the solved impulses in the contact cache.
   void store_impulses(State& state) const {
-    std::vector<CachedPoint<S>>& points = state.contacts.points();
+    DynamicArray<CachedPoint<S>>& points = state.contacts.points();
     std::size_t contact = 0;
     for (const CachedManifold<S>& m : state.contacts.manifolds()) {
       if (m.is_persisted) continue;
@@ -213,12 +213,12 @@ class ContactStage {
     }
   }
 
-  std::vector<std::uint32_t> moving_;
-  std::vector<Start> starts_;  // One for each of them.
-  std::vector<ShapePair> pairs_;
+  DynamicArray<std::uint32_t> moving_;
+  DynamicArray<Start> starts_;  // One for each of them.
+  DynamicArray<ShapePair> pairs_;
   CrowdLimit<S> crowd_;
-  std::vector<Found> found_;
-  std::vector<ContactManifolds<S>> buffers_;
+  DynamicArray<Found> found_;
+  DynamicArray<ContactManifolds<S>> buffers_;
   std::size_t most_manifolds_ = chunk_size;
 };
 

@@ -22,6 +22,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/geometry/backends/analytic_backend.hpp>
 #include <bristle/sensors/patch.hpp>
 #include <bristle/world/haptic_body.hpp>
@@ -33,7 +34,6 @@
 #include <span>
 #include <string>
 #include <utility>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
 namespace detail {
@@ -189,11 +189,11 @@ class HapticLoop {
     detail::SensorPatch<S> patch{};
     std::uint32_t tool = 0;
     /// [-] Shapes that it may meet within the step.
-    std::vector<std::uint32_t> near;
-    std::vector<detail::ShapeInReach<S, Backend>> in_reach;
+    detail::DynamicArray<std::uint32_t> near;
+    detail::DynamicArray<detail::ShapeInReach<S, Backend>> in_reach;
     /// One for each pair, and its body.
-    std::vector<detail::SoftBlock<S>> blocks;
-    std::vector<std::uint32_t> touched;
+    detail::DynamicArray<detail::SoftBlock<S>> blocks;
+    detail::DynamicArray<std::uint32_t> touched;
   };
 
   void require_tool(ToolId tool) const {
@@ -239,10 +239,10 @@ class HapticLoop {
 
   const detail::HapticKernels<S, Backend>* kernels_ = &detail::haptic_kernels<S, Backend>();
   HapticDef<S> def_;
-  std::vector<Tool> tools_;
-  std::vector<Skin> tool_patches_;
-  std::vector<NearShape> shapes_;
-  std::vector<detail::HapticBody<S>> bodies_, last_bodies_;
+  detail::DynamicArray<Tool> tools_;
+  detail::DynamicArray<Skin> tool_patches_;
+  detail::DynamicArray<NearShape> shapes_;
+  detail::DynamicArray<detail::HapticBody<S>> bodies_, last_bodies_;
   detail::HeldMobilityFinder<S, Backend> finder_;
   S h_ = S(0);
   std::uint32_t done_ = 0;

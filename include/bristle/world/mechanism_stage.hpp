@@ -7,6 +7,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/dynamics/joints/joint_pose.hpp>
 #include <bristle/dynamics/joints/joint_projection.hpp>
 #include <bristle/dynamics/joints/joint_rows.hpp>
@@ -16,7 +17,6 @@
 #include <bristle/world/world_state.hpp>
 
 #include <algorithm>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -341,16 +341,16 @@ class MechanismStage final : public JointStage<S, Backend> {
   JointSystem<S> system_;
   JointProjection<S> projection_;
   bool has_mechanism_ = false;
-  std::vector<Transform<S>> end_poses_;        // By body index, for integrated bodies.
-  std::vector<Wrench<S>> joint_impulses_;      // By joint index.
-  std::vector<std::uint32_t> parent_, local_;  // By body index.
-  std::vector<SolverBody<S>> saved_;
-  std::vector<MechanismBody<S>> bodies_;
-  std::vector<MechanismJoint<S>> joints_;
-  std::vector<std::uint32_t> slots_, joint_slots_;
-  std::vector<Transform<S>> poses_;
-  std::vector<Twist<S>> twists_;
-  std::vector<Wrench<S>> impulses_;
+  DynamicArray<Transform<S>> end_poses_;        // By body index, for integrated bodies.
+  DynamicArray<Wrench<S>> joint_impulses_;      // By joint index.
+  DynamicArray<std::uint32_t> parent_, local_;  // By body index.
+  DynamicArray<SolverBody<S>> saved_;
+  DynamicArray<MechanismBody<S>> bodies_;
+  DynamicArray<MechanismJoint<S>> joints_;
+  DynamicArray<std::uint32_t> slots_, joint_slots_;
+  DynamicArray<Transform<S>> poses_;
+  DynamicArray<Twist<S>> twists_;
+  DynamicArray<Wrench<S>> impulses_;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

@@ -3,13 +3,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/core/error.hpp>
 #include <bristle/sensors/patch.hpp>
 #include <bristle/world/world_state.hpp>
 
 #include <cstdint>
 #include <string>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -22,7 +22,7 @@ namespace bristle::inline BRISTLE_ABI::detail {
 /// @throws InvalidArgument naming the first sensor whose tip lies inside.
 template <Scalar S, typename Backend>
 void require_outward_rays(const WorldState<S, Backend>& state, const Vec3<S>& center_B,
-                          const SensorPatch<S>& patch, const std::vector<std::uint32_t>& shapes) {
+                          const SensorPatch<S>& patch, const DynamicArray<std::uint32_t>& shapes) {
   if (shapes.empty()) return;
   // About the centre of mass, as in the patch.
   const std::size_t count = patch.length.size();

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/sensors/patch.hpp>
 #include <bristle/world/ray_filter.hpp>
 #include <bristle/world/world_state.hpp>
@@ -133,7 +134,7 @@ ShapeInReach<S, Backend> shape_in_reach(const SensorPatch<S>& patch, ShapeId id,
 template <Scalar S, typename Backend>
 [[nodiscard]] bool serves(const SensorPatch<S>& patch,
                           std::span<const ShapeInReach<S, Backend>> shapes) {
-  const std::vector<PlaneCacheShape<S>>& kept = patch.plane_cache.shapes;
+  const DynamicArray<PlaneCacheShape<S>>& kept = patch.plane_cache.shapes;
   if (kept.size() != shapes.size()) return false;
   for (std::size_t i = 0; i < kept.size(); ++i) {
     const ShapeInReach<S, Backend>& shape = shapes[i];

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/geometry/rays/ray_tree.hpp>
 #include <bristle/sensors/sensor_layout.hpp>
 #include <bristle/world/ray_filter.hpp>
@@ -13,7 +14,6 @@
 #include <cstdint>
 #include <span>
 #include <utility>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -74,8 +74,8 @@ class ProximityArray {
   RayFilter filter_;
   Aabb<S> box_{};
   RayHits<S> hits_;
-  std::vector<BodyId> body_;
-  std::vector<std::uint32_t> near_;
+  detail::DynamicArray<BodyId> body_;
+  detail::DynamicArray<std::uint32_t> near_;
   std::uint64_t rays_cast_ = 0;
 };
 

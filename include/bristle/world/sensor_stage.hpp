@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/sensors/patch_contacts.hpp>
 #include <bristle/sensors/patch_explicit.hpp>
 #include <bristle/sensors/patch_readings.hpp>
@@ -13,7 +14,6 @@
 #include <algorithm>
 #include <functional>
 #include <utility>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -74,7 +74,7 @@ class SensorStage {
 
   /// Finds the shapes that the rays of a patch may meet within the step. Their tags are sorted.
   void find_near(const State& state, const SensorPatch<S>& patch,
-                 std::vector<std::uint32_t>& out) const;
+                 DynamicArray<std::uint32_t>& out) const;
 
   /// Calls visit(patch, tags) for each sensed patch, with the shapes in its range.
   template <typename Visit>
@@ -157,8 +157,8 @@ class SensorStage {
 
  private:
   struct Scratch {
-    std::vector<std::uint32_t> candidates;
-    std::vector<ShapeInReach<S, Backend>> shapes;
+    DynamicArray<std::uint32_t> candidates;
+    DynamicArray<ShapeInReach<S, Backend>> shapes;
     std::uint64_t rays_cast = 0;
     /// [-] Sensors whose rays were cast, or whose hits were extrapolated.
     std::size_t sensors_asked = 0;
@@ -207,7 +207,7 @@ class SensorStage {
   /// Returns whether a patch keeps its readings. True if its body or one in its range sleeps, and
   /// none is active.
   [[nodiscard]] bool is_dormant(const State& state, const SensorPatch<S>& patch,
-                                const std::vector<std::uint32_t>& near) const {
+                                const DynamicArray<std::uint32_t>& near) const {
     if (state.sleeping_bodies == 0 || state.is_active(patch.body.index)) return false;
     bool is_asleep = state.bodies.at(patch.body.index).is_asleep();
     for (const std::uint32_t tag : near) {
@@ -384,18 +384,18 @@ class SensorStage {
     owners_.push_back(owner);
   }
 
-  std::vector<std::uint32_t> live_;
-  std::vector<Scratch> scratch_;
-  std::vector<SharedRays> shared_;
+  DynamicArray<std::uint32_t> live_;
+  DynamicArray<Scratch> scratch_;
+  DynamicArray<SharedRays> shared_;
   ParallelFor serial_ = serial_for;
-  std::vector<S> lambda_;
+  DynamicArray<S> lambda_;
   bool measures_lambda_ = false;
-  std::vector<SoftOwner> owners_;
+  DynamicArray<SoftOwner> owners_;
 };
 
 template <Scalar S, typename Backend>
 void SensorStage<S, Backend>::find_near(const State& state, const SensorPatch<S>& patch,
-                                        std::vector<std::uint32_t>& out) const {
+                                        DynamicArray<std::uint32_t>& out) const {
   out.clear();
   const Body<S>& A = state.bodies.at(patch.body.index);
   const Twist<S>& free = state.solver_bodies[patch.body.index].free;

@@ -8,13 +8,13 @@
 #pragma once
 
 #include <bristle/core/disjoint_sets.hpp>
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/world/near_shapes.hpp>
 #include <bristle/world/sensor_stage.hpp>
 #include <bristle/world/solve_stage.hpp>
 #include <bristle/world/waking.hpp>
 
 #include <algorithm>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -173,7 +173,7 @@ class SleepStage {
       join(state.joints.at(i).def.body_a.index, state.joints.at(i).def.body_b.index);
     }
     // All bodies in range of a patch belong together, also if the patch itself stands still.
-    sensors.for_each_near([&](std::uint32_t patch, const std::vector<std::uint32_t>& near) {
+    sensors.for_each_near([&](std::uint32_t patch, const DynamicArray<std::uint32_t>& near) {
       const std::uint32_t own = state.patches.at(patch).body.index;
       std::uint32_t anchor = own;
       for (const std::uint32_t tag : near) {
@@ -216,11 +216,11 @@ class SleepStage {
   }
 
   /// Round, from 1, in which each body was found active; and the present round.
-  std::vector<std::uint32_t> active_since_;
+  DynamicArray<std::uint32_t> active_since_;
   std::uint32_t round_ = 0;
-  std::vector<std::uint32_t> fresh_, near_;
-  std::vector<char> is_held_awake_;
-  std::vector<S> rest_time_;
+  DynamicArray<std::uint32_t> fresh_, near_;
+  DynamicArray<char> is_held_awake_;
+  DynamicArray<S> rest_time_;
   DisjointSets sets_;
   ContactManifolds<S> found_;
 };

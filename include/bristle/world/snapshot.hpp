@@ -93,10 +93,10 @@ class StateHasher : public TrustingVisitor<StateHasher> {
   void same(const char*, const T& x) {
     hash_.add(x);
   }
-  template <typename T, typename Each>
-  std::size_t list(const char*, const std::vector<T>& items, Each&& each) {
+  template <typename Array, typename Each>
+  std::size_t list(const char*, const Array& items, Each&& each) {
     hash_.add(items.size());
-    for (const T& item : items) each(item);
+    for (const auto& item : items) each(item);
     return items.size();
   }
   [[nodiscard]] std::uint64_t result() const { return hash_.value(); }
@@ -120,10 +120,10 @@ class StateWriter : public TrustingVisitor<StateWriter> {
   void same(const char*, const T& x) {
     number(x);
   }
-  template <typename T, typename Each>
-  std::size_t list(const char*, const std::vector<T>& items, Each&& each) {
+  template <typename Array, typename Each>
+  std::size_t list(const char*, const Array& items, Each&& each) {
     number(std::uint64_t{items.size()});
-    for (const T& item : items) each(item);
+    for (const auto& item : items) each(item);
     return items.size();
   }
 
@@ -179,19 +179,19 @@ class StateReader : public ValueVisitor<StateReader> {
     if (bits_of(other) == bits_of(x)) return;
     refuse(name, text_of(other), "must be " + text_of(x) + ", as in this world");
   }
-  template <typename T, typename Each>
-  std::size_t list(const char* name, std::vector<T>& items, Each&& each) {
+  template <typename Array, typename Each>
+  std::size_t list(const char* name, Array& items, Each&& each) {
     std::uint64_t count = 0;
     into(count);
     if (count > bytes_.size()) refuse(name, text_of(count), "must fit into the snapshot");
     if (!is_trial_) {
       items.resize(static_cast<std::size_t>(count));
-      for (T& item : items) each(item);
+      for (auto& item : items) each(item);
     } else {
       // Checks that rely on values need them, so a trial reads items but keeps none.
       is_trial_ = false;
       for (std::uint64_t i = 0; i < count; ++i) {
-        T item{};
+        typename Array::value_type item{};
         each(item);
       }
       is_trial_ = true;

@@ -7,6 +7,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/math/finite.hpp>
 #include <bristle/world/world_state.hpp>
 
@@ -15,7 +16,6 @@
 #include <cstdint>
 #include <span>
 #include <type_traits>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -296,7 +296,7 @@ void visit_readings(Readings& r, Visitor& visit) {
 
 /// Returns whether the lanes in contact have hits.
 template <Scalar S>
-[[nodiscard]] bool is_valid_state(const RayHits<S>& hits, const std::vector<LaneBits>& touching) {
+[[nodiscard]] bool is_valid_state(const RayHits<S>& hits, const DynamicArray<LaneBits>& touching) {
   for (std::size_t packet = 0; packet < touching.size(); ++packet) {
     for (std::uint32_t rest = touching[packet]; rest != 0; rest &= rest - 1) {
       const std::size_t i = packet * packet_size + static_cast<std::size_t>(std::countr_zero(rest));
@@ -309,7 +309,7 @@ template <Scalar S>
 /// Last step's hits of the sensors in contact. Other entries may hold anything.
 /// @param touching  Lanes in contact of each packet, if the visitor checks.
 template <typename Hits, typename Visitor>
-void visit_hits(Hits& hits, const std::vector<LaneBits>& touching, Visitor& visit) {
+void visit_hits(Hits& hits, const DynamicArray<LaneBits>& touching, Visitor& visit) {
   const auto each = [&](auto& item) {
     visit.any(std::span(item.distance));
     visit.any(std::span(item.normal.x));
@@ -364,7 +364,7 @@ void visit_patch(const State& state, Patch& patch, Visitor& visit) {
     visit_bristles(patch.packets[i], lanes_of(patch, i), visit);
   }
   // Lanes with contacts, of each packet.
-  std::vector<LaneBits> touching(Visitor::is_checking ? patch.packets.size() : 0);
+  DynamicArray<LaneBits> touching(Visitor::is_checking ? patch.packets.size() : 0);
   const std::size_t contacts = visit.list("patches (contacts)", patch.contacts, [&](auto& packet) {
     visit_contact_packet(packet, visit);
     visit.require("patches (contacts)",

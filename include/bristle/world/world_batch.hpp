@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/core/error.hpp>
 #include <bristle/core/kernel_scratch.hpp>
 #include <bristle/core/parallel.hpp>
@@ -125,10 +126,10 @@ class WorldBatch {
               const Write& write) const;
 
   World<S, Backend> origin_;
-  std::vector<World<S, Backend>> worlds_;
-  std::vector<std::uint8_t> failed_;
+  detail::DynamicArray<World<S, Backend>> worlds_;
+  detail::DynamicArray<std::uint8_t> failed_;
   std::size_t per_task_;
-  std::vector<detail::KernelScratch<detail::WorldKernels<S, Backend>>> steppers_;
+  detail::DynamicArray<detail::KernelScratch<detail::WorldKernels<S, Backend>>> steppers_;
   ParallelFor parallel_for_;
 };
 

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/world/waking.hpp>
 #include <bristle/world/world.hpp>
 
@@ -72,7 +73,7 @@ World<S, Backend>::insert_shape(BodyId id, detail::Collider<S, Backend> c) {
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S> BodyId World<S, Backend>::add_body(const BodyDef<S>& def) {
-  std::vector<Prepared> prepared;
+  detail::DynamicArray<Prepared> prepared;
   MassProperties<S> solid;
   const auto add = [&](const Shape<S>& shape, const char* field, const auto& place) {
     detail::require(def.motion != Motion::dynamic || kind_of(shape) != ShapeKind::half_space, field,
@@ -95,7 +96,7 @@ requires ShapeBackend<Backend, S> BodyId World<S, Backend>::add_body(const BodyD
   for (const Prepared& shape : prepared) {
     require_known_contacts(BodyId{}, body.is_dynamic(), body.filter, Backend::kind(shape));
   }
-  std::vector<detail::Collider<S, Backend>> colliders;
+  detail::DynamicArray<detail::Collider<S, Backend>> colliders;
   auto next = prepared.begin();
   if (def.shape) {
     colliders.push_back(make_collider(body, std::move(*next++), *def.shape, {}, def.material));

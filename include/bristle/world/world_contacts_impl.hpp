@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/world/world.hpp>
 
 namespace bristle::inline BRISTLE_ABI {
@@ -26,7 +27,7 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 template <typename Visit>
 void World<S, Backend>::for_each_contact(Visit&& visit) const {
-  const std::vector<detail::CachedManifold<S>>& manifolds = state_.contacts.manifolds();
+  const detail::DynamicArray<detail::CachedManifold<S>>& manifolds = state_.contacts.manifolds();
   for (std::size_t i = 0; i < manifolds.size();) {
     const std::span<const detail::CachedManifold<S>> pair = detail::same_pair(manifolds, i);
     ContactReading<S> reading(pair, state_.contacts.points());

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/dynamics/joints/joint_pose.hpp>
 #include <bristle/dynamics/joints/joint_rows.hpp>
 #include <bristle/sensors/stability.hpp>
@@ -82,7 +83,7 @@ requires ShapeBackend<Backend, S> JointId World<S, Backend>::add_joint(const Joi
   if (!def.bodies_collide) {
     const detail::ShapePair pair{std::min(def.body_a.index, def.body_b.index),
                                  std::max(def.body_a.index, def.body_b.index)};
-    std::vector<detail::ShapePair>& unpaired = state_.unpaired;
+    detail::DynamicArray<detail::ShapePair>& unpaired = state_.unpaired;
     unpaired.insert(std::lower_bound(unpaired.begin(), unpaired.end(), pair), pair);
   }
   detail::disturb(state_, def.body_a);
@@ -100,7 +101,7 @@ void World<S, Backend>::erase_joint(std::uint32_t index) {
   if (!def.bodies_collide) {
     const detail::ShapePair pair{std::min(def.body_a.index, def.body_b.index),
                                  std::max(def.body_a.index, def.body_b.index)};
-    std::vector<detail::ShapePair>& unpaired = state_.unpaired;
+    detail::DynamicArray<detail::ShapePair>& unpaired = state_.unpaired;
     unpaired.erase(std::lower_bound(unpaired.begin(), unpaired.end(), pair));
   }
   state_.joints.erase(state_.joints.handle(index));
@@ -138,7 +139,7 @@ requires ShapeBackend<Backend, S> PatchId World<S, Backend>::add_patch(BodyId bo
   for (const BodyId id : def.excluded) (void)state_.bodies.get(id, "PatchDef::excluded");
   detail::SensorPatch<S> patch = detail::make_patch(std::move(def), body, owner.center_B);
   if (!patch.def.may_point_inwards) {
-    std::vector<std::uint32_t> shapes;
+    detail::DynamicArray<std::uint32_t> shapes;
     for_each_shape_of(body, [&](std::uint32_t tag) { shapes.push_back(tag); });
     detail::require_outward_rays(state_, owner.center_B, patch, shapes);
   }

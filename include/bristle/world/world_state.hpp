@@ -5,6 +5,7 @@
 
 #include <bristle/collision/broadphase.hpp>
 #include <bristle/collision/contact_cache.hpp>
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/core/slot_map.hpp>
 #include <bristle/dynamics/bodies/body.hpp>
 #include <bristle/dynamics/joints/joint.hpp>
@@ -19,7 +20,6 @@
 
 #include <algorithm>
 #include <optional>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -58,9 +58,9 @@ struct WorldState {
   ContactCache<S> contacts;
   /// Contacts that ended because a shape was removed: for the events of the last step, and since
   /// then.
-  std::vector<ContactEvent> ended, ended_since;
+  DynamicArray<ContactEvent> ended, ended_since;
   /// Body index pairs whose contact a joint disables, sorted.
-  std::vector<ShapePair> unpaired;
+  DynamicArray<ShapePair> unpaired;
   StepReport<S> report{};
   /// Number of bodies asleep. `is_idle` if all are: a step then has nothing to do.
   std::uint32_t sleeping_bodies = 0;
@@ -71,7 +71,7 @@ struct WorldState {
   std::uint64_t steps = 0;
 
   /// Scratch of this step: one entry a body index, and all constraints.
-  std::vector<SolverBody<S>> solver_bodies;
+  DynamicArray<SolverBody<S>> solver_bodies;
   Constraints<S> constraints;
 
   [[nodiscard]] const Body<S>& body_of(const Collider<S, Backend>& c) const {

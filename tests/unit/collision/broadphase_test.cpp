@@ -5,8 +5,6 @@
 
 #include <doctest/doctest.h>
 
-#include <vector>
-
 using namespace bristle;
 
 using namespace bristle::detail;
@@ -30,8 +28,8 @@ TEST_CASE_TEMPLATE("BroadPhase: finds exactly the pairs that overlap, each once,
                    float, double) {
   test::Random random(7);
   BroadPhase<S> phase;
-  std::vector<Aabb<S>> boxes;
-  std::vector<std::uint32_t> moving;
+  DynamicArray<Aabb<S>> boxes;
+  DynamicArray<std::uint32_t> moving;
   for (std::uint32_t i = 0; i < 80; ++i) {
     boxes.push_back(box_at<S>(random.in_cube(S(2)), random.uniform(S(0.1), S(0.5))));
     phase.insert(i, boxes.back());
@@ -44,13 +42,13 @@ TEST_CASE_TEMPLATE("BroadPhase: finds exactly the pairs that overlap, each once,
       boxes[i].upper += step;
       phase.move(i, boxes[i]);
     }
-    std::vector<ShapePair> expected;
+    DynamicArray<ShapePair> expected;
     for (std::uint32_t a = 0; a < 80; ++a) {
       for (std::uint32_t b = a + 1; b < 80; ++b) {
         if ((a % 3 != 0 || b % 3 != 0) && boxes[a].overlaps(boxes[b])) expected.push_back({a, b});
       }
     }
-    std::vector<ShapePair> found;
+    DynamicArray<ShapePair> found;
     std::uint64_t tested = 0;
     phase.find_pairs(
         moving, [](auto, auto) { return true; }, found, tested);
@@ -68,8 +66,8 @@ TEST_CASE_TEMPLATE("BroadPhase: remembers pairs through moves, rests, removals a
   test::Random random(8);
   constexpr std::uint32_t count = 60;
   BroadPhase<S> phase;
-  std::vector<Aabb<S>> boxes(count);
-  std::vector<bool> is_there(count, false);
+  DynamicArray<Aabb<S>> boxes(count);
+  DynamicArray<bool> is_there(count, false);
   const auto is_fixed = [](std::uint32_t i) { return i % 4 == 0; };
   const auto insert = [&](std::uint32_t i) {
     boxes[i] = i % 20 == 3 ? everywhere<S>()
@@ -78,9 +76,9 @@ TEST_CASE_TEMPLATE("BroadPhase: remembers pairs through moves, rests, removals a
     is_there[i] = true;
   };
   for (std::uint32_t i = 0; i < count; ++i) insert(i);
-  std::vector<std::uint32_t> moving;
-  std::vector<ShapePair> expected;
-  std::vector<ShapePair> found;
+  DynamicArray<std::uint32_t> moving;
+  DynamicArray<ShapePair> expected;
+  DynamicArray<ShapePair> found;
   std::size_t total = 0;
   for (int round = 0; round < 300; ++round) {
     const auto any = [&] { return static_cast<std::uint32_t>(random.uniform(0.0, count - 0.01)); };
@@ -109,7 +107,7 @@ TEST_CASE_TEMPLATE("BroadPhase: remembers pairs through moves, rests, removals a
       phase.move(i, boxes[i]);
     }
     expected.clear();
-    std::vector<bool> moves(count, false);
+    DynamicArray<bool> moves(count, false);
     for (const std::uint32_t i : moving) moves[i] = true;
     for (std::uint32_t a = 0; a < count; ++a) {
       for (std::uint32_t b = a + 1; b < count; ++b) {
@@ -134,12 +132,12 @@ TEST_CASE_TEMPLATE("BroadPhase: unbounded shapes overlap everything, until remov
   phase.insert(0, everywhere<S>());
   phase.insert(1, box_at<S>(Vec3<S>::Zero(), S(1)));
   phase.insert(2, everywhere<S>());
-  std::vector<std::uint32_t> seen;
+  DynamicArray<std::uint32_t> seen;
   phase.overlap(box_at<S>(Vec3<S>(100, 0, 0), S(1)), [&](std::uint32_t tag) {
     seen.push_back(tag);
     return true;
   });
-  CHECK(seen == std::vector<std::uint32_t>{0, 2});
+  CHECK(seen == DynamicArray<std::uint32_t>{0, 2});
   phase.remove(0);
   phase.remove(1);
   seen.clear();
@@ -147,7 +145,7 @@ TEST_CASE_TEMPLATE("BroadPhase: unbounded shapes overlap everything, until remov
     seen.push_back(tag);
     return true;
   });
-  CHECK(seen == std::vector<std::uint32_t>{2});
+  CHECK(seen == DynamicArray<std::uint32_t>{2});
 }
 
 TEST_CASE("BroadPhase: an overlap query stops when told to") {
@@ -166,7 +164,7 @@ TEST_CASE("BroadPhase: a ray meets unbounded shapes first, and what shortens it 
   phase.insert(0, box_at<double>({5, 0, 0}, 1));
   phase.insert(1, box_at<double>({50, 0, 0}, 1));
   phase.insert(2, everywhere<double>());
-  std::vector<std::uint32_t> seen;
+  DynamicArray<std::uint32_t> seen;
   Ray<double> ray;
   ray.origin.setZero();
   ray.direction = {1, 0, 0};
@@ -175,7 +173,7 @@ TEST_CASE("BroadPhase: a ray meets unbounded shapes first, and what shortens it 
     seen.push_back(tag);
     return tag == 0 ? 4.0 : nearest;
   });
-  CHECK(seen == std::vector<std::uint32_t>{2, 0});
+  CHECK(seen == DynamicArray<std::uint32_t>{2, 0});
 }
 
 TEST_CASE_TEMPLATE("BroadPhase: a box that was everywhere for one step finds its pairs after", S,
@@ -184,7 +182,7 @@ TEST_CASE_TEMPLATE("BroadPhase: a box that was everywhere for one step finds its
   phase.insert(0, box_at<S>(Vec3<S>::Zero(), S(1)));
   phase.insert(1, box_at<S>(Vec3<S>(S(5), S(0), S(0)), S(1)));
   const auto pairs = [&] {
-    std::vector<ShapePair> found;
+    DynamicArray<ShapePair> found;
     std::uint64_t tested = 0;
     phase.find_pairs(
         {0}, [](auto, auto) { return true; }, found, tested);
@@ -205,7 +203,7 @@ TEST_CASE_TEMPLATE("BroadPhase: who is alone need not be looked at while in its 
   phase.insert(0, box_at<S>(Vec3<S>::Zero(), S(1)));
   phase.insert(1, box_at<S>(Vec3<S>(S(9), S(0), S(0)), S(1)));
   const auto find_pairs = [&] {
-    std::vector<ShapePair> found;
+    DynamicArray<ShapePair> found;
     std::uint64_t tested = 0;
     phase.find_pairs(
         {0, 1}, [](auto, auto) { return true; }, found, tested);

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 using namespace bristle;
 
@@ -19,22 +18,22 @@ namespace {
 
 using Limit = CrowdLimit<double>;
 
-std::vector<ShapePair> all_pairs(std::uint32_t count) {
-  std::vector<ShapePair> pairs;
+DynamicArray<ShapePair> all_pairs(std::uint32_t count) {
+  DynamicArray<ShapePair> pairs;
   for (std::uint32_t a = 0; a < count; ++a) {
     for (std::uint32_t b = a + 1; b < count; ++b) pairs.push_back({a, b});
   }
   return pairs;
 }
 
-std::vector<InnerBall<double>> random_balls(std::uint32_t count, double side, double radius) {
+DynamicArray<InnerBall<double>> random_balls(std::uint32_t count, double side, double radius) {
   Random random(5);
-  std::vector<InnerBall<double>> balls(count);
+  DynamicArray<InnerBall<double>> balls(count);
   for (InnerBall<double>& ball : balls) ball = {random.in_cube(side), radius};
   return balls;
 }
 
-std::size_t thin(std::vector<ShapePair>& pairs, const std::vector<InnerBall<double>>& balls) {
+std::size_t thin(DynamicArray<ShapePair>& pairs, const DynamicArray<InnerBall<double>>& balls) {
   Limit limit;
   return limit.thin(pairs, balls.size(), [&](std::uint32_t tag) { return balls[tag]; });
 }
@@ -43,12 +42,12 @@ std::size_t thin(std::vector<ShapePair>& pairs, const std::vector<InnerBall<doub
 
 TEST_CASE("CrowdLimit: balls that do not overlap keep all of their pairs") {
   // 216 balls on a lattice that touch each other, and reach others besides.
-  std::vector<InnerBall<double>> balls;
+  DynamicArray<InnerBall<double>> balls;
   for (int i = 0; i < 216; ++i) {
     balls.push_back({{0.2 * (i % 6), 0.2 * (i / 6 % 6), 0.2 * (i / 36)}, 0.0999999});
   }
-  const std::vector<ShapePair> before = all_pairs(216);
-  std::vector<ShapePair> pairs = before;
+  const DynamicArray<ShapePair> before = all_pairs(216);
+  DynamicArray<ShapePair> pairs = before;
   CHECK(thin(pairs, balls) == 0);
   CHECK(pairs == before);
   // Nothing is known of a radius of 0, at any number.
@@ -60,8 +59,8 @@ TEST_CASE("CrowdLimit: balls that do not overlap keep all of their pairs") {
 TEST_CASE("CrowdLimit: each shape of a crowd keeps its nearest, whatever else is put off") {
   const std::uint32_t count = 200;
   const auto balls = random_balls(count, 0.1, 0.4);
-  const std::vector<ShapePair> before = all_pairs(count);
-  std::vector<ShapePair> pairs = before;
+  const DynamicArray<ShapePair> before = all_pairs(count);
+  DynamicArray<ShapePair> pairs = before;
   const std::size_t removed = thin(pairs, balls);
   CHECK(pairs.size() + removed == before.size());
   CHECK(pairs.size() <= Limit::most * count);
@@ -70,7 +69,7 @@ TEST_CASE("CrowdLimit: each shape of a crowd keeps its nearest, whatever else is
     return (balls[pair.a].center - balls[pair.b].center).norm();
   };
   for (std::uint32_t tag = 0; tag < count; ++tag) {
-    std::vector<double> all, kept;
+    DynamicArray<double> all, kept;
     for (const ShapePair& pair : before) {
       if (pair.a == tag || pair.b == tag) all.push_back(distance(pair));
     }
@@ -87,22 +86,22 @@ TEST_CASE("CrowdLimit: each shape of a crowd keeps its nearest, whatever else is
 TEST_CASE(
     "CrowdLimit: shapes at one point keep neighbours, so that no few of them have all pairs") {
   const std::uint32_t count = 300;
-  const std::vector<InnerBall<double>> balls(count, {{1, 2, 3}, 0.1});
-  std::vector<ShapePair> pairs = all_pairs(count);
+  const DynamicArray<InnerBall<double>> balls(count, {{1, 2, 3}, 0.1});
+  DynamicArray<ShapePair> pairs = all_pairs(count);
   CHECK(thin(pairs, balls) > 0);
-  std::vector<std::size_t> degree(count, 0);
+  DynamicArray<std::size_t> degree(count, 0);
   for (const ShapePair& pair : pairs) ++degree[pair.a], ++degree[pair.b];
   CHECK(*std::min_element(degree.begin(), degree.end()) >= Limit::most);
   CHECK(*std::max_element(degree.begin(), degree.end()) <= 2 * Limit::most);
 }
 
 TEST_CASE("CrowdLimit: small shapes within a large one all keep their pair with it") {
-  std::vector<InnerBall<double>> balls{{{0, 0, 0}, 1}};
+  DynamicArray<InnerBall<double>> balls{{{0, 0, 0}, 1}};
   for (int i = 0; i < 125; ++i) {
     balls.push_back({{0.1 * (i % 5 - 2), 0.1 * (i / 5 % 5 - 2), 0.1 * (i / 25 - 2)}, 0.04});
   }
-  std::vector<ShapePair> pairs = all_pairs(static_cast<std::uint32_t>(balls.size()));
-  const std::vector<ShapePair> before = pairs;
+  DynamicArray<ShapePair> pairs = all_pairs(static_cast<std::uint32_t>(balls.size()));
+  const DynamicArray<ShapePair> before = pairs;
   CHECK(thin(pairs, balls) == 0);
   CHECK(pairs == before);
 }
@@ -110,12 +109,12 @@ TEST_CASE("CrowdLimit: small shapes within a large one all keep their pair with 
 TEST_CASE(
     "CrowdLimit: what overlaps by less than a radius is no crowd, dust on a ball least of all") {
   Random random(3);
-  std::vector<InnerBall<double>> balls{{{0, 0, 0}, 1}, {{1.099, 0, 0}, 0.1}};
+  DynamicArray<InnerBall<double>> balls{{{0, 0, 0}, 1}, {{1.099, 0, 0}, 0.1}};
   for (int i = 0; i < 60; ++i) {
     balls.push_back({balls[1].center + 0.1009 * random.direction<double>(), 1e-3});
   }
-  std::vector<ShapePair> pairs = all_pairs(static_cast<std::uint32_t>(balls.size()));
-  const std::vector<ShapePair> before = pairs;
+  DynamicArray<ShapePair> pairs = all_pairs(static_cast<std::uint32_t>(balls.size()));
+  const DynamicArray<ShapePair> before = pairs;
   CHECK(thin(pairs, balls) == 0);
   CHECK(pairs == before);
 }

@@ -10,7 +10,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 using namespace bristle;
 
@@ -25,17 +24,17 @@ constexpr double error = 1e-11;
 
 /// Balls of mass and moment of inertia m that move freely but for the rows that are added.
 struct Balls {
-  std::vector<double> mass;
-  std::vector<LawRow> rows{};
-  std::vector<double> start{}, free{};
+  DynamicArray<double> mass;
+  DynamicArray<LawRow> rows{};
+  DynamicArray<double> start{}, free{};
   // Where surfaces slide an error of 1e-3 of this ends the iteration.
   double speed_change = 1e-8;
   int most_steps = 30;
-  std::vector<double> rhs{};
+  DynamicArray<double> rhs{};
   EnvelopeMatrix<double> matrix{};
   CoulombNewton<double> newton{};
 
-  explicit Balls(std::vector<double> masses)
+  explicit Balls(DynamicArray<double> masses)
       : mass(std::move(masses)), start(6 * mass.size(), 0.0), free(start) {}
 
   /// A unit row along an axis of ball b, less that of ball a unless that is `LawRow::none`.
@@ -66,7 +65,7 @@ struct Balls {
   }
   CoulombResult<double> solve() {
     const std::size_t n = 6 * mass.size();
-    matrix.reset(std::vector<std::uint32_t>(mass.size(), 0));
+    matrix.reset(DynamicArray<std::uint32_t>(mass.size(), 0));
     rhs.resize(n);
     for (std::size_t i = 0; i < n; ++i) {
       matrix.at(i, i) = mass[i / 6];
@@ -129,7 +128,7 @@ TEST_CASE("CoulombNewton: a pushed row moves as one, or as fast as the motor's f
   const std::size_t n = 5;
   const double mu = 0.3;
   const double weight = 0.5;  // [m/s] Of gravity in the step.
-  std::vector<double> masses;
+  DynamicArray<double> masses;
   for (std::size_t i = 0; i < n; ++i) masses.push_back(1.0 + 0.5 * static_cast<double>(i));
   double total = 0;
   for (const double m : masses) total += m;
@@ -177,7 +176,7 @@ TEST_CASE("CoulombNewton: answers take energy, solved or not") {
     for (int round = 0; round < rounds; ++round) {
       CAPTURE(round);
       const std::size_t n = 6;
-      std::vector<double> masses(n);
+      DynamicArray<double> masses(n);
       for (double& m : masses) m = std::pow(10.0, random.uniform(-1.0, 1.0));
       Balls heap(masses);
       heap.speed_change = 0.04;

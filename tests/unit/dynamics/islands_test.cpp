@@ -4,7 +4,6 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
-#include <vector>
 
 using namespace bristle;
 
@@ -12,8 +11,8 @@ using namespace bristle::detail;
 
 namespace {
 
-std::vector<SolverBody<double>> bodies(std::initializer_list<bool> moving) {
-  std::vector<SolverBody<double>> out;
+DynamicArray<SolverBody<double>> bodies(std::initializer_list<bool> moving) {
+  DynamicArray<SolverBody<double>> out;
   for (const bool moves : moving) {
     out.emplace_back().moves = moves;
   }
@@ -27,11 +26,11 @@ void connect(Constraints<double>& c, std::uint32_t a, std::uint32_t b) {
   c.blocks.push_back(block);
 }
 
-std::vector<std::uint32_t> list(std::span<const std::uint32_t> items) {
+DynamicArray<std::uint32_t> list(std::span<const std::uint32_t> items) {
   return {items.begin(), items.end()};
 }
 
-using List = std::vector<std::uint32_t>;
+using List = DynamicArray<std::uint32_t>;
 
 }  // namespace
 
@@ -48,7 +47,7 @@ TEST_CASE("IslandBuilder: what acts on each other is one island, fixed bodies co
   soft.body_b = 2;
   c.soft.push_back(soft);
   IslandBuilder<double> builder;
-  const std::vector<Island>& islands = builder.build(b, c);
+  const DynamicArray<Island>& islands = builder.build(b, c);
   REQUIRE(islands.size() == 3);
   CHECK(list(islands[0].bodies) == List{1, 3, 5});
   CHECK(list(islands[0].blocks) == List{1, 2, 3});
@@ -65,15 +64,15 @@ TEST_CASE("IslandBuilder: constraints between bodies that do not move belong to 
   Constraints<double> c;
   connect(c, 0, 1);
   IslandBuilder<double> builder;
-  const std::vector<Island>& islands = builder.build(b, c);
+  const DynamicArray<Island>& islands = builder.build(b, c);
   REQUIRE(islands.size() == 1);
   CHECK(islands[0].blocks.empty());
 }
 
 TEST_CASE("IslandBuilder: a long chain is one island however it is listed") {
   const std::uint32_t n = 200;
-  const std::vector<SolverBody<double>> b = [&] {
-    std::vector<SolverBody<double>> out(n);
+  const DynamicArray<SolverBody<double>> b = [&] {
+    DynamicArray<SolverBody<double>> out(n);
     for (auto& body : out) body.moves = true;
     return out;
   }();

@@ -19,7 +19,7 @@ MechanismJoint<double> between(std::uint32_t a, std::uint32_t b, JointKind kind 
   return joint;
 }
 
-JointOrder order_of(std::vector<MechanismJoint<double>> joints, const std::vector<bool>& moves) {
+JointOrder order_of(DynamicArray<MechanismJoint<double>> joints, const DynamicArray<bool>& moves) {
   JointOrder order;
   order.build<double>(joints, moves);
   return order;

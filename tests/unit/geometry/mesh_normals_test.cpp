@@ -16,7 +16,7 @@ using namespace bristle::detail;
 TEST_CASE_TEMPLATE("face_normals: one a triangle, zero where there is none", S, float, double) {
   const TriangleMesh<S> box = box_mesh<S>({1, 2, 3});
   const std::vector<std::uint32_t> none{4, 7};
-  const std::vector<Vec3<S>> normals = face_normals<S>(box, none);
+  const DynamicArray<Vec3<S>> normals = face_normals<S>(box, none);
   REQUIRE(normals.size() == 12);
   for (std::size_t t = 0; t < 12; ++t) {
     const bool has_none = t == 4 || t == 7;
@@ -27,7 +27,7 @@ TEST_CASE_TEMPLATE("face_normals: one a triangle, zero where there is none", S, 
 TEST_CASE_TEMPLATE("vertex_normals: weights by angle make a box's corners look along its diagonals",
                    S, float, double) {
   const TriangleMesh<S> box = box_mesh<S>({1, 2, 3});
-  const std::vector<NormalSum<S>> sums = vertex_normals<S>(box, face_normals<S>(box, {}));
+  const DynamicArray<NormalSum<S>> sums = vertex_normals<S>(box, face_normals<S>(box, {}));
   REQUIRE(sums.size() == 8);
   for (std::size_t v = 0; v < 8; ++v) {
     CHECK(sums[v].has_direction());
@@ -44,7 +44,7 @@ TEST_CASE("vertex_normals: faces that cancel and faces without a normal leave no
   const TriangleMesh<double> mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {5, 5, 5}},
                                   {{0, 1, 2}, {0, 2, 1}, {3, 3, 0}}};
   const std::vector<std::uint32_t> degenerate{2};
-  const std::vector<NormalSum<double>> sums =
+  const DynamicArray<NormalSum<double>> sums =
       vertex_normals<double>(mesh, face_normals<double>(mesh, degenerate));
   for (std::size_t v = 0; v < 3; ++v) {
     CHECK(sums[v].weight > 0);

@@ -8,7 +8,6 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
-#include <vector>
 
 using namespace bristle;
 
@@ -24,7 +23,7 @@ TEST_CASE_TEMPLATE("packet boxes: no ray that enters a box is left out", S, floa
                S(1));
     }
     const PacketBoxes<S> boxes(rays.rays());
-    std::vector<std::uint32_t> packets;
+    DynamicArray<std::uint32_t> packets;
     const Pack3<S> zero = Pack3<S>::all(Vec3<S>(Vec3<S>::Zero()));
     const auto all_are_finite = [&](const Pack3<S>& lower, const Pack3<S>& upper) {
       const Pack3<S> extent = upper - lower;

@@ -183,7 +183,7 @@ TEST_CASE("collect_contacts: who hits nothing lets go; nothing near or cleared, 
     random.next();
     REQUIRE(!random.patch.contacts.empty());
     random.patch.hits.reset(random.patch.size());
-    const std::vector<std::uint32_t> near = random.patch.near;
+    const DynamicArray<std::uint32_t> near = random.patch.near;
     if (!is_any_near) random.patch.near.clear();
     collect_contacts(random.patch, random.a, [](std::uint32_t) { return TouchedBody<double>{}; },
                      {.dt = 1e-3});

@@ -4,11 +4,11 @@
 #pragma once
 
 #include <bristle/core/disjoint_sets.hpp>
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/dynamics/solver/solver_types.hpp>
 
 #include <algorithm>
 #include <cstdint>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -21,8 +21,8 @@ template <Scalar S>
 class IslandBuilder {
  public:
   /// Finds the islands; they stay valid until the next call.
-  const std::vector<Island>& build(std::span<const SolverBody<S>> bodies,
-                                   const Constraints<S>& constraints) {
+  const DynamicArray<Island>& build(std::span<const SolverBody<S>> bodies,
+                                    const Constraints<S>& constraints) {
     const std::size_t count = bodies.size();
     sets_.reset(count);
     // The points of a manifold follow each other. The first one connects for all of them.
@@ -72,8 +72,8 @@ class IslandBuilder {
 
   /// Members of all islands, one island after the other.
   struct Members {
-    std::vector<std::uint32_t> items;  // With spare room at the end.
-    std::vector<std::uint32_t> starts;
+    DynamicArray<std::uint32_t> items;  // With spare room at the end.
+    DynamicArray<std::uint32_t> starts;
 
     [[nodiscard]] std::span<const std::uint32_t> part(std::uint32_t i) const {
       return std::span(items).subspan(starts[i], starts[i + 1] - starts[i]);
@@ -110,9 +110,9 @@ class IslandBuilder {
   }
 
   DisjointSets sets_;
-  std::vector<std::uint32_t> number_, next_;
+  DynamicArray<std::uint32_t> number_, next_;
   Members bodies_, contacts_, blocks_, soft_;
-  std::vector<Island> islands_;
+  DynamicArray<Island> islands_;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

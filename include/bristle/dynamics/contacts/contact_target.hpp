@@ -9,6 +9,7 @@
 #pragma once
 
 #include <bristle/collision/contact_cache.hpp>
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/dynamics/bodies/material.hpp>
 #include <bristle/dynamics/solver/solver_types.hpp>
 #include <bristle/math/lane_value.hpp>
@@ -18,13 +19,12 @@
 #include <cmath>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Adds one constraint for every point of a manifold. Its impulses are the warm start.
 template <Scalar S>
-void add_contacts(const CachedManifold<S>& manifold, const std::vector<CachedPoint<S>>& points,
+void add_contacts(const CachedManifold<S>& manifold, const DynamicArray<CachedPoint<S>>& points,
                   const Material<S>& material, std::uint32_t slot_a, std::uint32_t slot_b,
                   Constraints<S>& out) {
   ContactConstraint<S> c;

@@ -12,8 +12,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/math/lane_rows.hpp>
-#include <bristle/math/lane_vector.hpp>
 #include <bristle/math/pack3.hpp>
 #include <bristle/math/spatial.hpp>
 
@@ -61,7 +61,7 @@ class VelocityTable {
   }
 
  private:
-  LaneVector<S> numbers_;
+  LineArray<S> numbers_;
 };
 
 /// [-] Points of a manifold that are solved without the six numbers in between. The effect of one

@@ -4,12 +4,12 @@
 #pragma once
 
 #include <bristle/core/config.hpp>
+#include <bristle/core/dynamic_array.hpp>
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -76,9 +76,9 @@ class ManifoldOrder {
     for (const Place& p : found_) places_[next_of_kind_[kind(p)]++] = p;
   }
 
-  std::vector<Place> found_, places_;  // As found, and in order.
-  std::vector<std::uint32_t> next_of_kind_;
-  std::vector<std::uint32_t> next_round_;  // By slot; 0 between two calls.
+  DynamicArray<Place> found_, places_;  // As found, and in order.
+  DynamicArray<std::uint32_t> next_of_kind_;
+  DynamicArray<std::uint32_t> next_round_;  // By slot; 0 between two calls.
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

@@ -9,6 +9,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/dynamics/contacts/manifold_block.hpp>
 #include <bristle/dynamics/contacts/manifold_kernel.hpp>
 #include <bristle/dynamics/contacts/manifold_mobility.hpp>
@@ -20,7 +21,6 @@
 #include <cmath>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -149,15 +149,15 @@ class ManifoldSweeps {
   void add_side(typename Block::Side& side, std::size_t lane, std::uint32_t slot,
                 const SolverBody<S>& body, const Vec3<S>& arm);
 
-  std::vector<ManifoldSpan> manifolds_;
+  DynamicArray<ManifoldSpan> manifolds_;
   ManifoldOrder order_;
-  std::vector<Block> blocks_;
-  std::vector<Points> points_;
-  std::vector<Contacts> contacts_;  // As many as `points_`.
+  DynamicArray<Block> blocks_;
+  DynamicArray<Points> points_;
+  DynamicArray<Contacts> contacts_;  // As many as `points_`.
 
   // Bodies have places in the table from 1 on. Immovable bodies are written to place 0.
-  std::vector<std::uint32_t> slots_;  // By place less 1.
-  std::vector<std::uint32_t> place_;  // By slot; 0 where it has none.
+  DynamicArray<std::uint32_t> slots_;  // By place less 1.
+  DynamicArray<std::uint32_t> place_;  // By slot; 0 where it has none.
   VelocityTable<S> velocities_, starts_;
   bool restitution_ = false;
   bool is_cold_ = false;

@@ -10,13 +10,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/dynamics/contacts/saved_impulses.hpp>
 #include <bristle/dynamics/solver/island_energy.hpp>
 #include <bristle/dynamics/solver/island_solver.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -99,7 +99,7 @@ class PassiveRestitution {
   }
 
   SavedImpulses<S> saved_;
-  std::vector<Twist<S>> bouncing_;
+  DynamicArray<Twist<S>> bouncing_;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

@@ -3,11 +3,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/dynamics/solver/solver_types.hpp>
 
 #include <array>
 #include <cstddef>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -65,9 +65,9 @@ class SavedImpulses {
   struct Soft {
     Vec6<S> impulse, motion;
   };
-  std::vector<std::array<S, 3>> contacts_;
-  std::vector<S> rows_;
-  std::vector<Soft> soft_;
+  DynamicArray<std::array<S, 3>> contacts_;
+  DynamicArray<S> rows_;
+  DynamicArray<Soft> soft_;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

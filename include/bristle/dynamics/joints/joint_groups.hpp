@@ -11,6 +11,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/dynamics/joints/joint_kinematics.hpp>
 #include <bristle/math/tall_qr.hpp>
 
@@ -19,7 +20,6 @@
 #include <cstdint>
 #include <span>
 #include <utility>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -28,12 +28,13 @@ template <Scalar S>
 class JointGroups {
  public:
   /// @param moves  For each body, true if forces move it.
-  void build(std::span<const MechanismJoint<S>> joints, const std::vector<bool>& moves);
+  void build(std::span<const MechanismJoint<S>> joints, const DynamicArray<bool>& moves);
 
   /// Copies joints. Exchanges the bodies of those that are defined from the other side than their
   /// group. Equal axes of a group then turn with the same body. They stay equal to round-off where
   /// bodies are slightly off their joints. Else they would seem to hold one more direction.
-  void orient(std::span<const MechanismJoint<S>> joints, std::vector<MechanismJoint<S>>& out) const;
+  void orient(std::span<const MechanismJoint<S>> joints,
+              DynamicArray<MechanismJoint<S>>& out) const;
   /// Returns whether the bodies of a joint were exchanged.
   [[nodiscard]] bool is_exchanged(std::size_t joint) const { return is_exchanged_[joint]; }
 
@@ -54,7 +55,7 @@ class JointGroups {
   /// origin.
   template <typename Nodes>
   void place(std::span<const MechanismJoint<S>> joints, const Nodes& nodes,
-             std::vector<JointState<S>>& at);
+             DynamicArray<JointState<S>>& at);
 
   /// Reduces groups at the positions that `place` set.
   void reduce(std::span<const MechanismJoint<S>> joints, std::span<const JointState<S>> at);
@@ -94,19 +95,19 @@ class JointGroups {
   void fill_rows(const Group& group, std::span<const MechanismJoint<S>> joints,
                  std::span<const JointState<S>> at);
 
-  std::vector<Member> members_;  // Sorted by their bodies.
-  std::vector<Group> groups_;
-  std::vector<MechanismJoint<S>> merged_;
-  std::vector<bool> is_exchanged_;  // By joint.
-  std::vector<Row6<S>> rows_;       // Rows of all merged groups.
-  std::vector<S> values_;           // One value per row of a group.
+  DynamicArray<Member> members_;  // Sorted by their bodies.
+  DynamicArray<Group> groups_;
+  DynamicArray<MechanismJoint<S>> merged_;
+  DynamicArray<bool> is_exchanged_;  // By joint.
+  DynamicArray<Row6<S>> rows_;       // Rows of all merged groups.
+  DynamicArray<S> values_;           // One value per row of a group.
 };
 
 // Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 void JointGroups<S>::build(std::span<const MechanismJoint<S>> joints,
-                           const std::vector<bool>& moves) {
+                           const DynamicArray<bool>& moves) {
   const auto anchor = static_cast<std::uint32_t>(moves.size());
   members_.clear();
   for (std::uint32_t i = 0; i < joints.size(); ++i) {
@@ -158,7 +159,7 @@ void JointGroups<S>::build(std::span<const MechanismJoint<S>> joints,
 
 template <Scalar S>
 void JointGroups<S>::orient(std::span<const MechanismJoint<S>> joints,
-                            std::vector<MechanismJoint<S>>& out) const {
+                            DynamicArray<MechanismJoint<S>>& out) const {
   out.assign(joints.begin(), joints.end());
   for (std::size_t i = 0; i < out.size(); ++i) {
     if (!is_exchanged_[i]) continue;
@@ -170,7 +171,7 @@ void JointGroups<S>::orient(std::span<const MechanismJoint<S>> joints,
 template <Scalar S>
 template <typename Nodes>
 void JointGroups<S>::place(std::span<const MechanismJoint<S>> joints, const Nodes& nodes,
-                           std::vector<JointState<S>>& at) {
+                           DynamicArray<JointState<S>>& at) {
   using std::max;
   using std::sqrt;
   for (std::size_t i = 0; i < joints.size(); ++i) {

@@ -3,12 +3,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/dynamics/joints/joint_kinematics.hpp>
 
 #include <algorithm>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -30,7 +30,7 @@ class JointOrder {
  public:
   /// @param moves  For each body, true if forces move it.
   template <Scalar S>
-  void build(std::span<const MechanismJoint<S>> joints, const std::vector<bool>& moves);
+  void build(std::span<const MechanismJoint<S>> joints, const DynamicArray<bool>& moves);
 
   /// First block row of each joint: its linear row. Its angular row follows, if any.
   [[nodiscard]] std::uint32_t first_row(std::size_t joint) const { return first_row_[joint]; }
@@ -59,14 +59,14 @@ class JointOrder {
   void number_joints(std::size_t count);
   [[nodiscard]] std::uint32_t root(std::uint32_t body) const;
 
-  std::vector<End> ends_;                       // At bodies that move, sorted by body.
-  std::vector<std::uint32_t> first_end_;        // Of each body in `ends_`, and one past the last.
-  std::vector<std::uint32_t> body_a_, body_b_;  // Of each joint; none if it does not move.
-  std::vector<std::uint32_t> order_;            // Joints by number.
-  std::vector<std::uint32_t> number_;           // Of each joint.
-  std::vector<std::uint32_t> parent_;           // Of each body, towards the root of its tree.
-  std::vector<std::uint32_t> first_row_, envelope_;
-  std::vector<JointCoupling> couplings_;
+  DynamicArray<End> ends_;                       // At bodies that move, sorted by body.
+  DynamicArray<std::uint32_t> first_end_;        // Of each body in `ends_`, and one past the last.
+  DynamicArray<std::uint32_t> body_a_, body_b_;  // Of each joint; none if it does not move.
+  DynamicArray<std::uint32_t> order_;            // Joints by number.
+  DynamicArray<std::uint32_t> number_;           // Of each joint.
+  DynamicArray<std::uint32_t> parent_;           // Of each body, towards the root of its tree.
+  DynamicArray<std::uint32_t> first_row_, envelope_;
+  DynamicArray<JointCoupling> couplings_;
   std::uint64_t factor_work_ = 0;
   bool has_loop_ = false;
 };
@@ -116,7 +116,7 @@ inline void JointOrder::number_joints(std::size_t count) {
 }
 
 template <Scalar S>
-void JointOrder::build(std::span<const MechanismJoint<S>> joints, const std::vector<bool>& moves) {
+void JointOrder::build(std::span<const MechanismJoint<S>> joints, const DynamicArray<bool>& moves) {
   const std::uint32_t anchor = static_cast<std::uint32_t>(moves.size());
   parent_.resize(moves.size() + 1);
   for (std::uint32_t i = 0; i <= anchor; ++i) parent_[i] = i;

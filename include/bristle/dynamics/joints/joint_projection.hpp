@@ -3,9 +3,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/dynamics/joints/joint_system.hpp>
-
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -40,7 +39,7 @@ class JointProjection {
  private:
   static void displace(JointSystem<S>& system, S share);
 
-  std::vector<Twist<S>> wanted_;  // Relative motion of each joint for `solve`.
+  DynamicArray<Twist<S>> wanted_;  // Relative motion of each joint for `solve`.
 };
 
 /// [N s, N m s] Momentum, and angular momentum about a point. All bodies move by forces.

@@ -8,11 +8,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/dynamics/joints/joint_groups.hpp>
 #include <bristle/dynamics/joints/joint_order.hpp>
 #include <bristle/math/block_envelope.hpp>
-
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -105,19 +104,19 @@ class JointSystem {
   void add_solution(std::span<const Twist<S>> b);
   void add_wrench(std::size_t joint, const Vec3<S>& linear, const Vec3<S>& angular);
 
-  std::vector<MechanismJoint<S>> joints_;
-  std::vector<Node> nodes_;
-  std::vector<JointState<S>> at_;
+  DynamicArray<MechanismJoint<S>> joints_;
+  DynamicArray<Node> nodes_;
+  DynamicArray<JointState<S>> at_;
   JointGroups<S> groups_;
   JointOrder order_;         // Order of groups.
-  std::vector<bool> moves_;  // Topology of `order_`, with the two below.
-  std::vector<JointKind> kinds_;
-  std::vector<std::array<std::uint32_t, 2>> pairs_;
+  DynamicArray<bool> moves_;  // Topology of `order_`, with the two below.
+  DynamicArray<JointKind> kinds_;
+  DynamicArray<std::array<std::uint32_t, 2>> pairs_;
   bool may_be_singular_ = false;
   BlockEnvelope<S> matrix_;
-  std::vector<Vec3<S>> rows_;
-  std::vector<Twist<S>> rest_;
-  std::vector<Wrench<S>> wrenches_;
+  DynamicArray<Vec3<S>> rows_;
+  DynamicArray<Twist<S>> rest_;
+  DynamicArray<Wrench<S>> wrenches_;
 };
 
 // Implementation ----------------------------------------------------------------------------------

@@ -14,13 +14,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/dynamics/bodies/body.hpp>
 #include <bristle/dynamics/joints/joint_projection.hpp>
 #include <bristle/math/dormand_prince.hpp>
 #include <bristle/math/finite.hpp>
 
 #include <algorithm>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -103,12 +103,12 @@ class MechanismIntegrator {
   JointSystem<S> system_;
   JointProjection<S> projection_;
   DormandPrince<S> integrator_;
-  std::vector<S> values_;
-  std::vector<Twist<S>> wanted_;  // Relative motion of each joint for `solve`.
-  std::vector<Wrench<S>> impulses_;
-  std::vector<Wrench<S>> springs_;  // On B about B's joint origin; empty if there are none.
-  std::vector<S> spring_rates_;     // Rates of the free axes at the start.
-  std::vector<bool> cannot_turn_;
+  DynamicArray<S> values_;
+  DynamicArray<Twist<S>> wanted_;  // Relative motion of each joint for `solve`.
+  DynamicArray<Wrench<S>> impulses_;
+  DynamicArray<Wrench<S>> springs_;  // On B about B's joint origin; empty if there are none.
+  DynamicArray<S> spring_rates_;     // Rates of the free axes at the start.
+  DynamicArray<bool> cannot_turn_;
   Vec3<S> reference_velocity_ = Vec3<S>::Zero();
   Vec3<S> reference_point_ = Vec3<S>::Zero();
   S free_acceleration_ = S(0);  // In the norm of the masses, of the last evaluation.

@@ -14,7 +14,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/core/refill.hpp>
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/dynamics/solver/coulomb_branch.hpp>
 #include <bristle/dynamics/solver/island_row.hpp>
 #include <bristle/math/envelope_cholesky.hpp>
@@ -26,7 +26,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -41,7 +40,7 @@ struct CoulombProblem {
   /// True if Mt is M. Then bodies act on each other through the rows alone.
   bool is_uncoupled;
   /// [m/s, rad/s] Velocities at the start of the step, and after it without constraints.
-  const std::vector<Real>*start, *free;
+  const DynamicArray<Real>*start, *free;
   /// [m/s] Residual that counts as zero.
   Real tolerance;
   /// [m/s] Velocity change by forces and motors in the step.
@@ -164,14 +163,14 @@ class CoulombNewton {
   /// The impulses that were found. `velocities` are theirs [m/s, rad/s].
   [[nodiscard]] Real impulse(std::size_t row) const { return best_[row]; }
   /// x := H^-1 x with the matrix factored last, H = Mt - J^T D J.
-  void solve_linear(std::vector<Real>& x) const {
+  void solve_linear(DynamicArray<Real>& x) const {
     if (is_symmetric_) {
       cholesky_.solve(x.data());
     } else {
       lu_.solve(x.data());
     }
   }
-  [[nodiscard]] const std::vector<Real>& velocities() const { return best_v_; }
+  [[nodiscard]] const DynamicArray<Real>& velocities() const { return best_v_; }
 
  private:
   // What has not been found by then is not near.
@@ -184,8 +183,8 @@ class CoulombNewton {
   void start(const CoulombProblem<Real>& problem) {
     const std::size_t count = problem.rows.size();
     v_ = *problem.start;
-    refill(impulse_, count, Real(0));
-    refill(best_, count, Real(0));
+    impulse_.assign(count, Real(0));
+    best_.assign(count, Real(0));
     for (std::size_t k = 0; k < count; ++k) {
       best_[k] = problem.rows[k].lambda;
       if (problem.rows[k].response > Real(0)) impulse_[k] = best_[k];
@@ -195,7 +194,7 @@ class CoulombNewton {
     velocity_.resize(count);
     candidate_velocity_.resize(count);
     candidate_.resize(count);
-    refill(branches_, count, Branch{});
+    branches_.assign(count, Branch{});
     step_.resize(v_.size());
     free_velocity_.resize(count);
     // Reserves memory that only some solutions need. A warm step in which a contact begins or ends
@@ -208,8 +207,8 @@ class CoulombNewton {
     evaluate(problem.rows, *problem.free, free_velocity_);
   }
 
-  static void evaluate(std::span<const Row> rows, const std::vector<Real>& v,
-                       std::vector<Real>& out) {
+  static void evaluate(std::span<const Row> rows, const DynamicArray<Real>& v,
+                       DynamicArray<Real>& out) {
     for (std::size_t k = 0; k < rows.size(); ++k) out[k] = rows[k].times(v) - rows[k].target;
   }
 
@@ -414,7 +413,7 @@ class CoulombNewton {
     return response_.factor();
   }
 
-  static void move_into_bounds(std::span<const Row> rows, std::vector<Real>& impulse) {
+  static void move_into_bounds(std::span<const Row> rows, DynamicArray<Real>& impulse) {
     for (std::size_t k = 0; k < rows.size(); ++k) {
       const Row& row = rows[k];
       if (row.kind == RowKind::tangent || !(row.response > Real(0))) continue;
@@ -483,7 +482,7 @@ class CoulombNewton {
     return found;
   }
 
-  [[nodiscard]] Real largest_change(const std::vector<Real>& velocity) const {
+  [[nodiscard]] Real largest_change(const DynamicArray<Real>& velocity) const {
     using std::abs;
     Real largest = Real(0);
     for (std::size_t k = 0; k < velocity.size(); ++k) {
@@ -511,12 +510,12 @@ class CoulombNewton {
   EnvelopeMatrix<Real> cholesky_;
   bool is_symmetric_ = false;               // True if `cholesky_` was factored last.
   EnvelopeMatrix<Real> linear_, response_;  // Mt, and its factors.
-  std::vector<std::uint32_t> first_;
-  std::vector<Branch> branches_, factored_;
+  DynamicArray<std::uint32_t> first_;
+  DynamicArray<Branch> branches_, factored_;
   std::array<Block6<Real>, 4> pair_{};
-  std::vector<Real> v_, step_, nearest_v_, candidate_v_, best_v_;
-  std::vector<Real> impulse_, centre_, nearest_impulse_, candidate_, best_;
-  std::vector<Real> velocity_, candidate_velocity_, free_velocity_;
+  DynamicArray<Real> v_, step_, nearest_v_, candidate_v_, best_v_;
+  DynamicArray<Real> impulse_, centre_, nearest_impulse_, candidate_, best_;
+  DynamicArray<Real> velocity_, candidate_velocity_, free_velocity_;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

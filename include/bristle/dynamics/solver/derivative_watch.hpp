@@ -7,13 +7,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/math/types.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -69,7 +69,7 @@ class DerivativeWatch {
  private:
   using Partials = std::array<double, derivatives_of<S>>;
 
-  std::vector<Partials> last_;
+  DynamicArray<Partials> last_;
   Partials change_{}, size_{};
   std::size_t at_ = 0;
   bool is_first_ = true;

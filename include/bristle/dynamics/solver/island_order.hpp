@@ -4,11 +4,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/dynamics/solver/solver_types.hpp>
 
 #include <algorithm>
 #include <cstdint>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -126,8 +126,8 @@ class IslandOrder {
     for (std::uint32_t i = 0; i < count; ++i) push(i);
   }
 
-  std::vector<std::uint32_t> local_, number_, lowest_, starts_, links_, next_, queue_;
-  std::vector<bool> is_queued_;
+  DynamicArray<std::uint32_t> local_, number_, lowest_, starts_, links_, next_, queue_;
+  DynamicArray<bool> is_queued_;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

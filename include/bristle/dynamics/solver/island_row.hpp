@@ -4,6 +4,7 @@
 #pragma once
 
 #include <bristle/core/config.hpp>
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/math/envelope_cholesky.hpp>
 
 #include <algorithm>
@@ -13,7 +14,6 @@
 #include <cstdint>
 #include <span>
 #include <type_traits>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -57,7 +57,7 @@ struct IslandRow {
   Real change = Real(0);  // Of the velocity, along the whole Newton step.
 
   /// J v.
-  [[nodiscard]] Real times(const std::vector<Real>& v) const {
+  [[nodiscard]] Real times(const DynamicArray<Real>& v) const {
     Real sum = Real(0);
     if (a != none) {
       for (std::size_t i = 0; i < 6; ++i) sum += jacobian_a[i] * v[a + i];
@@ -68,7 +68,7 @@ struct IslandRow {
     return sum;
   }
   /// g += J^T x.
-  void add_to(std::vector<Real>& g, Real x) const {
+  void add_to(DynamicArray<Real>& g, Real x) const {
     if (a != none) {
       for (std::size_t i = 0; i < 6; ++i) g[a + i] += x * jacobian_a[i];
     }

@@ -7,6 +7,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/dynamics/solver/island_order.hpp>
 #include <bristle/dynamics/solver/island_row.hpp>
 #include <bristle/dynamics/solver/solver_types.hpp>
@@ -17,7 +18,6 @@
 #include <cmath>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -131,14 +131,14 @@ class IslandRows {
   [[nodiscard]] std::span<IslandRow<Real>> rows() { return rows_; }
 
   /// Writes a body's velocity to the unknowns.
-  void put(std::uint32_t slot, const Twist<S>& twist, std::vector<Real>& v) const {
+  void put(std::uint32_t slot, const Twist<S>& twist, DynamicArray<Real>& v) const {
     for (std::size_t i = 0; i < 3; ++i) {
       v[unknown_[slot] + i] = Real(twist.linear[static_cast<Eigen::Index>(i)]);
       v[unknown_[slot] + 3 + i] = Real(twist.angular[static_cast<Eigen::Index>(i)]);
     }
   }
   /// Velocity of a body: from its unknowns, or its known one.
-  [[nodiscard]] Twist<S> twist(std::uint32_t slot, const std::vector<Real>& v,
+  [[nodiscard]] Twist<S> twist(std::uint32_t slot, const DynamicArray<Real>& v,
                                std::span<const SolverBody<S>> bodies) const {
     if (unknown_[slot] == none) return bodies[slot].free;
     const Real* u = v.data() + unknown_[slot];
@@ -160,7 +160,7 @@ class IslandRows {
   }
   /// Drops rows whose response in a factored matrix is less than `share` of their own response. A
   /// contact is dropped with its normal.
-  void drop_locked(const EnvelopeMatrix<Real>& factored, Real share, std::vector<Real>& scratch) {
+  void drop_locked(const EnvelopeMatrix<Real>& factored, Real share, DynamicArray<Real>& scratch) {
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       Row& row = rows_[i];
       if (row.kind == Kind::free || row.kind == Kind::tangent) continue;
@@ -174,11 +174,11 @@ class IslandRows {
   }
 
   /// Finds the velocities of all rows, relative to their targets, from those of the bodies.
-  void evaluate(const std::vector<Real>& v) {
+  void evaluate(const DynamicArray<Real>& v) {
     for (Row& row : rows_) row.velocity = row.times(v) - row.target;
   }
   /// Finds the change of row velocities along a step of the bodies' velocities.
-  void evaluate_step(const std::vector<Real>& step) {
+  void evaluate_step(const DynamicArray<Real>& step) {
     for (Row& row : rows_) row.change = row.times(step);
   }
   /// Advances row velocities by a share of that step.
@@ -199,7 +199,7 @@ class IslandRows {
   }
 
   /// g -= J^T lambda+.
-  void subtract_impulses(Real eps, std::vector<Real>& g) const {
+  void subtract_impulses(Real eps, DynamicArray<Real>& g) const {
     for_each_impulse(eps, Real(0), [&](std::size_t i, Real x) {
       if (x != Real(0)) rows_[i].add_to(g, -x);
     });
@@ -248,7 +248,7 @@ class IslandRows {
   }
 
   /// r := Mt v - J^T lambda.
-  void remove_impulses(const std::vector<Real>& v, std::vector<Real>& r,
+  void remove_impulses(const DynamicArray<Real>& v, DynamicArray<Real>& r,
                        const EnvelopeMatrix<Real>& matrix) const {
     matrix.multiply(v.data(), r.data());
     for (const Row& row : rows_) row.add_to(r, -row.lambda);
@@ -286,7 +286,7 @@ class IslandRows {
   /// step knows only loaded contacts. Where it closes another, the penalty may give it any impulse.
   /// A prediction above the largest impulse in the island is dropped.
   void store_transient_impulses(Real eps, const Island& island, Constraints<S>& constraints,
-                                std::vector<Real>& scratch) const {
+                                DynamicArray<Real>& scratch) const {
     scratch.resize(rows_.size());
     Real largest = Real(0);
     for_each_impulse(eps, Real(0), [&](std::size_t i, Real x) {
@@ -402,8 +402,8 @@ class IslandRows {
 
   IslandOrder order_;
   std::size_t unknowns_ = 0;
-  std::vector<std::uint32_t> unknown_, last_, envelope_;
-  std::vector<Row> rows_;
+  DynamicArray<std::uint32_t> unknown_, last_, envelope_;
+  DynamicArray<Row> rows_;
   bool can_switch_ = false;
 };
 

@@ -7,6 +7,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/dynamics/contacts/contact_target.hpp>
 #include <bristle/dynamics/contacts/saved_impulses.hpp>
 #include <bristle/dynamics/solver/derivative_watch.hpp>
@@ -16,7 +17,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -507,8 +507,8 @@ class IslandSolver {
   struct Parts {
     Twist<S> start, free, mean_free, change, motion;
   };
-  std::vector<Parts> parts_;
-  std::vector<S> row_totals_;  // Impulses of all substeps.
+  DynamicArray<Parts> parts_;
+  DynamicArray<S> row_totals_;  // Impulses of all substeps.
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

@@ -18,6 +18,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/core/error.hpp>
 #include <bristle/dynamics/solver/coulomb_newton.hpp>
 #include <bristle/dynamics/solver/derivative_watch.hpp>
@@ -27,7 +28,6 @@
 
 #include <algorithm>
 #include <type_traits>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -51,7 +51,7 @@ class ProximalSolver {
     drop_locked_rows();
     // If all is linear, one step from zero is exact. From anywhere else it would leave the
     // round-off of stiff blocks.
-    refill(v_, rows_.unknowns(), Real(0));
+    v_.assign(rows_.unknowns(), Real(0));
     if (rows_.can_switch()) {
       for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].twist, v_);
     }
@@ -59,7 +59,7 @@ class ProximalSolver {
     // Slipping contacts are assumed to slip on as at the start of the step. Another guess could be
     // slip that the coming impulses stop. The iteration could then end with a grip that slides
     // although it could hold.
-    refill(step_, rows_.unknowns(), Real(0));
+    step_.assign(rows_.unknowns(), Real(0));
     for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].start, step_);
     rows_.evaluate(step_);
     rows_.set_shifts();
@@ -79,7 +79,7 @@ class ProximalSolver {
     if (left <= tolerance && island.blocks.empty() && island.soft.empty() &&
         !rows_.has_sliding(eps_, tolerance)) {
       find_transient_impulses(island, constraints, bodies,
-                              [this](std::vector<Real>& x) { hessian_.solve(x.data()); });
+                              [this](DynamicArray<Real>& x) { hessian_.solve(x.data()); });
     }
     store_soft(island, constraints, bodies);
     return left;
@@ -140,10 +140,10 @@ class ProximalSolver {
   EnvelopeMatrix<Real> hessian_;  // Mt + J^T D J, then its factor.
   Real eps_ = Real(1);            // The eps of `hessian_`.
   bool is_stiff_ = false;         // True if one Newton step leaves more than round-off.
-  std::vector<Real> rhs_;         // r.
-  std::vector<Real> masses_;      // Diagonal of M.
+  DynamicArray<Real> rhs_;        // r.
+  DynamicArray<Real> masses_;     // Diagonal of M.
   DerivativeWatch<Real> watch_;
-  std::vector<Real> v_, settled_, gradient_, step_, product_;
+  DynamicArray<Real> v_, settled_, gradient_, step_, product_;
 };
 
 // Implementation ----------------------------------------------------------------------------------
@@ -191,7 +191,7 @@ auto ProximalSolver<S>::follow(const Island& island, Constraints<S>& constraints
     rows_.evaluate(v_);
     rows_.set_sides(eps_);
     find_transient_impulses(island, constraints, bodies,
-                            [this](std::vector<Real>& x) { newton_.solve_linear(x); });
+                            [this](DynamicArray<Real>& x) { newton_.solve_linear(x); });
   }
   store_soft(island, constraints, bodies);
   return answer.residual;
@@ -212,7 +212,7 @@ void ProximalSolver<S>::store_soft(const Island& island, Constraints<S>& constra
 template <Scalar S>
 void ProximalSolver<S>::make_mass(const Island& island, std::span<const SolverBody<S>> bodies) {
   matrix_.reset(rows_.envelope());
-  refill(rhs_, rows_.unknowns(), Real(0));
+  rhs_.assign(rows_.unknowns(), Real(0));
   for (const std::uint32_t slot : island.bodies) {
     const SolverBody<S>& body = bodies[slot];
     const std::size_t u = rows_.unknown(slot);

@@ -6,12 +6,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/dynamics/contacts/manifold_sweeps.hpp>
 #include <bristle/dynamics/solver/solver_types.hpp>
 
 #include <algorithm>
 #include <array>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -279,9 +279,9 @@ class SequentialSolver {
 
   bool by_manifold_ = false;
   ManifoldSweeps<S> manifolds_;
-  std::vector<ContactResponse<S>> contact_responses_;
-  std::vector<BlockResponse<S>> responses_;
-  std::vector<Mat6<S>> gains_;
+  DynamicArray<ContactResponse<S>> contact_responses_;
+  DynamicArray<BlockResponse<S>> responses_;
+  DynamicArray<Mat6<S>> gains_;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

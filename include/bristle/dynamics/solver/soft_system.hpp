@@ -16,7 +16,7 @@
 #pragma once
 
 #include <bristle/core/disjoint_sets.hpp>
-#include <bristle/core/refill.hpp>
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/dynamics/solver/soft_block.hpp>
 #include <bristle/math/elimination.hpp>
 
@@ -27,7 +27,6 @@
 #include <span>
 #include <type_traits>
 #include <utility>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -94,14 +93,14 @@ class SoftSystem {
   void find_sets(std::span<const SoftBlock<S>> blocks);
   void solve_set(std::uint32_t set, std::span<const SoftBlock<S>> blocks);
 
-  std::vector<Vec6<S>> free_;
-  std::vector<Coupling> couplings_;
+  DynamicArray<Vec6<S>> free_;
+  DynamicArray<Coupling> couplings_;
   DisjointSets sets_;
   /// Members of the present set, the place of each body in it, and all twists.
-  std::vector<std::uint32_t> members_;
-  std::vector<Eigen::Index> place_;
-  std::vector<Vector> twist_;
-  std::vector<Real> left_, stiffness_, right_, load_;
+  DynamicArray<std::uint32_t> members_;
+  DynamicArray<Eigen::Index> place_;
+  DynamicArray<Vector> twist_;
+  DynamicArray<Real> left_, stiffness_, right_, load_;
 };
 
 // Implementation ----------------------------------------------------------------------------------
@@ -150,10 +149,10 @@ void SoftSystem<S>::solve_set(std::uint32_t set, std::span<const SoftBlock<S>> b
   if (members_.empty()) return;
   const auto size = static_cast<Eigen::Index>(6 * members_.size());
   const auto cells = static_cast<std::size_t>(size * size);
-  refill(left_, cells, Real(0));
-  refill(stiffness_, cells, Real(0));
-  refill(right_, static_cast<std::size_t>(size), Real(0));
-  refill(load_, static_cast<std::size_t>(size), Real(0));
+  left_.assign(cells, Real(0));
+  stiffness_.assign(cells, Real(0));
+  right_.assign(static_cast<std::size_t>(size), Real(0));
+  load_.assign(static_cast<std::size_t>(size), Real(0));
   Map left(left_.data(), size, size), Q(stiffness_.data(), size, size);
   Map right(right_.data(), size, 1), q(load_.data(), size, 1);
   for (const SoftBlock<S>& block : blocks) {

@@ -4,6 +4,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/dynamics/contacts/contact_constraint.hpp>
 #include <bristle/dynamics/solver/constraint.hpp>
 #include <bristle/dynamics/solver/soft_block.hpp>
@@ -12,7 +13,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -68,10 +68,10 @@ struct SolverBody {
 /// All constraints between bodies in one step, for all islands.
 template <Scalar S>
 struct Constraints {
-  std::vector<ContactConstraint<S>> contacts;
-  std::vector<ConstraintRow<S>> rows;
-  std::vector<ConstraintBlock<S>> blocks;
-  std::vector<SoftBlock<S>> soft;
+  DynamicArray<ContactConstraint<S>> contacts;
+  DynamicArray<ConstraintRow<S>> rows;
+  DynamicArray<ConstraintBlock<S>> blocks;
+  DynamicArray<SoftBlock<S>> soft;
 
   void clear() {
     contacts.clear();

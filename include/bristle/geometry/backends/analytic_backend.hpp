@@ -4,6 +4,7 @@
 #pragma once
 
 #include <bristle/geometry/backends/shape_backend.hpp>
+#include <bristle/geometry/shapes/visit_shape.hpp>
 
 #include <cstdint>
 #include <memory>
@@ -146,7 +147,7 @@ template <typename Prepared, Scalar S>
 bool collide_in_closed_form(const Prepared& a, const Prepared& b, const Transform<S>& X_AB,
                             S margin, ContactManifolds<S>& out) {
   const auto collide_with = [&](const auto& shape_a) {
-    return std::visit(
+    return visit_shape(
         [&](const auto& shape_b) {
           using A = std::remove_cvref_t<decltype(shape_a)>;
           using B = std::remove_cvref_t<decltype(shape_b)>;
@@ -179,7 +180,7 @@ void swap_sides(std::span<ContactManifold<S>> manifolds, const Transform<S>& X_A
 
 template <Scalar S>
 detail::AnalyticShape<S>::AnalyticShape(const Shape<S>& shape)
-    : shape_(std::visit(
+    : shape_(detail::visit_shape(
           [](const auto& s) {
             if constexpr (std::same_as<std::remove_cvref_t<decltype(s)>, TriangleMesh<S>>) {
               return Prepared(detail::MeshTree<S>(s));
@@ -190,12 +191,12 @@ detail::AnalyticShape<S>::AnalyticShape(const Shape<S>& shape)
           shape)),
       bounds_(local_bounds(shape)),
       mass_properties_(unit_mass_properties(shape)),
-      precise_(std::visit(detail::ShapeCast<detail::Precise<S>, S>{}, shape)) {
+      precise_(detail::visit_shape(detail::ShapeCast<detail::Precise<S>, S>{}, shape)) {
   if (const auto* tree = std::get_if<detail::MeshTree<S>>(&shape_)) {
     solid_.mesh.emplace(*tree);
     return;
   }
-  std::visit(
+  detail::visit_shape(
       [this](const auto& s) {
         if constexpr (requires { detail::convex_view(s); })
           solid_.convex.emplace(detail::convex_view(s));
@@ -228,7 +229,7 @@ bool AnalyticBackend::is_clear(const std::shared_ptr<const detail::AnalyticShape
 
 template <Scalar S>
 Shape<S> AnalyticBackend::shape(const std::shared_ptr<const detail::AnalyticShape<S>>& c) {
-  return std::visit(
+  return detail::visit_shape(
       [](const auto& prepared) -> Shape<S> {
         using Prepared = std::remove_cvref_t<decltype(prepared)>;
         if constexpr (std::is_same_v<Prepared, detail::MeshTree<S>>) {
@@ -277,7 +278,7 @@ void AnalyticBackend::cast_rays(const std::shared_ptr<const detail::AnalyticShap
                                 const Transform<S>& X_RC, const RayBatch<S>& rays,
                                 std::uint32_t tag, RayHits<S>& hits) noexcept {
   // One dispatch for the whole batch.
-  std::visit(
+  detail::visit_shape(
       [&](const auto& shape) {
         if constexpr (std::same_as<std::remove_cvref_t<decltype(shape)>, detail::MeshTree<S>>) {
           detail::cast_rays_at_mesh(shape.for_rays(), X_RC, rays, tag, hits);

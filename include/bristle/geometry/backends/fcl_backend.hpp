@@ -11,6 +11,7 @@
 
 #include <bristle/geometry/backends/fcl_geometry.hpp>
 #include <bristle/geometry/backends/shape_backend.hpp>
+#include <bristle/geometry/shapes/visit_shape.hpp>
 #include <bristle/math/finite.hpp>
 
 #include <cstdint>
@@ -228,7 +229,7 @@ FclBackend::Collidable<S>::Data::Data(const Shape<S>& shape)
       bounds(local_bounds(shape)),
       mass_properties(unit_mass_properties(shape)),
       rays(detail::to_fcl(shape)) {
-  std::visit(
+  detail::visit_shape(
       [this](const auto& view) {
         using View = std::remove_cvref_t<decltype(view)>;
         if constexpr (std::is_same_v<View, detail::FclMeshTree<double>>) {
@@ -342,7 +343,7 @@ bool FclBackend::is_clear(const Collidable<S>& c, const Transform<S>& X_RC,
 
 template <Scalar S>
 Shape<S> FclBackend::shape(const Collidable<S>& c) {
-  return std::visit(
+  return detail::visit_shape(
       [](const auto& view) -> Shape<S> {
         using View = std::remove_cvref_t<decltype(view)>;
         if constexpr (std::is_same_v<View, detail::FclMeshTree<double>>) {

@@ -14,6 +14,7 @@
 #include <bristle/geometry/rays/ray_mesh.hpp>
 #include <bristle/geometry/rays/ray_shapes.hpp>
 #include <bristle/geometry/rays/ray_tree_mesh_query.hpp>
+#include <bristle/geometry/shapes/visit_shape.hpp>
 #include <bristle/math/finite.hpp>
 
 #include <array>
@@ -34,7 +35,7 @@ template <Scalar S>
 /// Nearest hit of a ray with the shape of an FCL geometry, in its frame.
 template <Scalar S>
 [[nodiscard]] RayHit<S> ray_cast(const FclView<S>& view, const Ray<S>& ray) {
-  return std::visit([&](const auto& shape) { return ray_cast(shape, ray); }, view);
+  return visit_shape([&](const auto& shape) { return ray_cast(shape, ray); }, view);
 }
 
 /// An FCL geometry prepared for rays in S. Immutable. Several threads may cast at once.
@@ -45,7 +46,7 @@ class FclRayTarget {
   explicit FclRayTarget(FclGeometry geometry)
       : geometry_(std::move(geometry)),
         view_(from_fcl(*geometry_)),
-        shape_(std::visit([](const auto& view) { return prepared(view); }, view_)) {}
+        shape_(visit_shape([](const auto& view) { return prepared(view); }, view_)) {}
 
   [[nodiscard]] const FclGeometry& geometry() const { return geometry_; }
   /// View of the shape that rays are cast at.
@@ -68,7 +69,7 @@ class FclRayTarget {
 
   template <typename View>
   [[nodiscard]] static Prepared prepared(const View& view) {
-    return std::visit(
+    return visit_shape(
         [](auto&& shape) -> Prepared {
           if constexpr (std::constructible_from<Prepared, decltype(shape)>) {
             return shape;
@@ -97,7 +98,7 @@ template <Scalar S>
 void FclRayTarget<S>::cast_rays(const Transform<S>& X_RC, const RayBatch<S>& rays,
                                 std::uint32_t tag, RayHits<S>& hits) const noexcept {
   if (!all_finite(X_RC.translation) || !all_finite(X_RC.rotation.coeffs())) return;
-  std::visit(
+  visit_shape(
       [&](const auto& shape) {
         if constexpr (std::same_as<std::remove_cvref_t<decltype(shape)>, RayMesh<S>>) {
           cast_rays_at_mesh(shape, X_RC, rays, tag, hits);

@@ -3,12 +3,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/math/types.hpp>
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -48,7 +48,7 @@ struct ContactManifold {
 
 /// All manifolds of one pair of shapes. Reused from pair to pair, so it stops allocating.
 template <Scalar S>
-using ContactManifolds = std::vector<ContactManifold<S>>;
+using ContactManifolds = detail::DynamicArray<ContactManifold<S>>;
 
 /// Outcome of a contact query.
 enum class ContactStatus {

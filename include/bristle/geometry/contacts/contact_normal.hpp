@@ -24,6 +24,7 @@
 #include <bristle/geometry/contacts/expanding_polytope.hpp>
 #include <bristle/geometry/contacts/gjk.hpp>
 #include <bristle/geometry/shapes/convex_view.hpp>
+#include <bristle/geometry/shapes/visit_shape.hpp>
 #include <bristle/math/rotation.hpp>
 #include <bristle/math/transform.hpp>
 
@@ -138,8 +139,8 @@ class OverlapSearch {
         if (has_many && axis.dot(ahead) < S(0)) return;
         if (overlap_ >= -margin) offer(side * (solid.rotation * axis));
       };
-      std::visit([&](const auto* shape) { for_face_normals(*shape, try_axis); },
-                 solid.convex->shape);
+      visit_shape([&](const auto* shape) { for_face_normals(*shape, try_axis); },
+                  solid.convex->shape);
     }
     if (is_box(a_) && is_box(b_)) try_edges(between);
   }

@@ -7,6 +7,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/geometry/rays/mesh_rays.hpp>
 #include <bristle/geometry/rays/ray_mesh.hpp>
 
@@ -17,7 +18,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -125,7 +125,7 @@ class TriangleCache {
   /// [-] Queries of another mesh after which the present one counts as gone.
   static constexpr int most_refused = 16;
 
-  std::vector<TrianglesNearRay<S>> rays_;
+  DynamicArray<TrianglesNearRay<S>> rays_;
   std::uint32_t tag_ = 0;
   std::uint32_t life_ = 0;
   int refused_ = most_refused;

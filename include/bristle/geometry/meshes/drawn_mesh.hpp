@@ -3,10 +3,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/core/error.hpp>
 #include <bristle/geometry/meshes/mesh_shapes.hpp>
 #include <bristle/geometry/meshes/triangle_mesh.hpp>
 #include <bristle/geometry/shapes/shapes.hpp>
+#include <bristle/geometry/shapes/visit_shape.hpp>
 #include <bristle/math/rotation.hpp>
 #include <bristle/math/types.hpp>
 
@@ -16,7 +18,6 @@
 #include <numbers>
 #include <utility>
 #include <variant>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -35,14 +36,14 @@ namespace detail {
 /// A solid of revolution about z, of 32 segments.
 /// @param profile  [m] Radius and height of its rings from low to high; a radius of 0 is a point.
 template <Scalar S>
-[[nodiscard]] TriangleMesh<S> lathe_mesh(const std::vector<std::pair<S, S>>& profile) {
+[[nodiscard]] TriangleMesh<S> lathe_mesh(const DynamicArray<std::pair<S, S>>& profile) {
   using std::cos;
   using std::sin;
   constexpr std::uint32_t segments = 32;
   TriangleMesh<S> mesh;
-  std::vector<std::uint32_t> ring;
+  DynamicArray<std::uint32_t> ring;
   for (const auto& [radius, height] : profile) {
-    std::vector<std::uint32_t> next;
+    DynamicArray<std::uint32_t> next;
     for (std::uint32_t i = 0; i < segments; ++i) {
       const S angle = S(2) * S(std::numbers::pi) * S(i) / S(segments);
       if (i == 0 || radius > S(0)) {
@@ -75,7 +76,7 @@ struct ShapeDrawer {
     using std::cos;
     using std::sin;
     constexpr int rings = 8;
-    std::vector<std::pair<S, S>> profile;
+    DynamicArray<std::pair<S, S>> profile;
     for (int i = -rings; i <= rings; ++i) {
       // From the lower pole to its rim, and from the upper rim to its pole; both rims at i = 0.
       const S angle = S(std::numbers::pi / 2) * S(rings - (i < 0 ? -i : i)) / S(rings);
@@ -123,7 +124,7 @@ template <Scalar S>
 TriangleMesh<S> drawn_mesh(const Shape<S>& shape, S plane_size) {
   validate(shape);
   detail::require_positive("drawn_mesh: plane_size", plane_size);
-  return std::visit(detail::ShapeDrawer<S>{plane_size}, shape);
+  return detail::visit_shape(detail::ShapeDrawer<S>{plane_size}, shape);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI

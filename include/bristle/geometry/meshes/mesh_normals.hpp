@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/geometry/meshes/triangle_mesh.hpp>
 #include <bristle/math/types.hpp>
 
@@ -10,7 +11,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -31,16 +31,16 @@ struct NormalSum {
 
 /// Outward unit normals of all triangles. Zero for those numbered in `degenerate`, which have none.
 template <Scalar S>
-[[nodiscard]] std::vector<Vec3<S>> face_normals(const TriangleMesh<S>& mesh,
-                                                std::span<const std::uint32_t> degenerate);
+[[nodiscard]] DynamicArray<Vec3<S>> face_normals(const TriangleMesh<S>& mesh,
+                                                 std::span<const std::uint32_t> degenerate);
 
 /// Sums the normals of each vertex's faces, weighted with the angles there. So the cut of a flat
 /// face into triangles does not matter (Thuermer and Wuethrich 1998).
 ///
 /// @param normals  Normals of the faces from `face_normals`. Zero for degenerate ones.
 template <Scalar S>
-[[nodiscard]] std::vector<NormalSum<S>> vertex_normals(const TriangleMesh<S>& mesh,
-                                                       std::span<const Vec3<S>> normals);
+[[nodiscard]] DynamicArray<NormalSum<S>> vertex_normals(const TriangleMesh<S>& mesh,
+                                                        std::span<const Vec3<S>> normals);
 
 // Implementation ----------------------------------------------------------------------------------
 
@@ -55,9 +55,9 @@ template <Scalar S>
 }
 
 template <Scalar S>
-std::vector<Vec3<S>> face_normals(const TriangleMesh<S>& mesh,
-                                  std::span<const std::uint32_t> degenerate) {
-  std::vector<Vec3<S>> normals;
+DynamicArray<Vec3<S>> face_normals(const TriangleMesh<S>& mesh,
+                                   std::span<const std::uint32_t> degenerate) {
+  DynamicArray<Vec3<S>> normals;
   normals.reserve(mesh.triangles.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     normals.push_back(triangle_normal(mesh, t));
@@ -67,9 +67,9 @@ std::vector<Vec3<S>> face_normals(const TriangleMesh<S>& mesh,
 }
 
 template <Scalar S>
-std::vector<NormalSum<S>> vertex_normals(const TriangleMesh<S>& mesh,
-                                         std::span<const Vec3<S>> normals) {
-  std::vector<NormalSum<S>> sums(mesh.vertices.size());
+DynamicArray<NormalSum<S>> vertex_normals(const TriangleMesh<S>& mesh,
+                                          std::span<const Vec3<S>> normals) {
+  DynamicArray<NormalSum<S>> sums(mesh.vertices.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     if (normals[t] == Vec3<S>::Zero()) continue;
     for (std::size_t k = 0; k < 3; ++k) {

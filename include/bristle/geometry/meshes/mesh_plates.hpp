@@ -11,6 +11,7 @@
 #pragma once
 
 #include <bristle/core/config.hpp>
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/geometry/meshes/mesh_validation.hpp>
 #include <bristle/geometry/shapes/support.hpp>
 #include <bristle/math/types.hpp>
@@ -23,7 +24,6 @@
 #include <span>
 #include <tuple>
 #include <utility>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -66,13 +66,13 @@ class MeshPlates {
   }
 
  private:
-  std::vector<std::uint32_t> first_;  // Of the corners of each plate, and of the end.
-  std::vector<Vec3<S>> corners_;
-  std::vector<std::uint32_t> names_;
-  std::vector<std::uint32_t> neighbours_;  // By corner.
-  std::vector<SurfaceEdge> edges_;         // By corner.
-  std::vector<Vec3<S>> normals_;
-  std::vector<std::uint32_t> faces_;
+  DynamicArray<std::uint32_t> first_;  // Of the corners of each plate, and of the end.
+  DynamicArray<Vec3<S>> corners_;
+  DynamicArray<std::uint32_t> names_;
+  DynamicArray<std::uint32_t> neighbours_;  // By corner.
+  DynamicArray<SurfaceEdge> edges_;         // By corner.
+  DynamicArray<Vec3<S>> normals_;
+  DynamicArray<std::uint32_t> faces_;
   std::size_t face_count_ = 0;
 };
 
@@ -104,7 +104,7 @@ class PlateJoin {
 
   /// Corners of each plate by the half-edges that start there. Empty for a triangle that has joined
   /// another.
-  [[nodiscard]] std::span<const std::vector<std::uint32_t>> outlines() const { return outlines_; }
+  [[nodiscard]] std::span<const DynamicArray<std::uint32_t>> outlines() const { return outlines_; }
   /// [-] The outline that a half-edge belongs to.
   [[nodiscard]] std::uint32_t owner(std::uint32_t half_edge) const { return owners_[half_edge]; }
   [[nodiscard]] std::uint32_t twin(std::uint32_t half_edge) const { return twins_[half_edge]; }
@@ -129,18 +129,18 @@ class PlateJoin {
   void find_edges();
   void find_faces();
   void join();
-  [[nodiscard]] std::vector<std::uint32_t> joined_across(std::uint32_t half_edge) const;
+  [[nodiscard]] DynamicArray<std::uint32_t> joined_across(std::uint32_t half_edge) const;
   [[nodiscard]] bool is_plate(std::span<const std::uint32_t> outline) const;
 
-  std::vector<std::array<std::uint32_t, 3>> triangles_;  // Vertex numbers.
-  std::vector<Vec3<S>> starts_;
-  std::vector<Vec3<S>> normals_;  // By triangle.
-  std::vector<std::uint32_t> twins_;
-  std::vector<SurfaceEdge> edges_;
-  std::vector<std::uint32_t> faces_;  // By triangle.
+  DynamicArray<std::array<std::uint32_t, 3>> triangles_;  // Vertex numbers.
+  DynamicArray<Vec3<S>> starts_;
+  DynamicArray<Vec3<S>> normals_;  // By triangle.
+  DynamicArray<std::uint32_t> twins_;
+  DynamicArray<SurfaceEdge> edges_;
+  DynamicArray<std::uint32_t> faces_;  // By triangle.
   std::size_t face_count_ = 0;
-  std::vector<std::vector<std::uint32_t>> outlines_;
-  std::vector<std::uint32_t> owners_;
+  DynamicArray<DynamicArray<std::uint32_t>> outlines_;
+  DynamicArray<std::uint32_t> owners_;
   S hair_;  // [m] Round-off of a mesh that was written in single precision.
 };
 
@@ -167,7 +167,7 @@ PlateJoin<S>::PlateJoin(const Tree& tree) {
 
 template <Scalar S>
 void PlateJoin<S>::find_edges() {
-  const std::vector<EdgeUse> uses = sorted_edges(triangles_);
+  const DynamicArray<EdgeUse> uses = sorted_edges(triangles_);
   const auto next = [](std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; };
   twins_.resize(starts_.size());
   edges_.resize(starts_.size());
@@ -189,7 +189,7 @@ template <Scalar S>
 void PlateJoin<S>::find_faces() {
   constexpr std::uint32_t unknown = 0xffffffffu;
   faces_.assign(normals_.size(), unknown);
-  std::vector<std::uint32_t> open;
+  DynamicArray<std::uint32_t> open;
   for (std::uint32_t seed = 0; seed < faces_.size(); ++seed) {
     if (faces_[seed] != unknown) continue;
     const auto face = static_cast<std::uint32_t>(face_count_++);
@@ -216,7 +216,7 @@ void PlateJoin<S>::join() {
     S length2;
     std::uint32_t half_edge;
   };
-  std::vector<Inner> inner;
+  DynamicArray<Inner> inner;
   for (std::uint32_t h = 0; h < twins_.size(); ++h) {
     const std::uint32_t t = twins_[h];
     if (h > t || edges_[h] != SurfaceEdge::flat || faces_[h / 3] != faces_[t / 3]) continue;
@@ -229,7 +229,7 @@ void PlateJoin<S>::join() {
     const std::uint32_t stays = owners_[at.half_edge];
     const std::uint32_t goes = owners_[twins_[at.half_edge]];
     if (stays == goes) continue;
-    std::vector<std::uint32_t> outline = joined_across(at.half_edge);
+    DynamicArray<std::uint32_t> outline = joined_across(at.half_edge);
     if (!is_plate(outline)) continue;
     for (const std::uint32_t h : outlines_[goes]) owners_[h] = stays;
     outlines_[goes].clear();
@@ -239,10 +239,10 @@ void PlateJoin<S>::join() {
 
 /// The outline of two plates without the edges between them.
 template <Scalar S>
-std::vector<std::uint32_t> PlateJoin<S>::joined_across(std::uint32_t half_edge) const {
-  std::vector<std::uint32_t> outline;
+DynamicArray<std::uint32_t> PlateJoin<S>::joined_across(std::uint32_t half_edge) const {
+  DynamicArray<std::uint32_t> outline;
   for (const std::uint32_t h : {half_edge, twins_[half_edge]}) {
-    const std::vector<std::uint32_t>& from = outlines_[owners_[h]];
+    const DynamicArray<std::uint32_t>& from = outlines_[owners_[h]];
     const auto place = std::find(from.begin(), from.end(), h);
     // Both begin behind the common edge.
     for (auto it = place + 1; it != from.end(); ++it) outline.push_back(*it);
@@ -287,14 +287,14 @@ template <Scalar S>
 template <typename Tree>
 MeshPlates<S>::MeshPlates(const Tree& tree) {
   const PlateJoin<S> join(tree);
-  std::vector<std::uint32_t> number(join.outlines().size());
+  DynamicArray<std::uint32_t> number(join.outlines().size());
   std::uint32_t count = 0;
   for (std::uint32_t t = 0; t < number.size(); ++t) {
     if (!join.outlines()[t].empty()) number[t] = count++;
   }
   first_.push_back(0);
   for (std::uint32_t t = 0; t < number.size(); ++t) {
-    const std::vector<std::uint32_t>& outline = join.outlines()[t];
+    const DynamicArray<std::uint32_t>& outline = join.outlines()[t];
     if (outline.empty()) continue;
     for (const std::uint32_t h : outline) {
       corners_.push_back(join.start(h));

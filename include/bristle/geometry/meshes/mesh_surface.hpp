@@ -5,6 +5,7 @@
 #pragma once
 
 #include <bristle/core/config.hpp>
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/geometry/meshes/mesh_plates.hpp>
 #include <bristle/geometry/rays/mesh_rays.hpp>
 #include <bristle/geometry/shapes/convex_hull.hpp>
@@ -125,7 +126,7 @@ class MeshSurface {
   const Tree* mesh_;
   MeshPlates<S> plates_;
   AabbTree<S> tree_;  // Payloads are numbers of plates.
-  std::vector<ConvexHull<S>> faces_;
+  DynamicArray<ConvexHull<S>> faces_;
 };
 
 // Implementation ----------------------------------------------------------------------------------
@@ -150,7 +151,7 @@ void outline_face(ConvexHull<S>& face) {
     S x, y;
     std::uint32_t corner;
   };
-  std::vector<Place> places;
+  DynamicArray<Place> places;
   places.reserve(corners.size());
   for (const Vec3<S>& p : corners) {
     places.push_back({t1.dot(p), t2.dot(p), static_cast<std::uint32_t>(places.size())});
@@ -158,10 +159,10 @@ void outline_face(ConvexHull<S>& face) {
   std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
     return std::tie(a.x, a.y, a.corner) < std::tie(b.x, b.y, b.corner);
   });
-  std::vector<Vec3<S>> points;
+  DynamicArray<Vec3<S>> points;
   points.reserve(places.size());
   for (const Place& place : places) points.push_back(corners[place.corner]);
-  std::vector<Vec3<S>> outline;
+  DynamicArray<Vec3<S>> outline;
   for (int side = 0; side < 2; ++side) {
     const std::size_t start = outline.size();
     for (const Vec3<S>& p : points) {
@@ -176,7 +177,7 @@ void outline_face(ConvexHull<S>& face) {
     outline.pop_back();  // The first of the other side.
     std::reverse(points.begin(), points.end());
   }
-  corners = std::move(outline);
+  corners.assign(outline.begin(), outline.end());
   for (std::size_t k = 0; k < corners.size(); ++k) {
     face.face_normals.push_back(
         (corners[(k + 1) % corners.size()] - corners[k]).cross(n).normalized());
@@ -185,7 +186,7 @@ void outline_face(ConvexHull<S>& face) {
 
 template <Scalar S, typename Tree>
 MeshSurface<S, Tree>::MeshSurface(const Tree& mesh) : mesh_(&mesh), plates_(mesh) {
-  std::vector<Aabb<S>> boxes(size());
+  DynamicArray<Aabb<S>> boxes(size());
   for (std::uint32_t i = 0; i < size(); ++i) {
     for (const Vec3<S>& corner : plates_.plate(i).corners) boxes[i].include(corner);
   }

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/geometry/meshes/triangle_mesh.hpp>
 #include <bristle/geometry/rays/mesh_rays.hpp>
 #include <bristle/geometry/rays/ray.hpp>
@@ -14,7 +15,6 @@
 #include <cstdint>
 #include <span>
 #include <utility>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -69,7 +69,7 @@ template <Scalar S>
 
 template <Scalar S>
 MeshTree<S>::MeshTree(TriangleMesh<S> mesh) : mesh_(std::move(mesh)) {
-  std::vector<Aabb<S>> boxes(mesh_.triangles.size());
+  DynamicArray<Aabb<S>> boxes(mesh_.triangles.size());
   for (std::size_t t = 0; t < boxes.size(); ++t) {
     for (const std::uint32_t v : mesh_.triangles[t]) boxes[t].include(mesh_.vertices[v]);
   }

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/core/error.hpp>
 #include <bristle/geometry/meshes/triangle_mesh.hpp>
 #include <bristle/geometry/trees/aabb.hpp>
@@ -73,9 +74,9 @@ struct EdgeUse {
 
 /// All passages through the edges of triangles. Those of one edge are adjacent, and edges ascend.
 /// @param triangles  Vertex numbers of each.
-[[nodiscard]] inline std::vector<EdgeUse> sorted_edges(
+[[nodiscard]] inline DynamicArray<EdgeUse> sorted_edges(
     std::span<const std::array<std::uint32_t, 3>> triangles) {
-  std::vector<EdgeUse> uses;
+  DynamicArray<EdgeUse> uses;
   uses.reserve(3 * triangles.size());
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
     const auto& corners = triangles[t];
@@ -90,7 +91,7 @@ struct EdgeUse {
 }
 
 /// Throws unless every edge is passed exactly once in each direction.
-inline void require_closed(const std::vector<EdgeUse>& uses) {
+inline void require_closed(const DynamicArray<EdgeUse>& uses) {
   for (std::size_t i = 0; i < uses.size();) {
     std::size_t end = i + 1;
     while (end < uses.size() && uses[end].is_same_edge(uses[i])) ++end;

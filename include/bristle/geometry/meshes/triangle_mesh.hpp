@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/core/error.hpp>
 #include <bristle/geometry/trees/aabb.hpp>
 #include <bristle/math/types.hpp>
@@ -130,8 +131,8 @@ void require_named_vertices(const TriangleMesh<S>& mesh) {
 /// Result of a merge. `unique` lists the numbers of the points that stay, ascending. `renumber[i]`
 /// is the index in that list of point i, or of the point it coincides with.
 struct MergedPoints {
-  std::vector<std::uint32_t> unique;
-  std::vector<std::uint32_t> renumber;
+  DynamicArray<std::uint32_t> unique;
+  DynamicArray<std::uint32_t> renumber;
 };
 
 /// Merges each point, in order, with the first earlier one that stayed within `distance` [m] of it.
@@ -157,12 +158,12 @@ template <Scalar S>
     }
     return cell;
   };
-  std::vector<Cell> cells;
+  DynamicArray<Cell> cells;
   cells.reserve(points.size());
   for (const Vec3<S>& point : points) cells.push_back(cell_of(point));
   std::sort(cells.begin(), cells.end());
   cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
-  std::vector<std::vector<std::uint32_t>> stayed(cells.size());
+  DynamicArray<DynamicArray<std::uint32_t>> stayed(cells.size());
   MergedPoints result;
   result.renumber.reserve(points.size());
 

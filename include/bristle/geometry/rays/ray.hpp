@@ -6,13 +6,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/math/lane_vector.hpp>
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/math/types.hpp>
 
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -43,7 +42,7 @@ namespace detail {
 template <Scalar S>
 struct Vec3Array {
   /// Coordinates.
-  detail::LaneVector<S> x, y, z;
+  detail::LineArray<S> x, y, z;
 
   /// [-] Number of vectors.
   [[nodiscard]] std::size_t size() const { return x.size(); }
@@ -105,7 +104,7 @@ struct RayBatch {
   detail::RayRange range{};
   /// [-] Numbers of the packets that may meet anything, ascending. Hits of other packets may be
   /// left out. Null: all packets.
-  const std::vector<std::uint32_t>* near_packets = nullptr;
+  const detail::DynamicArray<std::uint32_t>* near_packets = nullptr;
   /// Triangles that these rays keep from query to query (triangle_cache.hpp). Null: none. Used only
   /// if one thread casts all rays at once.
   detail::TriangleCache<S>* triangle_cache = nullptr;
@@ -126,11 +125,11 @@ struct RayBatch {
 template <Scalar S>
 struct RayHits {
   /// [m] Distance of the nearest hit so far. Infinite if there is none.
-  detail::LaneVector<S> distance;
+  detail::LineArray<S> distance;
   /// [1] Outward unit surface normals, valid if the distance is finite.
   detail::Vec3Array<S> normal;
   /// [-] Tag of the hit shape, as given to the query.
-  detail::LaneVector<std::uint32_t> tag;
+  detail::LineArray<std::uint32_t> tag;
 
   /// Removes all hits and allocates for `n` rays. Keeps its memory.
   void reset(std::size_t n) {

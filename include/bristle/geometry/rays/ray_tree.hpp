@@ -8,9 +8,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/geometry/rays/ray.hpp>
 #include <bristle/geometry/trees/aabb.hpp>
-#include <bristle/math/lane_vector.hpp>
 
 #include <algorithm>
 #include <array>
@@ -18,7 +18,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -73,9 +72,9 @@ class RayTree {
   /// slope_x z, y + slope_y z). Filled up to whole packets with rays that reach nothing (length
   /// -infinity).
   struct Lines {
-    LaneVector<S> x, y, slope_x, slope_y;
+    LineArray<S> x, y, slope_x, slope_y;
     /// [m] z of the start. [1] Length of the ray for each metre of z. [m] Length.
-    LaneVector<S> start, stretch, length;
+    LineArray<S> start, stretch, length;
   };
 
   RayTree() = default;
@@ -86,10 +85,10 @@ class RayTree {
   /// [-] Number of rays.
   [[nodiscard]] std::size_t size() const { return order_.size(); }
   /// Root first. Parents come before their children.
-  [[nodiscard]] const std::vector<RayTreeNode<S>>& nodes() const { return nodes_; }
+  [[nodiscard]] const DynamicArray<RayTreeNode<S>>& nodes() const { return nodes_; }
   [[nodiscard]] const Lines& lines() const { return lines_; }
   /// All rays in ranges of whole nodes. The nodes of one range are in one branch.
-  [[nodiscard]] const std::vector<RayRange>& ranges() const { return ranges_; }
+  [[nodiscard]] const DynamicArray<RayRange>& ranges() const { return ranges_; }
   /// True if each range is whole packets of the batch, as it is in neighbour order. Then a range is
   /// the same rays for all shapes. Ranges need not wait for each other.
   [[nodiscard]] bool has_packets_in_ranges() const { return has_packets_in_ranges_; }
@@ -123,13 +122,13 @@ class RayTree {
   void find_order();
   void cut_ranges();
 
-  std::vector<RayTreeNode<S>> nodes_;
-  std::vector<RayRange> ranges_;
+  DynamicArray<RayTreeNode<S>> nodes_;
+  DynamicArray<RayRange> ranges_;
   bool has_packets_in_ranges_ = false;
-  std::vector<std::uint32_t> order_;
-  std::vector<Aabb<S>> packet_boxes_;
+  DynamicArray<std::uint32_t> order_;
+  DynamicArray<Aabb<S>> packet_boxes_;
   // Bytes, not bits, as threads read them.
-  std::vector<std::uint8_t> is_in_order_;
+  DynamicArray<std::uint8_t> is_in_order_;
   Lines lines_;
 };
 

@@ -4,6 +4,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/core/error.hpp>
 #include <bristle/geometry/trees/aabb.hpp>
 #include <bristle/math/types.hpp>
@@ -111,7 +112,7 @@ void ConvexHull<S>::validate_numbers() const {
 template <Scalar S>
 void ConvexHull<S>::validate_edges() const {
   using Edge = std::pair<std::uint32_t, std::uint32_t>;
-  std::vector<Edge> edges;
+  detail::DynamicArray<Edge> edges;
   edges.reserve(face_vertices.size());
   for (std::size_t f = 0; f < face_count(); ++f) {
     const std::span<const std::uint32_t> corners = face(f);

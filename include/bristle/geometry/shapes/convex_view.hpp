@@ -9,6 +9,7 @@
 
 #include <bristle/geometry/shapes/shapes.hpp>
 #include <bristle/geometry/shapes/support.hpp>
+#include <bristle/geometry/shapes/visit_shape.hpp>
 #include <bristle/geometry/trees/aabb.hpp>
 #include <bristle/math/transform.hpp>
 
@@ -165,7 +166,7 @@ void for_face_normals(const Self& shape, const Try& try_axis) {
 
 template <Scalar S>
 Vec3<S> ConvexView<S>::support(const Vec3<S>& direction) const {
-  return std::visit([&](const auto* s) { return support_core(*s, direction); }, shape);
+  return visit_shape([&](const auto* s) { return support_core(*s, direction); }, shape);
 }
 
 template <typename ConvexShape>
@@ -177,17 +178,17 @@ ConvexView<ScalarOfShape<ConvexShape>> convex_view(const ConvexShape& shape) {
 
 template <Scalar S>
 Vec3<S> support_point(const ConvexView<S>& convex, const Vec3<S>& direction) {
-  return std::visit([&](const auto* s) { return support_point(*s, direction); }, convex.shape);
+  return visit_shape([&](const auto* s) { return support_point(*s, direction); }, convex.shape);
 }
 
 template <Scalar S>
 SupportFeature<S> support_edge(const ConvexView<S>& convex, const Vec3<S>& direction) {
-  return std::visit([&](const auto* s) { return support_edge(*s, direction); }, convex.shape);
+  return visit_shape([&](const auto* s) { return support_edge(*s, direction); }, convex.shape);
 }
 
 template <Scalar S>
 SupportFeature<S> support_face(const ConvexView<S>& convex, const Vec3<S>& direction) {
-  return std::visit([&](const auto* s) { return support_face(*s, direction); }, convex.shape);
+  return visit_shape([&](const auto* s) { return support_face(*s, direction); }, convex.shape);
 }
 
 template <Scalar S>

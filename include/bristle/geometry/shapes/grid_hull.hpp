@@ -4,6 +4,7 @@
 #pragma once
 
 #include <bristle/core/config.hpp>
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/math/types.hpp>
 
 #include <algorithm>
@@ -12,7 +13,6 @@
 #include <cstdint>
 #include <span>
 #include <utility>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -59,7 +59,7 @@ struct HullTriangle {
   /// Number of the triangle across the edge from corner k to corner k + 1.
   std::array<std::uint32_t, 3> neighbors{};
   /// Points that are above it and above no triangle tested before it.
-  std::vector<std::uint32_t> outside;
+  DynamicArray<std::uint32_t> outside;
   bool is_alive = true;
 };
 
@@ -70,7 +70,7 @@ class TriangleHull {
   TriangleHull(std::span<const GridPoint> points, std::array<std::uint32_t, 4> simplex)
       : points_(points) {
     make_simplex(simplex);
-    std::vector<std::uint32_t> all(points.size());
+    DynamicArray<std::uint32_t> all(points.size());
     for (std::uint32_t i = 0; i < all.size(); ++i) all[i] = i;
     assign(all, 0);
     // Triangles are only ever appended, so one pass visits them all.
@@ -83,7 +83,7 @@ class TriangleHull {
   }
 
   /// Closed surface. Coplanar triangles are frequent, degenerate ones impossible.
-  [[nodiscard]] const std::vector<HullTriangle>& triangles() const { return triangles_; }
+  [[nodiscard]] const DynamicArray<HullTriangle>& triangles() const { return triangles_; }
 
  private:
   [[nodiscard]] bool is_above(std::uint32_t point, const HullTriangle& t) const {
@@ -106,7 +106,7 @@ class TriangleHull {
 
   /// Assigns each point to the first triangle from `first` on that it is above. Points above none
   /// are inside and dropped.
-  void assign(const std::vector<std::uint32_t>& candidates, std::size_t first) {
+  void assign(const DynamicArray<std::uint32_t>& candidates, std::size_t first) {
     for (const std::uint32_t p : candidates) {
       for (std::size_t t = first; t < triangles_.size(); ++t) {
         if (is_above(p, triangles_[t])) {
@@ -143,13 +143,13 @@ class TriangleHull {
 
   /// Replaces the triangles that see the point by a fan from the horizon to it.
   void add_point(std::uint32_t point, std::uint32_t seed) {
-    std::vector<HorizonEdge> horizon;
-    std::vector<std::uint32_t> orphans;
-    std::vector<std::uint32_t> visible{seed};
+    DynamicArray<HorizonEdge> horizon;
+    DynamicArray<std::uint32_t> orphans;
+    DynamicArray<std::uint32_t> visible{seed};
     triangles_[seed].is_alive = false;
     for (std::size_t i = 0; i < visible.size(); ++i) {
       HullTriangle& t = triangles_[visible[i]];
-      orphans.insert(orphans.end(), t.outside.begin(), t.outside.end());
+      orphans.append(t.outside.begin(), t.outside.end());
       t.outside = {};
       for (std::size_t k = 0; k < 3; ++k) {
         const std::uint32_t beyond = t.neighbors[k];
@@ -174,7 +174,7 @@ class TriangleHull {
   }
 
   /// Takes the horizon as one closed loop, in any order.
-  void add_fan(std::uint32_t point, std::vector<HorizonEdge>& horizon) {
+  void add_fan(std::uint32_t point, DynamicArray<HorizonEdge>& horizon) {
     const auto by_start = [](const HorizonEdge& a, const HorizonEdge& b) {
       return a.from < b.from;
     };
@@ -202,19 +202,19 @@ class TriangleHull {
   }
 
   void keep_living() {
-    std::vector<std::uint32_t> renumber(triangles_.size());
+    DynamicArray<std::uint32_t> renumber(triangles_.size());
     std::uint32_t count = 0;
     for (std::size_t t = 0; t < triangles_.size(); ++t) {
       if (triangles_[t].is_alive) renumber[t] = count++;
     }
-    std::erase_if(triangles_, [](const HullTriangle& t) { return !t.is_alive; });
+    erase_if(triangles_, [](const HullTriangle& t) { return !t.is_alive; });
     for (HullTriangle& t : triangles_) {
       for (std::uint32_t& n : t.neighbors) n = renumber[n];
     }
   }
 
   std::span<const GridPoint> points_;
-  std::vector<HullTriangle> triangles_;
+  DynamicArray<HullTriangle> triangles_;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

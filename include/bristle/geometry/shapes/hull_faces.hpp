@@ -3,7 +3,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/core/refill.hpp>
+#include <bristle/core/dynamic_array.hpp>
+#include <bristle/core/fill_numbers.hpp>
 #include <bristle/geometry/shapes/grid_hull.hpp>
 #include <bristle/math/types.hpp>
 
@@ -13,17 +14,16 @@
 #include <cstdint>
 #include <span>
 #include <utility>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A polygon of a hull.
 struct HullFace {
   /// Corners, counter-clockwise from outside.
-  std::vector<std::uint32_t> corners;
+  DynamicArray<std::uint32_t> corners;
   /// Third corners of the triangles across its border. The hull is convex. So a plane through the
   /// face that has them below has everything below.
-  std::vector<std::uint32_t> ring;
+  DynamicArray<std::uint32_t> ring;
   /// Outward unit normal on the grid, of the largest triangle of the face. No point of the hull is
   /// above that plane.
   Vec3<double> normal = Vec3<double>::UnitZ();
@@ -49,7 +49,7 @@ class FaceJoin {
     }
   }
 
-  [[nodiscard]] std::vector<HullFace> faces() const;
+  [[nodiscard]] DynamicArray<HullFace> faces() const;
 
  private:
   static constexpr std::uint32_t none = 0xffffffffu;
@@ -90,19 +90,19 @@ class FaceJoin {
   [[nodiscard]] double depth_below(std::uint32_t plane, std::uint32_t t) const;
   void grow_regions();
   void grow_region(std::uint32_t seed);
-  bool adopt_slivers(std::vector<std::uint32_t>& orphans);
+  bool adopt_slivers(DynamicArray<std::uint32_t>& orphans);
   bool dissolve_small_regions();
-  [[nodiscard]] std::vector<Side> sides_by_start() const;
+  [[nodiscard]] DynamicArray<Side> sides_by_start() const;
   [[nodiscard]] std::size_t count_regions_around(Side first) const;
 
   std::span<const GridPoint> points_;
   std::span<const HullTriangle> triangles_;
   double tolerance_;
-  std::vector<Vec3<double>> area_vectors_;
-  std::vector<std::size_t> longest_edge_;
-  std::vector<bool> is_sliver_;
+  DynamicArray<Vec3<double>> area_vectors_;
+  DynamicArray<std::size_t> longest_edge_;
+  DynamicArray<bool> is_sliver_;
   /// Seed triangle of each triangle's region.
-  std::vector<std::uint32_t> region_;
+  DynamicArray<std::uint32_t> region_;
 };
 
 inline void FaceJoin::measure() {
@@ -132,9 +132,9 @@ inline double FaceJoin::depth_below(std::uint32_t plane, std::uint32_t t) const 
 
 inline void FaceJoin::grow_regions() {
   region_.assign(triangles_.size(), none);
-  std::vector<std::uint32_t> order(triangles_.size());
+  DynamicArray<std::uint32_t> order(triangles_.size());
   fill_numbers(order);
-  std::vector<double> area2(order.size());
+  DynamicArray<double> area2(order.size());
   for (const std::uint32_t t : order) area2[t] = area_vectors_[t].squaredNorm();
   // Not std::stable_sort. That of libstdc++ before 13 uses a part that C++20 deprecates, and clang
   // warns.
@@ -144,18 +144,18 @@ inline void FaceJoin::grow_regions() {
   for (const std::uint32_t seed : order) {
     if (region_[seed] == none && !is_sliver_[seed]) grow_region(seed);
   }
-  std::erase_if(order, [this](std::uint32_t t) { return region_[t] != none; });
+  erase_if(order, [this](std::uint32_t t) { return region_[t] != none; });
   while (!order.empty()) {
     if (adopt_slivers(order)) continue;
     // No neighbour adopts them: thin needles consist of slivers alone.
     grow_region(order.front());
-    std::erase_if(order, [this](std::uint32_t t) { return region_[t] != none; });
+    erase_if(order, [this](std::uint32_t t) { return region_[t] != none; });
   }
 }
 
 inline void FaceJoin::grow_region(std::uint32_t seed) {
   const Vec3<double>& normal = area_vectors_[seed];
-  std::vector<std::uint32_t> members{seed};
+  DynamicArray<std::uint32_t> members{seed};
   region_[seed] = seed;
   for (std::size_t i = 0; i < members.size(); ++i) {
     for (const std::uint32_t t : triangles_[members[i]].neighbors) {
@@ -171,8 +171,8 @@ inline void FaceJoin::grow_region(std::uint32_t seed) {
 }
 
 /// Removes the triangles that found a region from the list. Returns false if none did.
-inline bool FaceJoin::adopt_slivers(std::vector<std::uint32_t>& orphans) {
-  return std::erase_if(orphans, [this](std::uint32_t t) {
+inline bool FaceJoin::adopt_slivers(DynamicArray<std::uint32_t>& orphans) {
+  return erase_if(orphans, [this](std::uint32_t t) {
            const std::uint32_t heir = region_[across({t, longest_edge_[t]})];
            // Two tolerances of its own height, one of the heir's border.
            if (heir != none && depth_below(heir, t) <= 3.0 * tolerance_) region_[t] = heir;
@@ -181,8 +181,8 @@ inline bool FaceJoin::adopt_slivers(std::vector<std::uint32_t>& orphans) {
 }
 
 /// One side that starts at each vertex. `triangle` is none if the vertex is not on the hull.
-inline std::vector<FaceJoin::Side> FaceJoin::sides_by_start() const {
-  std::vector<Side> sides(points_.size(), Side{none, 0});
+inline DynamicArray<FaceJoin::Side> FaceJoin::sides_by_start() const {
+  DynamicArray<Side> sides(points_.size(), Side{none, 0});
   for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) sides[triangles_[t].corners[k]] = {t, k};
   }
@@ -200,7 +200,7 @@ inline std::size_t FaceJoin::count_regions_around(Side first) const {
 }
 
 inline bool FaceJoin::dissolve_small_regions() {
-  std::vector<std::size_t> corner_count(triangles_.size(), 0);
+  DynamicArray<std::size_t> corner_count(triangles_.size(), 0);
   for (const Side first : sides_by_start()) {
     if (first.triangle == none || count_regions_around(first) < 3) continue;
     Side side = first;
@@ -218,7 +218,7 @@ inline bool FaceJoin::dissolve_small_regions() {
     }
   }
   if (region == none) return false;
-  std::vector<double> border_lengths(triangles_.size(), 0.0);  // By the region beyond.
+  DynamicArray<double> border_lengths(triangles_.size(), 0.0);  // By the region beyond.
   for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
     if (region_[t] != region) continue;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -232,14 +232,14 @@ inline bool FaceJoin::dissolve_small_regions() {
   return true;
 }
 
-inline std::vector<HullFace> FaceJoin::faces() const {
-  std::vector<bool> is_corner(points_.size(), false);
+inline DynamicArray<HullFace> FaceJoin::faces() const {
+  DynamicArray<bool> is_corner(points_.size(), false);
   for (const Side side : sides_by_start()) {
     if (side.triangle == none) continue;
     is_corner[start_of(side)] = count_regions_around(side) >= 3;
   }
-  std::vector<HullFace> faces;
-  std::vector<bool> is_done(triangles_.size(), false);
+  DynamicArray<HullFace> faces;
+  DynamicArray<bool> is_done(triangles_.size(), false);
   for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) {
       const Side first{t, k};

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <bristle/geometry/shapes/shapes.hpp>
+#include <bristle/geometry/shapes/visit_shape.hpp>
 #include <bristle/math/types.hpp>
 
 #include <algorithm>
@@ -60,7 +61,7 @@ struct FindInnerBall {
 
 template <Scalar S>
 InnerBall<S> inner_ball(const Shape<S>& shape) {
-  return std::visit(FindInnerBall<S>{}, shape);
+  return visit_shape(FindInnerBall<S>{}, shape);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/geometry/meshes/triangle_mesh.hpp>
 #include <bristle/geometry/shapes/convex_hull.hpp>
 #include <bristle/math/types.hpp>
@@ -53,7 +54,6 @@ template <Scalar S>
 #include <cstddef>
 #include <cstdint>
 #include <string>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -69,8 +69,8 @@ namespace detail {
 /// The points of a hull, each of them once, and their grid points.
 template <Scalar S>
 struct GriddedPoints {
-  std::vector<Vec3<S>> points;
-  std::vector<GridPoint> grid;
+  DynamicArray<Vec3<S>> points;
+  DynamicArray<GridPoint> grid;
   /// [m] Distance below which points count as equal.
   S resolution = S(0);
   /// [grid steps] The same distance.
@@ -149,7 +149,7 @@ template <Scalar S>
 /// into the hull.
 template <Scalar S>
 [[nodiscard]] Vec3<S> face_normal(const GriddedPoints<S>& gridded, const HullFace& face) {
-  const std::vector<Vec3<S>>& points = gridded.points;
+  const DynamicArray<Vec3<S>>& points = gridded.points;
   const Vec3<S>& origin = points[face.corners[0]];
   Vec3<S> sum = Vec3<S>::Zero();
   for (std::size_t i = 2; i < face.corners.size(); ++i) {
@@ -176,18 +176,20 @@ ConvexHull<S> convex_hull(std::span<const Vec3<S>> points) {
   const detail::GriddedPoints<S> gridded = detail::put_on_grid(points);
   const detail::TriangleHull triangles(gridded.grid,
                                        detail::find_simplex(gridded.grid, gridded.tolerance));
-  std::vector<detail::HullFace> faces =
+  detail::DynamicArray<detail::HullFace> faces =
       detail::FaceJoin(gridded.grid, triangles.triangles(), gridded.tolerance).faces();
   for (detail::HullFace& face : faces) {
     const auto lowest = std::min_element(face.corners.begin(), face.corners.end());
     std::rotate(face.corners.begin(), lowest, face.corners.end());
   }
-  std::sort(faces.begin(), faces.end(),
-            [](const auto& a, const auto& b) { return a.corners < b.corners; });
+  std::sort(faces.begin(), faces.end(), [](const auto& a, const auto& b) {
+    return std::lexicographical_compare(a.corners.begin(), a.corners.end(), b.corners.begin(),
+                                        b.corners.end());
+  });
 
   ConvexHull<S> hull;
   constexpr std::uint32_t unused = 0xffffffffu;
-  std::vector<std::uint32_t> renumber(gridded.points.size(), unused);
+  detail::DynamicArray<std::uint32_t> renumber(gridded.points.size(), unused);
   for (const detail::HullFace& face : faces) {
     for (const std::uint32_t v : face.corners) renumber[v] = 0;
   }
@@ -213,7 +215,7 @@ ConvexHull<S> convex_hull(std::span<const Vec3<S>> points) {
 template <Scalar S>
 ConvexHull<S> convex_hull(const TriangleMesh<S>& mesh) {
   detail::require_named_vertices(mesh);
-  std::vector<Vec3<S>> points;
+  detail::DynamicArray<Vec3<S>> points;
   for (const auto& t : mesh.triangles) {
     for (const std::uint32_t v : t) points.push_back(mesh.vertices[v]);
   }

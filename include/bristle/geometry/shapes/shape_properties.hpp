@@ -4,6 +4,7 @@
 #pragma once
 
 #include <bristle/geometry/shapes/shapes.hpp>
+#include <bristle/geometry/shapes/visit_shape.hpp>
 #include <bristle/geometry/trees/aabb.hpp>
 #include <bristle/math/mass_properties.hpp>
 #include <bristle/math/types.hpp>
@@ -181,12 +182,12 @@ struct UnitMassProperties {
 
 template <Scalar S>
 Aabb<S> local_bounds(const Shape<S>& shape) {
-  return std::visit(detail::LocalBounds<S>{}, shape);
+  return detail::visit_shape(detail::LocalBounds<S>{}, shape);
 }
 
 template <Scalar S>
 MassProperties<S> unit_mass_properties(const Shape<S>& shape) {
-  return std::visit(detail::UnitMassProperties<S>{}, shape);
+  return detail::visit_shape(detail::UnitMassProperties<S>{}, shape);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI

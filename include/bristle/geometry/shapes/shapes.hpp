@@ -10,6 +10,7 @@
 #include <bristle/geometry/meshes/mesh_validation.hpp>
 #include <bristle/geometry/meshes/triangle_mesh.hpp>
 #include <bristle/geometry/shapes/convex_hull.hpp>
+#include <bristle/geometry/shapes/visit_shape.hpp>
 #include <bristle/math/types.hpp>
 
 #include <concepts>
@@ -190,7 +191,7 @@ struct ShapeValidator {
 
 template <Scalar S>
 void validate(const Shape<S>& shape) {
-  std::visit(detail::ShapeValidator<S>{}, shape);
+  detail::visit_shape(detail::ShapeValidator<S>{}, shape);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <bristle/core/config.hpp>
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/geometry/rays/ray.hpp>
 #include <bristle/geometry/rays/ray_box.hpp>
 #include <bristle/geometry/trees/aabb.hpp>
@@ -16,7 +17,6 @@
 #include <limits>
 #include <span>
 #include <utility>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -126,8 +126,8 @@ class AabbTree {
   void rebuild();
   NodeId build_range(std::span<SplitLeaf<S>> leaves, int depth);
 
-  std::vector<Node> nodes_;
-  std::vector<SplitLeaf<S>> order_;  // Scratch of rebuild(), as large as the pool.
+  DynamicArray<Node> nodes_;
+  DynamicArray<SplitLeaf<S>> order_;  // Scratch of rebuild(), as large as the pool.
   NodeId root_ = null;
   NodeId free_ = null;
   std::size_t size_ = 0;

@@ -8,9 +8,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/dynamic_array.hpp>
 #include <bristle/geometry/trees/aabb.hpp>
 #include <bristle/geometry/trees/aabb_split.hpp>
-#include <bristle/math/lane_vector.hpp>
 #include <bristle/math/pack3.hpp>
 
 #include <algorithm>
@@ -18,7 +18,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -59,7 +58,7 @@ class WideTree {
   /// [m^2] Mean area of a triangle.
   [[nodiscard]] S mean_area() const { return mean_area_; }
   /// [-] Root first. Empty if there are no triangles.
-  [[nodiscard]] const std::vector<Node>& nodes() const { return nodes_; }
+  [[nodiscard]] const DynamicArray<Node>& nodes() const { return nodes_; }
 
   /// [-] Number of the triangle at a position, as given to the constructor.
   [[nodiscard]] std::uint32_t number(std::size_t place) const { return numbers_[place]; }
@@ -88,14 +87,14 @@ class WideTree {
   };
 
   std::uint32_t build(std::span<SplitLeaf<S>> triangles, std::size_t first,
-                      const std::vector<Aabb<S>>& boxes, std::size_t depth);
+                      const DynamicArray<Aabb<S>>& boxes, std::size_t depth);
   template <typename CornersOf>
   void store(const CornersOf& corners_of);
 
-  std::vector<Node> nodes_;
-  LaneVector<S> corners_;
-  std::vector<std::uint32_t> numbers_;
-  std::vector<Place> places_;
+  DynamicArray<Node> nodes_;
+  LineArray<S> corners_;
+  DynamicArray<std::uint32_t> numbers_;
+  DynamicArray<Place> places_;
   Aabb<S> box_;
   S mean_area_ = S(0);
 };
@@ -105,8 +104,8 @@ class WideTree {
 template <Scalar S>
 template <typename CornersOf>
 WideTree<S>::WideTree(std::size_t count, const CornersOf& corners_of) {
-  std::vector<Aabb<S>> boxes(count);
-  std::vector<SplitLeaf<S>> order(count);
+  DynamicArray<Aabb<S>> boxes(count);
+  DynamicArray<SplitLeaf<S>> order(count);
   // Packs may be loaded up to their width beyond the last one.
   numbers_.assign(count + leaf_size, 0);
   places_.resize(count);
@@ -130,7 +129,7 @@ WideTree<S>::WideTree(std::size_t count, const CornersOf& corners_of) {
 /// @param first  [-] Position of the first of these triangles among all.
 template <Scalar S>
 std::uint32_t WideTree<S>::build(std::span<SplitLeaf<S>> triangles, std::size_t first,
-                                 const std::vector<Aabb<S>>& boxes, std::size_t depth) {
+                                 const DynamicArray<Aabb<S>>& boxes, std::size_t depth) {
   const auto box_of = [&](std::uint32_t i) -> const Aabb<S>& { return boxes[i]; };
   struct Piece {
     std::span<SplitLeaf<S>> triangles;
