@@ -106,6 +106,7 @@
 #include <bristle/geometry/contacts/contact_manifold.hpp>
 #include <bristle/geometry/contacts/contact_normal.hpp>
 #include <bristle/geometry/contacts/contact_sink.hpp>
+#include <bristle/geometry/contacts/convex_query.hpp>
 #include <bristle/geometry/contacts/expanding_polytope.hpp>
 #include <bristle/geometry/contacts/gjk.hpp>
 #include <bristle/geometry/contacts/mesh_contacts.hpp>
@@ -204,7 +205,7 @@
 #include <bristle/world/outward_rays.hpp>
 #include <bristle/world/patch_rays.hpp>
 #include <bristle/world/proximity.hpp>
-#include <bristle/world/ray_filter.hpp>
+#include <bristle/world/query_filter.hpp>
 #include <bristle/world/ray_query.hpp>
 #include <bristle/world/report.hpp>
 #include <bristle/world/sensor_stage.hpp>
@@ -218,6 +219,7 @@
 #include <bristle/world/world_contacts_impl.hpp>
 #include <bristle/world/world_impl.hpp>
 #include <bristle/world/world_lists_impl.hpp>
+#include <bristle/world/world_queries_impl.hpp>
 #include <bristle/world/world_state.hpp>
 #if defined(BRISTLE_WITH_FCL)
 #include <bristle/geometry/backends/fcl_contact_normal.hpp>

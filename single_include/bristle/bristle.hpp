@@ -575,21 +575,7 @@ Sum sum_in_ranges(std::size_t count, std::size_t size, std::size_t fewest_shared
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Gets memory for elements, or throws std::bad_alloc.
-/// @param count      [-] Number of elements.
-/// @param size       [bytes] Size of one.
-/// @param alignment  [bytes] A power of two.
-[[nodiscard]] inline void* allocate_elements(std::size_t count, std::size_t size,
-                                             std::size_t alignment) {
-  // A number of bytes that cannot be counted is more than there can be.
-  const std::size_t bytes = count > SIZE_MAX / size ? SIZE_MAX : count * size;
-  if (alignment > __STDCPP_DEFAULT_NEW_ALIGNMENT__) {
-    return ::operator new(bytes, std::align_val_t(alignment));
-  }
-  return ::operator new(bytes);
-}
-
-/// Gives back what `allocate_elements` got.
+/// Gives back memory of elements.
 inline void free_elements(void* memory, std::size_t alignment) noexcept {
   if (alignment > __STDCPP_DEFAULT_NEW_ALIGNMENT__) {
     ::operator delete(memory, std::align_val_t(alignment));
@@ -598,10 +584,35 @@ inline void free_elements(void* memory, std::size_t alignment) noexcept {
   }
 }
 
+/// Memory of elements that no array owns yet, or any more. It knows nothing of them, so that it is
+/// compiled once.
+struct ElementMemory {
+  /// Gets memory, or throws std::bad_alloc.
+  /// @param count       [-] Number of elements.
+  /// @param size        [bytes] Size of one.
+  /// @param alignment_  [bytes] A power of two.
+  ElementMemory(std::size_t count, std::size_t size, std::size_t alignment_)
+      : capacity(count), alignment(alignment_) {
+    // A number of bytes that cannot be counted is more than there can be.
+    const std::size_t bytes = count > PTRDIFF_MAX / size ? std::size_t{PTRDIFF_MAX} : count * size;
+    data = alignment > __STDCPP_DEFAULT_NEW_ALIGNMENT__
+               ? ::operator new(bytes, std::align_val_t(alignment))
+               : ::operator new(bytes);
+  }
+  ElementMemory(const ElementMemory&) = delete;
+  ElementMemory& operator=(const ElementMemory&) = delete;
+  ~ElementMemory() { free_elements(data, alignment); }
+
+  void* data;
+  std::size_t capacity;
+  std::size_t alignment;
+};
+
 /// A growing array with the names of `std::vector`, for data that no user sees.
 ///
-/// It exists for the sake of compile time, and so casts where others call std::move: the library has arrays of a hundred types, and of
-/// `std::vector` each takes a compiler sixty functions and 2.5 MB (decision 0045). Unlike it,
+/// It exists for the sake of compile time: the library has arrays of a hundred types, and of
+/// `std::vector` each takes a compiler sixty functions and 2.5 MB (decision 0045). It casts where
+/// others call std::move, for the same reason. Unlike std::vector,
 /// - iterators are pointers,
 /// - elements must move without a throw, as they do without a strong guarantee,
 /// - `resize` and `assign` double the capacity, too, where they grow. So varying sizes (contacts of
@@ -610,6 +621,8 @@ inline void free_elements(void* memory, std::size_t alignment) noexcept {
 /// @tparam alignment  [bytes] Where the first element lies: at a multiple of this.
 template <typename T, std::size_t alignment = alignof(T)>
 class DynamicArray {
+  static_assert(alignment >= alignof(T));
+
  public:
   using value_type = T;
   using iterator = T*;
@@ -682,7 +695,9 @@ class DynamicArray {
 
   /// Makes room for exactly this many elements where there is less.
   void reserve(std::size_t count) {
-    if (count > capacity_) relocate(count);
+    if (count <= capacity_) return;
+    ElementMemory memory(count, sizeof(T), alignment);
+    trade(memory);
   }
 
   /// Ends the last elements, or adds some with all members at their default values.
@@ -739,16 +754,20 @@ class DynamicArray {
   template <typename... Arguments>
   T& emplace_back(Arguments&&... arguments) {
     if (size_ == capacity_) {
-      T added(static_cast<Arguments&&>(arguments)...);
-      make_room(size_ + 1);
-      ::new (static_cast<void*>(end())) T(static_cast<T&&>(added));
+      ElementMemory memory(std::max<std::size_t>(1, 2 * capacity_), sizeof(T), alignment);
+      ::new (static_cast<void*>(static_cast<T*>(memory.data) + size_))
+          T(static_cast<Arguments&&>(arguments)...);
+      trade(memory);
     } else {
       ::new (static_cast<void*>(end())) T(static_cast<Arguments&&>(arguments)...);
     }
     return data_[size_++];
   }
 
-  void pop_back() noexcept { end_from(size_ - 1); }
+  void pop_back() noexcept {
+    BRISTLE_CHECK_INDEX(0, size_);
+    end_from(size_ - 1);
+  }
 
   /// Puts an element before another, or at the end.
   void insert(const T* before, T value) {
@@ -784,7 +803,7 @@ class DynamicArray {
 
   /// Makes room for at least this many elements; doubles where there is less.
   void make_room(std::size_t count) {
-    if (count > capacity_) relocate(std::max(count, 2 * capacity_));
+    if (count > capacity_) reserve(std::max(count, 2 * capacity_));
   }
 
   /// Ends all elements from a number on. Does nothing where there are fewer.
@@ -796,20 +815,21 @@ class DynamicArray {
     }
   }
 
-  /// Moves the elements to new memory.
-  void relocate(std::size_t capacity) {
-    T* const target = static_cast<T*>(allocate_elements(capacity, sizeof(T), alignment));
+  /// Moves the elements to other memory, and gives theirs for it.
+  void trade(ElementMemory& memory) noexcept {
+    static_assert(std::is_nothrow_destructible_v<T>);
+    T* const target = static_cast<T*>(memory.data);
     if constexpr (std::is_trivially_copyable_v<T>) {
-      if (size_ > 0) std::memcpy(static_cast<void*>(target), data_, size_ * sizeof(T));
+      if (size_ > 0) std::memcpy(memory.data, data_, size_ * sizeof(T));
     } else {
       for (std::size_t i = 0; i < size_; ++i) {
         ::new (static_cast<void*>(target + i)) T(static_cast<T&&>(data_[i]));
         data_[i].~T();
       }
     }
-    free_elements(data_, alignment);
+    memory.data = data_;
     data_ = target;
-    capacity_ = capacity;
+    capacity_ = memory.capacity;
   }
 
   /// Owns nothing any more.
@@ -3183,6 +3203,12 @@ struct Aabb {
     return all_at_most(lower, p) && all_at_most(p, upper);
   }
 
+  /// [m^2] Squared distance to another box. 0 where they overlap.
+  [[nodiscard]] S distance2_to(const Aabb& other) const {
+    const Vec3<S> apart = cwise_max(Vec3<S>(other.lower - upper), Vec3<S>(lower - other.upper));
+    return cwise_max(apart, Vec3<S>(Vec3<S>::Zero())).squaredNorm();
+  }
+
   /// [m^2] Half the surface of a box with edges x, y and z [m].
   [[nodiscard]] static S half_area_of(S x, S y, S z) { return x * y + y * z + z * x; }
   /// [m^2] Half the surface: the cost measure of tree building (surface-area heuristic).
@@ -4531,7 +4557,8 @@ BRISTLE_HULL_FUNCTIONS(extern template, double)
 /// The only interface between the library and the geometry queries.
 ///
 /// A backend is a struct of static functions over a nested template `Collidable<S>`. That is its
-/// own prepared, immutable form of a shape, cheap to copy (a shared pointer, usually).
+/// own prepared, immutable form of a shape, cheap to copy (a shared pointer, usually). It moves
+/// without a throw.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/geometry/contacts/contact_manifold.hpp
@@ -4851,6 +4878,7 @@ template <Scalar S>
 
 #include <concepts>
 #include <cstdint>
+#include <type_traits>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -4880,10 +4908,15 @@ namespace bristle::inline BRISTLE_ABI {
 /// A backend with `is_clear(c, X_RC, rays)` returns true early if no ray can meet the shape. It may
 /// return false then, too. Large patches that meet nothing then cost less.
 ///
+/// A backend with `visit_solid(c, visit)` calls `visit` with the solid in `Precise<S>`: a
+/// HalfSpace, a ConvexView or a MeshSurface. Then a world can be asked what overlaps a shape, is
+/// nearest to it, or is touched first on its way.
+///
 /// A backend with `shape(c)` gives the shape that `c` was made from. Then worlds can be drawn and
 /// recorded without a copy of their definitions.
 template <typename B, typename S>
 concept ShapeBackend = Scalar<S> && std::copyable<typename B::template Collidable<S>> &&
+    std::is_nothrow_move_constructible_v<typename B::template Collidable<S>> &&
     requires(const Shape<S>& shape, const typename B::template Collidable<S>& c,
              const Transform<S>& X, S margin, ContactManifolds<S>& manifolds,
              const RayBatch<S>& rays, std::uint32_t tag, RayHits<S>& hits, ShapeKind kind) {
@@ -4910,6 +4943,12 @@ namespace detail {
 template <typename B, typename S>
 concept TellsShapes = requires(const typename B::template Collidable<S>& c) {
   { B::shape(c) } -> std::same_as<Shape<S>>;
+};
+
+/// True for a backend that shows its solids.
+template <typename B, typename S>
+concept ShowsSolids = requires(const typename B::template Collidable<S>& c) {
+  B::visit_solid(c, [](const auto&) {});
 };
 
 }  // namespace detail
@@ -5003,6 +5042,10 @@ struct AnalyticBackend {
   /// The shape that was prepared, as it was given.
   template <Scalar S>
   [[nodiscard]] static Shape<S> shape(const std::shared_ptr<const detail::AnalyticShape<S>>& c);
+
+  /// Calls `visit` with the solid: a HalfSpace, a ConvexView or a MeshSurface, in `Precise<S>`.
+  template <Scalar S, typename Visit>
+  static void visit_solid(const std::shared_ptr<const detail::AnalyticShape<S>>& c, Visit&& visit);
 };
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -10067,6 +10110,16 @@ class BroadPhase {
     for (std::size_t i = 0; goes_on && i < unbounded_.size(); ++i) goes_on = visit(unbounded_[i]);
   }
 
+  /// Calls visit(tag) -> bool for every shape whose box in the tree accept(box) -> bool takes. It
+  /// is asked again, box by box, so that it may take less as visits go on. Ends when a visit
+  /// returns false. Unbounded shapes come last, in order of their tags.
+  template <typename Accept, typename Visit>
+  void find(Accept&& accept, Visit&& visit) const {
+    bool goes_on = true;
+    tree_.find(accept, [&](std::uint32_t tag) { return goes_on = visit(tag); });
+    for (std::size_t i = 0; goes_on && i < unbounded_.size(); ++i) goes_on = visit(unbounded_[i]);
+  }
+
   /// Appends to `out` every overlapping pair with a shape in `moving`. The other shape is any that
   /// `accept(a, b)` accepts. Pairs have a < b, are sorted, and come once each.
   /// @param[in,out] tested  Number of overlapping pairs, accepted or not.
@@ -13478,9 +13531,9 @@ class HapticBody {
 
 namespace bristle::inline BRISTLE_ABI {
 
-struct RayFilter;
+struct QueryFilter;
 template <Scalar S>
-struct WorldRayHit;
+struct WorldHit;
 template <Scalar S>
 class ProximityArray;
 template <Scalar S, typename Backend = AnalyticBackend>
@@ -13500,7 +13553,7 @@ struct WorldKernels {
   void (*step)(void* stepper, WorldState<S, Backend>& state);
   /// Finds the nearest hits of rays with all shapes. Rays are valid, with one hit for each.
   void (*cast_rays)(const WorldState<S, Backend>& state, std::span<const Ray<S>> rays,
-                    const RayFilter& filter, std::span<WorldRayHit<S>> hits);
+                    const QueryFilter& filter, std::span<WorldHit<S>> hits);
   /// `ProximityArray::sense`. The carrier exists.
   void (*sense)(ProximityArray<S>& array, const WorldState<S, Backend>& state, BodyId carrier);
 };
@@ -13527,10 +13580,10 @@ template <Scalar S, typename Backend>
 /// Hits of the rays of a patch: cast at the shapes in range, or extrapolated since the last cast.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/world/ray_filter.hpp
+// === bristle/world/query_filter.hpp
 
 /// @file
-/// Filter of the bodies that rays and sensors meet.
+/// Filter of the bodies that rays, sensors and queries meet.
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <algorithm>
@@ -13539,9 +13592,9 @@ template <Scalar S, typename Backend>
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Bodies that a ray query meets: those of the categories in `sense_mask` that are not `excluded`.
-struct RayFilter {
-  /// [-] Categories of the bodies that are met. Collision masks do not matter to rays.
+/// Bodies that a query meets: those of the categories in `sense_mask` that are not `excluded`.
+struct QueryFilter {
+  /// [-] Categories of the bodies that are met. Collision masks do not matter.
   std::uint32_t sense_mask = 0xffffffffu;
   /// [-] Bodies that are not met. A ray that starts on a body excludes it, as a rule.
   std::vector<BodyId> excluded{};
@@ -13549,7 +13602,7 @@ struct RayFilter {
 
 namespace detail {
 
-/// Returns whether a filter lets a ray meet a body.
+/// Returns whether a filter lets a query meet a body.
 /// @param filter  Anything with `sense_mask` and `excluded`.
 template <typename Filter, Scalar S>
 [[nodiscard]] bool can_meet(const Filter& filter, BodyId id, const Body<S>& body) {
@@ -14024,7 +14077,7 @@ template <Scalar S>
 class ProximityArray {
  public:
   /// @throws InvalidArgument as `SensorLayout::validate`, or when there are no rays.
-  explicit ProximityArray(SensorLayout<S> rays, RayFilter filter = {})
+  explicit ProximityArray(SensorLayout<S> rays, QueryFilter filter = {})
       : rays_(std::move(rays)), filter_(std::move(filter)) {
     rays_.validate();
     detail::require(rays_.size() > 0, "ProximityArray: rays.size()", rays_.size(), "must be > 0");
@@ -14069,7 +14122,7 @@ class ProximityArray {
 
   SensorLayout<S> rays_;
   detail::RayTree<S> ray_tree_;
-  RayFilter filter_;
+  QueryFilter filter_;
   Aabb<S> box_{};
   RayHits<S> hits_;
   detail::DynamicArray<BodyId> body_;
@@ -14091,21 +14144,23 @@ class ProximityArray {
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Nearest hit of a ray through a world.
+/// What a query of a world found.
 template <Scalar S>
-struct WorldRayHit {
-  /// [m] Distance from the ray's start. Infinite without a hit, 0 where it starts inside.
+struct WorldHit {
+  /// [m] Way of a ray or a cast shape before the hit, or distance of the nearest shape. Infinite if
+  /// nothing was found, 0 where the query starts inside or overlaps.
   S distance = infinity<S>;
   /// [m] Point of the hit, in the world.
   Vec3<S> point = Vec3<S>::Zero();
-  /// [1] Outward unit normal of the surface, in the world.
+  /// [1] Outward unit normal of the surface, in the world. Where a query starts inside it is that
+  /// against its motion, and zero without motion.
   Vec3<S> normal = Vec3<S>::Zero();
   /// [-] Body that was hit.
   BodyId body{};
   /// [-] Shape that was hit.
   ShapeId shape{};
 
-  /// Returns whether the ray hit anything.
+  /// Returns whether anything was found.
   [[nodiscard]] bool is_hit() const { return distance < infinity<S>; }
 };
 
@@ -14123,43 +14178,51 @@ void require_ray(const Ray<S>& ray) {
   require(ray.length > S(0), "Ray::length", ray.length, "must be > 0");
 }
 
-/// Nearest hit of a ray.
+/// Nearest hit of a ray with one shape, within a length [m].
 /// @param scratch  Room for one hit, allocated once for many rays.
 template <Scalar S, typename Backend>
-[[nodiscard]] WorldRayHit<S> cast_ray(const WorldState<S, Backend>& state, const Ray<S>& ray,
-                                      const RayFilter& filter, RayHits<S>& scratch) {
+[[nodiscard]] RayHit<S> cast_ray_at(const WorldState<S, Backend>& state, std::uint32_t tag,
+                                    const Ray<S>& ray, const S& length, RayHits<S>& scratch) {
+  const Collider<S, Backend>& c = state.colliders.at(tag);
+  // The frame starts at the ray's own origin, which keeps precision far from the world's.
+  Transform<S> X_RS = state.body_of(c).center_pose * c.X_CmS;
+  X_RS.translation -= ray.origin;
+  const S zero = S(0);
+  const auto one = [](const S& value) { return std::span<const S>(&value, 1); };
+  const RayBatch<S> batch{one(zero),
+                          one(zero),
+                          one(zero),
+                          one(ray.direction.x()),
+                          one(ray.direction.y()),
+                          one(ray.direction.z()),
+                          one(length),
+                          S(0)};
+  scratch.reset(1);
+  Backend::cast_rays(c.shape, X_RS, batch, tag, scratch);
+  return {scratch.distance[0], scratch.normal[0]};
+}
+
+/// Nearest hit of a ray.
+/// @param scratch  As above.
+template <Scalar S, typename Backend>
+[[nodiscard]] WorldHit<S> cast_ray(const WorldState<S, Backend>& state, const Ray<S>& ray,
+                                   const QueryFilter& filter, RayHits<S>& scratch) {
   RayHit<S> best;
   std::uint32_t best_tag = 0;
   state.broad_phase.walk_ray(ray, [&](std::uint32_t tag, S nearest) {
     const Collider<S, Backend>& c = state.colliders.at(tag);
-    const Body<S>& body = state.body_of(c);
-    if (!can_meet(filter, c.body, body)) return nearest;
-    // The frame starts at the ray's own origin, which keeps precision far from the world's.
-    Transform<S> X_RS = body.center_pose * c.X_CmS;
-    X_RS.translation -= ray.origin;
-    const S zero = S(0);
+    if (!can_meet(filter, c.body, state.body_of(c))) return nearest;
     const S length = std::min(nearest, ray.length);
-    const auto one = [](const S& value) { return std::span<const S>(&value, 1); };
-    const RayBatch<S> batch{one(zero),
-                            one(zero),
-                            one(zero),
-                            one(ray.direction.x()),
-                            one(ray.direction.y()),
-                            one(ray.direction.z()),
-                            one(length),
-                            S(0)};
-    scratch.reset(1);
-    Backend::cast_rays(c.shape, X_RS, batch, tag, scratch);
+    const RayHit<S> hit = cast_ray_at(state, tag, ray, length, scratch);
     // Visits follow the order of the tree. Ties go to the lower tag, as for sensors.
-    const S distance = scratch.distance[0];
-    if (distance < best.distance ||
-        (distance == best.distance && scratch.is_hit(0) && tag < best_tag)) {
-      best = {distance, scratch.normal[0]};
+    if (hit.distance < best.distance ||
+        (hit.distance == best.distance && hit.distance < infinity<S> && tag < best_tag)) {
+      best = hit;
       best_tag = tag;
     }
     return std::min(nearest, best.distance);
   });
-  WorldRayHit<S> result;
+  WorldHit<S> result;
   if (!(best.distance < infinity<S>)) return result;
   result.distance = best.distance;
   result.normal = best.normal;
@@ -14322,11 +14385,37 @@ class World {
 
   /// Nearest hit of a ray with any shape. O(log n) in the number of shapes.
   /// @throws InvalidArgument when the ray is not finite, has no unit direction or no length.
-  [[nodiscard]] WorldRayHit<S> cast_ray(const Ray<S>& ray, const RayFilter& filter = {}) const;
+  [[nodiscard]] WorldHit<S> cast_ray(const Ray<S>& ray, const QueryFilter& filter = {}) const;
   /// Nearest hits of many rays; `hits` has one entry a ray.
   /// @throws InvalidArgument as `cast_ray`, or when the sizes differ.
-  void cast_rays(std::span<const Ray<S>> rays, const RayFilter& filter,
-                 std::span<WorldRayHit<S>> hits) const;
+  void cast_rays(std::span<const Ray<S>> rays, const QueryFilter& filter,
+                 std::span<WorldHit<S>> hits) const;
+  /// Hits of a ray with every shape on its way, nearest first: where it enters each.
+  /// @throws InvalidArgument as `cast_ray`.
+  [[nodiscard]] std::vector<WorldHit<S>> cast_ray_through(const Ray<S>& ray,
+                                                          const QueryFilter& filter = {}) const;
+  /// Shapes that a convex shape at the pose X_WQ overlaps or touches, in the order of their slots.
+  /// @throws InvalidArgument when the shape is not valid or not convex, or the pose not finite.
+  [[nodiscard]] std::vector<WorldHit<S>> overlaps(
+      const Shape<S>& shape, const Transform<S>& X_WQ,
+      const QueryFilter& filter = {}) const requires detail::ShowsSolids<Backend, S>;
+  /// The shape nearest to a convex shape at the pose X_WQ, no farther from it than `reach` [m],
+  /// and its nearest point. Of shapes that are as near it is the one of the lowest slot.
+  /// @throws InvalidArgument as `overlaps`, or when `reach` is not > 0. It may be infinite.
+  [[nodiscard]] WorldHit<S> closest(
+      const Shape<S>& shape, const Transform<S>& X_WQ, S reach,
+      const QueryFilter& filter = {}) const requires detail::ShowsSolids<Backend, S>;
+  /// The shape nearest to a point [m] of the world.
+  /// @throws InvalidArgument when the point is not finite or `reach` is not > 0.
+  [[nodiscard]] WorldHit<S> closest(const Vec3<S>& point, S reach, const QueryFilter& filter = {})
+      const requires detail::ShowsSolids<Backend, S>;
+  /// First shape that a convex shape touches as it moves by `way` [m] from the pose X_WQ without a
+  /// turn. It stops short by a part of at most 1.5e-8 of its size, and counts as in the way only
+  /// where it approaches.
+  /// @throws InvalidArgument as `overlaps`, or when `way` is not finite or zero.
+  [[nodiscard]] WorldHit<S> cast_shape(
+      const Shape<S>& shape, const Transform<S>& X_WQ, const Vec3<S>& way,
+      const QueryFilter& filter = {}) const requires detail::ShowsSolids<Backend, S>;
   /// Measures present distances with an array of rays on a body, given in its frame. Several
   /// threads may fill several arrays at once.
   void sense(BodyId carrier, ProximityArray<S>& array) const;
@@ -14617,7 +14706,8 @@ namespace bristle::inline BRISTLE_ABI {
 /// Satisfies `ShapeBackend` for float and double.
 ///
 /// Contacts are found as in solid_contacts.hpp, over FCL's GJK (fcl_contact_normal.hpp). FCL's own
-/// contacts of meshes have no meaningful depth (fcl#106, #491, #574) and are not used. Every pair is known except two half-spaces.
+/// contacts of meshes have no meaningful depth (fcl#106, #491, #574) and are not used. Every pair
+/// is known except two half-spaces.
 ///
 /// `collide` allocates only space in `out`; `cast_rays` allocates nothing. FCL's GJK works on the
 /// stack. Exceptions of FCL are caught, and supports check its results. All loops are bounded.
@@ -14669,6 +14759,10 @@ struct FclBackend {
   /// As FCL keeps it, in double.
   template <Scalar S>
   [[nodiscard]] static Shape<S> shape(const Collidable<S>& c);
+
+  /// Calls `visit` with the solid: a HalfSpace, a ConvexView or a MeshSurface, in double.
+  template <Scalar S, typename Visit>
+  static void visit_solid(const Collidable<S>& c, Visit&& visit);
 };
 
 /// A shape prepared by the FCL backend. Copies share one immutable preparation. A
@@ -24887,6 +24981,20 @@ Shape<S> AnalyticBackend::shape(const std::shared_ptr<const detail::AnalyticShap
       c->shape());
 }
 
+template <Scalar S, typename Visit>
+void AnalyticBackend::visit_solid(const std::shared_ptr<const detail::AnalyticShape<S>>& c,
+                                  Visit&& visit) {
+  const auto& solid = c->solid();
+  if (solid.mesh) {
+    visit(*solid.mesh);
+  } else if (solid.convex) {
+    visit(*solid.convex);
+  } else {
+    visit(std::get<HalfSpace<detail::Precise<S>>>(
+        detail::ShapeCast<detail::Precise<S>, S>{}(std::get<HalfSpace<S>>(c->shape()))));
+  }
+}
+
 /// As declared: throws InvalidArgument as `validate`.
 template <Scalar S>
 auto AnalyticBackend::make(const Shape<S>& shape) -> Collidable<S> {
@@ -25876,6 +25984,18 @@ template <Scalar S>
 bool FclBackend::is_clear(const Collidable<S>& c, const Transform<S>& X_RC,
                           const RayBatch<S>& rays) noexcept {
   return c.data_->rays.is_clear(X_RC, rays);
+}
+
+template <Scalar S, typename Visit>
+void FclBackend::visit_solid(const Collidable<S>& c, Visit&& visit) {
+  const auto& solid = c.data_->solid;
+  if (solid.mesh) {
+    visit(*solid.mesh);
+  } else if (solid.convex) {
+    visit(*solid.convex);
+  } else {
+    visit(std::get<HalfSpace<double>>(c.data_->rays.view()));
+  }
 }
 
 template <Scalar S>
@@ -35520,8 +35640,8 @@ template <Scalar S, typename Backend>
       .delete_scratch = [](void* stepper) { delete static_cast<Own*>(stepper); },
       .step = [](void* stepper, State& state) { static_cast<Own*>(stepper)->step(state); },
       .cast_rays =
-          [](const State& state, std::span<const Ray<S>> rays, const RayFilter& filter,
-             std::span<WorldRayHit<S>> hits) {
+          [](const State& state, std::span<const Ray<S>> rays, const QueryFilter& filter,
+             std::span<WorldHit<S>> hits) {
             RayHits<S> scratch;
             for (std::size_t i = 0; i < rays.size(); ++i) {
               hits[i] = cast_ray(state, rays[i], filter, scratch);
@@ -36973,18 +37093,18 @@ const {
 }
 
 template <Scalar S, typename Backend>
-requires ShapeBackend<Backend, S> WorldRayHit<S> World<S, Backend>::cast_ray(
-    const Ray<S>& ray, const RayFilter& filter)
+requires ShapeBackend<Backend, S> WorldHit<S> World<S, Backend>::cast_ray(const Ray<S>& ray,
+                                                                          const QueryFilter& filter)
 const {
-  WorldRayHit<S> hit;
+  WorldHit<S> hit;
   cast_rays(std::span(&ray, 1), filter, std::span(&hit, 1));
   return hit;
 }
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
-void World<S, Backend>::cast_rays(std::span<const Ray<S>> rays, const RayFilter& filter,
-                                  std::span<WorldRayHit<S>> hits) const {
+void World<S, Backend>::cast_rays(std::span<const Ray<S>> rays, const QueryFilter& filter,
+                                  std::span<WorldHit<S>> hits) const {
   detail::require(rays.size() == hits.size(), "hits.size()", static_cast<double>(hits.size()),
                   "must equal the number of rays");
   for (const Ray<S>& ray : rays) detail::require_ray(ray);
@@ -37146,6 +37266,517 @@ void World<S, Backend>::push(const detail::HapticBody<S>& pushed) {
   if (!detail::is_pose(X_WB) || !detail::has_finite_square<S>(carried.twist)) return;
   set_pose(id, X_WB);
   set_twist(id, carried.twist);
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/world/world_queries_impl.hpp
+
+/// @file
+/// Definitions of `World`: queries with rays and shapes. Included by world.hpp.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/geometry/contacts/convex_query.hpp
+
+/// @file
+/// Distance of a convex solid from any solid, and the way it can go along a line before it touches.
+///
+/// Both rest on the distance of convex cores (gjk.hpp). A cast goes by conservative advancement
+/// (Mirtich 1996): a solid at the distance g along the normal n, which moves by d, cannot touch
+/// before the fraction g / -(n.d) of the way. It goes there and measures again. Of solids that are
+/// convex the direction is that of a separating plane, so that one that moves away along it never
+/// touches at all.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <variant>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Nearest point of a target to a query, in the frame of the target.
+template <Scalar P>
+struct SolidGap {
+  /// [m] Distance of the two. 0 where they overlap or touch. What it is before a search bounds the
+  /// search: nothing that is as far changes it.
+  P distance = infinity<P>;
+  /// [1] Unit normal out of the target, towards the query. Zero where they overlap.
+  Vec3<P> normal = Vec3<P>::Zero();
+  /// [m] The nearest point of the target, or one of several. A point of the query where they
+  /// overlap.
+  Vec3<P> point = Vec3<P>::Zero();
+};
+
+/// First touch of a query that moves along a line, in the frame of the target.
+template <Scalar P>
+struct SolidTouch {
+  /// [1] Part of the way before the touch. What it is before a search bounds the search.
+  P fraction = infinity<P>;
+  /// [1] Unit normal out of the target. Against the motion where the solids overlap at its start.
+  Vec3<P> normal = Vec3<P>::Zero();
+  /// [m] Point of the touch, or one of several.
+  Vec3<P> point = Vec3<P>::Zero();
+};
+
+/// Lowers `nearest` to the gap between a target and a query at X_TQ, if that is less.
+///
+/// The error is that of GJK: round-off for cores that are points, segments, boxes or hulls, and
+/// 1.5e-10 of the distance for others.
+template <Scalar P>
+void find_gap(const HalfSpace<P>& target, const ConvexView<P>& query, const Transform<P>& X_TQ,
+              SolidGap<P>& nearest);
+template <Scalar P>
+void find_gap(const ConvexView<P>& target, const ConvexView<P>& query, const Transform<P>& X_TQ,
+              SolidGap<P>& nearest);
+template <Scalar P, typename Tree>
+void find_gap(const MeshSurface<P, Tree>& target, const ConvexView<P>& query,
+              const Transform<P>& X_TQ, SolidGap<P>& nearest);
+
+/// Lowers `first` to the first touch of a target by a query that starts at X_TQ and moves by `way`
+/// [m], if that is sooner. The query stops short of the target by at most a part of 1.5e-8
+/// (`Tolerance::equal`) of their sizes.
+template <Scalar P>
+void find_touch(const HalfSpace<P>& target, const ConvexView<P>& query, const Transform<P>& X_TQ,
+                const Vec3<P>& way, SolidTouch<P>& first);
+template <Scalar P>
+void find_touch(const ConvexView<P>& target, const ConvexView<P>& query, const Transform<P>& X_TQ,
+                const Vec3<P>& way, SolidTouch<P>& first);
+template <Scalar P, typename Tree>
+void find_touch(const MeshSurface<P, Tree>& target, const ConvexView<P>& query,
+                const Transform<P>& X_TQ, const Vec3<P>& way, SolidTouch<P>& first);
+
+// Implementation ----------------------------------------------------------------------------------
+
+/// Distance of two solids and the direction of it. Zero where they overlap or touch, and `far` [m]
+/// or more where they are farther apart than that.
+template <Scalar P>
+[[nodiscard]] GjkResult<P> convex_distance(const ConvexView<P>& target, const ConvexView<P>& query,
+                                           const Transform<P>& X_TQ, P far) {
+  const PlacedConvex<P> a{&target, Mat3<P>::Identity(), Vec3<P>::Zero(), P(1)};
+  const PlacedConvex<P> b{&query, X_TQ.rotation_matrix(), X_TQ.translation, P(1)};
+  const Vec3<P> between = X_TQ * query.center - target.center;
+  const P rounding = target.rounding + query.rounding;
+  // A search that ends early knows a distance that is surely beyond the bound, whatever is rounded.
+  const P enough = (far + rounding) * (P(1) + Tolerance<P>::equal());
+  GjkResult<P> result =
+      GjkDistance{}(a, b, between == Vec3<P>::Zero() ? Vec3<P>(Vec3<P>::UnitX()) : between, enough);
+  result.distance -= rounding;
+  result.is_apart = result.is_apart && result.distance > P(0);
+  if (!result.is_apart) result.distance = P(0);
+  return result;
+}
+
+/// [m] Width of the gap between two solids along a direction n [1] out of the target. Where it is
+/// more than 0, a plane across n parts them.
+template <Scalar P>
+[[nodiscard]] P gap_along(const ConvexView<P>& target, const ConvexView<P>& query,
+                          const Transform<P>& X_TQ, const Vec3<P>& n) {
+  const Vec3<P> back = X_TQ.rotation.conjugate() * Vec3<P>(-n);
+  return n.dot(X_TQ * query.support(back)) - n.dot(target.support(n)) - target.rounding -
+         query.rounding;
+}
+
+/// A nearest point of the target, where the normal is known.
+template <Scalar P>
+[[nodiscard]] Vec3<P> point_of_gap(const ConvexView<P>& target, const ConvexView<P>& query,
+                                   const Transform<P>& X_TQ, const Vec3<P>& normal, P distance) {
+  // A ball has one point that is nearest.
+  if (std::holds_alternative<const Sphere<P>*>(query.shape)) {
+    return X_TQ.translation - (distance + query.rounding) * normal;
+  }
+  if (std::holds_alternative<const Sphere<P>*>(target.shape)) return target.rounding * normal;
+  // Faces and edges that lie along each other are clipped: an extreme point of one need not be
+  // over the other.
+  const ContactManifold<P> shared = contact_manifold(target, query, X_TQ, normal, infinity<P>);
+  ContactPoint<P> nearest = shared.points[0];
+  for (std::size_t i = 1; i < shared.size; ++i) {
+    if (shared.points[i].gap < nearest.gap) nearest = shared.points[i];
+  }
+  return nearest.position - P(0.5) * nearest.gap * normal;
+}
+
+/// The lowest point of a query over a half-space, and its height.
+template <Scalar P>
+[[nodiscard]] SolidGap<P> height_over(const HalfSpace<P>& target, const ConvexView<P>& query,
+                                      const Transform<P>& X_TQ) {
+  const Vec3<P> down = X_TQ.rotation.conjugate() * Vec3<P>(-target.normal);
+  const Vec3<P> lowest = X_TQ * support_point(query, down);
+  return {target.normal.dot(lowest) - target.offset, target.normal, lowest};
+}
+
+template <Scalar P>
+void find_gap(const HalfSpace<P>& target, const ConvexView<P>& query, const Transform<P>& X_TQ,
+              SolidGap<P>& nearest) {
+  const SolidGap<P> height = height_over(target, query, X_TQ);
+  if (!(height.distance < nearest.distance)) return;
+  if (height.distance > P(0)) {
+    nearest = {height.distance, target.normal, height.point - height.distance * target.normal};
+  } else {
+    nearest = {P(0), Vec3<P>::Zero(), height.point};
+  }
+}
+
+template <Scalar P>
+void find_gap(const ConvexView<P>& target, const ConvexView<P>& query, const Transform<P>& X_TQ,
+              SolidGap<P>& nearest) {
+  const GjkResult<P> found = convex_distance(target, query, X_TQ, nearest.distance);
+  if (!(found.distance < nearest.distance)) return;
+  if (found.is_apart && gap_along(target, query, X_TQ, found.normal) > P(0)) {
+    nearest = {found.distance, found.normal,
+               point_of_gap(target, query, X_TQ, found.normal, found.distance)};
+  } else {
+    nearest = {P(0), Vec3<P>::Zero(), X_TQ * query.center};
+  }
+}
+
+/// Returns whether the middle of a query is in a mesh.
+template <Scalar P, typename Tree>
+[[nodiscard]] bool holds_center(const MeshSurface<P, Tree>& target, const ConvexView<P>& query,
+                                const Transform<P>& X_TQ) {
+  const Vec3<P> center = X_TQ * query.center;
+  return target.bounds().contains(center) && target.contains(center);
+}
+
+template <Scalar P, typename Tree>
+void find_gap(const MeshSurface<P, Tree>& target, const ConvexView<P>& query,
+              const Transform<P>& X_TQ, SolidGap<P>& nearest) {
+  // A query that meets no plate is inside or outside as a whole.
+  if (nearest.distance > P(0) && holds_center(target, query, X_TQ)) {
+    nearest = {P(0), Vec3<P>::Zero(), X_TQ * query.center};
+  }
+  const Aabb<P> box = bounds_at(query, X_TQ);
+  target.find(
+      [&](const Aabb<P>& other) {
+        return other.distance2_to(box) <= nearest.distance * nearest.distance;
+      },
+      [&](std::uint32_t i) {
+        const Plate<P> plate = target.plate(i);
+        find_gap(convex_view(plate), query, X_TQ, nearest);
+        return nearest.distance > P(0);
+      });
+}
+
+/// The touch of a query that overlaps a target before it moves.
+template <Scalar P>
+[[nodiscard]] SolidTouch<P> touch_at_start(const ConvexView<P>& query, const Transform<P>& X_TQ,
+                                           const Vec3<P>& way) {
+  return {P(0), -way.stableNormalized(), X_TQ * query.center};
+}
+
+template <Scalar P>
+void find_touch(const HalfSpace<P>& target, const ConvexView<P>& query, const Transform<P>& X_TQ,
+                const Vec3<P>& way, SolidTouch<P>& first) {
+  const SolidGap<P> height = height_over(target, query, X_TQ);
+  if (height.distance <= P(0)) {
+    if (first.fraction > P(0)) first = touch_at_start(query, X_TQ, way);
+    return;
+  }
+  const P closing = -target.normal.dot(way);
+  const P fraction = height.distance / closing;
+  if (closing > P(0) && fraction < first.fraction) {
+    first = {fraction, target.normal, height.point + fraction * way};
+  }
+}
+
+template <Scalar P>
+void find_touch(const ConvexView<P>& target, const ConvexView<P>& query, const Transform<P>& X_TQ,
+                const Vec3<P>& way, SolidTouch<P>& first) {
+  // Each measurement takes away all of the way that it proves free. Faces and corners end after one
+  // or two of them; round solids leave a part of the way that shrinks with its square. The bound is
+  // there for numbers that go on to creep.
+  constexpr int max_measurements = 64;
+  const P near = Tolerance<P>::equal() * std::min(target.reach, query.reach);
+  Transform<P> X = X_TQ;
+  SolidTouch<P> touch = touch_at_start(query, X_TQ, way);
+  for (int i = 0; i < max_measurements; ++i) {
+    const GjkResult<P> found = convex_distance(target, query, X, infinity<P>);
+    // The direction of solids that all but touch may be any. Only a plane that parts them counts.
+    const P gap = found.is_apart ? gap_along(target, query, X, found.normal) : P(0);
+    if (!(gap > P(0))) break;
+    const P closing = -found.normal.dot(way);
+    if (!(closing > P(0))) return;
+    touch.normal = found.normal;
+    if (gap <= near) break;
+    touch.fraction += gap / closing;
+    if (!(touch.fraction < first.fraction)) return;
+    X.translation = X_TQ.translation + touch.fraction * way;
+  }
+  if (!(touch.fraction < first.fraction)) return;
+  if (touch.fraction > P(0)) touch.point = point_of_gap(target, query, X, touch.normal, P(0));
+  first = touch;
+}
+
+template <Scalar P, typename Tree>
+void find_touch(const MeshSurface<P, Tree>& target, const ConvexView<P>& query,
+                const Transform<P>& X_TQ, const Vec3<P>& way, SolidTouch<P>& first) {
+  if (first.fraction > P(0) && holds_center(target, query, X_TQ)) {
+    first = touch_at_start(query, X_TQ, way);
+  }
+  const Aabb<P> box = bounds_at(query, X_TQ);
+  target.find(
+      [&](const Aabb<P>& other) {
+        const Vec3<P> moved = std::min(first.fraction, P(1)) * way;
+        Aabb<P> swept = box;
+        swept.include(Aabb<P>{Vec3<P>(box.lower + moved), Vec3<P>(box.upper + moved)});
+        return swept.overlaps(other);
+      },
+      [&](std::uint32_t i) {
+        const Plate<P> plate = target.plate(i);
+        find_touch(convex_view(plate), query, X_TQ, way, first);
+        return first.fraction > P(0);
+      });
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <variant>
+
+namespace bristle::inline BRISTLE_ABI {
+
+namespace detail {
+
+/// A convex shape placed in the world, to query with.
+template <Scalar S>
+class ShapeQuery {
+ public:
+  using P = Precise<S>;
+
+  /// @throws InvalidArgument when the shape is not valid or not convex, or the pose not finite.
+  ShapeQuery(const Shape<S>& shape, const Transform<S>& X_WQ)
+      : shape_(checked(shape, X_WQ)), pose_(X_WQ.template cast<P>()) {
+    visit_shape(
+        [this](const auto& s) {
+          if constexpr (requires { convex_view(s); }) view_.emplace(convex_view(s));
+        },
+        shape_);
+  }
+  /// A point is a ball without a radius, which no body could have.
+  explicit ShapeQuery(const Vec3<S>& point) : shape_(Sphere<P>{P(0)}) {
+    require_all_finite("point", point);
+    pose_.translation = point.template cast<P>();
+    view_.emplace(convex_view(std::get<Sphere<P>>(shape_)));
+  }
+  // `view_` points into this object.
+  ShapeQuery(const ShapeQuery&) = delete;
+  ShapeQuery& operator=(const ShapeQuery&) = delete;
+
+  [[nodiscard]] const ConvexView<P>& view() const { return *view_; }
+  /// [m] Box in the world.
+  [[nodiscard]] Aabb<P> bounds() const { return bounds_at(*view_, pose_); }
+  /// Pose in the frame of a target.
+  [[nodiscard]] Transform<P> pose_in(const Transform<P>& X_WT) const {
+    return X_WT.inverse() * pose_;
+  }
+
+ private:
+  [[nodiscard]] static Shape<P> checked(const Shape<S>& shape, const Transform<S>& X_WQ) {
+    const ShapeKind kind = kind_of(shape);
+    require(kind != ShapeKind::half_space && kind != ShapeKind::triangle_mesh, "shape",
+            static_cast<double>(kind), "must be convex and bounded: no half-space and no mesh");
+    validate(shape);
+    require_all_finite("X_WQ.translation", X_WQ.translation);
+    require_unit<S>("X_WQ.rotation", X_WQ.rotation);
+    return visit_shape(ShapeCast<P, S>{}, shape);
+  }
+
+  Shape<P> shape_;
+  Transform<P> pose_{};
+  std::optional<ConvexView<P>> view_;
+};
+
+/// The hit of a shape of a world, from what was found in the shape's frame.
+template <Scalar S, typename Backend, Scalar P>
+[[nodiscard]] WorldHit<S> world_hit(const WorldState<S, Backend>& state, std::uint32_t tag,
+                                    P distance, const Vec3<P>& point_T, const Vec3<P>& normal_T) {
+  const Collider<S, Backend>& c = state.colliders.at(tag);
+  const Transform<P> X_WT = (state.body_of(c).center_pose * c.X_CmS).template cast<P>();
+  WorldHit<S> hit;
+  hit.distance = S(distance);
+  hit.point = (X_WT * point_T).template cast<S>();
+  hit.normal = X_WT.rotate(normal_T).template cast<S>();
+  hit.body = c.body;
+  hit.shape = state.colliders.handle(tag);
+  return hit;
+}
+
+/// Calls visit(tag, solid, X_TQ) -> bool for every solid that a filter lets a query meet, whose box
+/// in the world accept(box) takes, until a visit returns false.
+template <Scalar S, typename Backend, typename Accept, typename Visit>
+void for_each_solid(const WorldState<S, Backend>& state, const ShapeQuery<S>& query,
+                    const QueryFilter& filter, Accept&& accept, Visit&& visit) {
+  state.broad_phase.find(
+      [&](const Aabb<S>& box) {
+        using P = Precise<S>;
+        return accept(Aabb<P>{box.lower.template cast<P>(), box.upper.template cast<P>()});
+      },
+      [&](std::uint32_t tag) {
+        const Collider<S, Backend>& c = state.colliders.at(tag);
+        const Body<S>& body = state.body_of(c);
+        if (!can_meet(filter, c.body, body)) return true;
+        const auto X_TQ = query.pose_in((body.center_pose * c.X_CmS).template cast<Precise<S>>());
+        bool goes_on = true;
+        Backend::visit_solid(c.shape,
+                             [&](const auto& solid) { goes_on = visit(tag, solid, X_TQ); });
+        return goes_on;
+      });
+}
+
+/// A little more than a bound, so that what lies at the bound is found, too.
+template <Scalar P>
+[[nodiscard]] P beyond(const P& bound) {
+  return bound * (P(1) + std::numeric_limits<P>::epsilon()) + std::numeric_limits<P>::min();
+}
+
+/// As `World::closest`.
+template <Scalar S, typename Backend>
+[[nodiscard]] WorldHit<S> find_closest(const WorldState<S, Backend>& state,
+                                       const ShapeQuery<S>& query, S reach,
+                                       const QueryFilter& filter) {
+  using P = Precise<S>;
+  require(reach > S(0), "reach", static_cast<double>(reach), "must be > 0");
+  SolidGap<P> nearest;
+  nearest.distance = beyond(P(reach));
+  std::optional<std::uint32_t> nearest_tag;
+  const Aabb<P> box = query.bounds();
+  for_each_solid(
+      state, query, filter,
+      [&](const Aabb<P>& other) {
+        return other.distance2_to(box) <= nearest.distance * nearest.distance;
+      },
+      [&](std::uint32_t tag, const auto& solid, const Transform<P>& X_TQ) {
+        SolidGap<P> gap;
+        gap.distance = nearest_tag ? beyond(nearest.distance) : nearest.distance;
+        const P bound = gap.distance;
+        find_gap(solid, query.view(), X_TQ, gap);
+        if (!(gap.distance < bound)) return true;
+        const bool is_first = !nearest_tag || gap.distance < nearest.distance ||
+                              (gap.distance == nearest.distance && tag < *nearest_tag);
+        if (is_first) {
+          nearest = gap;
+          nearest_tag = tag;
+        }
+        return true;
+      });
+  if (!nearest_tag) return {};
+  return world_hit(state, *nearest_tag, nearest.distance, nearest.point, nearest.normal);
+}
+
+}  // namespace detail
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+auto World<S, Backend>::cast_ray_through(const Ray<S>& ray, const QueryFilter& filter) const
+    -> std::vector<WorldHit<S>> {
+  detail::require_ray(ray);
+  std::vector<WorldHit<S>> hits;
+  RayHits<S> scratch;
+  state_.broad_phase.walk_ray(ray, [&](std::uint32_t tag, S nearest) {
+    if (detail::can_meet(filter, state_.colliders.at(tag).body,
+                         state_.body_of(state_.colliders.at(tag)))) {
+      const RayHit<S> hit = detail::cast_ray_at(state_, tag, ray, ray.length, scratch);
+      if (hit.distance < infinity<S>) {
+        hits.push_back({hit.distance, Vec3<S>(ray.origin + hit.distance * ray.direction),
+                        hit.normal, state_.colliders.at(tag).body, state_.colliders.handle(tag)});
+      }
+    }
+    return nearest;
+  });
+  std::sort(hits.begin(), hits.end(), [](const WorldHit<S>& a, const WorldHit<S>& b) {
+    return a.distance < b.distance || (a.distance == b.distance && a.shape < b.shape);
+  });
+  return hits;
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+auto World<S, Backend>::overlaps(const Shape<S>& shape, const Transform<S>& X_WQ,
+                                 const QueryFilter& filter) const -> std::vector<WorldHit<S>>
+requires detail::ShowsSolids<Backend, S> {
+  using P = detail::Precise<S>;
+  const detail::ShapeQuery<S> query(shape, X_WQ);
+  const Aabb<P> box = query.bounds();
+  std::vector<WorldHit<S>> hits;
+  detail::for_each_solid(
+      state_, query, filter, [&](const Aabb<P>& other) { return other.overlaps(box); },
+      [&](std::uint32_t tag, const auto& solid, const Transform<P>& X_TQ) {
+        detail::SolidGap<P> gap;
+        gap.distance = std::numeric_limits<P>::min();
+        detail::find_gap(solid, query.view(), X_TQ, gap);
+        if (gap.distance == P(0)) {
+          hits.push_back(detail::world_hit(state_, tag, gap.distance, gap.point, gap.normal));
+        }
+        return true;
+      });
+  std::sort(hits.begin(), hits.end(),
+            [](const WorldHit<S>& a, const WorldHit<S>& b) { return a.shape < b.shape; });
+  return hits;
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+auto World<S, Backend>::closest(const Shape<S>& shape, const Transform<S>& X_WQ, S reach,
+                                const QueryFilter& filter) const -> WorldHit<S>
+requires detail::ShowsSolids<Backend, S> {
+  return detail::find_closest(state_, detail::ShapeQuery<S>(shape, X_WQ), reach, filter);
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+auto World<S, Backend>::closest(const Vec3<S>& point, S reach, const QueryFilter& filter) const
+    -> WorldHit<S>
+requires detail::ShowsSolids<Backend, S> {
+  return detail::find_closest(state_, detail::ShapeQuery<S>(point), reach, filter);
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+auto World<S, Backend>::cast_shape(const Shape<S>& shape, const Transform<S>& X_WQ,
+                                   const Vec3<S>& way, const QueryFilter& filter) const
+    -> WorldHit<S>
+requires detail::ShowsSolids<Backend, S> {
+  using P = detail::Precise<S>;
+  const detail::ShapeQuery<S> query(shape, X_WQ);
+  detail::require_all_finite("way", way);
+  const P length = way.template cast<P>().stableNorm();
+  detail::require(length > P(0), "way", static_cast<double>(length), "must not be zero");
+  const Vec3<P> way_W = way.template cast<P>();
+  detail::SolidTouch<P> first;
+  first.fraction = detail::beyond(P(1));
+  std::optional<std::uint32_t> first_tag;
+  const Aabb<P> box = query.bounds();
+  detail::for_each_solid(
+      state_, query, filter,
+      [&](const Aabb<P>& other) {
+        const Vec3<P> moved = first.fraction * way_W;
+        Aabb<P> swept = box;
+        swept.include(Aabb<P>{Vec3<P>(box.lower + moved), Vec3<P>(box.upper + moved)});
+        return swept.overlaps(other);
+      },
+      [&](std::uint32_t tag, const auto& solid, const Transform<P>& X_TQ) {
+        detail::SolidTouch<P> touch;
+        touch.fraction = first_tag ? detail::beyond(first.fraction) : first.fraction;
+        const P bound = touch.fraction;
+        // The way in the target's frame: X_TQ turns from the query's frame, X_WQ from it, too.
+        const Vec3<P> way_T =
+            X_TQ.rotate(Vec3<P>(X_WQ.rotation.template cast<P>().conjugate() * way_W));
+        detail::find_touch(solid, query.view(), X_TQ, way_T, touch);
+        if (!(touch.fraction < bound)) return true;
+        if (!first_tag || touch.fraction < first.fraction ||
+            (touch.fraction == first.fraction && tag < *first_tag)) {
+          first = touch;
+          first_tag = tag;
+        }
+        return true;
+      });
+  if (!first_tag) return {};
+  return detail::world_hit(state_, *first_tag, P(first.fraction * length), first.point,
+                           first.normal);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI

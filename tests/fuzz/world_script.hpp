@@ -299,9 +299,9 @@ class WorldScript {
         ray.direction = in_.direction();
         if (in_.once_in(2)) ray.length = in_.positive(S(3));
       }
-      std::vector<WorldRayHit<S>> hits(rays.size());
+      std::vector<WorldHit<S>> hits(rays.size());
       world_->cast_rays(rays, {}, hits);
-      for (const WorldRayHit<S>& hit : hits) {
+      for (const WorldHit<S>& hit : hits) {
         demand(hit.distance >= S(0), "a ray hit at a distance of " + std::to_string(hit.distance));
         if (!hit.is_hit()) continue;
         demand(world_->contains(hit.body), "a ray hit a body that is gone");

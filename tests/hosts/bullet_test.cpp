@@ -191,7 +191,7 @@ TEST_CASE("Bullet: rays meet mirrored shapes where they meet Bullet's") {
       found.m_collisionFilterGroup = -1;
       body.getBroadphaseProxy()->m_collisionFilterMask = -1;
       bullet.world.rayTest(found.m_rayFromWorld, found.m_rayToWorld, found);
-      const WorldRayHit<double> hit =
+      const WorldHit<double> hit =
           host.world().cast_ray({from, (to - from).normalized(), (to - from).norm()});
       if (hit.is_hit() != found.hasHit()) ++others;
       if (!hit.is_hit() || !found.hasHit()) continue;

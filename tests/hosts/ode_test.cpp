@@ -381,7 +381,7 @@ TEST_CASE("ODE: rays meet mirrored geoms where they meet ODE's") {
         const Vec3<double> to(0.1 + 0.4 * std::sin(1.0 * i), 0.002 * i - 0.4, 0.002 * i);
         const Vec3<double> along = (to - from).normalized();
         dGeomRaySet(ray, from.x(), from.y(), from.z(), along.x(), along.y(), along.z());
-        const WorldRayHit<double> hit = host.world().cast_ray({from, along, 10});
+        const WorldHit<double> hit = host.world().cast_ray({from, along, 10});
         dContactGeom contact;
         const bool is_hit = dCollide(ray, geom, 1, &contact, sizeof(contact)) > 0;
         // ODE meets planes from behind, too; there a ray starts inside of what is mirrored.

@@ -359,7 +359,7 @@ TEST_CASE("bad_input: numbers given to calls") {
             {"hits.size()",
              [](auto& w) {
                const std::vector<Ray<double>> rays(2, Ray<double>{{0, 0, 0}, {0, 0, 1}, 1});
-               std::vector<WorldRayHit<double>> hits(1);
+               std::vector<WorldHit<double>> hits(1);
                w.cast_rays(rays, {}, hits);
              }},
         });

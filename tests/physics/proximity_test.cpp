@@ -78,7 +78,7 @@ TEST_CASE("proximity: an array meets what single rays meet") {
   for (std::size_t i = 0; i < array.size(); ++i) {
     const Transform<double> X = world.pose(scanner);
     const Ray<double> ray{X * array.rays().start[i], X.rotate(array.rays().direction[i]), 0.6};
-    const WorldRayHit<double> hit = world.cast_ray(ray, {.excluded = {scanner}});
+    const WorldHit<double> hit = world.cast_ray(ray, {.excluded = {scanner}});
     REQUIRE(hit.is_hit() == (array.distance()[i] < infinity<double>));
     CHECK(array.body()[i] == hit.body);
     if (!hit.is_hit()) continue;

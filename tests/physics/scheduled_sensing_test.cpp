@@ -278,7 +278,7 @@ TEST_CASE("scheduled_sensing: of a large skin only what is near is sensed") {
     const RayBatch<double> rays = world.patch(patch).rays(0);
     std::size_t touching = 0;
     for (std::size_t i = 0; i < n; ++i) {
-      const WorldRayHit<double> hit = world.cast_ray(rays[i]);
+      const WorldHit<double> hit = world.cast_ray(rays[i]);
       // Grazing hits count as none (docs/sensors.md).
       const bool is_met = hit.distance < 0.01 * (1 - 1e-9) && hit.normal.z() <= -0.1;
       touching += is_met ? 1 : 0;

@@ -124,6 +124,16 @@ class BroadPhase {
     for (std::size_t i = 0; goes_on && i < unbounded_.size(); ++i) goes_on = visit(unbounded_[i]);
   }
 
+  /// Calls visit(tag) -> bool for every shape whose box in the tree accept(box) -> bool takes. It
+  /// is asked again, box by box, so that it may take less as visits go on. Ends when a visit
+  /// returns false. Unbounded shapes come last, in order of their tags.
+  template <typename Accept, typename Visit>
+  void find(Accept&& accept, Visit&& visit) const {
+    bool goes_on = true;
+    tree_.find(accept, [&](std::uint32_t tag) { return goes_on = visit(tag); });
+    for (std::size_t i = 0; goes_on && i < unbounded_.size(); ++i) goes_on = visit(unbounded_[i]);
+  }
+
   /// Appends to `out` every overlapping pair with a shape in `moving`. The other shape is any that
   /// `accept(a, b)` accepts. Pairs have a < b, are sorted, and come once each.
   /// @param[in,out] tested  Number of overlapping pairs, accepted or not.

@@ -26,21 +26,7 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Gets memory for elements, or throws std::bad_alloc.
-/// @param count      [-] Number of elements.
-/// @param size       [bytes] Size of one.
-/// @param alignment  [bytes] A power of two.
-[[nodiscard]] inline void* allocate_elements(std::size_t count, std::size_t size,
-                                             std::size_t alignment) {
-  // A number of bytes that cannot be counted is more than there can be.
-  const std::size_t bytes = count > SIZE_MAX / size ? SIZE_MAX : count * size;
-  if (alignment > __STDCPP_DEFAULT_NEW_ALIGNMENT__) {
-    return ::operator new(bytes, std::align_val_t(alignment));
-  }
-  return ::operator new(bytes);
-}
-
-/// Gives back what `allocate_elements` got.
+/// Gives back memory of elements.
 inline void free_elements(void* memory, std::size_t alignment) noexcept {
   if (alignment > __STDCPP_DEFAULT_NEW_ALIGNMENT__) {
     ::operator delete(memory, std::align_val_t(alignment));
@@ -49,10 +35,35 @@ inline void free_elements(void* memory, std::size_t alignment) noexcept {
   }
 }
 
+/// Memory of elements that no array owns yet, or any more. It knows nothing of them, so that it is
+/// compiled once.
+struct ElementMemory {
+  /// Gets memory, or throws std::bad_alloc.
+  /// @param count       [-] Number of elements.
+  /// @param size        [bytes] Size of one.
+  /// @param alignment_  [bytes] A power of two.
+  ElementMemory(std::size_t count, std::size_t size, std::size_t alignment_)
+      : capacity(count), alignment(alignment_) {
+    // A number of bytes that cannot be counted is more than there can be.
+    const std::size_t bytes = count > PTRDIFF_MAX / size ? std::size_t{PTRDIFF_MAX} : count * size;
+    data = alignment > __STDCPP_DEFAULT_NEW_ALIGNMENT__
+               ? ::operator new(bytes, std::align_val_t(alignment))
+               : ::operator new(bytes);
+  }
+  ElementMemory(const ElementMemory&) = delete;
+  ElementMemory& operator=(const ElementMemory&) = delete;
+  ~ElementMemory() { free_elements(data, alignment); }
+
+  void* data;
+  std::size_t capacity;
+  std::size_t alignment;
+};
+
 /// A growing array with the names of `std::vector`, for data that no user sees.
 ///
-/// It exists for the sake of compile time, and so casts where others call std::move: the library has arrays of a hundred types, and of
-/// `std::vector` each takes a compiler sixty functions and 2.5 MB (decision 0045). Unlike it,
+/// It exists for the sake of compile time: the library has arrays of a hundred types, and of
+/// `std::vector` each takes a compiler sixty functions and 2.5 MB (decision 0045). It casts where
+/// others call std::move, for the same reason. Unlike std::vector,
 /// - iterators are pointers,
 /// - elements must move without a throw, as they do without a strong guarantee,
 /// - `resize` and `assign` double the capacity, too, where they grow. So varying sizes (contacts of
@@ -61,6 +72,8 @@ inline void free_elements(void* memory, std::size_t alignment) noexcept {
 /// @tparam alignment  [bytes] Where the first element lies: at a multiple of this.
 template <typename T, std::size_t alignment = alignof(T)>
 class DynamicArray {
+  static_assert(alignment >= alignof(T));
+
  public:
   using value_type = T;
   using iterator = T*;
@@ -133,7 +146,9 @@ class DynamicArray {
 
   /// Makes room for exactly this many elements where there is less.
   void reserve(std::size_t count) {
-    if (count > capacity_) relocate(count);
+    if (count <= capacity_) return;
+    ElementMemory memory(count, sizeof(T), alignment);
+    trade(memory);
   }
 
   /// Ends the last elements, or adds some with all members at their default values.
@@ -190,16 +205,20 @@ class DynamicArray {
   template <typename... Arguments>
   T& emplace_back(Arguments&&... arguments) {
     if (size_ == capacity_) {
-      T added(static_cast<Arguments&&>(arguments)...);
-      make_room(size_ + 1);
-      ::new (static_cast<void*>(end())) T(static_cast<T&&>(added));
+      ElementMemory memory(std::max<std::size_t>(1, 2 * capacity_), sizeof(T), alignment);
+      ::new (static_cast<void*>(static_cast<T*>(memory.data) + size_))
+          T(static_cast<Arguments&&>(arguments)...);
+      trade(memory);
     } else {
       ::new (static_cast<void*>(end())) T(static_cast<Arguments&&>(arguments)...);
     }
     return data_[size_++];
   }
 
-  void pop_back() noexcept { end_from(size_ - 1); }
+  void pop_back() noexcept {
+    BRISTLE_CHECK_INDEX(0, size_);
+    end_from(size_ - 1);
+  }
 
   /// Puts an element before another, or at the end.
   void insert(const T* before, T value) {
@@ -235,7 +254,7 @@ class DynamicArray {
 
   /// Makes room for at least this many elements; doubles where there is less.
   void make_room(std::size_t count) {
-    if (count > capacity_) relocate(std::max(count, 2 * capacity_));
+    if (count > capacity_) reserve(std::max(count, 2 * capacity_));
   }
 
   /// Ends all elements from a number on. Does nothing where there are fewer.
@@ -247,20 +266,21 @@ class DynamicArray {
     }
   }
 
-  /// Moves the elements to new memory.
-  void relocate(std::size_t capacity) {
-    T* const target = static_cast<T*>(allocate_elements(capacity, sizeof(T), alignment));
+  /// Moves the elements to other memory, and gives theirs for it.
+  void trade(ElementMemory& memory) noexcept {
+    static_assert(std::is_nothrow_destructible_v<T>);
+    T* const target = static_cast<T*>(memory.data);
     if constexpr (std::is_trivially_copyable_v<T>) {
-      if (size_ > 0) std::memcpy(static_cast<void*>(target), data_, size_ * sizeof(T));
+      if (size_ > 0) std::memcpy(memory.data, data_, size_ * sizeof(T));
     } else {
       for (std::size_t i = 0; i < size_; ++i) {
         ::new (static_cast<void*>(target + i)) T(static_cast<T&&>(data_[i]));
         data_[i].~T();
       }
     }
-    free_elements(data_, alignment);
+    memory.data = data_;
     data_ = target;
-    capacity_ = capacity;
+    capacity_ = memory.capacity;
   }
 
   /// Owns nothing any more.

@@ -11,17 +11,33 @@
 namespace bristle::inline BRISTLE_ABI {
 namespace {
 
+// Clang knows the names of levels from 18 on. Before, their features that it has names for are
+// asked: every processor with these has the others of its level, too.
+#if defined(__clang__) && __clang_major__ < 18
+#define BRISTLE_CPU_IS_V3                                                       \
+  (__builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0 && \
+   __builtin_cpu_supports("bmi") != 0 && __builtin_cpu_supports("bmi2") != 0)
+#define BRISTLE_CPU_IS_V4                                                                \
+  (BRISTLE_CPU_IS_V3 && __builtin_cpu_supports("avx512f") != 0 &&                        \
+   __builtin_cpu_supports("avx512bw") != 0 && __builtin_cpu_supports("avx512cd") != 0 && \
+   __builtin_cpu_supports("avx512dq") != 0 && __builtin_cpu_supports("avx512vl") != 0)
+#else
+#define BRISTLE_CPU_IS_V3 (__builtin_cpu_supports("x86-64-v3") != 0)
+#define BRISTLE_CPU_IS_V4 (__builtin_cpu_supports("x86-64-v4") != 0)
+#endif
+
+/// Returns whether the library was built with a set and the processor has it.
 bool has(InstructionSet set) noexcept {
   switch (set) {
     case InstructionSet::baseline:
       return true;
 #if defined(BRISTLE_KERNELS_V3)
     case InstructionSet::v3:
-      return __builtin_cpu_supports("x86-64-v3") != 0;
+      return BRISTLE_CPU_IS_V3;
 #endif
 #if defined(BRISTLE_KERNELS_V4)
     case InstructionSet::v4:
-      return __builtin_cpu_supports("x86-64-v4") != 0;
+      return BRISTLE_CPU_IS_V4;
 #endif
     default:
       return false;
@@ -32,7 +48,6 @@ constexpr InstructionSet all_sets[] = {InstructionSet::baseline, InstructionSet:
                                        InstructionSet::v4};
 constexpr const char* must_be_there = "must be one that this processor and this library have";
 
-/// Returns whether the library was built with a set and the processor has it.
 /// The choice of the environment, else the widest.
 InstructionSet first_choice() {
   const char* wanted = std::getenv("BRISTLE_INSTRUCTION_SET");

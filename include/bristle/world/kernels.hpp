@@ -16,9 +16,9 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-struct RayFilter;
+struct QueryFilter;
 template <Scalar S>
-struct WorldRayHit;
+struct WorldHit;
 template <Scalar S>
 class ProximityArray;
 template <Scalar S, typename Backend = AnalyticBackend>
@@ -38,7 +38,7 @@ struct WorldKernels {
   void (*step)(void* stepper, WorldState<S, Backend>& state);
   /// Finds the nearest hits of rays with all shapes. Rays are valid, with one hit for each.
   void (*cast_rays)(const WorldState<S, Backend>& state, std::span<const Ray<S>> rays,
-                    const RayFilter& filter, std::span<WorldRayHit<S>> hits);
+                    const QueryFilter& filter, std::span<WorldHit<S>> hits);
   /// `ProximityArray::sense`. The carrier exists.
   void (*sense)(ProximityArray<S>& array, const WorldState<S, Backend>& state, BodyId carrier);
 };

@@ -22,8 +22,8 @@ template <Scalar S, typename Backend>
       .delete_scratch = [](void* stepper) { delete static_cast<Own*>(stepper); },
       .step = [](void* stepper, State& state) { static_cast<Own*>(stepper)->step(state); },
       .cast_rays =
-          [](const State& state, std::span<const Ray<S>> rays, const RayFilter& filter,
-             std::span<WorldRayHit<S>> hits) {
+          [](const State& state, std::span<const Ray<S>> rays, const QueryFilter& filter,
+             std::span<WorldHit<S>> hits) {
             RayHits<S> scratch;
             for (std::size_t i = 0; i < rays.size(); ++i) {
               hits[i] = cast_ray(state, rays[i], filter, scratch);

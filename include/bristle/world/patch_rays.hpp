@@ -5,7 +5,7 @@
 
 #include <bristle/core/dynamic_array.hpp>
 #include <bristle/sensors/patch.hpp>
-#include <bristle/world/ray_filter.hpp>
+#include <bristle/world/query_filter.hpp>
 #include <bristle/world/world_state.hpp>
 
 #include <algorithm>

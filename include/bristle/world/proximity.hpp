@@ -6,7 +6,7 @@
 #include <bristle/core/dynamic_array.hpp>
 #include <bristle/geometry/rays/ray_tree.hpp>
 #include <bristle/sensors/sensor_layout.hpp>
-#include <bristle/world/ray_filter.hpp>
+#include <bristle/world/query_filter.hpp>
 #include <bristle/world/world_state.hpp>
 
 #include <algorithm>
@@ -26,7 +26,7 @@ template <Scalar S>
 class ProximityArray {
  public:
   /// @throws InvalidArgument as `SensorLayout::validate`, or when there are no rays.
-  explicit ProximityArray(SensorLayout<S> rays, RayFilter filter = {})
+  explicit ProximityArray(SensorLayout<S> rays, QueryFilter filter = {})
       : rays_(std::move(rays)), filter_(std::move(filter)) {
     rays_.validate();
     detail::require(rays_.size() > 0, "ProximityArray: rays.size()", rays_.size(), "must be > 0");
@@ -71,7 +71,7 @@ class ProximityArray {
 
   SensorLayout<S> rays_;
   detail::RayTree<S> ray_tree_;
-  RayFilter filter_;
+  QueryFilter filter_;
   Aabb<S> box_{};
   RayHits<S> hits_;
   detail::DynamicArray<BodyId> body_;

@@ -3,28 +3,30 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/world/ray_filter.hpp>
+#include <bristle/world/query_filter.hpp>
 #include <bristle/world/world_state.hpp>
 
 #include <span>
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Nearest hit of a ray through a world.
+/// What a query of a world found.
 template <Scalar S>
-struct WorldRayHit {
-  /// [m] Distance from the ray's start. Infinite without a hit, 0 where it starts inside.
+struct WorldHit {
+  /// [m] Way of a ray or a cast shape before the hit, or distance of the nearest shape. Infinite if
+  /// nothing was found, 0 where the query starts inside or overlaps.
   S distance = infinity<S>;
   /// [m] Point of the hit, in the world.
   Vec3<S> point = Vec3<S>::Zero();
-  /// [1] Outward unit normal of the surface, in the world.
+  /// [1] Outward unit normal of the surface, in the world. Where a query starts inside it is that
+  /// against its motion, and zero without motion.
   Vec3<S> normal = Vec3<S>::Zero();
   /// [-] Body that was hit.
   BodyId body{};
   /// [-] Shape that was hit.
   ShapeId shape{};
 
-  /// Returns whether the ray hit anything.
+  /// Returns whether anything was found.
   [[nodiscard]] bool is_hit() const { return distance < infinity<S>; }
 };
 
@@ -42,43 +44,51 @@ void require_ray(const Ray<S>& ray) {
   require(ray.length > S(0), "Ray::length", ray.length, "must be > 0");
 }
 
-/// Nearest hit of a ray.
+/// Nearest hit of a ray with one shape, within a length [m].
 /// @param scratch  Room for one hit, allocated once for many rays.
 template <Scalar S, typename Backend>
-[[nodiscard]] WorldRayHit<S> cast_ray(const WorldState<S, Backend>& state, const Ray<S>& ray,
-                                      const RayFilter& filter, RayHits<S>& scratch) {
+[[nodiscard]] RayHit<S> cast_ray_at(const WorldState<S, Backend>& state, std::uint32_t tag,
+                                    const Ray<S>& ray, const S& length, RayHits<S>& scratch) {
+  const Collider<S, Backend>& c = state.colliders.at(tag);
+  // The frame starts at the ray's own origin, which keeps precision far from the world's.
+  Transform<S> X_RS = state.body_of(c).center_pose * c.X_CmS;
+  X_RS.translation -= ray.origin;
+  const S zero = S(0);
+  const auto one = [](const S& value) { return std::span<const S>(&value, 1); };
+  const RayBatch<S> batch{one(zero),
+                          one(zero),
+                          one(zero),
+                          one(ray.direction.x()),
+                          one(ray.direction.y()),
+                          one(ray.direction.z()),
+                          one(length),
+                          S(0)};
+  scratch.reset(1);
+  Backend::cast_rays(c.shape, X_RS, batch, tag, scratch);
+  return {scratch.distance[0], scratch.normal[0]};
+}
+
+/// Nearest hit of a ray.
+/// @param scratch  As above.
+template <Scalar S, typename Backend>
+[[nodiscard]] WorldHit<S> cast_ray(const WorldState<S, Backend>& state, const Ray<S>& ray,
+                                   const QueryFilter& filter, RayHits<S>& scratch) {
   RayHit<S> best;
   std::uint32_t best_tag = 0;
   state.broad_phase.walk_ray(ray, [&](std::uint32_t tag, S nearest) {
     const Collider<S, Backend>& c = state.colliders.at(tag);
-    const Body<S>& body = state.body_of(c);
-    if (!can_meet(filter, c.body, body)) return nearest;
-    // The frame starts at the ray's own origin, which keeps precision far from the world's.
-    Transform<S> X_RS = body.center_pose * c.X_CmS;
-    X_RS.translation -= ray.origin;
-    const S zero = S(0);
+    if (!can_meet(filter, c.body, state.body_of(c))) return nearest;
     const S length = std::min(nearest, ray.length);
-    const auto one = [](const S& value) { return std::span<const S>(&value, 1); };
-    const RayBatch<S> batch{one(zero),
-                            one(zero),
-                            one(zero),
-                            one(ray.direction.x()),
-                            one(ray.direction.y()),
-                            one(ray.direction.z()),
-                            one(length),
-                            S(0)};
-    scratch.reset(1);
-    Backend::cast_rays(c.shape, X_RS, batch, tag, scratch);
+    const RayHit<S> hit = cast_ray_at(state, tag, ray, length, scratch);
     // Visits follow the order of the tree. Ties go to the lower tag, as for sensors.
-    const S distance = scratch.distance[0];
-    if (distance < best.distance ||
-        (distance == best.distance && scratch.is_hit(0) && tag < best_tag)) {
-      best = {distance, scratch.normal[0]};
+    if (hit.distance < best.distance ||
+        (hit.distance == best.distance && hit.distance < infinity<S> && tag < best_tag)) {
+      best = hit;
       best_tag = tag;
     }
     return std::min(nearest, best.distance);
   });
-  WorldRayHit<S> result;
+  WorldHit<S> result;
   if (!(best.distance < infinity<S>)) return result;
   result.distance = best.distance;
   result.normal = best.normal;

@@ -163,11 +163,37 @@ class World {
 
   /// Nearest hit of a ray with any shape. O(log n) in the number of shapes.
   /// @throws InvalidArgument when the ray is not finite, has no unit direction or no length.
-  [[nodiscard]] WorldRayHit<S> cast_ray(const Ray<S>& ray, const RayFilter& filter = {}) const;
+  [[nodiscard]] WorldHit<S> cast_ray(const Ray<S>& ray, const QueryFilter& filter = {}) const;
   /// Nearest hits of many rays; `hits` has one entry a ray.
   /// @throws InvalidArgument as `cast_ray`, or when the sizes differ.
-  void cast_rays(std::span<const Ray<S>> rays, const RayFilter& filter,
-                 std::span<WorldRayHit<S>> hits) const;
+  void cast_rays(std::span<const Ray<S>> rays, const QueryFilter& filter,
+                 std::span<WorldHit<S>> hits) const;
+  /// Hits of a ray with every shape on its way, nearest first: where it enters each.
+  /// @throws InvalidArgument as `cast_ray`.
+  [[nodiscard]] std::vector<WorldHit<S>> cast_ray_through(const Ray<S>& ray,
+                                                          const QueryFilter& filter = {}) const;
+  /// Shapes that a convex shape at the pose X_WQ overlaps or touches, in the order of their slots.
+  /// @throws InvalidArgument when the shape is not valid or not convex, or the pose not finite.
+  [[nodiscard]] std::vector<WorldHit<S>> overlaps(
+      const Shape<S>& shape, const Transform<S>& X_WQ,
+      const QueryFilter& filter = {}) const requires detail::ShowsSolids<Backend, S>;
+  /// The shape nearest to a convex shape at the pose X_WQ, no farther from it than `reach` [m],
+  /// and its nearest point. Of shapes that are as near it is the one of the lowest slot.
+  /// @throws InvalidArgument as `overlaps`, or when `reach` is not > 0. It may be infinite.
+  [[nodiscard]] WorldHit<S> closest(
+      const Shape<S>& shape, const Transform<S>& X_WQ, S reach,
+      const QueryFilter& filter = {}) const requires detail::ShowsSolids<Backend, S>;
+  /// The shape nearest to a point [m] of the world.
+  /// @throws InvalidArgument when the point is not finite or `reach` is not > 0.
+  [[nodiscard]] WorldHit<S> closest(const Vec3<S>& point, S reach, const QueryFilter& filter = {})
+      const requires detail::ShowsSolids<Backend, S>;
+  /// First shape that a convex shape touches as it moves by `way` [m] from the pose X_WQ without a
+  /// turn. It stops short by a part of at most 1.5e-8 of its size, and counts as in the way only
+  /// where it approaches.
+  /// @throws InvalidArgument as `overlaps`, or when `way` is not finite or zero.
+  [[nodiscard]] WorldHit<S> cast_shape(
+      const Shape<S>& shape, const Transform<S>& X_WQ, const Vec3<S>& way,
+      const QueryFilter& filter = {}) const requires detail::ShowsSolids<Backend, S>;
   /// Measures present distances with an array of rays on a body, given in its frame. Several
   /// threads may fill several arrays at once.
   void sense(BodyId carrier, ProximityArray<S>& array) const;
@@ -303,6 +329,7 @@ class World {
 #include <bristle/world/kernels_impl.hpp>
 #include <bristle/world/world_bodies_impl.hpp>
 #include <bristle/world/world_impl.hpp>
+#include <bristle/world/world_queries_impl.hpp>
 #endif
 
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS

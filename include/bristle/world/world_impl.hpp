@@ -211,18 +211,18 @@ const {
 }
 
 template <Scalar S, typename Backend>
-requires ShapeBackend<Backend, S> WorldRayHit<S> World<S, Backend>::cast_ray(
-    const Ray<S>& ray, const RayFilter& filter)
+requires ShapeBackend<Backend, S> WorldHit<S> World<S, Backend>::cast_ray(const Ray<S>& ray,
+                                                                          const QueryFilter& filter)
 const {
-  WorldRayHit<S> hit;
+  WorldHit<S> hit;
   cast_rays(std::span(&ray, 1), filter, std::span(&hit, 1));
   return hit;
 }
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
-void World<S, Backend>::cast_rays(std::span<const Ray<S>> rays, const RayFilter& filter,
-                                  std::span<WorldRayHit<S>> hits) const {
+void World<S, Backend>::cast_rays(std::span<const Ray<S>> rays, const QueryFilter& filter,
+                                  std::span<WorldHit<S>> hits) const {
   detail::require(rays.size() == hits.size(), "hits.size()", static_cast<double>(hits.size()),
                   "must equal the number of rays");
   for (const Ray<S>& ray : rays) detail::require_ray(ray);

@@ -68,7 +68,7 @@ TEST_CASE_TEMPLATE("cast_ray: finds the nearest of several, with point, normal a
 TEST_CASE_TEMPLATE("cast_ray: filters by category and skips one body", S, float, double) {
   const auto row = make_row<S>();
   const Ray<S> ray = ray_from<S>({-3, 0, 1}, {1, 0, 0}, S(100));
-  RayFilter filter;
+  QueryFilter filter;
   filter.excluded = {row.balls[0]};
   CHECK(row.world.cast_ray(ray, filter).body == row.balls[1]);
   filter = {};
@@ -87,7 +87,7 @@ TEST_CASE("cast_rays: many rays give what each gives alone, also after bodies mo
     rays.push_back(ray_from<double>(random.in_cube(4.0) + Vec3<double>(2, 0, 3),
                                     random.direction<double>(), 10.0));
   }
-  std::vector<WorldRayHit<double>> hits(rays.size());
+  std::vector<WorldHit<double>> hits(rays.size());
   row.world.cast_rays(rays, {}, hits);
   int count = 0;
   for (std::size_t i = 0; i < rays.size(); ++i) {

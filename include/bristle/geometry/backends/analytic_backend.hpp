@@ -69,6 +69,10 @@ struct AnalyticBackend {
   /// The shape that was prepared, as it was given.
   template <Scalar S>
   [[nodiscard]] static Shape<S> shape(const std::shared_ptr<const detail::AnalyticShape<S>>& c);
+
+  /// Calls `visit` with the solid: a HalfSpace, a ConvexView or a MeshSurface, in `Precise<S>`.
+  template <Scalar S, typename Visit>
+  static void visit_solid(const std::shared_ptr<const detail::AnalyticShape<S>>& c, Visit&& visit);
 };
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -239,6 +243,20 @@ Shape<S> AnalyticBackend::shape(const std::shared_ptr<const detail::AnalyticShap
         }
       },
       c->shape());
+}
+
+template <Scalar S, typename Visit>
+void AnalyticBackend::visit_solid(const std::shared_ptr<const detail::AnalyticShape<S>>& c,
+                                  Visit&& visit) {
+  const auto& solid = c->solid();
+  if (solid.mesh) {
+    visit(*solid.mesh);
+  } else if (solid.convex) {
+    visit(*solid.convex);
+  } else {
+    visit(std::get<HalfSpace<detail::Precise<S>>>(
+        detail::ShapeCast<detail::Precise<S>, S>{}(std::get<HalfSpace<S>>(c->shape()))));
+  }
 }
 
 /// As declared: throws InvalidArgument as `validate`.

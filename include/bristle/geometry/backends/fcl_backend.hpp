@@ -22,7 +22,8 @@ namespace bristle::inline BRISTLE_ABI {
 /// Satisfies `ShapeBackend` for float and double.
 ///
 /// Contacts are found as in solid_contacts.hpp, over FCL's GJK (fcl_contact_normal.hpp). FCL's own
-/// contacts of meshes have no meaningful depth (fcl#106, #491, #574) and are not used. Every pair is known except two half-spaces.
+/// contacts of meshes have no meaningful depth (fcl#106, #491, #574) and are not used. Every pair
+/// is known except two half-spaces.
 ///
 /// `collide` allocates only space in `out`; `cast_rays` allocates nothing. FCL's GJK works on the
 /// stack. Exceptions of FCL are caught, and supports check its results. All loops are bounded.
@@ -74,6 +75,10 @@ struct FclBackend {
   /// As FCL keeps it, in double.
   template <Scalar S>
   [[nodiscard]] static Shape<S> shape(const Collidable<S>& c);
+
+  /// Calls `visit` with the solid: a HalfSpace, a ConvexView or a MeshSurface, in double.
+  template <Scalar S, typename Visit>
+  static void visit_solid(const Collidable<S>& c, Visit&& visit);
 };
 
 /// A shape prepared by the FCL backend. Copies share one immutable preparation. A
@@ -339,6 +344,18 @@ template <Scalar S>
 bool FclBackend::is_clear(const Collidable<S>& c, const Transform<S>& X_RC,
                           const RayBatch<S>& rays) noexcept {
   return c.data_->rays.is_clear(X_RC, rays);
+}
+
+template <Scalar S, typename Visit>
+void FclBackend::visit_solid(const Collidable<S>& c, Visit&& visit) {
+  const auto& solid = c.data_->solid;
+  if (solid.mesh) {
+    visit(*solid.mesh);
+  } else if (solid.convex) {
+    visit(*solid.convex);
+  } else {
+    visit(std::get<HalfSpace<double>>(c.data_->rays.view()));
+  }
 }
 
 template <Scalar S>

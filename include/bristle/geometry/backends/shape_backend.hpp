@@ -2,7 +2,8 @@
 /// The only interface between the library and the geometry queries.
 ///
 /// A backend is a struct of static functions over a nested template `Collidable<S>`. That is its
-/// own prepared, immutable form of a shape, cheap to copy (a shared pointer, usually).
+/// own prepared, immutable form of a shape, cheap to copy (a shared pointer, usually). It moves
+/// without a throw.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -15,6 +16,7 @@
 
 #include <concepts>
 #include <cstdint>
+#include <type_traits>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -44,10 +46,15 @@ namespace bristle::inline BRISTLE_ABI {
 /// A backend with `is_clear(c, X_RC, rays)` returns true early if no ray can meet the shape. It may
 /// return false then, too. Large patches that meet nothing then cost less.
 ///
+/// A backend with `visit_solid(c, visit)` calls `visit` with the solid in `Precise<S>`: a
+/// HalfSpace, a ConvexView or a MeshSurface. Then a world can be asked what overlaps a shape, is
+/// nearest to it, or is touched first on its way.
+///
 /// A backend with `shape(c)` gives the shape that `c` was made from. Then worlds can be drawn and
 /// recorded without a copy of their definitions.
 template <typename B, typename S>
 concept ShapeBackend = Scalar<S> && std::copyable<typename B::template Collidable<S>> &&
+    std::is_nothrow_move_constructible_v<typename B::template Collidable<S>> &&
     requires(const Shape<S>& shape, const typename B::template Collidable<S>& c,
              const Transform<S>& X, S margin, ContactManifolds<S>& manifolds,
              const RayBatch<S>& rays, std::uint32_t tag, RayHits<S>& hits, ShapeKind kind) {
@@ -74,6 +81,12 @@ namespace detail {
 template <typename B, typename S>
 concept TellsShapes = requires(const typename B::template Collidable<S>& c) {
   { B::shape(c) } -> std::same_as<Shape<S>>;
+};
+
+/// True for a backend that shows its solids.
+template <typename B, typename S>
+concept ShowsSolids = requires(const typename B::template Collidable<S>& c) {
+  B::visit_solid(c, [](const auto&) {});
 };
 
 }  // namespace detail

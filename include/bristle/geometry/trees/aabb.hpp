@@ -53,6 +53,12 @@ struct Aabb {
     return all_at_most(lower, p) && all_at_most(p, upper);
   }
 
+  /// [m^2] Squared distance to another box. 0 where they overlap.
+  [[nodiscard]] S distance2_to(const Aabb& other) const {
+    const Vec3<S> apart = cwise_max(Vec3<S>(other.lower - upper), Vec3<S>(lower - other.upper));
+    return cwise_max(apart, Vec3<S>(Vec3<S>::Zero())).squaredNorm();
+  }
+
   /// [m^2] Half the surface of a box with edges x, y and z [m].
   [[nodiscard]] static S half_area_of(S x, S y, S z) { return x * y + y * z + z * x; }
   /// [m^2] Half the surface: the cost measure of tree building (surface-area heuristic).

@@ -1,5 +1,5 @@
 /// @file
-/// Filter of the bodies that rays and sensors meet.
+/// Filter of the bodies that rays, sensors and queries meet.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -11,9 +11,9 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Bodies that a ray query meets: those of the categories in `sense_mask` that are not `excluded`.
-struct RayFilter {
-  /// [-] Categories of the bodies that are met. Collision masks do not matter to rays.
+/// Bodies that a query meets: those of the categories in `sense_mask` that are not `excluded`.
+struct QueryFilter {
+  /// [-] Categories of the bodies that are met. Collision masks do not matter.
   std::uint32_t sense_mask = 0xffffffffu;
   /// [-] Bodies that are not met. A ray that starts on a body excludes it, as a rule.
   std::vector<BodyId> excluded{};
@@ -21,7 +21,7 @@ struct RayFilter {
 
 namespace detail {
 
-/// Returns whether a filter lets a ray meet a body.
+/// Returns whether a filter lets a query meet a body.
 /// @param filter  Anything with `sense_mask` and `excluded`.
 template <typename Filter, Scalar S>
 [[nodiscard]] bool can_meet(const Filter& filter, BodyId id, const Body<S>& body) {

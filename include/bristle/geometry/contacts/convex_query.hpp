@@ -1,0 +1,263 @@
+/// @file
+/// Distance of a convex solid from any solid, and the way it can go along a line before it touches.
+///
+/// Both rest on the distance of convex cores (gjk.hpp). A cast goes by conservative advancement
+/// (Mirtich 1996): a solid at the distance g along the normal n, which moves by d, cannot touch
+/// before the fraction g / -(n.d) of the way. It goes there and measures again. Of solids that are
+/// convex the direction is that of a separating plane, so that one that moves away along it never
+/// touches at all.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/geometry/contacts/contact_clip.hpp>
+#include <bristle/geometry/contacts/contact_manifold.hpp>
+#include <bristle/geometry/contacts/contact_normal.hpp>
+#include <bristle/geometry/contacts/gjk.hpp>
+#include <bristle/geometry/meshes/mesh_surface.hpp>
+#include <bristle/geometry/shapes/convex_view.hpp>
+#include <bristle/geometry/shapes/shapes.hpp>
+#include <bristle/geometry/trees/aabb.hpp>
+#include <bristle/math/transform.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <variant>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Nearest point of a target to a query, in the frame of the target.
+template <Scalar P>
+struct SolidGap {
+  /// [m] Distance of the two. 0 where they overlap or touch. What it is before a search bounds the
+  /// search: nothing that is as far changes it.
+  P distance = infinity<P>;
+  /// [1] Unit normal out of the target, towards the query. Zero where they overlap.
+  Vec3<P> normal = Vec3<P>::Zero();
+  /// [m] The nearest point of the target, or one of several. A point of the query where they
+  /// overlap.
+  Vec3<P> point = Vec3<P>::Zero();
+};
+
+/// First touch of a query that moves along a line, in the frame of the target.
+template <Scalar P>
+struct SolidTouch {
+  /// [1] Part of the way before the touch. What it is before a search bounds the search.
+  P fraction = infinity<P>;
+  /// [1] Unit normal out of the target. Against the motion where the solids overlap at its start.
+  Vec3<P> normal = Vec3<P>::Zero();
+  /// [m] Point of the touch, or one of several.
+  Vec3<P> point = Vec3<P>::Zero();
+};
+
+/// Lowers `nearest` to the gap between a target and a query at X_TQ, if that is less.
+///
+/// The error is that of GJK: round-off for cores that are points, segments, boxes or hulls, and
+/// 1.5e-10 of the distance for others.
+template <Scalar P>
+void find_gap(const HalfSpace<P>& target, const ConvexView<P>& query, const Transform<P>& X_TQ,
+              SolidGap<P>& nearest);
+template <Scalar P>
+void find_gap(const ConvexView<P>& target, const ConvexView<P>& query, const Transform<P>& X_TQ,
+              SolidGap<P>& nearest);
+template <Scalar P, typename Tree>
+void find_gap(const MeshSurface<P, Tree>& target, const ConvexView<P>& query,
+              const Transform<P>& X_TQ, SolidGap<P>& nearest);
+
+/// Lowers `first` to the first touch of a target by a query that starts at X_TQ and moves by `way`
+/// [m], if that is sooner. The query stops short of the target by at most a part of 1.5e-8
+/// (`Tolerance::equal`) of their sizes.
+template <Scalar P>
+void find_touch(const HalfSpace<P>& target, const ConvexView<P>& query, const Transform<P>& X_TQ,
+                const Vec3<P>& way, SolidTouch<P>& first);
+template <Scalar P>
+void find_touch(const ConvexView<P>& target, const ConvexView<P>& query, const Transform<P>& X_TQ,
+                const Vec3<P>& way, SolidTouch<P>& first);
+template <Scalar P, typename Tree>
+void find_touch(const MeshSurface<P, Tree>& target, const ConvexView<P>& query,
+                const Transform<P>& X_TQ, const Vec3<P>& way, SolidTouch<P>& first);
+
+// Implementation ----------------------------------------------------------------------------------
+
+/// Distance of two solids and the direction of it. Zero where they overlap or touch, and `far` [m]
+/// or more where they are farther apart than that.
+template <Scalar P>
+[[nodiscard]] GjkResult<P> convex_distance(const ConvexView<P>& target, const ConvexView<P>& query,
+                                           const Transform<P>& X_TQ, P far) {
+  const PlacedConvex<P> a{&target, Mat3<P>::Identity(), Vec3<P>::Zero(), P(1)};
+  const PlacedConvex<P> b{&query, X_TQ.rotation_matrix(), X_TQ.translation, P(1)};
+  const Vec3<P> between = X_TQ * query.center - target.center;
+  const P rounding = target.rounding + query.rounding;
+  // A search that ends early knows a distance that is surely beyond the bound, whatever is rounded.
+  const P enough = (far + rounding) * (P(1) + Tolerance<P>::equal());
+  GjkResult<P> result =
+      GjkDistance{}(a, b, between == Vec3<P>::Zero() ? Vec3<P>(Vec3<P>::UnitX()) : between, enough);
+  result.distance -= rounding;
+  result.is_apart = result.is_apart && result.distance > P(0);
+  if (!result.is_apart) result.distance = P(0);
+  return result;
+}
+
+/// [m] Width of the gap between two solids along a direction n [1] out of the target. Where it is
+/// more than 0, a plane across n parts them.
+template <Scalar P>
+[[nodiscard]] P gap_along(const ConvexView<P>& target, const ConvexView<P>& query,
+                          const Transform<P>& X_TQ, const Vec3<P>& n) {
+  const Vec3<P> back = X_TQ.rotation.conjugate() * Vec3<P>(-n);
+  return n.dot(X_TQ * query.support(back)) - n.dot(target.support(n)) - target.rounding -
+         query.rounding;
+}
+
+/// A nearest point of the target, where the normal is known.
+template <Scalar P>
+[[nodiscard]] Vec3<P> point_of_gap(const ConvexView<P>& target, const ConvexView<P>& query,
+                                   const Transform<P>& X_TQ, const Vec3<P>& normal, P distance) {
+  // A ball has one point that is nearest.
+  if (std::holds_alternative<const Sphere<P>*>(query.shape)) {
+    return X_TQ.translation - (distance + query.rounding) * normal;
+  }
+  if (std::holds_alternative<const Sphere<P>*>(target.shape)) return target.rounding * normal;
+  // Faces and edges that lie along each other are clipped: an extreme point of one need not be
+  // over the other.
+  const ContactManifold<P> shared = contact_manifold(target, query, X_TQ, normal, infinity<P>);
+  ContactPoint<P> nearest = shared.points[0];
+  for (std::size_t i = 1; i < shared.size; ++i) {
+    if (shared.points[i].gap < nearest.gap) nearest = shared.points[i];
+  }
+  return nearest.position - P(0.5) * nearest.gap * normal;
+}
+
+/// The lowest point of a query over a half-space, and its height.
+template <Scalar P>
+[[nodiscard]] SolidGap<P> height_over(const HalfSpace<P>& target, const ConvexView<P>& query,
+                                      const Transform<P>& X_TQ) {
+  const Vec3<P> down = X_TQ.rotation.conjugate() * Vec3<P>(-target.normal);
+  const Vec3<P> lowest = X_TQ * support_point(query, down);
+  return {target.normal.dot(lowest) - target.offset, target.normal, lowest};
+}
+
+template <Scalar P>
+void find_gap(const HalfSpace<P>& target, const ConvexView<P>& query, const Transform<P>& X_TQ,
+              SolidGap<P>& nearest) {
+  const SolidGap<P> height = height_over(target, query, X_TQ);
+  if (!(height.distance < nearest.distance)) return;
+  if (height.distance > P(0)) {
+    nearest = {height.distance, target.normal, height.point - height.distance * target.normal};
+  } else {
+    nearest = {P(0), Vec3<P>::Zero(), height.point};
+  }
+}
+
+template <Scalar P>
+void find_gap(const ConvexView<P>& target, const ConvexView<P>& query, const Transform<P>& X_TQ,
+              SolidGap<P>& nearest) {
+  const GjkResult<P> found = convex_distance(target, query, X_TQ, nearest.distance);
+  if (!(found.distance < nearest.distance)) return;
+  if (found.is_apart && gap_along(target, query, X_TQ, found.normal) > P(0)) {
+    nearest = {found.distance, found.normal,
+               point_of_gap(target, query, X_TQ, found.normal, found.distance)};
+  } else {
+    nearest = {P(0), Vec3<P>::Zero(), X_TQ * query.center};
+  }
+}
+
+/// Returns whether the middle of a query is in a mesh.
+template <Scalar P, typename Tree>
+[[nodiscard]] bool holds_center(const MeshSurface<P, Tree>& target, const ConvexView<P>& query,
+                                const Transform<P>& X_TQ) {
+  const Vec3<P> center = X_TQ * query.center;
+  return target.bounds().contains(center) && target.contains(center);
+}
+
+template <Scalar P, typename Tree>
+void find_gap(const MeshSurface<P, Tree>& target, const ConvexView<P>& query,
+              const Transform<P>& X_TQ, SolidGap<P>& nearest) {
+  // A query that meets no plate is inside or outside as a whole.
+  if (nearest.distance > P(0) && holds_center(target, query, X_TQ)) {
+    nearest = {P(0), Vec3<P>::Zero(), X_TQ * query.center};
+  }
+  const Aabb<P> box = bounds_at(query, X_TQ);
+  target.find(
+      [&](const Aabb<P>& other) {
+        return other.distance2_to(box) <= nearest.distance * nearest.distance;
+      },
+      [&](std::uint32_t i) {
+        const Plate<P> plate = target.plate(i);
+        find_gap(convex_view(plate), query, X_TQ, nearest);
+        return nearest.distance > P(0);
+      });
+}
+
+/// The touch of a query that overlaps a target before it moves.
+template <Scalar P>
+[[nodiscard]] SolidTouch<P> touch_at_start(const ConvexView<P>& query, const Transform<P>& X_TQ,
+                                           const Vec3<P>& way) {
+  return {P(0), -way.stableNormalized(), X_TQ * query.center};
+}
+
+template <Scalar P>
+void find_touch(const HalfSpace<P>& target, const ConvexView<P>& query, const Transform<P>& X_TQ,
+                const Vec3<P>& way, SolidTouch<P>& first) {
+  const SolidGap<P> height = height_over(target, query, X_TQ);
+  if (height.distance <= P(0)) {
+    if (first.fraction > P(0)) first = touch_at_start(query, X_TQ, way);
+    return;
+  }
+  const P closing = -target.normal.dot(way);
+  const P fraction = height.distance / closing;
+  if (closing > P(0) && fraction < first.fraction) {
+    first = {fraction, target.normal, height.point + fraction * way};
+  }
+}
+
+template <Scalar P>
+void find_touch(const ConvexView<P>& target, const ConvexView<P>& query, const Transform<P>& X_TQ,
+                const Vec3<P>& way, SolidTouch<P>& first) {
+  // Each measurement takes away all of the way that it proves free. Faces and corners end after one
+  // or two of them; round solids leave a part of the way that shrinks with its square. The bound is
+  // there for numbers that go on to creep.
+  constexpr int max_measurements = 64;
+  const P near = Tolerance<P>::equal() * std::min(target.reach, query.reach);
+  Transform<P> X = X_TQ;
+  SolidTouch<P> touch = touch_at_start(query, X_TQ, way);
+  for (int i = 0; i < max_measurements; ++i) {
+    const GjkResult<P> found = convex_distance(target, query, X, infinity<P>);
+    // The direction of solids that all but touch may be any. Only a plane that parts them counts.
+    const P gap = found.is_apart ? gap_along(target, query, X, found.normal) : P(0);
+    if (!(gap > P(0))) break;
+    const P closing = -found.normal.dot(way);
+    if (!(closing > P(0))) return;
+    touch.normal = found.normal;
+    if (gap <= near) break;
+    touch.fraction += gap / closing;
+    if (!(touch.fraction < first.fraction)) return;
+    X.translation = X_TQ.translation + touch.fraction * way;
+  }
+  if (!(touch.fraction < first.fraction)) return;
+  if (touch.fraction > P(0)) touch.point = point_of_gap(target, query, X, touch.normal, P(0));
+  first = touch;
+}
+
+template <Scalar P, typename Tree>
+void find_touch(const MeshSurface<P, Tree>& target, const ConvexView<P>& query,
+                const Transform<P>& X_TQ, const Vec3<P>& way, SolidTouch<P>& first) {
+  if (first.fraction > P(0) && holds_center(target, query, X_TQ)) {
+    first = touch_at_start(query, X_TQ, way);
+  }
+  const Aabb<P> box = bounds_at(query, X_TQ);
+  target.find(
+      [&](const Aabb<P>& other) {
+        const Vec3<P> moved = std::min(first.fraction, P(1)) * way;
+        Aabb<P> swept = box;
+        swept.include(Aabb<P>{Vec3<P>(box.lower + moved), Vec3<P>(box.upper + moved)});
+        return swept.overlaps(other);
+      },
+      [&](std::uint32_t i) {
+        const Plate<P> plate = target.plate(i);
+        find_touch(convex_view(plate), query, X_TQ, way, first);
+        return first.fraction > P(0);
+      });
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
