@@ -25,7 +25,7 @@ namespace {
 // [m] Scenes are some metres wide. Poses in float are right to 3e-7 m there, and a cast stops short
 // by at most 1.5e-8 of its size in either scalar.
 template <typename S>
-constexpr S tolerance = std::is_same_v<S, float> ? S(2e-6) : S(5e-8);
+constexpr S allowed_error = std::is_same_v<S, float> ? S(2e-6) : S(5e-8);
 
 template <typename S>
 std::vector<Shape<S>> convex_shapes() {
@@ -93,9 +93,9 @@ TEST_CASE_TEMPLATE("closest: a point before a face, an edge and a corner of a bo
     const WorldHit<S> hit = world.closest(point, S(10));
     REQUIRE(hit.is_hit());
     CHECK(hit.body == box);
-    CHECK(std::abs(hit.distance - (point - on_box).norm()) < tolerance<S>);
-    CHECK((hit.point - on_box).norm() < S(2) * tolerance<S>);
-    CHECK((hit.normal - (point - on_box).normalized()).norm() < S(4) * tolerance<S>);
+    CHECK(std::abs(hit.distance - (point - on_box).norm()) < allowed_error<S>);
+    CHECK((hit.point - on_box).norm() < S(2) * allowed_error<S>);
+    CHECK((hit.normal - (point - on_box).normalized()).norm() < S(4) * allowed_error<S>);
   };
   check({S(1.5), S(0.3), S(-2)}, {S(1), S(0.3), S(-2)});
   check({S(1.5), S(2.5), S(0.7)}, {S(1), S(2), S(0.7)});
@@ -107,7 +107,7 @@ TEST_CASE_TEMPLATE("closest: a point before a face, an edge and a corner of a bo
       {.motion = Motion::fixed, .shape = HalfSpace<S>{}, .position = {S(0), S(0), S(-5)}});
   const WorldHit<S> below = world.closest(Vec3<S>(S(9), S(8), S(-4.5)), infinity<S>);
   CHECK(below.body == floor);
-  CHECK((below.point - Vec3<S>(S(9), S(8), S(-5))).norm() < S(2) * tolerance<S>);
+  CHECK((below.point - Vec3<S>(S(9), S(8), S(-5))).norm() < S(2) * allowed_error<S>);
   const WorldHit<S> inside = world.closest(Vec3<S>(S(0.5), S(0), S(0)), S(1));
   CHECK(inside.distance == S(0));
   CHECK(inside.normal == Vec3<S>(Vec3<S>::Zero()));
@@ -123,7 +123,7 @@ TEST_CASE_TEMPLATE("closest: a point that is in a mesh, but touches no triangle,
   const WorldHit<S> cast =
       world.cast_shape(Sphere<S>{S(0.1)}, Transform<S>{}, Vec3<S>(S(0), S(3), S(0)));
   CHECK(cast.distance == S(0));
-  CHECK((cast.normal - Vec3<S>(S(0), S(-1), S(0))).norm() < tolerance<S>);
+  CHECK((cast.normal - Vec3<S>(S(0), S(-1), S(0))).norm() < allowed_error<S>);
 }
 
 TEST_CASE_TEMPLATE("closest: ends where the shapes would just touch, for all pairs of kinds", Setup,
@@ -149,8 +149,8 @@ TEST_CASE_TEMPLATE("closest: ends where the shapes would just touch, for all pai
         ++apart;
         // A plane of this normal parts them by the distance: so it is no less. Where the query goes
         // that far it touches: so it is no more.
-        const S less = hit.distance - S(2) * tolerance<S>;
-        const S more = hit.distance + S(2) * tolerance<S>;
+        const S less = hit.distance - S(2) * allowed_error<S>;
+        const S more = hit.distance + S(2) * allowed_error<S>;
         wrong += !world.overlaps(query, moved(pose, Vec3<S>(-less * hit.normal))).empty() ? 1u : 0u;
         wrong += world.overlaps(query, moved(pose, Vec3<S>(-more * hit.normal))).empty() ? 1u : 0u;
         // The point is on the target, and the query is as far from it.
@@ -185,7 +185,7 @@ TEST_CASE_TEMPLATE("cast_shape: nothing is in the way before, and it touches the
     const S end = hit.is_hit() ? hit.distance : S(4);
     // A grazing touch is known to the tolerance over the sine of its angle alone.
     const S slope = hit.is_hit() ? -hit.normal.dot(along) : S(1);
-    const S slack = S(4) * tolerance<S> / slope;
+    const S slack = S(4) * allowed_error<S> / slope;
     for (const S part : {S(0), S(0.2), S(0.5), S(0.8), S(0.95), S(1)}) {
       const Vec3<S> by = (part * end - slack) * along;
       wrong += part > S(0) && !world.overlaps(query, moved(pose, by)).empty() ? 1u : 0u;
