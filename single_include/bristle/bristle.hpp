@@ -14410,8 +14410,8 @@ class World {
   [[nodiscard]] WorldHit<S> closest(const Vec3<S>& point, S reach, const QueryFilter& filter = {})
       const requires detail::ShowsSolids<Backend, S>;
   /// First shape that a convex shape touches as it moves by `way` [m] from the pose X_WQ without a
-  /// turn. It stops short by a part of at most 1.5e-8 of its size, and counts as in the way only
-  /// where it approaches.
+  /// turn. It stops short by a part of at most 1.5e-8 of its size, in float 1.9e-6. What it touches
+  /// by as little at the start is in the way only where it approaches.
   /// @throws InvalidArgument as `overlaps`, or when `way` is not finite or zero.
   [[nodiscard]] WorldHit<S> cast_shape(
       const Shape<S>& shape, const Transform<S>& X_WQ, const Vec3<S>& way,
@@ -20880,7 +20880,8 @@ class GjkSimplex {
 
   /// Adds a corner and drops those that do not carry the nearest point. Returns false, and changes
   /// nothing, if no point gets nearer.
-  bool add(const Vec3<S>& p) {
+  /// @param may_enclose  Whether the simplex may hold the origin. A flat one seems to, by rounding.
+  bool add(const Vec3<S>& p, bool may_enclose) {
     const std::size_t n = size_;
     points_[n] = p;
     Best best{nearest2_, nearest_, 0, {}};
@@ -20889,7 +20890,7 @@ class GjkSimplex {
     for (std::size_t i = 0; i < n; ++i) {
       for (std::size_t j = i + 1; j < n; ++j) try_triangle(best, i, j, n);
     }
-    if (n == 3 && is_origin_within(points_[0], points_[1], points_[2], p)) {
+    if (may_enclose && n == 3 && is_origin_within(points_[0], points_[1], points_[2], p)) {
       offer(best, Vec3<S>::Zero(), {0, 1, 2}, 3);
     }
     if (best.size == 0) return false;
@@ -20968,6 +20969,7 @@ GjkResult<S> gjk_distance(const Support& support, const Vec3<S>& start, S far, S
   constexpr int max_supports = 64;
   GjkSimplex<S> simplex(start);
   S size2 = start.squaredNorm();
+  bool is_parted = false;  // By a plane that some support has shown.
   for (int i = 0; i < max_supports; ++i) {
     const Vec3<S>& v = simplex.nearest();
     constexpr S nothing = Tolerance<S>::round_off() * Tolerance<S>::round_off();
@@ -20977,7 +20979,8 @@ GjkResult<S> gjk_distance(const Support& support, const Vec3<S>& start, S far, S
     const S proved = v.dot(w);
     if (simplex.nearest2() - proved <= enough * simplex.nearest2()) break;
     if (proved > S(0) && proved * proved > far * far * simplex.nearest2()) break;
-    if (simplex.has(w) || !simplex.add(w)) break;
+    is_parted = is_parted || proved > Tolerance<S>::round_off() * sqrt(simplex.nearest2() * size2);
+    if (simplex.has(w) || !simplex.add(w, !is_parted)) break;
   }
   const S distance = sqrt(simplex.nearest2());
   return {true, simplex.nearest() / -distance, distance};
@@ -37323,7 +37326,7 @@ struct SolidTouch {
 /// Lowers `nearest` to the gap between a target and a query at X_TQ, if that is less.
 ///
 /// The error is that of GJK: round-off for cores that are points, segments, boxes or hulls, and
-/// 1.5e-10 of the distance for others.
+/// about 1e-8 of the solids' size for others.
 template <Scalar P>
 void find_gap(const HalfSpace<P>& target, const ConvexView<P>& query, const Transform<P>& X_TQ,
               SolidGap<P>& nearest);
@@ -37335,17 +37338,19 @@ void find_gap(const MeshSurface<P, Tree>& target, const ConvexView<P>& query,
               const Transform<P>& X_TQ, SolidGap<P>& nearest);
 
 /// Lowers `first` to the first touch of a target by a query that starts at X_TQ and moves by `way`
-/// [m], if that is sooner. The query stops short of the target by at most a part of 1.5e-8
-/// (`Tolerance::equal`) of their sizes.
+/// [m], if that is sooner. The query stops short of the target by at most a part `near` [1] of
+/// the smaller of their sizes. Solids that are as near or overlap as little at the start touch
+/// where they approach, and do not where they move along each other or apart.
+/// @param near  [1] At least `Tolerance::equal`, which is what distances are good for.
 template <Scalar P>
 void find_touch(const HalfSpace<P>& target, const ConvexView<P>& query, const Transform<P>& X_TQ,
-                const Vec3<P>& way, SolidTouch<P>& first);
+                const Vec3<P>& way, P near, SolidTouch<P>& first);
 template <Scalar P>
 void find_touch(const ConvexView<P>& target, const ConvexView<P>& query, const Transform<P>& X_TQ,
-                const Vec3<P>& way, SolidTouch<P>& first);
+                const Vec3<P>& way, P near, SolidTouch<P>& first);
 template <Scalar P, typename Tree>
 void find_touch(const MeshSurface<P, Tree>& target, const ConvexView<P>& query,
-                const Transform<P>& X_TQ, const Vec3<P>& way, SolidTouch<P>& first);
+                const Transform<P>& X_TQ, const Vec3<P>& way, P near, SolidTouch<P>& first);
 
 // Implementation ----------------------------------------------------------------------------------
 
@@ -37378,23 +37383,38 @@ template <Scalar P>
          query.rounding;
 }
 
-/// A nearest point of the target, where the normal is known.
+/// [m] The point of a solid that is nearest to a point, which may be the point itself.
+template <Scalar P>
+[[nodiscard]] Vec3<P> project(const Vec3<P>& point, const ConvexView<P>& solid) {
+  const Sphere<P> none{P(0)};
+  Transform<P> X;
+  X.translation = point;
+  const GjkResult<P> found = convex_distance(solid, convex_view(none), X, infinity<P>);
+  return found.is_apart ? Vec3<P>(point - found.distance * found.normal) : point;
+}
+
+/// A nearest point of the target, where distance and normal are known.
+///
+/// An extreme point of the target need not be under the query, nor the other way round. Projecting
+/// to one solid and the other in turn leads to a pair of nearest points (Cheney and Goldstein
+/// 1959), for faces over each other and corners in one or two rounds.
 template <Scalar P>
 [[nodiscard]] Vec3<P> point_of_gap(const ConvexView<P>& target, const ConvexView<P>& query,
                                    const Transform<P>& X_TQ, const Vec3<P>& normal, P distance) {
+  constexpr int max_rounds = 32;
+  const P enough = distance + Tolerance<P>::equal() * std::min(target.reach, query.reach);
   // A ball has one point that is nearest.
   if (std::holds_alternative<const Sphere<P>*>(query.shape)) {
     return X_TQ.translation - (distance + query.rounding) * normal;
   }
-  if (std::holds_alternative<const Sphere<P>*>(target.shape)) return target.rounding * normal;
-  // Faces and edges that lie along each other are clipped: an extreme point of one need not be
-  // over the other.
-  const ContactManifold<P> shared = contact_manifold(target, query, X_TQ, normal, infinity<P>);
-  ContactPoint<P> nearest = shared.points[0];
-  for (std::size_t i = 1; i < shared.size; ++i) {
-    if (shared.points[i].gap < nearest.gap) nearest = shared.points[i];
+  const Transform<P> X_QT = X_TQ.inverse();
+  Vec3<P> point = support_point(target, normal);
+  for (int i = 0; i < max_rounds; ++i) {
+    const Vec3<P> opposite = X_TQ * project(Vec3<P>(X_QT * point), query);
+    if ((opposite - point).norm() <= enough) break;
+    point = project(opposite, target);
   }
-  return nearest.position - P(0.5) * nearest.gap * normal;
+  return point;
 }
 
 /// The lowest point of a query over a half-space, and its height.
@@ -37465,52 +37485,70 @@ template <Scalar P>
   return {P(0), -way.stableNormalized(), X_TQ * query.center};
 }
 
+/// Returns whether a motion ends a gap [m] within the part of the way that is left. One along the
+/// target does not, whatever is rounded.
+/// @param closing  [m] Approach on the whole way.
+template <Scalar P>
+[[nodiscard]] bool closes(P gap, P closing, const Vec3<P>& way, P left) {
+  return closing > Tolerance<P>::round_off() * way.norm() && gap < left * closing;
+}
+
 template <Scalar P>
 void find_touch(const HalfSpace<P>& target, const ConvexView<P>& query, const Transform<P>& X_TQ,
-                const Vec3<P>& way, SolidTouch<P>& first) {
+                const Vec3<P>& way, P near, SolidTouch<P>& first) {
   const SolidGap<P> height = height_over(target, query, X_TQ);
-  if (height.distance <= P(0)) {
+  if (height.distance < -near * query.reach) {
     if (first.fraction > P(0)) first = touch_at_start(query, X_TQ, way);
     return;
   }
+  const P gap = std::max(height.distance, P(0));
   const P closing = -target.normal.dot(way);
-  const P fraction = height.distance / closing;
-  if (closing > P(0) && fraction < first.fraction) {
-    first = {fraction, target.normal, height.point + fraction * way};
-  }
+  if (!closes(gap, closing, way, first.fraction)) return;
+  first.fraction = gap / closing;
+  first.normal = target.normal;
+  first.point = height.point + first.fraction * way;
 }
 
 template <Scalar P>
 void find_touch(const ConvexView<P>& target, const ConvexView<P>& query, const Transform<P>& X_TQ,
-                const Vec3<P>& way, SolidTouch<P>& first) {
+                const Vec3<P>& way, P near, SolidTouch<P>& first) {
   // Each measurement takes away all of the way that it proves free. Faces and corners end after one
   // or two of them; round solids leave a part of the way that shrinks with its square. The bound is
   // there for numbers that go on to creep.
   constexpr int max_measurements = 64;
-  const P near = Tolerance<P>::equal() * std::min(target.reach, query.reach);
+  const P touching = near * std::min(target.reach, query.reach);
   Transform<P> X = X_TQ;
-  SolidTouch<P> touch = touch_at_start(query, X_TQ, way);
+  P fraction = P(0);
+  Vec3<P> normal = Vec3<P>::Zero();
   for (int i = 0; i < max_measurements; ++i) {
     const GjkResult<P> found = convex_distance(target, query, X, infinity<P>);
     // The direction of solids that all but touch may be any. Only a plane that parts them counts.
     const P gap = found.is_apart ? gap_along(target, query, X, found.normal) : P(0);
     if (!(gap > P(0))) break;
     const P closing = -found.normal.dot(way);
-    if (!(closing > P(0))) return;
-    touch.normal = found.normal;
-    if (gap <= near) break;
-    touch.fraction += gap / closing;
-    if (!(touch.fraction < first.fraction)) return;
-    X.translation = X_TQ.translation + touch.fraction * way;
+    if (!closes(gap, closing, way, P(first.fraction - fraction))) return;
+    normal = found.normal;
+    if (gap <= touching) break;
+    fraction += gap / closing;
+    X.translation = X_TQ.translation + fraction * way;
   }
-  if (!(touch.fraction < first.fraction)) return;
-  if (touch.fraction > P(0)) touch.point = point_of_gap(target, query, X, touch.normal, P(0));
-  first = touch;
+  if (normal == Vec3<P>::Zero()) {
+    // They touch or overlap at the start. Which of the two tells the direction of least overlap.
+    const ContactNormal<P> found = contact_normal<GjkDistance>(target, query, X_TQ, touching);
+    if (found.nearness == Nearness::near && found.gap >= -touching) {
+      normal = found.normal;
+      if (!closes(P(0), P(-normal.dot(way)), way, first.fraction)) return;
+    } else {
+      if (first.fraction > P(0)) first = touch_at_start(query, X_TQ, way);
+      return;
+    }
+  }
+  first = {fraction, normal, point_of_gap(target, query, X, normal, P(0))};
 }
 
 template <Scalar P, typename Tree>
 void find_touch(const MeshSurface<P, Tree>& target, const ConvexView<P>& query,
-                const Transform<P>& X_TQ, const Vec3<P>& way, SolidTouch<P>& first) {
+                const Transform<P>& X_TQ, const Vec3<P>& way, P near, SolidTouch<P>& first) {
   if (first.fraction > P(0) && holds_center(target, query, X_TQ)) {
     first = touch_at_start(query, X_TQ, way);
   }
@@ -37524,7 +37562,7 @@ void find_touch(const MeshSurface<P, Tree>& target, const ConvexView<P>& query,
       },
       [&](std::uint32_t i) {
         const Plate<P> plate = target.plate(i);
-        find_touch(convex_view(plate), query, X_TQ, way, first);
+        find_touch(convex_view(plate), query, X_TQ, way, near, first);
         return first.fraction > P(0);
       });
 }
@@ -37541,6 +37579,14 @@ namespace bristle::inline BRISTLE_ABI {
 
 namespace detail {
 
+/// A pose in the scalar of queries, with a rotation that is one in that scalar, too.
+template <Scalar S>
+[[nodiscard]] Transform<Precise<S>> precise(const Transform<S>& X) {
+  Transform<Precise<S>> result = X.template cast<Precise<S>>();
+  result.rotation.normalize();
+  return result;
+}
+
 /// A convex shape placed in the world, to query with.
 template <Scalar S>
 class ShapeQuery {
@@ -37549,7 +37595,7 @@ class ShapeQuery {
 
   /// @throws InvalidArgument when the shape is not valid or not convex, or the pose not finite.
   ShapeQuery(const Shape<S>& shape, const Transform<S>& X_WQ)
-      : shape_(checked(shape, X_WQ)), pose_(X_WQ.template cast<P>()) {
+      : shape_(checked(shape, X_WQ)), pose_(precise(X_WQ)) {
     visit_shape(
         [this](const auto& s) {
           if constexpr (requires { convex_view(s); }) view_.emplace(convex_view(s));
@@ -37569,6 +37615,10 @@ class ShapeQuery {
   [[nodiscard]] const ConvexView<P>& view() const { return *view_; }
   /// [m] Box in the world.
   [[nodiscard]] Aabb<P> bounds() const { return bounds_at(*view_, pose_); }
+  /// [m] A vector of the world in the frame of a target, in which the pose is X_TQ.
+  [[nodiscard]] Vec3<P> in_target(const Transform<P>& X_TQ, const Vec3<P>& vector) const {
+    return X_TQ.rotate(Vec3<P>(pose_.rotation.conjugate() * vector));
+  }
   /// Pose in the frame of a target.
   [[nodiscard]] Transform<P> pose_in(const Transform<P>& X_WT) const {
     return X_WT.inverse() * pose_;
@@ -37595,7 +37645,7 @@ template <Scalar S, typename Backend, Scalar P>
 [[nodiscard]] WorldHit<S> world_hit(const WorldState<S, Backend>& state, std::uint32_t tag,
                                     P distance, const Vec3<P>& point_T, const Vec3<P>& normal_T) {
   const Collider<S, Backend>& c = state.colliders.at(tag);
-  const Transform<P> X_WT = (state.body_of(c).center_pose * c.X_CmS).template cast<P>();
+  const Transform<P> X_WT = precise<S>(state.body_of(c).center_pose * c.X_CmS);
   WorldHit<S> hit;
   hit.distance = S(distance);
   hit.point = (X_WT * point_T).template cast<S>();
@@ -37612,14 +37662,18 @@ void for_each_solid(const WorldState<S, Backend>& state, const ShapeQuery<S>& qu
                     const QueryFilter& filter, Accept&& accept, Visit&& visit) {
   state.broad_phase.find(
       [&](const Aabb<S>& box) {
+        // Boxes are rounded in the scalar of the world.
         using P = Precise<S>;
-        return accept(Aabb<P>{box.lower.template cast<P>(), box.upper.template cast<P>()});
+        const P size =
+            std::max(P(box.lower.cwiseAbs().maxCoeff()), P(box.upper.cwiseAbs().maxCoeff()));
+        const Aabb<P> precise_box{box.lower.template cast<P>(), box.upper.template cast<P>()};
+        return accept(precise_box.inflated(P(Tolerance<S>::round_off()) * size));
       },
       [&](std::uint32_t tag) {
         const Collider<S, Backend>& c = state.colliders.at(tag);
         const Body<S>& body = state.body_of(c);
         if (!can_meet(filter, c.body, body)) return true;
-        const auto X_TQ = query.pose_in((body.center_pose * c.X_CmS).template cast<Precise<S>>());
+        const auto X_TQ = query.pose_in(precise<S>(body.center_pose * c.X_CmS));
         bool goes_on = true;
         Backend::visit_solid(c.shape,
                              [&](const auto& solid) { goes_on = visit(tag, solid, X_TQ); });
@@ -37746,6 +37800,8 @@ requires detail::ShowsSolids<Backend, S> {
   const P length = way.template cast<P>().stableNorm();
   detail::require(length > P(0), "way", static_cast<double>(length), "must not be zero");
   const Vec3<P> way_W = way.template cast<P>();
+  // Poses are rounded in the scalar of the world.
+  const P near = std::max(detail::Tolerance<P>::equal(), P(detail::Tolerance<S>::round_off()));
   detail::SolidTouch<P> first;
   first.fraction = detail::beyond(P(1));
   std::optional<std::uint32_t> first_tag;
@@ -37762,10 +37818,8 @@ requires detail::ShowsSolids<Backend, S> {
         detail::SolidTouch<P> touch;
         touch.fraction = first_tag ? detail::beyond(first.fraction) : first.fraction;
         const P bound = touch.fraction;
-        // The way in the target's frame: X_TQ turns from the query's frame, X_WQ from it, too.
-        const Vec3<P> way_T =
-            X_TQ.rotate(Vec3<P>(X_WQ.rotation.template cast<P>().conjugate() * way_W));
-        detail::find_touch(solid, query.view(), X_TQ, way_T, touch);
+        const Vec3<P> way_T = query.in_target(X_TQ, way_W);
+        detail::find_touch(solid, query.view(), X_TQ, way_T, near, touch);
         if (!(touch.fraction < bound)) return true;
         if (!first_tag || touch.fraction < first.fraction ||
             (touch.fraction == first.fraction && tag < *first_tag)) {

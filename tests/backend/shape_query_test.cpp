@@ -206,6 +206,127 @@ TEST_CASE_TEMPLATE("cast_shape: nothing is in the way before, and it touches the
   CHECK(hits > 100);
 }
 
+TEST_CASE("closest: no last bit of a pose turns a gap into an overlap") {
+  // A simplex that is flat to round-off seems to hold every point of its plane.
+  World<double> world;
+  world.add_body({.motion = Motion::fixed, .shape = Ellipsoid<double>{{1, 0.7, 1}}});
+  test::Random random(3);
+  Transform<double> pose;
+  pose.rotation = Quat<double>(-0.46890240570283714, -0.15699475793497145, -0.84602916523806482,
+                               -0.19929333022328623);
+  const Vec3<double> place(2.334029135283652, 0.03110254958491121, 0.82525336704643359);
+  std::size_t wrong = 0;
+  for (int i = 0; i < 2000; ++i) {
+    pose.translation = place + random.in_cube(1e-14);
+    const double distance = world.closest(Box<double>{{1, 1, 1}}, pose, 1.0).distance;
+    wrong += std::abs(distance - 0.00611370268) > 1e-8 ? 1u : 0u;
+  }
+  CHECK(wrong == 0);
+}
+
+TEST_CASE_TEMPLATE("cast_shape: what a plane parts on the whole way is never touched", Setup,
+                   BRISTLE_TEST_SETUPS) {
+  using S = typename Setup::Scalar;
+  test::Random random(13);
+  std::size_t wrong = 0;
+  std::size_t parted = 0;
+  for (const Shape<S>& target : all_shapes<S>()) {
+    World<S, typename Setup::Backend> world;
+    BodyDef<S> def;
+    def.motion = Motion::fixed;
+    def.shape = target;
+    world.add_body(def);
+    for (const Shape<S>& query : convex_shapes<S>()) {
+      for (int i = 0; i < 40; ++i) {
+        const Transform<S> pose = random.template pose<S>(S(0.8));
+        const WorldHit<S> hit = world.closest(query, pose, S(10));
+        // A mesh is parted from all its plates only by its own planes: those of a box do.
+        if (!(hit.distance > S(1e-3))) continue;
+        ++parted;
+        const Vec3<S> along = hit.normal.cross(random.template direction<S>()).normalized();
+        for (const Vec3<S>& way : {Vec3<S>(S(4) * along), Vec3<S>(S(4) * (along + hit.normal))}) {
+          const Vec3<S> back = pose.translation - S(0.5) * way;
+          wrong += world.cast_shape(query, {pose.rotation, back}, way).is_hit() &&
+                           way.dot(hit.normal) < S(1e-3)
+                       ? 1u
+                       : 0u;
+          wrong += world.cast_shape(query, pose, way).is_hit() ? 1u : 0u;
+        }
+      }
+    }
+  }
+  CHECK(wrong == 0);
+  CHECK(parted > 800);
+}
+
+TEST_CASE_TEMPLATE("cast_shape: from where it touched it slides along and leaves freely", Setup,
+                   BRISTLE_TEST_SETUPS) {
+  using S = typename Setup::Scalar;
+  test::Random random(17);
+  std::size_t wrong = 0;
+  for (const Shape<S>& target : {Shape<S>(HalfSpace<S>{}), Shape<S>(Box<S>{{S(5), S(5), S(1)}}),
+                                 Shape<S>(box_mesh<S>({S(5), S(5), S(1)}))}) {
+    World<S, typename Setup::Backend> world;
+    BodyDef<S> def;
+    def.motion = Motion::fixed;
+    def.shape = target;
+    world.add_body(def);
+    for (const Shape<S>& query : {Shape<S>(Sphere<S>{S(0.5)}), Shape<S>(Capsule<S>{S(0.2), S(0.3)}),
+                                  Shape<S>(Box<S>{{S(0.5), S(0.5), S(0.5)}})}) {
+      for (int i = 0; i < 50; ++i) {
+        Transform<S> pose;
+        pose.translation = {random.uniform(S(-1), S(1)), random.uniform(S(-1), S(1)),
+                            random.uniform(S(2.5), S(3))};
+        const WorldHit<S> down = world.cast_shape(query, pose, {S(0), S(0), S(-9)});
+        wrong += down.is_hit() && down.normal.z() > S(0.999) ? 0u : 1u;
+        // The point lies on the target, under the query.
+        wrong += (down.point - pose.translation).template head<2>().norm() > S(0.75) ? 1u : 0u;
+        pose.translation.z() -= down.distance;
+        wrong += world.cast_shape(query, pose, {S(0), S(0), S(5)}).is_hit() ? 1u : 0u;
+        wrong += world.cast_shape(query, pose, {S(3), S(1), S(0)}).is_hit() ? 1u : 0u;
+        const WorldHit<S> again = world.cast_shape(query, pose, {S(0), S(0), S(-1)});
+        wrong += again.is_hit() && again.distance < S(2) * allowed_error<S> ? 0u : 1u;
+        wrong += (again.point - pose.translation).template head<2>().norm() > S(0.75) ? 1u : 0u;
+      }
+    }
+  }
+  CHECK(wrong == 0);
+}
+
+TEST_CASE_TEMPLATE("closest: the point is under a small box at the rim of a cap", Setup,
+                   BRISTLE_TEST_SETUPS) {
+  using S = typename Setup::Scalar;
+  World<S, typename Setup::Backend> world;
+  world.add_body({.motion = Motion::fixed, .shape = Cylinder<S>{S(1), S(0.5)}});
+  std::size_t wrong = 0;
+  for (int i = 0; i < 360; ++i) {
+    const S angle = S(i) * S(0.0174533);
+    Transform<S> pose;
+    pose.translation = {S(0.98) * std::cos(angle), S(0.98) * std::sin(angle), S(0.7)};
+    const WorldHit<S> hit = world.closest(Box<S>{{S(0.005), S(0.005), S(0.1)}}, pose, S(1));
+    const Vec3<S> beside = hit.point - pose.translation;
+    wrong += std::max(std::abs(beside.x()), std::abs(beside.y())) > S(0.005) + allowed_error<S> ||
+                     std::abs(hit.distance - S(0.1)) > allowed_error<S>
+                 ? 1u
+                 : 0u;
+  }
+  CHECK(wrong == 0);
+}
+
+TEST_CASE_TEMPLATE("cast_shape: a rotation that is one to rounding turns nothing else", Setup,
+                   BRISTLE_TEST_SETUPS) {
+  using S = typename Setup::Scalar;
+  World<S, typename Setup::Backend> world;
+  world.add_body({.motion = Motion::fixed, .shape = HalfSpace<S>{}});
+  Transform<S> pose;
+  pose.translation = {S(0), S(0), S(500)};
+  const S distance = world.cast_shape(Sphere<S>{S(0.5)}, pose, {S(0), S(0), S(-600)}).distance;
+  pose.rotation = Quat<S>(S(0), S(1) + (std::is_same_v<S, float> ? S(2e-7) : S(5e-9)), S(0), S(0));
+  CHECK(std::abs(world.cast_shape(Sphere<S>{S(0.5)}, pose, {S(0), S(0), S(-600)}).distance -
+                 distance) < S(500) * allowed_error<S>);
+  CHECK(std::abs(distance - S(499.5)) < S(500) * allowed_error<S>);
+}
+
 TEST_CASE_TEMPLATE("queries: a world of many answers as the best of worlds of one", Setup,
                    BRISTLE_TEST_SETUPS) {
   using S = typename Setup::Scalar;

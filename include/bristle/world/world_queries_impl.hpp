@@ -19,6 +19,14 @@ namespace bristle::inline BRISTLE_ABI {
 
 namespace detail {
 
+/// A pose in the scalar of queries, with a rotation that is one in that scalar, too.
+template <Scalar S>
+[[nodiscard]] Transform<Precise<S>> precise(const Transform<S>& X) {
+  Transform<Precise<S>> result = X.template cast<Precise<S>>();
+  result.rotation.normalize();
+  return result;
+}
+
 /// A convex shape placed in the world, to query with.
 template <Scalar S>
 class ShapeQuery {
@@ -27,7 +35,7 @@ class ShapeQuery {
 
   /// @throws InvalidArgument when the shape is not valid or not convex, or the pose not finite.
   ShapeQuery(const Shape<S>& shape, const Transform<S>& X_WQ)
-      : shape_(checked(shape, X_WQ)), pose_(X_WQ.template cast<P>()) {
+      : shape_(checked(shape, X_WQ)), pose_(precise(X_WQ)) {
     visit_shape(
         [this](const auto& s) {
           if constexpr (requires { convex_view(s); }) view_.emplace(convex_view(s));
@@ -47,6 +55,10 @@ class ShapeQuery {
   [[nodiscard]] const ConvexView<P>& view() const { return *view_; }
   /// [m] Box in the world.
   [[nodiscard]] Aabb<P> bounds() const { return bounds_at(*view_, pose_); }
+  /// [m] A vector of the world in the frame of a target, in which the pose is X_TQ.
+  [[nodiscard]] Vec3<P> in_target(const Transform<P>& X_TQ, const Vec3<P>& vector) const {
+    return X_TQ.rotate(Vec3<P>(pose_.rotation.conjugate() * vector));
+  }
   /// Pose in the frame of a target.
   [[nodiscard]] Transform<P> pose_in(const Transform<P>& X_WT) const {
     return X_WT.inverse() * pose_;
@@ -73,7 +85,7 @@ template <Scalar S, typename Backend, Scalar P>
 [[nodiscard]] WorldHit<S> world_hit(const WorldState<S, Backend>& state, std::uint32_t tag,
                                     P distance, const Vec3<P>& point_T, const Vec3<P>& normal_T) {
   const Collider<S, Backend>& c = state.colliders.at(tag);
-  const Transform<P> X_WT = (state.body_of(c).center_pose * c.X_CmS).template cast<P>();
+  const Transform<P> X_WT = precise<S>(state.body_of(c).center_pose * c.X_CmS);
   WorldHit<S> hit;
   hit.distance = S(distance);
   hit.point = (X_WT * point_T).template cast<S>();
@@ -90,14 +102,18 @@ void for_each_solid(const WorldState<S, Backend>& state, const ShapeQuery<S>& qu
                     const QueryFilter& filter, Accept&& accept, Visit&& visit) {
   state.broad_phase.find(
       [&](const Aabb<S>& box) {
+        // Boxes are rounded in the scalar of the world.
         using P = Precise<S>;
-        return accept(Aabb<P>{box.lower.template cast<P>(), box.upper.template cast<P>()});
+        const P size =
+            std::max(P(box.lower.cwiseAbs().maxCoeff()), P(box.upper.cwiseAbs().maxCoeff()));
+        const Aabb<P> precise_box{box.lower.template cast<P>(), box.upper.template cast<P>()};
+        return accept(precise_box.inflated(P(Tolerance<S>::round_off()) * size));
       },
       [&](std::uint32_t tag) {
         const Collider<S, Backend>& c = state.colliders.at(tag);
         const Body<S>& body = state.body_of(c);
         if (!can_meet(filter, c.body, body)) return true;
-        const auto X_TQ = query.pose_in((body.center_pose * c.X_CmS).template cast<Precise<S>>());
+        const auto X_TQ = query.pose_in(precise<S>(body.center_pose * c.X_CmS));
         bool goes_on = true;
         Backend::visit_solid(c.shape,
                              [&](const auto& solid) { goes_on = visit(tag, solid, X_TQ); });
@@ -224,6 +240,8 @@ requires detail::ShowsSolids<Backend, S> {
   const P length = way.template cast<P>().stableNorm();
   detail::require(length > P(0), "way", static_cast<double>(length), "must not be zero");
   const Vec3<P> way_W = way.template cast<P>();
+  // Poses are rounded in the scalar of the world.
+  const P near = std::max(detail::Tolerance<P>::equal(), P(detail::Tolerance<S>::round_off()));
   detail::SolidTouch<P> first;
   first.fraction = detail::beyond(P(1));
   std::optional<std::uint32_t> first_tag;
@@ -240,10 +258,8 @@ requires detail::ShowsSolids<Backend, S> {
         detail::SolidTouch<P> touch;
         touch.fraction = first_tag ? detail::beyond(first.fraction) : first.fraction;
         const P bound = touch.fraction;
-        // The way in the target's frame: X_TQ turns from the query's frame, X_WQ from it, too.
-        const Vec3<P> way_T =
-            X_TQ.rotate(Vec3<P>(X_WQ.rotation.template cast<P>().conjugate() * way_W));
-        detail::find_touch(solid, query.view(), X_TQ, way_T, touch);
+        const Vec3<P> way_T = query.in_target(X_TQ, way_W);
+        detail::find_touch(solid, query.view(), X_TQ, way_T, near, touch);
         if (!(touch.fraction < bound)) return true;
         if (!first_tag || touch.fraction < first.fraction ||
             (touch.fraction == first.fraction && tag < *first_tag)) {

@@ -54,7 +54,7 @@ struct SolidTouch {
 /// Lowers `nearest` to the gap between a target and a query at X_TQ, if that is less.
 ///
 /// The error is that of GJK: round-off for cores that are points, segments, boxes or hulls, and
-/// 1.5e-10 of the distance for others.
+/// about 1e-8 of the solids' size for others.
 template <Scalar P>
 void find_gap(const HalfSpace<P>& target, const ConvexView<P>& query, const Transform<P>& X_TQ,
               SolidGap<P>& nearest);
@@ -66,17 +66,19 @@ void find_gap(const MeshSurface<P, Tree>& target, const ConvexView<P>& query,
               const Transform<P>& X_TQ, SolidGap<P>& nearest);
 
 /// Lowers `first` to the first touch of a target by a query that starts at X_TQ and moves by `way`
-/// [m], if that is sooner. The query stops short of the target by at most a part of 1.5e-8
-/// (`Tolerance::equal`) of their sizes.
+/// [m], if that is sooner. The query stops short of the target by at most a part `near` [1] of
+/// the smaller of their sizes. Solids that are as near or overlap as little at the start touch
+/// where they approach, and do not where they move along each other or apart.
+/// @param near  [1] At least `Tolerance::equal`, which is what distances are good for.
 template <Scalar P>
 void find_touch(const HalfSpace<P>& target, const ConvexView<P>& query, const Transform<P>& X_TQ,
-                const Vec3<P>& way, SolidTouch<P>& first);
+                const Vec3<P>& way, P near, SolidTouch<P>& first);
 template <Scalar P>
 void find_touch(const ConvexView<P>& target, const ConvexView<P>& query, const Transform<P>& X_TQ,
-                const Vec3<P>& way, SolidTouch<P>& first);
+                const Vec3<P>& way, P near, SolidTouch<P>& first);
 template <Scalar P, typename Tree>
 void find_touch(const MeshSurface<P, Tree>& target, const ConvexView<P>& query,
-                const Transform<P>& X_TQ, const Vec3<P>& way, SolidTouch<P>& first);
+                const Transform<P>& X_TQ, const Vec3<P>& way, P near, SolidTouch<P>& first);
 
 // Implementation ----------------------------------------------------------------------------------
 
@@ -109,23 +111,38 @@ template <Scalar P>
          query.rounding;
 }
 
-/// A nearest point of the target, where the normal is known.
+/// [m] The point of a solid that is nearest to a point, which may be the point itself.
+template <Scalar P>
+[[nodiscard]] Vec3<P> project(const Vec3<P>& point, const ConvexView<P>& solid) {
+  const Sphere<P> none{P(0)};
+  Transform<P> X;
+  X.translation = point;
+  const GjkResult<P> found = convex_distance(solid, convex_view(none), X, infinity<P>);
+  return found.is_apart ? Vec3<P>(point - found.distance * found.normal) : point;
+}
+
+/// A nearest point of the target, where distance and normal are known.
+///
+/// An extreme point of the target need not be under the query, nor the other way round. Projecting
+/// to one solid and the other in turn leads to a pair of nearest points (Cheney and Goldstein
+/// 1959), for faces over each other and corners in one or two rounds.
 template <Scalar P>
 [[nodiscard]] Vec3<P> point_of_gap(const ConvexView<P>& target, const ConvexView<P>& query,
                                    const Transform<P>& X_TQ, const Vec3<P>& normal, P distance) {
+  constexpr int max_rounds = 32;
+  const P enough = distance + Tolerance<P>::equal() * std::min(target.reach, query.reach);
   // A ball has one point that is nearest.
   if (std::holds_alternative<const Sphere<P>*>(query.shape)) {
     return X_TQ.translation - (distance + query.rounding) * normal;
   }
-  if (std::holds_alternative<const Sphere<P>*>(target.shape)) return target.rounding * normal;
-  // Faces and edges that lie along each other are clipped: an extreme point of one need not be
-  // over the other.
-  const ContactManifold<P> shared = contact_manifold(target, query, X_TQ, normal, infinity<P>);
-  ContactPoint<P> nearest = shared.points[0];
-  for (std::size_t i = 1; i < shared.size; ++i) {
-    if (shared.points[i].gap < nearest.gap) nearest = shared.points[i];
+  const Transform<P> X_QT = X_TQ.inverse();
+  Vec3<P> point = support_point(target, normal);
+  for (int i = 0; i < max_rounds; ++i) {
+    const Vec3<P> opposite = X_TQ * project(Vec3<P>(X_QT * point), query);
+    if ((opposite - point).norm() <= enough) break;
+    point = project(opposite, target);
   }
-  return nearest.position - P(0.5) * nearest.gap * normal;
+  return point;
 }
 
 /// The lowest point of a query over a half-space, and its height.
@@ -196,52 +213,70 @@ template <Scalar P>
   return {P(0), -way.stableNormalized(), X_TQ * query.center};
 }
 
+/// Returns whether a motion ends a gap [m] within the part of the way that is left. One along the
+/// target does not, whatever is rounded.
+/// @param closing  [m] Approach on the whole way.
+template <Scalar P>
+[[nodiscard]] bool closes(P gap, P closing, const Vec3<P>& way, P left) {
+  return closing > Tolerance<P>::round_off() * way.norm() && gap < left * closing;
+}
+
 template <Scalar P>
 void find_touch(const HalfSpace<P>& target, const ConvexView<P>& query, const Transform<P>& X_TQ,
-                const Vec3<P>& way, SolidTouch<P>& first) {
+                const Vec3<P>& way, P near, SolidTouch<P>& first) {
   const SolidGap<P> height = height_over(target, query, X_TQ);
-  if (height.distance <= P(0)) {
+  if (height.distance < -near * query.reach) {
     if (first.fraction > P(0)) first = touch_at_start(query, X_TQ, way);
     return;
   }
+  const P gap = std::max(height.distance, P(0));
   const P closing = -target.normal.dot(way);
-  const P fraction = height.distance / closing;
-  if (closing > P(0) && fraction < first.fraction) {
-    first = {fraction, target.normal, height.point + fraction * way};
-  }
+  if (!closes(gap, closing, way, first.fraction)) return;
+  first.fraction = gap / closing;
+  first.normal = target.normal;
+  first.point = height.point + first.fraction * way;
 }
 
 template <Scalar P>
 void find_touch(const ConvexView<P>& target, const ConvexView<P>& query, const Transform<P>& X_TQ,
-                const Vec3<P>& way, SolidTouch<P>& first) {
+                const Vec3<P>& way, P near, SolidTouch<P>& first) {
   // Each measurement takes away all of the way that it proves free. Faces and corners end after one
   // or two of them; round solids leave a part of the way that shrinks with its square. The bound is
   // there for numbers that go on to creep.
   constexpr int max_measurements = 64;
-  const P near = Tolerance<P>::equal() * std::min(target.reach, query.reach);
+  const P touching = near * std::min(target.reach, query.reach);
   Transform<P> X = X_TQ;
-  SolidTouch<P> touch = touch_at_start(query, X_TQ, way);
+  P fraction = P(0);
+  Vec3<P> normal = Vec3<P>::Zero();
   for (int i = 0; i < max_measurements; ++i) {
     const GjkResult<P> found = convex_distance(target, query, X, infinity<P>);
     // The direction of solids that all but touch may be any. Only a plane that parts them counts.
     const P gap = found.is_apart ? gap_along(target, query, X, found.normal) : P(0);
     if (!(gap > P(0))) break;
     const P closing = -found.normal.dot(way);
-    if (!(closing > P(0))) return;
-    touch.normal = found.normal;
-    if (gap <= near) break;
-    touch.fraction += gap / closing;
-    if (!(touch.fraction < first.fraction)) return;
-    X.translation = X_TQ.translation + touch.fraction * way;
+    if (!closes(gap, closing, way, P(first.fraction - fraction))) return;
+    normal = found.normal;
+    if (gap <= touching) break;
+    fraction += gap / closing;
+    X.translation = X_TQ.translation + fraction * way;
   }
-  if (!(touch.fraction < first.fraction)) return;
-  if (touch.fraction > P(0)) touch.point = point_of_gap(target, query, X, touch.normal, P(0));
-  first = touch;
+  if (normal == Vec3<P>::Zero()) {
+    // They touch or overlap at the start. Which of the two tells the direction of least overlap.
+    const ContactNormal<P> found = contact_normal<GjkDistance>(target, query, X_TQ, touching);
+    if (found.nearness == Nearness::near && found.gap >= -touching) {
+      normal = found.normal;
+      if (!closes(P(0), P(-normal.dot(way)), way, first.fraction)) return;
+    } else {
+      if (first.fraction > P(0)) first = touch_at_start(query, X_TQ, way);
+      return;
+    }
+  }
+  first = {fraction, normal, point_of_gap(target, query, X, normal, P(0))};
 }
 
 template <Scalar P, typename Tree>
 void find_touch(const MeshSurface<P, Tree>& target, const ConvexView<P>& query,
-                const Transform<P>& X_TQ, const Vec3<P>& way, SolidTouch<P>& first) {
+                const Transform<P>& X_TQ, const Vec3<P>& way, P near, SolidTouch<P>& first) {
   if (first.fraction > P(0) && holds_center(target, query, X_TQ)) {
     first = touch_at_start(query, X_TQ, way);
   }
@@ -255,7 +290,7 @@ void find_touch(const MeshSurface<P, Tree>& target, const ConvexView<P>& query,
       },
       [&](std::uint32_t i) {
         const Plate<P> plate = target.plate(i);
-        find_touch(convex_view(plate), query, X_TQ, way, first);
+        find_touch(convex_view(plate), query, X_TQ, way, near, first);
         return first.fraction > P(0);
       });
 }

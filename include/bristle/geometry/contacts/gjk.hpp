@@ -67,7 +67,8 @@ class GjkSimplex {
 
   /// Adds a corner and drops those that do not carry the nearest point. Returns false, and changes
   /// nothing, if no point gets nearer.
-  bool add(const Vec3<S>& p) {
+  /// @param may_enclose  Whether the simplex may hold the origin. A flat one seems to, by rounding.
+  bool add(const Vec3<S>& p, bool may_enclose) {
     const std::size_t n = size_;
     points_[n] = p;
     Best best{nearest2_, nearest_, 0, {}};
@@ -76,7 +77,7 @@ class GjkSimplex {
     for (std::size_t i = 0; i < n; ++i) {
       for (std::size_t j = i + 1; j < n; ++j) try_triangle(best, i, j, n);
     }
-    if (n == 3 && is_origin_within(points_[0], points_[1], points_[2], p)) {
+    if (may_enclose && n == 3 && is_origin_within(points_[0], points_[1], points_[2], p)) {
       offer(best, Vec3<S>::Zero(), {0, 1, 2}, 3);
     }
     if (best.size == 0) return false;
@@ -155,6 +156,7 @@ GjkResult<S> gjk_distance(const Support& support, const Vec3<S>& start, S far, S
   constexpr int max_supports = 64;
   GjkSimplex<S> simplex(start);
   S size2 = start.squaredNorm();
+  bool is_parted = false;  // By a plane that some support has shown.
   for (int i = 0; i < max_supports; ++i) {
     const Vec3<S>& v = simplex.nearest();
     constexpr S nothing = Tolerance<S>::round_off() * Tolerance<S>::round_off();
@@ -164,7 +166,8 @@ GjkResult<S> gjk_distance(const Support& support, const Vec3<S>& start, S far, S
     const S proved = v.dot(w);
     if (simplex.nearest2() - proved <= enough * simplex.nearest2()) break;
     if (proved > S(0) && proved * proved > far * far * simplex.nearest2()) break;
-    if (simplex.has(w) || !simplex.add(w)) break;
+    is_parted = is_parted || proved > Tolerance<S>::round_off() * sqrt(simplex.nearest2() * size2);
+    if (simplex.has(w) || !simplex.add(w, !is_parted)) break;
   }
   const S distance = sqrt(simplex.nearest2());
   return {true, simplex.nearest() / -distance, distance};
