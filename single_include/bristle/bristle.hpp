@@ -37292,8 +37292,6 @@ void World<S, Backend>::push(const detail::HapticBody<S>& pushed) {
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <algorithm>
-#include <cmath>
-#include <cstddef>
 #include <cstdint>
 #include <variant>
 
@@ -37570,7 +37568,6 @@ void find_touch(const MeshSurface<P, Tree>& target, const ConvexView<P>& query,
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <optional>
 #include <variant>

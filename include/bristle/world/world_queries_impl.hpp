@@ -10,7 +10,6 @@
 #include <bristle/world/world.hpp>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <optional>
 #include <variant>

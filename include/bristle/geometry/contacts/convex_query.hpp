@@ -9,8 +9,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/geometry/contacts/contact_clip.hpp>
-#include <bristle/geometry/contacts/contact_manifold.hpp>
 #include <bristle/geometry/contacts/contact_normal.hpp>
 #include <bristle/geometry/contacts/gjk.hpp>
 #include <bristle/geometry/meshes/mesh_surface.hpp>
@@ -20,8 +18,6 @@
 #include <bristle/math/transform.hpp>
 
 #include <algorithm>
-#include <cmath>
-#include <cstddef>
 #include <cstdint>
 #include <variant>
 
