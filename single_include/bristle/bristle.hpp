@@ -3203,6 +3203,11 @@ struct Aabb {
     return all_at_most(lower, p) && all_at_most(p, upper);
   }
 
+  /// Returns the box around this one and itself moved by `way` [m].
+  [[nodiscard]] Aabb swept(const Vec3<S>& way) const {
+    return {lower + cwise_min(way, Vec3<S>(Vec3<S>::Zero())),
+            upper + cwise_max(way, Vec3<S>(Vec3<S>::Zero()))};
+  }
   /// [m^2] Squared distance to another box. 0 where they overlap.
   [[nodiscard]] S distance2_to(const Aabb& other) const {
     const Vec3<S> apart = cwise_max(Vec3<S>(other.lower - upper), Vec3<S>(lower - other.upper));
@@ -14202,6 +14207,14 @@ template <Scalar S, typename Backend>
   return {scratch.distance[0], scratch.normal[0]};
 }
 
+/// The hit of a ray with a shape, as callers see it.
+template <Scalar S, typename Backend>
+[[nodiscard]] WorldHit<S> world_hit(const WorldState<S, Backend>& state, std::uint32_t tag,
+                                    const Ray<S>& ray, const RayHit<S>& hit) {
+  return {hit.distance, ray.origin + hit.distance * ray.direction, hit.normal,
+          state.colliders.at(tag).body, state.colliders.handle(tag)};
+}
+
 /// Nearest hit of a ray.
 /// @param scratch  As above.
 template <Scalar S, typename Backend>
@@ -14222,14 +14235,8 @@ template <Scalar S, typename Backend>
     }
     return std::min(nearest, best.distance);
   });
-  WorldHit<S> result;
-  if (!(best.distance < infinity<S>)) return result;
-  result.distance = best.distance;
-  result.normal = best.normal;
-  result.point = ray.origin + best.distance * ray.direction;
-  result.body = state.colliders.at(best_tag).body;
-  result.shape = state.colliders.handle(best_tag);
-  return result;
+  if (!(best.distance < infinity<S>)) return {};
+  return world_hit(state, best_tag, ray, best);
 }
 
 }  // namespace detail
@@ -37553,10 +37560,7 @@ void find_touch(const MeshSurface<P, Tree>& target, const ConvexView<P>& query,
   const Aabb<P> box = bounds_at(query, X_TQ);
   target.find(
       [&](const Aabb<P>& other) {
-        const Vec3<P> moved = std::min(first.fraction, P(1)) * way;
-        Aabb<P> swept = box;
-        swept.include(Aabb<P>{Vec3<P>(box.lower + moved), Vec3<P>(box.upper + moved)});
-        return swept.overlaps(other);
+        return box.swept(Vec3<P>(std::min(first.fraction, P(1)) * way)).overlaps(other);
       },
       [&](std::uint32_t i) {
         const Plate<P> plate = target.plate(i);
@@ -37728,14 +37732,10 @@ auto World<S, Backend>::cast_ray_through(const Ray<S>& ray, const QueryFilter& f
   std::vector<WorldHit<S>> hits;
   RayHits<S> scratch;
   state_.broad_phase.walk_ray(ray, [&](std::uint32_t tag, S nearest) {
-    if (detail::can_meet(filter, state_.colliders.at(tag).body,
-                         state_.body_of(state_.colliders.at(tag)))) {
-      const RayHit<S> hit = detail::cast_ray_at(state_, tag, ray, ray.length, scratch);
-      if (hit.distance < infinity<S>) {
-        hits.push_back({hit.distance, Vec3<S>(ray.origin + hit.distance * ray.direction),
-                        hit.normal, state_.colliders.at(tag).body, state_.colliders.handle(tag)});
-      }
-    }
+    const detail::Collider<S, Backend>& c = state_.colliders.at(tag);
+    if (!detail::can_meet(filter, c.body, state_.body_of(c))) return nearest;
+    const RayHit<S> hit = detail::cast_ray_at(state_, tag, ray, ray.length, scratch);
+    if (hit.distance < infinity<S>) hits.push_back(detail::world_hit(state_, tag, ray, hit));
     return nearest;
   });
   std::sort(hits.begin(), hits.end(), [](const WorldHit<S>& a, const WorldHit<S>& b) {
@@ -37806,10 +37806,7 @@ requires detail::ShowsSolids<Backend, S> {
   detail::for_each_solid(
       state_, query, filter,
       [&](const Aabb<P>& other) {
-        const Vec3<P> moved = first.fraction * way_W;
-        Aabb<P> swept = box;
-        swept.include(Aabb<P>{Vec3<P>(box.lower + moved), Vec3<P>(box.upper + moved)});
-        return swept.overlaps(other);
+        return box.swept(Vec3<P>(first.fraction * way_W)).overlaps(other);
       },
       [&](std::uint32_t tag, const auto& solid, const Transform<P>& X_TQ) {
         detail::SolidTouch<P> touch;

@@ -76,6 +76,16 @@ World world_of(const std::vector<BodyDef<S>>& defs) {
   return world;
 }
 
+/// A world of one shape that stays where it is.
+template <typename World, typename S>
+World world_of_one(const Shape<S>& shape, const Quat<S>& orientation = Quat<S>::Identity()) {
+  BodyDef<S> def;
+  def.motion = Motion::fixed;
+  def.shape = shape;
+  def.orientation = orientation;
+  return world_of<World, S>({def});
+}
+
 template <typename S>
 Transform<S> moved(Transform<S> pose, const Vec3<S>& by) {
   pose.translation += by;
@@ -135,12 +145,8 @@ TEST_CASE_TEMPLATE("closest: ends where the shapes would just touch, for all pai
   for (const Shape<S>& target : all_shapes<S>()) {
     for (const Shape<S>& query : convex_shapes<S>()) {
       for (int i = 0; i < 12; ++i) {
-        World<S, typename Setup::Backend> world;
-        BodyDef<S> def;
-        def.motion = Motion::fixed;
-        def.shape = target;
-        def.orientation = random.template rotation<S>();
-        world.add_body(def);
+        const auto world = world_of_one<World<S, typename Setup::Backend>, S>(
+            target, random.template rotation<S>());
         const Transform<S> pose = random.template pose<S>(S(1.2));
         const WorldHit<S> hit = world.closest(query, pose, S(10));
         const bool overlaps = !world.overlaps(query, pose).empty();
@@ -231,16 +237,11 @@ TEST_CASE_TEMPLATE("cast_shape: what a plane parts on the whole way is never tou
   std::size_t wrong = 0;
   std::size_t parted = 0;
   for (const Shape<S>& target : all_shapes<S>()) {
-    World<S, typename Setup::Backend> world;
-    BodyDef<S> def;
-    def.motion = Motion::fixed;
-    def.shape = target;
-    world.add_body(def);
+    const auto world = world_of_one<World<S, typename Setup::Backend>, S>(target);
     for (const Shape<S>& query : convex_shapes<S>()) {
       for (int i = 0; i < 40; ++i) {
         const Transform<S> pose = random.template pose<S>(S(0.8));
         const WorldHit<S> hit = world.closest(query, pose, S(10));
-        // A mesh is parted from all its plates only by its own planes: those of a box do.
         if (!(hit.distance > S(1e-3))) continue;
         ++parted;
         const Vec3<S> along = hit.normal.cross(random.template direction<S>()).normalized();
@@ -266,11 +267,7 @@ TEST_CASE_TEMPLATE("cast_shape: from where it touched it slides along and leaves
   std::size_t wrong = 0;
   for (const Shape<S>& target : {Shape<S>(HalfSpace<S>{}), Shape<S>(Box<S>{{S(5), S(5), S(1)}}),
                                  Shape<S>(box_mesh<S>({S(5), S(5), S(1)}))}) {
-    World<S, typename Setup::Backend> world;
-    BodyDef<S> def;
-    def.motion = Motion::fixed;
-    def.shape = target;
-    world.add_body(def);
+    const auto world = world_of_one<World<S, typename Setup::Backend>, S>(target);
     for (const Shape<S>& query : {Shape<S>(Sphere<S>{S(0.5)}), Shape<S>(Capsule<S>{S(0.2), S(0.3)}),
                                   Shape<S>(Box<S>{{S(0.5), S(0.5), S(0.5)}})}) {
       for (int i = 0; i < 50; ++i) {

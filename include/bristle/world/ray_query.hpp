@@ -68,6 +68,14 @@ template <Scalar S, typename Backend>
   return {scratch.distance[0], scratch.normal[0]};
 }
 
+/// The hit of a ray with a shape, as callers see it.
+template <Scalar S, typename Backend>
+[[nodiscard]] WorldHit<S> world_hit(const WorldState<S, Backend>& state, std::uint32_t tag,
+                                    const Ray<S>& ray, const RayHit<S>& hit) {
+  return {hit.distance, ray.origin + hit.distance * ray.direction, hit.normal,
+          state.colliders.at(tag).body, state.colliders.handle(tag)};
+}
+
 /// Nearest hit of a ray.
 /// @param scratch  As above.
 template <Scalar S, typename Backend>
@@ -88,14 +96,8 @@ template <Scalar S, typename Backend>
     }
     return std::min(nearest, best.distance);
   });
-  WorldHit<S> result;
-  if (!(best.distance < infinity<S>)) return result;
-  result.distance = best.distance;
-  result.normal = best.normal;
-  result.point = ray.origin + best.distance * ray.direction;
-  result.body = state.colliders.at(best_tag).body;
-  result.shape = state.colliders.handle(best_tag);
-  return result;
+  if (!(best.distance < infinity<S>)) return {};
+  return world_hit(state, best_tag, ray, best);
 }
 
 }  // namespace detail

@@ -170,14 +170,10 @@ auto World<S, Backend>::cast_ray_through(const Ray<S>& ray, const QueryFilter& f
   std::vector<WorldHit<S>> hits;
   RayHits<S> scratch;
   state_.broad_phase.walk_ray(ray, [&](std::uint32_t tag, S nearest) {
-    if (detail::can_meet(filter, state_.colliders.at(tag).body,
-                         state_.body_of(state_.colliders.at(tag)))) {
-      const RayHit<S> hit = detail::cast_ray_at(state_, tag, ray, ray.length, scratch);
-      if (hit.distance < infinity<S>) {
-        hits.push_back({hit.distance, Vec3<S>(ray.origin + hit.distance * ray.direction),
-                        hit.normal, state_.colliders.at(tag).body, state_.colliders.handle(tag)});
-      }
-    }
+    const detail::Collider<S, Backend>& c = state_.colliders.at(tag);
+    if (!detail::can_meet(filter, c.body, state_.body_of(c))) return nearest;
+    const RayHit<S> hit = detail::cast_ray_at(state_, tag, ray, ray.length, scratch);
+    if (hit.distance < infinity<S>) hits.push_back(detail::world_hit(state_, tag, ray, hit));
     return nearest;
   });
   std::sort(hits.begin(), hits.end(), [](const WorldHit<S>& a, const WorldHit<S>& b) {
@@ -248,10 +244,7 @@ requires detail::ShowsSolids<Backend, S> {
   detail::for_each_solid(
       state_, query, filter,
       [&](const Aabb<P>& other) {
-        const Vec3<P> moved = first.fraction * way_W;
-        Aabb<P> swept = box;
-        swept.include(Aabb<P>{Vec3<P>(box.lower + moved), Vec3<P>(box.upper + moved)});
-        return swept.overlaps(other);
+        return box.swept(Vec3<P>(first.fraction * way_W)).overlaps(other);
       },
       [&](std::uint32_t tag, const auto& solid, const Transform<P>& X_TQ) {
         detail::SolidTouch<P> touch;

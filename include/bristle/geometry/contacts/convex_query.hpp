@@ -279,10 +279,7 @@ void find_touch(const MeshSurface<P, Tree>& target, const ConvexView<P>& query,
   const Aabb<P> box = bounds_at(query, X_TQ);
   target.find(
       [&](const Aabb<P>& other) {
-        const Vec3<P> moved = std::min(first.fraction, P(1)) * way;
-        Aabb<P> swept = box;
-        swept.include(Aabb<P>{Vec3<P>(box.lower + moved), Vec3<P>(box.upper + moved)});
-        return swept.overlaps(other);
+        return box.swept(Vec3<P>(std::min(first.fraction, P(1)) * way)).overlaps(other);
       },
       [&](std::uint32_t i) {
         const Plate<P> plate = target.plate(i);

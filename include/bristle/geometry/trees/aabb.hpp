@@ -53,6 +53,11 @@ struct Aabb {
     return all_at_most(lower, p) && all_at_most(p, upper);
   }
 
+  /// Returns the box around this one and itself moved by `way` [m].
+  [[nodiscard]] Aabb swept(const Vec3<S>& way) const {
+    return {lower + cwise_min(way, Vec3<S>(Vec3<S>::Zero())),
+            upper + cwise_max(way, Vec3<S>(Vec3<S>::Zero()))};
+  }
   /// [m^2] Squared distance to another box. 0 where they overlap.
   [[nodiscard]] S distance2_to(const Aabb& other) const {
     const Vec3<S> apart = cwise_max(Vec3<S>(other.lower - upper), Vec3<S>(lower - other.upper));
