@@ -37490,12 +37490,13 @@ template <Scalar P>
   return {P(0), -way.stableNormalized(), X_TQ * query.center};
 }
 
-/// Returns whether a motion ends a gap [m] within the part of the way that is left. One along the
-/// target does not, whatever is rounded.
+/// Returns whether a motion ends a gap [m] within the part of the way that is left. From a touch it
+/// must come nearer by more than its direction is rounded.
 /// @param closing  [m] Approach on the whole way.
+/// @param least    [m] Approach that counts as none where the gap is 0.
 template <Scalar P>
-[[nodiscard]] bool closes(P gap, P closing, const Vec3<P>& way, P left) {
-  return closing > Tolerance<P>::round_off() * way.norm() && gap < left * closing;
+[[nodiscard]] bool closes(P gap, P closing, P least, P left) {
+  return closing > (gap > P(0) ? P(0) : least) && gap < left * closing;
 }
 
 template <Scalar P>
@@ -37506,9 +37507,9 @@ void find_touch(const HalfSpace<P>& target, const ConvexView<P>& query, const Tr
     if (first.fraction > P(0)) first = touch_at_start(query, X_TQ, way);
     return;
   }
-  const P gap = std::max(height.distance, P(0));
+  const P gap = height.distance > near * query.reach ? height.distance : P(0);
   const P closing = -target.normal.dot(way);
-  if (!closes(gap, closing, way, first.fraction)) return;
+  if (!closes(gap, closing, P(near * way.norm()), first.fraction)) return;
   first.fraction = gap / closing;
   first.normal = target.normal;
   first.point = height.point + first.fraction * way;
@@ -37522,6 +37523,7 @@ void find_touch(const ConvexView<P>& target, const ConvexView<P>& query, const T
   // there for numbers that go on to creep.
   constexpr int max_measurements = 64;
   const P touching = near * std::min(target.reach, query.reach);
+  const P least = near * way.norm();
   Transform<P> X = X_TQ;
   P fraction = P(0);
   Vec3<P> normal = Vec3<P>::Zero();
@@ -37531,7 +37533,8 @@ void find_touch(const ConvexView<P>& target, const ConvexView<P>& query, const T
     const P gap = found.is_apart ? gap_along(target, query, X, found.normal) : P(0);
     if (!(gap > P(0))) break;
     const P closing = -found.normal.dot(way);
-    if (!closes(gap, closing, way, P(first.fraction - fraction))) return;
+    const P left = first.fraction - fraction;
+    if (!closes(gap > touching || i > 0 ? gap : P(0), closing, least, left)) return;
     normal = found.normal;
     if (gap <= touching) break;
     fraction += gap / closing;
@@ -37542,7 +37545,7 @@ void find_touch(const ConvexView<P>& target, const ConvexView<P>& query, const T
     const ContactNormal<P> found = contact_normal<GjkDistance>(target, query, X_TQ, touching);
     if (found.nearness == Nearness::near && found.gap >= -touching) {
       normal = found.normal;
-      if (!closes(P(0), P(-normal.dot(way)), way, first.fraction)) return;
+      if (!closes(P(0), P(-normal.dot(way)), least, first.fraction)) return;
     } else {
       if (first.fraction > P(0)) first = touch_at_start(query, X_TQ, way);
       return;
