@@ -17,21 +17,19 @@ set(BRISTLE_KERNELS "${kernels}" CACHE STRING
     "Instruction sets besides the baseline that bristle::compiled has kernels for: v3, v4")
 
 set(sources "${CMAKE_CURRENT_LIST_DIR}")
-# What is compiled once for each scalar, in the baseline.
-set(bristle_sources_of_scalar geometry/backends/analytic_backend.cpp geometry/shapes/quickhull.cpp
-                              hosts/host_sensors.cpp io/glb.cpp io/mesh_file.cpp
-                              kernels.cpp sensors/placement.cpp world/world.cpp)
-set(baseline_of_scalar ${bristle_sources_of_scalar})
-set(kernels_of_scalar geometry/backends/analytic_backend.cpp kernels.cpp)
+# What a step computes, compiled for each scalar and instruction set.
+set(kernels_of_scalar geometry/backends/backend_queries.cpp kernels.cpp)
+# Everything, compiled for each scalar in the baseline.
+set(bristle_sources_of_scalar
+    ${kernels_of_scalar} geometry/backends/backend_makers.cpp geometry/shapes/quickhull.cpp
+    hosts/host_sensors.cpp io/glb.cpp io/mesh_file.cpp sensors/placement.cpp world/world.cpp)
 set(with_fcl "")
 if(TARGET bristle::fcl)
   set(with_fcl bristle::fcl)
-  list(APPEND baseline_of_scalar geometry/backends/fcl_backend.cpp)
-  list(APPEND kernels_of_scalar geometry/backends/fcl_backend.cpp)
 endif()
 
 # Most of their compile time is reading the same headers.
-set(small geometry/backends/analytic_backend.cpp geometry/shapes/quickhull.cpp hosts/host_sensors.cpp
+set(small geometry/backends/backend_makers.cpp geometry/shapes/quickhull.cpp hosts/host_sensors.cpp
           io/glb.cpp io/mesh_file.cpp sensors/placement.cpp)
 list(TRANSFORM small PREPEND "${sources}/")
 set_source_files_properties(${small} PROPERTIES UNITY_GROUP small)
@@ -41,8 +39,7 @@ function(bristle_add_objects target scalar set)
   list(TRANSFORM ARGN PREPEND "${sources}/")
   add_library(${target} OBJECT ${ARGN})
   bristle_compiled_options(${target})
-  set_target_properties(${target} PROPERTIES UNITY_BUILD ${BRISTLE_JOIN_SOURCES}
-                                             UNITY_BUILD_MODE GROUP)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
   target_compile_definitions(${target} PRIVATE BRISTLE_INSTANTIATE=${scalar}
                                                BRISTLE_KERNELS=${set})
 endfunction()
@@ -76,7 +73,7 @@ target_compile_definitions(bristle_compiled PUBLIC BRISTLE_COMPILED)
 set_target_properties(bristle_compiled PROPERTIES EXPORT_NAME compiled OUTPUT_NAME bristle)
 
 foreach(scalar float double)
-  bristle_add_objects(bristle_${scalar} ${scalar} baseline ${baseline_of_scalar})
+  bristle_add_objects(bristle_${scalar} ${scalar} baseline ${bristle_sources_of_scalar})
   target_sources(bristle_compiled PRIVATE $<TARGET_OBJECTS:bristle_${scalar}>)
 endforeach()
 

@@ -18,7 +18,8 @@ namespace bristle::inline BRISTLE_ABI {
 
 /// @param S  float or double.
 #define BRISTLE_MAKE_WORLD(S, Backend)                                            \
-  BRISTLE_BACKEND_FUNCTIONS(template, Backend, S)                                 \
+  BRISTLE_BACKEND_QUERIES(template, Backend, S)                                   \
+  BRISTLE_BACKEND_MAKERS(template, Backend, S)                                    \
   template <>                                                                     \
   const detail::WorldKernels<S, Backend>& detail::world_kernels<S, Backend>() {   \
     return detail::own_world_kernels<S, Backend>();                               \

@@ -4969,19 +4969,24 @@ template <Scalar S, typename B>
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-/// Declares (`extern template`) or defines (`template`) the functions of a backend in a scalar.
-#define BRISTLE_BACKEND_FUNCTIONS(instantiate, Backend, S)                                         \
-  instantiate Backend::Collidable<S> Backend::make<S>(const Shape<S>&);                            \
+/// Declares (`extern template`) or defines (`template`) the functions of a backend in a scalar that
+/// a step calls.
+#define BRISTLE_BACKEND_QUERIES(instantiate, Backend, S)                                           \
   instantiate ShapeKind Backend::kind<S>(const Backend::Collidable<S>&);                           \
   instantiate Aabb<S> Backend::bounds<S>(const Backend::Collidable<S>&);                           \
-  instantiate MassProperties<S> Backend::mass_properties<S>(const Backend::Collidable<S>&);        \
   instantiate ContactStatus Backend::collide<S>(                                                   \
       const Backend::Collidable<S>&, const Backend::Collidable<S>&, const Transform<S>&, S,        \
       ContactManifolds<S>&) noexcept;                                                              \
   instantiate void Backend::cast_rays<S>(const Backend::Collidable<S>&, const Transform<S>&,       \
                                          const RayBatch<S>&, std::uint32_t, RayHits<S>&) noexcept; \
   instantiate bool Backend::is_clear<S>(const Backend::Collidable<S>&, const Transform<S>&,        \
-                                        const RayBatch<S>&) noexcept;                              \
+                                        const RayBatch<S>&) noexcept;
+
+/// The same for the functions that make a collidable and tell what it was made from. Only the
+/// baseline has them.
+#define BRISTLE_BACKEND_MAKERS(instantiate, Backend, S)                                     \
+  instantiate Backend::Collidable<S> Backend::make<S>(const Shape<S>&);                     \
+  instantiate MassProperties<S> Backend::mass_properties<S>(const Backend::Collidable<S>&); \
   instantiate Shape<S> Backend::shape<S>(const Backend::Collidable<S>&);
 
 #include <cstdint>
@@ -5060,8 +5065,10 @@ struct AnalyticBackend {
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
 namespace bristle::inline BRISTLE_ABI {
 
-BRISTLE_BACKEND_FUNCTIONS(extern template, AnalyticBackend, float)
-BRISTLE_BACKEND_FUNCTIONS(extern template, AnalyticBackend, double)
+BRISTLE_BACKEND_QUERIES(extern template, AnalyticBackend, float)
+BRISTLE_BACKEND_QUERIES(extern template, AnalyticBackend, double)
+BRISTLE_BACKEND_MAKERS(extern template, AnalyticBackend, float)
+BRISTLE_BACKEND_MAKERS(extern template, AnalyticBackend, double)
 
 }  // namespace bristle::inline BRISTLE_ABI
 #endif
@@ -14800,8 +14807,10 @@ namespace bristle::inline BRISTLE_ABI {
 
 extern template class FclBackend::Collidable<float>;
 extern template class FclBackend::Collidable<double>;
-BRISTLE_BACKEND_FUNCTIONS(extern template, FclBackend, float)
-BRISTLE_BACKEND_FUNCTIONS(extern template, FclBackend, double)
+BRISTLE_BACKEND_QUERIES(extern template, FclBackend, float)
+BRISTLE_BACKEND_QUERIES(extern template, FclBackend, double)
+BRISTLE_BACKEND_MAKERS(extern template, FclBackend, float)
+BRISTLE_BACKEND_MAKERS(extern template, FclBackend, double)
 
 }  // namespace bristle::inline BRISTLE_ABI
 #endif
@@ -26250,22 +26259,15 @@ void find_whole_hit_mask(SensorPatch<S>& patch) {
   find_hit_mask(patch, RayRange{});
 }
 
-/// Makes a pair for every body that was hit and an entry in `patch.touched` for every shape.
-template <Scalar S, typename FindBody>
-void find_touched(SensorPatch<S>& patch, FindBody&& find, std::uint32_t only_tag) {
+/// Makes an entry in `patch.touched`, without its pair, for every shape that was hit.
+template <Scalar S>
+void find_touched(SensorPatch<S>& patch, std::uint32_t only_tag) {
   patch.touched.clear();
-  const auto add_shape = [&](std::uint32_t tag) {
-    const std::uint32_t slot = find(tag).id.index;
-    std::uint32_t pair = 0;
-    while (pair < patch.pairs.size() && patch.pairs[pair].body_b != slot) ++pair;
-    if (pair == patch.pairs.size()) patch.pairs.emplace_back().body_b = slot;
-    patch.touched.push_back({tag, pair});
-  };
   for (const std::uint32_t number : patch.near) {
     std::uint32_t rest = patch.hit_bits[number];
     if (rest == 0) continue;
     if (only_tag != CollectDef<S>::any_tag) {
-      add_shape(only_tag);
+      patch.touched.push_back({only_tag, 0});
       return;
     }
     const std::uint32_t* tags = patch.hits.tag.data() + number * packet_size;
@@ -26276,7 +26278,7 @@ void find_touched(SensorPatch<S>& patch, FindBody&& find, std::uint32_t only_tag
     while (rest != 0) {
       const std::uint32_t tag = tags[std::countr_zero(rest)];
       rest &= ~std::uint32_t(equal_lanes(tags, tag));
-      add_shape(tag);
+      patch.touched.push_back({tag, 0});
     }
   }
 }
@@ -26571,7 +26573,12 @@ void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
   // No hits to collect, and no anchor to release.
   if (patch.near.empty() && patch.contacts.empty()) return;
   if (!def.knows_hit_mask) find_whole_hit_mask(patch);
-  find_touched(patch, find, def.only_tag);
+  find_touched(patch, def.only_tag);
+  for (TouchedShape& shape : patch.touched) {
+    const std::uint32_t slot = find(shape.tag).id.index;
+    while (shape.pair < patch.pairs.size() && patch.pairs[shape.pair].body_b != slot) ++shape.pair;
+    if (shape.pair == patch.pairs.size()) patch.pairs.emplace_back().body_b = slot;
+  }
   std::uint32_t contacts = 0;
   for (std::uint32_t index = 0; index < patch.pairs.size(); ++index) {
     for (const TouchedShape& shape : patch.touched) {
@@ -27461,6 +27468,35 @@ BRISTLE_FORCE_INLINE void read_packet(SensorPatch<S>& patch, const PatchPair<S>&
   patch.felt[packet.packet] = static_cast<LaneBits>(patch.felt[packet.packet] | felt);
 }
 
+/// Adds the readings of a pair's contacts on `id`. The function is apart from `fill_readings`, so
+/// that it is compiled once for all callers.
+template <Scalar S>
+void read_pair(SensorPatch<S>& patch, const PatchPair<S>& pair, const Vec3<S>& origin, S per_step,
+               BodyId id, const ParallelFor& parallel_for) {
+  using Sum = ReadingSum<S>;
+  const auto read = [&] {
+    return sum_of_contacts<Sum>(contacts_of(patch, pair), parallel_for,
+                                [&](std::span<ContactPacket<S>> packets, Sum& part) {
+                                  Sum own;
+                                  for (const ContactPacket<S>& packet : packets) {
+                                    read_packet(patch, pair, packet, origin, per_step, id, own);
+                                  }
+                                  part = own;
+                                });
+  };
+  Sum sum = read();
+  Wrench<S> on_a = sum.all.in_world(pair);
+  if (!has_finite_square(on_a.force) || !has_finite_square(on_a.torque)) {
+    // Far from the centre of mass a moment can overflow where no force does. No velocity can
+    // follow it, so nothing was applied.
+    clear_impulses(patch, pair);
+    sum = read();
+    on_a = {};
+  }
+  patch.readings.wrench += on_a;
+  patch.readings.shear_W += pair.R_WA * sum_of_lanes(sum.shear);
+}
+
 template <Scalar S, typename FindId>
 void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& find_id,
                    const ParallelFor& parallel_for) {
@@ -27471,29 +27507,7 @@ void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& 
   out.wrench = {};
   out.shear_W.setZero();
   for (const PatchPair<S>& pair : patch.pairs) {
-    const BodyId id = find_id(pair.body_b);
-    using Sum = ReadingSum<S>;
-    const auto read = [&] {
-      return sum_of_contacts<Sum>(contacts_of(patch, pair), parallel_for,
-                                  [&](std::span<ContactPacket<S>> packets, Sum& part) {
-                                    Sum own;
-                                    for (const ContactPacket<S>& packet : packets) {
-                                      read_packet(patch, pair, packet, origin, S(1) / dt, id, own);
-                                    }
-                                    part = own;
-                                  });
-    };
-    Sum sum = read();
-    Wrench<S> on_a = sum.all.in_world(pair);
-    if (!has_finite_square(on_a.force) || !has_finite_square(on_a.torque)) {
-      // Far from the centre of mass a moment can overflow where no force does. No velocity can
-      // follow it, so nothing was applied.
-      clear_impulses(patch, pair);
-      sum = read();
-      on_a = {};
-    }
-    out.wrench += on_a;
-    out.shear_W += pair.R_WA * sum_of_lanes(sum.shear);
+    read_pair(patch, pair, origin, S(1) / dt, find_id(pair.body_b), parallel_for);
   }
   for (std::size_t i = 0; i < patch.felt.size(); ++i) {
     if (patch.felt[i] == 0 && patch.active_before[i] != 0) out.clear_packet(i);
@@ -38081,6 +38095,7 @@ class HostStage {
   }
 
   DynamicArray<Shape> shapes_;
+  DynamicArray<std::uint32_t> candidates_;
   /// Indices of the patches whose rays may meet something.
   DynamicArray<std::uint32_t> near_something_;
   SoftSystem<S> system_;
@@ -38154,17 +38169,20 @@ void HostStage<S, Backend>::find_shapes(Sensors& sensors, const SensorPatch<S>& 
                                                sensors.bodies_[slot].free);
   };
   const Aabb<S> box = transformed(patch.box, A.center_pose).inflated(sensors.host_reach(patch));
+  candidates_.clear();
   state.broad_phase.overlap(box, [&](std::uint32_t tag) {
+    candidates_.push_back(tag);
+    return true;
+  });
+  std::sort(candidates_.begin(), candidates_.end());
+  for (const std::uint32_t tag : candidates_) {
     const Collider<S, Backend>& c = state.colliders.at(tag);
-    if (!sensors.bodies_[c.body.index].is_there || !senses(state, patch, c)) return true;
+    if (!sensors.bodies_[c.body.index].is_there || !senses(state, patch, c)) continue;
     const Shape shape = shape_in_reach(patch, state.colliders.handle(tag), c,
                                        relative_pose(A.center_pose, state.body_of(c).center_pose),
                                        approach_of(c.body.index));
     if (shape.is_near(patch.box)) shapes_.push_back(shape);
-    return true;
-  });
-  std::sort(shapes_.begin(), shapes_.end(),
-            [](const Shape& a, const Shape& b) { return a.tag < b.tag; });
+  }
 }
 
 template <Scalar S, typename Backend>
@@ -39909,7 +39927,8 @@ namespace bristle::inline BRISTLE_ABI {
 
 /// @param S  float or double.
 #define BRISTLE_MAKE_WORLD(S, Backend)                                            \
-  BRISTLE_BACKEND_FUNCTIONS(template, Backend, S)                                 \
+  BRISTLE_BACKEND_QUERIES(template, Backend, S)                                   \
+  BRISTLE_BACKEND_MAKERS(template, Backend, S)                                    \
   template <>                                                                     \
   const detail::WorldKernels<S, Backend>& detail::world_kernels<S, Backend>() {   \
     return detail::own_world_kernels<S, Backend>();                               \

@@ -64,6 +64,7 @@ class HostStage {
   }
 
   DynamicArray<Shape> shapes_;
+  DynamicArray<std::uint32_t> candidates_;
   /// Indices of the patches whose rays may meet something.
   DynamicArray<std::uint32_t> near_something_;
   SoftSystem<S> system_;
@@ -137,17 +138,20 @@ void HostStage<S, Backend>::find_shapes(Sensors& sensors, const SensorPatch<S>& 
                                                sensors.bodies_[slot].free);
   };
   const Aabb<S> box = transformed(patch.box, A.center_pose).inflated(sensors.host_reach(patch));
+  candidates_.clear();
   state.broad_phase.overlap(box, [&](std::uint32_t tag) {
+    candidates_.push_back(tag);
+    return true;
+  });
+  std::sort(candidates_.begin(), candidates_.end());
+  for (const std::uint32_t tag : candidates_) {
     const Collider<S, Backend>& c = state.colliders.at(tag);
-    if (!sensors.bodies_[c.body.index].is_there || !senses(state, patch, c)) return true;
+    if (!sensors.bodies_[c.body.index].is_there || !senses(state, patch, c)) continue;
     const Shape shape = shape_in_reach(patch, state.colliders.handle(tag), c,
                                        relative_pose(A.center_pose, state.body_of(c).center_pose),
                                        approach_of(c.body.index));
     if (shape.is_near(patch.box)) shapes_.push_back(shape);
-    return true;
-  });
-  std::sort(shapes_.begin(), shapes_.end(),
-            [](const Shape& a, const Shape& b) { return a.tag < b.tag; });
+  }
 }
 
 template <Scalar S, typename Backend>

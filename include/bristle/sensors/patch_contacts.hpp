@@ -125,22 +125,15 @@ void find_whole_hit_mask(SensorPatch<S>& patch) {
   find_hit_mask(patch, RayRange{});
 }
 
-/// Makes a pair for every body that was hit and an entry in `patch.touched` for every shape.
-template <Scalar S, typename FindBody>
-void find_touched(SensorPatch<S>& patch, FindBody&& find, std::uint32_t only_tag) {
+/// Makes an entry in `patch.touched`, without its pair, for every shape that was hit.
+template <Scalar S>
+void find_touched(SensorPatch<S>& patch, std::uint32_t only_tag) {
   patch.touched.clear();
-  const auto add_shape = [&](std::uint32_t tag) {
-    const std::uint32_t slot = find(tag).id.index;
-    std::uint32_t pair = 0;
-    while (pair < patch.pairs.size() && patch.pairs[pair].body_b != slot) ++pair;
-    if (pair == patch.pairs.size()) patch.pairs.emplace_back().body_b = slot;
-    patch.touched.push_back({tag, pair});
-  };
   for (const std::uint32_t number : patch.near) {
     std::uint32_t rest = patch.hit_bits[number];
     if (rest == 0) continue;
     if (only_tag != CollectDef<S>::any_tag) {
-      add_shape(only_tag);
+      patch.touched.push_back({only_tag, 0});
       return;
     }
     const std::uint32_t* tags = patch.hits.tag.data() + number * packet_size;
@@ -151,7 +144,7 @@ void find_touched(SensorPatch<S>& patch, FindBody&& find, std::uint32_t only_tag
     while (rest != 0) {
       const std::uint32_t tag = tags[std::countr_zero(rest)];
       rest &= ~std::uint32_t(equal_lanes(tags, tag));
-      add_shape(tag);
+      patch.touched.push_back({tag, 0});
     }
   }
 }
@@ -446,7 +439,12 @@ void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
   // No hits to collect, and no anchor to release.
   if (patch.near.empty() && patch.contacts.empty()) return;
   if (!def.knows_hit_mask) find_whole_hit_mask(patch);
-  find_touched(patch, find, def.only_tag);
+  find_touched(patch, def.only_tag);
+  for (TouchedShape& shape : patch.touched) {
+    const std::uint32_t slot = find(shape.tag).id.index;
+    while (shape.pair < patch.pairs.size() && patch.pairs[shape.pair].body_b != slot) ++shape.pair;
+    if (shape.pair == patch.pairs.size()) patch.pairs.emplace_back().body_b = slot;
+  }
   std::uint32_t contacts = 0;
   for (std::uint32_t index = 0; index < patch.pairs.size(); ++index) {
     for (const TouchedShape& shape : patch.touched) {

@@ -111,6 +111,35 @@ BRISTLE_FORCE_INLINE void read_packet(SensorPatch<S>& patch, const PatchPair<S>&
   patch.felt[packet.packet] = static_cast<LaneBits>(patch.felt[packet.packet] | felt);
 }
 
+/// Adds the readings of a pair's contacts on `id`. The function is apart from `fill_readings`, so
+/// that it is compiled once for all callers.
+template <Scalar S>
+void read_pair(SensorPatch<S>& patch, const PatchPair<S>& pair, const Vec3<S>& origin, S per_step,
+               BodyId id, const ParallelFor& parallel_for) {
+  using Sum = ReadingSum<S>;
+  const auto read = [&] {
+    return sum_of_contacts<Sum>(contacts_of(patch, pair), parallel_for,
+                                [&](std::span<ContactPacket<S>> packets, Sum& part) {
+                                  Sum own;
+                                  for (const ContactPacket<S>& packet : packets) {
+                                    read_packet(patch, pair, packet, origin, per_step, id, own);
+                                  }
+                                  part = own;
+                                });
+  };
+  Sum sum = read();
+  Wrench<S> on_a = sum.all.in_world(pair);
+  if (!has_finite_square(on_a.force) || !has_finite_square(on_a.torque)) {
+    // Far from the centre of mass a moment can overflow where no force does. No velocity can
+    // follow it, so nothing was applied.
+    clear_impulses(patch, pair);
+    sum = read();
+    on_a = {};
+  }
+  patch.readings.wrench += on_a;
+  patch.readings.shear_W += pair.R_WA * sum_of_lanes(sum.shear);
+}
+
 template <Scalar S, typename FindId>
 void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& find_id,
                    const ParallelFor& parallel_for) {
@@ -121,29 +150,7 @@ void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& 
   out.wrench = {};
   out.shear_W.setZero();
   for (const PatchPair<S>& pair : patch.pairs) {
-    const BodyId id = find_id(pair.body_b);
-    using Sum = ReadingSum<S>;
-    const auto read = [&] {
-      return sum_of_contacts<Sum>(contacts_of(patch, pair), parallel_for,
-                                  [&](std::span<ContactPacket<S>> packets, Sum& part) {
-                                    Sum own;
-                                    for (const ContactPacket<S>& packet : packets) {
-                                      read_packet(patch, pair, packet, origin, S(1) / dt, id, own);
-                                    }
-                                    part = own;
-                                  });
-    };
-    Sum sum = read();
-    Wrench<S> on_a = sum.all.in_world(pair);
-    if (!has_finite_square(on_a.force) || !has_finite_square(on_a.torque)) {
-      // Far from the centre of mass a moment can overflow where no force does. No velocity can
-      // follow it, so nothing was applied.
-      clear_impulses(patch, pair);
-      sum = read();
-      on_a = {};
-    }
-    out.wrench += on_a;
-    out.shear_W += pair.R_WA * sum_of_lanes(sum.shear);
+    read_pair(patch, pair, origin, S(1) / dt, find_id(pair.body_b), parallel_for);
   }
   for (std::size_t i = 0; i < patch.felt.size(); ++i) {
     if (patch.felt[i] == 0 && patch.active_before[i] != 0) out.clear_packet(i);

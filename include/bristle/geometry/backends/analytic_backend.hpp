@@ -313,8 +313,10 @@ void AnalyticBackend::cast_rays(const std::shared_ptr<const detail::AnalyticShap
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
 namespace bristle::inline BRISTLE_ABI {
 
-BRISTLE_BACKEND_FUNCTIONS(extern template, AnalyticBackend, float)
-BRISTLE_BACKEND_FUNCTIONS(extern template, AnalyticBackend, double)
+BRISTLE_BACKEND_QUERIES(extern template, AnalyticBackend, float)
+BRISTLE_BACKEND_QUERIES(extern template, AnalyticBackend, double)
+BRISTLE_BACKEND_MAKERS(extern template, AnalyticBackend, float)
+BRISTLE_BACKEND_MAKERS(extern template, AnalyticBackend, double)
 
 }  // namespace bristle::inline BRISTLE_ABI
 #endif

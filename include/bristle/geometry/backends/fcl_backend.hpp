@@ -380,8 +380,10 @@ namespace bristle::inline BRISTLE_ABI {
 
 extern template class FclBackend::Collidable<float>;
 extern template class FclBackend::Collidable<double>;
-BRISTLE_BACKEND_FUNCTIONS(extern template, FclBackend, float)
-BRISTLE_BACKEND_FUNCTIONS(extern template, FclBackend, double)
+BRISTLE_BACKEND_QUERIES(extern template, FclBackend, float)
+BRISTLE_BACKEND_QUERIES(extern template, FclBackend, double)
+BRISTLE_BACKEND_MAKERS(extern template, FclBackend, float)
+BRISTLE_BACKEND_MAKERS(extern template, FclBackend, double)
 
 }  // namespace bristle::inline BRISTLE_ABI
 #endif

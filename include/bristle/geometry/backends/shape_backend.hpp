@@ -102,17 +102,22 @@ template <Scalar S, typename B>
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-/// Declares (`extern template`) or defines (`template`) the functions of a backend in a scalar.
-#define BRISTLE_BACKEND_FUNCTIONS(instantiate, Backend, S)                                         \
-  instantiate Backend::Collidable<S> Backend::make<S>(const Shape<S>&);                            \
+/// Declares (`extern template`) or defines (`template`) the functions of a backend in a scalar that
+/// a step calls.
+#define BRISTLE_BACKEND_QUERIES(instantiate, Backend, S)                                           \
   instantiate ShapeKind Backend::kind<S>(const Backend::Collidable<S>&);                           \
   instantiate Aabb<S> Backend::bounds<S>(const Backend::Collidable<S>&);                           \
-  instantiate MassProperties<S> Backend::mass_properties<S>(const Backend::Collidable<S>&);        \
   instantiate ContactStatus Backend::collide<S>(                                                   \
       const Backend::Collidable<S>&, const Backend::Collidable<S>&, const Transform<S>&, S,        \
       ContactManifolds<S>&) noexcept;                                                              \
   instantiate void Backend::cast_rays<S>(const Backend::Collidable<S>&, const Transform<S>&,       \
                                          const RayBatch<S>&, std::uint32_t, RayHits<S>&) noexcept; \
   instantiate bool Backend::is_clear<S>(const Backend::Collidable<S>&, const Transform<S>&,        \
-                                        const RayBatch<S>&) noexcept;                              \
+                                        const RayBatch<S>&) noexcept;
+
+/// The same for the functions that make a collidable and tell what it was made from. Only the
+/// baseline has them.
+#define BRISTLE_BACKEND_MAKERS(instantiate, Backend, S)                                     \
+  instantiate Backend::Collidable<S> Backend::make<S>(const Shape<S>&);                     \
+  instantiate MassProperties<S> Backend::mass_properties<S>(const Backend::Collidable<S>&); \
   instantiate Shape<S> Backend::shape<S>(const Backend::Collidable<S>&);
