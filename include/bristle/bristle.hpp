@@ -204,6 +204,7 @@
 #include <bristle/world/near_shapes.hpp>
 #include <bristle/world/outward_rays.hpp>
 #include <bristle/world/patch_rays.hpp>
+#include <bristle/world/prepared_shape.hpp>
 #include <bristle/world/proximity.hpp>
 #include <bristle/world/query_filter.hpp>
 #include <bristle/world/ray_query.hpp>

@@ -21,12 +21,8 @@ namespace bristle::inline BRISTLE_ABI {
   BRISTLE_BACKEND_QUERIES(template, Backend, S)                                   \
   BRISTLE_BACKEND_MAKERS(template, Backend, S)                                    \
   template <>                                                                     \
-  const detail::WorldKernels<S, Backend>& detail::world_kernels<S, Backend>() {   \
+  const detail::WorldKernels<S>& detail::world_kernels<S, Backend>() {            \
     return detail::own_world_kernels<S, Backend>();                               \
-  }                                                                               \
-  template <>                                                                     \
-  const detail::JointKernels<S, Backend>& detail::joint_kernels<S, Backend>() {   \
-    return detail::own_joint_kernels<S, Backend>();                               \
   }                                                                               \
   template <>                                                                     \
   const detail::HapticKernels<S, Backend>& detail::haptic_kernels<S, Backend>() { \
@@ -39,6 +35,10 @@ namespace bristle::inline BRISTLE_ABI {
   template class World<S, Backend>;                                               \
   template class HapticLoop<S, Backend>;                                          \
   template class HostSensors<S, Backend>;
+template <>
+const detail::JointKernels<BRISTLE_INSTANTIATE>& detail::joint_kernels<BRISTLE_INSTANTIATE>() {
+  return detail::own_joint_kernels<BRISTLE_INSTANTIATE>();
+}
 BRISTLE_MAKE_WORLD(BRISTLE_INSTANTIATE, AnalyticBackend)
 #if defined(BRISTLE_WITH_FCL)
 template class FclBackend::Collidable<BRISTLE_INSTANTIATE>;

@@ -13001,15 +13001,15 @@ InnerBall<S> inner_ball(const Shape<S>& shape) {
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-template <Scalar S, typename Backend>
+template <Scalar S>
 struct WorldState;
 
 /// The parts of a step that joints have. `MechanismStage` implements them. A stage owns scratch
 /// memory of one step and no state.
-template <Scalar S, typename Backend>
+template <Scalar S>
 class JointStage {
  public:
-  using State = WorldState<S, Backend>;
+  using State = WorldState<S>;
 
   JointStage() = default;
   JointStage(const JointStage&) = delete;
@@ -13046,14 +13046,104 @@ class JointStage {
 
 /// How joint stages are made. The table is apart from `WorldKernels`, so that only a program that
 /// adds joints compiles what it refers to.
-template <Scalar S, typename Backend>
+template <Scalar S>
 struct JointKernels {
-  std::unique_ptr<JointStage<S, Backend>> (*make_stage)();
+  std::unique_ptr<JointStage<S>> (*make_stage)();
 };
 
 /// The table to use from here on.
+template <Scalar S>
+[[nodiscard]] const JointKernels<S>& joint_kernels();
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+// === bristle/world/prepared_shape.hpp
+
+/// @file
+/// A shape as a backend prepared it, without the backend's type.
+///
+/// The stages of a step call a backend once for a pair of shapes, or for a patch and a shape. They
+/// reach it through a table of functions, so they are compiled once for all backends.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstdint>
+#include <memory>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// What a step asks of the collidables of a backend, compiled for each instruction set. Pointers
+/// are to collidables. See `ShapeBackend`.
+template <Scalar S>
+struct ShapeQueries {
+  ContactStatus (*collide)(const void* a, const void* b, const Transform<S>& X_AB, S margin,
+                           ContactManifolds<S>& out) noexcept;
+  void (*cast_rays)(const void* c, const Transform<S>& X_RC, const RayBatch<S>& rays,
+                    std::uint32_t tag, RayHits<S>& hits) noexcept;
+  bool (*is_surely_clear)(const void* c, const Transform<S>& X_RC,
+                          const RayBatch<S>& rays) noexcept;
+  bool asks_ranges;
+};
+
+/// The queries of a backend, in this file's instruction set.
 template <Scalar S, typename Backend>
-[[nodiscard]] const JointKernels<S, Backend>& joint_kernels();
+[[nodiscard]] const ShapeQueries<S>& own_shape_queries() {
+  using Collidable = typename Backend::template Collidable<S>;
+  static constexpr auto as = [](const void* c) -> const Collidable& {
+    return *static_cast<const Collidable*>(c);
+  };
+  static constexpr ShapeQueries<S> own{
+      .collide = [](const void* a, const void* b, const Transform<S>& X_AB, S margin,
+                    ContactManifolds<S>& out) noexcept -> ContactStatus {
+        return Backend::collide(as(a), as(b), X_AB, margin, out);
+      },
+      .cast_rays = [](const void* c, const Transform<S>& X_RC, const RayBatch<S>& rays,
+                      std::uint32_t tag, RayHits<S>& hits) noexcept {
+        Backend::cast_rays(as(c), X_RC, rays, tag, hits);
+      },
+      .is_surely_clear = [](const void* c, const Transform<S>& X_RC,
+                            const RayBatch<S>& rays) noexcept -> bool {
+        return bristle::is_surely_clear<S, Backend>(as(c), X_RC, rays);
+      },
+      .asks_ranges = bristle::asks_ranges<Backend>};
+  return own;
+}
+
+/// A collidable and the functions that query it. Copies share the collidable, which never changes.
+template <Scalar S>
+class PreparedShape {
+ public:
+  PreparedShape() = default;
+  template <typename Collidable>
+  PreparedShape(const ShapeQueries<S>& queries, Collidable collidable)
+      : queries_(&queries),
+        collidable_(std::make_shared<const Collidable>(std::move(collidable))) {}
+
+  /// The collidable. `Collidable` must be the type that the shape was made with.
+  template <typename Collidable>
+  [[nodiscard]] const Collidable& as() const noexcept {
+    return *static_cast<const Collidable*>(collidable_.get());
+  }
+
+  // Queries, as of `ShapeBackend`. All shapes of a world are of one backend.
+
+  ContactStatus collide(const PreparedShape& other, const Transform<S>& X_AB, S margin,
+                        ContactManifolds<S>& out) const noexcept {
+    return queries_->collide(collidable_.get(), other.collidable_.get(), X_AB, margin, out);
+  }
+  void cast_rays(const Transform<S>& X_RC, const RayBatch<S>& rays, std::uint32_t tag,
+                 RayHits<S>& hits) const noexcept {
+    queries_->cast_rays(collidable_.get(), X_RC, rays, tag, hits);
+  }
+  [[nodiscard]] bool is_surely_clear(const Transform<S>& X_RC,
+                                     const RayBatch<S>& rays) const noexcept {
+    return queries_->is_surely_clear(collidable_.get(), X_RC, rays);
+  }
+  [[nodiscard]] bool asks_ranges() const noexcept { return queries_->asks_ranges; }
+
+ private:
+  const ShapeQueries<S>* queries_ = nullptr;
+  std::shared_ptr<const void> collidable_;
+};
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
@@ -13183,14 +13273,14 @@ struct WorldDef {
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A shape on a body.
-template <Scalar S, typename Backend>
+template <Scalar S>
 struct Collider {
   BodyId body{};
   /// [m] Pose of the shape relative to the body's centre of mass, in the body's axes.
   Transform<S> X_CmS{};
   /// True if that is the identity: most shapes.
   bool is_centered = false;
-  typename Backend::template Collidable<S> shape{};
+  PreparedShape<S> shape{};
   ShapeKind kind = ShapeKind::sphere;
   Material<S> material{};
   /// [m] Box in the shape's own frame; infinite for a half-space.
@@ -13204,14 +13294,14 @@ struct Collider {
 };
 
 /// All state that persists from step to step, and the solver bodies.
-template <Scalar S, typename Backend>
+template <Scalar S>
 struct WorldState {
   WorldDef<S> def{};
   SlotMap<Body<S>, BodyTag> bodies;
-  SlotMap<Collider<S, Backend>, ShapeTag> colliders;
+  SlotMap<Collider<S>, ShapeTag> colliders;
   SlotMap<Joint<S>, JointTag> joints;
   /// Null until the first joint is added.
-  const JointKernels<S, Backend>* joint_kernels = nullptr;
+  const JointKernels<S>* joint_kernels = nullptr;
   SlotMap<SensorPatch<S>, PatchTag> patches;
   BroadPhase<S> broad_phase;
   ContactCache<S> contacts;
@@ -13233,7 +13323,7 @@ struct WorldState {
   DynamicArray<SolverBody<S>> solver_bodies;
   Constraints<S> constraints;
 
-  [[nodiscard]] const Body<S>& body_of(const Collider<S, Backend>& c) const {
+  [[nodiscard]] const Body<S>& body_of(const Collider<S>& c) const {
     return bodies.at(c.body.index);
   }
   /// Returns whether a body may move in this step, or was changed by the caller since the last one.
@@ -13248,11 +13338,11 @@ struct WorldState {
     return patches.is_live(slot) && patches.at(slot).is_active;
   }
   /// [m] Pose of a shape in the frame of A's centre of mass.
-  [[nodiscard]] Transform<S> pose_from(const Body<S>& A, const Collider<S, Backend>& c) const {
+  [[nodiscard]] Transform<S> pose_from(const Body<S>& A, const Collider<S>& c) const {
     return relative_pose(A.center_pose, body_of(c).center_pose) * c.X_CmS;
   }
   /// Returns whether a box in the world reaches a shape without a box. True for shapes with a box.
-  [[nodiscard]] bool reaches(const Aabb<S>& box, const Collider<S, Backend>& c) const {
+  [[nodiscard]] bool reaches(const Aabb<S>& box, const Collider<S>& c) const {
     if (!c.half_space) return true;
     const Transform<S> X_WS = body_of(c).center_pose * c.X_CmS;
     const Vec3<S> n = X_WS.rotate(c.half_space->normal);
@@ -13287,10 +13377,10 @@ struct HeldMobility {
 /// Joints stop it along their locked axes, and along a driven axis while the motor has force to
 /// spare. Patches of the world and springs add their stiffness and damping over a step. The body on
 /// the other side counts as immovable.
-template <Scalar S, typename Backend>
+template <Scalar S>
 class HeldMobilityFinder {
  public:
-  using State = WorldState<S, Backend>;
+  using State = WorldState<S>;
 
   [[nodiscard]] HeldMobility<S> find(const State& state, std::uint32_t slot) {
     HeldMobility<S> result;
@@ -13346,8 +13436,8 @@ class HeldMobilityFinder {
 
   void add_contacts(const State& state, std::uint32_t slot, HeldMobility<S>& held) const {
     for (const CachedManifold<S>& m : state.contacts.manifolds()) {
-      const Collider<S, Backend>& a = state.colliders.at(m.shapes.a);
-      const Collider<S, Backend>& b = state.colliders.at(m.shapes.b);
+      const Collider<S>& a = state.colliders.at(m.shapes.a);
+      const Collider<S>& b = state.colliders.at(m.shapes.b);
       if (a.body.index != slot && b.body.index != slot) continue;
       const S friction = combined(a.material, b.material).friction;
       const Twist<S>& twist_a = state.body_of(a).twist;
@@ -13556,18 +13646,20 @@ class HapticLoop;
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Functions of a world, compiled for each instruction set. None of them throws.
-template <Scalar S, typename Backend>
+template <Scalar S>
 struct WorldKernels {
+  /// The queries of the world's backend.
+  const ShapeQueries<S>& (*queries)();
   /// Creates a `Stepper`, and deletes it.
   void* (*make_scratch)();
   void (*delete_scratch)(void* stepper);
   /// `Stepper::step`.
-  void (*step)(void* stepper, WorldState<S, Backend>& state);
+  void (*step)(void* stepper, WorldState<S>& state);
   /// Finds the nearest hits of rays with all shapes. Rays are valid, with one hit for each.
-  void (*cast_rays)(const WorldState<S, Backend>& state, std::span<const Ray<S>> rays,
+  void (*cast_rays)(const WorldState<S>& state, std::span<const Ray<S>> rays,
                     const QueryFilter& filter, std::span<WorldHit<S>> hits);
   /// `ProximityArray::sense`. The carrier exists.
-  void (*sense)(ProximityArray<S>& array, const WorldState<S, Backend>& state, BodyId carrier);
+  void (*sense)(ProximityArray<S>& array, const WorldState<S>& state, BodyId carrier);
 };
 
 /// Kernels of a haptic loop. They are apart, so that a header-only program without a loop does not
@@ -13580,7 +13672,7 @@ struct HapticKernels {
 
 /// The tables to use from here on.
 template <Scalar S, typename Backend>
-[[nodiscard]] const WorldKernels<S, Backend>& world_kernels();
+[[nodiscard]] const WorldKernels<S>& world_kernels();
 template <Scalar S, typename Backend>
 [[nodiscard]] const HapticKernels<S, Backend>& haptic_kernels();
 
@@ -13632,11 +13724,11 @@ template <typename Filter, Scalar S>
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A shape that the rays of a patch on A may meet within a step.
-template <Scalar S, typename Backend>
+template <Scalar S>
 struct ShapeInReach {
   std::uint32_t tag = 0;
   std::uint32_t generation = 0;
-  const Collider<S, Backend>* collider = nullptr;
+  const Collider<S>* collider = nullptr;
   /// [m] The shape and its body B, relative to A, about their centres of mass.
   Transform<S> X_AS{};
   Transform<S> X_AB{};
@@ -13670,43 +13762,43 @@ struct ShapeInReach {
 /// Describes a shape relative to A.
 /// @param X_AB      [m] Pose of its body about its centre of mass.
 /// @param approach  [m] Farthest it can come closer within the step.
-template <Scalar S, typename Backend>
-[[nodiscard]] ShapeInReach<S, Backend> shape_in_reach(const SensorPatch<S>& patch, ShapeId id,
-                                                      const Collider<S, Backend>& collider,
-                                                      const Transform<S>& X_AB, S approach);
+template <Scalar S>
+[[nodiscard]] ShapeInReach<S> shape_in_reach(const SensorPatch<S>& patch, ShapeId id,
+                                             const Collider<S>& collider, const Transform<S>& X_AB,
+                                             S approach);
 
 /// Fills `patch.near` and the hits of these packets.
 /// @param shapes  By ascending tags.
 /// @param is_due  True if the patch has to cast its rays in this step.
 /// @return [-] Number of rays cast, one a sensor and shape.
-template <Scalar S, typename Backend>
-std::uint64_t find_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
+template <Scalar S>
+std::uint64_t find_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S>> shapes,
                         bool is_due);
 
 // The same in parts. Threads share the second part.
 
 /// Decides whether to cast; fills `patch.near` if so. Reset the hits there before
 /// (`SensorPatch::reset_near_hits`).
-template <Scalar S, typename Backend>
-[[nodiscard]] bool needs_rays(SensorPatch<S>& patch,
-                              std::span<const ShapeInReach<S, Backend>> shapes, bool is_due);
+template <Scalar S>
+[[nodiscard]] bool needs_rays(SensorPatch<S>& patch, std::span<const ShapeInReach<S>> shapes,
+                              bool is_due);
 
 /// Casts the rays of a range at one shape. Call it by ascending tags. If ranges are not packets of
 /// sensors, cast all ranges before the next shape.
-template <Scalar S, typename Backend>
-void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S, Backend>& shape, RayRange range);
+template <Scalar S>
+void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S>& shape, RayRange range);
 
 /// Stores the hits if rays are not cast in every step, and extrapolates them.
-template <Scalar S, typename Backend>
-void extrapolate_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
+template <Scalar S>
+void extrapolate_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S>> shapes,
                       bool has_cast);
 
 // Implementation ----------------------------------------------------------------------------------
 
 /// Returns whether a patch's sensors sense a shape.
-template <Scalar S, typename Backend>
-[[nodiscard]] bool senses(const WorldState<S, Backend>& state, const SensorPatch<S>& patch,
-                          const Collider<S, Backend>& c) {
+template <Scalar S>
+[[nodiscard]] bool senses(const WorldState<S>& state, const SensorPatch<S>& patch,
+                          const Collider<S>& c) {
   return c.body != patch.body && can_meet(patch.def, c.body, state.body_of(c));
 }
 
@@ -13721,11 +13813,10 @@ template <Scalar S>
   return v.norm() + (a.angular - b.angular).norm() * box.half_extents().norm();
 }
 
-template <Scalar S, typename Backend>
-ShapeInReach<S, Backend> shape_in_reach(const SensorPatch<S>& patch, ShapeId id,
-                                        const Collider<S, Backend>& collider,
-                                        const Transform<S>& X_AB, S approach) {
-  ShapeInReach<S, Backend> shape;
+template <Scalar S>
+ShapeInReach<S> shape_in_reach(const SensorPatch<S>& patch, ShapeId id, const Collider<S>& collider,
+                               const Transform<S>& X_AB, S approach) {
+  ShapeInReach<S> shape;
   shape.tag = id.index;
   shape.generation = id.generation;
   shape.collider = &collider;
@@ -13748,13 +13839,12 @@ ShapeInReach<S, Backend> shape_in_reach(const SensorPatch<S>& patch, ShapeId id,
 }
 
 /// Returns whether the plane cache is still valid.
-template <Scalar S, typename Backend>
-[[nodiscard]] bool serves(const SensorPatch<S>& patch,
-                          std::span<const ShapeInReach<S, Backend>> shapes) {
+template <Scalar S>
+[[nodiscard]] bool serves(const SensorPatch<S>& patch, std::span<const ShapeInReach<S>> shapes) {
   const DynamicArray<PlaneCacheShape<S>>& kept = patch.plane_cache.shapes;
   if (kept.size() != shapes.size()) return false;
   for (std::size_t i = 0; i < kept.size(); ++i) {
-    const ShapeInReach<S, Backend>& shape = shapes[i];
+    const ShapeInReach<S>& shape = shapes[i];
     if (kept[i].tag != shape.tag || kept[i].generation != shape.generation ||
         !kept[i].covers({shape.X_AB.rotation_matrix(), shape.X_AB.translation}, shape.approach,
                         patch.reach)) {
@@ -13765,22 +13855,19 @@ template <Scalar S, typename Backend>
 }
 
 /// Returns whether the rays of a patch surely meet none of the shapes.
-template <Scalar S, typename Backend>
-[[nodiscard]] bool are_clear(const SensorPatch<S>& patch,
-                             std::span<const ShapeInReach<S, Backend>> shapes) {
+template <Scalar S>
+[[nodiscard]] bool are_clear(const SensorPatch<S>& patch, std::span<const ShapeInReach<S>> shapes) {
   return std::all_of(shapes.begin(), shapes.end(), [&](const auto& shape) {
-    return is_surely_clear<S, Backend>(shape.collider->shape, shape.X_AS,
-                                       patch.rays(shape.extra_length));
+    return shape.collider->shape.is_surely_clear(shape.X_AS, patch.rays(shape.extra_length));
   });
 }
 
-template <Scalar S, typename Backend>
-bool needs_rays(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
-                bool is_due) {
+template <Scalar S>
+bool needs_rays(SensorPatch<S>& patch, std::span<const ShapeInReach<S>> shapes, bool is_due) {
   if (patch.def.cast_every > 1 && !is_due && serves(patch, shapes)) return false;
   // A patch without hits before mostly has none now. This early out is quicker than testing every
   // packet.
-  if (patch.contacts.empty() && are_clear<S, Backend>(patch, shapes)) {
+  if (patch.contacts.empty() && are_clear<S>(patch, shapes)) {
     patch.near.clear();
     return true;
   }
@@ -13794,22 +13881,22 @@ bool needs_rays(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>>
   return true;
 }
 
-template <Scalar S, typename Backend>
-void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S, Backend>& shape, RayRange range) {
+template <Scalar S>
+void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S>& shape, RayRange range) {
   RayBatch<S> rays = patch.near_rays(shape.extra_length);
   rays.range = range;
   rays.triangle_cache = &patch.triangle_cache;
   rays.shape_life = shape.generation;
-  Backend::cast_rays(shape.collider->shape, shape.X_AS, rays, shape.tag, patch.hits);
+  shape.collider->shape.cast_rays(shape.X_AS, rays, shape.tag, patch.hits);
 }
 
-template <Scalar S, typename Backend>
-void extrapolate_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
+template <Scalar S>
+void extrapolate_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S>> shapes,
                       bool has_cast) {
   if (patch.def.cast_every == 1) return;
   if (has_cast) {
     patch.plane_cache.shapes.clear();
-    for (const ShapeInReach<S, Backend>& shape : shapes) {
+    for (const ShapeInReach<S>& shape : shapes) {
       patch.plane_cache.shapes.push_back({shape.tag,
                                    shape.generation,
                                    {shape.X_AB.rotation_matrix(), shape.X_AB.translation},
@@ -13820,22 +13907,22 @@ void extrapolate_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Bac
   // Also after a cast, so that all steps of a patch are alike.
   patch.plane_cache.advance(patch, [&](std::uint32_t tag, PairPose<S>& pose) {
     const auto same = [tag](const auto& shape) { return shape.tag == tag; };
-    const ShapeInReach<S, Backend>& shape = *std::find_if(shapes.begin(), shapes.end(), same);
+    const ShapeInReach<S>& shape = *std::find_if(shapes.begin(), shapes.end(), same);
     pose = {shape.X_AB.rotation_matrix(), shape.X_AB.translation};
     return shape.approach;
   });
 }
 
-template <Scalar S, typename Backend>
-std::uint64_t find_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
+template <Scalar S>
+std::uint64_t find_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S>> shapes,
                         bool is_due) {
-  const bool casts = needs_rays<S, Backend>(patch, shapes, is_due);
+  const bool casts = needs_rays<S>(patch, shapes, is_due);
   const std::uint64_t rays = casts ? patch.near_count() * shapes.size() : 0;
   if (rays > 0) {
     patch.reset_near_hits();
-    for (const ShapeInReach<S, Backend>& shape : shapes) cast_rays_at<S>(patch, shape, {});
+    for (const ShapeInReach<S>& shape : shapes) cast_rays_at<S>(patch, shape, {});
   }
-  extrapolate_hits<S, Backend>(patch, shapes, casts);
+  extrapolate_hits<S>(patch, shapes, casts);
   return rays;
 }
 
@@ -13994,7 +14081,7 @@ class HapticLoop {
   /// A shape near the tools. A copy, so that substeps need no world.
   struct NearShape {
     ShapeId id{};
-    detail::Collider<S, Backend> collider{};
+    detail::Collider<S> collider{};
     std::uint32_t body = 0;
   };
   struct Skin {
@@ -14002,7 +14089,7 @@ class HapticLoop {
     std::uint32_t tool = 0;
     /// [-] Shapes that it may meet within the step.
     detail::DynamicArray<std::uint32_t> near;
-    detail::DynamicArray<detail::ShapeInReach<S, Backend>> in_reach;
+    detail::DynamicArray<detail::ShapeInReach<S>> in_reach;
     /// One for each pair, and its body.
     detail::DynamicArray<detail::SoftBlock<S>> blocks;
     detail::DynamicArray<std::uint32_t> touched;
@@ -14037,16 +14124,16 @@ class HapticLoop {
                     "must be HapticDef::substeps before a step");
   }
   void forget();
-  void observe(const detail::WorldState<S, Backend>& state);
-  void find_near(const detail::WorldState<S, Backend>& state, Skin& tool_patch, S fastest);
+  void observe(const detail::WorldState<S>& state);
+  void find_near(const detail::WorldState<S>& state, Skin& tool_patch, S fastest);
   /// [m/s] Fastest speed of any point of a shape; of a half-space, the speed of its body.
-  [[nodiscard]] static S speed_of(const detail::WorldState<S, Backend>& state,
-                                  const detail::Collider<S, Backend>& c) {
+  [[nodiscard]] static S speed_of(const detail::WorldState<S>& state,
+                                  const detail::Collider<S>& c) {
     const Twist<S>& twist = state.body_of(c).twist;
     return twist.linear.norm() + (c.half_space ? S(0) : twist.angular.norm() * c.radius);
   }
-  [[nodiscard]] std::uint32_t add_body(const detail::WorldState<S, Backend>& state, BodyId id);
-  [[nodiscard]] Vec6<S> other_force(const detail::WorldState<S, Backend>& state, BodyId id,
+  [[nodiscard]] std::uint32_t add_body(const detail::WorldState<S>& state, BodyId id);
+  [[nodiscard]] Vec6<S> other_force(const detail::WorldState<S>& state, BodyId id,
                                     const detail::HeldMobility<S>& held) const;
 
   const detail::HapticKernels<S, Backend>* kernels_ = &detail::haptic_kernels<S, Backend>();
@@ -14055,7 +14142,7 @@ class HapticLoop {
   detail::DynamicArray<Skin> tool_patches_;
   detail::DynamicArray<NearShape> shapes_;
   detail::DynamicArray<detail::HapticBody<S>> bodies_, last_bodies_;
-  detail::HeldMobilityFinder<S, Backend> finder_;
+  detail::HeldMobilityFinder<S> finder_;
   S h_ = S(0);
   std::uint32_t done_ = 0;
   std::uint64_t substeps_ = 0;
@@ -14122,8 +14209,7 @@ class ProximityArray {
   [[nodiscard]] std::uint64_t rays_cast() const { return rays_cast_; }
 
   /// Called by `World::sense`.
-  template <typename Backend>
-  void sense(const detail::WorldState<S, Backend>& state, BodyId carrier);
+  void sense(const detail::WorldState<S>& state, BodyId carrier);
 
  private:
   [[nodiscard]] RayBatch<S> batch(const detail::RayTree<S>* ray_tree) const {
@@ -14192,10 +14278,10 @@ void require_ray(const Ray<S>& ray) {
 
 /// Nearest hit of a ray with one shape, within a length [m].
 /// @param scratch  Room for one hit, allocated once for many rays.
-template <Scalar S, typename Backend>
-[[nodiscard]] RayHit<S> cast_ray_at(const WorldState<S, Backend>& state, std::uint32_t tag,
+template <Scalar S>
+[[nodiscard]] RayHit<S> cast_ray_at(const WorldState<S>& state, std::uint32_t tag,
                                     const Ray<S>& ray, const S& length, RayHits<S>& scratch) {
-  const Collider<S, Backend>& c = state.colliders.at(tag);
+  const Collider<S>& c = state.colliders.at(tag);
   // The frame starts at the ray's own origin, which keeps precision far from the world's.
   Transform<S> X_RS = state.body_of(c).center_pose * c.X_CmS;
   X_RS.translation -= ray.origin;
@@ -14210,13 +14296,13 @@ template <Scalar S, typename Backend>
                           one(length),
                           S(0)};
   scratch.reset(1);
-  Backend::cast_rays(c.shape, X_RS, batch, tag, scratch);
+  c.shape.cast_rays(X_RS, batch, tag, scratch);
   return {scratch.distance[0], scratch.normal[0]};
 }
 
 /// The hit of a ray with a shape, as callers see it.
-template <Scalar S, typename Backend>
-[[nodiscard]] WorldHit<S> world_hit(const WorldState<S, Backend>& state, std::uint32_t tag,
+template <Scalar S>
+[[nodiscard]] WorldHit<S> world_hit(const WorldState<S>& state, std::uint32_t tag,
                                     const Ray<S>& ray, const RayHit<S>& hit) {
   return {hit.distance, ray.origin + hit.distance * ray.direction, hit.normal,
           state.colliders.at(tag).body, state.colliders.handle(tag)};
@@ -14224,13 +14310,13 @@ template <Scalar S, typename Backend>
 
 /// Nearest hit of a ray.
 /// @param scratch  As above.
-template <Scalar S, typename Backend>
-[[nodiscard]] WorldHit<S> cast_ray(const WorldState<S, Backend>& state, const Ray<S>& ray,
+template <Scalar S>
+[[nodiscard]] WorldHit<S> cast_ray(const WorldState<S>& state, const Ray<S>& ray,
                                    const QueryFilter& filter, RayHits<S>& scratch) {
   RayHit<S> best;
   std::uint32_t best_tag = 0;
   state.broad_phase.walk_ray(ray, [&](std::uint32_t tag, S nearest) {
-    const Collider<S, Backend>& c = state.colliders.at(tag);
+    const Collider<S>& c = state.colliders.at(tag);
     if (!can_meet(filter, c.body, state.body_of(c))) return nearest;
     const S length = std::min(nearest, ray.length);
     const RayHit<S> hit = cast_ray_at(state, tag, ray, length, scratch);
@@ -14525,17 +14611,15 @@ class World {
   /// Steps worlds in shared scratch; resets them in place.
   friend class WorldBatch<S, Backend>;
 
-  using State = detail::WorldState<S, Backend>;
+  using State = detail::WorldState<S>;
   using Prepared = typename Backend::template Collidable<S>;
 
   void require_known_contacts(BodyId id, bool is_dynamic, const CollisionFilter& filter,
                               ShapeKind kind) const;
-  [[nodiscard]] static detail::Collider<S, Backend> make_collider(const Body<S>& body,
-                                                                  Prepared prepared,
-                                                                  const Shape<S>& shape,
-                                                                  const Transform<S>& X_BS,
-                                                                  const Material<S>& material);
-  ShapeId insert_shape(BodyId id, detail::Collider<S, Backend> collider);
+  [[nodiscard]] detail::Collider<S> make_collider(const Body<S>& body, Prepared prepared,
+                                                  const Shape<S>& shape, const Transform<S>& X_BS,
+                                                  const Material<S>& material);
+  ShapeId insert_shape(BodyId id, detail::Collider<S> collider);
   template <typename Visit>
   void for_each_shape_of(BodyId id, Visit&& visit) const;
   void refresh_box(std::uint32_t tag);
@@ -14549,8 +14633,7 @@ class World {
   void erase_joint(std::uint32_t index);
 
   State state_;
-  detail::KernelScratch<detail::WorldKernels<S, Backend>> stepper_{
-      detail::world_kernels<S, Backend>()};
+  detail::KernelScratch<detail::WorldKernels<S>> stepper_{detail::world_kernels<S, Backend>()};
 };
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -14672,8 +14755,9 @@ void World<S, Backend>::for_each_shape(
   const Vec3<S> center_B = body(id).center_B;
   for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
     if (!state_.colliders.is_live(i) || state_.colliders.at(i).body != id) continue;
-    const detail::Collider<S, Backend>& c = state_.colliders.at(i);
-    visit(Backend::shape(c.shape), Transform<S>{c.X_CmS.rotation, center_B + c.X_CmS.translation});
+    const detail::Collider<S>& c = state_.colliders.at(i);
+    visit(Backend::shape(c.shape.template as<Prepared>()),
+          Transform<S>{c.X_CmS.rotation, center_B + c.X_CmS.translation});
   }
 }
 
@@ -14820,11 +14904,13 @@ BRISTLE_BACKEND_MAKERS(extern template, FclBackend, double)
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
 namespace bristle::inline BRISTLE_ABI {
 
+template <>
+const detail::JointKernels<float>& detail::joint_kernels<float>();
+template <>
+const detail::JointKernels<double>& detail::joint_kernels<double>();
 #define BRISTLE_COMPILED_WORLD(S, Backend)                                       \
   template <>                                                                    \
-  const detail::WorldKernels<S, Backend>& detail::world_kernels<S, Backend>();   \
-  template <>                                                                    \
-  const detail::JointKernels<S, Backend>& detail::joint_kernels<S, Backend>();   \
+  const detail::WorldKernels<S>& detail::world_kernels<S, Backend>();            \
   template <>                                                                    \
   const detail::HapticKernels<S, Backend>& detail::haptic_kernels<S, Backend>(); \
   extern template class World<S, Backend>;                                       \
@@ -15028,7 +15114,7 @@ class HostSensors {
 
  private:
   friend class detail::HostStage<S, Backend>;
-  using State = detail::WorldState<S, Backend>;
+  using State = detail::WorldState<S>;
 
   [[nodiscard]] State& state() noexcept { return world_.state_; }
 
@@ -17807,7 +17893,7 @@ class WorldBatch {
   detail::DynamicArray<World<S, Backend>> worlds_;
   detail::DynamicArray<std::uint8_t> failed_;
   std::size_t per_task_;
-  detail::DynamicArray<detail::KernelScratch<detail::WorldKernels<S, Backend>>> steppers_;
+  detail::DynamicArray<detail::KernelScratch<detail::WorldKernels<S>>> steppers_;
   ParallelFor parallel_for_;
 };
 
@@ -25076,9 +25162,9 @@ void AnalyticBackend::cast_rays(const std::shared_ptr<const detail::AnalyticShap
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// [m] Swept margin: how far any point of a shape that can meet `other` may move within the step.
-template <Scalar S, typename Backend>
-[[nodiscard]] S reach_of(const WorldState<S, Backend>& state, const Collider<S, Backend>& c,
-                         const Collider<S, Backend>& other) {
+template <Scalar S>
+[[nodiscard]] S reach_of(const WorldState<S>& state, const Collider<S>& c,
+                         const Collider<S>& other) {
   const Twist<S>& free = state.solver_bodies[c.body.index].free;
   S radius = c.radius;
   if (c.half_space) {
@@ -25091,8 +25177,8 @@ template <Scalar S, typename Backend>
 }
 
 /// [m] Present box; infinite for a half-space.
-template <Scalar S, typename Backend>
-[[nodiscard]] Aabb<S> box_of(const WorldState<S, Backend>& state, const Collider<S, Backend>& c) {
+template <Scalar S>
+[[nodiscard]] Aabb<S> box_of(const WorldState<S>& state, const Collider<S>& c) {
   if (c.half_space) return c.bounds;
   const Transform<S>& X = state.body_of(c).center_pose;
   if (c.kind == ShapeKind::sphere && c.is_centered) {
@@ -25102,9 +25188,8 @@ template <Scalar S, typename Backend>
 }
 
 /// [m] Box inflated by the swept margin.
-template <Scalar S, typename Backend>
-[[nodiscard]] Aabb<S> swept_box(const WorldState<S, Backend>& state,
-                                const Collider<S, Backend>& c) {
+template <Scalar S>
+[[nodiscard]] Aabb<S> swept_box(const WorldState<S>& state, const Collider<S>& c) {
   const Aabb<S> box = box_of(state, c);
   return c.half_space ? box : box.inflated(reach_of(state, c, c));
 }
@@ -25112,19 +25197,18 @@ template <Scalar S, typename Backend>
 /// Returns whether `c` can reach the half-space `plane` within the step. True if `plane` is not a
 /// half-space: its box was tested already.
 /// @param swept  [m] Swept box of `c`.
-template <Scalar S, typename Backend>
-[[nodiscard]] bool reaches_plane(const WorldState<S, Backend>& state, const Collider<S, Backend>& c,
-                                 const Aabb<S>& swept, const Collider<S, Backend>& plane) {
+template <Scalar S>
+[[nodiscard]] bool reaches_plane(const WorldState<S>& state, const Collider<S>& c,
+                                 const Aabb<S>& swept, const Collider<S>& plane) {
   return !plane.half_space || state.reaches(swept.inflated(reach_of(state, plane, c)), plane);
 }
 
 /// Returns whether the backend is queried for two shapes with overlapping boxes. Their boxes in the
 /// broad phase must be swept boxes of this step.
-template <Scalar S, typename Backend>
-[[nodiscard]] bool may_touch(const WorldState<S, Backend>& state, std::uint32_t tag_a,
-                             std::uint32_t tag_b) {
-  const Collider<S, Backend>& a = state.colliders.at(tag_a);
-  const Collider<S, Backend>& b = state.colliders.at(tag_b);
+template <Scalar S>
+[[nodiscard]] bool may_touch(const WorldState<S>& state, std::uint32_t tag_a, std::uint32_t tag_b) {
+  const Collider<S>& a = state.colliders.at(tag_a);
+  const Collider<S>& b = state.colliders.at(tag_b);
   if (a.body == b.body) return false;
   const Body<S>& body_a = state.body_of(a);
   const Body<S>& body_b = state.body_of(b);
@@ -25139,17 +25223,16 @@ template <Scalar S, typename Backend>
 
 /// Appends the manifolds of a pair, in the frame of its first shape. Gaps are those that can close
 /// within the step.
-template <Scalar S, typename Backend>
-ContactStatus collide_pair(const WorldState<S, Backend>& state, const ShapePair& pair,
+template <Scalar S>
+ContactStatus collide_pair(const WorldState<S>& state, const ShapePair& pair,
                            ContactManifolds<S>& out) {
-  const Collider<S, Backend>& a = state.colliders.at(pair.a);
-  const Collider<S, Backend>& b = state.colliders.at(pair.b);
+  const Collider<S>& a = state.colliders.at(pair.a);
+  const Collider<S>& b = state.colliders.at(pair.b);
   const Transform<S>& X_WA = state.body_of(a).center_pose;
   const Transform<S>& X_WB = state.body_of(b).center_pose;
   // Poses about the centre of mass of each shape's body, world axes. Centres of mass are subtracted
   // first, which keeps precision far from the world's origin.
-  const auto about_center = [](const Transform<S>& X,
-                               const Collider<S, Backend>& c) -> Transform<S> {
+  const auto about_center = [](const Transform<S>& X, const Collider<S>& c) -> Transform<S> {
     if (c.is_centered) return {X.rotation, Vec3<S>::Zero()};
     return {X.rotation * c.X_CmS.rotation, X.rotation * c.X_CmS.translation};
   };
@@ -25158,8 +25241,7 @@ ContactStatus collide_pair(const WorldState<S, Backend>& state, const ShapePair&
   const Vec3<S> p = (X_WB.translation - X_WA.translation) + X_b.translation - X_a.translation;
   const Quat<S> R_SaW = X_a.rotation.conjugate();
   const Transform<S> X_SaSb{R_SaW * X_b.rotation, R_SaW * p};
-  return Backend::collide(a.shape, b.shape, X_SaSb, reach_of(state, a, b) + reach_of(state, b, a),
-                          out);
+  return a.shape.collide(b.shape, X_SaSb, reach_of(state, a, b) + reach_of(state, b, a), out);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -25182,7 +25264,7 @@ void HapticLoop<S, Backend>::forget() {
 }
 
 template <Scalar S, typename Backend>
-void HapticLoop<S, Backend>::observe(const detail::WorldState<S, Backend>& state) {
+void HapticLoop<S, Backend>::observe(const detail::WorldState<S>& state) {
   h_ = state.def.time_step / S(def_.substeps);
   done_ = 0;
   std::swap(bodies_, last_bodies_);
@@ -25204,8 +25286,8 @@ void HapticLoop<S, Backend>::observe(const detail::WorldState<S, Backend>& state
 
 /// Finds shapes that a patch may meet in a step.
 template <Scalar S, typename Backend>
-void HapticLoop<S, Backend>::find_near(const detail::WorldState<S, Backend>& state,
-                                       Skin& tool_patch, S fastest) {
+void HapticLoop<S, Backend>::find_near(const detail::WorldState<S>& state, Skin& tool_patch,
+                                       S fastest) {
   const Tool& tool = tools_[tool_patch.tool];
   tool_patch.near.clear();
   if (!state.bodies.contains(tool.body)) return;
@@ -25213,7 +25295,7 @@ void HapticLoop<S, Backend>::find_near(const detail::WorldState<S, Backend>& sta
   const S fall = dt * state.def.gravity.norm();
   const Aabb<S> box = transformed(tool_patch.patch.box, tool.pose).inflated(dt * def_.max_speed);
   state.broad_phase.overlap(box.inflated(dt * (fastest + fall)), [&](std::uint32_t tag) {
-    const detail::Collider<S, Backend>& c = state.colliders.at(tag);
+    const detail::Collider<S>& c = state.colliders.at(tag);
     if (!detail::senses(state, tool_patch.patch, c)) return true;
     const Aabb<S> swept = box.inflated(dt * (speed_of(state, c) + fall));
     const bool is_near =
@@ -25228,14 +25310,13 @@ void HapticLoop<S, Backend>::find_near(const detail::WorldState<S, Backend>& sta
                                     [id](const NearShape& shape) { return shape.id == id; });
     near = static_cast<std::uint32_t>(known - shapes_.begin());
     if (known != shapes_.end()) continue;
-    const detail::Collider<S, Backend>& c = state.colliders.at(id.index);
+    const detail::Collider<S>& c = state.colliders.at(id.index);
     shapes_.push_back({id, c, add_body(state, c.body)});
   }
 }
 
 template <Scalar S, typename Backend>
-std::uint32_t HapticLoop<S, Backend>::add_body(const detail::WorldState<S, Backend>& state,
-                                               BodyId id) {
+std::uint32_t HapticLoop<S, Backend>::add_body(const detail::WorldState<S>& state, BodyId id) {
   const auto known =
       std::find_if(bodies_.begin(), bodies_.end(),
                    [id](const detail::HapticBody<S>& body) { return body.id() == id; });
@@ -25248,7 +25329,7 @@ std::uint32_t HapticLoop<S, Backend>::add_body(const detail::WorldState<S, Backe
 
 /// [N, N m] Forces on a body besides the loop's, taken from the last step where they are known.
 template <Scalar S, typename Backend>
-Vec6<S> HapticLoop<S, Backend>::other_force(const detail::WorldState<S, Backend>& state, BodyId id,
+Vec6<S> HapticLoop<S, Backend>::other_force(const detail::WorldState<S>& state, BodyId id,
                                             const detail::HeldMobility<S>& held) const {
   const Body<S>& body = state.bodies.at(id.index);
   const auto last = std::find_if(last_bodies_.begin(), last_bodies_.end(),
@@ -25275,13 +25356,12 @@ void HapticLoop<S, Backend>::substep() {
 namespace bristle::inline BRISTLE_ABI {
 
 template <Scalar S>
-template <typename Backend>
-void ProximityArray<S>::sense(const detail::WorldState<S, Backend>& state, BodyId carrier) {
+void ProximityArray<S>::sense(const detail::WorldState<S>& state, BodyId carrier) {
   const Transform<S> X_WA = state.bodies.get(carrier, "BodyId").pose();
   const Aabb<S> box = transformed(box_, X_WA);
   near_.clear();
   state.broad_phase.overlap(box, [&](std::uint32_t tag) {
-    const detail::Collider<S, Backend>& c = state.colliders.at(tag);
+    const detail::Collider<S>& c = state.colliders.at(tag);
     if (c.body == carrier || !detail::can_meet(filter_, c.body, state.body_of(c))) return true;
     const Transform<S> X_AS = relative_pose(X_WA, state.body_of(c).center_pose) * c.X_CmS;
     const bool is_near =
@@ -25294,9 +25374,9 @@ void ProximityArray<S>::sense(const detail::WorldState<S, Backend>& state, BodyI
   hits_.reset(size());
   rays_cast_ = near_.size() * size();
   for (const std::uint32_t tag : near_) {
-    const detail::Collider<S, Backend>& c = state.colliders.at(tag);
-    Backend::cast_rays(c.shape, relative_pose(X_WA, state.body_of(c).center_pose) * c.X_CmS,
-                       batch(&ray_tree_), tag, hits_);
+    const detail::Collider<S>& c = state.colliders.at(tag);
+    c.shape.cast_rays(relative_pose(X_WA, state.body_of(c).center_pose) * c.X_CmS,
+                      batch(&ray_tree_), tag, hits_);
   }
   for (std::size_t i = 0; i < size(); ++i) {
     body_[i] = hits_.is_hit(i) ? state.colliders.at(hits_.tag[i]).body : BodyId{};
@@ -27606,7 +27686,7 @@ void HapticSubstep<S, Backend>::sense(Skin& tool_patch, std::uint32_t number) {
     return;
   }
   const bool is_due = (loop_.substeps_ + number) % patch.def.cast_every == 0;
-  loop_.rays_cast_ += find_hits<S, Backend>(patch, tool_patch.in_reach, is_due);
+  loop_.rays_cast_ += find_hits<S>(patch, tool_patch.in_reach, is_due);
   Body<S> A;
   A.center_pose = tool.pose;
   A.twist = tool.twist;
@@ -33250,10 +33330,10 @@ class IslandSolver {
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Constrains the bodies of joints, and moves the mechanisms, one island at a time.
-template <Scalar S, typename Backend>
-class MechanismStage final : public JointStage<S, Backend> {
+template <Scalar S>
+class MechanismStage final : public JointStage<S> {
  public:
-  using State = WorldState<S, Backend>;
+  using State = WorldState<S>;
 
   void add_constraints(State& state) override {
     begin_step(state);
@@ -33708,10 +33788,10 @@ namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Moves the boxes of all shapes and finds the pairs that may touch. Queries the backend for their
 /// contacts. Turns contacts between steps into rows.
-template <Scalar S, typename Backend>
+template <Scalar S>
 class ContactStage {
  public:
-  using State = WorldState<S, Backend>;
+  using State = WorldState<S>;
 
   /// Updates the broad phase and the contact cache.
   void find_contacts(State& state) {
@@ -33738,8 +33818,8 @@ class ContactStage {
   void add_constraints(State& state) const {
     for (const CachedManifold<S>& m : state.contacts.manifolds()) {
       if (m.is_persisted) continue;
-      const Collider<S, Backend>& a = state.colliders.at(m.shapes.a);
-      const Collider<S, Backend>& b = state.colliders.at(m.shapes.b);
+      const Collider<S>& a = state.colliders.at(m.shapes.a);
+      const Collider<S>& b = state.colliders.at(m.shapes.b);
       detail::add_contacts(m, state.contacts.points(), combined(a.material, b.material),
                            a.body.index, b.body.index, state.constraints);
     }
@@ -33751,7 +33831,7 @@ class ContactStage {
     using std::sqrt;
     for (std::size_t k = 0; k < moving_.size(); ++k) {
       const std::uint32_t i = moving_[k];
-      const Collider<S, Backend>& c = state.colliders.at(i);
+      const Collider<S>& c = state.colliders.at(i);
       const Start& start = starts_[k];
       const Transform<S>& end = state.body_of(c).center_pose;
       const S turn2 = (end.rotation.coeffs() - start.center_pose.rotation.coeffs()).squaredNorm();
@@ -33810,7 +33890,7 @@ class ContactStage {
     starts_.clear();
     for (std::uint32_t i = 0; i < state.colliders.slot_count(); ++i) {
       if (!state.colliders.is_live(i)) continue;
-      const Collider<S, Backend>& c = state.colliders.at(i);
+      const Collider<S>& c = state.colliders.at(i);
       // Forces do not move the bodies of half-spaces. Half-spaces are always listed.
       const Body<S>& body = state.body_of(c);
       if (body.motion == Motion::fixed || c.half_space || body.is_asleep()) continue;
@@ -33829,7 +33909,7 @@ class ContactStage {
   /// The ball within a shape, in world axes. Only dynamic bodies take part in a crowd. Pairs with
   /// others are as few as they.
   [[nodiscard]] static InnerBall<S> ball_of(const State& state, std::uint32_t tag) {
-    const Collider<S, Backend>& c = state.colliders.at(tag);
+    const Collider<S>& c = state.colliders.at(tag);
     const Body<S>& body = state.body_of(c);
     if (!body.is_dynamic()) return {};
     return {body.center_pose * c.inner.center, c.inner.radius};
@@ -33888,7 +33968,7 @@ class ContactStage {
       if (found_[i].has_failed) ++state.report.backend_failures;
       if (found_[i].count == 0) continue;
       if (has_sleepers) state.contacts.persist_before(pairs_[i], stays);
-      const Collider<S, Backend>& a = state.colliders.at(pairs_[i].a);
+      const Collider<S>& a = state.colliders.at(pairs_[i].a);
       const Transform<S>& X_WA = state.body_of(a).center_pose;
       const Transform<S>& X_WB = state.body_of(state.colliders.at(pairs_[i].b)).center_pose;
       state.contacts.add(
@@ -34125,10 +34205,10 @@ Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, Bod
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Senses with every patch. Then chooses explicit or implicit for each touched body.
-template <Scalar S, typename Backend>
+template <Scalar S>
 class SensorStage {
  public:
-  using State = WorldState<S, Backend>;
+  using State = WorldState<S>;
 
   /// Patch and pair of a soft block.
   struct SoftOwner {
@@ -34143,7 +34223,7 @@ class SensorStage {
       if (state.is_sensing(i)) live_.push_back(i);
     }
     scratch_.resize(std::max(scratch_.size(), live_.size()));
-    const bool shares = asks_ranges<Backend> && !is_serial(state.def.parallel_for);
+    const bool shares = !is_serial(state.def.parallel_for);
     // Patches write only to themselves and their scratch.
     const auto task = [this, &state, shares](std::size_t k) {
       sense_patch(state, live_[k], scratch_[k], shares);
@@ -34265,7 +34345,7 @@ class SensorStage {
  private:
   struct Scratch {
     DynamicArray<std::uint32_t> candidates;
-    DynamicArray<ShapeInReach<S, Backend>> shapes;
+    DynamicArray<ShapeInReach<S>> shapes;
     std::uint64_t rays_cast = 0;
     /// [-] Sensors whose rays were cast, or whose hits were extrapolated.
     std::size_t sensors_asked = 0;
@@ -34300,7 +34380,7 @@ class SensorStage {
 
   /// [m] Farthest that a body can come closer to any ray of a patch within the step.
   [[nodiscard]] S approach(const State& state, const SensorPatch<S>& patch,
-                           const Collider<S, Backend>& c) const {
+                           const Collider<S>& c) const {
     if (patch.def.integration == Integration::explicit_ || patch.def.options.law == Law::ambf) {
       return S(0);
     }
@@ -34340,22 +34420,23 @@ class SensorStage {
     }
     scratch.shapes.clear();
     for (const std::uint32_t tag : scratch.candidates) {
-      const Collider<S, Backend>& c = state.colliders.at(tag);
+      const Collider<S>& c = state.colliders.at(tag);
       scratch.shapes.push_back(shape_in_reach(
           patch, state.colliders.handle(tag), c,
           relative_pose(A.center_pose, state.body_of(c).center_pose), approach(state, patch, c)));
     }
-    const std::span<const ShapeInReach<S, Backend>> shapes(scratch.shapes);
+    const std::span<const ShapeInReach<S>> shapes(scratch.shapes);
     const bool is_due = (state.steps + index) % patch.def.cast_every == 0;
-    if (shares && patch.size() >= fewest_shared_rays && !patch.ray_tree.ranges().empty()) {
-      scratch.has_cast = needs_rays<S, Backend>(patch, shapes, is_due);
+    if (shares && patch.size() >= fewest_shared_rays && !patch.ray_tree.ranges().empty() &&
+        shapes.front().collider->shape.asks_ranges()) {
+      scratch.has_cast = needs_rays<S>(patch, shapes, is_due);
       scratch.sensors_asked = patch.near_count();
       scratch.rays_cast = scratch.has_cast ? patch.near_count() * shapes.size() : 0;
       scratch.is_shared = true;
       if (scratch.rays_cast > 0) begin_shared(patch, scratch);
       return;
     }
-    scratch.rays_cast = find_hits<S, Backend>(patch, shapes, is_due);
+    scratch.rays_cast = find_hits<S>(patch, shapes, is_due);
     scratch.sensors_asked = scratch.rays_cast > 0
                                 ? static_cast<std::size_t>(scratch.rays_cast) / shapes.size()
                                 : patch.near_count();
@@ -34368,7 +34449,7 @@ class SensorStage {
     collect_contacts(
         patch, state.bodies.at(patch.body.index),
         [&](std::uint32_t tag) {
-          const Collider<S, Backend>& c = state.colliders.at(tag);
+          const Collider<S>& c = state.colliders.at(tag);
           return TouchedBody<S>{&state.body_of(c), c.body};
         },
         {.dt = state.def.time_step,
@@ -34414,7 +34495,7 @@ class SensorStage {
       const Scratch& scratch = scratch_[k];
       if (!scratch.is_shared) continue;
       SensorPatch<S>& patch = state.patches.at(live_[k]);
-      extrapolate_hits<S, Backend>(patch, scratch.shapes, scratch.has_cast);
+      extrapolate_hits<S>(patch, scratch.shapes, scratch.has_cast);
       make_contacts(state, patch, scratch, state.def.parallel_for);
     }
   }
@@ -34500,9 +34581,9 @@ class SensorStage {
   DynamicArray<SoftOwner> owners_;
 };
 
-template <Scalar S, typename Backend>
-void SensorStage<S, Backend>::find_near(const State& state, const SensorPatch<S>& patch,
-                                        DynamicArray<std::uint32_t>& out) const {
+template <Scalar S>
+void SensorStage<S>::find_near(const State& state, const SensorPatch<S>& patch,
+                               DynamicArray<std::uint32_t>& out) const {
   out.clear();
   const Body<S>& A = state.bodies.at(patch.body.index);
   const Twist<S>& free = state.solver_bodies[patch.body.index].free;
@@ -34512,7 +34593,7 @@ void SensorStage<S, Backend>::find_near(const State& state, const SensorPatch<S>
        free.angular.norm() * (patch.box.center().norm() + patch.box.half_extents().norm()));
   const Aabb<S> box = transformed(patch.box, A.center_pose);
   state.broad_phase.overlap(box.inflated(own_reach), [&](std::uint32_t tag) {
-    const Collider<S, Backend>& c = state.colliders.at(tag);
+    const Collider<S>& c = state.colliders.at(tag);
     if (!senses(state, patch, c)) return true;
     // The set of shapes in range must not depend on the size of the box in the tree.
     if (state.broad_phase.is_loose(tag) && !swept_box(state, c).overlaps(box.inflated(own_reach))) {
@@ -34912,10 +34993,10 @@ class GuardedSweeps {
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Solves every island with its best solver, and integrates.
-template <Scalar S, typename Backend>
+template <Scalar S>
 class SolveStage {
  public:
-  using State = WorldState<S, Backend>;
+  using State = WorldState<S>;
 
   /// Fills the solver bodies: masses, initial and free velocities.
   void prepare_bodies(State& state) const {
@@ -34963,7 +35044,7 @@ class SolveStage {
 
   /// Finds the velocities at the end of the step, and the position corrections.
   /// @param joints  Null in a world that never had a joint.
-  void solve(State& state, const SensorStage<S, Backend>& sensors, JointStage<S, Backend>* joints) {
+  void solve(State& state, const SensorStage<S>& sensors, JointStage<S>* joints) {
     // Explicit sensors have acted on bodies since.
     if (state.report.explicit_pairs > 0) {
       for (SolverBody<S>& body : state.solver_bodies) {
@@ -34986,7 +35067,7 @@ class SolveStage {
   /// Moves all bodies. If a step cannot start from a body's new state, the body keeps its pose, at
   /// rest.
   /// @param joints  As in `solve`.
-  void integrate(State& state, const JointStage<S, Backend>* joints) const {
+  void integrate(State& state, const JointStage<S>* joints) const {
     for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
       if (!state.bodies.is_live(i)) continue;
       Body<S>& body = state.bodies.at(i);
@@ -35091,8 +35172,8 @@ class SolveStage {
     return context;
   }
 
-  void solve_island(State& state, const SensorStage<S, Backend>& sensors,
-                    JointStage<S, Backend>* joints, Island island) {
+  void solve_island(State& state, const SensorStage<S>& sensors, JointStage<S>* joints,
+                    Island island) {
     SolveContext<S> context = context_of(state, island);
     Constraints<S>& constraints = state.constraints;
     std::span<SolverBody<S>> bodies = state.solver_bodies;
@@ -35292,7 +35373,7 @@ class SolveStage {
   }
 
   /// Solves an island whose solution is not finite, by sweeps that skip overflowing rows.
-  static void guard(State& state, const SensorStage<S, Backend>& sensors, const Island& island,
+  static void guard(State& state, const SensorStage<S>& sensors, const Island& island,
                     const SolveContext<S>& context) {
     for (const std::uint32_t soft : sensors.of_patches(island.soft)) sensors.discard(state, soft);
     GuardedSweeps<S>::solve(island, state.constraints, state.solver_bodies, context);
@@ -35315,8 +35396,8 @@ class SolveStage {
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Wakes the island of a body. Does nothing if the body is awake or forces do not move it.
-template <Scalar S, typename Backend>
-void wake_island(WorldState<S, Backend>& state, std::uint32_t slot) {
+template <Scalar S>
+void wake_island(WorldState<S>& state, std::uint32_t slot) {
   if (!state.bodies.at(slot).is_asleep()) return;
   const std::uint32_t island = state.bodies.at(slot).sleep.island;
   for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
@@ -35328,8 +35409,8 @@ void wake_island(WorldState<S, Backend>& state, std::uint32_t slot) {
 }
 
 /// Wakes all islands.
-template <Scalar S, typename Backend>
-void wake_all(WorldState<S, Backend>& state) {
+template <Scalar S>
+void wake_all(WorldState<S>& state) {
   for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
     if (state.bodies.is_live(i)) state.bodies.at(i).sleep = {};
   }
@@ -35338,8 +35419,8 @@ void wake_all(WorldState<S, Backend>& state) {
 }
 
 /// Wakes all bodies that touch a body, are joined to it, or are sensed by it or sense it.
-template <Scalar S, typename Backend>
-void wake_neighbours(WorldState<S, Backend>& state, std::uint32_t slot) {
+template <Scalar S>
+void wake_neighbours(WorldState<S>& state, std::uint32_t slot) {
   if (state.sleeping_bodies == 0) return;
   const auto wake_other = [&](std::uint32_t a, std::uint32_t b) {
     if (a == slot) wake_island(state, b);
@@ -35364,8 +35445,8 @@ void wake_neighbours(WorldState<S, Backend>& state, std::uint32_t slot) {
 
 /// Marks a body as changed by the caller. Wakes its island, or else its neighbours. The next step
 /// wakes bodies that it reaches.
-template <Scalar S, typename Backend>
-void disturb(WorldState<S, Backend>& state, BodyId id) {
+template <Scalar S>
+void disturb(WorldState<S>& state, BodyId id) {
   Body<S>& body = state.bodies.at(id.index);
   wake_island(state, id.index);
   if (!body.is_dynamic()) wake_neighbours(state, id.index);
@@ -35381,15 +35462,14 @@ void disturb(WorldState<S, Backend>& state, BodyId id) {
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Wakes islands before the stages of a step, and puts islands to sleep after them.
-template <Scalar S, typename Backend>
+template <Scalar S>
 class SleepStage {
  public:
-  using State = WorldState<S, Backend>;
+  using State = WorldState<S>;
 
   /// Wakes every island that an active body reaches in this step, and those that it reaches in
   /// turn.
-  void wake_reached(State& state, const SolveStage<S, Backend>& solve,
-                    const SensorStage<S, Backend>& sensors) {
+  void wake_reached(State& state, const SolveStage<S>& solve, const SensorStage<S>& sensors) {
     if (state.sleeping_bodies == 0) return;
     active_since_.assign(state.bodies.slot_count(), 0);
     for (round_ = 1; find_fresh(state); ++round_) {
@@ -35404,7 +35484,7 @@ class SleepStage {
   }
 
   /// Puts islands to sleep that rested long enough.
-  void fall_asleep(State& state, const SensorStage<S, Backend>& sensors) {
+  void fall_asleep(State& state, const SensorStage<S>& sensors) {
     const std::uint32_t asleep = state.sleeping_bodies;
     if (state.def.sleep.time < infinity<S> && measure_rest(state)) {
       connect(state, sensors);
@@ -35441,7 +35521,7 @@ class SleepStage {
   void wake_by_contact(State& state) {
     for (std::uint32_t i = 0; i < state.colliders.slot_count(); ++i) {
       if (!state.colliders.is_live(i)) continue;
-      const Collider<S, Backend>& c = state.colliders.at(i);
+      const Collider<S>& c = state.colliders.at(i);
       if (!is_fresh(c.body.index)) continue;
       const auto visit = [&](std::uint32_t other) {
         const std::uint32_t slot = state.colliders.at(other).body.index;
@@ -35480,7 +35560,7 @@ class SleepStage {
     }
   }
 
-  void wake_by_patch(State& state, const SensorStage<S, Backend>& sensors) {
+  void wake_by_patch(State& state, const SensorStage<S>& sensors) {
     for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
       if (!state.is_sensing(i)) continue;
       const SensorPatch<S>& patch = state.patches.at(i);
@@ -35515,7 +35595,7 @@ class SleepStage {
     return is_any_ready;
   }
 
-  void connect(State& state, const SensorStage<S, Backend>& sensors) {
+  void connect(State& state, const SensorStage<S>& sensors) {
     sets_.reset(state.bodies.slot_count());
     is_held_awake_.assign(state.bodies.slot_count(), 0);
     const auto join = [&](std::uint32_t a, std::uint32_t b) {
@@ -35572,7 +35652,7 @@ class SleepStage {
     // Boxes shrink to the shapes at rest.
     for (std::uint32_t i = 0; i < state.colliders.slot_count(); ++i) {
       if (!state.colliders.is_live(i)) continue;
-      const Collider<S, Backend>& c = state.colliders.at(i);
+      const Collider<S>& c = state.colliders.at(i);
       if (state.body_of(c).is_asleep()) state.broad_phase.move(i, box_of(state, c));
     }
   }
@@ -35595,27 +35675,27 @@ namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Steps a world. It owns the stages' scratch memory and no state. Any stepper takes a world from
 /// the same state to the same bits.
-template <Scalar S, typename Backend>
+template <Scalar S>
 class Stepper {
  public:
-  using State = WorldState<S, Backend>;
+  using State = WorldState<S>;
 
   /// Advances `state` by its time step. Never throws; allocates only until warm.
   void step(State& state);
 
  private:
-  ContactStage<S, Backend> contacts_;
-  SensorStage<S, Backend> sensors_;
+  ContactStage<S> contacts_;
+  SensorStage<S> sensors_;
   /// Null until the world has a joint.
-  std::unique_ptr<JointStage<S, Backend>> joints_;
-  SolveStage<S, Backend> solve_;
-  SleepStage<S, Backend> sleep_;
+  std::unique_ptr<JointStage<S>> joints_;
+  SolveStage<S> solve_;
+  SleepStage<S> sleep_;
 };
 
 // Implementation ----------------------------------------------------------------------------------
 
-template <Scalar S, typename Backend>
-void Stepper<S, Backend>::step(State& state) {
+template <Scalar S>
+void Stepper<S>::step(State& state) {
   state.report = {};
   state.ended.swap(state.ended_since);
   state.ended_since.clear();
@@ -35656,10 +35736,11 @@ namespace bristle::inline BRISTLE_ABI::detail {
 
 /// The tables of this file's instruction set.
 template <Scalar S, typename Backend>
-[[nodiscard]] const WorldKernels<S, Backend>& own_world_kernels() {
-  using Own = Stepper<S, Backend>;
-  using State = WorldState<S, Backend>;
-  static constexpr WorldKernels<S, Backend> own{
+[[nodiscard]] const WorldKernels<S>& own_world_kernels() {
+  using Own = Stepper<S>;
+  using State = WorldState<S>;
+  static constexpr WorldKernels<S> own{
+      .queries = &own_shape_queries<S, Backend>,
       .make_scratch = []() -> void* { return new Own; },
       .delete_scratch = [](void* stepper) { delete static_cast<Own*>(stepper); },
       .step = [](void* stepper, State& state) { static_cast<Own*>(stepper)->step(state); },
@@ -35675,12 +35756,11 @@ template <Scalar S, typename Backend>
                   BodyId carrier) { array.sense(state, carrier); }};
   return own;
 }
-template <Scalar S, typename Backend>
-[[nodiscard]] const JointKernels<S, Backend>& own_joint_kernels() {
-  static constexpr JointKernels<S, Backend> own{
-      .make_stage = []() -> std::unique_ptr<JointStage<S, Backend>> {
-        return std::make_unique<MechanismStage<S, Backend>>();
-      }};
+template <Scalar S>
+[[nodiscard]] const JointKernels<S>& own_joint_kernels() {
+  static constexpr JointKernels<S> own{.make_stage = []() -> std::unique_ptr<JointStage<S>> {
+    return std::make_unique<MechanismStage<S>>();
+  }};
   return own;
 }
 template <Scalar S, typename Backend>
@@ -35691,12 +35771,12 @@ template <Scalar S, typename Backend>
 }
 
 template <Scalar S, typename Backend>
-const WorldKernels<S, Backend>& world_kernels() {
+const WorldKernels<S>& world_kernels() {
   return own_world_kernels<S, Backend>();
 }
-template <Scalar S, typename Backend>
-const JointKernels<S, Backend>& joint_kernels() {
-  return own_joint_kernels<S, Backend>();
+template <Scalar S>
+const JointKernels<S>& joint_kernels() {
+  return own_joint_kernels<S>();
 }
 template <Scalar S, typename Backend>
 const HapticKernels<S, Backend>& haptic_kernels() {
@@ -35726,7 +35806,7 @@ void World<S, Backend>::require_known_contacts(BodyId id, bool is_dynamic,
   if (meets_all) return;
   for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
     if (!state_.colliders.is_live(i)) continue;
-    const detail::Collider<S, Backend>& other = state_.colliders.at(i);
+    const detail::Collider<S>& other = state_.colliders.at(i);
     const Body<S>& other_body = state_.body_of(other);
     if (other.body == id || (!is_dynamic && !other_body.is_dynamic()) ||
         !may_meet(filter, other_body.filter) || Backend::can_collide(kind, other.kind)) {
@@ -35741,10 +35821,10 @@ void World<S, Backend>::require_known_contacts(BodyId id, bool is_dynamic,
 }
 
 template <Scalar S, typename Backend>
-requires ShapeBackend<Backend, S> detail::Collider<S, Backend> World<S, Backend>::make_collider(
+requires ShapeBackend<Backend, S> detail::Collider<S> World<S, Backend>::make_collider(
     const Body<S>& body, Prepared prepared, const Shape<S>& shape, const Transform<S>& X_BS,
     const Material<S>& material) {
-  detail::Collider<S, Backend> c;
+  detail::Collider<S> c;
   c.X_CmS = X_BS;
   c.X_CmS.translation -= body.center_B;
   c.is_centered = c.X_CmS.translation == Vec3<S>::Zero() &&
@@ -35752,7 +35832,7 @@ requires ShapeBackend<Backend, S> detail::Collider<S, Backend> World<S, Backend>
   c.kind = Backend::kind(prepared);
   c.material = material;
   c.bounds = Backend::bounds(prepared);
-  c.shape = std::move(prepared);
+  c.shape = {stepper_.kernels().queries(), std::move(prepared)};
   if (const auto* half_space = std::get_if<HalfSpace<S>>(&shape)) {
     c.half_space = *half_space;
   } else {
@@ -35765,8 +35845,8 @@ requires ShapeBackend<Backend, S> detail::Collider<S, Backend> World<S, Backend>
 }
 
 template <Scalar S, typename Backend>
-requires ShapeBackend<Backend, S> ShapeId
-World<S, Backend>::insert_shape(BodyId id, detail::Collider<S, Backend> c) {
+requires ShapeBackend<Backend, S> ShapeId World<S, Backend>::insert_shape(BodyId id,
+                                                                          detail::Collider<S> c) {
   const Body<S>& body = state_.bodies.at(id.index);
   c.body = id;
   const Aabb<S> box = c.half_space ? c.bounds : transformed(c.bounds, body.center_pose * c.X_CmS);
@@ -35800,7 +35880,7 @@ requires ShapeBackend<Backend, S> BodyId World<S, Backend>::add_body(const BodyD
   for (const Prepared& shape : prepared) {
     require_known_contacts(BodyId{}, body.is_dynamic(), body.filter, Backend::kind(shape));
   }
-  detail::DynamicArray<detail::Collider<S, Backend>> colliders;
+  detail::DynamicArray<detail::Collider<S>> colliders;
   auto next = prepared.begin();
   if (def.shape) {
     colliders.push_back(make_collider(body, std::move(*next++), *def.shape, {}, def.material));
@@ -35810,7 +35890,7 @@ requires ShapeBackend<Backend, S> BodyId World<S, Backend>::add_body(const BodyD
         make_collider(body, std::move(*next++), shape.shape, shape.X_BS, shape.material));
   }
   const BodyId id = state_.bodies.insert(body);
-  for (detail::Collider<S, Backend>& collider : colliders) insert_shape(id, std::move(collider));
+  for (detail::Collider<S>& collider : colliders) insert_shape(id, std::move(collider));
   detail::disturb(state_, id);
   return id;
 }
@@ -35823,7 +35903,7 @@ requires ShapeBackend<Backend, S> ShapeId World<S, Backend>::add_shape(BodyId id
   detail::require(!body.is_dynamic() || kind_of(def.shape) != ShapeKind::half_space,
                   "ShapeDef::shape", name_of(kind_of(def.shape)),
                   "must not be on a dynamic body: it has no mass");
-  detail::Collider<S, Backend> collider =
+  detail::Collider<S> collider =
       make_collider(body, Backend::template make<S>(def.shape), def.shape, def.X_BS, def.material);
   require_known_contacts(id, body.is_dynamic(), body.filter, kind_of(def.shape));
   detail::disturb(state_, id);
@@ -35875,7 +35955,7 @@ void World<S, Backend>::remove_body(BodyId id) {
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::refresh_box(std::uint32_t tag) {
-  const detail::Collider<S, Backend>& c = state_.colliders.at(tag);
+  const detail::Collider<S>& c = state_.colliders.at(tag);
   if (c.half_space) return;
   state_.broad_phase.move(tag, transformed(c.bounds, state_.body_of(c).center_pose * c.X_CmS));
 }
@@ -36042,8 +36122,8 @@ namespace bristle::inline BRISTLE_ABI::detail {
 ///
 /// @param shapes  Tags of the shapes of the body.
 /// @throws InvalidArgument naming the first sensor whose tip lies inside.
-template <Scalar S, typename Backend>
-void require_outward_rays(const WorldState<S, Backend>& state, const Vec3<S>& center_B,
+template <Scalar S>
+void require_outward_rays(const WorldState<S>& state, const Vec3<S>& center_B,
                           const SensorPatch<S>& patch, const DynamicArray<std::uint32_t>& shapes) {
   if (shapes.empty()) return;
   // About the centre of mass, as in the patch.
@@ -36058,8 +36138,8 @@ void require_outward_rays(const WorldState<S, Backend>& state, const Vec3<S>& ce
   RayHits<S> hits;
   hits.reset(count);
   for (const std::uint32_t tag : shapes) {
-    const Collider<S, Backend>& c = state.colliders.at(tag);
-    Backend::cast_rays(c.shape, c.X_CmS, tips.rays(), tag, hits);
+    const Collider<S>& c = state.colliders.at(tag);
+    c.shape.cast_rays(c.X_CmS, tips.rays(), tag, hits);
   }
   for (std::size_t i = 0; i < count; ++i) {
     if (hits.distance[i] > S(0)) continue;
@@ -36873,8 +36953,8 @@ template <typename State>
   return hasher.result();
 }
 
-template <Scalar S, typename Backend>
-[[nodiscard]] std::vector<std::byte> take_snapshot(const WorldState<S, Backend>& state) {
+template <Scalar S>
+[[nodiscard]] std::vector<std::byte> take_snapshot(const WorldState<S>& state) {
   std::vector<std::byte> bytes(sizeof(SnapshotHead));
   StateWriter writer(bytes);
   for_each_state(state, writer);
@@ -36890,8 +36970,8 @@ template <Scalar S, typename Backend>
 /// Puts a world into the state of a snapshot. The caller updates the boxes in the broad phase, and
 /// the data that patches keep beside their contacts (`mark_hits`).
 /// @throws InvalidArgument naming the difference, with the state unchanged.
-template <Scalar S, typename Backend>
-void restore_snapshot(std::span<const std::byte> bytes, WorldState<S, Backend>& state) {
+template <Scalar S>
+void restore_snapshot(std::span<const std::byte> bytes, WorldState<S>& state) {
   SnapshotHead head;
   const auto refuse_unless = [](bool holds, const char* what, std::uint64_t value,
                                 const char* rule) {
@@ -36994,7 +37074,7 @@ requires ShapeBackend<Backend, S> JointId World<S, Backend>::add_joint(const Joi
   }
   detail::disturb(state_, def.body_a);
   detail::disturb(state_, def.body_b);
-  state_.joint_kernels = &detail::joint_kernels<S, Backend>();
+  state_.joint_kernels = &detail::joint_kernels<S>();
   return state_.joints.insert(joint);
 }
 
@@ -37659,10 +37739,10 @@ class ShapeQuery {
 };
 
 /// The hit of a shape of a world, from what was found in the shape's frame.
-template <Scalar S, typename Backend, Scalar P>
-[[nodiscard]] WorldHit<S> world_hit(const WorldState<S, Backend>& state, std::uint32_t tag,
-                                    P distance, const Vec3<P>& point_T, const Vec3<P>& normal_T) {
-  const Collider<S, Backend>& c = state.colliders.at(tag);
+template <Scalar S, Scalar P>
+[[nodiscard]] WorldHit<S> world_hit(const WorldState<S>& state, std::uint32_t tag, P distance,
+                                    const Vec3<P>& point_T, const Vec3<P>& normal_T) {
+  const Collider<S>& c = state.colliders.at(tag);
   const Transform<P> X_WT = precise<S>(state.body_of(c).center_pose * c.X_CmS);
   WorldHit<S> hit;
   hit.distance = S(distance);
@@ -37676,7 +37756,7 @@ template <Scalar S, typename Backend, Scalar P>
 /// Calls visit(tag, solid, X_TQ) -> bool for every solid that a filter lets a query meet, whose box
 /// in the world accept(box) takes, until a visit returns false.
 template <Scalar S, typename Backend, typename Accept, typename Visit>
-void for_each_solid(const WorldState<S, Backend>& state, const ShapeQuery<S>& query,
+void for_each_solid(const WorldState<S>& state, const ShapeQuery<S>& query,
                     const QueryFilter& filter, Accept&& accept, Visit&& visit) {
   state.broad_phase.find(
       [&](const Aabb<S>& box) {
@@ -37688,12 +37768,12 @@ void for_each_solid(const WorldState<S, Backend>& state, const ShapeQuery<S>& qu
         return accept(precise_box.inflated(P(Tolerance<S>::round_off()) * size));
       },
       [&](std::uint32_t tag) {
-        const Collider<S, Backend>& c = state.colliders.at(tag);
+        const Collider<S>& c = state.colliders.at(tag);
         const Body<S>& body = state.body_of(c);
         if (!can_meet(filter, c.body, body)) return true;
         const auto X_TQ = query.pose_in(precise<S>(body.center_pose * c.X_CmS));
         bool goes_on = true;
-        Backend::visit_solid(c.shape,
+        Backend::visit_solid(c.shape.template as<typename Backend::template Collidable<S>>(),
                              [&](const auto& solid) { goes_on = visit(tag, solid, X_TQ); });
         return goes_on;
       });
@@ -37707,16 +37787,15 @@ template <Scalar P>
 
 /// As `World::closest`.
 template <Scalar S, typename Backend>
-[[nodiscard]] WorldHit<S> find_closest(const WorldState<S, Backend>& state,
-                                       const ShapeQuery<S>& query, S reach,
-                                       const QueryFilter& filter) {
+[[nodiscard]] WorldHit<S> find_closest(const WorldState<S>& state, const ShapeQuery<S>& query,
+                                       S reach, const QueryFilter& filter) {
   using P = Precise<S>;
   require(reach > S(0), "reach", static_cast<double>(reach), "must be > 0");
   SolidGap<P> nearest;
   nearest.distance = beyond(P(reach));
   std::optional<std::uint32_t> nearest_tag;
   const Aabb<P> box = query.bounds();
-  for_each_solid(
+  for_each_solid<S, Backend>(
       state, query, filter,
       [&](const Aabb<P>& other) {
         return other.distance2_to(box) <= nearest.distance * nearest.distance;
@@ -37749,7 +37828,7 @@ auto World<S, Backend>::cast_ray_through(const Ray<S>& ray, const QueryFilter& f
   std::vector<WorldHit<S>> hits;
   RayHits<S> scratch;
   state_.broad_phase.walk_ray(ray, [&](std::uint32_t tag, S nearest) {
-    const detail::Collider<S, Backend>& c = state_.colliders.at(tag);
+    const detail::Collider<S>& c = state_.colliders.at(tag);
     if (!detail::can_meet(filter, c.body, state_.body_of(c))) return nearest;
     const RayHit<S> hit = detail::cast_ray_at(state_, tag, ray, ray.length, scratch);
     if (hit.distance < infinity<S>) hits.push_back(detail::world_hit(state_, tag, ray, hit));
@@ -37770,7 +37849,7 @@ requires detail::ShowsSolids<Backend, S> {
   const detail::ShapeQuery<S> query(shape, X_WQ);
   const Aabb<P> box = query.bounds();
   std::vector<WorldHit<S>> hits;
-  detail::for_each_solid(
+  detail::for_each_solid<S, Backend>(
       state_, query, filter, [&](const Aabb<P>& other) { return other.overlaps(box); },
       [&](std::uint32_t tag, const auto& solid, const Transform<P>& X_TQ) {
         detail::SolidGap<P> gap;
@@ -37791,7 +37870,8 @@ requires ShapeBackend<Backend, S>
 auto World<S, Backend>::closest(const Shape<S>& shape, const Transform<S>& X_WQ, S reach,
                                 const QueryFilter& filter) const -> WorldHit<S>
 requires detail::ShowsSolids<Backend, S> {
-  return detail::find_closest(state_, detail::ShapeQuery<S>(shape, X_WQ), reach, filter);
+  return detail::find_closest<S, Backend>(state_, detail::ShapeQuery<S>(shape, X_WQ), reach,
+                                          filter);
 }
 
 template <Scalar S, typename Backend>
@@ -37799,7 +37879,7 @@ requires ShapeBackend<Backend, S>
 auto World<S, Backend>::closest(const Vec3<S>& point, S reach, const QueryFilter& filter) const
     -> WorldHit<S>
 requires detail::ShowsSolids<Backend, S> {
-  return detail::find_closest(state_, detail::ShapeQuery<S>(point), reach, filter);
+  return detail::find_closest<S, Backend>(state_, detail::ShapeQuery<S>(point), reach, filter);
 }
 
 template <Scalar S, typename Backend>
@@ -37820,7 +37900,7 @@ requires detail::ShowsSolids<Backend, S> {
   first.fraction = detail::beyond(P(1));
   std::optional<std::uint32_t> first_tag;
   const Aabb<P> box = query.bounds();
-  detail::for_each_solid(
+  detail::for_each_solid<S, Backend>(
       state_, query, filter,
       [&](const Aabb<P>& other) {
         return box.swept(Vec3<P>(first.fraction * way_W)).overlaps(other);
@@ -38066,8 +38146,8 @@ class HostStage {
   void solve(Sensors& sensors);
 
  private:
-  using State = WorldState<S, Backend>;
-  using Shape = ShapeInReach<S, Backend>;
+  using State = WorldState<S>;
+  using Shape = ShapeInReach<S>;
 
   /// A pair in contact, and its impulse on B about c [N s, N m s].
   struct Touch {
@@ -38146,13 +38226,13 @@ void HostStage<S, Backend>::cast(Sensors& sensors, bool all_rays) {
     near_something_.push_back(i);
     if (!all_rays) {
       const bool is_due = (state.steps + i) % patch.def.cast_every == 0;
-      (void)find_hits<S, Backend>(patch, shapes_, is_due);
+      (void)find_hits<S>(patch, shapes_, is_due);
       continue;
     }
     patch.near.resize(patch.packets.size());
     fill_numbers(patch.near);
     patch.reset_near_hits();
-    for (const Shape& shape : shapes_) cast_rays_at<S, Backend>(patch, shape, {});
+    for (const Shape& shape : shapes_) cast_rays_at<S>(patch, shape, {});
   }
   ++state.steps;
 }
@@ -38176,7 +38256,7 @@ void HostStage<S, Backend>::find_shapes(Sensors& sensors, const SensorPatch<S>& 
   });
   std::sort(candidates_.begin(), candidates_.end());
   for (const std::uint32_t tag : candidates_) {
-    const Collider<S, Backend>& c = state.colliders.at(tag);
+    const Collider<S>& c = state.colliders.at(tag);
     if (!sensors.bodies_[c.body.index].is_there || !senses(state, patch, c)) continue;
     const Shape shape = shape_in_reach(patch, state.colliders.handle(tag), c,
                                        relative_pose(A.center_pose, state.body_of(c).center_pose),
@@ -39930,12 +40010,8 @@ namespace bristle::inline BRISTLE_ABI {
   BRISTLE_BACKEND_QUERIES(template, Backend, S)                                   \
   BRISTLE_BACKEND_MAKERS(template, Backend, S)                                    \
   template <>                                                                     \
-  const detail::WorldKernels<S, Backend>& detail::world_kernels<S, Backend>() {   \
+  const detail::WorldKernels<S>& detail::world_kernels<S, Backend>() {            \
     return detail::own_world_kernels<S, Backend>();                               \
-  }                                                                               \
-  template <>                                                                     \
-  const detail::JointKernels<S, Backend>& detail::joint_kernels<S, Backend>() {   \
-    return detail::own_joint_kernels<S, Backend>();                               \
   }                                                                               \
   template <>                                                                     \
   const detail::HapticKernels<S, Backend>& detail::haptic_kernels<S, Backend>() { \
@@ -39948,6 +40024,10 @@ namespace bristle::inline BRISTLE_ABI {
   template class World<S, Backend>;                                               \
   template class HapticLoop<S, Backend>;                                          \
   template class HostSensors<S, Backend>;
+template <>
+const detail::JointKernels<BRISTLE_INSTANTIATE>& detail::joint_kernels<BRISTLE_INSTANTIATE>() {
+  return detail::own_joint_kernels<BRISTLE_INSTANTIATE>();
+}
 BRISTLE_MAKE_WORLD(BRISTLE_INSTANTIATE, AnalyticBackend)
 #if defined(BRISTLE_WITH_FCL)
 template class FclBackend::Collidable<BRISTLE_INSTANTIATE>;

@@ -20,17 +20,18 @@ namespace bristle::inline BRISTLE_ABI {
 
 namespace detail {
 
-/// Addresses of a `WorldKernels`, a `JointKernels`, a `HapticKernels` and a `HostKernels`. Null for
-/// a backend that the library was built without.
+/// Addresses of a `WorldKernels`, a `HapticKernels` and a `HostKernels`. Null for a backend that
+/// the library was built without.
 struct BackendTables {
   const void* world = nullptr;
-  const void* joint = nullptr;
   const void* haptic = nullptr;
   const void* host = nullptr;
 };
 
-/// The tables of each backend, in the scalar that the function's name has.
+/// The address of a `JointKernels`, and the tables of each backend, in the scalar that the
+/// function's name has.
 struct KernelTables {
+  const void* joint = nullptr;
   BackendTables analytic{};
   BackendTables fcl{};
 };

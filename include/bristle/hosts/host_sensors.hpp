@@ -211,7 +211,7 @@ class HostSensors {
 
  private:
   friend class detail::HostStage<S, Backend>;
-  using State = detail::WorldState<S, Backend>;
+  using State = detail::WorldState<S>;
 
   [[nodiscard]] State& state() noexcept { return world_.state_; }
 

@@ -35,8 +35,8 @@ class HostStage {
   void solve(Sensors& sensors);
 
  private:
-  using State = WorldState<S, Backend>;
-  using Shape = ShapeInReach<S, Backend>;
+  using State = WorldState<S>;
+  using Shape = ShapeInReach<S>;
 
   /// A pair in contact, and its impulse on B about c [N s, N m s].
   struct Touch {
@@ -115,13 +115,13 @@ void HostStage<S, Backend>::cast(Sensors& sensors, bool all_rays) {
     near_something_.push_back(i);
     if (!all_rays) {
       const bool is_due = (state.steps + i) % patch.def.cast_every == 0;
-      (void)find_hits<S, Backend>(patch, shapes_, is_due);
+      (void)find_hits<S>(patch, shapes_, is_due);
       continue;
     }
     patch.near.resize(patch.packets.size());
     fill_numbers(patch.near);
     patch.reset_near_hits();
-    for (const Shape& shape : shapes_) cast_rays_at<S, Backend>(patch, shape, {});
+    for (const Shape& shape : shapes_) cast_rays_at<S>(patch, shape, {});
   }
   ++state.steps;
 }
@@ -145,7 +145,7 @@ void HostStage<S, Backend>::find_shapes(Sensors& sensors, const SensorPatch<S>& 
   });
   std::sort(candidates_.begin(), candidates_.end());
   for (const std::uint32_t tag : candidates_) {
-    const Collider<S, Backend>& c = state.colliders.at(tag);
+    const Collider<S>& c = state.colliders.at(tag);
     if (!sensors.bodies_[c.body.index].is_there || !senses(state, patch, c)) continue;
     const Shape shape = shape_in_reach(patch, state.colliders.handle(tag), c,
                                        relative_pose(A.center_pose, state.body_of(c).center_pose),

@@ -17,10 +17,10 @@ namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Moves the boxes of all shapes and finds the pairs that may touch. Queries the backend for their
 /// contacts. Turns contacts between steps into rows.
-template <Scalar S, typename Backend>
+template <Scalar S>
 class ContactStage {
  public:
-  using State = WorldState<S, Backend>;
+  using State = WorldState<S>;
 
   /// Updates the broad phase and the contact cache.
   void find_contacts(State& state) {
@@ -47,8 +47,8 @@ class ContactStage {
   void add_constraints(State& state) const {
     for (const CachedManifold<S>& m : state.contacts.manifolds()) {
       if (m.is_persisted) continue;
-      const Collider<S, Backend>& a = state.colliders.at(m.shapes.a);
-      const Collider<S, Backend>& b = state.colliders.at(m.shapes.b);
+      const Collider<S>& a = state.colliders.at(m.shapes.a);
+      const Collider<S>& b = state.colliders.at(m.shapes.b);
       detail::add_contacts(m, state.contacts.points(), combined(a.material, b.material),
                            a.body.index, b.body.index, state.constraints);
     }
@@ -60,7 +60,7 @@ class ContactStage {
     using std::sqrt;
     for (std::size_t k = 0; k < moving_.size(); ++k) {
       const std::uint32_t i = moving_[k];
-      const Collider<S, Backend>& c = state.colliders.at(i);
+      const Collider<S>& c = state.colliders.at(i);
       const Start& start = starts_[k];
       const Transform<S>& end = state.body_of(c).center_pose;
       const S turn2 = (end.rotation.coeffs() - start.center_pose.rotation.coeffs()).squaredNorm();
@@ -119,7 +119,7 @@ class ContactStage {
     starts_.clear();
     for (std::uint32_t i = 0; i < state.colliders.slot_count(); ++i) {
       if (!state.colliders.is_live(i)) continue;
-      const Collider<S, Backend>& c = state.colliders.at(i);
+      const Collider<S>& c = state.colliders.at(i);
       // Forces do not move the bodies of half-spaces. Half-spaces are always listed.
       const Body<S>& body = state.body_of(c);
       if (body.motion == Motion::fixed || c.half_space || body.is_asleep()) continue;
@@ -138,7 +138,7 @@ class ContactStage {
   /// The ball within a shape, in world axes. Only dynamic bodies take part in a crowd. Pairs with
   /// others are as few as they.
   [[nodiscard]] static InnerBall<S> ball_of(const State& state, std::uint32_t tag) {
-    const Collider<S, Backend>& c = state.colliders.at(tag);
+    const Collider<S>& c = state.colliders.at(tag);
     const Body<S>& body = state.body_of(c);
     if (!body.is_dynamic()) return {};
     return {body.center_pose * c.inner.center, c.inner.radius};
@@ -197,7 +197,7 @@ class ContactStage {
       if (found_[i].has_failed) ++state.report.backend_failures;
       if (found_[i].count == 0) continue;
       if (has_sleepers) state.contacts.persist_before(pairs_[i], stays);
-      const Collider<S, Backend>& a = state.colliders.at(pairs_[i].a);
+      const Collider<S>& a = state.colliders.at(pairs_[i].a);
       const Transform<S>& X_WA = state.body_of(a).center_pose;
       const Transform<S>& X_WB = state.body_of(state.colliders.at(pairs_[i].b)).center_pose;
       state.contacts.add(

@@ -182,7 +182,7 @@ class HapticLoop {
   /// A shape near the tools. A copy, so that substeps need no world.
   struct NearShape {
     ShapeId id{};
-    detail::Collider<S, Backend> collider{};
+    detail::Collider<S> collider{};
     std::uint32_t body = 0;
   };
   struct Skin {
@@ -190,7 +190,7 @@ class HapticLoop {
     std::uint32_t tool = 0;
     /// [-] Shapes that it may meet within the step.
     detail::DynamicArray<std::uint32_t> near;
-    detail::DynamicArray<detail::ShapeInReach<S, Backend>> in_reach;
+    detail::DynamicArray<detail::ShapeInReach<S>> in_reach;
     /// One for each pair, and its body.
     detail::DynamicArray<detail::SoftBlock<S>> blocks;
     detail::DynamicArray<std::uint32_t> touched;
@@ -225,16 +225,16 @@ class HapticLoop {
                     "must be HapticDef::substeps before a step");
   }
   void forget();
-  void observe(const detail::WorldState<S, Backend>& state);
-  void find_near(const detail::WorldState<S, Backend>& state, Skin& tool_patch, S fastest);
+  void observe(const detail::WorldState<S>& state);
+  void find_near(const detail::WorldState<S>& state, Skin& tool_patch, S fastest);
   /// [m/s] Fastest speed of any point of a shape; of a half-space, the speed of its body.
-  [[nodiscard]] static S speed_of(const detail::WorldState<S, Backend>& state,
-                                  const detail::Collider<S, Backend>& c) {
+  [[nodiscard]] static S speed_of(const detail::WorldState<S>& state,
+                                  const detail::Collider<S>& c) {
     const Twist<S>& twist = state.body_of(c).twist;
     return twist.linear.norm() + (c.half_space ? S(0) : twist.angular.norm() * c.radius);
   }
-  [[nodiscard]] std::uint32_t add_body(const detail::WorldState<S, Backend>& state, BodyId id);
-  [[nodiscard]] Vec6<S> other_force(const detail::WorldState<S, Backend>& state, BodyId id,
+  [[nodiscard]] std::uint32_t add_body(const detail::WorldState<S>& state, BodyId id);
+  [[nodiscard]] Vec6<S> other_force(const detail::WorldState<S>& state, BodyId id,
                                     const detail::HeldMobility<S>& held) const;
 
   const detail::HapticKernels<S, Backend>* kernels_ = &detail::haptic_kernels<S, Backend>();
@@ -243,7 +243,7 @@ class HapticLoop {
   detail::DynamicArray<Skin> tool_patches_;
   detail::DynamicArray<NearShape> shapes_;
   detail::DynamicArray<detail::HapticBody<S>> bodies_, last_bodies_;
-  detail::HeldMobilityFinder<S, Backend> finder_;
+  detail::HeldMobilityFinder<S> finder_;
   S h_ = S(0);
   std::uint32_t done_ = 0;
   std::uint64_t substeps_ = 0;
@@ -275,7 +275,7 @@ void HapticLoop<S, Backend>::forget() {
 }
 
 template <Scalar S, typename Backend>
-void HapticLoop<S, Backend>::observe(const detail::WorldState<S, Backend>& state) {
+void HapticLoop<S, Backend>::observe(const detail::WorldState<S>& state) {
   h_ = state.def.time_step / S(def_.substeps);
   done_ = 0;
   std::swap(bodies_, last_bodies_);
@@ -297,8 +297,8 @@ void HapticLoop<S, Backend>::observe(const detail::WorldState<S, Backend>& state
 
 /// Finds shapes that a patch may meet in a step.
 template <Scalar S, typename Backend>
-void HapticLoop<S, Backend>::find_near(const detail::WorldState<S, Backend>& state,
-                                       Skin& tool_patch, S fastest) {
+void HapticLoop<S, Backend>::find_near(const detail::WorldState<S>& state, Skin& tool_patch,
+                                       S fastest) {
   const Tool& tool = tools_[tool_patch.tool];
   tool_patch.near.clear();
   if (!state.bodies.contains(tool.body)) return;
@@ -306,7 +306,7 @@ void HapticLoop<S, Backend>::find_near(const detail::WorldState<S, Backend>& sta
   const S fall = dt * state.def.gravity.norm();
   const Aabb<S> box = transformed(tool_patch.patch.box, tool.pose).inflated(dt * def_.max_speed);
   state.broad_phase.overlap(box.inflated(dt * (fastest + fall)), [&](std::uint32_t tag) {
-    const detail::Collider<S, Backend>& c = state.colliders.at(tag);
+    const detail::Collider<S>& c = state.colliders.at(tag);
     if (!detail::senses(state, tool_patch.patch, c)) return true;
     const Aabb<S> swept = box.inflated(dt * (speed_of(state, c) + fall));
     const bool is_near =
@@ -321,14 +321,13 @@ void HapticLoop<S, Backend>::find_near(const detail::WorldState<S, Backend>& sta
                                     [id](const NearShape& shape) { return shape.id == id; });
     near = static_cast<std::uint32_t>(known - shapes_.begin());
     if (known != shapes_.end()) continue;
-    const detail::Collider<S, Backend>& c = state.colliders.at(id.index);
+    const detail::Collider<S>& c = state.colliders.at(id.index);
     shapes_.push_back({id, c, add_body(state, c.body)});
   }
 }
 
 template <Scalar S, typename Backend>
-std::uint32_t HapticLoop<S, Backend>::add_body(const detail::WorldState<S, Backend>& state,
-                                               BodyId id) {
+std::uint32_t HapticLoop<S, Backend>::add_body(const detail::WorldState<S>& state, BodyId id) {
   const auto known =
       std::find_if(bodies_.begin(), bodies_.end(),
                    [id](const detail::HapticBody<S>& body) { return body.id() == id; });
@@ -341,7 +340,7 @@ std::uint32_t HapticLoop<S, Backend>::add_body(const detail::WorldState<S, Backe
 
 /// [N, N m] Forces on a body besides the loop's, taken from the last step where they are known.
 template <Scalar S, typename Backend>
-Vec6<S> HapticLoop<S, Backend>::other_force(const detail::WorldState<S, Backend>& state, BodyId id,
+Vec6<S> HapticLoop<S, Backend>::other_force(const detail::WorldState<S>& state, BodyId id,
                                             const detail::HeldMobility<S>& held) const {
   const Body<S>& body = state.bodies.at(id.index);
   const auto last = std::find_if(last_bodies_.begin(), last_bodies_.end(),

@@ -101,7 +101,7 @@ void HapticSubstep<S, Backend>::sense(Skin& tool_patch, std::uint32_t number) {
     return;
   }
   const bool is_due = (loop_.substeps_ + number) % patch.def.cast_every == 0;
-  loop_.rays_cast_ += find_hits<S, Backend>(patch, tool_patch.in_reach, is_due);
+  loop_.rays_cast_ += find_hits<S>(patch, tool_patch.in_reach, is_due);
   Body<S> A;
   A.center_pose = tool.pose;
   A.twist = tool.twist;

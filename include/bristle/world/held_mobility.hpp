@@ -35,10 +35,10 @@ struct HeldMobility {
 /// Joints stop it along their locked axes, and along a driven axis while the motor has force to
 /// spare. Patches of the world and springs add their stiffness and damping over a step. The body on
 /// the other side counts as immovable.
-template <Scalar S, typename Backend>
+template <Scalar S>
 class HeldMobilityFinder {
  public:
-  using State = WorldState<S, Backend>;
+  using State = WorldState<S>;
 
   [[nodiscard]] HeldMobility<S> find(const State& state, std::uint32_t slot) {
     HeldMobility<S> result;
@@ -94,8 +94,8 @@ class HeldMobilityFinder {
 
   void add_contacts(const State& state, std::uint32_t slot, HeldMobility<S>& held) const {
     for (const CachedManifold<S>& m : state.contacts.manifolds()) {
-      const Collider<S, Backend>& a = state.colliders.at(m.shapes.a);
-      const Collider<S, Backend>& b = state.colliders.at(m.shapes.b);
+      const Collider<S>& a = state.colliders.at(m.shapes.a);
+      const Collider<S>& b = state.colliders.at(m.shapes.b);
       if (a.body.index != slot && b.body.index != slot) continue;
       const S friction = combined(a.material, b.material).friction;
       const Twist<S>& twist_a = state.body_of(a).twist;

@@ -14,15 +14,15 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-template <Scalar S, typename Backend>
+template <Scalar S>
 struct WorldState;
 
 /// The parts of a step that joints have. `MechanismStage` implements them. A stage owns scratch
 /// memory of one step and no state.
-template <Scalar S, typename Backend>
+template <Scalar S>
 class JointStage {
  public:
-  using State = WorldState<S, Backend>;
+  using State = WorldState<S>;
 
   JointStage() = default;
   JointStage(const JointStage&) = delete;
@@ -59,13 +59,13 @@ class JointStage {
 
 /// How joint stages are made. The table is apart from `WorldKernels`, so that only a program that
 /// adds joints compiles what it refers to.
-template <Scalar S, typename Backend>
+template <Scalar S>
 struct JointKernels {
-  std::unique_ptr<JointStage<S, Backend>> (*make_stage)();
+  std::unique_ptr<JointStage<S>> (*make_stage)();
 };
 
 /// The table to use from here on.
-template <Scalar S, typename Backend>
-[[nodiscard]] const JointKernels<S, Backend>& joint_kernels();
+template <Scalar S>
+[[nodiscard]] const JointKernels<S>& joint_kernels();
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

@@ -29,18 +29,20 @@ class HapticLoop;
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Functions of a world, compiled for each instruction set. None of them throws.
-template <Scalar S, typename Backend>
+template <Scalar S>
 struct WorldKernels {
+  /// The queries of the world's backend.
+  const ShapeQueries<S>& (*queries)();
   /// Creates a `Stepper`, and deletes it.
   void* (*make_scratch)();
   void (*delete_scratch)(void* stepper);
   /// `Stepper::step`.
-  void (*step)(void* stepper, WorldState<S, Backend>& state);
+  void (*step)(void* stepper, WorldState<S>& state);
   /// Finds the nearest hits of rays with all shapes. Rays are valid, with one hit for each.
-  void (*cast_rays)(const WorldState<S, Backend>& state, std::span<const Ray<S>> rays,
+  void (*cast_rays)(const WorldState<S>& state, std::span<const Ray<S>> rays,
                     const QueryFilter& filter, std::span<WorldHit<S>> hits);
   /// `ProximityArray::sense`. The carrier exists.
-  void (*sense)(ProximityArray<S>& array, const WorldState<S, Backend>& state, BodyId carrier);
+  void (*sense)(ProximityArray<S>& array, const WorldState<S>& state, BodyId carrier);
 };
 
 /// Kernels of a haptic loop. They are apart, so that a header-only program without a loop does not
@@ -53,7 +55,7 @@ struct HapticKernels {
 
 /// The tables to use from here on.
 template <Scalar S, typename Backend>
-[[nodiscard]] const WorldKernels<S, Backend>& world_kernels();
+[[nodiscard]] const WorldKernels<S>& world_kernels();
 template <Scalar S, typename Backend>
 [[nodiscard]] const HapticKernels<S, Backend>& haptic_kernels();
 

@@ -14,10 +14,11 @@ namespace bristle::inline BRISTLE_ABI::detail {
 
 /// The tables of this file's instruction set.
 template <Scalar S, typename Backend>
-[[nodiscard]] const WorldKernels<S, Backend>& own_world_kernels() {
-  using Own = Stepper<S, Backend>;
-  using State = WorldState<S, Backend>;
-  static constexpr WorldKernels<S, Backend> own{
+[[nodiscard]] const WorldKernels<S>& own_world_kernels() {
+  using Own = Stepper<S>;
+  using State = WorldState<S>;
+  static constexpr WorldKernels<S> own{
+      .queries = &own_shape_queries<S, Backend>,
       .make_scratch = []() -> void* { return new Own; },
       .delete_scratch = [](void* stepper) { delete static_cast<Own*>(stepper); },
       .step = [](void* stepper, State& state) { static_cast<Own*>(stepper)->step(state); },
@@ -33,12 +34,11 @@ template <Scalar S, typename Backend>
                   BodyId carrier) { array.sense(state, carrier); }};
   return own;
 }
-template <Scalar S, typename Backend>
-[[nodiscard]] const JointKernels<S, Backend>& own_joint_kernels() {
-  static constexpr JointKernels<S, Backend> own{
-      .make_stage = []() -> std::unique_ptr<JointStage<S, Backend>> {
-        return std::make_unique<MechanismStage<S, Backend>>();
-      }};
+template <Scalar S>
+[[nodiscard]] const JointKernels<S>& own_joint_kernels() {
+  static constexpr JointKernels<S> own{.make_stage = []() -> std::unique_ptr<JointStage<S>> {
+    return std::make_unique<MechanismStage<S>>();
+  }};
   return own;
 }
 template <Scalar S, typename Backend>
@@ -49,12 +49,12 @@ template <Scalar S, typename Backend>
 }
 
 template <Scalar S, typename Backend>
-const WorldKernels<S, Backend>& world_kernels() {
+const WorldKernels<S>& world_kernels() {
   return own_world_kernels<S, Backend>();
 }
-template <Scalar S, typename Backend>
-const JointKernels<S, Backend>& joint_kernels() {
-  return own_joint_kernels<S, Backend>();
+template <Scalar S>
+const JointKernels<S>& joint_kernels() {
+  return own_joint_kernels<S>();
 }
 template <Scalar S, typename Backend>
 const HapticKernels<S, Backend>& haptic_kernels() {

@@ -21,10 +21,10 @@
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Constrains the bodies of joints, and moves the mechanisms, one island at a time.
-template <Scalar S, typename Backend>
-class MechanismStage final : public JointStage<S, Backend> {
+template <Scalar S>
+class MechanismStage final : public JointStage<S> {
  public:
-  using State = WorldState<S, Backend>;
+  using State = WorldState<S>;
 
   void add_constraints(State& state) override {
     begin_step(state);

@@ -10,9 +10,9 @@
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// [m] Swept margin: how far any point of a shape that can meet `other` may move within the step.
-template <Scalar S, typename Backend>
-[[nodiscard]] S reach_of(const WorldState<S, Backend>& state, const Collider<S, Backend>& c,
-                         const Collider<S, Backend>& other) {
+template <Scalar S>
+[[nodiscard]] S reach_of(const WorldState<S>& state, const Collider<S>& c,
+                         const Collider<S>& other) {
   const Twist<S>& free = state.solver_bodies[c.body.index].free;
   S radius = c.radius;
   if (c.half_space) {
@@ -25,8 +25,8 @@ template <Scalar S, typename Backend>
 }
 
 /// [m] Present box; infinite for a half-space.
-template <Scalar S, typename Backend>
-[[nodiscard]] Aabb<S> box_of(const WorldState<S, Backend>& state, const Collider<S, Backend>& c) {
+template <Scalar S>
+[[nodiscard]] Aabb<S> box_of(const WorldState<S>& state, const Collider<S>& c) {
   if (c.half_space) return c.bounds;
   const Transform<S>& X = state.body_of(c).center_pose;
   if (c.kind == ShapeKind::sphere && c.is_centered) {
@@ -36,9 +36,8 @@ template <Scalar S, typename Backend>
 }
 
 /// [m] Box inflated by the swept margin.
-template <Scalar S, typename Backend>
-[[nodiscard]] Aabb<S> swept_box(const WorldState<S, Backend>& state,
-                                const Collider<S, Backend>& c) {
+template <Scalar S>
+[[nodiscard]] Aabb<S> swept_box(const WorldState<S>& state, const Collider<S>& c) {
   const Aabb<S> box = box_of(state, c);
   return c.half_space ? box : box.inflated(reach_of(state, c, c));
 }
@@ -46,19 +45,18 @@ template <Scalar S, typename Backend>
 /// Returns whether `c` can reach the half-space `plane` within the step. True if `plane` is not a
 /// half-space: its box was tested already.
 /// @param swept  [m] Swept box of `c`.
-template <Scalar S, typename Backend>
-[[nodiscard]] bool reaches_plane(const WorldState<S, Backend>& state, const Collider<S, Backend>& c,
-                                 const Aabb<S>& swept, const Collider<S, Backend>& plane) {
+template <Scalar S>
+[[nodiscard]] bool reaches_plane(const WorldState<S>& state, const Collider<S>& c,
+                                 const Aabb<S>& swept, const Collider<S>& plane) {
   return !plane.half_space || state.reaches(swept.inflated(reach_of(state, plane, c)), plane);
 }
 
 /// Returns whether the backend is queried for two shapes with overlapping boxes. Their boxes in the
 /// broad phase must be swept boxes of this step.
-template <Scalar S, typename Backend>
-[[nodiscard]] bool may_touch(const WorldState<S, Backend>& state, std::uint32_t tag_a,
-                             std::uint32_t tag_b) {
-  const Collider<S, Backend>& a = state.colliders.at(tag_a);
-  const Collider<S, Backend>& b = state.colliders.at(tag_b);
+template <Scalar S>
+[[nodiscard]] bool may_touch(const WorldState<S>& state, std::uint32_t tag_a, std::uint32_t tag_b) {
+  const Collider<S>& a = state.colliders.at(tag_a);
+  const Collider<S>& b = state.colliders.at(tag_b);
   if (a.body == b.body) return false;
   const Body<S>& body_a = state.body_of(a);
   const Body<S>& body_b = state.body_of(b);
@@ -73,17 +71,16 @@ template <Scalar S, typename Backend>
 
 /// Appends the manifolds of a pair, in the frame of its first shape. Gaps are those that can close
 /// within the step.
-template <Scalar S, typename Backend>
-ContactStatus collide_pair(const WorldState<S, Backend>& state, const ShapePair& pair,
+template <Scalar S>
+ContactStatus collide_pair(const WorldState<S>& state, const ShapePair& pair,
                            ContactManifolds<S>& out) {
-  const Collider<S, Backend>& a = state.colliders.at(pair.a);
-  const Collider<S, Backend>& b = state.colliders.at(pair.b);
+  const Collider<S>& a = state.colliders.at(pair.a);
+  const Collider<S>& b = state.colliders.at(pair.b);
   const Transform<S>& X_WA = state.body_of(a).center_pose;
   const Transform<S>& X_WB = state.body_of(b).center_pose;
   // Poses about the centre of mass of each shape's body, world axes. Centres of mass are subtracted
   // first, which keeps precision far from the world's origin.
-  const auto about_center = [](const Transform<S>& X,
-                               const Collider<S, Backend>& c) -> Transform<S> {
+  const auto about_center = [](const Transform<S>& X, const Collider<S>& c) -> Transform<S> {
     if (c.is_centered) return {X.rotation, Vec3<S>::Zero()};
     return {X.rotation * c.X_CmS.rotation, X.rotation * c.X_CmS.translation};
   };
@@ -92,8 +89,7 @@ ContactStatus collide_pair(const WorldState<S, Backend>& state, const ShapePair&
   const Vec3<S> p = (X_WB.translation - X_WA.translation) + X_b.translation - X_a.translation;
   const Quat<S> R_SaW = X_a.rotation.conjugate();
   const Transform<S> X_SaSb{R_SaW * X_b.rotation, R_SaW * p};
-  return Backend::collide(a.shape, b.shape, X_SaSb, reach_of(state, a, b) + reach_of(state, b, a),
-                          out);
+  return a.shape.collide(b.shape, X_SaSb, reach_of(state, a, b) + reach_of(state, b, a), out);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

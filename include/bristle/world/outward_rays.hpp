@@ -20,8 +20,8 @@ namespace bristle::inline BRISTLE_ABI::detail {
 ///
 /// @param shapes  Tags of the shapes of the body.
 /// @throws InvalidArgument naming the first sensor whose tip lies inside.
-template <Scalar S, typename Backend>
-void require_outward_rays(const WorldState<S, Backend>& state, const Vec3<S>& center_B,
+template <Scalar S>
+void require_outward_rays(const WorldState<S>& state, const Vec3<S>& center_B,
                           const SensorPatch<S>& patch, const DynamicArray<std::uint32_t>& shapes) {
   if (shapes.empty()) return;
   // About the centre of mass, as in the patch.
@@ -36,8 +36,8 @@ void require_outward_rays(const WorldState<S, Backend>& state, const Vec3<S>& ce
   RayHits<S> hits;
   hits.reset(count);
   for (const std::uint32_t tag : shapes) {
-    const Collider<S, Backend>& c = state.colliders.at(tag);
-    Backend::cast_rays(c.shape, c.X_CmS, tips.rays(), tag, hits);
+    const Collider<S>& c = state.colliders.at(tag);
+    c.shape.cast_rays(c.X_CmS, tips.rays(), tag, hits);
   }
   for (std::size_t i = 0; i < count; ++i) {
     if (hits.distance[i] > S(0)) continue;

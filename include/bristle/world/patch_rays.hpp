@@ -15,11 +15,11 @@
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A shape that the rays of a patch on A may meet within a step.
-template <Scalar S, typename Backend>
+template <Scalar S>
 struct ShapeInReach {
   std::uint32_t tag = 0;
   std::uint32_t generation = 0;
-  const Collider<S, Backend>* collider = nullptr;
+  const Collider<S>* collider = nullptr;
   /// [m] The shape and its body B, relative to A, about their centres of mass.
   Transform<S> X_AS{};
   Transform<S> X_AB{};
@@ -53,43 +53,43 @@ struct ShapeInReach {
 /// Describes a shape relative to A.
 /// @param X_AB      [m] Pose of its body about its centre of mass.
 /// @param approach  [m] Farthest it can come closer within the step.
-template <Scalar S, typename Backend>
-[[nodiscard]] ShapeInReach<S, Backend> shape_in_reach(const SensorPatch<S>& patch, ShapeId id,
-                                                      const Collider<S, Backend>& collider,
-                                                      const Transform<S>& X_AB, S approach);
+template <Scalar S>
+[[nodiscard]] ShapeInReach<S> shape_in_reach(const SensorPatch<S>& patch, ShapeId id,
+                                             const Collider<S>& collider, const Transform<S>& X_AB,
+                                             S approach);
 
 /// Fills `patch.near` and the hits of these packets.
 /// @param shapes  By ascending tags.
 /// @param is_due  True if the patch has to cast its rays in this step.
 /// @return [-] Number of rays cast, one a sensor and shape.
-template <Scalar S, typename Backend>
-std::uint64_t find_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
+template <Scalar S>
+std::uint64_t find_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S>> shapes,
                         bool is_due);
 
 // The same in parts. Threads share the second part.
 
 /// Decides whether to cast; fills `patch.near` if so. Reset the hits there before
 /// (`SensorPatch::reset_near_hits`).
-template <Scalar S, typename Backend>
-[[nodiscard]] bool needs_rays(SensorPatch<S>& patch,
-                              std::span<const ShapeInReach<S, Backend>> shapes, bool is_due);
+template <Scalar S>
+[[nodiscard]] bool needs_rays(SensorPatch<S>& patch, std::span<const ShapeInReach<S>> shapes,
+                              bool is_due);
 
 /// Casts the rays of a range at one shape. Call it by ascending tags. If ranges are not packets of
 /// sensors, cast all ranges before the next shape.
-template <Scalar S, typename Backend>
-void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S, Backend>& shape, RayRange range);
+template <Scalar S>
+void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S>& shape, RayRange range);
 
 /// Stores the hits if rays are not cast in every step, and extrapolates them.
-template <Scalar S, typename Backend>
-void extrapolate_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
+template <Scalar S>
+void extrapolate_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S>> shapes,
                       bool has_cast);
 
 // Implementation ----------------------------------------------------------------------------------
 
 /// Returns whether a patch's sensors sense a shape.
-template <Scalar S, typename Backend>
-[[nodiscard]] bool senses(const WorldState<S, Backend>& state, const SensorPatch<S>& patch,
-                          const Collider<S, Backend>& c) {
+template <Scalar S>
+[[nodiscard]] bool senses(const WorldState<S>& state, const SensorPatch<S>& patch,
+                          const Collider<S>& c) {
   return c.body != patch.body && can_meet(patch.def, c.body, state.body_of(c));
 }
 
@@ -104,11 +104,10 @@ template <Scalar S>
   return v.norm() + (a.angular - b.angular).norm() * box.half_extents().norm();
 }
 
-template <Scalar S, typename Backend>
-ShapeInReach<S, Backend> shape_in_reach(const SensorPatch<S>& patch, ShapeId id,
-                                        const Collider<S, Backend>& collider,
-                                        const Transform<S>& X_AB, S approach) {
-  ShapeInReach<S, Backend> shape;
+template <Scalar S>
+ShapeInReach<S> shape_in_reach(const SensorPatch<S>& patch, ShapeId id, const Collider<S>& collider,
+                               const Transform<S>& X_AB, S approach) {
+  ShapeInReach<S> shape;
   shape.tag = id.index;
   shape.generation = id.generation;
   shape.collider = &collider;
@@ -131,13 +130,12 @@ ShapeInReach<S, Backend> shape_in_reach(const SensorPatch<S>& patch, ShapeId id,
 }
 
 /// Returns whether the plane cache is still valid.
-template <Scalar S, typename Backend>
-[[nodiscard]] bool serves(const SensorPatch<S>& patch,
-                          std::span<const ShapeInReach<S, Backend>> shapes) {
+template <Scalar S>
+[[nodiscard]] bool serves(const SensorPatch<S>& patch, std::span<const ShapeInReach<S>> shapes) {
   const DynamicArray<PlaneCacheShape<S>>& kept = patch.plane_cache.shapes;
   if (kept.size() != shapes.size()) return false;
   for (std::size_t i = 0; i < kept.size(); ++i) {
-    const ShapeInReach<S, Backend>& shape = shapes[i];
+    const ShapeInReach<S>& shape = shapes[i];
     if (kept[i].tag != shape.tag || kept[i].generation != shape.generation ||
         !kept[i].covers({shape.X_AB.rotation_matrix(), shape.X_AB.translation}, shape.approach,
                         patch.reach)) {
@@ -148,22 +146,19 @@ template <Scalar S, typename Backend>
 }
 
 /// Returns whether the rays of a patch surely meet none of the shapes.
-template <Scalar S, typename Backend>
-[[nodiscard]] bool are_clear(const SensorPatch<S>& patch,
-                             std::span<const ShapeInReach<S, Backend>> shapes) {
+template <Scalar S>
+[[nodiscard]] bool are_clear(const SensorPatch<S>& patch, std::span<const ShapeInReach<S>> shapes) {
   return std::all_of(shapes.begin(), shapes.end(), [&](const auto& shape) {
-    return is_surely_clear<S, Backend>(shape.collider->shape, shape.X_AS,
-                                       patch.rays(shape.extra_length));
+    return shape.collider->shape.is_surely_clear(shape.X_AS, patch.rays(shape.extra_length));
   });
 }
 
-template <Scalar S, typename Backend>
-bool needs_rays(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
-                bool is_due) {
+template <Scalar S>
+bool needs_rays(SensorPatch<S>& patch, std::span<const ShapeInReach<S>> shapes, bool is_due) {
   if (patch.def.cast_every > 1 && !is_due && serves(patch, shapes)) return false;
   // A patch without hits before mostly has none now. This early out is quicker than testing every
   // packet.
-  if (patch.contacts.empty() && are_clear<S, Backend>(patch, shapes)) {
+  if (patch.contacts.empty() && are_clear<S>(patch, shapes)) {
     patch.near.clear();
     return true;
   }
@@ -177,22 +172,22 @@ bool needs_rays(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>>
   return true;
 }
 
-template <Scalar S, typename Backend>
-void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S, Backend>& shape, RayRange range) {
+template <Scalar S>
+void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S>& shape, RayRange range) {
   RayBatch<S> rays = patch.near_rays(shape.extra_length);
   rays.range = range;
   rays.triangle_cache = &patch.triangle_cache;
   rays.shape_life = shape.generation;
-  Backend::cast_rays(shape.collider->shape, shape.X_AS, rays, shape.tag, patch.hits);
+  shape.collider->shape.cast_rays(shape.X_AS, rays, shape.tag, patch.hits);
 }
 
-template <Scalar S, typename Backend>
-void extrapolate_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
+template <Scalar S>
+void extrapolate_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S>> shapes,
                       bool has_cast) {
   if (patch.def.cast_every == 1) return;
   if (has_cast) {
     patch.plane_cache.shapes.clear();
-    for (const ShapeInReach<S, Backend>& shape : shapes) {
+    for (const ShapeInReach<S>& shape : shapes) {
       patch.plane_cache.shapes.push_back({shape.tag,
                                    shape.generation,
                                    {shape.X_AB.rotation_matrix(), shape.X_AB.translation},
@@ -203,22 +198,22 @@ void extrapolate_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Bac
   // Also after a cast, so that all steps of a patch are alike.
   patch.plane_cache.advance(patch, [&](std::uint32_t tag, PairPose<S>& pose) {
     const auto same = [tag](const auto& shape) { return shape.tag == tag; };
-    const ShapeInReach<S, Backend>& shape = *std::find_if(shapes.begin(), shapes.end(), same);
+    const ShapeInReach<S>& shape = *std::find_if(shapes.begin(), shapes.end(), same);
     pose = {shape.X_AB.rotation_matrix(), shape.X_AB.translation};
     return shape.approach;
   });
 }
 
-template <Scalar S, typename Backend>
-std::uint64_t find_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S, Backend>> shapes,
+template <Scalar S>
+std::uint64_t find_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S>> shapes,
                         bool is_due) {
-  const bool casts = needs_rays<S, Backend>(patch, shapes, is_due);
+  const bool casts = needs_rays<S>(patch, shapes, is_due);
   const std::uint64_t rays = casts ? patch.near_count() * shapes.size() : 0;
   if (rays > 0) {
     patch.reset_near_hits();
-    for (const ShapeInReach<S, Backend>& shape : shapes) cast_rays_at<S>(patch, shape, {});
+    for (const ShapeInReach<S>& shape : shapes) cast_rays_at<S>(patch, shape, {});
   }
-  extrapolate_hits<S, Backend>(patch, shapes, casts);
+  extrapolate_hits<S>(patch, shapes, casts);
   return rays;
 }
 

@@ -59,8 +59,7 @@ class ProximityArray {
   [[nodiscard]] std::uint64_t rays_cast() const { return rays_cast_; }
 
   /// Called by `World::sense`.
-  template <typename Backend>
-  void sense(const detail::WorldState<S, Backend>& state, BodyId carrier);
+  void sense(const detail::WorldState<S>& state, BodyId carrier);
 
  private:
   [[nodiscard]] RayBatch<S> batch(const detail::RayTree<S>* ray_tree) const {
@@ -87,13 +86,12 @@ class ProximityArray {
 namespace bristle::inline BRISTLE_ABI {
 
 template <Scalar S>
-template <typename Backend>
-void ProximityArray<S>::sense(const detail::WorldState<S, Backend>& state, BodyId carrier) {
+void ProximityArray<S>::sense(const detail::WorldState<S>& state, BodyId carrier) {
   const Transform<S> X_WA = state.bodies.get(carrier, "BodyId").pose();
   const Aabb<S> box = transformed(box_, X_WA);
   near_.clear();
   state.broad_phase.overlap(box, [&](std::uint32_t tag) {
-    const detail::Collider<S, Backend>& c = state.colliders.at(tag);
+    const detail::Collider<S>& c = state.colliders.at(tag);
     if (c.body == carrier || !detail::can_meet(filter_, c.body, state.body_of(c))) return true;
     const Transform<S> X_AS = relative_pose(X_WA, state.body_of(c).center_pose) * c.X_CmS;
     const bool is_near =
@@ -106,9 +104,9 @@ void ProximityArray<S>::sense(const detail::WorldState<S, Backend>& state, BodyI
   hits_.reset(size());
   rays_cast_ = near_.size() * size();
   for (const std::uint32_t tag : near_) {
-    const detail::Collider<S, Backend>& c = state.colliders.at(tag);
-    Backend::cast_rays(c.shape, relative_pose(X_WA, state.body_of(c).center_pose) * c.X_CmS,
-                       batch(&ray_tree_), tag, hits_);
+    const detail::Collider<S>& c = state.colliders.at(tag);
+    c.shape.cast_rays(relative_pose(X_WA, state.body_of(c).center_pose) * c.X_CmS,
+                      batch(&ray_tree_), tag, hits_);
   }
   for (std::size_t i = 0; i < size(); ++i) {
     body_[i] = hits_.is_hit(i) ? state.colliders.at(hits_.tag[i]).body : BodyId{};

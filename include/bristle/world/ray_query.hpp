@@ -46,10 +46,10 @@ void require_ray(const Ray<S>& ray) {
 
 /// Nearest hit of a ray with one shape, within a length [m].
 /// @param scratch  Room for one hit, allocated once for many rays.
-template <Scalar S, typename Backend>
-[[nodiscard]] RayHit<S> cast_ray_at(const WorldState<S, Backend>& state, std::uint32_t tag,
+template <Scalar S>
+[[nodiscard]] RayHit<S> cast_ray_at(const WorldState<S>& state, std::uint32_t tag,
                                     const Ray<S>& ray, const S& length, RayHits<S>& scratch) {
-  const Collider<S, Backend>& c = state.colliders.at(tag);
+  const Collider<S>& c = state.colliders.at(tag);
   // The frame starts at the ray's own origin, which keeps precision far from the world's.
   Transform<S> X_RS = state.body_of(c).center_pose * c.X_CmS;
   X_RS.translation -= ray.origin;
@@ -64,13 +64,13 @@ template <Scalar S, typename Backend>
                           one(length),
                           S(0)};
   scratch.reset(1);
-  Backend::cast_rays(c.shape, X_RS, batch, tag, scratch);
+  c.shape.cast_rays(X_RS, batch, tag, scratch);
   return {scratch.distance[0], scratch.normal[0]};
 }
 
 /// The hit of a ray with a shape, as callers see it.
-template <Scalar S, typename Backend>
-[[nodiscard]] WorldHit<S> world_hit(const WorldState<S, Backend>& state, std::uint32_t tag,
+template <Scalar S>
+[[nodiscard]] WorldHit<S> world_hit(const WorldState<S>& state, std::uint32_t tag,
                                     const Ray<S>& ray, const RayHit<S>& hit) {
   return {hit.distance, ray.origin + hit.distance * ray.direction, hit.normal,
           state.colliders.at(tag).body, state.colliders.handle(tag)};
@@ -78,13 +78,13 @@ template <Scalar S, typename Backend>
 
 /// Nearest hit of a ray.
 /// @param scratch  As above.
-template <Scalar S, typename Backend>
-[[nodiscard]] WorldHit<S> cast_ray(const WorldState<S, Backend>& state, const Ray<S>& ray,
+template <Scalar S>
+[[nodiscard]] WorldHit<S> cast_ray(const WorldState<S>& state, const Ray<S>& ray,
                                    const QueryFilter& filter, RayHits<S>& scratch) {
   RayHit<S> best;
   std::uint32_t best_tag = 0;
   state.broad_phase.walk_ray(ray, [&](std::uint32_t tag, S nearest) {
-    const Collider<S, Backend>& c = state.colliders.at(tag);
+    const Collider<S>& c = state.colliders.at(tag);
     if (!can_meet(filter, c.body, state.body_of(c))) return nearest;
     const S length = std::min(nearest, ray.length);
     const RayHit<S> hit = cast_ray_at(state, tag, ray, length, scratch);

@@ -18,10 +18,10 @@
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Senses with every patch. Then chooses explicit or implicit for each touched body.
-template <Scalar S, typename Backend>
+template <Scalar S>
 class SensorStage {
  public:
-  using State = WorldState<S, Backend>;
+  using State = WorldState<S>;
 
   /// Patch and pair of a soft block.
   struct SoftOwner {
@@ -36,7 +36,7 @@ class SensorStage {
       if (state.is_sensing(i)) live_.push_back(i);
     }
     scratch_.resize(std::max(scratch_.size(), live_.size()));
-    const bool shares = asks_ranges<Backend> && !is_serial(state.def.parallel_for);
+    const bool shares = !is_serial(state.def.parallel_for);
     // Patches write only to themselves and their scratch.
     const auto task = [this, &state, shares](std::size_t k) {
       sense_patch(state, live_[k], scratch_[k], shares);
@@ -158,7 +158,7 @@ class SensorStage {
  private:
   struct Scratch {
     DynamicArray<std::uint32_t> candidates;
-    DynamicArray<ShapeInReach<S, Backend>> shapes;
+    DynamicArray<ShapeInReach<S>> shapes;
     std::uint64_t rays_cast = 0;
     /// [-] Sensors whose rays were cast, or whose hits were extrapolated.
     std::size_t sensors_asked = 0;
@@ -193,7 +193,7 @@ class SensorStage {
 
   /// [m] Farthest that a body can come closer to any ray of a patch within the step.
   [[nodiscard]] S approach(const State& state, const SensorPatch<S>& patch,
-                           const Collider<S, Backend>& c) const {
+                           const Collider<S>& c) const {
     if (patch.def.integration == Integration::explicit_ || patch.def.options.law == Law::ambf) {
       return S(0);
     }
@@ -233,22 +233,23 @@ class SensorStage {
     }
     scratch.shapes.clear();
     for (const std::uint32_t tag : scratch.candidates) {
-      const Collider<S, Backend>& c = state.colliders.at(tag);
+      const Collider<S>& c = state.colliders.at(tag);
       scratch.shapes.push_back(shape_in_reach(
           patch, state.colliders.handle(tag), c,
           relative_pose(A.center_pose, state.body_of(c).center_pose), approach(state, patch, c)));
     }
-    const std::span<const ShapeInReach<S, Backend>> shapes(scratch.shapes);
+    const std::span<const ShapeInReach<S>> shapes(scratch.shapes);
     const bool is_due = (state.steps + index) % patch.def.cast_every == 0;
-    if (shares && patch.size() >= fewest_shared_rays && !patch.ray_tree.ranges().empty()) {
-      scratch.has_cast = needs_rays<S, Backend>(patch, shapes, is_due);
+    if (shares && patch.size() >= fewest_shared_rays && !patch.ray_tree.ranges().empty() &&
+        shapes.front().collider->shape.asks_ranges()) {
+      scratch.has_cast = needs_rays<S>(patch, shapes, is_due);
       scratch.sensors_asked = patch.near_count();
       scratch.rays_cast = scratch.has_cast ? patch.near_count() * shapes.size() : 0;
       scratch.is_shared = true;
       if (scratch.rays_cast > 0) begin_shared(patch, scratch);
       return;
     }
-    scratch.rays_cast = find_hits<S, Backend>(patch, shapes, is_due);
+    scratch.rays_cast = find_hits<S>(patch, shapes, is_due);
     scratch.sensors_asked = scratch.rays_cast > 0
                                 ? static_cast<std::size_t>(scratch.rays_cast) / shapes.size()
                                 : patch.near_count();
@@ -261,7 +262,7 @@ class SensorStage {
     collect_contacts(
         patch, state.bodies.at(patch.body.index),
         [&](std::uint32_t tag) {
-          const Collider<S, Backend>& c = state.colliders.at(tag);
+          const Collider<S>& c = state.colliders.at(tag);
           return TouchedBody<S>{&state.body_of(c), c.body};
         },
         {.dt = state.def.time_step,
@@ -307,7 +308,7 @@ class SensorStage {
       const Scratch& scratch = scratch_[k];
       if (!scratch.is_shared) continue;
       SensorPatch<S>& patch = state.patches.at(live_[k]);
-      extrapolate_hits<S, Backend>(patch, scratch.shapes, scratch.has_cast);
+      extrapolate_hits<S>(patch, scratch.shapes, scratch.has_cast);
       make_contacts(state, patch, scratch, state.def.parallel_for);
     }
   }
@@ -393,9 +394,9 @@ class SensorStage {
   DynamicArray<SoftOwner> owners_;
 };
 
-template <Scalar S, typename Backend>
-void SensorStage<S, Backend>::find_near(const State& state, const SensorPatch<S>& patch,
-                                        DynamicArray<std::uint32_t>& out) const {
+template <Scalar S>
+void SensorStage<S>::find_near(const State& state, const SensorPatch<S>& patch,
+                               DynamicArray<std::uint32_t>& out) const {
   out.clear();
   const Body<S>& A = state.bodies.at(patch.body.index);
   const Twist<S>& free = state.solver_bodies[patch.body.index].free;
@@ -405,7 +406,7 @@ void SensorStage<S, Backend>::find_near(const State& state, const SensorPatch<S>
        free.angular.norm() * (patch.box.center().norm() + patch.box.half_extents().norm()));
   const Aabb<S> box = transformed(patch.box, A.center_pose);
   state.broad_phase.overlap(box.inflated(own_reach), [&](std::uint32_t tag) {
-    const Collider<S, Backend>& c = state.colliders.at(tag);
+    const Collider<S>& c = state.colliders.at(tag);
     if (!senses(state, patch, c)) return true;
     // The set of shapes in range must not depend on the size of the box in the tree.
     if (state.broad_phase.is_loose(tag) && !swept_box(state, c).overlaps(box.inflated(own_reach))) {

@@ -19,15 +19,14 @@
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Wakes islands before the stages of a step, and puts islands to sleep after them.
-template <Scalar S, typename Backend>
+template <Scalar S>
 class SleepStage {
  public:
-  using State = WorldState<S, Backend>;
+  using State = WorldState<S>;
 
   /// Wakes every island that an active body reaches in this step, and those that it reaches in
   /// turn.
-  void wake_reached(State& state, const SolveStage<S, Backend>& solve,
-                    const SensorStage<S, Backend>& sensors) {
+  void wake_reached(State& state, const SolveStage<S>& solve, const SensorStage<S>& sensors) {
     if (state.sleeping_bodies == 0) return;
     active_since_.assign(state.bodies.slot_count(), 0);
     for (round_ = 1; find_fresh(state); ++round_) {
@@ -42,7 +41,7 @@ class SleepStage {
   }
 
   /// Puts islands to sleep that rested long enough.
-  void fall_asleep(State& state, const SensorStage<S, Backend>& sensors) {
+  void fall_asleep(State& state, const SensorStage<S>& sensors) {
     const std::uint32_t asleep = state.sleeping_bodies;
     if (state.def.sleep.time < infinity<S> && measure_rest(state)) {
       connect(state, sensors);
@@ -79,7 +78,7 @@ class SleepStage {
   void wake_by_contact(State& state) {
     for (std::uint32_t i = 0; i < state.colliders.slot_count(); ++i) {
       if (!state.colliders.is_live(i)) continue;
-      const Collider<S, Backend>& c = state.colliders.at(i);
+      const Collider<S>& c = state.colliders.at(i);
       if (!is_fresh(c.body.index)) continue;
       const auto visit = [&](std::uint32_t other) {
         const std::uint32_t slot = state.colliders.at(other).body.index;
@@ -118,7 +117,7 @@ class SleepStage {
     }
   }
 
-  void wake_by_patch(State& state, const SensorStage<S, Backend>& sensors) {
+  void wake_by_patch(State& state, const SensorStage<S>& sensors) {
     for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
       if (!state.is_sensing(i)) continue;
       const SensorPatch<S>& patch = state.patches.at(i);
@@ -153,7 +152,7 @@ class SleepStage {
     return is_any_ready;
   }
 
-  void connect(State& state, const SensorStage<S, Backend>& sensors) {
+  void connect(State& state, const SensorStage<S>& sensors) {
     sets_.reset(state.bodies.slot_count());
     is_held_awake_.assign(state.bodies.slot_count(), 0);
     const auto join = [&](std::uint32_t a, std::uint32_t b) {
@@ -210,7 +209,7 @@ class SleepStage {
     // Boxes shrink to the shapes at rest.
     for (std::uint32_t i = 0; i < state.colliders.slot_count(); ++i) {
       if (!state.colliders.is_live(i)) continue;
-      const Collider<S, Backend>& c = state.colliders.at(i);
+      const Collider<S>& c = state.colliders.at(i);
       if (state.body_of(c).is_asleep()) state.broad_phase.move(i, box_of(state, c));
     }
   }

@@ -236,8 +236,8 @@ template <typename State>
   return hasher.result();
 }
 
-template <Scalar S, typename Backend>
-[[nodiscard]] std::vector<std::byte> take_snapshot(const WorldState<S, Backend>& state) {
+template <Scalar S>
+[[nodiscard]] std::vector<std::byte> take_snapshot(const WorldState<S>& state) {
   std::vector<std::byte> bytes(sizeof(SnapshotHead));
   StateWriter writer(bytes);
   for_each_state(state, writer);
@@ -253,8 +253,8 @@ template <Scalar S, typename Backend>
 /// Puts a world into the state of a snapshot. The caller updates the boxes in the broad phase, and
 /// the data that patches keep beside their contacts (`mark_hits`).
 /// @throws InvalidArgument naming the difference, with the state unchanged.
-template <Scalar S, typename Backend>
-void restore_snapshot(std::span<const std::byte> bytes, WorldState<S, Backend>& state) {
+template <Scalar S>
+void restore_snapshot(std::span<const std::byte> bytes, WorldState<S>& state) {
   SnapshotHead head;
   const auto refuse_unless = [](bool holds, const char* what, std::uint64_t value,
                                 const char* rule) {

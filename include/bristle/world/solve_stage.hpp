@@ -20,10 +20,10 @@
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Solves every island with its best solver, and integrates.
-template <Scalar S, typename Backend>
+template <Scalar S>
 class SolveStage {
  public:
-  using State = WorldState<S, Backend>;
+  using State = WorldState<S>;
 
   /// Fills the solver bodies: masses, initial and free velocities.
   void prepare_bodies(State& state) const {
@@ -71,7 +71,7 @@ class SolveStage {
 
   /// Finds the velocities at the end of the step, and the position corrections.
   /// @param joints  Null in a world that never had a joint.
-  void solve(State& state, const SensorStage<S, Backend>& sensors, JointStage<S, Backend>* joints) {
+  void solve(State& state, const SensorStage<S>& sensors, JointStage<S>* joints) {
     // Explicit sensors have acted on bodies since.
     if (state.report.explicit_pairs > 0) {
       for (SolverBody<S>& body : state.solver_bodies) {
@@ -94,7 +94,7 @@ class SolveStage {
   /// Moves all bodies. If a step cannot start from a body's new state, the body keeps its pose, at
   /// rest.
   /// @param joints  As in `solve`.
-  void integrate(State& state, const JointStage<S, Backend>* joints) const {
+  void integrate(State& state, const JointStage<S>* joints) const {
     for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
       if (!state.bodies.is_live(i)) continue;
       Body<S>& body = state.bodies.at(i);
@@ -199,8 +199,8 @@ class SolveStage {
     return context;
   }
 
-  void solve_island(State& state, const SensorStage<S, Backend>& sensors,
-                    JointStage<S, Backend>* joints, Island island) {
+  void solve_island(State& state, const SensorStage<S>& sensors, JointStage<S>* joints,
+                    Island island) {
     SolveContext<S> context = context_of(state, island);
     Constraints<S>& constraints = state.constraints;
     std::span<SolverBody<S>> bodies = state.solver_bodies;
@@ -400,7 +400,7 @@ class SolveStage {
   }
 
   /// Solves an island whose solution is not finite, by sweeps that skip overflowing rows.
-  static void guard(State& state, const SensorStage<S, Backend>& sensors, const Island& island,
+  static void guard(State& state, const SensorStage<S>& sensors, const Island& island,
                     const SolveContext<S>& context) {
     for (const std::uint32_t soft : sensors.of_patches(island.soft)) sensors.discard(state, soft);
     GuardedSweeps<S>::solve(island, state.constraints, state.solver_bodies, context);

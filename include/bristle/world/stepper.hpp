@@ -16,27 +16,27 @@ namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Steps a world. It owns the stages' scratch memory and no state. Any stepper takes a world from
 /// the same state to the same bits.
-template <Scalar S, typename Backend>
+template <Scalar S>
 class Stepper {
  public:
-  using State = WorldState<S, Backend>;
+  using State = WorldState<S>;
 
   /// Advances `state` by its time step. Never throws; allocates only until warm.
   void step(State& state);
 
  private:
-  ContactStage<S, Backend> contacts_;
-  SensorStage<S, Backend> sensors_;
+  ContactStage<S> contacts_;
+  SensorStage<S> sensors_;
   /// Null until the world has a joint.
-  std::unique_ptr<JointStage<S, Backend>> joints_;
-  SolveStage<S, Backend> solve_;
-  SleepStage<S, Backend> sleep_;
+  std::unique_ptr<JointStage<S>> joints_;
+  SolveStage<S> solve_;
+  SleepStage<S> sleep_;
 };
 
 // Implementation ----------------------------------------------------------------------------------
 
-template <Scalar S, typename Backend>
-void Stepper<S, Backend>::step(State& state) {
+template <Scalar S>
+void Stepper<S>::step(State& state) {
   state.report = {};
   state.ended.swap(state.ended_since);
   state.ended_since.clear();

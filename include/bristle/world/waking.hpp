@@ -8,8 +8,8 @@
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Wakes the island of a body. Does nothing if the body is awake or forces do not move it.
-template <Scalar S, typename Backend>
-void wake_island(WorldState<S, Backend>& state, std::uint32_t slot) {
+template <Scalar S>
+void wake_island(WorldState<S>& state, std::uint32_t slot) {
   if (!state.bodies.at(slot).is_asleep()) return;
   const std::uint32_t island = state.bodies.at(slot).sleep.island;
   for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
@@ -21,8 +21,8 @@ void wake_island(WorldState<S, Backend>& state, std::uint32_t slot) {
 }
 
 /// Wakes all islands.
-template <Scalar S, typename Backend>
-void wake_all(WorldState<S, Backend>& state) {
+template <Scalar S>
+void wake_all(WorldState<S>& state) {
   for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
     if (state.bodies.is_live(i)) state.bodies.at(i).sleep = {};
   }
@@ -31,8 +31,8 @@ void wake_all(WorldState<S, Backend>& state) {
 }
 
 /// Wakes all bodies that touch a body, are joined to it, or are sensed by it or sense it.
-template <Scalar S, typename Backend>
-void wake_neighbours(WorldState<S, Backend>& state, std::uint32_t slot) {
+template <Scalar S>
+void wake_neighbours(WorldState<S>& state, std::uint32_t slot) {
   if (state.sleeping_bodies == 0) return;
   const auto wake_other = [&](std::uint32_t a, std::uint32_t b) {
     if (a == slot) wake_island(state, b);
@@ -57,8 +57,8 @@ void wake_neighbours(WorldState<S, Backend>& state, std::uint32_t slot) {
 
 /// Marks a body as changed by the caller. Wakes its island, or else its neighbours. The next step
 /// wakes bodies that it reaches.
-template <Scalar S, typename Backend>
-void disturb(WorldState<S, Backend>& state, BodyId id) {
+template <Scalar S>
+void disturb(WorldState<S>& state, BodyId id) {
   Body<S>& body = state.bodies.at(id.index);
   wake_island(state, id.index);
   if (!body.is_dynamic()) wake_neighbours(state, id.index);

@@ -5,16 +5,17 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
+template <>
+const detail::JointKernels<BRISTLE_INSTANTIATE>& detail::joint_kernels<BRISTLE_INSTANTIATE>() {
+  return *static_cast<const detail::JointKernels<BRISTLE_INSTANTIATE>*>(
+      BRISTLE_CHOSEN_KERNELS(BRISTLE_INSTANTIATE)().joint);
+}
+
 #define BRISTLE_WORLD(S, Backend, backend)                                        \
   template <>                                                                     \
-  const detail::WorldKernels<S, Backend>& detail::world_kernels<S, Backend>() {   \
-    return *static_cast<const detail::WorldKernels<S, Backend>*>(                 \
+  const detail::WorldKernels<S>& detail::world_kernels<S, Backend>() {            \
+    return *static_cast<const detail::WorldKernels<S>*>(                          \
         BRISTLE_CHOSEN_KERNELS(S)().backend.world);                               \
-  }                                                                               \
-  template <>                                                                     \
-  const detail::JointKernels<S, Backend>& detail::joint_kernels<S, Backend>() {   \
-    return *static_cast<const detail::JointKernels<S, Backend>*>(                 \
-        BRISTLE_CHOSEN_KERNELS(S)().backend.joint);                               \
   }                                                                               \
   template <>                                                                     \
   const detail::HapticKernels<S, Backend>& detail::haptic_kernels<S, Backend>() { \

@@ -289,17 +289,15 @@ class World {
   /// Steps worlds in shared scratch; resets them in place.
   friend class WorldBatch<S, Backend>;
 
-  using State = detail::WorldState<S, Backend>;
+  using State = detail::WorldState<S>;
   using Prepared = typename Backend::template Collidable<S>;
 
   void require_known_contacts(BodyId id, bool is_dynamic, const CollisionFilter& filter,
                               ShapeKind kind) const;
-  [[nodiscard]] static detail::Collider<S, Backend> make_collider(const Body<S>& body,
-                                                                  Prepared prepared,
-                                                                  const Shape<S>& shape,
-                                                                  const Transform<S>& X_BS,
-                                                                  const Material<S>& material);
-  ShapeId insert_shape(BodyId id, detail::Collider<S, Backend> collider);
+  [[nodiscard]] detail::Collider<S> make_collider(const Body<S>& body, Prepared prepared,
+                                                  const Shape<S>& shape, const Transform<S>& X_BS,
+                                                  const Material<S>& material);
+  ShapeId insert_shape(BodyId id, detail::Collider<S> collider);
   template <typename Visit>
   void for_each_shape_of(BodyId id, Visit&& visit) const;
   void refresh_box(std::uint32_t tag);
@@ -313,8 +311,7 @@ class World {
   void erase_joint(std::uint32_t index);
 
   State state_;
-  detail::KernelScratch<detail::WorldKernels<S, Backend>> stepper_{
-      detail::world_kernels<S, Backend>()};
+  detail::KernelScratch<detail::WorldKernels<S>> stepper_{detail::world_kernels<S, Backend>()};
 };
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -335,11 +332,13 @@ class World {
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
 namespace bristle::inline BRISTLE_ABI {
 
+template <>
+const detail::JointKernels<float>& detail::joint_kernels<float>();
+template <>
+const detail::JointKernels<double>& detail::joint_kernels<double>();
 #define BRISTLE_COMPILED_WORLD(S, Backend)                                       \
   template <>                                                                    \
-  const detail::WorldKernels<S, Backend>& detail::world_kernels<S, Backend>();   \
-  template <>                                                                    \
-  const detail::JointKernels<S, Backend>& detail::joint_kernels<S, Backend>();   \
+  const detail::WorldKernels<S>& detail::world_kernels<S, Backend>();            \
   template <>                                                                    \
   const detail::HapticKernels<S, Backend>& detail::haptic_kernels<S, Backend>(); \
   extern template class World<S, Backend>;                                       \

@@ -129,7 +129,7 @@ class WorldBatch {
   detail::DynamicArray<World<S, Backend>> worlds_;
   detail::DynamicArray<std::uint8_t> failed_;
   std::size_t per_task_;
-  detail::DynamicArray<detail::KernelScratch<detail::WorldKernels<S, Backend>>> steppers_;
+  detail::DynamicArray<detail::KernelScratch<detail::WorldKernels<S>>> steppers_;
   ParallelFor parallel_for_;
 };
 

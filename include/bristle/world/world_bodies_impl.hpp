@@ -22,7 +22,7 @@ void World<S, Backend>::require_known_contacts(BodyId id, bool is_dynamic,
   if (meets_all) return;
   for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
     if (!state_.colliders.is_live(i)) continue;
-    const detail::Collider<S, Backend>& other = state_.colliders.at(i);
+    const detail::Collider<S>& other = state_.colliders.at(i);
     const Body<S>& other_body = state_.body_of(other);
     if (other.body == id || (!is_dynamic && !other_body.is_dynamic()) ||
         !may_meet(filter, other_body.filter) || Backend::can_collide(kind, other.kind)) {
@@ -37,10 +37,10 @@ void World<S, Backend>::require_known_contacts(BodyId id, bool is_dynamic,
 }
 
 template <Scalar S, typename Backend>
-requires ShapeBackend<Backend, S> detail::Collider<S, Backend> World<S, Backend>::make_collider(
+requires ShapeBackend<Backend, S> detail::Collider<S> World<S, Backend>::make_collider(
     const Body<S>& body, Prepared prepared, const Shape<S>& shape, const Transform<S>& X_BS,
     const Material<S>& material) {
-  detail::Collider<S, Backend> c;
+  detail::Collider<S> c;
   c.X_CmS = X_BS;
   c.X_CmS.translation -= body.center_B;
   c.is_centered = c.X_CmS.translation == Vec3<S>::Zero() &&
@@ -48,7 +48,7 @@ requires ShapeBackend<Backend, S> detail::Collider<S, Backend> World<S, Backend>
   c.kind = Backend::kind(prepared);
   c.material = material;
   c.bounds = Backend::bounds(prepared);
-  c.shape = std::move(prepared);
+  c.shape = {stepper_.kernels().queries(), std::move(prepared)};
   if (const auto* half_space = std::get_if<HalfSpace<S>>(&shape)) {
     c.half_space = *half_space;
   } else {
@@ -61,8 +61,8 @@ requires ShapeBackend<Backend, S> detail::Collider<S, Backend> World<S, Backend>
 }
 
 template <Scalar S, typename Backend>
-requires ShapeBackend<Backend, S> ShapeId
-World<S, Backend>::insert_shape(BodyId id, detail::Collider<S, Backend> c) {
+requires ShapeBackend<Backend, S> ShapeId World<S, Backend>::insert_shape(BodyId id,
+                                                                          detail::Collider<S> c) {
   const Body<S>& body = state_.bodies.at(id.index);
   c.body = id;
   const Aabb<S> box = c.half_space ? c.bounds : transformed(c.bounds, body.center_pose * c.X_CmS);
@@ -96,7 +96,7 @@ requires ShapeBackend<Backend, S> BodyId World<S, Backend>::add_body(const BodyD
   for (const Prepared& shape : prepared) {
     require_known_contacts(BodyId{}, body.is_dynamic(), body.filter, Backend::kind(shape));
   }
-  detail::DynamicArray<detail::Collider<S, Backend>> colliders;
+  detail::DynamicArray<detail::Collider<S>> colliders;
   auto next = prepared.begin();
   if (def.shape) {
     colliders.push_back(make_collider(body, std::move(*next++), *def.shape, {}, def.material));
@@ -106,7 +106,7 @@ requires ShapeBackend<Backend, S> BodyId World<S, Backend>::add_body(const BodyD
         make_collider(body, std::move(*next++), shape.shape, shape.X_BS, shape.material));
   }
   const BodyId id = state_.bodies.insert(body);
-  for (detail::Collider<S, Backend>& collider : colliders) insert_shape(id, std::move(collider));
+  for (detail::Collider<S>& collider : colliders) insert_shape(id, std::move(collider));
   detail::disturb(state_, id);
   return id;
 }
@@ -119,7 +119,7 @@ requires ShapeBackend<Backend, S> ShapeId World<S, Backend>::add_shape(BodyId id
   detail::require(!body.is_dynamic() || kind_of(def.shape) != ShapeKind::half_space,
                   "ShapeDef::shape", name_of(kind_of(def.shape)),
                   "must not be on a dynamic body: it has no mass");
-  detail::Collider<S, Backend> collider =
+  detail::Collider<S> collider =
       make_collider(body, Backend::template make<S>(def.shape), def.shape, def.X_BS, def.material);
   require_known_contacts(id, body.is_dynamic(), body.filter, kind_of(def.shape));
   detail::disturb(state_, id);
@@ -171,7 +171,7 @@ void World<S, Backend>::remove_body(BodyId id) {
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::refresh_box(std::uint32_t tag) {
-  const detail::Collider<S, Backend>& c = state_.colliders.at(tag);
+  const detail::Collider<S>& c = state_.colliders.at(tag);
   if (c.half_space) return;
   state_.broad_phase.move(tag, transformed(c.bounds, state_.body_of(c).center_pose * c.X_CmS));
 }

@@ -88,7 +88,7 @@ requires ShapeBackend<Backend, S> JointId World<S, Backend>::add_joint(const Joi
   }
   detail::disturb(state_, def.body_a);
   detail::disturb(state_, def.body_b);
-  state_.joint_kernels = &detail::joint_kernels<S, Backend>();
+  state_.joint_kernels = &detail::joint_kernels<S>();
   return state_.joints.insert(joint);
 }
 

@@ -48,8 +48,9 @@ void World<S, Backend>::for_each_shape(
   const Vec3<S> center_B = body(id).center_B;
   for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
     if (!state_.colliders.is_live(i) || state_.colliders.at(i).body != id) continue;
-    const detail::Collider<S, Backend>& c = state_.colliders.at(i);
-    visit(Backend::shape(c.shape), Transform<S>{c.X_CmS.rotation, center_B + c.X_CmS.translation});
+    const detail::Collider<S>& c = state_.colliders.at(i);
+    visit(Backend::shape(c.shape.template as<Prepared>()),
+          Transform<S>{c.X_CmS.rotation, center_B + c.X_CmS.translation});
   }
 }
 

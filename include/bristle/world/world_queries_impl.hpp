@@ -80,10 +80,10 @@ class ShapeQuery {
 };
 
 /// The hit of a shape of a world, from what was found in the shape's frame.
-template <Scalar S, typename Backend, Scalar P>
-[[nodiscard]] WorldHit<S> world_hit(const WorldState<S, Backend>& state, std::uint32_t tag,
-                                    P distance, const Vec3<P>& point_T, const Vec3<P>& normal_T) {
-  const Collider<S, Backend>& c = state.colliders.at(tag);
+template <Scalar S, Scalar P>
+[[nodiscard]] WorldHit<S> world_hit(const WorldState<S>& state, std::uint32_t tag, P distance,
+                                    const Vec3<P>& point_T, const Vec3<P>& normal_T) {
+  const Collider<S>& c = state.colliders.at(tag);
   const Transform<P> X_WT = precise<S>(state.body_of(c).center_pose * c.X_CmS);
   WorldHit<S> hit;
   hit.distance = S(distance);
@@ -97,7 +97,7 @@ template <Scalar S, typename Backend, Scalar P>
 /// Calls visit(tag, solid, X_TQ) -> bool for every solid that a filter lets a query meet, whose box
 /// in the world accept(box) takes, until a visit returns false.
 template <Scalar S, typename Backend, typename Accept, typename Visit>
-void for_each_solid(const WorldState<S, Backend>& state, const ShapeQuery<S>& query,
+void for_each_solid(const WorldState<S>& state, const ShapeQuery<S>& query,
                     const QueryFilter& filter, Accept&& accept, Visit&& visit) {
   state.broad_phase.find(
       [&](const Aabb<S>& box) {
@@ -109,12 +109,12 @@ void for_each_solid(const WorldState<S, Backend>& state, const ShapeQuery<S>& qu
         return accept(precise_box.inflated(P(Tolerance<S>::round_off()) * size));
       },
       [&](std::uint32_t tag) {
-        const Collider<S, Backend>& c = state.colliders.at(tag);
+        const Collider<S>& c = state.colliders.at(tag);
         const Body<S>& body = state.body_of(c);
         if (!can_meet(filter, c.body, body)) return true;
         const auto X_TQ = query.pose_in(precise<S>(body.center_pose * c.X_CmS));
         bool goes_on = true;
-        Backend::visit_solid(c.shape,
+        Backend::visit_solid(c.shape.template as<typename Backend::template Collidable<S>>(),
                              [&](const auto& solid) { goes_on = visit(tag, solid, X_TQ); });
         return goes_on;
       });
@@ -128,16 +128,15 @@ template <Scalar P>
 
 /// As `World::closest`.
 template <Scalar S, typename Backend>
-[[nodiscard]] WorldHit<S> find_closest(const WorldState<S, Backend>& state,
-                                       const ShapeQuery<S>& query, S reach,
-                                       const QueryFilter& filter) {
+[[nodiscard]] WorldHit<S> find_closest(const WorldState<S>& state, const ShapeQuery<S>& query,
+                                       S reach, const QueryFilter& filter) {
   using P = Precise<S>;
   require(reach > S(0), "reach", static_cast<double>(reach), "must be > 0");
   SolidGap<P> nearest;
   nearest.distance = beyond(P(reach));
   std::optional<std::uint32_t> nearest_tag;
   const Aabb<P> box = query.bounds();
-  for_each_solid(
+  for_each_solid<S, Backend>(
       state, query, filter,
       [&](const Aabb<P>& other) {
         return other.distance2_to(box) <= nearest.distance * nearest.distance;
@@ -170,7 +169,7 @@ auto World<S, Backend>::cast_ray_through(const Ray<S>& ray, const QueryFilter& f
   std::vector<WorldHit<S>> hits;
   RayHits<S> scratch;
   state_.broad_phase.walk_ray(ray, [&](std::uint32_t tag, S nearest) {
-    const detail::Collider<S, Backend>& c = state_.colliders.at(tag);
+    const detail::Collider<S>& c = state_.colliders.at(tag);
     if (!detail::can_meet(filter, c.body, state_.body_of(c))) return nearest;
     const RayHit<S> hit = detail::cast_ray_at(state_, tag, ray, ray.length, scratch);
     if (hit.distance < infinity<S>) hits.push_back(detail::world_hit(state_, tag, ray, hit));
@@ -191,7 +190,7 @@ requires detail::ShowsSolids<Backend, S> {
   const detail::ShapeQuery<S> query(shape, X_WQ);
   const Aabb<P> box = query.bounds();
   std::vector<WorldHit<S>> hits;
-  detail::for_each_solid(
+  detail::for_each_solid<S, Backend>(
       state_, query, filter, [&](const Aabb<P>& other) { return other.overlaps(box); },
       [&](std::uint32_t tag, const auto& solid, const Transform<P>& X_TQ) {
         detail::SolidGap<P> gap;
@@ -212,7 +211,8 @@ requires ShapeBackend<Backend, S>
 auto World<S, Backend>::closest(const Shape<S>& shape, const Transform<S>& X_WQ, S reach,
                                 const QueryFilter& filter) const -> WorldHit<S>
 requires detail::ShowsSolids<Backend, S> {
-  return detail::find_closest(state_, detail::ShapeQuery<S>(shape, X_WQ), reach, filter);
+  return detail::find_closest<S, Backend>(state_, detail::ShapeQuery<S>(shape, X_WQ), reach,
+                                          filter);
 }
 
 template <Scalar S, typename Backend>
@@ -220,7 +220,7 @@ requires ShapeBackend<Backend, S>
 auto World<S, Backend>::closest(const Vec3<S>& point, S reach, const QueryFilter& filter) const
     -> WorldHit<S>
 requires detail::ShowsSolids<Backend, S> {
-  return detail::find_closest(state_, detail::ShapeQuery<S>(point), reach, filter);
+  return detail::find_closest<S, Backend>(state_, detail::ShapeQuery<S>(point), reach, filter);
 }
 
 template <Scalar S, typename Backend>
@@ -241,7 +241,7 @@ requires detail::ShowsSolids<Backend, S> {
   first.fraction = detail::beyond(P(1));
   std::optional<std::uint32_t> first_tag;
   const Aabb<P> box = query.bounds();
-  detail::for_each_solid(
+  detail::for_each_solid<S, Backend>(
       state_, query, filter,
       [&](const Aabb<P>& other) {
         return box.swept(Vec3<P>(first.fraction * way_W)).overlaps(other);

@@ -10,11 +10,11 @@
 #include <bristle/dynamics/bodies/body.hpp>
 #include <bristle/dynamics/joints/joint.hpp>
 #include <bristle/dynamics/solver/solver_types.hpp>
-#include <bristle/geometry/backends/shape_backend.hpp>
 #include <bristle/geometry/shapes/inner_ball.hpp>
 #include <bristle/sensors/patch.hpp>
 #include <bristle/world/contact_events.hpp>
 #include <bristle/world/joint_stage.hpp>
+#include <bristle/world/prepared_shape.hpp>
 #include <bristle/world/report.hpp>
 #include <bristle/world/world_def.hpp>
 
@@ -24,14 +24,14 @@
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A shape on a body.
-template <Scalar S, typename Backend>
+template <Scalar S>
 struct Collider {
   BodyId body{};
   /// [m] Pose of the shape relative to the body's centre of mass, in the body's axes.
   Transform<S> X_CmS{};
   /// True if that is the identity: most shapes.
   bool is_centered = false;
-  typename Backend::template Collidable<S> shape{};
+  PreparedShape<S> shape{};
   ShapeKind kind = ShapeKind::sphere;
   Material<S> material{};
   /// [m] Box in the shape's own frame; infinite for a half-space.
@@ -45,14 +45,14 @@ struct Collider {
 };
 
 /// All state that persists from step to step, and the solver bodies.
-template <Scalar S, typename Backend>
+template <Scalar S>
 struct WorldState {
   WorldDef<S> def{};
   SlotMap<Body<S>, BodyTag> bodies;
-  SlotMap<Collider<S, Backend>, ShapeTag> colliders;
+  SlotMap<Collider<S>, ShapeTag> colliders;
   SlotMap<Joint<S>, JointTag> joints;
   /// Null until the first joint is added.
-  const JointKernels<S, Backend>* joint_kernels = nullptr;
+  const JointKernels<S>* joint_kernels = nullptr;
   SlotMap<SensorPatch<S>, PatchTag> patches;
   BroadPhase<S> broad_phase;
   ContactCache<S> contacts;
@@ -74,7 +74,7 @@ struct WorldState {
   DynamicArray<SolverBody<S>> solver_bodies;
   Constraints<S> constraints;
 
-  [[nodiscard]] const Body<S>& body_of(const Collider<S, Backend>& c) const {
+  [[nodiscard]] const Body<S>& body_of(const Collider<S>& c) const {
     return bodies.at(c.body.index);
   }
   /// Returns whether a body may move in this step, or was changed by the caller since the last one.
@@ -89,11 +89,11 @@ struct WorldState {
     return patches.is_live(slot) && patches.at(slot).is_active;
   }
   /// [m] Pose of a shape in the frame of A's centre of mass.
-  [[nodiscard]] Transform<S> pose_from(const Body<S>& A, const Collider<S, Backend>& c) const {
+  [[nodiscard]] Transform<S> pose_from(const Body<S>& A, const Collider<S>& c) const {
     return relative_pose(A.center_pose, body_of(c).center_pose) * c.X_CmS;
   }
   /// Returns whether a box in the world reaches a shape without a box. True for shapes with a box.
-  [[nodiscard]] bool reaches(const Aabb<S>& box, const Collider<S, Backend>& c) const {
+  [[nodiscard]] bool reaches(const Aabb<S>& box, const Collider<S>& c) const {
     if (!c.half_space) return true;
     const Transform<S> X_WS = body_of(c).center_pose * c.X_CmS;
     const Vec3<S> n = X_WS.rotate(c.half_space->normal);
