@@ -4,6 +4,8 @@
 /// (preset `native`). Their difference is the loss of a program that is built for every processor.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "benchmarks/thread_clock.hpp"
+#include "scenes/grasp.hpp"
+#include "scenes/pile.hpp"
 
 #include <bristle/bristle.hpp>
 
@@ -109,6 +111,10 @@ void measure_all(const char* set, const char* scalar) {
   measure(set, scalar, "pyramid of 210", 60, [] { return pyramid<S>(20); });
   measure(set, scalar, "pyramid of 15", 200, [] { return pyramid<S>(5); });
   measure(set, scalar, "16 boxes that slide", 150, [] { return sliding_boxes<S>(); });
+  measure(set, scalar, "pile of 96 and 7 patches", 200,
+          [] { return scenes::make_pile<S>({.time_step = S(1) / S(240)}, 6).world; });
+  measure(set, scalar, "grip by two fingers", 500,
+          [] { return scenes::make_grasp<S>({.finger_mass = S(0.2)}).world; });
 }
 
 }  // namespace

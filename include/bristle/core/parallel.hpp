@@ -12,6 +12,19 @@
 #include <memory>
 #include <new>
 
+namespace bristle::common {
+
+/// The default hook: one task after the other on the calling thread. The type lies outside of the
+/// namespace that names the registers of a file. So `is_serial` recognises it in all code of a
+/// program, also in the kernels of `bristle::compiled`.
+struct SerialFor {
+  void operator()(std::size_t count, const std::function<void(std::size_t)>& task) const {
+    for (std::size_t i = 0; i < count; ++i) task(i);
+  }
+};
+
+}  // namespace bristle::common
+
 namespace bristle::inline BRISTLE_ABI {
 
 /// Runs task(i) once for every i in [0, count). Any order and any threads are allowed. Returns when
@@ -19,21 +32,11 @@ namespace bristle::inline BRISTLE_ABI {
 using ParallelFor =
     std::function<void(std::size_t count, const std::function<void(std::size_t)>& task)>;
 
-namespace detail {
-
-/// The default hook: one task after the other on the calling thread. It has a type of its own. So
-/// `is_serial` recognises it in every file of a program, whatever the file is compiled for.
-struct SerialFor {
-  void operator()(std::size_t count, const std::function<void(std::size_t)>& task) const {
-    for (std::size_t i = 0; i < count; ++i) task(i);
-  }
-};
-
-}  // namespace detail
 /// Hook that runs all tasks in the calling thread, in ascending order.
-inline constexpr detail::SerialFor serial_for{};
+inline constexpr common::SerialFor serial_for{};
 
-/// Returns whether a hook is known to be `serial_for`. Work need not be divided for it.
+/// Returns whether a hook is known to be `serial_for`. Work need not be divided for it. Without
+/// run-time type information no hook is.
 [[nodiscard]] bool is_serial(const ParallelFor& parallel_for);
 
 /// Adds up part(first, end, sum) over [0, count) in ranges of `size`. Every range starts from its
@@ -48,7 +51,7 @@ template <typename Sum, typename Part>
 
 inline bool is_serial(const ParallelFor& parallel_for) {
 #if defined(__cpp_rtti)
-  return parallel_for.target<detail::SerialFor>() != nullptr;
+  return parallel_for.target<common::SerialFor>() != nullptr;
 #else
   (void)parallel_for;
   return false;
