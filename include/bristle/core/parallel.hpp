@@ -18,6 +18,7 @@ namespace bristle::common {
 /// namespace that names the registers of a file. So `is_serial` recognises it in all code of a
 /// program, also in the kernels of `bristle::compiled`.
 struct SerialFor {
+  /// Runs task(i) for every i in [0, count), in ascending order.
   void operator()(std::size_t count, const std::function<void(std::size_t)>& task) const {
     for (std::size_t i = 0; i < count; ++i) task(i);
   }
