@@ -3092,6 +3092,157 @@ class CoulombNewton {
 /// Rigid transform: the pose of one frame in another.
 // SPDX-License-Identifier: BSD-3-Clause
 
+// === bristle/math/rotation.hpp
+
+/// @file
+/// Rotations: the exponential map, the step of a quaternion, and bases from one direction.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cmath>
+#include <numbers>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Quaternion of the rotation vector phi [rad]: rotation by |phi| about phi. Exact for every |phi|,
+/// including 0.
+template <Scalar S>
+[[nodiscard]] Quat<S> exp_rotation(const Vec3<S>& phi) {
+  using std::cos;
+  using std::sin;
+  using std::sqrt;
+  const S angle2 = phi.squaredNorm();
+  // Most bodies turn by little in a step. Up to a quarter of a radian, two series in y = (a/2)^2
+  // are exact to the last bit. They are those of the cosine and of sin(a/2)/a. The omitted terms,
+  // y^6 / 12! and y^5 / 11!, are below 3e-17.
+  if (angle2 < S(0.0625)) {
+    const S y = S(0.25) * angle2;
+    const S cosine =
+        S(1) +
+        y * (S(-1.0 / 2) +
+             y * (S(1.0 / 24) + y * (S(-1.0 / 720) + y * (S(1.0 / 40320) - y * S(1.0 / 3628800)))));
+    const S k = S(0.5) +
+                y * (S(-0.5 / 6) + y * (S(0.5 / 120) + y * (S(-0.5 / 5040) + y * S(0.5 / 362880))));
+    return Quat<S>(cosine, k * phi.x(), k * phi.y(), k * phi.z());
+  }
+  const S angle = sqrt(angle2);
+  const S k = sin(angle / S(2)) / angle;
+  return Quat<S>(cos(angle / S(2)), k * phi.x(), k * phi.y(), k * phi.z());
+}
+
+/// Rotation vector [rad] of a unit quaternion, of length <= pi. It is the inverse of
+/// `exp_rotation`.
+template <Scalar S>
+[[nodiscard]] Vec3<S> log_rotation(const Quat<S>& q) {
+  using std::atan2;
+  const S sign = q.w() < S(0) ? S(-1) : S(1);
+  const Vec3<S> v = sign * q.vec();
+  const S sine = v.norm();
+  if (sine * sine < detail::Tolerance<S>::round_off()) return S(2) * v;
+  return (S(2) * atan2(sine, sign * q.w()) / sine) * v;
+}
+
+/// Rotation vector [rad] of the shortest rotation from the unit vector a to the unit vector b. Zero
+/// for opposite vectors, where it has no direction.
+template <Scalar S>
+[[nodiscard]] Vec3<S> shortest_turn(const Vec3<S>& a, const Vec3<S>& b) {
+  using std::atan2;
+  const Vec3<S> c = a.cross(b);
+  const S sine = c.norm();
+  if (sine * sine < detail::Tolerance<S>::round_off()) return c;
+  return (atan2(sine, a.dot(b)) / sine) * c;
+}
+
+/// [rad] The angle that differs from `angle` by whole turns and is nearest to `guess`.
+template <Scalar S>
+[[nodiscard]] S nearest_turn(S angle, S guess) {
+  using std::abs;
+  using std::floor;
+  const S turn = S(2 * std::numbers::pi);
+  const S turns = (guess - angle) / turn;
+  // The angle stays as it is if round-off reaches a whole turn.
+  if (!(abs(turns) * detail::Tolerance<S>::round_off() < S(1))) return angle;
+  return angle + turn * floor(turns + S(0.5));
+}
+
+/// The rotation p q, of length 1 to round-off. Each product corrects the length that it loses.
+template <Scalar S>
+[[nodiscard]] Quat<S> unit_product(const Quat<S>& p, const Quat<S>& q) {
+  using std::abs;
+  // In scalars. A quaternion that is stored as two halves and loaded as a whole is slow. That costs
+  // as much as all the rest.
+  const S x = (p.w() * q.x() + p.x() * q.w()) + (p.y() * q.z() - p.z() * q.y());
+  const S y = (p.w() * q.y() + p.y() * q.w()) + (p.z() * q.x() - p.x() * q.z());
+  const S z = (p.w() * q.z() + p.z() * q.w()) + (p.x() * q.y() - p.y() * q.x());
+  const S w = (p.w() * q.w() - p.x() * q.x()) - (p.y() * q.y() + p.z() * q.z());
+  const S norm2 = (x * x + y * y) + (z * z + w * w);
+  // Where the length is 1 but for round-off, one Newton step for 1 / |p q| is exact.
+  if (!(abs(norm2 - S(1)) < detail::Tolerance<S>::equal())) return Quat<S>(w, x, y, z).normalized();
+  const S scale = S(0.5) * (S(3) - norm2);
+  return Quat<S>(scale * w, scale * x, scale * y, scale * z);
+}
+
+/// Attitude after rotation for `dt` with the constant world-frame angular velocity `w_W` [rad/s].
+template <Scalar S>
+[[nodiscard]] Quat<S> step_rotation(const Quat<S>& q, const Vec3<S>& w_W, S dt) {
+  return unit_product(exp_rotation<S>(dt * w_W), q);
+}
+
+namespace detail {
+
+/// [rad/s] Angular velocity that turns by half a radian in a step. The chord of the path of a point
+/// then misses the arc by an eighth of the radius. Beyond it, directions at the start of the step
+/// tell little about its end.
+template <Scalar S>
+[[nodiscard]] S far_turn(S dt) {
+  return S(0.5) / dt;
+}
+/// Returns whether an angular velocity [rad/s] turns a body farther than that.
+template <Scalar S>
+[[nodiscard]] bool turns_far(const Vec3<S>& angular, S dt) {
+  return angular.squaredNorm() > far_turn(dt) * far_turn(dt);
+}
+
+}  // namespace detail
+
+/// The matrix R_AB of a unit quaternion.
+///
+/// Each product is doubled last. So its bits are the same if a compiler fuses the doubling with the
+/// sum behind it, as the straight-line vectorizer of g++ 12 does in spite of `-ffp-contract=off`.
+template <Scalar S>
+[[nodiscard]] Mat3<S> rotation_matrix(const Quat<S>& q) {
+  const S xx = q.x() * q.x(), yy = q.y() * q.y(), zz = q.z() * q.z();
+  const S xy = q.x() * q.y(), xz = q.x() * q.z(), yz = q.y() * q.z();
+  const S wx = q.w() * q.x(), wy = q.w() * q.y(), wz = q.w() * q.z();
+  const S two = S(2);
+  Mat3<S> R;
+  R(0, 0) = S(1) - (two * yy + two * zz);
+  R(1, 0) = two * xy + two * wz;
+  R(2, 0) = two * xz - two * wy;
+  R(0, 1) = two * xy - two * wz;
+  R(1, 1) = S(1) - (two * xx + two * zz);
+  R(2, 1) = two * yz + two * wx;
+  R(0, 2) = two * xz + two * wy;
+  R(1, 2) = two * yz - two * wx;
+  R(2, 2) = S(1) - (two * xx + two * yy);
+  return R;
+}
+
+/// Two unit vectors that complete the unit vector n to a right-handed orthonormal basis (t1, t2,
+/// n).
+///
+/// Continuous except where n.z changes its sign (Duff et al. 2017, "Building an Orthonormal Basis,
+/// Revisited"). So components along t1 and t2 must not outlive a change of n.
+template <Scalar S>
+void tangent_basis(const Vec3<S>& n, Vec3<S>& t1, Vec3<S>& t2) {
+  const S sign = n.z() < S(0) ? S(-1) : S(1);
+  const S a = S(-1) / (sign + n.z());
+  const S b = n.x() * n.y() * a;
+  t1 = Vec3<S>(S(1) + sign * n.x() * n.x() * a, sign * b, -sign * n.x());
+  t2 = Vec3<S>(b, sign + n.y() * n.y() * a, -n.y());
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
 #include <cmath>
 #include <string>
 
@@ -3119,7 +3270,7 @@ struct Transform {
   [[nodiscard]] Vec3<S> rotate(const Vec3<S>& v_B) const { return rotation * v_B; }
 
   /// R_AB as a matrix: cheaper than the quaternion from the second vector on.
-  [[nodiscard]] Mat3<S> rotation_matrix() const { return rotation.toRotationMatrix(); }
+  [[nodiscard]] Mat3<S> rotation_matrix() const { return bristle::rotation_matrix<S>(rotation); }
 
   /// The same pose in another scalar.
   template <Scalar T>
@@ -4222,134 +4373,6 @@ TriangleMesh<S> grid_mesh(const detail::Vec2<S>& size, const std::array<std::uin
     }
   }
   return mesh;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/math/rotation.hpp
-
-/// @file
-/// Rotations: the exponential map, the step of a quaternion, and bases from one direction.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <cmath>
-#include <numbers>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Quaternion of the rotation vector phi [rad]: rotation by |phi| about phi. Exact for every |phi|,
-/// including 0.
-template <Scalar S>
-[[nodiscard]] Quat<S> exp_rotation(const Vec3<S>& phi) {
-  using std::cos;
-  using std::sin;
-  using std::sqrt;
-  const S angle2 = phi.squaredNorm();
-  // Most bodies turn by little in a step. Up to a quarter of a radian, two series in y = (a/2)^2
-  // are exact to the last bit. They are those of the cosine and of sin(a/2)/a. The omitted terms,
-  // y^6 / 12! and y^5 / 11!, are below 3e-17.
-  if (angle2 < S(0.0625)) {
-    const S y = S(0.25) * angle2;
-    const S cosine =
-        S(1) +
-        y * (S(-1.0 / 2) +
-             y * (S(1.0 / 24) + y * (S(-1.0 / 720) + y * (S(1.0 / 40320) - y * S(1.0 / 3628800)))));
-    const S k = S(0.5) +
-                y * (S(-0.5 / 6) + y * (S(0.5 / 120) + y * (S(-0.5 / 5040) + y * S(0.5 / 362880))));
-    return Quat<S>(cosine, k * phi.x(), k * phi.y(), k * phi.z());
-  }
-  const S angle = sqrt(angle2);
-  const S k = sin(angle / S(2)) / angle;
-  return Quat<S>(cos(angle / S(2)), k * phi.x(), k * phi.y(), k * phi.z());
-}
-
-/// Rotation vector [rad] of a unit quaternion, of length <= pi. It is the inverse of
-/// `exp_rotation`.
-template <Scalar S>
-[[nodiscard]] Vec3<S> log_rotation(const Quat<S>& q) {
-  using std::atan2;
-  const S sign = q.w() < S(0) ? S(-1) : S(1);
-  const Vec3<S> v = sign * q.vec();
-  const S sine = v.norm();
-  if (sine * sine < detail::Tolerance<S>::round_off()) return S(2) * v;
-  return (S(2) * atan2(sine, sign * q.w()) / sine) * v;
-}
-
-/// Rotation vector [rad] of the shortest rotation from the unit vector a to the unit vector b. Zero
-/// for opposite vectors, where it has no direction.
-template <Scalar S>
-[[nodiscard]] Vec3<S> shortest_turn(const Vec3<S>& a, const Vec3<S>& b) {
-  using std::atan2;
-  const Vec3<S> c = a.cross(b);
-  const S sine = c.norm();
-  if (sine * sine < detail::Tolerance<S>::round_off()) return c;
-  return (atan2(sine, a.dot(b)) / sine) * c;
-}
-
-/// [rad] The angle that differs from `angle` by whole turns and is nearest to `guess`.
-template <Scalar S>
-[[nodiscard]] S nearest_turn(S angle, S guess) {
-  using std::abs;
-  using std::floor;
-  const S turn = S(2 * std::numbers::pi);
-  const S turns = (guess - angle) / turn;
-  // The angle stays as it is if round-off reaches a whole turn.
-  if (!(abs(turns) * detail::Tolerance<S>::round_off() < S(1))) return angle;
-  return angle + turn * floor(turns + S(0.5));
-}
-
-/// The rotation p q, of length 1 to round-off. Each product corrects the length that it loses.
-template <Scalar S>
-[[nodiscard]] Quat<S> unit_product(const Quat<S>& p, const Quat<S>& q) {
-  using std::abs;
-  // In scalars. A quaternion that is stored as two halves and loaded as a whole is slow. That costs
-  // as much as all the rest.
-  const S x = (p.w() * q.x() + p.x() * q.w()) + (p.y() * q.z() - p.z() * q.y());
-  const S y = (p.w() * q.y() + p.y() * q.w()) + (p.z() * q.x() - p.x() * q.z());
-  const S z = (p.w() * q.z() + p.z() * q.w()) + (p.x() * q.y() - p.y() * q.x());
-  const S w = (p.w() * q.w() - p.x() * q.x()) - (p.y() * q.y() + p.z() * q.z());
-  const S norm2 = (x * x + y * y) + (z * z + w * w);
-  // Where the length is 1 but for round-off, one Newton step for 1 / |p q| is exact.
-  if (!(abs(norm2 - S(1)) < detail::Tolerance<S>::equal())) return Quat<S>(w, x, y, z).normalized();
-  const S scale = S(0.5) * (S(3) - norm2);
-  return Quat<S>(scale * w, scale * x, scale * y, scale * z);
-}
-
-/// Attitude after rotation for `dt` with the constant world-frame angular velocity `w_W` [rad/s].
-template <Scalar S>
-[[nodiscard]] Quat<S> step_rotation(const Quat<S>& q, const Vec3<S>& w_W, S dt) {
-  return unit_product(exp_rotation<S>(dt * w_W), q);
-}
-
-namespace detail {
-
-/// [rad/s] Angular velocity that turns by half a radian in a step. The chord of the path of a point
-/// then misses the arc by an eighth of the radius. Beyond it, directions at the start of the step
-/// tell little about its end.
-template <Scalar S>
-[[nodiscard]] S far_turn(S dt) {
-  return S(0.5) / dt;
-}
-/// Returns whether an angular velocity [rad/s] turns a body farther than that.
-template <Scalar S>
-[[nodiscard]] bool turns_far(const Vec3<S>& angular, S dt) {
-  return angular.squaredNorm() > far_turn(dt) * far_turn(dt);
-}
-
-}  // namespace detail
-
-/// Two unit vectors that complete the unit vector n to a right-handed orthonormal basis (t1, t2,
-/// n).
-///
-/// Continuous except where n.z changes its sign (Duff et al. 2017, "Building an Orthonormal Basis,
-/// Revisited"). So components along t1 and t2 must not outlive a change of n.
-template <Scalar S>
-void tangent_basis(const Vec3<S>& n, Vec3<S>& t1, Vec3<S>& t2) {
-  const S sign = n.z() < S(0) ? S(-1) : S(1);
-  const S a = S(-1) / (sign + n.z());
-  const S b = n.x() * n.y() * a;
-  t1 = Vec3<S>(S(1) + sign * n.x() * n.x() * a, sign * b, -sign * n.x());
-  t2 = Vec3<S>(b, sign + n.y() * n.y() * a, -n.y());
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -11964,7 +11987,7 @@ JointPose<S> joint_pose(const Joint<S>& joint, const Transform<S>& X_WA, const T
   JointPose<S> pose;
   const Quat<S> R_WJa = X_WA.rotation * joint.X_CmA_J.rotation;
   const Quat<S> R_WJb = X_WB.rotation * joint.X_CmB_J.rotation;
-  pose.axes_W = R_WJa.toRotationMatrix();
+  pose.axes_W = rotation_matrix<S>(R_WJa);
   pose.arm_b = X_WB.rotation * joint.X_CmB_J.translation;
   // Centres of mass are subtracted first. So no digits are lost far from the world's origin.
   pose.arm_a = (X_WB.translation - X_WA.translation) + pose.arm_b;
@@ -13987,7 +14010,8 @@ class HapticLoop {
     return {static_cast<std::uint32_t>(tools_.size() - 1)};
   }
   /// Adds sensors to a tool, in the frame of its body. They sense from the next `World::open` or
-  /// `World::step` on.
+  /// `World::step` on. It refuses rays that end inside the tool's own shapes, unless
+  /// `PatchDef::may_point_inwards`.
   /// @throws InvalidArgument naming the field; the law must be the paper's.
   ToolPatchId add_patch(ToolId tool, PatchDef<S> def) {
     const Tool& owner = tool_of(tool);
@@ -14091,6 +14115,8 @@ class HapticLoop {
   struct Skin {
     detail::SensorPatch<S> patch{};
     std::uint32_t tool = 0;
+    /// True from the first time on that the world has seen it, and checked its rays.
+    bool is_seen = false;
     /// [-] Shapes that it may meet within the step.
     detail::DynamicArray<std::uint32_t> near;
     detail::DynamicArray<detail::ShapeInReach<S>> in_reach;
@@ -14582,8 +14608,8 @@ class World {
   /// restored, got another time step, or had bodies moved. The loop starts anew. It lets go of all
   /// contacts, and the impulses of substeps since the last step are dropped. Tools keep their last
   /// poses, at rest. Do not open a copy of a loop that goes with a snapshot.
-  /// @throws InvalidArgument when a tool names a body that is not kinematic, or that never existed.
-  ///         The loop is unchanged then.
+  /// @throws InvalidArgument when a tool names a body that is not kinematic, or that never existed,
+  ///         or when a ray of a new patch ends inside its own body. The loop is unchanged then.
   void open(HapticLoop<S, Backend>& loop) const;
   /// Applies the impulses of a loop's substeps to the bodies and moves the tools to their poses.
   /// Then advances the world by one time step and shows the loop the new state. Removed bodies
@@ -22607,7 +22633,7 @@ class MeshConvexContacts {
       : mesh_(mesh),
         convex_(convex),
         X_MC_(X_MC),
-        R_CM_(X_MC.rotation.conjugate().toRotationMatrix()),
+        R_CM_(rotation_matrix<P>(X_MC.rotation.conjugate())),
         margin_(margin),
         sink_(sink) {}
 
@@ -25285,7 +25311,10 @@ void HapticLoop<S, Backend>::observe(const detail::WorldState<S>& state) {
       tool.pose = state.bodies.at(tool.body.index).pose();
     }
   }
-  for (Skin& tool_patch : tool_patches_) find_near(state, tool_patch, fastest);
+  for (Skin& tool_patch : tool_patches_) {
+    tool_patch.is_seen = true;
+    find_near(state, tool_patch, fastest);
+  }
 }
 
 /// Finds shapes that a patch may meet in a step.
@@ -33978,7 +34007,7 @@ class ContactStage {
       state.contacts.add(
           pairs_[i], std::span(buffers_[i / chunk_size]).subspan(found_[i].first, found_[i].count),
           {a.is_centered ? X_WA.rotation_matrix()
-                         : (X_WA.rotation * a.X_CmS.rotation).toRotationMatrix(),
+                         : rotation_matrix<S>(X_WA.rotation * a.X_CmS.rotation),
            a.is_centered ? Vec3<S>::Zero() : X_WA.rotate(a.X_CmS.translation),
            X_WB.translation - X_WA.translation, X_WA.translation});
     }
@@ -36124,30 +36153,31 @@ namespace bristle::inline BRISTLE_ABI::detail {
 /// ends outside has left the body there, and senses contacts from there. Each tip is cast at each
 /// shape once.
 ///
-/// @param shapes  Tags of the shapes of the body.
+/// @param body      Index of the body.
+/// @param origin_B  [m] The point of the body that the patch gives its rays about.
 /// @throws InvalidArgument naming the first sensor whose tip lies inside.
 template <Scalar S>
-void require_outward_rays(const WorldState<S>& state, const Vec3<S>& center_B,
-                          const SensorPatch<S>& patch, const DynamicArray<std::uint32_t>& shapes) {
-  if (shapes.empty()) return;
-  // About the centre of mass, as in the patch.
+void require_outward_rays(const WorldState<S>& state, std::uint32_t body,
+                          const SensorPatch<S>& patch, const Vec3<S>& origin_B) {
+  if (patch.def.may_point_inwards) return;
+  const Vec3<S> origin_Cm = origin_B - state.bodies.at(body).center_B;
   const std::size_t count = patch.length.size();
   SensorLayout<S> tips;
   for (std::size_t i = 0; i < count; ++i) {
-    const Vec3<S> start = patch.start[i];
     const Vec3<S> direction = patch.direction[i];
-    tips.add(start + patch.length[i] * direction, direction, patch.length[i]);
+    tips.add(origin_Cm + patch.start[i] + patch.length[i] * direction, direction, patch.length[i]);
   }
   // A solid is closed: a ray that starts inside is hit at the distance 0.
   RayHits<S> hits;
   hits.reset(count);
-  for (const std::uint32_t tag : shapes) {
+  for (std::uint32_t tag = 0; tag < state.colliders.slot_count(); ++tag) {
+    if (!state.colliders.is_live(tag)) continue;
     const Collider<S>& c = state.colliders.at(tag);
-    c.shape.cast_rays(c.X_CmS, tips.rays(), tag, hits);
+    if (c.body.index == body) c.shape.cast_rays(c.X_CmS, tips.rays(), tag, hits);
   }
   for (std::size_t i = 0; i < count; ++i) {
     if (hits.distance[i] > S(0)) continue;
-    const Vec3<S> tip = center_B + tips.start[i];
+    const Vec3<S> tip = state.bodies.at(body).center_B + tips.start[i];
     std::string text = "(";
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
       text.append(axis > 0 ? ", " : "").append(to_text(tip[axis]));
@@ -37128,11 +37158,7 @@ requires ShapeBackend<Backend, S> PatchId World<S, Backend>::add_patch(BodyId bo
   const Body<S>& owner = state_.bodies.get(body, "BodyId");
   for (const BodyId id : def.excluded) (void)state_.bodies.get(id, "PatchDef::excluded");
   detail::SensorPatch<S> patch = detail::make_patch(std::move(def), body, owner.center_B);
-  if (!patch.def.may_point_inwards) {
-    detail::DynamicArray<std::uint32_t> shapes;
-    for_each_shape_of(body, [&](std::uint32_t tag) { shapes.push_back(tag); });
-    detail::require_outward_rays(state_, owner.center_B, patch, shapes);
-  }
+  detail::require_outward_rays(state_, body.index, patch, owner.center_B);
   detail::disturb(state_, body);
   return state_.patches.insert(std::move(patch));
 }
@@ -37324,6 +37350,12 @@ void World<S, Backend>::require_tools(const HapticLoop<S, Backend>& loop) const 
     if (is_right) continue;
     detail::require(false, "HapticLoop: BodyId of tool " + std::to_string(i), tool.body,
                     "must name a kinematic body");
+  }
+  for (const auto& skin : loop.tool_patches_) {
+    const BodyId body = loop.tools_[skin.tool].body;
+    if (skin.is_seen || !contains(body)) continue;
+    // The loop knows no centre of mass: its patches are about the origin of the body.
+    detail::require_outward_rays(state_, body.index, skin.patch, Vec3<S>(Vec3<S>::Zero()));
   }
 }
 

@@ -351,6 +351,35 @@ class WorldScript {
   }
   const std::vector<std::byte>& one_snapshot() { return snapshots_[in_.choice(snapshots_.size())]; }
 
+  // What a loop shows of itself.
+  [[nodiscard]] std::vector<double> seen_of_loop() const {
+    std::vector<double> seen;
+    const auto add = [&](const Vec3<S>& v) {
+      for (const S x : v) seen.push_back(static_cast<double>(x));
+    };
+    seen.push_back(static_cast<double>(loop_->substep_length()));
+    seen.push_back(static_cast<double>(loop_->substeps_done()));
+    seen.push_back(static_cast<double>(loop_->rays_cast()));
+    for (const ToolId tool : tools_) {
+      add(loop_->wrench(tool).force);
+      add(loop_->wrench(tool).torque);
+    }
+    for (const auto& body : loop_->bodies()) {
+      add(body.body().twist.linear);
+      add(body.body().twist.angular);
+    }
+    return seen;
+  }
+
+  // A call of the loop: one that throws leaves it as it was, as it does the world.
+  template <typename Call>
+  bool call_of_loop(const char* name, const Call& make) {
+    const std::vector<double> before = seen_of_loop();
+    const bool is_accepted = call(name, make);
+    if (!is_accepted) demand(seen_of_loop() == before, "a call that threw changed a haptic loop");
+    return is_accepted;
+  }
+
   void haptic_step() {
     if (!loop_) {
       (void)call("HapticLoop", [&] {
@@ -361,20 +390,20 @@ class WorldScript {
     }
     if (tools_.size() < 2) {
       (void)call("add_tool", [&] { tools_.push_back(loop_->add_tool(body())); });
-      (void)call("HapticLoop::add_patch",
-                 [&] { (void)loop_->add_patch(one_of(tools_), patch_def()); });
+      (void)call_of_loop("HapticLoop::add_patch",
+                         [&] { (void)loop_->add_patch(one_of(tools_), patch_def()); });
     }
-    if (!call("open", [&] { world_->open(*loop_); })) return;
+    if (!call_of_loop("open", [&] { world_->open(*loop_); })) return;
     for (std::uint32_t i = 0; i < loop_->def().substeps; ++i) {
       for (const ToolId tool : tools_) {
-        (void)call("move", [&] { loop_->move(tool, in_.pose(S(1))); });
+        (void)call_of_loop("move", [&] { loop_->move(tool, in_.pose(S(1))); });
       }
       loop_->substep();
       for (const ToolId tool : tools_) {
         demand(is_finite(loop_->wrench(tool)), "a haptic tool feels what is not finite");
       }
     }
-    if (call("step with a loop", [&] { world_->step(*loop_); })) look();
+    if (call_of_loop("step with a loop", [&] { world_->step(*loop_); })) look();
   }
 
   // Steps

@@ -173,6 +173,42 @@ TEST_CASE("haptic_tools: a patch that is refused is not added") {
   CHECK(next.index == scene.pad.index + 1);
 }
 
+// The box of the tool lies beside the origin of its body, and so does its centre of mass.
+TEST_CASE("haptic_tools: rays that end in the tool's own shapes are refused by the world") {
+  StylusScene<double> scene({});
+  const BodyId body = scene.world.add_body({.motion = Motion::kinematic});
+  scene.world.add_shape(
+      body, {.shape = Box<double>{{0.01, 0.01, 0.01}}, .X_BS = {.translation = {0.1, 0, 0}}});
+  const auto ray = [&](double x, double end) {
+    PatchDef<double> def = StylusScene<double>::pad_def({});
+    def.sensors = {};
+    def.sensors.add(Vec3<double>(x, 0, 0.01), Vec3<double>(x, 0, end));
+    return def;
+  };
+  const auto open = [&](const PatchDef<double>& def) {
+    HapticLoop<double, AnalyticBackend> loop({});
+    loop.add_patch(loop.add_tool(body), def);
+    scene.world.open(loop);
+  };
+  CHECK_NOTHROW(open(ray(0.1, 0.02)));
+  CHECK_NOTHROW(open(ray(0, 0)));
+  CHECK_THROWS_WITH_AS(open(ray(0.1, 0)), doctest::Contains("(0.1, 0, 0)"), InvalidArgument);
+  PatchDef<double> inwards = ray(0.1, 0);
+  inwards.may_point_inwards = true;
+  CHECK_NOTHROW(open(inwards));
+
+  // One that joins an open loop is refused by the step, which changes nothing.
+  HapticLoop<double, AnalyticBackend> loop({.substeps = 1});
+  const ToolId tool = loop.add_tool(body);
+  scene.world.open(loop);
+  loop.add_patch(tool, ray(0.1, 0));
+  loop.substep();
+  const std::uint64_t hash = scene.world.state_hash();
+  CHECK_THROWS_AS(scene.world.step(loop), InvalidArgument);
+  CHECK(scene.world.state_hash() == hash);
+  CHECK(loop.substeps_done() == 1);
+}
+
 TEST_CASE("haptic_tools: a step that one of the tools cannot make is refused for all of them") {
   StylusScene<double> scene({});
   const BodyId second = scene.world.add_body({.motion = Motion::kinematic});

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <bristle/core/error.hpp>
+#include <bristle/math/rotation.hpp>
 #include <bristle/math/types.hpp>
 
 #include <cmath>
@@ -33,7 +34,7 @@ struct Transform {
   [[nodiscard]] Vec3<S> rotate(const Vec3<S>& v_B) const { return rotation * v_B; }
 
   /// R_AB as a matrix: cheaper than the quaternion from the second vector on.
-  [[nodiscard]] Mat3<S> rotation_matrix() const { return rotation.toRotationMatrix(); }
+  [[nodiscard]] Mat3<S> rotation_matrix() const { return bristle::rotation_matrix<S>(rotation); }
 
   /// The same pose in another scalar.
   template <Scalar T>

@@ -203,7 +203,7 @@ class ContactStage {
       state.contacts.add(
           pairs_[i], std::span(buffers_[i / chunk_size]).subspan(found_[i].first, found_[i].count),
           {a.is_centered ? X_WA.rotation_matrix()
-                         : (X_WA.rotation * a.X_CmS.rotation).toRotationMatrix(),
+                         : rotation_matrix<S>(X_WA.rotation * a.X_CmS.rotation),
            a.is_centered ? Vec3<S>::Zero() : X_WA.rotate(a.X_CmS.translation),
            X_WB.translation - X_WA.translation, X_WA.translation});
     }

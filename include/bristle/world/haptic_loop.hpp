@@ -84,7 +84,8 @@ class HapticLoop {
     return {static_cast<std::uint32_t>(tools_.size() - 1)};
   }
   /// Adds sensors to a tool, in the frame of its body. They sense from the next `World::open` or
-  /// `World::step` on.
+  /// `World::step` on. It refuses rays that end inside the tool's own shapes, unless
+  /// `PatchDef::may_point_inwards`.
   /// @throws InvalidArgument naming the field; the law must be the paper's.
   ToolPatchId add_patch(ToolId tool, PatchDef<S> def) {
     const Tool& owner = tool_of(tool);
@@ -188,6 +189,8 @@ class HapticLoop {
   struct Skin {
     detail::SensorPatch<S> patch{};
     std::uint32_t tool = 0;
+    /// True from the first time on that the world has seen it, and checked its rays.
+    bool is_seen = false;
     /// [-] Shapes that it may meet within the step.
     detail::DynamicArray<std::uint32_t> near;
     detail::DynamicArray<detail::ShapeInReach<S>> in_reach;
@@ -292,7 +295,10 @@ void HapticLoop<S, Backend>::observe(const detail::WorldState<S>& state) {
       tool.pose = state.bodies.at(tool.body.index).pose();
     }
   }
-  for (Skin& tool_patch : tool_patches_) find_near(state, tool_patch, fastest);
+  for (Skin& tool_patch : tool_patches_) {
+    tool_patch.is_seen = true;
+    find_near(state, tool_patch, fastest);
+  }
 }
 
 /// Finds shapes that a patch may meet in a step.

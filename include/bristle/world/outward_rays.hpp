@@ -3,7 +3,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/core/dynamic_array.hpp>
 #include <bristle/core/error.hpp>
 #include <bristle/sensors/patch.hpp>
 #include <bristle/world/world_state.hpp>
@@ -18,30 +17,31 @@ namespace bristle::inline BRISTLE_ABI::detail {
 /// ends outside has left the body there, and senses contacts from there. Each tip is cast at each
 /// shape once.
 ///
-/// @param shapes  Tags of the shapes of the body.
+/// @param body      Index of the body.
+/// @param origin_B  [m] The point of the body that the patch gives its rays about.
 /// @throws InvalidArgument naming the first sensor whose tip lies inside.
 template <Scalar S>
-void require_outward_rays(const WorldState<S>& state, const Vec3<S>& center_B,
-                          const SensorPatch<S>& patch, const DynamicArray<std::uint32_t>& shapes) {
-  if (shapes.empty()) return;
-  // About the centre of mass, as in the patch.
+void require_outward_rays(const WorldState<S>& state, std::uint32_t body,
+                          const SensorPatch<S>& patch, const Vec3<S>& origin_B) {
+  if (patch.def.may_point_inwards) return;
+  const Vec3<S> origin_Cm = origin_B - state.bodies.at(body).center_B;
   const std::size_t count = patch.length.size();
   SensorLayout<S> tips;
   for (std::size_t i = 0; i < count; ++i) {
-    const Vec3<S> start = patch.start[i];
     const Vec3<S> direction = patch.direction[i];
-    tips.add(start + patch.length[i] * direction, direction, patch.length[i]);
+    tips.add(origin_Cm + patch.start[i] + patch.length[i] * direction, direction, patch.length[i]);
   }
   // A solid is closed: a ray that starts inside is hit at the distance 0.
   RayHits<S> hits;
   hits.reset(count);
-  for (const std::uint32_t tag : shapes) {
+  for (std::uint32_t tag = 0; tag < state.colliders.slot_count(); ++tag) {
+    if (!state.colliders.is_live(tag)) continue;
     const Collider<S>& c = state.colliders.at(tag);
-    c.shape.cast_rays(c.X_CmS, tips.rays(), tag, hits);
+    if (c.body.index == body) c.shape.cast_rays(c.X_CmS, tips.rays(), tag, hits);
   }
   for (std::size_t i = 0; i < count; ++i) {
     if (hits.distance[i] > S(0)) continue;
-    const Vec3<S> tip = center_B + tips.start[i];
+    const Vec3<S> tip = state.bodies.at(body).center_B + tips.start[i];
     std::string text = "(";
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
       text.append(axis > 0 ? ", " : "").append(to_text(tip[axis]));

@@ -256,8 +256,8 @@ class World {
   /// restored, got another time step, or had bodies moved. The loop starts anew. It lets go of all
   /// contacts, and the impulses of substeps since the last step are dropped. Tools keep their last
   /// poses, at rest. Do not open a copy of a loop that goes with a snapshot.
-  /// @throws InvalidArgument when a tool names a body that is not kinematic, or that never existed.
-  ///         The loop is unchanged then.
+  /// @throws InvalidArgument when a tool names a body that is not kinematic, or that never existed,
+  ///         or when a ray of a new patch ends inside its own body. The loop is unchanged then.
   void open(HapticLoop<S, Backend>& loop) const;
   /// Applies the impulses of a loop's substeps to the bodies and moves the tools to their poses.
   /// Then advances the world by one time step and shows the loop the new state. Removed bodies

@@ -138,11 +138,7 @@ requires ShapeBackend<Backend, S> PatchId World<S, Backend>::add_patch(BodyId bo
   const Body<S>& owner = state_.bodies.get(body, "BodyId");
   for (const BodyId id : def.excluded) (void)state_.bodies.get(id, "PatchDef::excluded");
   detail::SensorPatch<S> patch = detail::make_patch(std::move(def), body, owner.center_B);
-  if (!patch.def.may_point_inwards) {
-    detail::DynamicArray<std::uint32_t> shapes;
-    for_each_shape_of(body, [&](std::uint32_t tag) { shapes.push_back(tag); });
-    detail::require_outward_rays(state_, owner.center_B, patch, shapes);
-  }
+  detail::require_outward_rays(state_, body.index, patch, owner.center_B);
   detail::disturb(state_, body);
   return state_.patches.insert(std::move(patch));
 }
@@ -334,6 +330,12 @@ void World<S, Backend>::require_tools(const HapticLoop<S, Backend>& loop) const 
     if (is_right) continue;
     detail::require(false, "HapticLoop: BodyId of tool " + std::to_string(i), tool.body,
                     "must name a kinematic body");
+  }
+  for (const auto& skin : loop.tool_patches_) {
+    const BodyId body = loop.tools_[skin.tool].body;
+    if (skin.is_seen || !contains(body)) continue;
+    // The loop knows no centre of mass: its patches are about the origin of the body.
+    detail::require_outward_rays(state_, body.index, skin.patch, Vec3<S>(Vec3<S>::Zero()));
   }
 }
 

@@ -35,6 +35,21 @@ TEST_CASE_TEMPLATE("log_rotation: inverts exp_rotation at all angles", S, float,
   }
 }
 
+TEST_CASE_TEMPLATE("rotation_matrix: has the bits of Eigen's, with fused multiply-adds, too", S,
+                   float, double) {
+  test::Random random(5);
+  for (int i = 0; i < 200; ++i) {
+    const Quat<S> q = exp_rotation<S>(S(3) * random.direction<S>());
+    const Mat3<S> R = rotation_matrix<S>(q);
+    CHECK(R == q.toRotationMatrix());
+    // What a compiler makes of `2 a + b` where it may.
+    const S xy = q.x() * q.y();
+    const S wz = q.w() * q.z();
+    CHECK(std::fma(S(2), xy, S(2) * wz) == R(1, 0));
+    CHECK(std::fma(S(2), xy, -(S(2) * wz)) == R(0, 1));
+  }
+}
+
 TEST_CASE_TEMPLATE("step_rotation: many small steps make a large one", S, float, double) {
   Quat<S> q = Quat<S>::Identity();
   const Vec3<S> omega(S(0.3), S(-0.2), S(0.5));

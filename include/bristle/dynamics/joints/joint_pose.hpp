@@ -72,7 +72,7 @@ JointPose<S> joint_pose(const Joint<S>& joint, const Transform<S>& X_WA, const T
   JointPose<S> pose;
   const Quat<S> R_WJa = X_WA.rotation * joint.X_CmA_J.rotation;
   const Quat<S> R_WJb = X_WB.rotation * joint.X_CmB_J.rotation;
-  pose.axes_W = R_WJa.toRotationMatrix();
+  pose.axes_W = rotation_matrix<S>(R_WJa);
   pose.arm_b = X_WB.rotation * joint.X_CmB_J.translation;
   // Centres of mass are subtracted first. So no digits are lost far from the world's origin.
   pose.arm_a = (X_WB.translation - X_WA.translation) + pose.arm_b;

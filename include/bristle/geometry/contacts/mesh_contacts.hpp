@@ -164,7 +164,7 @@ class MeshConvexContacts {
       : mesh_(mesh),
         convex_(convex),
         X_MC_(X_MC),
-        R_CM_(X_MC.rotation.conjugate().toRotationMatrix()),
+        R_CM_(rotation_matrix<P>(X_MC.rotation.conjugate())),
         margin_(margin),
         sink_(sink) {}
 

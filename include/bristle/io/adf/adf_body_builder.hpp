@@ -155,7 +155,7 @@ class AdfBodyBuilder {
     }
   }
   [[nodiscard]] static Mat3<S> turned(const Vec3<double>& moments, const Quat<S>& q) {
-    const Mat3<S> R = q.toRotationMatrix();
+    const Mat3<S> R = rotation_matrix<S>(q);
     return R * Vec3<S>(moments.cast<S>()).asDiagonal() * R.transpose();
   }
 
