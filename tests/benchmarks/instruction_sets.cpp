@@ -2,6 +2,10 @@
 /// Gain by wider registers: time of a step, and hash of the resulting state, for each instruction
 /// set of the compiled library (preset `release`), or for the one that headers are compiled for
 /// (preset `native`). Their difference is the loss of a program that is built for every processor.
+///
+///     benchmark_instruction_sets [part of a scene's name [instruction set]]
+///
+/// On a machine whose speed varies, run both programs in turn for one scene after the other.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "benchmarks/thread_clock.hpp"
 #include "scenes/grasp.hpp"
@@ -78,12 +82,16 @@ World<S> sliding_boxes() {
   return world;
 }
 
+/// What to measure; empty means all.
+std::string wanted_scene, wanted_set;
+
 /// Prints the least time of five runs. Where last bits decide a scene's course, as in a pile, one
 /// course says little about registers: then the mean over `courses` scenes that start alike but for
 /// a little, `make(0)` to `make(courses - 1)`.
 template <typename Make>
 void measure(const char* set, const char* scalar, const std::string& scene, int steps,
              const Make& make, int courses = 1) {
+  if (scene.find(wanted_scene) == std::string::npos) return;
   double sum = 0;
   std::uint64_t hash = 0;
   for (int course = 0; course < courses; ++course) {
@@ -132,7 +140,9 @@ void measure_all(const char* set, const char* scalar) {
 
 }  // namespace
 
-int main() {
+int main(int argc, char** argv) {
+  if (argc > 1) wanted_scene = argv[1];
+  if (argc > 2) wanted_set = argv[2];
   std::puts("| scene | scalar | registers | us a step | state |\n|---|---|---|---|---|");
 #if defined(BRISTLE_COMPILED)
   for (const InstructionSet set :
@@ -140,6 +150,7 @@ int main() {
     if (set > widest_instruction_set()) break;
     set_instruction_set(set);
     const std::string name(name_of(set));
+    if (!wanted_set.empty() && wanted_set != name) continue;
     measure_all<float>(name.c_str(), "float");
     measure_all<double>(name.c_str(), "double");
   }
