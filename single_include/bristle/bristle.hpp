@@ -6006,6 +6006,17 @@ template <Scalar S>
   return {sqrt(a.friction * b.friction), max(a.restitution, b.restitution)};
 }
 
+namespace detail {
+
+/// Returns whether a step can use a material.
+template <Scalar S>
+[[nodiscard]] bool is_valid_state(const Material<S>& m) {
+  return m.friction >= S(0) && m.friction <= largest_number<S> && m.restitution >= S(0) &&
+         m.restitution <= S(1);
+}
+
+}  // namespace detail
+
 /// Checks a material.
 /// @throws InvalidArgument naming the field that is out of range.
 template <Scalar S>
@@ -6084,6 +6095,12 @@ struct ShapeDef {
   Transform<S> X_BS{};
   /// [1] Material of its surface.
   Material<S> material{};
+  /// [-] True for a region that tells what is in it (`World::for_each_contact_event`) and pushes
+  /// nothing. It adds no mass. Sensors do not sense it, and queries do not meet it unless
+  /// `QueryFilter::meets_triggers`.
+  bool is_trigger = false;
+  /// [-] A number of the caller's, such as an index (`World::user_data`).
+  std::uint64_t user_data = 0;
 };
 
 /// Definition of a body, for `World::add_body`.
@@ -6121,9 +6138,17 @@ struct BodyDef {
   Vec3<S> angular_velocity = Vec3<S>::Zero();
   /// [1] Factor on the world's gravity.
   S gravity_scale = S(1);
+  /// [1/s] Rate at which the velocity of the centre of mass decays in free motion, >= 0: a force of
+  /// -rate * mass * velocity. Ignored unless dynamic.
+  S linear_damping = S(0);
+  /// [1/s] Rate at which the angular momentum decays, >= 0. Ignored unless dynamic.
+  S angular_damping = S(0);
   /// [-] Axes along and about which it cannot move. Its velocity there must be zero. Ignored unless
   /// dynamic.
   LockedAxes locked{};
+  /// [-] A number of the caller's for the body and for `shape`, such as an index
+  /// (`World::user_data`).
+  std::uint64_t user_data = 0;
 };
 
 namespace detail {
@@ -6160,6 +6185,9 @@ struct Body {
   Mat3<S> inverse_inertia_B = Mat3<S>::Zero();
   /// [1] Factor on the world's gravity.
   S gravity_scale = S(1);
+  /// [1/s] Rates at which velocity and angular momentum decay. Zero unless dynamic.
+  S linear_damping = S(0);
+  S angular_damping = S(0);
   /// [-] World axes along and about which it cannot move.
   LockedAxes locked{};
   /// [-] Filter of the bodies and sensors that may touch and sense it.
@@ -6173,11 +6201,17 @@ struct Body {
   Wrench<S> applied{};
   /// [-] Sleep state.
   detail::BodySleep<S> sleep{};
+  /// [-] The caller's number.
+  std::uint64_t user_data = 0;
 
   /// Returns whether forces move it where no axis is locked.
   [[nodiscard]] bool is_dynamic() const { return motion == Motion::dynamic; }
   /// Returns whether forces move it along or about any axis.
   [[nodiscard]] bool moves() const { return is_dynamic() && !locked.all(); }
+  /// Returns whether its motion decays. Derivatives by a rate count.
+  [[nodiscard]] bool is_damped() const {
+    return !(linear_damping == S(0)) || !(angular_damping == S(0));
+  }
   /// Returns whether it sleeps.
   [[nodiscard]] bool is_asleep() const { return sleep.island != detail::BodySleep<S>::awake; }
 
@@ -6324,6 +6358,8 @@ Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
   detail::require_all_finite("BodyDef::velocity", def.velocity);
   detail::require_all_finite("BodyDef::angular_velocity", def.angular_velocity);
   detail::require_finite("BodyDef::gravity_scale", def.gravity_scale);
+  detail::require_not_negative("BodyDef::linear_damping", def.linear_damping);
+  detail::require_not_negative("BodyDef::angular_damping", def.angular_damping);
   validate(def.material);
   if (def.center_of_mass) {
     detail::require_all_finite("BodyDef::center_of_mass", *def.center_of_mass);
@@ -6338,7 +6374,10 @@ Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
   body.motion = def.motion;
   body.filter = def.filter;
   body.gravity_scale = def.gravity_scale;
+  body.user_data = def.user_data;
   if (def.motion == Motion::dynamic) {
+    body.linear_damping = def.linear_damping;
+    body.angular_damping = def.angular_damping;
     detail::require_still(def.locked, Twist<S>{def.velocity, def.angular_velocity});
     body.locked = def.locked;
   }
@@ -8507,6 +8546,8 @@ struct PatchDef {
   /// turns by their index. Rays are cast sooner if another shape comes into range, or if bodies
   /// have moved by a quarter of the shortest ray.
   std::uint32_t cast_every = 1;
+  /// [-] A number of the caller's, such as an index (`World::user_data`).
+  std::uint64_t user_data = 0;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -10396,8 +10437,13 @@ struct CachedManifold {
   /// [-] Its points are [first, first + count).
   std::uint32_t first = 0;
   std::uint32_t count = 0;
-  /// [-] True if it persists from the last step and has no rows in this one.
+  /// [-] True if it persists from the last step.
   bool is_persisted = false;
+  /// [-] True if one of the shapes is a trigger.
+  bool is_trigger = false;
+
+  /// Returns whether it pushes in this step.
+  [[nodiscard]] bool has_rows() const { return !is_persisted && !is_trigger; }
 };
 
 /// [N s] Friction impulse of a point on b, world axes.
@@ -10426,6 +10472,8 @@ class ContactCache {
     Vec3<S> p_ab = Vec3<S>::Zero();
     /// [m] a's centre of mass in the world.
     Vec3<S> center_a = Vec3<S>::Zero();
+    /// [-] True if one of the shapes is a trigger.
+    bool is_trigger = false;
   };
 
   /// Starts a new generation, for a step of `dt` [s].
@@ -10453,6 +10501,7 @@ class ContactCache {
       cached.center_a = frame.center_a;
       cached.first = static_cast<std::uint32_t>(points_.size());
       cached.count = static_cast<std::uint32_t>(m.size);
+      cached.is_trigger = frame.is_trigger;
       const CachedManifold<S>* old = find_old(shapes, m.key);
       for (std::size_t i = 0; i < m.size; ++i) {
         CachedPoint<S>& point = points_.emplace_back();
@@ -10755,6 +10804,28 @@ void for_each_touch(const ContactCache<S>& cache, Visit&& visit) {
   }
 }
 
+/// Calls visit(const ContactEvent&) for each event of the last step, ends by removal first.
+/// @param state  A `WorldState`.
+template <typename State, typename Visit>
+void for_each_event(const State& state, Visit&& visit) {
+  for (const ContactEvent& event : state.ended) visit(event);
+  for_each_touch(state.contacts, [&](ShapePair shapes, bool touched, bool touches) {
+    const ContactEvent::Phase phase = !touched  ? ContactEvent::Phase::begin
+                                      : touches ? ContactEvent::Phase::persist
+                                                : ContactEvent::Phase::end;
+    visit(ContactEvent{phase, state.colliders.handle(shapes.a), state.colliders.handle(shapes.b),
+                       state.colliders.at(shapes.a).body, state.colliders.at(shapes.b).body});
+  });
+}
+
+/// Adds the begins and ends of the last step to those that the world keeps.
+template <typename State>
+void keep_events(State& state) {
+  for_each_event(state, [&](const ContactEvent& event) {
+    if (event.phase != ContactEvent::Phase::persist) state.kept_events.push_back(event);
+  });
+}
+
 }  // namespace detail
 
 template <Scalar S>
@@ -10853,22 +10924,44 @@ Wrench<S> ContactReading<S>::impulse_on_b() const {
 /// a radian.
 // SPDX-License-Identifier: BSD-3-Clause
 
+#include <cmath>
+
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Velocities of a body after the forces known at the start of the step. These are gravity and the
-/// caller's wrench. The gyroscopic torque is left out: `step_pose` accounts for it exactly.
+/// Lets a velocity decay over a step by v' = a - rate v, and returns the factor of a in the exact
+/// solution: (1 - exp(-rate dt)) / rate. Without damping that is the step.
+template <Scalar S>
+[[nodiscard]] S decay(Vec3<S>& velocity, const S& rate, const S& dt) {
+  using std::expm1;
+  const S x = rate * dt;
+  // The next terms of the two series, x^2 / 2 and x^2 / 6, are lost to round-off here.
+  const bool is_linear = x < S(1e-8);
+  const S lost = is_linear ? x : -expm1(-x);
+  velocity *= S(1) - lost;
+  return is_linear ? dt * (S(1) - S(0.5) * x) : lost / rate;
+}
+
+/// Velocities of a body after the forces known at the start of the step. These are gravity, the
+/// caller's wrench and damping. The gyroscopic torque is left out: `step_pose` accounts for it
+/// exactly.
 template <Scalar S>
 [[nodiscard]] Twist<S> free_twist(const Body<S>& body, const Vec3<S>& gravity, S dt) {
   Twist<S> result = body.twist;
   if (!body.is_dynamic()) return result;
+  S forces_last = dt;
+  S torques_last = dt;
+  if (body.is_damped()) {
+    forces_last = decay(result.linear, body.linear_damping, dt);
+    torques_last = decay(result.angular, body.angular_damping, dt);
+  }
   for (std::size_t k = 0; k < 3; ++k) {
     const auto i = static_cast<Eigen::Index>(k);
     if (body.locked.linear[k]) continue;
     result.linear[i] +=
-        dt * (body.gravity_scale * gravity[i] + body.inverse_mass * body.applied.force[i]);
+        forces_last * (body.gravity_scale * gravity[i] + body.inverse_mass * body.applied.force[i]);
   }
   if (body.applied.torque != Vec3<S>::Zero()) {
-    result.angular += dt * (body.inverse_inertia_W() * body.applied.torque);
+    result.angular += torques_last * (body.inverse_inertia_W() * body.applied.torque);
   }
   return result;
 }
@@ -11220,9 +11313,9 @@ template <Scalar S>
 struct JointDef {
   /// [-] Degrees of freedom that it leaves free.
   JointKind kind = JointKind::fixed;
-  /// [-] Body A. At least one of the two must be dynamic.
+  /// [-] Body A; unset: the world (`World::ground`). At least one of the two must be dynamic.
   BodyId body_a{};
-  /// [-] Body B, different from A.
+  /// [-] Body B, different from A; unset: the world.
   BodyId body_b{};
   /// [m] Pose of the joint frame in the body frame of A.
   Transform<S> X_AJ{};
@@ -11250,6 +11343,8 @@ struct JointDef {
   JointBushing<S> bushing{};
   /// [-] True if the two bodies collide with each other.
   bool bodies_collide = false;
+  /// [-] A number of the caller's, such as an index (`World::user_data`).
+  std::uint64_t user_data = 0;
 };
 
 /// State of a joint at the end of a step. Its forces in the step.
@@ -13258,6 +13353,8 @@ struct StepReport {
 /// Settings of a world.
 // SPDX-License-Identifier: BSD-3-Clause
 
+#include <functional>
+
 namespace bristle::inline BRISTLE_ABI {
 
 /// Sleep of islands of bodies. Sleeping islands are not computed. Nothing moves and velocities are
@@ -13288,6 +13385,16 @@ struct WorldDef {
   SolverDef<S> solver{};
   /// [-] Conditions of sleep.
   SleepDef<S> sleep{};
+  /// [1] Material of a pair of shapes in contact, from those of the two. A pure function, the same
+  /// in both orders. A result that `validate` would refuse counts as that of `combined`.
+  Material<S> (*combine)(const Material<S>& a, const Material<S>& b) = combined<S>;
+  /// [-] Returns whether two shapes may collide that filters let meet. Unset: they may. Asked in
+  /// each step for shapes near each other, in either order and on any thread of `parallel_for`.
+  /// Must not throw, and must depend on nothing that changes while bodies sleep. Sensors do not
+  /// ask.
+  std::function<bool(ShapeId a, ShapeId b)> may_collide{};
+  /// [-] True to keep begins and ends of contacts until they are cleared (`World::contact_events`).
+  bool keeps_contact_events = false;
   /// [-] Runs independent tasks, on threads of the caller if it has any. The results are the same.
   ParallelFor parallel_for = serial_for;
 };
@@ -13310,6 +13417,9 @@ struct Collider {
   PreparedShape<S> shape{};
   ShapeKind kind = ShapeKind::sphere;
   Material<S> material{};
+  /// True if it reports contacts and pushes nothing.
+  bool is_trigger = false;
+  std::uint64_t user_data = 0;
   /// [m] Box in the shape's own frame; infinite for a half-space.
   Aabb<S> bounds{};
   /// [m] Farthest point from the body's centre of mass.
@@ -13335,6 +13445,10 @@ struct WorldState {
   /// Contacts that ended because a shape was removed: for the events of the last step, and since
   /// then.
   DynamicArray<ContactEvent> ended, ended_since;
+  /// Begins and ends of contacts, if `WorldDef::keeps_contact_events`.
+  DynamicArray<ContactEvent> kept_events;
+  /// The body of joints to the world. Names none before the first.
+  BodyId ground{};
   /// Body index pairs whose contact a joint disables, sorted.
   DynamicArray<ShapePair> unpaired;
   StepReport<S> report{};
@@ -13352,6 +13466,11 @@ struct WorldState {
 
   [[nodiscard]] const Body<S>& body_of(const Collider<S>& c) const {
     return bodies.at(c.body.index);
+  }
+  /// Material of two shapes in contact.
+  [[nodiscard]] Material<S> material_of(const Collider<S>& a, const Collider<S>& b) const {
+    const Material<S> material = def.combine(a.material, b.material);
+    return is_valid_state(material) ? material : combined(a.material, b.material);
   }
   /// Returns whether a body may move in this step, or was changed by the caller since the last one.
   [[nodiscard]] bool is_active(std::uint32_t slot) const {
@@ -13466,7 +13585,7 @@ class HeldMobilityFinder {
       const Collider<S>& a = state.colliders.at(m.shapes.a);
       const Collider<S>& b = state.colliders.at(m.shapes.b);
       if (a.body.index != slot && b.body.index != slot) continue;
-      const S friction = combined(a.material, b.material).friction;
+      const S friction = state.material_of(a, b).friction;
       const Twist<S>& twist_a = state.body_of(a).twist;
       const Twist<S>& twist_b = state.body_of(b).twist;
       Vec3<S> t1, t2;
@@ -13729,6 +13848,8 @@ struct QueryFilter {
   std::uint32_t sense_mask = 0xffffffffu;
   /// [-] Bodies that are not met. A ray that starts on a body excludes it, as a rule.
   std::vector<BodyId> excluded{};
+  /// [-] True if shapes that are triggers are met, too.
+  bool meets_triggers = false;
 };
 
 namespace detail {
@@ -13739,6 +13860,14 @@ template <typename Filter, Scalar S>
 [[nodiscard]] bool can_meet(const Filter& filter, BodyId id, const Body<S>& body) {
   return (filter.sense_mask & body.filter.category) != 0 &&
          std::find(filter.excluded.begin(), filter.excluded.end(), id) == filter.excluded.end();
+}
+
+/// Returns whether a query meets a shape.
+/// @param shape  A `Collider`.
+template <typename Shape, Scalar S>
+[[nodiscard]] bool can_meet_shape(const QueryFilter& filter, const Shape& shape,
+                                  const Body<S>& body) {
+  return (filter.meets_triggers || !shape.is_trigger) && can_meet(filter, shape.body, body);
 }
 
 }  // namespace detail
@@ -13826,7 +13955,7 @@ void extrapolate_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S>> sh
 template <Scalar S>
 [[nodiscard]] bool senses(const WorldState<S>& state, const SensorPatch<S>& patch,
                           const Collider<S>& c) {
-  return c.body != patch.body && can_meet(patch.def, c.body, state.body_of(c));
+  return c.body != patch.body && !c.is_trigger && can_meet(patch.def, c.body, state.body_of(c));
 }
 
 /// [m/s] Fastest speed at which a body B can come closer to any point of a box on A.
@@ -14347,7 +14476,7 @@ template <Scalar S>
   std::uint32_t best_tag = 0;
   state.broad_phase.walk_ray(ray, [&](std::uint32_t tag, S nearest) {
     const Collider<S>& c = state.colliders.at(tag);
-    if (!can_meet(filter, c.body, state.body_of(c))) return nearest;
+    if (!can_meet_shape(filter, c, state.body_of(c))) return nearest;
     const S length = std::min(nearest, ray.length);
     const RayHit<S> hit = cast_ray_at(state, tag, ray, length, scratch);
     // Visits follow the order of the tree. Ties go to the lower tag, as for sensors.
@@ -14429,6 +14558,20 @@ class World {
   [[nodiscard]] const Body<S>& body(BodyId id) const { return state_.bodies.get(id, "BodyId"); }
   /// Pose of the body frame in the world.
   [[nodiscard]] Transform<S> pose(BodyId id) const { return body(id).pose(); }
+  /// The body that stands for the world in joints: fixed, without shapes, its frame the world's.
+  /// The first call, or the first joint with an unset body, adds it. It counts as any other body.
+  BodyId ground();
+  /// [-] The caller's number of a body, shape, joint or patch, as its definition or
+  /// `set_user_data` gave it. It means nothing to the world, and is in no snapshot.
+  template <typename Tag>
+  [[nodiscard]] std::uint64_t user_data(detail::Id<Tag> id) const {
+    return user_data_in(state_, id);
+  }
+  /// Sets the caller's number of a body, shape, joint or patch.
+  template <typename Tag>
+  void set_user_data(detail::Id<Tag> id, std::uint64_t value) {
+    user_data_in(state_, id) = value;
+  }
   /// [-] Number of bodies.
   [[nodiscard]] std::size_t body_count() const noexcept { return state_.bodies.size(); }
 
@@ -14574,6 +14717,14 @@ class World {
   /// Costs nothing unless called. Call it before the world changes again.
   template <typename Visit>
   void for_each_contact_event(Visit&& visit) const;
+  /// Begins and ends of contacts since the last `clear_contact_events`, in the order of steps:
+  /// nothing is lost where a frame has several steps. Empty unless
+  /// `WorldDef::keeps_contact_events`. Valid until the next step.
+  [[nodiscard]] std::span<const ContactEvent> contact_events() const noexcept {
+    return state_.kept_events;
+  }
+  /// Forgets all events kept so far.
+  void clear_contact_events() noexcept { state_.kept_events.clear(); }
   /// Calls visit(const ContactReading<S>&) for every two shapes within reach of each other in the
   /// last step, in the order of indices.
   template <typename Visit>
@@ -14647,9 +14798,24 @@ class World {
   void require_known_contacts(BodyId id, bool is_dynamic, const CollisionFilter& filter,
                               ShapeKind kind) const;
   [[nodiscard]] detail::Collider<S> make_collider(const Body<S>& body, Prepared prepared,
-                                                  const Shape<S>& shape, const Transform<S>& X_BS,
-                                                  const Material<S>& material);
+                                                  const ShapeDef<S>& def);
   ShapeId insert_shape(BodyId id, detail::Collider<S> collider);
+  template <typename AnyState>
+  static auto& user_data_in(AnyState& state, BodyId id) {
+    return state.bodies.get(id, "BodyId").user_data;
+  }
+  template <typename AnyState>
+  static auto& user_data_in(AnyState& state, ShapeId id) {
+    return state.colliders.get(id, "ShapeId").user_data;
+  }
+  template <typename AnyState>
+  static auto& user_data_in(AnyState& state, JointId id) {
+    return state.joints.get(id, "JointId").def.user_data;
+  }
+  template <typename AnyState>
+  static auto& user_data_in(AnyState& state, PatchId id) {
+    return state.patches.get(id, "PatchId").def.user_data;
+  }
   template <typename Visit>
   void for_each_shape_of(BodyId id, Visit&& visit) const;
   void refresh_box(std::uint32_t tag);
@@ -14680,15 +14846,7 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 template <typename Visit>
 void World<S, Backend>::for_each_contact_event(Visit&& visit) const {
-  for (const ContactEvent& event : state_.ended) visit(event);
-  detail::for_each_touch(state_.contacts, [&](detail::ShapePair shapes, bool touched,
-                                              bool touches) {
-    const ContactEvent::Phase phase = !touched  ? ContactEvent::Phase::begin
-                                      : touches ? ContactEvent::Phase::persist
-                                                : ContactEvent::Phase::end;
-    visit(ContactEvent{phase, state_.colliders.handle(shapes.a), state_.colliders.handle(shapes.b),
-                       state_.colliders.at(shapes.a).body, state_.colliders.at(shapes.b).body});
-  });
+  detail::for_each_event(state_, visit);
 }
 
 template <Scalar S, typename Backend>
@@ -25247,6 +25405,10 @@ template <Scalar S>
   const ShapePair bodies{std::min(a.body.index, b.body.index),
                          std::max(a.body.index, b.body.index)};
   if (std::binary_search(state.unpaired.begin(), state.unpaired.end(), bodies)) return false;
+  if (state.def.may_collide &&
+      !state.def.may_collide(state.colliders.handle(tag_a), state.colliders.handle(tag_b))) {
+    return false;
+  }
   return reaches_plane(state, a, state.broad_phase.swept(tag_a), b) &&
          reaches_plane(state, b, state.broad_phase.swept(tag_b), a);
 }
@@ -25395,7 +25557,7 @@ void ProximityArray<S>::sense(const detail::WorldState<S>& state, BodyId carrier
   near_.clear();
   state.broad_phase.overlap(box, [&](std::uint32_t tag) {
     const detail::Collider<S>& c = state.colliders.at(tag);
-    if (c.body == carrier || !detail::can_meet(filter_, c.body, state.body_of(c))) return true;
+    if (c.body == carrier || !detail::can_meet_shape(filter_, c, state.body_of(c))) return true;
     const Transform<S> X_AS = relative_pose(X_WA, state.body_of(c).center_pose) * c.X_CmS;
     const bool is_near =
         c.half_space ? state.reaches(box, c) : transformed(box_, X_AS.inverse()).overlaps(c.bounds);
@@ -28551,6 +28713,9 @@ struct MechanismBody {
   /// [N, N m] Total of forces and torques, with gravity. It is about the centre of mass along world
   /// axes. Constant over the step.
   Wrench<S> load{};
+  /// [1/s] Rates at which forces besides those of joints let velocity and angular momentum decay.
+  S linear_damping = S(0);
+  S angular_damping = S(0);
 };
 
 /// A body of a world. Loads are the world's gravity [m/s^2] and the caller's wrench.
@@ -28649,6 +28814,8 @@ MechanismBody<S> mechanism_body(const Body<S>& body, const Vec3<S>& gravity) {
   out.inertia_B = body.inertia_B;
   out.inverse_inertia_B = body.inverse_inertia_B;
   out.locked = body.locked;
+  out.linear_damping = body.linear_damping;
+  out.angular_damping = body.angular_damping;
   out.load = body.applied;
   out.load.force += body.mass * body.gravity_scale * gravity;
   return out;
@@ -29419,6 +29586,7 @@ class MechanismIntegrator {
   Vec3<S> reference_point_ = Vec3<S>::Zero();
   S free_acceleration_ = S(0);  // In the norm of the masses, of the last evaluation.
   bool is_free_ = false;        // Only its loads act on the group from outside.
+  bool is_damped_ = false;      // The velocity of one of the bodies decays.
   int evaluations_ = 0;
   int substeps_ = 0;
 };
@@ -29443,7 +29611,11 @@ bool MechanismIntegrator<S>::advance(std::span<const MechanismBody<S>> bodies,
   system_.set(bodies, joints);
   wanted_.resize(joints.size());
   impulses_.assign(joints.size(), Wrench<S>{});
-  is_free_ = true;
+  is_damped_ = false;
+  for (const MechanismBody<S>& body : bodies) {
+    is_damped_ = is_damped_ || body.linear_damping > S(0) || body.angular_damping > S(0);
+  }
+  is_free_ = !is_damped_;
   for (const MechanismBody<S>& body : bodies) {
     const LockedAxes& locked = body.locked;
     is_free_ = is_free_ && body.moves_by_forces && !locked.any_angular() && !locked.linear[0] &&
@@ -29451,7 +29623,8 @@ bool MechanismIntegrator<S>::advance(std::span<const MechanismBody<S>> bodies,
   }
   choose_reference();
   start_springs();
-  const bool moved = springs_.empty() && find_held() ? move_straight(dt) : integrate(dt);
+  const bool has_constant_loads = springs_.empty() && !is_damped_;
+  const bool moved = has_constant_loads && find_held() ? move_straight(dt) : integrate(dt);
   return moved && write(end_poses, end_twists, impulses);
 }
 
@@ -29660,11 +29833,16 @@ void MechanismIntegrator<S>::accelerate(S t) {
   S norm2 = S(0);
   for (Node& node : system_.nodes()) {
     if (!node.def->moves_by_forces) continue;
-    const Wrench<S>& load = springs_.empty() ? node.def->load : node.load;
+    Wrench<S> load = springs_.empty() ? node.def->load : node.load;
     const Mat3<S>& R = node.now.R;
     const Vec3<S>& w = node.now.twist.angular;
     const Vec3<S> L_B = node.def->inertia_B * Vec3<S>(R.transpose() * w);
-    const Vec3<S> torque = load.torque - w.cross(R * L_B);
+    const Vec3<S> L_W = R * L_B;
+    if (is_damped_) {
+      load.force -= node.def->linear_damping * node.def->mass * node.now.twist.linear;
+      load.torque -= node.def->angular_damping * L_W;
+    }
+    const Vec3<S> torque = load.torque - w.cross(L_W);
     node.acceleration.linear = cwise_product(node.inverse_mass, load.force);
     node.acceleration.angular = node.inverse_inertia * torque;
     norm2 += load.force.dot(node.acceleration.linear) + torque.dot(node.acceleration.angular);
@@ -33850,11 +34028,11 @@ class ContactStage {
   /// Adds the constraints of all contacts.
   void add_constraints(State& state) const {
     for (const CachedManifold<S>& m : state.contacts.manifolds()) {
-      if (m.is_persisted) continue;
+      if (!m.has_rows()) continue;
       const Collider<S>& a = state.colliders.at(m.shapes.a);
       const Collider<S>& b = state.colliders.at(m.shapes.b);
-      detail::add_contacts(m, state.contacts.points(), combined(a.material, b.material),
-                           a.body.index, b.body.index, state.constraints);
+      detail::add_contacts(m, state.contacts.points(), state.material_of(a, b), a.body.index,
+                           b.body.index, state.constraints);
     }
   }
 
@@ -33883,7 +34061,7 @@ class ContactStage {
     DynamicArray<CachedPoint<S>>& points = state.contacts.points();
     std::size_t contact = 0;
     for (const CachedManifold<S>& m : state.contacts.manifolds()) {
-      if (m.is_persisted) continue;
+      if (!m.has_rows()) continue;
       for (std::uint32_t i = m.first; i < m.first + m.count; ++i) {
         const ContactConstraint<S>& c = state.constraints.contacts[contact++];
         points[i].impulse = c.impulse;
@@ -33950,8 +34128,12 @@ class ContactStage {
 
   /// Returns whether two shapes skip each other in this step because one of them sleeps on.
   [[nodiscard]] static bool is_dormant(const State& state, const ShapePair& pair) {
-    return state.body_of(state.colliders.at(pair.a)).is_asleep() ||
-           state.body_of(state.colliders.at(pair.b)).is_asleep();
+    const Collider<S>& a = state.colliders.at(pair.a);
+    const Collider<S>& b = state.colliders.at(pair.b);
+    if (!state.body_of(a).is_asleep() && !state.body_of(b).is_asleep()) return false;
+    // A trigger that moves over a sleeper tells of it, and does not wake it.
+    const bool has_trigger = a.is_trigger || b.is_trigger;
+    return !has_trigger || (!state.is_active(a.body.index) && !state.is_active(b.body.index));
   }
 
   /// Queries the backend for all pairs, in chunks. Chunks are the same for any number of threads
@@ -34003,17 +34185,18 @@ class ContactStage {
       if (has_sleepers) state.contacts.persist_before(pairs_[i], stays);
       const Collider<S>& a = state.colliders.at(pairs_[i].a);
       const Transform<S>& X_WA = state.body_of(a).center_pose;
-      const Transform<S>& X_WB = state.body_of(state.colliders.at(pairs_[i].b)).center_pose;
+      const Collider<S>& b = state.colliders.at(pairs_[i].b);
+      const Transform<S>& X_WB = state.body_of(b).center_pose;
       state.contacts.add(
           pairs_[i], std::span(buffers_[i / chunk_size]).subspan(found_[i].first, found_[i].count),
           {a.is_centered ? X_WA.rotation_matrix()
                          : rotation_matrix<S>(X_WA.rotation * a.X_CmS.rotation),
            a.is_centered ? Vec3<S>::Zero() : X_WA.rotate(a.X_CmS.translation),
-           X_WB.translation - X_WA.translation, X_WA.translation});
+           X_WB.translation - X_WA.translation, X_WA.translation, a.is_trigger || b.is_trigger});
     }
     if (has_sleepers) state.contacts.persist_before({~0u, ~0u}, stays);
     for (const CachedManifold<S>& m : state.contacts.manifolds()) {
-      state.report.contact_points += m.is_persisted ? 0 : m.count;
+      state.report.contact_points += m.has_rows() ? m.count : 0;
     }
   }
 
@@ -35575,7 +35758,9 @@ class SleepStage {
     }
   }
 
+  /// Returns whether two shapes push each other.
   [[nodiscard]] bool meets(State& state, std::uint32_t a, std::uint32_t b) {
+    if (state.colliders.at(a).is_trigger || state.colliders.at(b).is_trigger) return false;
     ++state.report.pairs_tested;
     if (!detail::may_touch(state, a, b)) return false;
     ++state.report.pairs_collided;
@@ -35641,6 +35826,7 @@ class SleepStage {
       }
     };
     for (const CachedManifold<S>& m : state.contacts.manifolds()) {
+      if (m.is_trigger) continue;
       join(state.colliders.at(m.shapes.a).body.index, state.colliders.at(m.shapes.b).body.index);
     }
     for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
@@ -35736,6 +35922,7 @@ void Stepper<S>::step(State& state) {
     // Nothing moves or changes: readings and contacts stay valid.
     state.contacts.repeat();
     state.report.sleeping_bodies = state.sleeping_bodies;
+    if (state.def.keeps_contact_events) keep_events(state);
     return;
   }
   if (joints_ == nullptr && state.joint_kernels != nullptr) {
@@ -35761,6 +35948,7 @@ void Stepper<S>::step(State& state) {
   contacts_.settle_boxes(state);
   sleep_.fall_asleep(state, sensors_);
   ++state.steps;
+  if (state.def.keeps_contact_events) keep_events(state);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -35855,24 +36043,25 @@ void World<S, Backend>::require_known_contacts(BodyId id, bool is_dynamic,
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S> detail::Collider<S> World<S, Backend>::make_collider(
-    const Body<S>& body, Prepared prepared, const Shape<S>& shape, const Transform<S>& X_BS,
-    const Material<S>& material) {
+    const Body<S>& body, Prepared prepared, const ShapeDef<S>& def) {
   detail::Collider<S> c;
-  c.X_CmS = X_BS;
+  c.X_CmS = def.X_BS;
   c.X_CmS.translation -= body.center_B;
   c.is_centered = c.X_CmS.translation == Vec3<S>::Zero() &&
                   c.X_CmS.rotation.coeffs() == Quat<S>::Identity().coeffs();
   c.kind = Backend::kind(prepared);
-  c.material = material;
+  c.material = def.material;
+  c.is_trigger = def.is_trigger;
+  c.user_data = def.user_data;
   c.bounds = Backend::bounds(prepared);
   c.shape = {stepper_.kernels().queries(), std::move(prepared)};
-  if (const auto* half_space = std::get_if<HalfSpace<S>>(&shape)) {
+  if (const auto* half_space = std::get_if<HalfSpace<S>>(&def.shape)) {
     c.half_space = *half_space;
   } else {
     c.radius = (c.X_CmS * c.bounds.center()).norm() + c.bounds.half_extents().norm();
   }
   detail::require_finite("ShapeDef::shape: farthest point", c.radius);
-  c.inner = detail::inner_ball(shape);
+  c.inner = detail::inner_ball(def.shape);
   c.inner.center = c.X_CmS * c.inner.center;
   return c;
 }
@@ -35892,22 +36081,28 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S> BodyId World<S, Backend>::add_body(const BodyDef<S>& def) {
   detail::DynamicArray<Prepared> prepared;
   MassProperties<S> solid;
-  const auto add = [&](const Shape<S>& shape, const char* field, const auto& place) {
-    detail::require(def.motion != Motion::dynamic || kind_of(shape) != ShapeKind::half_space, field,
+  bool has_solid = false;
+  const auto add = [&](const ShapeDef<S>& shape, const char* field) {
+    detail::require(def.motion != Motion::dynamic || kind_of(shape.shape) != ShapeKind::half_space,
+                    field,
                     field == std::string_view("BodyDef::motion") ? name_of(def.motion)
-                                                                 : name_of(kind_of(shape)),
+                                                                 : name_of(kind_of(shape.shape)),
                     "must not be dynamic with a HalfSpace, which has no mass");
-    prepared.push_back(Backend::template make<S>(shape));
-    const MassProperties<S> part = place(Backend::mass_properties(prepared.back()));
-    solid = prepared.size() == 1 ? part : solid + part;
+    prepared.push_back(Backend::template make<S>(shape.shape));
+    if (shape.is_trigger) return;
+    const MassProperties<S> part =
+        Backend::mass_properties(prepared.back()).transformed(shape.X_BS);
+    solid = has_solid ? solid + part : part;
+    has_solid = true;
   };
+  ShapeDef<S> first{.material = def.material, .user_data = def.user_data};
   if (def.shape) {
-    add(*def.shape, "BodyDef::motion", [](const MassProperties<S>& part) { return part; });
+    first.shape = *def.shape;
+    add(first, "BodyDef::motion");
   }
   for (const ShapeDef<S>& shape : def.shapes) {
     validate(shape);
-    add(shape.shape, "ShapeDef::shape",
-        [&](const MassProperties<S>& part) { return part.transformed(shape.X_BS); });
+    add(shape, "ShapeDef::shape");
   }
   const Body<S> body = make_body(def, solid);
   for (const Prepared& shape : prepared) {
@@ -35915,17 +36110,20 @@ requires ShapeBackend<Backend, S> BodyId World<S, Backend>::add_body(const BodyD
   }
   detail::DynamicArray<detail::Collider<S>> colliders;
   auto next = prepared.begin();
-  if (def.shape) {
-    colliders.push_back(make_collider(body, std::move(*next++), *def.shape, {}, def.material));
-  }
+  if (def.shape) colliders.push_back(make_collider(body, std::move(*next++), first));
   for (const ShapeDef<S>& shape : def.shapes) {
-    colliders.push_back(
-        make_collider(body, std::move(*next++), shape.shape, shape.X_BS, shape.material));
+    colliders.push_back(make_collider(body, std::move(*next++), shape));
   }
   const BodyId id = state_.bodies.insert(body);
   for (detail::Collider<S>& collider : colliders) insert_shape(id, std::move(collider));
   detail::disturb(state_, id);
   return id;
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S> BodyId World<S, Backend>::ground() {
+  if (!contains(state_.ground)) state_.ground = add_body({.motion = Motion::fixed});
+  return state_.ground;
 }
 
 template <Scalar S, typename Backend>
@@ -35936,8 +36134,7 @@ requires ShapeBackend<Backend, S> ShapeId World<S, Backend>::add_shape(BodyId id
   detail::require(!body.is_dynamic() || kind_of(def.shape) != ShapeKind::half_space,
                   "ShapeDef::shape", name_of(kind_of(def.shape)),
                   "must not be on a dynamic body: it has no mass");
-  detail::Collider<S> collider =
-      make_collider(body, Backend::template make<S>(def.shape), def.shape, def.X_BS, def.material);
+  detail::Collider<S> collider = make_collider(body, Backend::template make<S>(def.shape), def);
   require_known_contacts(id, body.is_dynamic(), body.filter, kind_of(def.shape));
   detail::disturb(state_, id);
   return insert_shape(id, std::move(collider));
@@ -36164,8 +36361,9 @@ void require_outward_rays(const WorldState<S>& state, std::uint32_t body,
   const std::size_t count = patch.length.size();
   SensorLayout<S> tips;
   for (std::size_t i = 0; i < count; ++i) {
+    const Vec3<S> start = origin_Cm + patch.start[i];
     const Vec3<S> direction = patch.direction[i];
-    tips.add(origin_Cm + patch.start[i] + patch.length[i] * direction, direction, patch.length[i]);
+    tips.add(start + patch.length[i] * direction, direction, patch.length[i]);
   }
   // A solid is closed: a ray that starts inside is hit at the distance 0.
   RayHits<S> hits;
@@ -36381,12 +36579,6 @@ template <Scalar S>
          (!is_driven || has_free_axis(joint.def.kind)) && has_finite_square(motor.target) &&
          motor.max_force >= S(0) && motor.max_speed > S(0) && is_not_negative(motor.stiffness) &&
          is_not_negative(motor.damping) && has_finite_square(joint.angle);
-}
-
-template <Scalar S>
-[[nodiscard]] bool is_valid_state(const Material<S>& material) {
-  return is_not_negative(material.friction) && is_not_negative(material.restitution) &&
-         material.restitution <= S(1);
 }
 
 /// Returns whether mass and inertia are possible for a body after `set_mass`: those of its own
@@ -37064,6 +37256,7 @@ requires ShapeBackend<Backend, S> World<S, Backend>::World(const WorldDef<S>& de
                   "must be > 0");
   detail::require(static_cast<bool>(def.parallel_for), "WorldDef::parallel_for", "empty",
                   "must be callable");
+  detail::require(def.combine != nullptr, "WorldDef::combine", "null", "must be a function");
   state_.def = def;
 }
 
@@ -37084,8 +37277,12 @@ requires ShapeBackend<Backend, S> World<S, Backend>::~World() = default;
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S> JointId World<S, Backend>::add_joint(const JointDef<S>& def) {
-  const Body<S>& a = state_.bodies.get(def.body_a, "JointDef::body_a");
-  const Body<S>& b = state_.bodies.get(def.body_b, "JointDef::body_b");
+  const Body<S> world{};
+  const auto body_of = [&](BodyId id, const char* field) -> const Body<S>& {
+    return id == BodyId{} ? world : state_.bodies.get(id, field);
+  };
+  const Body<S>& a = body_of(def.body_a, "JointDef::body_a");
+  const Body<S>& b = body_of(def.body_b, "JointDef::body_b");
   validate(def);
   detail::require(def.body_a != def.body_b, "JointDef::body_b", def.body_b,
                   "must not equal body_a");
@@ -37100,14 +37297,16 @@ requires ShapeBackend<Backend, S> JointId World<S, Backend>::add_joint(const Joi
   const detail::JointPose<S> pose = detail::joint_pose(joint, a.center_pose, b.center_pose);
   const S angle = detail::joint_position(def.kind, pose, S(0));
   joint.angle = nearest_turn(angle, std::min(std::max(angle, def.lower_limit), def.upper_limit));
+  if (def.body_a == BodyId{}) joint.def.body_a = ground();
+  if (def.body_b == BodyId{}) joint.def.body_b = ground();
   if (!def.bodies_collide) {
-    const detail::ShapePair pair{std::min(def.body_a.index, def.body_b.index),
-                                 std::max(def.body_a.index, def.body_b.index)};
+    const detail::ShapePair pair{std::min(joint.def.body_a.index, joint.def.body_b.index),
+                                 std::max(joint.def.body_a.index, joint.def.body_b.index)};
     detail::DynamicArray<detail::ShapePair>& unpaired = state_.unpaired;
     unpaired.insert(std::lower_bound(unpaired.begin(), unpaired.end(), pair), pair);
   }
-  detail::disturb(state_, def.body_a);
-  detail::disturb(state_, def.body_b);
+  detail::disturb(state_, joint.def.body_a);
+  detail::disturb(state_, joint.def.body_b);
   state_.joint_kernels = &detail::joint_kernels<S>();
   return state_.joints.insert(joint);
 }
@@ -37270,6 +37469,7 @@ void World<S, Backend>::restore(std::span<const std::byte> bytes) {
   state_.contacts.repeat();
   state_.ended.clear();
   state_.ended_since.clear();
+  state_.kept_events.clear();
   state_.sleeping_bodies = 0;
   state_.is_any_disturbed = false;
   for (std::uint32_t i = 0; i < state_.bodies.slot_count(); ++i) {
@@ -37806,7 +38006,7 @@ void for_each_solid(const WorldState<S>& state, const ShapeQuery<S>& query,
       [&](std::uint32_t tag) {
         const Collider<S>& c = state.colliders.at(tag);
         const Body<S>& body = state.body_of(c);
-        if (!can_meet(filter, c.body, body)) return true;
+        if (!can_meet_shape(filter, c, body)) return true;
         const auto X_TQ = query.pose_in(precise<S>(body.center_pose * c.X_CmS));
         bool goes_on = true;
         Backend::visit_solid(c.shape.template as<typename Backend::template Collidable<S>>(),
@@ -37865,7 +38065,7 @@ auto World<S, Backend>::cast_ray_through(const Ray<S>& ray, const QueryFilter& f
   RayHits<S> scratch;
   state_.broad_phase.walk_ray(ray, [&](std::uint32_t tag, S nearest) {
     const detail::Collider<S>& c = state_.colliders.at(tag);
-    if (!detail::can_meet(filter, c.body, state_.body_of(c))) return nearest;
+    if (!detail::can_meet_shape(filter, c, state_.body_of(c))) return nearest;
     const RayHit<S> hit = detail::cast_ray_at(state_, tag, ray, ray.length, scratch);
     if (hit.distance < infinity<S>) hits.push_back(detail::world_hit(state_, tag, ray, hit));
     return nearest;
@@ -39702,6 +39902,9 @@ class Dual {
   [[nodiscard]] friend Dual exp(const Dual& a) {
     const S value = std::exp(a.value_);
     return a.mapped(value, value);
+  }
+  [[nodiscard]] friend Dual expm1(const Dual& a) {
+    return a.mapped(std::expm1(a.value_), std::exp(a.value_));
   }
   [[nodiscard]] friend Dual log(const Dual& a) {
     return a.mapped(std::log(a.value_), S(1) / a.value_);

@@ -103,6 +103,7 @@ class FuzzDefs : public FuzzBytes<S> {
     def.shape = shape();
     def.X_BS = this->pose(S(0.2));
     def.material = material();
+    def.is_trigger = this->once_in(8);
     return def;
   }
 
@@ -132,6 +133,8 @@ class FuzzDefs : public FuzzBytes<S> {
     }
     if ((more & 192) == 192) {
       def.gravity_scale = this->number(S(2));
+      def.linear_damping = this->positive(S(5));
+      def.angular_damping = this->positive(S(5));
       def.filter = filter();
       const std::uint8_t locks = this->byte();
       for (std::size_t axis = 0; axis < 3; ++axis) {

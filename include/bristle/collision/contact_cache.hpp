@@ -59,8 +59,13 @@ struct CachedManifold {
   /// [-] Its points are [first, first + count).
   std::uint32_t first = 0;
   std::uint32_t count = 0;
-  /// [-] True if it persists from the last step and has no rows in this one.
+  /// [-] True if it persists from the last step.
   bool is_persisted = false;
+  /// [-] True if one of the shapes is a trigger.
+  bool is_trigger = false;
+
+  /// Returns whether it pushes in this step.
+  [[nodiscard]] bool has_rows() const { return !is_persisted && !is_trigger; }
 };
 
 /// [N s] Friction impulse of a point on b, world axes.
@@ -89,6 +94,8 @@ class ContactCache {
     Vec3<S> p_ab = Vec3<S>::Zero();
     /// [m] a's centre of mass in the world.
     Vec3<S> center_a = Vec3<S>::Zero();
+    /// [-] True if one of the shapes is a trigger.
+    bool is_trigger = false;
   };
 
   /// Starts a new generation, for a step of `dt` [s].
@@ -116,6 +123,7 @@ class ContactCache {
       cached.center_a = frame.center_a;
       cached.first = static_cast<std::uint32_t>(points_.size());
       cached.count = static_cast<std::uint32_t>(m.size);
+      cached.is_trigger = frame.is_trigger;
       const CachedManifold<S>* old = find_old(shapes, m.key);
       for (std::size_t i = 0; i < m.size; ++i) {
         CachedPoint<S>& point = points_.emplace_back();

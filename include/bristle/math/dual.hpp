@@ -160,6 +160,9 @@ class Dual {
     const S value = std::exp(a.value_);
     return a.mapped(value, value);
   }
+  [[nodiscard]] friend Dual expm1(const Dual& a) {
+    return a.mapped(std::expm1(a.value_), std::exp(a.value_));
+  }
   [[nodiscard]] friend Dual log(const Dual& a) {
     return a.mapped(std::log(a.value_), S(1) / a.value_);
   }

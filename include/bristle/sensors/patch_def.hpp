@@ -49,6 +49,8 @@ struct PatchDef {
   /// turns by their index. Rays are cast sooner if another shape comes into range, or if bodies
   /// have moved by a quarter of the shortest ray.
   std::uint32_t cast_every = 1;
+  /// [-] A number of the caller's, such as an index (`World::user_data`).
+  std::uint64_t user_data = 0;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI

@@ -157,6 +157,28 @@ void for_each_touch(const ContactCache<S>& cache, Visit&& visit) {
   }
 }
 
+/// Calls visit(const ContactEvent&) for each event of the last step, ends by removal first.
+/// @param state  A `WorldState`.
+template <typename State, typename Visit>
+void for_each_event(const State& state, Visit&& visit) {
+  for (const ContactEvent& event : state.ended) visit(event);
+  for_each_touch(state.contacts, [&](ShapePair shapes, bool touched, bool touches) {
+    const ContactEvent::Phase phase = !touched  ? ContactEvent::Phase::begin
+                                      : touches ? ContactEvent::Phase::persist
+                                                : ContactEvent::Phase::end;
+    visit(ContactEvent{phase, state.colliders.handle(shapes.a), state.colliders.handle(shapes.b),
+                       state.colliders.at(shapes.a).body, state.colliders.at(shapes.b).body});
+  });
+}
+
+/// Adds the begins and ends of the last step to those that the world keeps.
+template <typename State>
+void keep_events(State& state) {
+  for_each_event(state, [&](const ContactEvent& event) {
+    if (event.phase != ContactEvent::Phase::persist) state.kept_events.push_back(event);
+  });
+}
+
 }  // namespace detail
 
 template <Scalar S>

@@ -46,11 +46,11 @@ class ContactStage {
   /// Adds the constraints of all contacts.
   void add_constraints(State& state) const {
     for (const CachedManifold<S>& m : state.contacts.manifolds()) {
-      if (m.is_persisted) continue;
+      if (!m.has_rows()) continue;
       const Collider<S>& a = state.colliders.at(m.shapes.a);
       const Collider<S>& b = state.colliders.at(m.shapes.b);
-      detail::add_contacts(m, state.contacts.points(), combined(a.material, b.material),
-                           a.body.index, b.body.index, state.constraints);
+      detail::add_contacts(m, state.contacts.points(), state.material_of(a, b), a.body.index,
+                           b.body.index, state.constraints);
     }
   }
 
@@ -79,7 +79,7 @@ class ContactStage {
     DynamicArray<CachedPoint<S>>& points = state.contacts.points();
     std::size_t contact = 0;
     for (const CachedManifold<S>& m : state.contacts.manifolds()) {
-      if (m.is_persisted) continue;
+      if (!m.has_rows()) continue;
       for (std::uint32_t i = m.first; i < m.first + m.count; ++i) {
         const ContactConstraint<S>& c = state.constraints.contacts[contact++];
         points[i].impulse = c.impulse;
@@ -146,8 +146,12 @@ class ContactStage {
 
   /// Returns whether two shapes skip each other in this step because one of them sleeps on.
   [[nodiscard]] static bool is_dormant(const State& state, const ShapePair& pair) {
-    return state.body_of(state.colliders.at(pair.a)).is_asleep() ||
-           state.body_of(state.colliders.at(pair.b)).is_asleep();
+    const Collider<S>& a = state.colliders.at(pair.a);
+    const Collider<S>& b = state.colliders.at(pair.b);
+    if (!state.body_of(a).is_asleep() && !state.body_of(b).is_asleep()) return false;
+    // A trigger that moves over a sleeper tells of it, and does not wake it.
+    const bool has_trigger = a.is_trigger || b.is_trigger;
+    return !has_trigger || (!state.is_active(a.body.index) && !state.is_active(b.body.index));
   }
 
   /// Queries the backend for all pairs, in chunks. Chunks are the same for any number of threads
@@ -199,17 +203,18 @@ class ContactStage {
       if (has_sleepers) state.contacts.persist_before(pairs_[i], stays);
       const Collider<S>& a = state.colliders.at(pairs_[i].a);
       const Transform<S>& X_WA = state.body_of(a).center_pose;
-      const Transform<S>& X_WB = state.body_of(state.colliders.at(pairs_[i].b)).center_pose;
+      const Collider<S>& b = state.colliders.at(pairs_[i].b);
+      const Transform<S>& X_WB = state.body_of(b).center_pose;
       state.contacts.add(
           pairs_[i], std::span(buffers_[i / chunk_size]).subspan(found_[i].first, found_[i].count),
           {a.is_centered ? X_WA.rotation_matrix()
                          : rotation_matrix<S>(X_WA.rotation * a.X_CmS.rotation),
            a.is_centered ? Vec3<S>::Zero() : X_WA.rotate(a.X_CmS.translation),
-           X_WB.translation - X_WA.translation, X_WA.translation});
+           X_WB.translation - X_WA.translation, X_WA.translation, a.is_trigger || b.is_trigger});
     }
     if (has_sleepers) state.contacts.persist_before({~0u, ~0u}, stays);
     for (const CachedManifold<S>& m : state.contacts.manifolds()) {
-      state.report.contact_points += m.is_persisted ? 0 : m.count;
+      state.report.contact_points += m.has_rows() ? m.count : 0;
     }
   }
 

@@ -97,7 +97,7 @@ class HeldMobilityFinder {
       const Collider<S>& a = state.colliders.at(m.shapes.a);
       const Collider<S>& b = state.colliders.at(m.shapes.b);
       if (a.body.index != slot && b.body.index != slot) continue;
-      const S friction = combined(a.material, b.material).friction;
+      const S friction = state.material_of(a, b).friction;
       const Twist<S>& twist_a = state.body_of(a).twist;
       const Twist<S>& twist_b = state.body_of(b).twist;
       Vec3<S> t1, t2;

@@ -28,8 +28,9 @@ void require_outward_rays(const WorldState<S>& state, std::uint32_t body,
   const std::size_t count = patch.length.size();
   SensorLayout<S> tips;
   for (std::size_t i = 0; i < count; ++i) {
+    const Vec3<S> start = origin_Cm + patch.start[i];
     const Vec3<S> direction = patch.direction[i];
-    tips.add(origin_Cm + patch.start[i] + patch.length[i] * direction, direction, patch.length[i]);
+    tips.add(start + patch.length[i] * direction, direction, patch.length[i]);
   }
   // A solid is closed: a ray that starts inside is hit at the distance 0.
   RayHits<S> hits;

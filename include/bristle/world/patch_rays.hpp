@@ -90,7 +90,7 @@ void extrapolate_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S>> sh
 template <Scalar S>
 [[nodiscard]] bool senses(const WorldState<S>& state, const SensorPatch<S>& patch,
                           const Collider<S>& c) {
-  return c.body != patch.body && can_meet(patch.def, c.body, state.body_of(c));
+  return c.body != patch.body && !c.is_trigger && can_meet(patch.def, c.body, state.body_of(c));
 }
 
 /// [m/s] Fastest speed at which a body B can come closer to any point of a box on A.

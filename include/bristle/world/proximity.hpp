@@ -92,7 +92,7 @@ void ProximityArray<S>::sense(const detail::WorldState<S>& state, BodyId carrier
   near_.clear();
   state.broad_phase.overlap(box, [&](std::uint32_t tag) {
     const detail::Collider<S>& c = state.colliders.at(tag);
-    if (c.body == carrier || !detail::can_meet(filter_, c.body, state.body_of(c))) return true;
+    if (c.body == carrier || !detail::can_meet_shape(filter_, c, state.body_of(c))) return true;
     const Transform<S> X_AS = relative_pose(X_WA, state.body_of(c).center_pose) * c.X_CmS;
     const bool is_near =
         c.half_space ? state.reaches(box, c) : transformed(box_, X_AS.inverse()).overlaps(c.bounds);

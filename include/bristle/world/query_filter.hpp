@@ -17,6 +17,8 @@ struct QueryFilter {
   std::uint32_t sense_mask = 0xffffffffu;
   /// [-] Bodies that are not met. A ray that starts on a body excludes it, as a rule.
   std::vector<BodyId> excluded{};
+  /// [-] True if shapes that are triggers are met, too.
+  bool meets_triggers = false;
 };
 
 namespace detail {
@@ -27,6 +29,14 @@ template <typename Filter, Scalar S>
 [[nodiscard]] bool can_meet(const Filter& filter, BodyId id, const Body<S>& body) {
   return (filter.sense_mask & body.filter.category) != 0 &&
          std::find(filter.excluded.begin(), filter.excluded.end(), id) == filter.excluded.end();
+}
+
+/// Returns whether a query meets a shape.
+/// @param shape  A `Collider`.
+template <typename Shape, Scalar S>
+[[nodiscard]] bool can_meet_shape(const QueryFilter& filter, const Shape& shape,
+                                  const Body<S>& body) {
+  return (filter.meets_triggers || !shape.is_trigger) && can_meet(filter, shape.body, body);
 }
 
 }  // namespace detail

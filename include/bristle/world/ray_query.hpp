@@ -85,7 +85,7 @@ template <Scalar S>
   std::uint32_t best_tag = 0;
   state.broad_phase.walk_ray(ray, [&](std::uint32_t tag, S nearest) {
     const Collider<S>& c = state.colliders.at(tag);
-    if (!can_meet(filter, c.body, state.body_of(c))) return nearest;
+    if (!can_meet_shape(filter, c, state.body_of(c))) return nearest;
     const S length = std::min(nearest, ray.length);
     const RayHit<S> hit = cast_ray_at(state, tag, ray, length, scratch);
     // Visits follow the order of the tree. Ties go to the lower tag, as for sensors.

@@ -99,7 +99,9 @@ class SleepStage {
     }
   }
 
+  /// Returns whether two shapes push each other.
   [[nodiscard]] bool meets(State& state, std::uint32_t a, std::uint32_t b) {
+    if (state.colliders.at(a).is_trigger || state.colliders.at(b).is_trigger) return false;
     ++state.report.pairs_tested;
     if (!detail::may_touch(state, a, b)) return false;
     ++state.report.pairs_collided;
@@ -165,6 +167,7 @@ class SleepStage {
       }
     };
     for (const CachedManifold<S>& m : state.contacts.manifolds()) {
+      if (m.is_trigger) continue;
       join(state.colliders.at(m.shapes.a).body.index, state.colliders.at(m.shapes.b).body.index);
     }
     for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {

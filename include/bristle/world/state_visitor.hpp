@@ -91,12 +91,6 @@ template <Scalar S>
          is_not_negative(motor.damping) && has_finite_square(joint.angle);
 }
 
-template <Scalar S>
-[[nodiscard]] bool is_valid_state(const Material<S>& material) {
-  return is_not_negative(material.friction) && is_not_negative(material.restitution) &&
-         material.restitution <= S(1);
-}
-
 /// Returns whether mass and inertia are possible for a body after `set_mass`: those of its own
 /// solid in another density, with matching inverses.
 template <Scalar S>

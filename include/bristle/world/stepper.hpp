@@ -44,6 +44,7 @@ void Stepper<S>::step(State& state) {
     // Nothing moves or changes: readings and contacts stay valid.
     state.contacts.repeat();
     state.report.sleeping_bodies = state.sleeping_bodies;
+    if (state.def.keeps_contact_events) keep_events(state);
     return;
   }
   if (joints_ == nullptr && state.joint_kernels != nullptr) {
@@ -69,6 +70,7 @@ void Stepper<S>::step(State& state) {
   contacts_.settle_boxes(state);
   sleep_.fall_asleep(state, sensors_);
   ++state.steps;
+  if (state.def.keeps_contact_events) keep_events(state);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

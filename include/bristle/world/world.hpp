@@ -77,6 +77,20 @@ class World {
   [[nodiscard]] const Body<S>& body(BodyId id) const { return state_.bodies.get(id, "BodyId"); }
   /// Pose of the body frame in the world.
   [[nodiscard]] Transform<S> pose(BodyId id) const { return body(id).pose(); }
+  /// The body that stands for the world in joints: fixed, without shapes, its frame the world's.
+  /// The first call, or the first joint with an unset body, adds it. It counts as any other body.
+  BodyId ground();
+  /// [-] The caller's number of a body, shape, joint or patch, as its definition or
+  /// `set_user_data` gave it. It means nothing to the world, and is in no snapshot.
+  template <typename Tag>
+  [[nodiscard]] std::uint64_t user_data(detail::Id<Tag> id) const {
+    return user_data_in(state_, id);
+  }
+  /// Sets the caller's number of a body, shape, joint or patch.
+  template <typename Tag>
+  void set_user_data(detail::Id<Tag> id, std::uint64_t value) {
+    user_data_in(state_, id) = value;
+  }
   /// [-] Number of bodies.
   [[nodiscard]] std::size_t body_count() const noexcept { return state_.bodies.size(); }
 
@@ -222,6 +236,14 @@ class World {
   /// Costs nothing unless called. Call it before the world changes again.
   template <typename Visit>
   void for_each_contact_event(Visit&& visit) const;
+  /// Begins and ends of contacts since the last `clear_contact_events`, in the order of steps:
+  /// nothing is lost where a frame has several steps. Empty unless
+  /// `WorldDef::keeps_contact_events`. Valid until the next step.
+  [[nodiscard]] std::span<const ContactEvent> contact_events() const noexcept {
+    return state_.kept_events;
+  }
+  /// Forgets all events kept so far.
+  void clear_contact_events() noexcept { state_.kept_events.clear(); }
   /// Calls visit(const ContactReading<S>&) for every two shapes within reach of each other in the
   /// last step, in the order of indices.
   template <typename Visit>
@@ -295,9 +317,24 @@ class World {
   void require_known_contacts(BodyId id, bool is_dynamic, const CollisionFilter& filter,
                               ShapeKind kind) const;
   [[nodiscard]] detail::Collider<S> make_collider(const Body<S>& body, Prepared prepared,
-                                                  const Shape<S>& shape, const Transform<S>& X_BS,
-                                                  const Material<S>& material);
+                                                  const ShapeDef<S>& def);
   ShapeId insert_shape(BodyId id, detail::Collider<S> collider);
+  template <typename AnyState>
+  static auto& user_data_in(AnyState& state, BodyId id) {
+    return state.bodies.get(id, "BodyId").user_data;
+  }
+  template <typename AnyState>
+  static auto& user_data_in(AnyState& state, ShapeId id) {
+    return state.colliders.get(id, "ShapeId").user_data;
+  }
+  template <typename AnyState>
+  static auto& user_data_in(AnyState& state, JointId id) {
+    return state.joints.get(id, "JointId").def.user_data;
+  }
+  template <typename AnyState>
+  static auto& user_data_in(AnyState& state, PatchId id) {
+    return state.patches.get(id, "PatchId").def.user_data;
+  }
   template <typename Visit>
   void for_each_shape_of(BodyId id, Visit&& visit) const;
   void refresh_box(std::uint32_t tag);

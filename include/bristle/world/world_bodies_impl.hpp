@@ -38,24 +38,25 @@ void World<S, Backend>::require_known_contacts(BodyId id, bool is_dynamic,
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S> detail::Collider<S> World<S, Backend>::make_collider(
-    const Body<S>& body, Prepared prepared, const Shape<S>& shape, const Transform<S>& X_BS,
-    const Material<S>& material) {
+    const Body<S>& body, Prepared prepared, const ShapeDef<S>& def) {
   detail::Collider<S> c;
-  c.X_CmS = X_BS;
+  c.X_CmS = def.X_BS;
   c.X_CmS.translation -= body.center_B;
   c.is_centered = c.X_CmS.translation == Vec3<S>::Zero() &&
                   c.X_CmS.rotation.coeffs() == Quat<S>::Identity().coeffs();
   c.kind = Backend::kind(prepared);
-  c.material = material;
+  c.material = def.material;
+  c.is_trigger = def.is_trigger;
+  c.user_data = def.user_data;
   c.bounds = Backend::bounds(prepared);
   c.shape = {stepper_.kernels().queries(), std::move(prepared)};
-  if (const auto* half_space = std::get_if<HalfSpace<S>>(&shape)) {
+  if (const auto* half_space = std::get_if<HalfSpace<S>>(&def.shape)) {
     c.half_space = *half_space;
   } else {
     c.radius = (c.X_CmS * c.bounds.center()).norm() + c.bounds.half_extents().norm();
   }
   detail::require_finite("ShapeDef::shape: farthest point", c.radius);
-  c.inner = detail::inner_ball(shape);
+  c.inner = detail::inner_ball(def.shape);
   c.inner.center = c.X_CmS * c.inner.center;
   return c;
 }
@@ -75,22 +76,28 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S> BodyId World<S, Backend>::add_body(const BodyDef<S>& def) {
   detail::DynamicArray<Prepared> prepared;
   MassProperties<S> solid;
-  const auto add = [&](const Shape<S>& shape, const char* field, const auto& place) {
-    detail::require(def.motion != Motion::dynamic || kind_of(shape) != ShapeKind::half_space, field,
+  bool has_solid = false;
+  const auto add = [&](const ShapeDef<S>& shape, const char* field) {
+    detail::require(def.motion != Motion::dynamic || kind_of(shape.shape) != ShapeKind::half_space,
+                    field,
                     field == std::string_view("BodyDef::motion") ? name_of(def.motion)
-                                                                 : name_of(kind_of(shape)),
+                                                                 : name_of(kind_of(shape.shape)),
                     "must not be dynamic with a HalfSpace, which has no mass");
-    prepared.push_back(Backend::template make<S>(shape));
-    const MassProperties<S> part = place(Backend::mass_properties(prepared.back()));
-    solid = prepared.size() == 1 ? part : solid + part;
+    prepared.push_back(Backend::template make<S>(shape.shape));
+    if (shape.is_trigger) return;
+    const MassProperties<S> part =
+        Backend::mass_properties(prepared.back()).transformed(shape.X_BS);
+    solid = has_solid ? solid + part : part;
+    has_solid = true;
   };
+  ShapeDef<S> first{.material = def.material, .user_data = def.user_data};
   if (def.shape) {
-    add(*def.shape, "BodyDef::motion", [](const MassProperties<S>& part) { return part; });
+    first.shape = *def.shape;
+    add(first, "BodyDef::motion");
   }
   for (const ShapeDef<S>& shape : def.shapes) {
     validate(shape);
-    add(shape.shape, "ShapeDef::shape",
-        [&](const MassProperties<S>& part) { return part.transformed(shape.X_BS); });
+    add(shape, "ShapeDef::shape");
   }
   const Body<S> body = make_body(def, solid);
   for (const Prepared& shape : prepared) {
@@ -98,17 +105,20 @@ requires ShapeBackend<Backend, S> BodyId World<S, Backend>::add_body(const BodyD
   }
   detail::DynamicArray<detail::Collider<S>> colliders;
   auto next = prepared.begin();
-  if (def.shape) {
-    colliders.push_back(make_collider(body, std::move(*next++), *def.shape, {}, def.material));
-  }
+  if (def.shape) colliders.push_back(make_collider(body, std::move(*next++), first));
   for (const ShapeDef<S>& shape : def.shapes) {
-    colliders.push_back(
-        make_collider(body, std::move(*next++), shape.shape, shape.X_BS, shape.material));
+    colliders.push_back(make_collider(body, std::move(*next++), shape));
   }
   const BodyId id = state_.bodies.insert(body);
   for (detail::Collider<S>& collider : colliders) insert_shape(id, std::move(collider));
   detail::disturb(state_, id);
   return id;
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S> BodyId World<S, Backend>::ground() {
+  if (!contains(state_.ground)) state_.ground = add_body({.motion = Motion::fixed});
+  return state_.ground;
 }
 
 template <Scalar S, typename Backend>
@@ -119,8 +129,7 @@ requires ShapeBackend<Backend, S> ShapeId World<S, Backend>::add_shape(BodyId id
   detail::require(!body.is_dynamic() || kind_of(def.shape) != ShapeKind::half_space,
                   "ShapeDef::shape", name_of(kind_of(def.shape)),
                   "must not be on a dynamic body: it has no mass");
-  detail::Collider<S> collider =
-      make_collider(body, Backend::template make<S>(def.shape), def.shape, def.X_BS, def.material);
+  detail::Collider<S> collider = make_collider(body, Backend::template make<S>(def.shape), def);
   require_known_contacts(id, body.is_dynamic(), body.filter, kind_of(def.shape));
   detail::disturb(state_, id);
   return insert_shape(id, std::move(collider));

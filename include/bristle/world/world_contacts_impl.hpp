@@ -12,15 +12,7 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 template <typename Visit>
 void World<S, Backend>::for_each_contact_event(Visit&& visit) const {
-  for (const ContactEvent& event : state_.ended) visit(event);
-  detail::for_each_touch(state_.contacts, [&](detail::ShapePair shapes, bool touched,
-                                              bool touches) {
-    const ContactEvent::Phase phase = !touched  ? ContactEvent::Phase::begin
-                                      : touches ? ContactEvent::Phase::persist
-                                                : ContactEvent::Phase::end;
-    visit(ContactEvent{phase, state_.colliders.handle(shapes.a), state_.colliders.handle(shapes.b),
-                       state_.colliders.at(shapes.a).body, state_.colliders.at(shapes.b).body});
-  });
+  detail::for_each_event(state_, visit);
 }
 
 template <Scalar S, typename Backend>

@@ -4,8 +4,11 @@
 #pragma once
 
 #include <bristle/core/parallel.hpp>
+#include <bristle/dynamics/bodies/body.hpp>
 #include <bristle/dynamics/solver/solver_def.hpp>
 #include <bristle/math/types.hpp>
+
+#include <functional>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -37,6 +40,16 @@ struct WorldDef {
   SolverDef<S> solver{};
   /// [-] Conditions of sleep.
   SleepDef<S> sleep{};
+  /// [1] Material of a pair of shapes in contact, from those of the two. A pure function, the same
+  /// in both orders. A result that `validate` would refuse counts as that of `combined`.
+  Material<S> (*combine)(const Material<S>& a, const Material<S>& b) = combined<S>;
+  /// [-] Returns whether two shapes may collide that filters let meet. Unset: they may. Asked in
+  /// each step for shapes near each other, in either order and on any thread of `parallel_for`.
+  /// Must not throw, and must depend on nothing that changes while bodies sleep. Sensors do not
+  /// ask.
+  std::function<bool(ShapeId a, ShapeId b)> may_collide{};
+  /// [-] True to keep begins and ends of contacts until they are cleared (`World::contact_events`).
+  bool keeps_contact_events = false;
   /// [-] Runs independent tasks, on threads of the caller if it has any. The results are the same.
   ParallelFor parallel_for = serial_for;
 };

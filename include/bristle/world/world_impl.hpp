@@ -44,6 +44,7 @@ requires ShapeBackend<Backend, S> World<S, Backend>::World(const WorldDef<S>& de
                   "must be > 0");
   detail::require(static_cast<bool>(def.parallel_for), "WorldDef::parallel_for", "empty",
                   "must be callable");
+  detail::require(def.combine != nullptr, "WorldDef::combine", "null", "must be a function");
   state_.def = def;
 }
 
@@ -64,8 +65,12 @@ requires ShapeBackend<Backend, S> World<S, Backend>::~World() = default;
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S> JointId World<S, Backend>::add_joint(const JointDef<S>& def) {
-  const Body<S>& a = state_.bodies.get(def.body_a, "JointDef::body_a");
-  const Body<S>& b = state_.bodies.get(def.body_b, "JointDef::body_b");
+  const Body<S> world{};
+  const auto body_of = [&](BodyId id, const char* field) -> const Body<S>& {
+    return id == BodyId{} ? world : state_.bodies.get(id, field);
+  };
+  const Body<S>& a = body_of(def.body_a, "JointDef::body_a");
+  const Body<S>& b = body_of(def.body_b, "JointDef::body_b");
   validate(def);
   detail::require(def.body_a != def.body_b, "JointDef::body_b", def.body_b,
                   "must not equal body_a");
@@ -80,14 +85,16 @@ requires ShapeBackend<Backend, S> JointId World<S, Backend>::add_joint(const Joi
   const detail::JointPose<S> pose = detail::joint_pose(joint, a.center_pose, b.center_pose);
   const S angle = detail::joint_position(def.kind, pose, S(0));
   joint.angle = nearest_turn(angle, std::min(std::max(angle, def.lower_limit), def.upper_limit));
+  if (def.body_a == BodyId{}) joint.def.body_a = ground();
+  if (def.body_b == BodyId{}) joint.def.body_b = ground();
   if (!def.bodies_collide) {
-    const detail::ShapePair pair{std::min(def.body_a.index, def.body_b.index),
-                                 std::max(def.body_a.index, def.body_b.index)};
+    const detail::ShapePair pair{std::min(joint.def.body_a.index, joint.def.body_b.index),
+                                 std::max(joint.def.body_a.index, joint.def.body_b.index)};
     detail::DynamicArray<detail::ShapePair>& unpaired = state_.unpaired;
     unpaired.insert(std::lower_bound(unpaired.begin(), unpaired.end(), pair), pair);
   }
-  detail::disturb(state_, def.body_a);
-  detail::disturb(state_, def.body_b);
+  detail::disturb(state_, joint.def.body_a);
+  detail::disturb(state_, joint.def.body_b);
   state_.joint_kernels = &detail::joint_kernels<S>();
   return state_.joints.insert(joint);
 }
@@ -250,6 +257,7 @@ void World<S, Backend>::restore(std::span<const std::byte> bytes) {
   state_.contacts.repeat();
   state_.ended.clear();
   state_.ended_since.clear();
+  state_.kept_events.clear();
   state_.sleeping_bodies = 0;
   state_.is_any_disturbed = false;
   for (std::uint32_t i = 0; i < state_.bodies.slot_count(); ++i) {

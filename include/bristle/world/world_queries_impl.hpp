@@ -111,7 +111,7 @@ void for_each_solid(const WorldState<S>& state, const ShapeQuery<S>& query,
       [&](std::uint32_t tag) {
         const Collider<S>& c = state.colliders.at(tag);
         const Body<S>& body = state.body_of(c);
-        if (!can_meet(filter, c.body, body)) return true;
+        if (!can_meet_shape(filter, c, body)) return true;
         const auto X_TQ = query.pose_in(precise<S>(body.center_pose * c.X_CmS));
         bool goes_on = true;
         Backend::visit_solid(c.shape.template as<typename Backend::template Collidable<S>>(),
@@ -170,7 +170,7 @@ auto World<S, Backend>::cast_ray_through(const Ray<S>& ray, const QueryFilter& f
   RayHits<S> scratch;
   state_.broad_phase.walk_ray(ray, [&](std::uint32_t tag, S nearest) {
     const detail::Collider<S>& c = state_.colliders.at(tag);
-    if (!detail::can_meet(filter, c.body, state_.body_of(c))) return nearest;
+    if (!detail::can_meet_shape(filter, c, state_.body_of(c))) return nearest;
     const RayHit<S> hit = detail::cast_ray_at(state_, tag, ray, ray.length, scratch);
     if (hit.distance < infinity<S>) hits.push_back(detail::world_hit(state_, tag, ray, hit));
     return nearest;

@@ -34,6 +34,9 @@ struct Collider {
   PreparedShape<S> shape{};
   ShapeKind kind = ShapeKind::sphere;
   Material<S> material{};
+  /// True if it reports contacts and pushes nothing.
+  bool is_trigger = false;
+  std::uint64_t user_data = 0;
   /// [m] Box in the shape's own frame; infinite for a half-space.
   Aabb<S> bounds{};
   /// [m] Farthest point from the body's centre of mass.
@@ -59,6 +62,10 @@ struct WorldState {
   /// Contacts that ended because a shape was removed: for the events of the last step, and since
   /// then.
   DynamicArray<ContactEvent> ended, ended_since;
+  /// Begins and ends of contacts, if `WorldDef::keeps_contact_events`.
+  DynamicArray<ContactEvent> kept_events;
+  /// The body of joints to the world. Names none before the first.
+  BodyId ground{};
   /// Body index pairs whose contact a joint disables, sorted.
   DynamicArray<ShapePair> unpaired;
   StepReport<S> report{};
@@ -76,6 +83,11 @@ struct WorldState {
 
   [[nodiscard]] const Body<S>& body_of(const Collider<S>& c) const {
     return bodies.at(c.body.index);
+  }
+  /// Material of two shapes in contact.
+  [[nodiscard]] Material<S> material_of(const Collider<S>& a, const Collider<S>& b) const {
+    const Material<S> material = def.combine(a.material, b.material);
+    return is_valid_state(material) ? material : combined(a.material, b.material);
   }
   /// Returns whether a body may move in this step, or was changed by the caller since the last one.
   [[nodiscard]] bool is_active(std::uint32_t slot) const {

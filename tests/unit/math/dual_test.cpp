@@ -73,6 +73,7 @@ TEST_CASE("Dual: functions have the derivatives of their closed forms") {
     check(cos(x), std::cos(v), -std::sin(v));
     check(acos(x), std::acos(v), -1 / std::sqrt(1 - v * v));
     check(exp(x), std::exp(v), std::exp(v));
+    check(expm1(x), std::expm1(v), std::exp(v));
     check(log(x), std::log(v), 1 / v);
     check(pow(x, 2.5), std::pow(v, 2.5), 2.5 * std::pow(v, 1.5));
     check(pow(2, x), std::pow(2, v), std::pow(2, v) * std::numbers::ln2);

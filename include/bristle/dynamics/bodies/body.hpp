@@ -79,6 +79,12 @@ struct ShapeDef {
   Transform<S> X_BS{};
   /// [1] Material of its surface.
   Material<S> material{};
+  /// [-] True for a region that tells what is in it (`World::for_each_contact_event`) and pushes
+  /// nothing. It adds no mass. Sensors do not sense it, and queries do not meet it unless
+  /// `QueryFilter::meets_triggers`.
+  bool is_trigger = false;
+  /// [-] A number of the caller's, such as an index (`World::user_data`).
+  std::uint64_t user_data = 0;
 };
 
 /// Definition of a body, for `World::add_body`.
@@ -116,9 +122,17 @@ struct BodyDef {
   Vec3<S> angular_velocity = Vec3<S>::Zero();
   /// [1] Factor on the world's gravity.
   S gravity_scale = S(1);
+  /// [1/s] Rate at which the velocity of the centre of mass decays in free motion, >= 0: a force of
+  /// -rate * mass * velocity. Ignored unless dynamic.
+  S linear_damping = S(0);
+  /// [1/s] Rate at which the angular momentum decays, >= 0. Ignored unless dynamic.
+  S angular_damping = S(0);
   /// [-] Axes along and about which it cannot move. Its velocity there must be zero. Ignored unless
   /// dynamic.
   LockedAxes locked{};
+  /// [-] A number of the caller's for the body and for `shape`, such as an index
+  /// (`World::user_data`).
+  std::uint64_t user_data = 0;
 };
 
 namespace detail {
@@ -155,6 +169,9 @@ struct Body {
   Mat3<S> inverse_inertia_B = Mat3<S>::Zero();
   /// [1] Factor on the world's gravity.
   S gravity_scale = S(1);
+  /// [1/s] Rates at which velocity and angular momentum decay. Zero unless dynamic.
+  S linear_damping = S(0);
+  S angular_damping = S(0);
   /// [-] World axes along and about which it cannot move.
   LockedAxes locked{};
   /// [-] Filter of the bodies and sensors that may touch and sense it.
@@ -168,11 +185,17 @@ struct Body {
   Wrench<S> applied{};
   /// [-] Sleep state.
   detail::BodySleep<S> sleep{};
+  /// [-] The caller's number.
+  std::uint64_t user_data = 0;
 
   /// Returns whether forces move it where no axis is locked.
   [[nodiscard]] bool is_dynamic() const { return motion == Motion::dynamic; }
   /// Returns whether forces move it along or about any axis.
   [[nodiscard]] bool moves() const { return is_dynamic() && !locked.all(); }
+  /// Returns whether its motion decays. Derivatives by a rate count.
+  [[nodiscard]] bool is_damped() const {
+    return !(linear_damping == S(0)) || !(angular_damping == S(0));
+  }
   /// Returns whether it sleeps.
   [[nodiscard]] bool is_asleep() const { return sleep.island != detail::BodySleep<S>::awake; }
 
@@ -319,6 +342,8 @@ Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
   detail::require_all_finite("BodyDef::velocity", def.velocity);
   detail::require_all_finite("BodyDef::angular_velocity", def.angular_velocity);
   detail::require_finite("BodyDef::gravity_scale", def.gravity_scale);
+  detail::require_not_negative("BodyDef::linear_damping", def.linear_damping);
+  detail::require_not_negative("BodyDef::angular_damping", def.angular_damping);
   validate(def.material);
   if (def.center_of_mass) {
     detail::require_all_finite("BodyDef::center_of_mass", *def.center_of_mass);
@@ -333,7 +358,10 @@ Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
   body.motion = def.motion;
   body.filter = def.filter;
   body.gravity_scale = def.gravity_scale;
+  body.user_data = def.user_data;
   if (def.motion == Motion::dynamic) {
+    body.linear_damping = def.linear_damping;
+    body.angular_damping = def.angular_damping;
     detail::require_still(def.locked, Twist<S>{def.velocity, def.angular_velocity});
     body.locked = def.locked;
   }

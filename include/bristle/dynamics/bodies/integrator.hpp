@@ -12,22 +12,44 @@
 #include <bristle/dynamics/bodies/body.hpp>
 #include <bristle/math/rotation.hpp>
 
+#include <cmath>
+
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Velocities of a body after the forces known at the start of the step. These are gravity and the
-/// caller's wrench. The gyroscopic torque is left out: `step_pose` accounts for it exactly.
+/// Lets a velocity decay over a step by v' = a - rate v, and returns the factor of a in the exact
+/// solution: (1 - exp(-rate dt)) / rate. Without damping that is the step.
+template <Scalar S>
+[[nodiscard]] S decay(Vec3<S>& velocity, const S& rate, const S& dt) {
+  using std::expm1;
+  const S x = rate * dt;
+  // The next terms of the two series, x^2 / 2 and x^2 / 6, are lost to round-off here.
+  const bool is_linear = x < S(1e-8);
+  const S lost = is_linear ? x : -expm1(-x);
+  velocity *= S(1) - lost;
+  return is_linear ? dt * (S(1) - S(0.5) * x) : lost / rate;
+}
+
+/// Velocities of a body after the forces known at the start of the step. These are gravity, the
+/// caller's wrench and damping. The gyroscopic torque is left out: `step_pose` accounts for it
+/// exactly.
 template <Scalar S>
 [[nodiscard]] Twist<S> free_twist(const Body<S>& body, const Vec3<S>& gravity, S dt) {
   Twist<S> result = body.twist;
   if (!body.is_dynamic()) return result;
+  S forces_last = dt;
+  S torques_last = dt;
+  if (body.is_damped()) {
+    forces_last = decay(result.linear, body.linear_damping, dt);
+    torques_last = decay(result.angular, body.angular_damping, dt);
+  }
   for (std::size_t k = 0; k < 3; ++k) {
     const auto i = static_cast<Eigen::Index>(k);
     if (body.locked.linear[k]) continue;
     result.linear[i] +=
-        dt * (body.gravity_scale * gravity[i] + body.inverse_mass * body.applied.force[i]);
+        forces_last * (body.gravity_scale * gravity[i] + body.inverse_mass * body.applied.force[i]);
   }
   if (body.applied.torque != Vec3<S>::Zero()) {
-    result.angular += dt * (body.inverse_inertia_W() * body.applied.torque);
+    result.angular += torques_last * (body.inverse_inertia_W() * body.applied.torque);
   }
   return result;
 }

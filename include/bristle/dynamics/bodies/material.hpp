@@ -25,6 +25,17 @@ template <Scalar S>
   return {sqrt(a.friction * b.friction), max(a.restitution, b.restitution)};
 }
 
+namespace detail {
+
+/// Returns whether a step can use a material.
+template <Scalar S>
+[[nodiscard]] bool is_valid_state(const Material<S>& m) {
+  return m.friction >= S(0) && m.friction <= largest_number<S> && m.restitution >= S(0) &&
+         m.restitution <= S(1);
+}
+
+}  // namespace detail
+
 /// Checks a material.
 /// @throws InvalidArgument naming the field that is out of range.
 template <Scalar S>

@@ -128,9 +128,9 @@ template <Scalar S>
 struct JointDef {
   /// [-] Degrees of freedom that it leaves free.
   JointKind kind = JointKind::fixed;
-  /// [-] Body A. At least one of the two must be dynamic.
+  /// [-] Body A; unset: the world (`World::ground`). At least one of the two must be dynamic.
   BodyId body_a{};
-  /// [-] Body B, different from A.
+  /// [-] Body B, different from A; unset: the world.
   BodyId body_b{};
   /// [m] Pose of the joint frame in the body frame of A.
   Transform<S> X_AJ{};
@@ -158,6 +158,8 @@ struct JointDef {
   JointBushing<S> bushing{};
   /// [-] True if the two bodies collide with each other.
   bool bodies_collide = false;
+  /// [-] A number of the caller's, such as an index (`World::user_data`).
+  std::uint64_t user_data = 0;
 };
 
 /// State of a joint at the end of a step. Its forces in the step.

@@ -34,6 +34,9 @@ struct MechanismBody {
   /// [N, N m] Total of forces and torques, with gravity. It is about the centre of mass along world
   /// axes. Constant over the step.
   Wrench<S> load{};
+  /// [1/s] Rates at which forces besides those of joints let velocity and angular momentum decay.
+  S linear_damping = S(0);
+  S angular_damping = S(0);
 };
 
 /// A body of a world. Loads are the world's gravity [m/s^2] and the caller's wrench.
@@ -132,6 +135,8 @@ MechanismBody<S> mechanism_body(const Body<S>& body, const Vec3<S>& gravity) {
   out.inertia_B = body.inertia_B;
   out.inverse_inertia_B = body.inverse_inertia_B;
   out.locked = body.locked;
+  out.linear_damping = body.linear_damping;
+  out.angular_damping = body.angular_damping;
   out.load = body.applied;
   out.load.force += body.mass * body.gravity_scale * gravity;
   return out;

@@ -113,6 +113,7 @@ class MechanismIntegrator {
   Vec3<S> reference_point_ = Vec3<S>::Zero();
   S free_acceleration_ = S(0);  // In the norm of the masses, of the last evaluation.
   bool is_free_ = false;        // Only its loads act on the group from outside.
+  bool is_damped_ = false;      // The velocity of one of the bodies decays.
   int evaluations_ = 0;
   int substeps_ = 0;
 };
@@ -137,7 +138,11 @@ bool MechanismIntegrator<S>::advance(std::span<const MechanismBody<S>> bodies,
   system_.set(bodies, joints);
   wanted_.resize(joints.size());
   impulses_.assign(joints.size(), Wrench<S>{});
-  is_free_ = true;
+  is_damped_ = false;
+  for (const MechanismBody<S>& body : bodies) {
+    is_damped_ = is_damped_ || body.linear_damping > S(0) || body.angular_damping > S(0);
+  }
+  is_free_ = !is_damped_;
   for (const MechanismBody<S>& body : bodies) {
     const LockedAxes& locked = body.locked;
     is_free_ = is_free_ && body.moves_by_forces && !locked.any_angular() && !locked.linear[0] &&
@@ -145,7 +150,8 @@ bool MechanismIntegrator<S>::advance(std::span<const MechanismBody<S>> bodies,
   }
   choose_reference();
   start_springs();
-  const bool moved = springs_.empty() && find_held() ? move_straight(dt) : integrate(dt);
+  const bool has_constant_loads = springs_.empty() && !is_damped_;
+  const bool moved = has_constant_loads && find_held() ? move_straight(dt) : integrate(dt);
   return moved && write(end_poses, end_twists, impulses);
 }
 
@@ -354,11 +360,16 @@ void MechanismIntegrator<S>::accelerate(S t) {
   S norm2 = S(0);
   for (Node& node : system_.nodes()) {
     if (!node.def->moves_by_forces) continue;
-    const Wrench<S>& load = springs_.empty() ? node.def->load : node.load;
+    Wrench<S> load = springs_.empty() ? node.def->load : node.load;
     const Mat3<S>& R = node.now.R;
     const Vec3<S>& w = node.now.twist.angular;
     const Vec3<S> L_B = node.def->inertia_B * Vec3<S>(R.transpose() * w);
-    const Vec3<S> torque = load.torque - w.cross(R * L_B);
+    const Vec3<S> L_W = R * L_B;
+    if (is_damped_) {
+      load.force -= node.def->linear_damping * node.def->mass * node.now.twist.linear;
+      load.torque -= node.def->angular_damping * L_W;
+    }
+    const Vec3<S> torque = load.torque - w.cross(L_W);
     node.acceleration.linear = cwise_product(node.inverse_mass, load.force);
     node.acceleration.angular = node.inverse_inertia * torque;
     norm2 += load.force.dot(node.acceleration.linear) + torque.dot(node.acceleration.angular);
