@@ -5996,6 +5996,10 @@ struct Material {
   S friction = S(0.5);
   /// [1] Coefficient of restitution, in [0, 1]. Of a pair: the larger one.
   S restitution = S(0);
+  /// [m/s] Velocity of the surface relative to its shape, in the shape's axes, as of a conveyor
+  /// belt. Friction of hard contact drags along the part of it in the contact plane. A pair has
+  /// none.
+  Vec3<S> surface_velocity = Vec3<S>::Zero();
 };
 
 /// Material of a pair: geometric mean of the friction, larger restitution.
@@ -6003,7 +6007,10 @@ template <Scalar S>
 [[nodiscard]] Material<S> combined(const Material<S>& a, const Material<S>& b) {
   using std::max;
   using std::sqrt;
-  return {sqrt(a.friction * b.friction), max(a.restitution, b.restitution)};
+  Material<S> pair;
+  pair.friction = sqrt(a.friction * b.friction);
+  pair.restitution = max(a.restitution, b.restitution);
+  return pair;
 }
 
 namespace detail {
@@ -6012,7 +6019,7 @@ namespace detail {
 template <Scalar S>
 [[nodiscard]] bool is_valid_state(const Material<S>& m) {
   return m.friction >= S(0) && m.friction <= largest_number<S> && m.restitution >= S(0) &&
-         m.restitution <= S(1);
+         m.restitution <= S(1) && has_finite_square<S>(m.surface_velocity);
 }
 
 }  // namespace detail
@@ -6024,6 +6031,7 @@ void validate(const Material<S>& m) {
   detail::require_not_negative("Material::friction", m.friction);
   detail::require_not_negative("Material::restitution", m.restitution);
   detail::require(m.restitution <= S(1), "Material::restitution", m.restitution, "must be <= 1");
+  detail::require_all_finite("Material::surface_velocity", m.surface_velocity);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -11721,8 +11729,10 @@ struct ContactConstraint {
   /// [-] Number of its `CachedPoint`.
   std::uint32_t point = 0;
   /// [m/s] Final velocity along the axes, by these arms, of surfaces that stay together. It is not
-  /// zero, since the arms go on turning.
+  /// zero, since the arms go on turning, and since surfaces may run on their bodies.
   std::array<S, 3> bias{};
+  /// [m/s] Part of `bias` along the tangents from surfaces that run on their bodies.
+  std::array<S, 2> drift{};
   /// [1] Normal and two tangents, world axes.
   std::array<Vec3<S>, 3> axes{Vec3<S>::Zero(), Vec3<S>::Zero(), Vec3<S>::Zero()};
   /// [1] Coulomb friction coefficient and coefficient of restitution.
@@ -11786,12 +11796,12 @@ template <Scalar S>
   return friction2 > S(0) ? min(S(1), S(10) * (S(1) - sqrt(friction2) / most)) : S(1);
 }
 
-/// Returns whether two contacts have the same bodies and axes.
+/// Returns whether two contacts have the same bodies and axes, and surfaces that run alike.
 template <Scalar S>
 [[nodiscard]] bool are_of_one_manifold(const ContactConstraint<S>& c,
                                        const ContactConstraint<S>& d) {
   return c.body_a == d.body_a && c.body_b == d.body_b && c.axes[0] == d.axes[0] &&
-         c.friction == d.friction;
+         c.friction == d.friction && c.drift[0] == d.drift[0] && c.drift[1] == d.drift[1];
 }
 
 /// Response of a contact's velocities along its axes to its impulses. It is a symmetric 3x3 matrix.
@@ -13471,6 +13481,18 @@ struct WorldState {
   [[nodiscard]] Material<S> material_of(const Collider<S>& a, const Collider<S>& b) const {
     const Material<S> material = def.combine(a.material, b.material);
     return is_valid_state(material) ? material : combined(a.material, b.material);
+  }
+  /// [m/s] Velocity of a's surface on its body less that of b's on its own, world axes.
+  [[nodiscard]] Vec3<S> drift_of(const Collider<S>& a, const Collider<S>& b) const {
+    Vec3<S> drift = Vec3<S>::Zero();
+    const auto add = [&](S sign, const Collider<S>& c) {
+      if (c.material.surface_velocity == Vec3<S>::Zero()) return;
+      const Quat<S> R_WS = body_of(c).center_pose.rotation * c.X_CmS.rotation;
+      drift += sign * (R_WS * c.material.surface_velocity);
+    };
+    add(S(1), a);
+    add(S(-1), b);
+    return drift;
   }
   /// Returns whether a body may move in this step, or was changed by the caller since the last one.
   [[nodiscard]] bool is_active(std::uint32_t slot) const {
@@ -29973,15 +29995,18 @@ bool MechanismIntegrator<S>::write(std::span<Transform<S>> end_poses,
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Adds one constraint for every point of a manifold. Its impulses are the warm start.
+/// @param drift  [m/s] Velocity of a's surface on its body less that of b's on its own, world axes.
 template <Scalar S>
 void add_contacts(const CachedManifold<S>& manifold, const DynamicArray<CachedPoint<S>>& points,
-                  const Material<S>& material, std::uint32_t slot_a, std::uint32_t slot_b,
-                  Constraints<S>& out) {
+                  const Material<S>& material, const Vec3<S>& drift, std::uint32_t slot_a,
+                  std::uint32_t slot_b, Constraints<S>& out) {
   ContactConstraint<S> c;
   c.body_a = slot_a;
   c.body_b = slot_b;
   c.axes[0] = manifold.normal;
   tangent_basis<S>(manifold.normal, c.axes[1], c.axes[2]);
+  c.drift = {c.axes[1].dot(drift), c.axes[2].dot(drift)};
+  c.bias = {S(0), c.drift[0], c.drift[1]};
   c.friction = material.friction;
   c.restitution = material.restitution;
   for (std::uint32_t i = manifold.first; i < manifold.first + manifold.count; ++i) {
@@ -30119,7 +30144,7 @@ void time_contact(ContactConstraint<S>& c, CachedPoint<S>& point, const S& hold,
   const Vec3<S>& to_mid_b = point.mid_offset_b *= hold;
   if (!is_swept) {
     const Vec3<S> bias = a.start.angular.cross(to_mid_a) - b.start.angular.cross(to_mid_b);
-    for (std::size_t k = 0; k < 3; ++k) c.bias[k] = c.axes[k].dot(bias);
+    for (std::size_t k = 0; k < 3; ++k) c.bias[k] += c.axes[k].dot(bias);
   }
   if (context.integrator == Integrator::trapezoidal) {
     point.acts_at_mid = true;
@@ -31805,6 +31830,7 @@ struct alignas(64) ManifoldBlock {
   /// is per unit of force along the normal and of torque about the tangents.
   std::array<std::array<Row, 3>, 3> across{};
   Row friction{};
+  Row drift1{}, drift2{};  // Velocity along the tangents at which surfaces stick.
   Row radius{};  // The largest of its points.
   /// Tangential part of the response to forces, as in `ContactResponse`. Response to torsion.
   Row response_a{}, response_b{}, response_c{}, inverse_determinant{};
@@ -31988,8 +32014,8 @@ BRISTLE_FORCE_INLINE Pack<S> ManifoldKernel<S>::solve(VelocityTable<S>& velociti
         sum += impulse;
         moment += impulse * row(p.radius);
       });
-  v.v1 += across(0, load);
-  v.v2 += across(1, load);
+  v.v1 += across(0, load) - row(m_.drift1);
+  v.v2 += across(1, load) - row(m_.drift2);
   v.spin += across(2, load);
   const T before1 = row(m_.friction_impulse1);
   const T before2 = row(m_.friction_impulse2);
@@ -32648,6 +32674,8 @@ void ManifoldSweeps<S>::add_manifold(const ManifoldSpan& manifold, const Island&
   block.first_contact[lane] = manifold.first;
   block.contacts[lane] = manifold.count;
   block.friction[lane] = one.friction;
+  block.drift1[lane] = one.drift[0];
+  block.drift2[lane] = one.drift[1];
 
   // The centre of pressure of the last step. It is the mean of the points if they carried no load.
   S sum = S(0);
@@ -34031,8 +34059,8 @@ class ContactStage {
       if (!m.has_rows()) continue;
       const Collider<S>& a = state.colliders.at(m.shapes.a);
       const Collider<S>& b = state.colliders.at(m.shapes.b);
-      detail::add_contacts(m, state.contacts.points(), state.material_of(a, b), a.body.index,
-                           b.body.index, state.constraints);
+      detail::add_contacts(m, state.contacts.points(), state.material_of(a, b),
+                           state.drift_of(a, b), a.body.index, b.body.index, state.constraints);
     }
   }
 
@@ -35030,9 +35058,9 @@ template <Scalar S>
 class PassiveRestitution {
  public:
   /// Limits the restitution energy of a solved island. Removes the energy that bounces added to its
-  /// mechanisms beyond that of free motion. Islands with sensors, motors or moving kinematic bodies
-  /// are skipped. Energy comes in from outside there. Large islands are skipped, too: their
-  /// impulses are sums over substeps.
+  /// mechanisms beyond that of free motion. Islands with sensors, motors, moving kinematic bodies
+  /// or surfaces that run are skipped. Energy comes in from outside there. Large islands are
+  /// skipped, too: their impulses are sums over substeps.
   void calm(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
             const SolveContext<S>& context, IslandSolver<S>& solver, SolveReport<S>& report) {
     if (island.blocks.empty() || island.contacts.empty() || !island.soft.empty()) return;
@@ -35075,7 +35103,8 @@ class PassiveRestitution {
            std::all_of(island.contacts.begin(), island.contacts.end(),
                        [&](std::uint32_t i) {
                          const ContactConstraint<S>& c = constraints.contacts[i];
-                         return rests(c.body_a) && rests(c.body_b);
+                         const bool is_still = c.drift[0] == S(0) && c.drift[1] == S(0);
+                         return is_still && rests(c.body_a) && rests(c.body_b);
                        }) &&
            std::all_of(island.blocks.begin(), island.blocks.end(), [&](std::uint32_t i) {
              const ConstraintBlock<S>& block = constraints.blocks[i];
@@ -36658,6 +36687,7 @@ void visit_collider(Collider& collider, Visitor& visit) {
   const auto each = [&](auto& material) {
     visit.value(material.friction);
     visit.value(material.restitution);
+    visit.value(material.surface_velocity);
   };
   visit.item("shapes (surface)", collider.material, each,
              [](const auto& material) { return is_valid_state(material); });

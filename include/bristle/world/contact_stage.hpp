@@ -49,8 +49,8 @@ class ContactStage {
       if (!m.has_rows()) continue;
       const Collider<S>& a = state.colliders.at(m.shapes.a);
       const Collider<S>& b = state.colliders.at(m.shapes.b);
-      detail::add_contacts(m, state.contacts.points(), state.material_of(a, b), a.body.index,
-                           b.body.index, state.constraints);
+      detail::add_contacts(m, state.contacts.points(), state.material_of(a, b),
+                           state.drift_of(a, b), a.body.index, b.body.index, state.constraints);
     }
   }
 

@@ -168,6 +168,7 @@ void visit_collider(Collider& collider, Visitor& visit) {
   const auto each = [&](auto& material) {
     visit.value(material.friction);
     visit.value(material.restitution);
+    visit.value(material.surface_velocity);
   };
   visit.item("shapes (surface)", collider.material, each,
              [](const auto& material) { return is_valid_state(material); });

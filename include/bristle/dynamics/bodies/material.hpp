@@ -15,6 +15,10 @@ struct Material {
   S friction = S(0.5);
   /// [1] Coefficient of restitution, in [0, 1]. Of a pair: the larger one.
   S restitution = S(0);
+  /// [m/s] Velocity of the surface relative to its shape, in the shape's axes, as of a conveyor
+  /// belt. Friction of hard contact drags along the part of it in the contact plane. A pair has
+  /// none.
+  Vec3<S> surface_velocity = Vec3<S>::Zero();
 };
 
 /// Material of a pair: geometric mean of the friction, larger restitution.
@@ -22,7 +26,10 @@ template <Scalar S>
 [[nodiscard]] Material<S> combined(const Material<S>& a, const Material<S>& b) {
   using std::max;
   using std::sqrt;
-  return {sqrt(a.friction * b.friction), max(a.restitution, b.restitution)};
+  Material<S> pair;
+  pair.friction = sqrt(a.friction * b.friction);
+  pair.restitution = max(a.restitution, b.restitution);
+  return pair;
 }
 
 namespace detail {
@@ -31,7 +38,7 @@ namespace detail {
 template <Scalar S>
 [[nodiscard]] bool is_valid_state(const Material<S>& m) {
   return m.friction >= S(0) && m.friction <= largest_number<S> && m.restitution >= S(0) &&
-         m.restitution <= S(1);
+         m.restitution <= S(1) && has_finite_square<S>(m.surface_velocity);
 }
 
 }  // namespace detail
@@ -43,6 +50,7 @@ void validate(const Material<S>& m) {
   detail::require_not_negative("Material::friction", m.friction);
   detail::require_not_negative("Material::restitution", m.restitution);
   detail::require(m.restitution <= S(1), "Material::restitution", m.restitution, "must be <= 1");
+  detail::require_all_finite("Material::surface_velocity", m.surface_velocity);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI

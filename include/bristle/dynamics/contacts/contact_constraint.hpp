@@ -37,8 +37,10 @@ struct ContactConstraint {
   /// [-] Number of its `CachedPoint`.
   std::uint32_t point = 0;
   /// [m/s] Final velocity along the axes, by these arms, of surfaces that stay together. It is not
-  /// zero, since the arms go on turning.
+  /// zero, since the arms go on turning, and since surfaces may run on their bodies.
   std::array<S, 3> bias{};
+  /// [m/s] Part of `bias` along the tangents from surfaces that run on their bodies.
+  std::array<S, 2> drift{};
   /// [1] Normal and two tangents, world axes.
   std::array<Vec3<S>, 3> axes{Vec3<S>::Zero(), Vec3<S>::Zero(), Vec3<S>::Zero()};
   /// [1] Coulomb friction coefficient and coefficient of restitution.
@@ -102,12 +104,12 @@ template <Scalar S>
   return friction2 > S(0) ? min(S(1), S(10) * (S(1) - sqrt(friction2) / most)) : S(1);
 }
 
-/// Returns whether two contacts have the same bodies and axes.
+/// Returns whether two contacts have the same bodies and axes, and surfaces that run alike.
 template <Scalar S>
 [[nodiscard]] bool are_of_one_manifold(const ContactConstraint<S>& c,
                                        const ContactConstraint<S>& d) {
   return c.body_a == d.body_a && c.body_b == d.body_b && c.axes[0] == d.axes[0] &&
-         c.friction == d.friction;
+         c.friction == d.friction && c.drift[0] == d.drift[0] && c.drift[1] == d.drift[1];
 }
 
 /// Response of a contact's velocities along its axes to its impulses. It is a symmetric 3x3 matrix.

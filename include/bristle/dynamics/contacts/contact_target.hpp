@@ -23,15 +23,18 @@
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Adds one constraint for every point of a manifold. Its impulses are the warm start.
+/// @param drift  [m/s] Velocity of a's surface on its body less that of b's on its own, world axes.
 template <Scalar S>
 void add_contacts(const CachedManifold<S>& manifold, const DynamicArray<CachedPoint<S>>& points,
-                  const Material<S>& material, std::uint32_t slot_a, std::uint32_t slot_b,
-                  Constraints<S>& out) {
+                  const Material<S>& material, const Vec3<S>& drift, std::uint32_t slot_a,
+                  std::uint32_t slot_b, Constraints<S>& out) {
   ContactConstraint<S> c;
   c.body_a = slot_a;
   c.body_b = slot_b;
   c.axes[0] = manifold.normal;
   tangent_basis<S>(manifold.normal, c.axes[1], c.axes[2]);
+  c.drift = {c.axes[1].dot(drift), c.axes[2].dot(drift)};
+  c.bias = {S(0), c.drift[0], c.drift[1]};
   c.friction = material.friction;
   c.restitution = material.restitution;
   for (std::uint32_t i = manifold.first; i < manifold.first + manifold.count; ++i) {
@@ -169,7 +172,7 @@ void time_contact(ContactConstraint<S>& c, CachedPoint<S>& point, const S& hold,
   const Vec3<S>& to_mid_b = point.mid_offset_b *= hold;
   if (!is_swept) {
     const Vec3<S> bias = a.start.angular.cross(to_mid_a) - b.start.angular.cross(to_mid_b);
-    for (std::size_t k = 0; k < 3; ++k) c.bias[k] = c.axes[k].dot(bias);
+    for (std::size_t k = 0; k < 3; ++k) c.bias[k] += c.axes[k].dot(bias);
   }
   if (context.integrator == Integrator::trapezoidal) {
     point.acts_at_mid = true;

@@ -79,8 +79,8 @@ BRISTLE_FORCE_INLINE Pack<S> ManifoldKernel<S>::solve(VelocityTable<S>& velociti
         sum += impulse;
         moment += impulse * row(p.radius);
       });
-  v.v1 += across(0, load);
-  v.v2 += across(1, load);
+  v.v1 += across(0, load) - row(m_.drift1);
+  v.v2 += across(1, load) - row(m_.drift2);
   v.spin += across(2, load);
   const T before1 = row(m_.friction_impulse1);
   const T before2 = row(m_.friction_impulse2);

@@ -251,6 +251,8 @@ void ManifoldSweeps<S>::add_manifold(const ManifoldSpan& manifold, const Island&
   block.first_contact[lane] = manifold.first;
   block.contacts[lane] = manifold.count;
   block.friction[lane] = one.friction;
+  block.drift1[lane] = one.drift[0];
+  block.drift2[lane] = one.drift[1];
 
   // The centre of pressure of the last step. It is the mean of the points if they carried no load.
   S sum = S(0);

@@ -25,9 +25,9 @@ template <Scalar S>
 class PassiveRestitution {
  public:
   /// Limits the restitution energy of a solved island. Removes the energy that bounces added to its
-  /// mechanisms beyond that of free motion. Islands with sensors, motors or moving kinematic bodies
-  /// are skipped. Energy comes in from outside there. Large islands are skipped, too: their
-  /// impulses are sums over substeps.
+  /// mechanisms beyond that of free motion. Islands with sensors, motors, moving kinematic bodies
+  /// or surfaces that run are skipped. Energy comes in from outside there. Large islands are
+  /// skipped, too: their impulses are sums over substeps.
   void calm(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
             const SolveContext<S>& context, IslandSolver<S>& solver, SolveReport<S>& report) {
     if (island.blocks.empty() || island.contacts.empty() || !island.soft.empty()) return;
@@ -70,7 +70,8 @@ class PassiveRestitution {
            std::all_of(island.contacts.begin(), island.contacts.end(),
                        [&](std::uint32_t i) {
                          const ContactConstraint<S>& c = constraints.contacts[i];
-                         return rests(c.body_a) && rests(c.body_b);
+                         const bool is_still = c.drift[0] == S(0) && c.drift[1] == S(0);
+                         return is_still && rests(c.body_a) && rests(c.body_b);
                        }) &&
            std::all_of(island.blocks.begin(), island.blocks.end(), [&](std::uint32_t i) {
              const ConstraintBlock<S>& block = constraints.blocks[i];
