@@ -203,7 +203,12 @@ TEST_CASE("bad_input: joints") {
                    }};
   };
   check(m, {
-               bad("JointDef::body_a", [](auto& d) { d.body_a = {}; }),
+               bad("JointDef::body_a",
+                   [](auto& d) {
+                     d.body_a = {77, 1};
+                   }),
+               // Both are the world.
+               bad("JointDef::body_b", [](auto& d) { d.body_a = d.body_b = {}; }),
                bad("JointDef::body_b",
                    [](auto& d) {
                      d.body_b = {1000, 0};
