@@ -14727,8 +14727,8 @@ class World {
   /// Calls visit(PatchId) for each patch, under the same rules.
   template <typename Visit>
   void for_each_patch(Visit&& visit) const;
-  /// Calls visit(const Shape<S>&, const Transform<S>& X_BS) for each shape of a body, as the
-  /// backend tells it. O(shapes of the world), and copies meshes.
+  /// Calls visit(ShapeId, const ShapeDef<S>&) for each shape of a body, as the backend tells it.
+  /// O(shapes of the world), and copies meshes.
   template <typename Visit>
   void for_each_shape(BodyId id, Visit&& visit) const requires detail::TellsShapes<Backend, S>;
 
@@ -14966,8 +14966,13 @@ void World<S, Backend>::for_each_shape(
   for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
     if (!state_.colliders.is_live(i) || state_.colliders.at(i).body != id) continue;
     const detail::Collider<S>& c = state_.colliders.at(i);
-    visit(Backend::shape(c.shape.template as<Prepared>()),
-          Transform<S>{c.X_CmS.rotation, center_B + c.X_CmS.translation});
+    ShapeDef<S> def;
+    def.shape = Backend::shape(c.shape.template as<Prepared>());
+    def.X_BS = {c.X_CmS.rotation, center_B + c.X_CmS.translation};
+    def.material = c.material;
+    def.is_trigger = c.is_trigger;
+    def.user_data = c.user_data;
+    visit(state_.colliders.handle(i), def);
   }
 }
 
@@ -15845,7 +15850,9 @@ void Recorder<S>::add_body(BodyId id, const BodyDef<S>& def, std::string name, S
   body.name = std::move(name);
   body.moves = def.motion != Motion::fixed;
   if (def.shape) add_shape(*def.shape, {}, plane_size, body.mesh);
-  for (const ShapeDef<S>& s : def.shapes) add_shape(s.shape, s.X_BS, plane_size, body.mesh);
+  for (const ShapeDef<S>& s : def.shapes) {
+    if (!s.is_trigger) add_shape(s.shape, s.X_BS, plane_size, body.mesh);
+  }
   insert_body(id, std::move(body));
 }
 
@@ -15859,8 +15866,8 @@ void Recorder<S>::add_body(const World<S, Backend>& world, BodyId id, std::strin
   Body body;
   body.name = std::move(name);
   body.moves = world.body(id).motion != Motion::fixed;
-  world.for_each_shape(id, [&](const Shape<S>& shape, const Transform<S>& X_BS) {
-    add_shape(shape, X_BS, plane_size, body.mesh);
+  world.for_each_shape(id, [&](ShapeId, const ShapeDef<S>& shape) {
+    if (!shape.is_trigger) add_shape(shape.shape, shape.X_BS, plane_size, body.mesh);
   });
   insert_body(id, std::move(body));
 }

@@ -64,6 +64,12 @@ TEST_CASE("user data: of bodies, shapes, joints and patches; copied, and no part
   CHECK(world.user_data(shape) == ~std::uint64_t{0});
   CHECK(world.user_data(joint) == 3);
   CHECK(world.user_data(patch) == 4);
+  std::vector<std::uint64_t> numbers;
+  world.for_each_shape(body, [&](ShapeId id, const ShapeDef<double>& each) {
+    CHECK(world.user_data(id) == each.user_data);
+    numbers.push_back(each.user_data);
+  });
+  CHECK(numbers == std::vector<std::uint64_t>{7, ~std::uint64_t{0}});
   const auto hash = world.state_hash();
   world.set_user_data(body, 70);
   world.set_user_data(shape, 71);

@@ -115,8 +115,10 @@ class WorldDrawer {
       const bool moves = world_.body(id).motion != Motion::fixed;
       const Drawn drawn{.kind = moves ? DrawnKind::moving_shape : DrawnKind::fixed_shape,
                         .body = id};
-      world_.for_each_shape(id, [&](const Shape<S>& shape, const Transform<S>& X_BS) {
-        visitor_.triangles(drawn, drawn_mesh<S>(shape, def_.plane_size), X_WB * X_BS);
+      // A trigger would hide what is in it.
+      world_.for_each_shape(id, [&](ShapeId, const ShapeDef<S>& shape) {
+        if (shape.is_trigger) return;
+        visitor_.triangles(drawn, drawn_mesh<S>(shape.shape, def_.plane_size), X_WB * shape.X_BS);
       });
     }
   }

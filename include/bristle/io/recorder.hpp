@@ -187,7 +187,9 @@ void Recorder<S>::add_body(BodyId id, const BodyDef<S>& def, std::string name, S
   body.name = std::move(name);
   body.moves = def.motion != Motion::fixed;
   if (def.shape) add_shape(*def.shape, {}, plane_size, body.mesh);
-  for (const ShapeDef<S>& s : def.shapes) add_shape(s.shape, s.X_BS, plane_size, body.mesh);
+  for (const ShapeDef<S>& s : def.shapes) {
+    if (!s.is_trigger) add_shape(s.shape, s.X_BS, plane_size, body.mesh);
+  }
   insert_body(id, std::move(body));
 }
 
@@ -201,8 +203,8 @@ void Recorder<S>::add_body(const World<S, Backend>& world, BodyId id, std::strin
   Body body;
   body.name = std::move(name);
   body.moves = world.body(id).motion != Motion::fixed;
-  world.for_each_shape(id, [&](const Shape<S>& shape, const Transform<S>& X_BS) {
-    add_shape(shape, X_BS, plane_size, body.mesh);
+  world.for_each_shape(id, [&](ShapeId, const ShapeDef<S>& shape) {
+    if (!shape.is_trigger) add_shape(shape.shape, shape.X_BS, plane_size, body.mesh);
   });
   insert_body(id, std::move(body));
 }

@@ -224,8 +224,8 @@ class World {
   /// Calls visit(PatchId) for each patch, under the same rules.
   template <typename Visit>
   void for_each_patch(Visit&& visit) const;
-  /// Calls visit(const Shape<S>&, const Transform<S>& X_BS) for each shape of a body, as the
-  /// backend tells it. O(shapes of the world), and copies meshes.
+  /// Calls visit(ShapeId, const ShapeDef<S>&) for each shape of a body, as the backend tells it.
+  /// O(shapes of the world), and copies meshes.
   template <typename Visit>
   void for_each_shape(BodyId id, Visit&& visit) const requires detail::TellsShapes<Backend, S>;
 

@@ -49,8 +49,13 @@ void World<S, Backend>::for_each_shape(
   for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
     if (!state_.colliders.is_live(i) || state_.colliders.at(i).body != id) continue;
     const detail::Collider<S>& c = state_.colliders.at(i);
-    visit(Backend::shape(c.shape.template as<Prepared>()),
-          Transform<S>{c.X_CmS.rotation, center_B + c.X_CmS.translation});
+    ShapeDef<S> def;
+    def.shape = Backend::shape(c.shape.template as<Prepared>());
+    def.X_BS = {c.X_CmS.rotation, center_B + c.X_CmS.translation};
+    def.material = c.material;
+    def.is_trigger = c.is_trigger;
+    def.user_data = c.user_data;
+    visit(state_.colliders.handle(i), def);
   }
 }
 

@@ -217,6 +217,18 @@ TEST_CASE("for_each_drawn: shapes, joints and names are where they are in the wo
   CHECK(sketch.texts[5] == "patch 1: 0 N, 0 slip");
 }
 
+TEST_CASE("for_each_drawn: a trigger is not drawn, since it would hide what is in it") {
+  DrawnScene scene;
+  const std::size_t meshes = scene.sketch().meshes.size();
+  ShapeDef<double> gate;
+  gate.shape = Box<double>{{1, 1, 1}};
+  scene.world.add_shape(scene.block, gate);
+  CHECK(scene.sketch().meshes.size() == meshes + 1);
+  gate.is_trigger = true;
+  scene.world.add_shape(scene.block, gate);
+  CHECK(scene.sketch().meshes.size() == meshes + 1);
+}
+
 TEST_CASE("for_each_drawn: draws what it is asked for, and refuses lengths that are none") {
   DrawnScene scene;
   const Sketch nothing = scene.sketch({.has_shapes = false,

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <bristle/core/error.hpp>
+#include <bristle/math/finite.hpp>
 #include <bristle/math/types.hpp>
 
 namespace bristle::inline BRISTLE_ABI {
