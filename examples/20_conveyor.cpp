@@ -38,6 +38,7 @@ int main() {
       const bool is_a = event.body_a == barrier;
       if (!is_a && event.body_b != barrier) continue;
       const BodyId parcel = is_a ? event.body_b : event.body_a;
+      if (!world.contains(parcel)) continue;  // It was taken off while in the light.
       std::printf("%.2f s: parcel %llu %s\n", frame / 60.0,
                   static_cast<unsigned long long>(world.user_data(parcel)),
                   event.phase == ContactEvent::Phase::begin ? "is in the light" : "has passed");

@@ -5824,8 +5824,9 @@ struct Id {
   friend constexpr auto operator<=>(const Id&, const Id&) = default;
   friend constexpr bool operator==(const Id&, const Id&) = default;
 
-  /// Text for messages ("{3, 0}").
+  /// Text for messages ("{3, 0}", or "unset").
   [[nodiscard]] friend std::string to_text(const Id& id) {
+    if (id == Id{}) return "unset";
     std::string text("{");
     text.append(std::to_string(id.index)).append(", ");
     text.append(std::to_string(id.generation)).append("}");
@@ -5997,8 +5998,8 @@ struct Material {
   /// [1] Coefficient of restitution, in [0, 1]. Of a pair: the larger one.
   S restitution = S(0);
   /// [m/s] Velocity of the surface relative to its shape, in the shape's axes, as of a conveyor
-  /// belt. Friction of hard contact drags along the part of it in the contact plane. A pair has
-  /// none.
+  /// belt. Friction of hard contact drags along the part of it in the contact plane. `combined`
+  /// leaves it out.
   Vec3<S> surface_velocity = Vec3<S>::Zero();
 };
 
@@ -6039,6 +6040,7 @@ void validate(const Material<S>& m) {
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <type_traits>
 #include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
@@ -6103,8 +6105,9 @@ struct ShapeDef {
   Transform<S> X_BS{};
   /// [1] Material of its surface.
   Material<S> material{};
-  /// [-] True for a region that tells what is in it (`World::for_each_contact_event`) and pushes
-  /// nothing. It adds no mass. Sensors do not sense it, and queries do not meet it unless
+  /// [-] True for a region that tells what is in it (`World::for_each_contact_event`) when a step
+  /// begins, and pushes nothing. One of the two bodies must be dynamic. Filters hold for it, too.
+  /// It adds no mass. Sensors do not sense it, and queries do not meet it unless
   /// `QueryFilter::meets_triggers`.
   bool is_trigger = false;
   /// [-] A number of the caller's, such as an index (`World::user_data`).
@@ -6216,10 +6219,6 @@ struct Body {
   [[nodiscard]] bool is_dynamic() const { return motion == Motion::dynamic; }
   /// Returns whether forces move it along or about any axis.
   [[nodiscard]] bool moves() const { return is_dynamic() && !locked.all(); }
-  /// Returns whether its motion decays. Derivatives by a rate count.
-  [[nodiscard]] bool is_damped() const {
-    return !(linear_damping == S(0)) || !(angular_damping == S(0));
-  }
   /// Returns whether it sleeps.
   [[nodiscard]] bool is_asleep() const { return sleep.island != detail::BodySleep<S>::awake; }
 
@@ -6350,6 +6349,14 @@ void require_still(const LockedAxes& locked, const Twist<S>& twist) {
   }
 }
 
+/// Returns whether the motion of a body decays. Derivatives by a rate count.
+/// @param body  A `Body` or `MechanismBody`.
+template <typename AnyBody>
+[[nodiscard]] bool is_damped(const AnyBody& body) {
+  using S = std::remove_cvref_t<decltype(body.linear_damping)>;
+  return !(body.linear_damping == S(0)) || !(body.angular_damping == S(0));
+}
+
 }  // namespace detail
 
 template <Scalar S>
@@ -6375,8 +6382,9 @@ Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
 
   const auto require_set = [](const MassProperties<S>& shape, const char* field) {
     if (shape.mass > S(0)) return;
-    detail::raise(InvalidArgument(field, "unset",
-                                  "must be set where there is no shape with a finite volume"));
+    detail::raise(InvalidArgument(
+        field, "unset",
+        "must be set where there is no shape with a finite volume; triggers have none"));
   };
   Body<S> body;
   body.motion = def.motion;
@@ -10936,17 +10944,22 @@ Wrench<S> ContactReading<S>::impulse_on_b() const {
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Lets a velocity decay over a step by v' = a - rate v, and returns the factor of a in the exact
-/// solution: (1 - exp(-rate dt)) / rate. Without damping that is the step.
+/// Exact solution of v' = a - rate v over a step: v(dt) = kept v + lasting a.
 template <Scalar S>
-[[nodiscard]] S decay(Vec3<S>& velocity, const S& rate, const S& dt) {
+struct Decay {
+  /// [1] exp(-rate dt).
+  S kept = S(1);
+  /// [s] (1 - exp(-rate dt)) / rate. Without damping that is the step.
+  S lasting = S(0);
+};
+template <Scalar S>
+[[nodiscard]] Decay<S> decay(const S& rate, const S& dt) {
   using std::expm1;
   const S x = rate * dt;
   // The next terms of the two series, x^2 / 2 and x^2 / 6, are lost to round-off here.
-  const bool is_linear = x < S(1e-8);
-  const S lost = is_linear ? x : -expm1(-x);
-  velocity *= S(1) - lost;
-  return is_linear ? dt * (S(1) - S(0.5) * x) : lost / rate;
+  if (x < S(1e-8)) return {S(1) - x, dt * (S(1) - S(0.5) * x)};
+  const S lost = -expm1(-x);
+  return {S(1) - lost, lost / rate};
 }
 
 /// Velocities of a body after the forces known at the start of the step. These are gravity, the
@@ -10958,9 +10971,13 @@ template <Scalar S>
   if (!body.is_dynamic()) return result;
   S forces_last = dt;
   S torques_last = dt;
-  if (body.is_damped()) {
-    forces_last = decay(result.linear, body.linear_damping, dt);
-    torques_last = decay(result.angular, body.angular_damping, dt);
+  if (is_damped(body)) {
+    const Decay<S> linear = decay(body.linear_damping, dt);
+    const Decay<S> angular = decay(body.angular_damping, dt);
+    result.linear *= linear.kept;
+    result.angular *= angular.kept;
+    forces_last = linear.lasting;
+    torques_last = angular.lasting;
   }
   for (std::size_t k = 0; k < 3; ++k) {
     const auto i = static_cast<Eigen::Index>(k);
@@ -11321,7 +11338,8 @@ template <Scalar S>
 struct JointDef {
   /// [-] Degrees of freedom that it leaves free.
   JointKind kind = JointKind::fixed;
-  /// [-] Body A; unset: the world (`World::ground`). At least one of the two must be dynamic.
+  /// [-] Body A; unset: the world (`World::ground`), and `X_AJ` is the joint frame in the world. At
+  /// least one of the two must be dynamic.
   BodyId body_a{};
   /// [-] Body B, different from A; unset: the world.
   BodyId body_b{};
@@ -12272,6 +12290,9 @@ struct SolverBody {
   Twist<S> free{};
   /// v0: velocities at the start of the step.
   Twist<S> start{};
+  /// [1] Factors of `start` in `free`: what damping leaves of it.
+  S kept_linear = S(1);
+  S kept_angular = S(1);
   /// Displacement of free motion over the step, divided by the step.
   Twist<S> mean_free{};
   /// The same with impulses, as solved so far.
@@ -12295,6 +12316,11 @@ struct SolverBody {
   Mat3<S> inertia = Mat3<S>::Zero();
 
   [[nodiscard]] bool is_moving() const { return moves; }
+  /// [m/s, rad/s] The part of `free` that the start leaves. The rest of it comes from forces.
+  [[nodiscard]] Twist<S> kept_start() const {
+    if (kept_linear == S(1) && kept_angular == S(1)) return start;
+    return {kept_linear * start.linear, kept_angular * start.angular};
+  }
   /// Returns whether it is locked along (0 to 2) or about (3 to 5) an axis of the world.
   [[nodiscard]] bool is_locked(Eigen::Index axis) const {
     return (axis < 3 ? inverse_mass[axis] : inverse_inertia(axis - 3, axis - 3)) == S(0);
@@ -13363,6 +13389,7 @@ struct StepReport {
 /// Settings of a world.
 // SPDX-License-Identifier: BSD-3-Clause
 
+#include <cstdint>
 #include <functional>
 
 namespace bristle::inline BRISTLE_ABI {
@@ -13396,14 +13423,16 @@ struct WorldDef {
   /// [-] Conditions of sleep.
   SleepDef<S> sleep{};
   /// [1] Material of a pair of shapes in contact, from those of the two. A pure function, the same
-  /// in both orders. A result that `validate` would refuse counts as that of `combined`.
+  /// in both orders. A result that `validate` would refuse counts as that of `combined`, and
+  /// velocities of surfaces are not its business.
   Material<S> (*combine)(const Material<S>& a, const Material<S>& b) = combined<S>;
-  /// [-] Returns whether two shapes may collide that filters let meet. Unset: they may. Asked in
-  /// each step for shapes near each other, in either order and on any thread of `parallel_for`.
-  /// Must not throw, and must depend on nothing that changes while bodies sleep. Sensors do not
-  /// ask.
-  std::function<bool(ShapeId a, ShapeId b)> may_collide{};
+  /// [-] Returns whether two shapes may touch that filters let meet, by their `user_data`. Unset:
+  /// they may. Asked in each step for shapes that may reach each other, in either order, on any
+  /// thread of `parallel_for`, and by all copies of the world. Must not throw, and must depend on
+  /// nothing that changes while bodies sleep. Sensors do not ask.
+  std::function<bool(std::uint64_t user_data_a, std::uint64_t user_data_b)> may_collide{};
   /// [-] True to keep begins and ends of contacts until they are cleared (`World::contact_events`).
+  /// The list grows until then.
   bool keeps_contact_events = false;
   /// [-] Runs independent tasks, on threads of the caller if it has any. The results are the same.
   ParallelFor parallel_for = serial_for;
@@ -13482,13 +13511,16 @@ struct WorldState {
     const Material<S> material = def.combine(a.material, b.material);
     return is_valid_state(material) ? material : combined(a.material, b.material);
   }
-  /// [m/s] Velocity of a's surface on its body less that of b's on its own, world axes.
+  /// [m/s] Velocity of a's surface on its body less that of b's on its own, world axes, at the end
+  /// of the step if bodies turn on.
   [[nodiscard]] Vec3<S> drift_of(const Collider<S>& a, const Collider<S>& b) const {
     Vec3<S> drift = Vec3<S>::Zero();
     const auto add = [&](S sign, const Collider<S>& c) {
       if (c.material.surface_velocity == Vec3<S>::Zero()) return;
-      const Quat<S> R_WS = body_of(c).center_pose.rotation * c.X_CmS.rotation;
-      drift += sign * (R_WS * c.material.surface_velocity);
+      const Body<S>& body = body_of(c);
+      const Quat<S> R_WS = body.center_pose.rotation * c.X_CmS.rotation;
+      const Vec3<S> velocity = R_WS * c.material.surface_velocity;
+      drift += sign * (velocity + def.time_step * body.twist.angular.cross(velocity));
     };
     add(S(1), a);
     add(S(-1), b);
@@ -14161,8 +14193,8 @@ class HapticLoop {
     return {static_cast<std::uint32_t>(tools_.size() - 1)};
   }
   /// Adds sensors to a tool, in the frame of its body. They sense from the next `World::open` or
-  /// `World::step` on. It refuses rays that end inside the tool's own shapes, unless
-  /// `PatchDef::may_point_inwards`.
+  /// `World::step` on. That call refuses rays that end inside the tool's own shapes, unless
+  /// `PatchDef::may_point_inwards`; the loop is then of no more use.
   /// @throws InvalidArgument naming the field; the law must be the paper's.
   ToolPatchId add_patch(ToolId tool, PatchDef<S> def) {
     const Tool& owner = tool_of(tool);
@@ -14266,7 +14298,7 @@ class HapticLoop {
   struct Skin {
     detail::SensorPatch<S> patch{};
     std::uint32_t tool = 0;
-    /// True from the first time on that the world has seen it, and checked its rays.
+    /// True from the first time on that the loop's world has seen it, and checked its rays.
     bool is_seen = false;
     /// [-] Shapes that it may meet within the step.
     detail::DynamicArray<std::uint32_t> near;
@@ -14576,12 +14608,15 @@ class World {
 
   /// Returns whether there is such a body.
   [[nodiscard]] bool contains(BodyId id) const noexcept { return state_.bodies.contains(id); }
+  /// Returns whether there is such a shape.
+  [[nodiscard]] bool contains(ShapeId id) const noexcept { return state_.colliders.contains(id); }
   /// Mass, pose and velocities of a body.
   [[nodiscard]] const Body<S>& body(BodyId id) const { return state_.bodies.get(id, "BodyId"); }
   /// Pose of the body frame in the world.
   [[nodiscard]] Transform<S> pose(BodyId id) const { return body(id).pose(); }
   /// The body that stands for the world in joints: fixed, without shapes, its frame the world's.
-  /// The first call, or the first joint with an unset body, adds it. It counts as any other body.
+  /// The first call, or the first joint with an unset body, adds it. It is a body like any other:
+  /// it shows in lists, what moves it moves its joints, and its removal removes them.
   BodyId ground();
   /// [-] The caller's number of a body, shape, joint or patch, as its definition or
   /// `set_user_data` gave it. It means nothing to the world, and is in no snapshot.
@@ -14621,6 +14656,8 @@ class World {
   /// Sets the material of all shapes of a body.
   /// @throws InvalidArgument naming the field of the material.
   void set_material(BodyId id, const Material<S>& material);
+  /// The same for one shape.
+  void set_material(ShapeId id, const Material<S>& material);
 
   /// Returns whether a body sleeps (`WorldDef::sleep`; off unless set). Calls above that change a
   /// body wake its island. So does a body that comes to reach it.
@@ -14741,7 +14778,8 @@ class World {
   void for_each_contact_event(Visit&& visit) const;
   /// Begins and ends of contacts since the last `clear_contact_events`, in the order of steps:
   /// nothing is lost where a frame has several steps. Empty unless
-  /// `WorldDef::keeps_contact_events`. Valid until the next step.
+  /// `WorldDef::keeps_contact_events`, and after `restore`. An end may name what was removed: ask
+  /// `contains`. Valid until the next step or `clear_contact_events`.
   [[nodiscard]] std::span<const ContactEvent> contact_events() const noexcept {
     return state_.kept_events;
   }
@@ -14847,7 +14885,8 @@ class World {
   void push(const detail::HapticBody<S>& pushed);
   template <typename Visit>
   static void for_each_impulse(State& state, Visit&& visit);
-  void require_tools(const HapticLoop<S, Backend>& loop) const;
+  /// @param opens  Of an open loop only new patches are checked.
+  void require_tools(const HapticLoop<S, Backend>& loop, bool opens) const;
   void erase_joint(std::uint32_t index);
 
   State state_;
@@ -25434,12 +25473,11 @@ template <Scalar S>
   const ShapePair bodies{std::min(a.body.index, b.body.index),
                          std::max(a.body.index, b.body.index)};
   if (std::binary_search(state.unpaired.begin(), state.unpaired.end(), bodies)) return false;
-  if (state.def.may_collide &&
-      !state.def.may_collide(state.colliders.handle(tag_a), state.colliders.handle(tag_b))) {
+  if (!reaches_plane(state, a, state.broad_phase.swept(tag_a), b) ||
+      !reaches_plane(state, b, state.broad_phase.swept(tag_b), a)) {
     return false;
   }
-  return reaches_plane(state, a, state.broad_phase.swept(tag_a), b) &&
-         reaches_plane(state, b, state.broad_phase.swept(tag_b), a);
+  return !state.def.may_collide || state.def.may_collide(a.user_data, b.user_data);
 }
 
 /// Appends the manifolds of a pair, in the frame of its first shape. Gaps are those that can close
@@ -29642,7 +29680,7 @@ bool MechanismIntegrator<S>::advance(std::span<const MechanismBody<S>> bodies,
   impulses_.assign(joints.size(), Wrench<S>{});
   is_damped_ = false;
   for (const MechanismBody<S>& body : bodies) {
-    is_damped_ = is_damped_ || body.linear_damping > S(0) || body.angular_damping > S(0);
+    is_damped_ = is_damped_ || is_damped(body);
   }
   is_free_ = !is_damped_;
   for (const MechanismBody<S>& body : bodies) {
@@ -30049,8 +30087,9 @@ void time_contact(ContactConstraint<S>& c, CachedPoint<S>& point, const S& hold,
                   const SolverBody<S>& a, const SolverBody<S>& b, const SolveContext<S>& context,
                   bool is_swept);
 
-/// [m/s] Normal velocities of a contact. They are those at the start of the step, and of free
-/// motion at its end and in the mean.
+/// [m/s] Normal velocities of a contact. They are those that the start leaves (`kept_start`), and
+/// of free motion at its end and in the mean. What free motion adds is then by forces: it goes on
+/// after a bounce, while damping follows the velocity.
 template <Value T>
 struct NormalSpeeds {
   T start, free, mean_free;
@@ -30220,8 +30259,8 @@ void target_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const Solve
   const auto normal_part = [&](const Twist<S>& u, const Twist<S>& v) {
     return n.dot(v.linear - u.linear) + (torque_b.dot(v.angular) - torque_a.dot(u.angular));
   };
-  const NormalSpeeds<S> speeds{normal_part(a.start, b.start), normal_part(a.free, b.free),
-                               normal_part(a.mean_free, b.mean_free)};
+  const NormalSpeeds<S> speeds{normal_part(a.kept_start(), b.kept_start()),
+                               normal_part(a.free, b.free), normal_part(a.mean_free, b.mean_free)};
   const bool is_trapezoidal = context.integrator == Integrator::trapezoidal;
   c.transient_impulse = {};
   if (c.is_open) {
@@ -32471,7 +32510,7 @@ class ManifoldSweeps {
   /// the mean of the velocities at both ends (`mean_free_velocity`). It ignores
   /// `SolverBody::mean_free`.
   void target(std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
-    const auto start = [](const SolverBody<S>& body) -> const Twist<S>& { return body.start; };
+    const auto start = [](const SolverBody<S>& body) { return body.kept_start(); };
     const auto free = [](const SolverBody<S>& body) -> const Twist<S>& { return body.free; };
     read(bodies, start, starts_);
     load(bodies, free);
@@ -33244,7 +33283,7 @@ class IslandSolver {
       for (std::size_t n = 0; n < island.bodies.size(); ++n) {
         SolverBody<S>& body = bodies[island.bodies[n]];
         body.start = k > 0 ? body.twist : body.start;
-        body.free = body.start + parts_[n].change;
+        body.free = body.kept_start() + parts_[n].change;
         body.mean_free = mean_free_velocity(body, context.integrator);
       }
       sweep_part(island, constraints, bodies, part, most, report);
@@ -33303,11 +33342,15 @@ class IslandSolver {
                    std::span<SolverBody<S>> bodies, S parts) {
     parts_.resize(std::max(parts_.size(), island.bodies.size()));
     for (std::size_t n = 0; n < island.bodies.size(); ++n) {
-      const SolverBody<S>& body = bodies[island.bodies[n]];
+      SolverBody<S>& body = bodies[island.bodies[n]];
       parts_[n].start = body.start;
       parts_[n].free = body.free;
       parts_[n].mean_free = body.mean_free;
-      parts_[n].change = (S(1) / parts) * (body.free - body.start);
+      parts_[n].kept_linear = body.kept_linear;
+      parts_[n].kept_angular = body.kept_angular;
+      const Twist<S> by_forces = body.free - body.kept_start();
+      parts_[n].change = {take_part(body.kept_linear, parts) * by_forces.linear,
+                          take_part(body.kept_angular, parts) * by_forces.angular};
       parts_[n].motion = {};
     }
     row_totals_.clear();
@@ -33317,6 +33360,20 @@ class IslandSolver {
       row_totals_.push_back(S(0));
     });
     scale_bounds(island, constraints, S(1) / parts);
+  }
+
+  /// Reduces what damping keeps in a step to what it keeps in a substep.
+  /// @return  [1] Share of the change by forces that each substep adds. Together, decayed from each
+  ///          one on, they make up that of the step.
+  [[nodiscard]] static S take_part(S& kept, S parts) {
+    using std::pow;
+    const S whole = kept;
+    if (!(whole < S(1))) {
+      kept = S(1) + (whole - S(1)) / parts;
+      return S(1) / parts;
+    }
+    kept = pow(whole, S(1) / parts);
+    return (S(1) - kept) / (S(1) - whole);
   }
 
   /// Scales the bounds of motors to a substep, or back.
@@ -33373,6 +33430,8 @@ class IslandSolver {
       body.free = parts_[n].free;
       body.mean_free = parts_[n].mean_free;
       body.motion = parts_[n].motion;
+      body.kept_linear = parts_[n].kept_linear;
+      body.kept_angular = parts_[n].kept_angular;
     }
     if (!island.soft.empty()) return;
     std::size_t r = 0;
@@ -33564,6 +33623,7 @@ class IslandSolver {
   /// Whole step of a body that is solved in substeps. Velocity change of one substep.
   struct Parts {
     Twist<S> start, free, mean_free, change, motion;
+    S kept_linear, kept_angular;
   };
   DynamicArray<Parts> parts_;
   DynamicArray<S> row_totals_;  // Impulses of all substeps.
@@ -34139,7 +34199,9 @@ class ContactStage {
       const Collider<S>& c = state.colliders.at(i);
       // Forces do not move the bodies of half-spaces. Half-spaces are always listed.
       const Body<S>& body = state.body_of(c);
-      if (body.motion == Motion::fixed || c.half_space || body.is_asleep()) continue;
+      // A fixed trigger that was put somewhere may hold sleepers, which do not look for it.
+      const bool is_put = c.is_trigger && body.sleep.is_disturbed;
+      if ((body.motion == Motion::fixed && !is_put) || c.half_space || body.is_asleep()) continue;
       const S reach = reach_of(state, c, c);
       const Vec3<S>& center = body.center_pose.translation;
       if (!state.broad_phase.stays(i, reach, center)) {
@@ -34157,7 +34219,8 @@ class ContactStage {
   [[nodiscard]] static InnerBall<S> ball_of(const State& state, std::uint32_t tag) {
     const Collider<S>& c = state.colliders.at(tag);
     const Body<S>& body = state.body_of(c);
-    if (!body.is_dynamic()) return {};
+    // A trigger does not push, so its pairs do not part: none of them waits.
+    if (!body.is_dynamic() || c.is_trigger) return {};
     return {body.center_pose * c.inner.center, c.inner.radius};
   }
 
@@ -35288,6 +35351,11 @@ class SolveStage {
     out.moves = moves;
     out.is_sensed = out.follows_joints = false;
     out.start = body.twist;
+    out.kept_linear = out.kept_angular = S(1);
+    if (moves && is_damped(body)) {
+      out.kept_linear = decay(body.linear_damping, state.def.time_step).kept;
+      out.kept_angular = decay(body.angular_damping, state.def.time_step).kept;
+    }
     // Sensors need the masses of their bodies early.
     if (state.patches.size() > 0) prepare_mass(state, slot);
     out.free = free_twist(body, state.def.gravity, state.def.time_step);
@@ -35679,6 +35747,7 @@ void wake_neighbours(WorldState<S>& state, std::uint32_t slot) {
     if (b == slot) wake_island(state, a);
   };
   for (const CachedManifold<S>& m : state.contacts.manifolds()) {
+    if (m.is_trigger) continue;
     wake_other(state.colliders.at(m.shapes.a).body.index,
                state.colliders.at(m.shapes.b).body.index);
   }
@@ -35863,7 +35932,13 @@ class SleepStage {
     };
     for (const CachedManifold<S>& m : state.contacts.manifolds()) {
       if (m.is_trigger) continue;
-      join(state.colliders.at(m.shapes.a).body.index, state.colliders.at(m.shapes.b).body.index);
+      const Collider<S>& a = state.colliders.at(m.shapes.a);
+      const Collider<S>& b = state.colliders.at(m.shapes.b);
+      if (state.drift_of(a, b) != Vec3<S>::Zero()) {
+        // What a belt carries moves, however slowly.
+        is_held_awake_[a.body.index] = is_held_awake_[b.body.index] = 1;
+      }
+      join(a.body.index, b.body.index);
     }
     for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
       if (!state.joints.is_live(i)) continue;
@@ -36357,6 +36432,15 @@ void World<S, Backend>::set_material(BodyId id, const Material<S>& material) {
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
+void World<S, Backend>::set_material(ShapeId id, const Material<S>& material) {
+  detail::Collider<S>& collider = state_.colliders.get(id, "ShapeId");
+  validate(material);
+  collider.material = material;
+  detail::disturb(state_, collider.body);
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::wake(BodyId id) {
   (void)body(id);
   detail::disturb(state_, id);
@@ -36384,7 +36468,7 @@ namespace bristle::inline BRISTLE_ABI::detail {
 /// Checks that the tip of each ray lies outside of the shapes of its own body. The start of a ray
 /// does not matter: it may lie deep in the body, on its surface, or behind a thin plate. A ray that
 /// ends outside has left the body there, and senses contacts from there. Each tip is cast at each
-/// shape once.
+/// shape once. Triggers do not count.
 ///
 /// @param body      Index of the body.
 /// @param origin_B  [m] The point of the body that the patch gives its rays about.
@@ -36407,7 +36491,7 @@ void require_outward_rays(const WorldState<S>& state, std::uint32_t body,
   for (std::uint32_t tag = 0; tag < state.colliders.slot_count(); ++tag) {
     if (!state.colliders.is_live(tag)) continue;
     const Collider<S>& c = state.colliders.at(tag);
-    if (c.body.index == body) c.shape.cast_rays(c.X_CmS, tips.rays(), tag, hits);
+    if (c.body.index == body && !c.is_trigger) c.shape.cast_rays(c.X_CmS, tips.rays(), tag, hits);
   }
   for (std::size_t i = 0; i < count; ++i) {
     if (hits.distance[i] > S(0)) continue;
@@ -36691,6 +36775,7 @@ void visit_collider(Collider& collider, Visitor& visit) {
   visit.same("shapes (body)", collider.body.index);
   visit.same("shapes (kind)", collider.kind);
   visit.same("shapes (size)", collider.radius);
+  visit.same("shapes (trigger)", collider.is_trigger);
   const auto each = [&](auto& material) {
     visit.value(material.friction);
     visit.value(material.restitution);
@@ -37006,7 +37091,7 @@ struct SnapshotHead {
   static constexpr std::uint64_t expected_magic = 0x6c7473697262'0001u;  // "brist", and a number.
 
   std::uint64_t magic = expected_magic;
-  std::uint64_t version = 6;
+  std::uint64_t version = 7;
   /// [-] Bytes of a scalar, and of all bytes after the head.
   std::uint64_t scalar_size = 0;
   std::uint64_t payload_size = 0;
@@ -37322,7 +37407,7 @@ requires ShapeBackend<Backend, S> JointId World<S, Backend>::add_joint(const Joi
   const Body<S>& b = body_of(def.body_b, "JointDef::body_b");
   validate(def);
   detail::require(def.body_a != def.body_b, "JointDef::body_b", def.body_b,
-                  "must not equal body_a");
+                  "must not equal body_a; one of them may be unset, which is the world");
   detail::require(a.is_dynamic() || b.is_dynamic(), "JointDef::body_a", def.body_a,
                   "must be dynamic, or body_b must");
   detail::Joint<S> joint;
@@ -37576,7 +37661,7 @@ void World<S, Backend>::step() { stepper_.kernels().step(stepper_.get(), state_)
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
-void World<S, Backend>::require_tools(const HapticLoop<S, Backend>& loop) const {
+void World<S, Backend>::require_tools(const HapticLoop<S, Backend>& loop, bool opens) const {
   for (std::size_t i = 0; i < loop.tools_.size(); ++i) {
     const auto& tool = loop.tools_[i];
     const std::uint32_t slot = tool.body.index;
@@ -37590,7 +37675,7 @@ void World<S, Backend>::require_tools(const HapticLoop<S, Backend>& loop) const 
   }
   for (const auto& skin : loop.tool_patches_) {
     const BodyId body = loop.tools_[skin.tool].body;
-    if (skin.is_seen || !contains(body)) continue;
+    if ((skin.is_seen && !opens) || !contains(body)) continue;
     // The loop knows no centre of mass: its patches are about the origin of the body.
     detail::require_outward_rays(state_, body.index, skin.patch, Vec3<S>(Vec3<S>::Zero()));
   }
@@ -37599,7 +37684,7 @@ void World<S, Backend>::require_tools(const HapticLoop<S, Backend>& loop) const 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::open(HapticLoop<S, Backend>& loop) const {
-  require_tools(loop);
+  require_tools(loop, true);
   loop.forget();
   loop.observe(state_);
 }
@@ -37608,7 +37693,7 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::step(HapticLoop<S, Backend>& loop) {
   loop.require_tool_patch();
-  require_tools(loop);
+  require_tools(loop, false);
   const auto is_moved = [&](const auto& tool) { return tool.is_placed && contains(tool.body); };
   for (const auto& tool : loop.tools_) {
     if (is_moved(tool)) (void)twist_to(tool.body, tool.end_pose(loop.h_));

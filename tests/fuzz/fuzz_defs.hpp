@@ -35,6 +35,7 @@ class FuzzDefs : public FuzzBytes<S> {
     if (this->once_in(2)) return material;
     material.friction = this->positive(S(1.5));
     material.restitution = this->positive(S(1));
+    if (this->once_in(8)) material.surface_velocity = this->vector(S(2));
     return material;
   }
 
@@ -104,6 +105,7 @@ class FuzzDefs : public FuzzBytes<S> {
     def.X_BS = this->pose(S(0.2));
     def.material = material();
     def.is_trigger = this->once_in(8);
+    def.user_data = this->choice(4);
     return def;
   }
 

@@ -79,6 +79,13 @@ class WorldScript {
       def.solver.max_direct_work = std::uint64_t{in_.byte()} << 8;
       def.solver.max_sweeps = 1 + static_cast<int>(in_.choice(20));
     }
+    if ((kind & 64) != 0) {
+      def.keeps_contact_events = true;
+      def.may_collide = [](std::uint64_t a, std::uint64_t b) { return a != 3 || b != 3; };
+      def.combine = [](const Material<S>& a, const Material<S>& b) {
+        return Material<S>{.friction = a.friction * b.friction};
+      };
+    }
     world_.emplace(def);
     if ((kind & 8) == 0) {
       BodyDef<S> floor;

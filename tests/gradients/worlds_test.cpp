@@ -123,6 +123,25 @@ constexpr auto swung = [](auto length, auto gravity) {
   return (world.pose(rod) * Vec3<S>(length / S(2), S(0), S(0))).z();
 };
 
+/// [m/s] Speed of a body with damping after 0.4 s: alone, or on a ball joint to the world.
+template <typename S>
+S slowed(S rate, bool is_joined) {
+  World<S> world({.time_step = S(2e-3)});
+  const BodyId rod = world.add_body({.mass = S(1.5),
+                                     .shape = Box<S>{{S(0.2), S(0.02), S(0.03)}},
+                                     .position = {S(0.2), S(0), S(0)},
+                                     .velocity = {S(0), S(1), S(0)},
+                                     .linear_damping = rate,
+                                     .angular_damping = rate});
+  if (is_joined) {
+    world.add_joint({.kind = JointKind::ball,
+                     .body_b = rod,
+                     .X_BJ = {Quat<S>::Identity(), {S(-0.2), S(0), S(0)}}});
+  }
+  advance(world, 0.4);
+  return world.body(rod).twist.linear.y();
+}
+
 /// A grasp that has come to rest.
 template <typename S>
 GraspScene<S> held(S mass, S static_friction, Integration integration, S finger_mass, S grip) {
@@ -289,4 +308,14 @@ TEST_CASE("gradients: snapshots keep derivatives, and hashes tell them") {
   for (int i = 0; i < 10; ++i) first.world.step();
   CHECK(first.world.state_hash() == later);
   CHECK_THROWS_AS(make_medley<double>().world.restore(bytes), InvalidArgument);
+}
+
+TEST_CASE("gradients: by a rate of damping that is zero, alone and on a joint") {
+  for (const bool is_joined : {false, true}) {
+    const D v = slowed(D::variable(0, 0), is_joined);
+    CHECK(v.value() == test::relative(slowed(0.0, is_joined)).epsilon(1e-12));
+    const double by_rate = (slowed(1e-5, is_joined) - slowed(0.0, is_joined)) / 1e-5;
+    CHECK(std::abs(by_rate) > 0.01);
+    CHECK(v.partial(0) == test::relative(by_rate).epsilon(1e-4));
+  }
 }

@@ -179,3 +179,49 @@ TEST_CASE("conveyor: starts, stops and is restored by the material of its body")
   CHECK_THROWS_WITH_AS(world.set_material(line, belt_surface({0, nan, 0})),
                        doctest::Contains("Material::surface_velocity"), InvalidArgument);
 }
+
+TEST_CASE("conveyor: what a slow belt carries does not fall asleep, and one belt of two may stop") {
+  World<double> world({.time_step = dt, .sleep = {.time = 0.2}});
+  BodyDef<double> def{.motion = Motion::fixed};
+  def.shapes = {{.shape = Box<double>{{5, 0.5, 0.5}}, .X_BS = {.translation = {0, -1, -0.5}}},
+                {.shape = Box<double>{{5, 0.5, 0.5}}, .X_BS = {.translation = {0, 1, -0.5}}}};
+  const BodyId line = world.add_body(def);
+  std::vector<ShapeId> belts;
+  world.for_each_shape(line, [&](ShapeId id, const ShapeDef<double>&) { belts.push_back(id); });
+  REQUIRE(belts.size() == 2);
+  for (const ShapeId id : belts) world.set_material(id, belt_surface({0.008, 0, 0}));
+  const BodyId left = world.add_body(crate({0, -1, 0.1}));
+  const BodyId right = world.add_body(crate({0, 1, 0.1}));
+  for (int i = 0; i < 240; ++i) world.step();
+  CHECK(world.pose(left).translation.x() == test::relative(0.008).epsilon(0.01));
+  CHECK(world.pose(right).translation.x() == test::relative(0.008).epsilon(0.01));
+  world.set_material(belts[0], belt_surface({0, 0, 0}));
+  for (int i = 0; i < 240; ++i) world.step();
+  CHECK(world.is_asleep(left));
+  CHECK(world.pose(right).translation.x() == test::relative(0.016).epsilon(0.01));
+  CHECK_THROWS_AS(world.set_material(ShapeId{}, {}), InvalidArgument);
+}
+
+/// [m] Distance from where it belongs, of a crate that a belt on a turntable carries outwards.
+double error_on_turntable(double step) {
+  World<double> world({.gravity = {0, 0, -50}, .time_step = step});
+  BodyDef<double> def = belt({0.2, 0, 0});
+  def.motion = Motion::kinematic;
+  def.angular_velocity = {0, 0, 1};
+  world.add_body(def);
+  BodyDef<double> box = crate({0, 0, 0.1});
+  box.velocity = {0.2, 0, 0};
+  box.angular_velocity = {0, 0, 1};
+  const BodyId id = world.add_body(box);
+  const int steps = static_cast<int>(std::lround(1 / step));
+  for (int i = 0; i < steps; ++i) world.step();
+  return (world.pose(id).translation - Vec3<double>(0.2 * std::cos(1), 0.2 * std::sin(1), 0.1))
+      .norm();
+}
+
+TEST_CASE("conveyor: on a turntable it is of second order in the step") {
+  const double coarse = error_on_turntable(1.0 / 60);
+  const double fine = error_on_turntable(1.0 / 240);
+  CHECK(coarse < 1.0 / 3600);  // h^2 w^2 times a metre; of first order it is 3.3e-3.
+  CHECK(coarse / fine > 8);
+}

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <vector>
 
 using namespace bristle;
 using namespace bristle::detail;
@@ -136,6 +137,72 @@ TEST_CASE("damping: two bodies on a joint keep the direction of their momentum a
   const Vec3<double> start = momentum();
   for (int i = 0; i < 100; ++i) world.step();
   CHECK((momentum() - std::exp(-rate) * start).norm() < 1e-7 * start.norm());
+}
+
+// In a slot that takes the ball some steps only damping changes the speed, however often the ball
+// bounces.
+TEST_CASE("damping: bounces neither add speed nor escape it") {
+  for (const Integrator integrator : {Integrator::trapezoidal, Integrator::symplectic_euler}) {
+    for (const double slowed : {0.5, 3.0, 20.0}) {
+      World<double> world({.gravity = {0, 0, 0}, .time_step = 1.0 / 240, .integrator = integrator});
+      for (const double side : {-1.0, 1.0}) {
+        world.add_body({.motion = Motion::fixed,
+                        .shape = Box<double>{{0.5, 1, 1}},
+                        .material = {.restitution = 1},
+                        .position = {side * 0.65, 0, 0}});
+      }
+      const BodyId ball = world.add_body({.mass = 1.0,
+                                          .shape = Sphere<double>{0.1},
+                                          .material = {.friction = 0, .restitution = 1},
+                                          .velocity = {3, 0, 0},
+                                          .linear_damping = slowed});
+      for (int i = 1; i <= 120; ++i) {
+        world.step();
+        const double exact = 3 * std::exp(-slowed * i / 240);
+        if (exact < 0.02) break;  // Below the speed at which things bounce.
+        CHECK(std::abs(world.body(ball).twist.linear.x()) == test::relative(exact).epsilon(1e-9));
+      }
+    }
+  }
+}
+
+TEST_CASE("damping: a bouncing ball never gains energy") {
+  World<double> world({.time_step = 1.0 / 60});
+  world.add_body(
+      {.motion = Motion::fixed, .shape = HalfSpace<double>{}, .material = {.restitution = 1}});
+  const BodyId ball = world.add_body(
+      {.mass = 1.0, .shape = Sphere<double>{0.1}, .position = {0, 0, 1.1}, .linear_damping = 2});
+  double energy = 9.81;
+  for (int i = 0; i < 600; ++i) {
+    world.step();
+    const double now = 0.5 * world.body(ball).twist.linear.squaredNorm() +
+                       9.81 * (world.pose(ball).translation.z() - 0.1);
+    CHECK(now <= energy * (1 + 1e-9) + 1e-12);
+    energy = now;
+  }
+}
+
+// A hundred crates in one island that is swept: v' = -rate v for all of them, on ice.
+TEST_CASE("damping: a heap that is swept decays as one body does, and falls as one") {
+  World<double> world({.time_step = 1.0 / 60});
+  world.add_body(
+      {.motion = Motion::fixed, .shape = HalfSpace<double>{}, .material = {.friction = 0}});
+  std::vector<BodyId> boxes;
+  for (int k = 0; k < 15; ++k) {
+    for (int i = 0; i < 15 - k; ++i) {
+      BodyDef<double> def{.mass = 1.0, .shape = Box<double>{{0.1, 0.1, 0.1}}};
+      def.position = {0.201 * i + 0.1005 * k, 0, 0.1 + 0.2 * k};
+      def.velocity = {0, 2, 0};
+      def.linear_damping = rate;
+      boxes.push_back(world.add_body(def));
+    }
+  }
+  for (int i = 0; i < 30; ++i) world.step();
+  CHECK(world.report().direct_islands == 0);
+  // They rub on each other a little; the floor takes nothing of their momentum.
+  double sum = 0;
+  for (const BodyId id : boxes) sum += world.body(id).twist.linear.y();
+  CHECK(sum == test::relative(240 * std::exp(-rate / 2)).epsilon(1e-6));
 }
 
 TEST_CASE("damping: bad rates are refused by name, and bodies that forces do not move have none") {

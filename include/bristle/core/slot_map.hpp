@@ -30,8 +30,9 @@ struct Id {
   friend constexpr auto operator<=>(const Id&, const Id&) = default;
   friend constexpr bool operator==(const Id&, const Id&) = default;
 
-  /// Text for messages ("{3, 0}").
+  /// Text for messages ("{3, 0}", or "unset").
   [[nodiscard]] friend std::string to_text(const Id& id) {
+    if (id == Id{}) return "unset";
     std::string text("{");
     text.append(std::to_string(id.index)).append(", ");
     text.append(std::to_string(id.generation)).append("}");

@@ -122,7 +122,9 @@ class ContactStage {
       const Collider<S>& c = state.colliders.at(i);
       // Forces do not move the bodies of half-spaces. Half-spaces are always listed.
       const Body<S>& body = state.body_of(c);
-      if (body.motion == Motion::fixed || c.half_space || body.is_asleep()) continue;
+      // A fixed trigger that was put somewhere may hold sleepers, which do not look for it.
+      const bool is_put = c.is_trigger && body.sleep.is_disturbed;
+      if ((body.motion == Motion::fixed && !is_put) || c.half_space || body.is_asleep()) continue;
       const S reach = reach_of(state, c, c);
       const Vec3<S>& center = body.center_pose.translation;
       if (!state.broad_phase.stays(i, reach, center)) {
@@ -140,7 +142,8 @@ class ContactStage {
   [[nodiscard]] static InnerBall<S> ball_of(const State& state, std::uint32_t tag) {
     const Collider<S>& c = state.colliders.at(tag);
     const Body<S>& body = state.body_of(c);
-    if (!body.is_dynamic()) return {};
+    // A trigger does not push, so its pairs do not part: none of them waits.
+    if (!body.is_dynamic() || c.is_trigger) return {};
     return {body.center_pose * c.inner.center, c.inner.radius};
   }
 

@@ -84,8 +84,8 @@ class HapticLoop {
     return {static_cast<std::uint32_t>(tools_.size() - 1)};
   }
   /// Adds sensors to a tool, in the frame of its body. They sense from the next `World::open` or
-  /// `World::step` on. It refuses rays that end inside the tool's own shapes, unless
-  /// `PatchDef::may_point_inwards`.
+  /// `World::step` on. That call refuses rays that end inside the tool's own shapes, unless
+  /// `PatchDef::may_point_inwards`; the loop is then of no more use.
   /// @throws InvalidArgument naming the field; the law must be the paper's.
   ToolPatchId add_patch(ToolId tool, PatchDef<S> def) {
     const Tool& owner = tool_of(tool);
@@ -189,7 +189,7 @@ class HapticLoop {
   struct Skin {
     detail::SensorPatch<S> patch{};
     std::uint32_t tool = 0;
-    /// True from the first time on that the world has seen it, and checked its rays.
+    /// True from the first time on that the loop's world has seen it, and checked its rays.
     bool is_seen = false;
     /// [-] Shapes that it may meet within the step.
     detail::DynamicArray<std::uint32_t> near;

@@ -65,12 +65,11 @@ template <Scalar S>
   const ShapePair bodies{std::min(a.body.index, b.body.index),
                          std::max(a.body.index, b.body.index)};
   if (std::binary_search(state.unpaired.begin(), state.unpaired.end(), bodies)) return false;
-  if (state.def.may_collide &&
-      !state.def.may_collide(state.colliders.handle(tag_a), state.colliders.handle(tag_b))) {
+  if (!reaches_plane(state, a, state.broad_phase.swept(tag_a), b) ||
+      !reaches_plane(state, b, state.broad_phase.swept(tag_b), a)) {
     return false;
   }
-  return reaches_plane(state, a, state.broad_phase.swept(tag_a), b) &&
-         reaches_plane(state, b, state.broad_phase.swept(tag_b), a);
+  return !state.def.may_collide || state.def.may_collide(a.user_data, b.user_data);
 }
 
 /// Appends the manifolds of a pair, in the frame of its first shape. Gaps are those that can close

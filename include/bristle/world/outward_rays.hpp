@@ -15,7 +15,7 @@ namespace bristle::inline BRISTLE_ABI::detail {
 /// Checks that the tip of each ray lies outside of the shapes of its own body. The start of a ray
 /// does not matter: it may lie deep in the body, on its surface, or behind a thin plate. A ray that
 /// ends outside has left the body there, and senses contacts from there. Each tip is cast at each
-/// shape once.
+/// shape once. Triggers do not count.
 ///
 /// @param body      Index of the body.
 /// @param origin_B  [m] The point of the body that the patch gives its rays about.
@@ -38,7 +38,7 @@ void require_outward_rays(const WorldState<S>& state, std::uint32_t body,
   for (std::uint32_t tag = 0; tag < state.colliders.slot_count(); ++tag) {
     if (!state.colliders.is_live(tag)) continue;
     const Collider<S>& c = state.colliders.at(tag);
-    if (c.body.index == body) c.shape.cast_rays(c.X_CmS, tips.rays(), tag, hits);
+    if (c.body.index == body && !c.is_trigger) c.shape.cast_rays(c.X_CmS, tips.rays(), tag, hits);
   }
   for (std::size_t i = 0; i < count; ++i) {
     if (hits.distance[i] > S(0)) continue;

@@ -168,7 +168,13 @@ class SleepStage {
     };
     for (const CachedManifold<S>& m : state.contacts.manifolds()) {
       if (m.is_trigger) continue;
-      join(state.colliders.at(m.shapes.a).body.index, state.colliders.at(m.shapes.b).body.index);
+      const Collider<S>& a = state.colliders.at(m.shapes.a);
+      const Collider<S>& b = state.colliders.at(m.shapes.b);
+      if (state.drift_of(a, b) != Vec3<S>::Zero()) {
+        // What a belt carries moves, however slowly.
+        is_held_awake_[a.body.index] = is_held_awake_[b.body.index] = 1;
+      }
+      join(a.body.index, b.body.index);
     }
     for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
       if (!state.joints.is_live(i)) continue;

@@ -63,6 +63,11 @@ class SolveStage {
     out.moves = moves;
     out.is_sensed = out.follows_joints = false;
     out.start = body.twist;
+    out.kept_linear = out.kept_angular = S(1);
+    if (moves && is_damped(body)) {
+      out.kept_linear = decay(body.linear_damping, state.def.time_step).kept;
+      out.kept_angular = decay(body.angular_damping, state.def.time_step).kept;
+    }
     // Sensors need the masses of their bodies early.
     if (state.patches.size() > 0) prepare_mass(state, slot);
     out.free = free_twist(body, state.def.gravity, state.def.time_step);

@@ -165,6 +165,7 @@ void visit_collider(Collider& collider, Visitor& visit) {
   visit.same("shapes (body)", collider.body.index);
   visit.same("shapes (kind)", collider.kind);
   visit.same("shapes (size)", collider.radius);
+  visit.same("shapes (trigger)", collider.is_trigger);
   const auto each = [&](auto& material) {
     visit.value(material.friction);
     visit.value(material.restitution);

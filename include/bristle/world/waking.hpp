@@ -39,6 +39,7 @@ void wake_neighbours(WorldState<S>& state, std::uint32_t slot) {
     if (b == slot) wake_island(state, a);
   };
   for (const CachedManifold<S>& m : state.contacts.manifolds()) {
+    if (m.is_trigger) continue;
     wake_other(state.colliders.at(m.shapes.a).body.index,
                state.colliders.at(m.shapes.b).body.index);
   }

@@ -73,12 +73,15 @@ class World {
 
   /// Returns whether there is such a body.
   [[nodiscard]] bool contains(BodyId id) const noexcept { return state_.bodies.contains(id); }
+  /// Returns whether there is such a shape.
+  [[nodiscard]] bool contains(ShapeId id) const noexcept { return state_.colliders.contains(id); }
   /// Mass, pose and velocities of a body.
   [[nodiscard]] const Body<S>& body(BodyId id) const { return state_.bodies.get(id, "BodyId"); }
   /// Pose of the body frame in the world.
   [[nodiscard]] Transform<S> pose(BodyId id) const { return body(id).pose(); }
   /// The body that stands for the world in joints: fixed, without shapes, its frame the world's.
-  /// The first call, or the first joint with an unset body, adds it. It counts as any other body.
+  /// The first call, or the first joint with an unset body, adds it. It is a body like any other:
+  /// it shows in lists, what moves it moves its joints, and its removal removes them.
   BodyId ground();
   /// [-] The caller's number of a body, shape, joint or patch, as its definition or
   /// `set_user_data` gave it. It means nothing to the world, and is in no snapshot.
@@ -118,6 +121,8 @@ class World {
   /// Sets the material of all shapes of a body.
   /// @throws InvalidArgument naming the field of the material.
   void set_material(BodyId id, const Material<S>& material);
+  /// The same for one shape.
+  void set_material(ShapeId id, const Material<S>& material);
 
   /// Returns whether a body sleeps (`WorldDef::sleep`; off unless set). Calls above that change a
   /// body wake its island. So does a body that comes to reach it.
@@ -238,7 +243,8 @@ class World {
   void for_each_contact_event(Visit&& visit) const;
   /// Begins and ends of contacts since the last `clear_contact_events`, in the order of steps:
   /// nothing is lost where a frame has several steps. Empty unless
-  /// `WorldDef::keeps_contact_events`. Valid until the next step.
+  /// `WorldDef::keeps_contact_events`, and after `restore`. An end may name what was removed: ask
+  /// `contains`. Valid until the next step or `clear_contact_events`.
   [[nodiscard]] std::span<const ContactEvent> contact_events() const noexcept {
     return state_.kept_events;
   }
@@ -344,7 +350,8 @@ class World {
   void push(const detail::HapticBody<S>& pushed);
   template <typename Visit>
   static void for_each_impulse(State& state, Visit&& visit);
-  void require_tools(const HapticLoop<S, Backend>& loop) const;
+  /// @param opens  Of an open loop only new patches are checked.
+  void require_tools(const HapticLoop<S, Backend>& loop, bool opens) const;
   void erase_joint(std::uint32_t index);
 
   State state_;

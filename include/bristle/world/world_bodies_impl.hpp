@@ -316,6 +316,15 @@ void World<S, Backend>::set_material(BodyId id, const Material<S>& material) {
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
+void World<S, Backend>::set_material(ShapeId id, const Material<S>& material) {
+  detail::Collider<S>& collider = state_.colliders.get(id, "ShapeId");
+  validate(material);
+  collider.material = material;
+  detail::disturb(state_, collider.body);
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::wake(BodyId id) {
   (void)body(id);
   detail::disturb(state_, id);

@@ -8,6 +8,7 @@
 #include <bristle/dynamics/solver/solver_def.hpp>
 #include <bristle/math/types.hpp>
 
+#include <cstdint>
 #include <functional>
 
 namespace bristle::inline BRISTLE_ABI {
@@ -41,14 +42,16 @@ struct WorldDef {
   /// [-] Conditions of sleep.
   SleepDef<S> sleep{};
   /// [1] Material of a pair of shapes in contact, from those of the two. A pure function, the same
-  /// in both orders. A result that `validate` would refuse counts as that of `combined`.
+  /// in both orders. A result that `validate` would refuse counts as that of `combined`, and
+  /// velocities of surfaces are not its business.
   Material<S> (*combine)(const Material<S>& a, const Material<S>& b) = combined<S>;
-  /// [-] Returns whether two shapes may collide that filters let meet. Unset: they may. Asked in
-  /// each step for shapes near each other, in either order and on any thread of `parallel_for`.
-  /// Must not throw, and must depend on nothing that changes while bodies sleep. Sensors do not
-  /// ask.
-  std::function<bool(ShapeId a, ShapeId b)> may_collide{};
+  /// [-] Returns whether two shapes may touch that filters let meet, by their `user_data`. Unset:
+  /// they may. Asked in each step for shapes that may reach each other, in either order, on any
+  /// thread of `parallel_for`, and by all copies of the world. Must not throw, and must depend on
+  /// nothing that changes while bodies sleep. Sensors do not ask.
+  std::function<bool(std::uint64_t user_data_a, std::uint64_t user_data_b)> may_collide{};
   /// [-] True to keep begins and ends of contacts until they are cleared (`World::contact_events`).
+  /// The list grows until then.
   bool keeps_contact_events = false;
   /// [-] Runs independent tasks, on threads of the caller if it has any. The results are the same.
   ParallelFor parallel_for = serial_for;

@@ -73,7 +73,7 @@ requires ShapeBackend<Backend, S> JointId World<S, Backend>::add_joint(const Joi
   const Body<S>& b = body_of(def.body_b, "JointDef::body_b");
   validate(def);
   detail::require(def.body_a != def.body_b, "JointDef::body_b", def.body_b,
-                  "must not equal body_a");
+                  "must not equal body_a; one of them may be unset, which is the world");
   detail::require(a.is_dynamic() || b.is_dynamic(), "JointDef::body_a", def.body_a,
                   "must be dynamic, or body_b must");
   detail::Joint<S> joint;
@@ -327,7 +327,7 @@ void World<S, Backend>::step() { stepper_.kernels().step(stepper_.get(), state_)
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
-void World<S, Backend>::require_tools(const HapticLoop<S, Backend>& loop) const {
+void World<S, Backend>::require_tools(const HapticLoop<S, Backend>& loop, bool opens) const {
   for (std::size_t i = 0; i < loop.tools_.size(); ++i) {
     const auto& tool = loop.tools_[i];
     const std::uint32_t slot = tool.body.index;
@@ -341,7 +341,7 @@ void World<S, Backend>::require_tools(const HapticLoop<S, Backend>& loop) const 
   }
   for (const auto& skin : loop.tool_patches_) {
     const BodyId body = loop.tools_[skin.tool].body;
-    if (skin.is_seen || !contains(body)) continue;
+    if ((skin.is_seen && !opens) || !contains(body)) continue;
     // The loop knows no centre of mass: its patches are about the origin of the body.
     detail::require_outward_rays(state_, body.index, skin.patch, Vec3<S>(Vec3<S>::Zero()));
   }
@@ -350,7 +350,7 @@ void World<S, Backend>::require_tools(const HapticLoop<S, Backend>& loop) const 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::open(HapticLoop<S, Backend>& loop) const {
-  require_tools(loop);
+  require_tools(loop, true);
   loop.forget();
   loop.observe(state_);
 }
@@ -359,7 +359,7 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::step(HapticLoop<S, Backend>& loop) {
   loop.require_tool_patch();
-  require_tools(loop);
+  require_tools(loop, false);
   const auto is_moved = [&](const auto& tool) { return tool.is_placed && contains(tool.body); };
   for (const auto& tool : loop.tools_) {
     if (is_moved(tool)) (void)twist_to(tool.body, tool.end_pose(loop.h_));

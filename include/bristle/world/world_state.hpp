@@ -89,13 +89,16 @@ struct WorldState {
     const Material<S> material = def.combine(a.material, b.material);
     return is_valid_state(material) ? material : combined(a.material, b.material);
   }
-  /// [m/s] Velocity of a's surface on its body less that of b's on its own, world axes.
+  /// [m/s] Velocity of a's surface on its body less that of b's on its own, world axes, at the end
+  /// of the step if bodies turn on.
   [[nodiscard]] Vec3<S> drift_of(const Collider<S>& a, const Collider<S>& b) const {
     Vec3<S> drift = Vec3<S>::Zero();
     const auto add = [&](S sign, const Collider<S>& c) {
       if (c.material.surface_velocity == Vec3<S>::Zero()) return;
-      const Quat<S> R_WS = body_of(c).center_pose.rotation * c.X_CmS.rotation;
-      drift += sign * (R_WS * c.material.surface_velocity);
+      const Body<S>& body = body_of(c);
+      const Quat<S> R_WS = body.center_pose.rotation * c.X_CmS.rotation;
+      const Vec3<S> velocity = R_WS * c.material.surface_velocity;
+      drift += sign * (velocity + def.time_step * body.twist.angular.cross(velocity));
     };
     add(S(1), a);
     add(S(-1), b);

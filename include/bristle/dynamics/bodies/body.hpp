@@ -15,6 +15,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <type_traits>
 #include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
@@ -79,8 +80,9 @@ struct ShapeDef {
   Transform<S> X_BS{};
   /// [1] Material of its surface.
   Material<S> material{};
-  /// [-] True for a region that tells what is in it (`World::for_each_contact_event`) and pushes
-  /// nothing. It adds no mass. Sensors do not sense it, and queries do not meet it unless
+  /// [-] True for a region that tells what is in it (`World::for_each_contact_event`) when a step
+  /// begins, and pushes nothing. One of the two bodies must be dynamic. Filters hold for it, too.
+  /// It adds no mass. Sensors do not sense it, and queries do not meet it unless
   /// `QueryFilter::meets_triggers`.
   bool is_trigger = false;
   /// [-] A number of the caller's, such as an index (`World::user_data`).
@@ -192,10 +194,6 @@ struct Body {
   [[nodiscard]] bool is_dynamic() const { return motion == Motion::dynamic; }
   /// Returns whether forces move it along or about any axis.
   [[nodiscard]] bool moves() const { return is_dynamic() && !locked.all(); }
-  /// Returns whether its motion decays. Derivatives by a rate count.
-  [[nodiscard]] bool is_damped() const {
-    return !(linear_damping == S(0)) || !(angular_damping == S(0));
-  }
   /// Returns whether it sleeps.
   [[nodiscard]] bool is_asleep() const { return sleep.island != detail::BodySleep<S>::awake; }
 
@@ -326,6 +324,14 @@ void require_still(const LockedAxes& locked, const Twist<S>& twist) {
   }
 }
 
+/// Returns whether the motion of a body decays. Derivatives by a rate count.
+/// @param body  A `Body` or `MechanismBody`.
+template <typename AnyBody>
+[[nodiscard]] bool is_damped(const AnyBody& body) {
+  using S = std::remove_cvref_t<decltype(body.linear_damping)>;
+  return !(body.linear_damping == S(0)) || !(body.angular_damping == S(0));
+}
+
 }  // namespace detail
 
 template <Scalar S>
@@ -351,8 +357,9 @@ Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
 
   const auto require_set = [](const MassProperties<S>& shape, const char* field) {
     if (shape.mass > S(0)) return;
-    detail::raise(InvalidArgument(field, "unset",
-                                  "must be set where there is no shape with a finite volume"));
+    detail::raise(InvalidArgument(
+        field, "unset",
+        "must be set where there is no shape with a finite volume; triggers have none"));
   };
   Body<S> body;
   body.motion = def.motion;

@@ -16,17 +16,22 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Lets a velocity decay over a step by v' = a - rate v, and returns the factor of a in the exact
-/// solution: (1 - exp(-rate dt)) / rate. Without damping that is the step.
+/// Exact solution of v' = a - rate v over a step: v(dt) = kept v + lasting a.
 template <Scalar S>
-[[nodiscard]] S decay(Vec3<S>& velocity, const S& rate, const S& dt) {
+struct Decay {
+  /// [1] exp(-rate dt).
+  S kept = S(1);
+  /// [s] (1 - exp(-rate dt)) / rate. Without damping that is the step.
+  S lasting = S(0);
+};
+template <Scalar S>
+[[nodiscard]] Decay<S> decay(const S& rate, const S& dt) {
   using std::expm1;
   const S x = rate * dt;
   // The next terms of the two series, x^2 / 2 and x^2 / 6, are lost to round-off here.
-  const bool is_linear = x < S(1e-8);
-  const S lost = is_linear ? x : -expm1(-x);
-  velocity *= S(1) - lost;
-  return is_linear ? dt * (S(1) - S(0.5) * x) : lost / rate;
+  if (x < S(1e-8)) return {S(1) - x, dt * (S(1) - S(0.5) * x)};
+  const S lost = -expm1(-x);
+  return {S(1) - lost, lost / rate};
 }
 
 /// Velocities of a body after the forces known at the start of the step. These are gravity, the
@@ -38,9 +43,13 @@ template <Scalar S>
   if (!body.is_dynamic()) return result;
   S forces_last = dt;
   S torques_last = dt;
-  if (body.is_damped()) {
-    forces_last = decay(result.linear, body.linear_damping, dt);
-    torques_last = decay(result.angular, body.angular_damping, dt);
+  if (is_damped(body)) {
+    const Decay<S> linear = decay(body.linear_damping, dt);
+    const Decay<S> angular = decay(body.angular_damping, dt);
+    result.linear *= linear.kept;
+    result.angular *= angular.kept;
+    forces_last = linear.lasting;
+    torques_last = angular.lasting;
   }
   for (std::size_t k = 0; k < 3; ++k) {
     const auto i = static_cast<Eigen::Index>(k);

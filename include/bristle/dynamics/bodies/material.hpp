@@ -17,8 +17,8 @@ struct Material {
   /// [1] Coefficient of restitution, in [0, 1]. Of a pair: the larger one.
   S restitution = S(0);
   /// [m/s] Velocity of the surface relative to its shape, in the shape's axes, as of a conveyor
-  /// belt. Friction of hard contact drags along the part of it in the contact plane. A pair has
-  /// none.
+  /// belt. Friction of hard contact drags along the part of it in the contact plane. `combined`
+  /// leaves it out.
   Vec3<S> surface_velocity = Vec3<S>::Zero();
 };
 

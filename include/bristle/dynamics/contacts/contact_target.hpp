@@ -70,8 +70,9 @@ void time_contact(ContactConstraint<S>& c, CachedPoint<S>& point, const S& hold,
                   const SolverBody<S>& a, const SolverBody<S>& b, const SolveContext<S>& context,
                   bool is_swept);
 
-/// [m/s] Normal velocities of a contact. They are those at the start of the step, and of free
-/// motion at its end and in the mean.
+/// [m/s] Normal velocities of a contact. They are those that the start leaves (`kept_start`), and
+/// of free motion at its end and in the mean. What free motion adds is then by forces: it goes on
+/// after a bounce, while damping follows the velocity.
 template <Value T>
 struct NormalSpeeds {
   T start, free, mean_free;
@@ -241,8 +242,8 @@ void target_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const Solve
   const auto normal_part = [&](const Twist<S>& u, const Twist<S>& v) {
     return n.dot(v.linear - u.linear) + (torque_b.dot(v.angular) - torque_a.dot(u.angular));
   };
-  const NormalSpeeds<S> speeds{normal_part(a.start, b.start), normal_part(a.free, b.free),
-                               normal_part(a.mean_free, b.mean_free)};
+  const NormalSpeeds<S> speeds{normal_part(a.kept_start(), b.kept_start()),
+                               normal_part(a.free, b.free), normal_part(a.mean_free, b.mean_free)};
   const bool is_trapezoidal = context.integrator == Integrator::trapezoidal;
   c.transient_impulse = {};
   if (c.is_open) {

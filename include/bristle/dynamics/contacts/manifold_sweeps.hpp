@@ -41,7 +41,7 @@ class ManifoldSweeps {
   /// the mean of the velocities at both ends (`mean_free_velocity`). It ignores
   /// `SolverBody::mean_free`.
   void target(std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
-    const auto start = [](const SolverBody<S>& body) -> const Twist<S>& { return body.start; };
+    const auto start = [](const SolverBody<S>& body) { return body.kept_start(); };
     const auto free = [](const SolverBody<S>& body) -> const Twist<S>& { return body.free; };
     read(bodies, start, starts_);
     load(bodies, free);

@@ -128,7 +128,8 @@ template <Scalar S>
 struct JointDef {
   /// [-] Degrees of freedom that it leaves free.
   JointKind kind = JointKind::fixed;
-  /// [-] Body A; unset: the world (`World::ground`). At least one of the two must be dynamic.
+  /// [-] Body A; unset: the world (`World::ground`), and `X_AJ` is the joint frame in the world. At
+  /// least one of the two must be dynamic.
   BodyId body_a{};
   /// [-] Body B, different from A; unset: the world.
   BodyId body_b{};

@@ -140,7 +140,7 @@ bool MechanismIntegrator<S>::advance(std::span<const MechanismBody<S>> bodies,
   impulses_.assign(joints.size(), Wrench<S>{});
   is_damped_ = false;
   for (const MechanismBody<S>& body : bodies) {
-    is_damped_ = is_damped_ || body.linear_damping > S(0) || body.angular_damping > S(0);
+    is_damped_ = is_damped_ || is_damped(body);
   }
   is_free_ = !is_damped_;
   for (const MechanismBody<S>& body : bodies) {

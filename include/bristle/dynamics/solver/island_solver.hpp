@@ -186,7 +186,7 @@ class IslandSolver {
       for (std::size_t n = 0; n < island.bodies.size(); ++n) {
         SolverBody<S>& body = bodies[island.bodies[n]];
         body.start = k > 0 ? body.twist : body.start;
-        body.free = body.start + parts_[n].change;
+        body.free = body.kept_start() + parts_[n].change;
         body.mean_free = mean_free_velocity(body, context.integrator);
       }
       sweep_part(island, constraints, bodies, part, most, report);
@@ -245,11 +245,15 @@ class IslandSolver {
                    std::span<SolverBody<S>> bodies, S parts) {
     parts_.resize(std::max(parts_.size(), island.bodies.size()));
     for (std::size_t n = 0; n < island.bodies.size(); ++n) {
-      const SolverBody<S>& body = bodies[island.bodies[n]];
+      SolverBody<S>& body = bodies[island.bodies[n]];
       parts_[n].start = body.start;
       parts_[n].free = body.free;
       parts_[n].mean_free = body.mean_free;
-      parts_[n].change = (S(1) / parts) * (body.free - body.start);
+      parts_[n].kept_linear = body.kept_linear;
+      parts_[n].kept_angular = body.kept_angular;
+      const Twist<S> by_forces = body.free - body.kept_start();
+      parts_[n].change = {take_part(body.kept_linear, parts) * by_forces.linear,
+                          take_part(body.kept_angular, parts) * by_forces.angular};
       parts_[n].motion = {};
     }
     row_totals_.clear();
@@ -259,6 +263,20 @@ class IslandSolver {
       row_totals_.push_back(S(0));
     });
     scale_bounds(island, constraints, S(1) / parts);
+  }
+
+  /// Reduces what damping keeps in a step to what it keeps in a substep.
+  /// @return  [1] Share of the change by forces that each substep adds. Together, decayed from each
+  ///          one on, they make up that of the step.
+  [[nodiscard]] static S take_part(S& kept, S parts) {
+    using std::pow;
+    const S whole = kept;
+    if (!(whole < S(1))) {
+      kept = S(1) + (whole - S(1)) / parts;
+      return S(1) / parts;
+    }
+    kept = pow(whole, S(1) / parts);
+    return (S(1) - kept) / (S(1) - whole);
   }
 
   /// Scales the bounds of motors to a substep, or back.
@@ -315,6 +333,8 @@ class IslandSolver {
       body.free = parts_[n].free;
       body.mean_free = parts_[n].mean_free;
       body.motion = parts_[n].motion;
+      body.kept_linear = parts_[n].kept_linear;
+      body.kept_angular = parts_[n].kept_angular;
     }
     if (!island.soft.empty()) return;
     std::size_t r = 0;
@@ -506,6 +526,7 @@ class IslandSolver {
   /// Whole step of a body that is solved in substeps. Velocity change of one substep.
   struct Parts {
     Twist<S> start, free, mean_free, change, motion;
+    S kept_linear, kept_angular;
   };
   DynamicArray<Parts> parts_;
   DynamicArray<S> row_totals_;  // Impulses of all substeps.

@@ -25,6 +25,9 @@ struct SolverBody {
   Twist<S> free{};
   /// v0: velocities at the start of the step.
   Twist<S> start{};
+  /// [1] Factors of `start` in `free`: what damping leaves of it.
+  S kept_linear = S(1);
+  S kept_angular = S(1);
   /// Displacement of free motion over the step, divided by the step.
   Twist<S> mean_free{};
   /// The same with impulses, as solved so far.
@@ -48,6 +51,11 @@ struct SolverBody {
   Mat3<S> inertia = Mat3<S>::Zero();
 
   [[nodiscard]] bool is_moving() const { return moves; }
+  /// [m/s, rad/s] The part of `free` that the start leaves. The rest of it comes from forces.
+  [[nodiscard]] Twist<S> kept_start() const {
+    if (kept_linear == S(1) && kept_angular == S(1)) return start;
+    return {kept_linear * start.linear, kept_angular * start.angular};
+  }
   /// Returns whether it is locked along (0 to 2) or about (3 to 5) an axis of the world.
   [[nodiscard]] bool is_locked(Eigen::Index axis) const {
     return (axis < 3 ? inverse_mass[axis] : inverse_inertia(axis - 3, axis - 3)) == S(0);

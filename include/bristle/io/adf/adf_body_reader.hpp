@@ -149,7 +149,7 @@ inline std::optional<AdfSensor> read_adf_body(AdfMap& map, AdfBody& body) {
   if (body.mass > 0.0 || map.has("damping")) {
     // A body without the key has some damping in AMBF.
     map.note(AdfNoteKind::unsupported, "damping",
-             "bodies have no damping of their own; the default of the format is 0.04 "
+             "not applied: scenes are without drag; the default of the format is 0.04 "
              "and 0.1 of the velocities a second");
   }
   map.pass({"damping"});
