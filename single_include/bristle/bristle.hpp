@@ -132,8 +132,20 @@
 /// passing their arguments through memory costs more than the functions do.
 #if defined(__GNUC__)
 #define BRISTLE_FORCE_INLINE [[gnu::always_inline]] inline
+#define BRISTLE_FORCE_INLINE_LAMBDA __attribute__((always_inline))
 #else
 #define BRISTLE_FORCE_INLINE inline
+#define BRISTLE_FORCE_INLINE_LAMBDA
+#endif
+
+/// BRISTLE_UNROLL: unrolls the loop behind it, of a few turns whose number is a constant. g++ does
+/// that by itself only from -O3 on.
+#if defined(__clang__)
+#define BRISTLE_UNROLL _Pragma("unroll")
+#elif defined(__GNUC__)
+#define BRISTLE_UNROLL _Pragma("GCC unroll 9")
+#else
+#define BRISTLE_UNROLL
 #endif
 
 #include <cmath>
@@ -986,6 +998,14 @@ template <typename Value, typename Make>
   constexpr int columns = Value::ColsAtCompileTime;
   if constexpr (rows == 3 && columns == 1) {
     return {make(0, 0), make(1, 0), make(2, 0)};
+  } else if constexpr (rows <= 3 && columns <= 3) {
+    Value value;
+    BRISTLE_UNROLL
+    for (int column = 0; column < columns; ++column) {
+      BRISTLE_UNROLL
+      for (int row = 0; row < rows; ++row) value.data()[column * rows + row] = make(row, column);
+    }
+    return value;
   } else {
     Value value;
     for (int column = 0; column < columns; ++column) {
@@ -999,13 +1019,15 @@ template <typename Value, typename Make>
 template <SmallMatrix A, typename F>
 [[nodiscard]] BRISTLE_FORCE_INLINE ValueOf<A> each(const A& a, const F& f) {
   decltype(auto) x = stored(a);
-  return matrix_of<ValueOf<A>>([&](int i, int j) { return f(entry(x, i, j)); });
+  return matrix_of<ValueOf<A>>([&](int i, int j)
+                                   BRISTLE_FORCE_INLINE_LAMBDA { return f(entry(x, i, j)); });
 }
 template <SmallMatrix A, SmallMatrix B, typename F>
 [[nodiscard]] BRISTLE_FORCE_INLINE ValueOf<A> each(const A& a, const B& b, const F& f) {
   decltype(auto) x = stored(a);
   decltype(auto) y = stored(b);
-  return matrix_of<ValueOf<A>>([&](int i, int j) { return f(entry(x, i, j), entry(y, i, j)); });
+  return matrix_of<ValueOf<A>>(
+      [&](int i, int j) BRISTLE_FORCE_INLINE_LAMBDA { return f(entry(x, i, j), entry(y, i, j)); });
 }
 
 }  // namespace detail
@@ -1059,9 +1081,14 @@ operator*(const A& a, const B& b) {
   decltype(auto) x = detail::stored(a);
   decltype(auto) y = detail::stored(b);
   return detail::matrix_of<detail::SmallResult<S, A::RowsAtCompileTime, B::ColsAtCompileTime>>(
-      [&](int i, int j) -> S {
+      [&](int i, int j) BRISTLE_FORCE_INLINE_LAMBDA -> S {
         S sum = detail::entry(x, i, 0) * detail::entry(y, 0, j);
-        for (int k = 1; k < inner; ++k) sum += detail::entry(x, i, k) * detail::entry(y, k, j);
+        if constexpr (inner <= 3) {
+          BRISTLE_UNROLL
+          for (int k = 1; k < inner; ++k) sum += detail::entry(x, i, k) * detail::entry(y, k, j);
+        } else {
+          for (int k = 1; k < inner; ++k) sum += detail::entry(x, i, k) * detail::entry(y, k, j);
+        }
         return sum;
       });
 }
@@ -1137,13 +1164,13 @@ namespace detail {
 template <SmallMatrix M>
 [[nodiscard]] BRISTLE_FORCE_INLINE auto row_of(const M& m, Eigen::Index i) {
   return matrix_of<SmallResult<typename M::Scalar, M::ColsAtCompileTime, 1>>(
-      [&](int k, int) { return entry(m, static_cast<int>(i), k); });
+      [&](int k, int) BRISTLE_FORCE_INLINE_LAMBDA { return entry(m, static_cast<int>(i), k); });
 }
 /// Column `j` of a matrix.
 template <SmallMatrix M>
 [[nodiscard]] BRISTLE_FORCE_INLINE auto column_of(const M& m, Eigen::Index j) {
   return matrix_of<SmallResult<typename M::Scalar, M::RowsAtCompileTime, 1>>(
-      [&](int k, int) { return entry(m, k, static_cast<int>(j)); });
+      [&](int k, int) BRISTLE_FORCE_INLINE_LAMBDA { return entry(m, k, static_cast<int>(j)); });
 }
 /// Writes a vector into row `i` of a matrix.
 template <SmallMatrix M, SmallMatrix V>
@@ -1170,7 +1197,8 @@ template <typename S>
 template <typename S>
 [[nodiscard]] BRISTLE_FORCE_INLINE Eigen::Matrix<S, 3, 3> diagonal_matrix(
     const Eigen::Matrix<S, 3, 1>& v) {
-  return matrix_of<Eigen::Matrix<S, 3, 3>>([&](int i, int j) { return i == j ? v[i] : S(0); });
+  return matrix_of<Eigen::Matrix<S, 3, 3>>(
+      [&](int i, int j) BRISTLE_FORCE_INLINE_LAMBDA { return i == j ? v[i] : S(0); });
 }
 /// The symmetric matrix with these entries on and above its diagonal.
 template <typename S>
@@ -1186,7 +1214,7 @@ template <typename S>
 template <SmallMatrix M>
 [[nodiscard]] BRISTLE_FORCE_INLINE auto transposed(const M& m) {
   return matrix_of<SmallResult<typename M::Scalar, M::ColsAtCompileTime, M::RowsAtCompileTime>>(
-      [&](int i, int j) { return entry(m, j, i); });
+      [&](int i, int j) BRISTLE_FORCE_INLINE_LAMBDA { return entry(m, j, i); });
 }
 
 /// R M R^T of a symmetric M: only six entries are computed.
@@ -1195,7 +1223,9 @@ template <typename S>
                                                     const Eigen::Matrix<S, 3, 3>& M) {
   const Eigen::Matrix<S, 3, 3> half = M * R.transpose();
   Eigen::Matrix<S, 3, 3> result;
+  BRISTLE_UNROLL
   for (int i = 0; i < 3; ++i) {
+    BRISTLE_UNROLL
     for (int j = 0; j <= i; ++j) {
       result(i, j) = result(j, i) =
           R(i, 0) * half(0, j) + R(i, 1) * half(1, j) + R(i, 2) * half(2, j);
@@ -6382,9 +6412,8 @@ Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
 
   const auto require_set = [](const MassProperties<S>& shape, const char* field) {
     if (shape.mass > S(0)) return;
-    detail::raise(InvalidArgument(
-        field, "unset",
-        "must be set where there is no shape with a finite volume; triggers have none"));
+    detail::raise(InvalidArgument(field, "unset",
+                                  "must be set where there is no shape with a finite volume"));
   };
   Body<S> body;
   body.motion = def.motion;
@@ -37407,7 +37436,7 @@ requires ShapeBackend<Backend, S> JointId World<S, Backend>::add_joint(const Joi
   const Body<S>& b = body_of(def.body_b, "JointDef::body_b");
   validate(def);
   detail::require(def.body_a != def.body_b, "JointDef::body_b", def.body_b,
-                  "must not equal body_a; one of them may be unset, which is the world");
+                  "must not equal body_a");
   detail::require(a.is_dynamic() || b.is_dynamic(), "JointDef::body_a", def.body_a,
                   "must be dynamic, or body_b must");
   detail::Joint<S> joint;

@@ -78,6 +78,18 @@
 /// passing their arguments through memory costs more than the functions do.
 #if defined(__GNUC__)
 #define BRISTLE_FORCE_INLINE [[gnu::always_inline]] inline
+#define BRISTLE_FORCE_INLINE_LAMBDA __attribute__((always_inline))
 #else
 #define BRISTLE_FORCE_INLINE inline
+#define BRISTLE_FORCE_INLINE_LAMBDA
+#endif
+
+/// BRISTLE_UNROLL: unrolls the loop behind it, of a few turns whose number is a constant. g++ does
+/// that by itself only from -O3 on.
+#if defined(__clang__)
+#define BRISTLE_UNROLL _Pragma("unroll")
+#elif defined(__GNUC__)
+#define BRISTLE_UNROLL _Pragma("GCC unroll 9")
+#else
+#define BRISTLE_UNROLL
 #endif

@@ -80,6 +80,14 @@ template <typename Value, typename Make>
   constexpr int columns = Value::ColsAtCompileTime;
   if constexpr (rows == 3 && columns == 1) {
     return {make(0, 0), make(1, 0), make(2, 0)};
+  } else if constexpr (rows <= 3 && columns <= 3) {
+    Value value;
+    BRISTLE_UNROLL
+    for (int column = 0; column < columns; ++column) {
+      BRISTLE_UNROLL
+      for (int row = 0; row < rows; ++row) value.data()[column * rows + row] = make(row, column);
+    }
+    return value;
   } else {
     Value value;
     for (int column = 0; column < columns; ++column) {
@@ -93,13 +101,15 @@ template <typename Value, typename Make>
 template <SmallMatrix A, typename F>
 [[nodiscard]] BRISTLE_FORCE_INLINE ValueOf<A> each(const A& a, const F& f) {
   decltype(auto) x = stored(a);
-  return matrix_of<ValueOf<A>>([&](int i, int j) { return f(entry(x, i, j)); });
+  return matrix_of<ValueOf<A>>([&](int i, int j)
+                                   BRISTLE_FORCE_INLINE_LAMBDA { return f(entry(x, i, j)); });
 }
 template <SmallMatrix A, SmallMatrix B, typename F>
 [[nodiscard]] BRISTLE_FORCE_INLINE ValueOf<A> each(const A& a, const B& b, const F& f) {
   decltype(auto) x = stored(a);
   decltype(auto) y = stored(b);
-  return matrix_of<ValueOf<A>>([&](int i, int j) { return f(entry(x, i, j), entry(y, i, j)); });
+  return matrix_of<ValueOf<A>>(
+      [&](int i, int j) BRISTLE_FORCE_INLINE_LAMBDA { return f(entry(x, i, j), entry(y, i, j)); });
 }
 
 }  // namespace detail
@@ -153,9 +163,14 @@ operator*(const A& a, const B& b) {
   decltype(auto) x = detail::stored(a);
   decltype(auto) y = detail::stored(b);
   return detail::matrix_of<detail::SmallResult<S, A::RowsAtCompileTime, B::ColsAtCompileTime>>(
-      [&](int i, int j) -> S {
+      [&](int i, int j) BRISTLE_FORCE_INLINE_LAMBDA -> S {
         S sum = detail::entry(x, i, 0) * detail::entry(y, 0, j);
-        for (int k = 1; k < inner; ++k) sum += detail::entry(x, i, k) * detail::entry(y, k, j);
+        if constexpr (inner <= 3) {
+          BRISTLE_UNROLL
+          for (int k = 1; k < inner; ++k) sum += detail::entry(x, i, k) * detail::entry(y, k, j);
+        } else {
+          for (int k = 1; k < inner; ++k) sum += detail::entry(x, i, k) * detail::entry(y, k, j);
+        }
         return sum;
       });
 }
@@ -231,13 +246,13 @@ namespace detail {
 template <SmallMatrix M>
 [[nodiscard]] BRISTLE_FORCE_INLINE auto row_of(const M& m, Eigen::Index i) {
   return matrix_of<SmallResult<typename M::Scalar, M::ColsAtCompileTime, 1>>(
-      [&](int k, int) { return entry(m, static_cast<int>(i), k); });
+      [&](int k, int) BRISTLE_FORCE_INLINE_LAMBDA { return entry(m, static_cast<int>(i), k); });
 }
 /// Column `j` of a matrix.
 template <SmallMatrix M>
 [[nodiscard]] BRISTLE_FORCE_INLINE auto column_of(const M& m, Eigen::Index j) {
   return matrix_of<SmallResult<typename M::Scalar, M::RowsAtCompileTime, 1>>(
-      [&](int k, int) { return entry(m, k, static_cast<int>(j)); });
+      [&](int k, int) BRISTLE_FORCE_INLINE_LAMBDA { return entry(m, k, static_cast<int>(j)); });
 }
 /// Writes a vector into row `i` of a matrix.
 template <SmallMatrix M, SmallMatrix V>
@@ -264,7 +279,8 @@ template <typename S>
 template <typename S>
 [[nodiscard]] BRISTLE_FORCE_INLINE Eigen::Matrix<S, 3, 3> diagonal_matrix(
     const Eigen::Matrix<S, 3, 1>& v) {
-  return matrix_of<Eigen::Matrix<S, 3, 3>>([&](int i, int j) { return i == j ? v[i] : S(0); });
+  return matrix_of<Eigen::Matrix<S, 3, 3>>(
+      [&](int i, int j) BRISTLE_FORCE_INLINE_LAMBDA { return i == j ? v[i] : S(0); });
 }
 /// The symmetric matrix with these entries on and above its diagonal.
 template <typename S>
@@ -280,7 +296,7 @@ template <typename S>
 template <SmallMatrix M>
 [[nodiscard]] BRISTLE_FORCE_INLINE auto transposed(const M& m) {
   return matrix_of<SmallResult<typename M::Scalar, M::ColsAtCompileTime, M::RowsAtCompileTime>>(
-      [&](int i, int j) { return entry(m, j, i); });
+      [&](int i, int j) BRISTLE_FORCE_INLINE_LAMBDA { return entry(m, j, i); });
 }
 
 /// R M R^T of a symmetric M: only six entries are computed.
@@ -289,7 +305,9 @@ template <typename S>
                                                     const Eigen::Matrix<S, 3, 3>& M) {
   const Eigen::Matrix<S, 3, 3> half = M * R.transpose();
   Eigen::Matrix<S, 3, 3> result;
+  BRISTLE_UNROLL
   for (int i = 0; i < 3; ++i) {
+    BRISTLE_UNROLL
     for (int j = 0; j <= i; ++j) {
       result(i, j) = result(j, i) =
           R(i, 0) * half(0, j) + R(i, 1) * half(1, j) + R(i, 2) * half(2, j);

@@ -73,7 +73,7 @@ requires ShapeBackend<Backend, S> JointId World<S, Backend>::add_joint(const Joi
   const Body<S>& b = body_of(def.body_b, "JointDef::body_b");
   validate(def);
   detail::require(def.body_a != def.body_b, "JointDef::body_b", def.body_b,
-                  "must not equal body_a; one of them may be unset, which is the world");
+                  "must not equal body_a");
   detail::require(a.is_dynamic() || b.is_dynamic(), "JointDef::body_a", def.body_a,
                   "must be dynamic, or body_b must");
   detail::Joint<S> joint;

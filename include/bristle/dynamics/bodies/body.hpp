@@ -357,9 +357,8 @@ Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
 
   const auto require_set = [](const MassProperties<S>& shape, const char* field) {
     if (shape.mass > S(0)) return;
-    detail::raise(InvalidArgument(
-        field, "unset",
-        "must be set where there is no shape with a finite volume; triggers have none"));
+    detail::raise(InvalidArgument(field, "unset",
+                                  "must be set where there is no shape with a finite volume"));
   };
   Body<S> body;
   body.motion = def.motion;
