@@ -139,10 +139,8 @@
 #endif
 
 /// BRISTLE_UNROLL: unrolls the loop behind it, of a few turns whose number is a constant. g++ does
-/// that by itself only from -O3 on.
-#if defined(__clang__)
-#define BRISTLE_UNROLL _Pragma("unroll")
-#elif defined(__GNUC__)
+/// that by itself only from -O3 on, clang at each level that optimises.
+#if defined(__GNUC__) && !defined(__clang__)
 #define BRISTLE_UNROLL _Pragma("GCC unroll 9")
 #else
 #define BRISTLE_UNROLL
