@@ -18,11 +18,11 @@ using namespace bristle::detail;
 
 namespace {
 
-constexpr double dt = 1.0 / 240;
-constexpr double mu = 0.4;
+constexpr double belt_step = 1.0 / 240;
+constexpr double belt_friction = 0.4;
 
 Material<double> belt_surface(const Vec3<double>& velocity) {
-  return {.friction = mu, .surface_velocity = velocity};
+  return {.friction = belt_friction, .surface_velocity = velocity};
 }
 
 /// A belt whose top is z = 0.
@@ -36,24 +36,24 @@ BodyDef<double> belt(const Vec3<double>& velocity) {
 BodyDef<double> crate(const Vec3<double>& position) {
   return {.mass = 1.0,
           .shape = Box<double>{{0.1, 0.1, 0.1}},
-          .material = {.friction = mu},
+          .material = {.friction = belt_friction},
           .position = position};
 }
 
 }  // namespace
 
-// v = mu g t until it rides along.
+// v = belt_friction g t until it rides along.
 TEST_CASE("conveyor: a crate is dragged along by Coulomb's law, and then rides without slip") {
   for (const Integrator integrator : {Integrator::trapezoidal, Integrator::symplectic_euler}) {
-    World<double> world({.time_step = dt, .integrator = integrator});
+    World<double> world({.time_step = belt_step, .integrator = integrator});
     world.add_body(belt({0, 1, 0}));
     const BodyId box = world.add_body(crate({0, 0, 0.1}));
     double way = 0;
     for (int i = 1; i <= 240; ++i) {
       world.step();
-      const double expected = std::min(1.0, mu * 9.81 * dt * i);
+      const double expected = std::min(1.0, belt_friction * 9.81 * belt_step * i);
       CHECK(world.body(box).twist.linear.y() == test::relative(expected).epsilon(1e-6));
-      way += dt * expected;
+      way += belt_step * expected;
     }
     CHECK(std::abs(world.body(box).twist.linear.x()) < 1e-6);
     CHECK(world.pose(box).translation.y() == test::relative(way).epsilon(0.02));
@@ -62,8 +62,8 @@ TEST_CASE("conveyor: a crate is dragged along by Coulomb's law, and then rides w
 }
 
 TEST_CASE("conveyor: runs in the axes of its shape, and up a slope steeper than it has to") {
-  const double slope = 0.3;  // tan(slope) < mu
-  World<double> world({.time_step = dt});
+  const double slope = 0.3;  // tan(slope) < belt_friction
+  World<double> world({.time_step = belt_step});
   BodyDef<double> def = belt({0, 0, 0});
   const Quat<double> tilt(std::cos(slope / 2), 0, -std::sin(slope / 2), 0);  // +x goes up.
   // The shape is turned on its body about z: its own y axis is the body's -x axis.
@@ -87,7 +87,7 @@ TEST_CASE("conveyor: runs in the axes of its shape, and up a slope steeper than 
 }
 
 TEST_CASE("conveyor: pushes nothing along its normal, and a body that it carries nothing at rest") {
-  World<double> world({.gravity = {0, 0, 0}, .time_step = dt});
+  World<double> world({.gravity = {0, 0, 0}, .time_step = belt_step});
   world.add_body(belt({0, 0, 3}));
   const BodyId above = world.add_body(crate({0, 0, 0.1}));
   for (int i = 0; i < 60; ++i) world.step();
@@ -98,7 +98,7 @@ TEST_CASE("conveyor: pushes nothing along its normal, and a body that it carries
 // A vehicle with a belt on its back, on ice: momentum of both is that of gravity alone.
 TEST_CASE(
     "conveyor: on a body that moves, momentum is kept, and the relative speed is the belt's") {
-  World<double> world({.time_step = dt});
+  World<double> world({.time_step = belt_step});
   world.add_body(
       {.motion = Motion::fixed, .shape = HalfSpace<double>{}, .material = {.friction = 0}});
   BodyDef<double> car{.mass = 4.0,
@@ -116,7 +116,7 @@ TEST_CASE(
 
 // Islands that are swept have rows of their own. Friction of the pair is sqrt(0.4 0.025) = 0.1.
 TEST_CASE("conveyor: a pyramid of 120 crates is dragged as one, and then rides along") {
-  World<double> world({.time_step = dt});
+  World<double> world({.time_step = belt_step});
   BodyDef<double> def = belt({1, 0, 0});
   def.material.friction = 0.025;
   world.add_body(def);
@@ -141,7 +141,7 @@ TEST_CASE("conveyor: a pyramid of 120 crates is dragged as one, and then rides a
 }
 
 TEST_CASE("conveyor: two belts on one body drag two crates both ways") {
-  World<double> world({.time_step = dt});
+  World<double> world({.time_step = belt_step});
   BodyDef<double> def{.motion = Motion::fixed};
   for (const double side : {-1.0, 1.0}) {
     ShapeDef<double> shape;
@@ -159,7 +159,7 @@ TEST_CASE("conveyor: two belts on one body drag two crates both ways") {
 }
 
 TEST_CASE("conveyor: starts, stops and is restored by the material of its body") {
-  World<double> world({.time_step = dt});
+  World<double> world({.time_step = belt_step});
   const BodyId line = world.add_body(belt({0, 0, 0}));
   const BodyId box = world.add_body(crate({0, 0, 0.1}));
   for (int i = 0; i < 60; ++i) world.step();
@@ -181,7 +181,7 @@ TEST_CASE("conveyor: starts, stops and is restored by the material of its body")
 }
 
 TEST_CASE("conveyor: what a slow belt carries does not fall asleep, and one belt of two may stop") {
-  World<double> world({.time_step = dt, .sleep = {.time = 0.2}});
+  World<double> world({.time_step = belt_step, .sleep = {.time = 0.2}});
   BodyDef<double> def{.motion = Motion::fixed};
   def.shapes = {{.shape = Box<double>{{5, 0.5, 0.5}}, .X_BS = {.translation = {0, -1, -0.5}}},
                 {.shape = Box<double>{{5, 0.5, 0.5}}, .X_BS = {.translation = {0, 1, -0.5}}}};

@@ -1,5 +1,6 @@
 /// @file
-/// Linear and angular damping against v' = -rate v: alone, with gravity, spinning, on joints.
+/// Linear and angular damping against v' = -rate v: alone, with gravity, spinning, on
+/// joints.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/relative.hpp"
 
@@ -17,13 +18,13 @@ using namespace bristle::detail;
 
 namespace {
 
-constexpr double rate = 3;
+constexpr double damping_rate = 3;
 
 BodyDef<double> damped_block() {
   return {.mass = 2.0,
           .shape = Box<double>{{0.1, 0.2, 0.3}},
-          .linear_damping = rate,
-          .angular_damping = rate};
+          .linear_damping = damping_rate,
+          .angular_damping = damping_rate};
 }
 
 World<double> weightless(double dt) { return World<double>({.gravity = {0, 0, 0}, .time_step = dt}); }
@@ -48,25 +49,26 @@ TEST_CASE("damping: velocities decay exactly at any step, and positions are of s
     const BodyId block = world.add_body(def);
     const int steps = static_cast<int>(std::lround(1 / dt));
     for (int i = 0; i < steps; ++i) world.step();
-    const Vec3<double> exact = std::exp(-rate) * def.velocity;
+    const Vec3<double> exact = std::exp(-damping_rate) * def.velocity;
     CHECK((world.body(block).twist.linear - exact).norm() < 1e-12);
   }
-  const double exact = (1 - std::exp(-rate * 0.5)) / rate;
+  const double exact = (1 - std::exp(-damping_rate * 0.5)) / damping_rate;
   const double coarse = way_after_half_a_second(20) - exact;
   const double fine = way_after_half_a_second(40) - exact;
   // The mean of both velocities, once a step: h^2 v'' / 12 of error, within the next order.
   const double h = 0.5 / 20;
-  CHECK(coarse == test::relative(h * h / 12 * rate * (1 - std::exp(-rate * 0.5))).epsilon(0.01));
+  CHECK(coarse == test::relative(h * h / 12 * damping_rate * (1 - std::exp(-damping_rate * 0.5)))
+                      .epsilon(0.01));
   CHECK(coarse / fine == test::relative(4).epsilon(0.01));
 }
 
 TEST_CASE("damping: a falling body has its terminal velocity, and reaches it as it should") {
   World<double> world({.time_step = 0.01});
   const BodyId block = world.add_body(damped_block());
-  const double terminal = -9.81 / rate;
+  const double terminal = -9.81 / damping_rate;
   for (int i = 1; i <= 300; ++i) {
     world.step();
-    const double exact = terminal * (1 - std::exp(-rate * 0.01 * i));
+    const double exact = terminal * (1 - std::exp(-damping_rate * 0.01 * i));
     CHECK(std::abs(world.body(block).twist.linear.z() - exact) < 1e-12 * i);
   }
 }
@@ -81,7 +83,7 @@ TEST_CASE("damping: angular momentum of a tumbling body decays, along the same a
   const Vec3<double> start = world.body(block).angular_momentum();
   for (int i = 0; i < 500; ++i) world.step();
   // The axes turn by the mean of two velocities; momentum itself does not know of that.
-  CHECK((world.body(block).angular_momentum() - std::exp(-rate) * start).norm() <
+  CHECK((world.body(block).angular_momentum() - std::exp(-damping_rate) * start).norm() <
         1e-12 * start.norm());
   CHECK(world.body(block).twist.linear.x() == 1);
 }
@@ -136,7 +138,7 @@ TEST_CASE("damping: two bodies on a joint keep the direction of their momentum a
   };
   const Vec3<double> start = momentum();
   for (int i = 0; i < 100; ++i) world.step();
-  CHECK((momentum() - std::exp(-rate) * start).norm() < 1e-7 * start.norm());
+  CHECK((momentum() - std::exp(-damping_rate) * start).norm() < 1e-7 * start.norm());
 }
 
 // In a slot that takes the ball some steps only damping changes the speed, however often the ball
@@ -193,7 +195,7 @@ TEST_CASE("damping: a heap that is swept decays as one body does, and falls as o
       BodyDef<double> def{.mass = 1.0, .shape = Box<double>{{0.1, 0.1, 0.1}}};
       def.position = {0.201 * i + 0.1005 * k, 0, 0.1 + 0.2 * k};
       def.velocity = {0, 2, 0};
-      def.linear_damping = rate;
+      def.linear_damping = damping_rate;
       boxes.push_back(world.add_body(def));
     }
   }
@@ -202,7 +204,7 @@ TEST_CASE("damping: a heap that is swept decays as one body does, and falls as o
   // They rub on each other a little; the floor takes nothing of their momentum.
   double sum = 0;
   for (const BodyId id : boxes) sum += world.body(id).twist.linear.y();
-  CHECK(sum == test::relative(240 * std::exp(-rate / 2)).epsilon(1e-6));
+  CHECK(sum == test::relative(240 * std::exp(-damping_rate / 2)).epsilon(1e-6));
 }
 
 TEST_CASE("damping: bad rates are refused by name, and bodies that forces do not move have none") {

@@ -18,7 +18,7 @@ using namespace bristle::detail;
 
 namespace {
 
-constexpr double dt = 1.0 / 240;
+constexpr double host_step = 1.0 / 240;
 
 BodyId add_floor(World<double>& world, const Material<double>& material = {}) {
   BodyDef<double> def;
@@ -35,7 +35,7 @@ BodyDef<double> unit_cube(const Vec3<double>& position) {
 /// [m/s] Speed of a box of friction 0.6 after a quarter of a second on a floor of 0.2.
 double speed_after_sliding(Material<double> (*combine)(const Material<double>&,
                                                        const Material<double>&)) {
-  World<double> world({.time_step = dt, .combine = combine});
+  World<double> world({.time_step = host_step, .combine = combine});
   add_floor(world, {.friction = 0.2});
   BodyDef<double> def = unit_cube({0, 0, 0.1});
   def.material = {.friction = 0.6};
@@ -98,7 +98,7 @@ TEST_CASE("user data: handles of shapes tell whether they are there") {
 }
 
 TEST_CASE("user data: a contact leads to the host's objects") {
-  World<double> world({.time_step = dt});
+  World<double> world({.time_step = host_step});
   add_floor(world);
   BodyDef<double> def = unit_cube({0, 0, 0.1});
   def.user_data = 5;
@@ -139,7 +139,7 @@ TEST_CASE("combine: the host's rule decides the friction and the bounce of a pai
 TEST_CASE("may_collide: the host keeps a pair apart that filters let meet") {
   BodyId ghost, solid;
   std::size_t asked = 0;
-  WorldDef<double> def{.time_step = dt};
+  WorldDef<double> def{.time_step = host_step};
   def.may_collide = [&](std::uint64_t a, std::uint64_t b) {
     ++asked;
     return a != 1 && b != 1;
@@ -161,8 +161,8 @@ TEST_CASE("may_collide: the host keeps a pair apart that filters let meet") {
 }
 
 TEST_CASE("kept events: nothing of several steps is lost, in their order") {
-  World<double> world({.time_step = dt, .keeps_contact_events = true});
-  World<double> forgetful({.time_step = dt});
+  World<double> world({.time_step = host_step, .keeps_contact_events = true});
+  World<double> forgetful({.time_step = host_step});
   std::vector<BodyId> boxes;
   for (World<double>* each : {&world, &forgetful}) {
     add_floor(*each, {.restitution = 0.8});
@@ -203,7 +203,7 @@ TEST_CASE("kept events: nothing of several steps is lost, in their order") {
 
 TEST_CASE("ground: a joint to the world is one to a fixed body at its origin") {
   const auto swing = [](bool is_explicit, bool is_last) {
-    World<double> world({.time_step = dt});
+    World<double> world({.time_step = host_step});
     BodyId fixed{};
     if (is_explicit) fixed = world.add_body({.motion = Motion::fixed});
     const BodyId bob = world.add_body(unit_cube({0.5, 0.2, 1}));

@@ -14,7 +14,7 @@ using namespace bristle::detail;
 
 namespace {
 
-constexpr double dt = 1.0 / 240;
+constexpr double gate_step = 1.0 / 240;
 
 /// A gate of 0.2 m about z = 1, which lies on the way of what falls along the z axis.
 BodyId add_gate(World<double>& world, Motion motion = Motion::fixed) {
@@ -44,8 +44,8 @@ std::string phases(const World<double>& world, BodyId gate) {
 }  // namespace
 
 TEST_CASE("trigger: a ball falls through as through nothing, and is reported while it is inside") {
-  World<double> world({.time_step = dt});
-  World<double> empty({.time_step = dt});
+  World<double> world({.time_step = gate_step});
+  World<double> empty({.time_step = gate_step});
   const BodyId gate = add_gate(world);
   const BodyId ball = add_ball(world, 1.5);
   const BodyId twin = add_ball(empty, 1.5);
@@ -70,7 +70,7 @@ TEST_CASE("trigger: a ball falls through as through nothing, and is reported whi
 }
 
 TEST_CASE("trigger: adds no mass, and the solid shapes of its body push on") {
-  World<double> world({.time_step = dt});
+  World<double> world({.time_step = gate_step});
   world.add_body({.motion = Motion::fixed, .shape = HalfSpace<double>{}});
   BodyDef<double> def{.shape = Box<double>{{0.1, 0.1, 0.1}}, .position = {0, 0, 0.1}};
   const BodyId plain = world.add_body(def);
@@ -88,7 +88,7 @@ TEST_CASE("trigger: adds no mass, and the solid shapes of its body push on") {
 }
 
 TEST_CASE("trigger: sensors and queries go through it, unless a query asks for it") {
-  World<double> world({.time_step = dt});
+  World<double> world({.time_step = gate_step});
   const BodyId gate = add_gate(world);
   const BodyId hand = world.add_body({.motion = Motion::fixed, .position = {0, 0, 1.2}});
   PatchDef<double> def;
@@ -120,7 +120,7 @@ TEST_CASE("trigger: sensors and queries go through it, unless a query asks for i
 }
 
 TEST_CASE("trigger: does not keep bodies awake, nor wake them") {
-  World<double> world({.time_step = dt, .sleep = {.time = 0.1}});
+  World<double> world({.time_step = gate_step, .sleep = {.time = 0.1}});
   world.add_body({.motion = Motion::fixed, .shape = HalfSpace<double>{}});
   const BodyId ball = add_ball(world, 0.05);
   const BodyId gate = add_gate(world, Motion::kinematic);
@@ -140,7 +140,7 @@ TEST_CASE("trigger: does not keep bodies awake, nor wake them") {
 
 TEST_CASE("trigger: what puts, moves or removes one does not wake what sleeps in it") {
   for (const Motion motion : {Motion::fixed, Motion::kinematic}) {
-    World<double> world({.time_step = dt, .sleep = {.time = 0.1}});
+    World<double> world({.time_step = gate_step, .sleep = {.time = 0.1}});
     world.add_body({.motion = Motion::fixed, .shape = HalfSpace<double>{}});
     const BodyId ball = add_ball(world, 0.05);
     for (int i = 0; i < 120; ++i) world.step();
@@ -172,7 +172,7 @@ TEST_CASE("trigger: what puts, moves or removes one does not wake what sleeps in
 }
 
 TEST_CASE("trigger: on the body of a patch it is not in the way of its rays") {
-  World<double> world({.time_step = dt});
+  World<double> world({.time_step = gate_step});
   BodyDef<double> def{.shape = Box<double>{{0.1, 0.1, 0.1}}};
   def.shapes = {{.shape = Sphere<double>{1}, .is_trigger = true}};
   const BodyId body = world.add_body(def);
@@ -183,7 +183,7 @@ TEST_CASE("trigger: on the body of a patch it is not in the way of its rays") {
 }
 
 TEST_CASE("trigger: none of a crowd is put off") {
-  World<double> world({.gravity = {0, 0, 0}, .time_step = dt});
+  World<double> world({.gravity = {0, 0, 0}, .time_step = gate_step});
   constexpr int count = 40;
   for (int i = 0; i < count; ++i) {
     BodyDef<double> def;
