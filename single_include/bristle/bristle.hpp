@@ -132,6 +132,7 @@
 /// passing their arguments through memory costs more than the functions do.
 #if defined(__GNUC__)
 #define BRISTLE_FORCE_INLINE [[gnu::always_inline]] inline
+/// The same behind the parameters of a lambda.
 #define BRISTLE_FORCE_INLINE_LAMBDA __attribute__((always_inline))
 #else
 #define BRISTLE_FORCE_INLINE inline
@@ -6224,8 +6225,9 @@ struct Body {
   Mat3<S> inverse_inertia_B = Mat3<S>::Zero();
   /// [1] Factor on the world's gravity.
   S gravity_scale = S(1);
-  /// [1/s] Rates at which velocity and angular momentum decay. Zero unless dynamic.
+  /// [1/s] Rate at which its velocity decays. Zero unless dynamic.
   S linear_damping = S(0);
+  /// [1/s] Rate at which its angular momentum decays. Zero unless dynamic.
   S angular_damping = S(0);
   /// [-] World axes along and about which it cannot move.
   LockedAxes locked{};
