@@ -132,10 +132,14 @@
 /// passing their arguments through memory costs more than the functions do.
 #if defined(__GNUC__)
 #define BRISTLE_FORCE_INLINE [[gnu::always_inline]] inline
-/// The same behind the parameters of a lambda.
-#define BRISTLE_FORCE_INLINE_LAMBDA __attribute__((always_inline))
 #else
 #define BRISTLE_FORCE_INLINE inline
+#endif
+
+/// BRISTLE_FORCE_INLINE_LAMBDA: the same, behind the parameters of a lambda.
+#if defined(__GNUC__)
+#define BRISTLE_FORCE_INLINE_LAMBDA __attribute__((always_inline))
+#else
 #define BRISTLE_FORCE_INLINE_LAMBDA
 #endif
 
