@@ -176,9 +176,10 @@ TEST_CASE("haptic_tools: a patch that is refused is not added") {
 // The box of the tool lies beside the origin of its body, and so does its centre of mass.
 TEST_CASE("haptic_tools: rays that end in the tool's own shapes are refused by the world") {
   StylusScene<double> scene({});
-  const BodyId body = scene.world.add_body({.motion = Motion::kinematic});
-  scene.world.add_shape(
-      body, {.shape = Box<double>{{0.01, 0.01, 0.01}}, .X_BS = {.translation = {0.1, 0, 0}}});
+  const BodyId body = scene.world.add_body({.motion = Motion::kinematic,
+                                            .shapes = {{.shape = Box<double>{{0.01, 0.01, 0.01}},
+                                                        .X_BS = {.translation = {0.1, 0, 0}}}}});
+  REQUIRE(scene.world.body(body).center_B.x() == test::relative(0.1));
   const auto ray = [&](double x, double end) {
     PatchDef<double> def = StylusScene<double>::pad_def({});
     def.sensors = {};
