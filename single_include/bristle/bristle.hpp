@@ -1001,17 +1001,11 @@ template <typename Value, typename Make>
   constexpr int columns = Value::ColsAtCompileTime;
   if constexpr (rows == 3 && columns == 1) {
     return {make(0, 0), make(1, 0), make(2, 0)};
-  } else if constexpr (rows <= 3 && columns <= 3) {
+  } else {
     Value value;
     BRISTLE_UNROLL
     for (int column = 0; column < columns; ++column) {
       BRISTLE_UNROLL
-      for (int row = 0; row < rows; ++row) value.data()[column * rows + row] = make(row, column);
-    }
-    return value;
-  } else {
-    Value value;
-    for (int column = 0; column < columns; ++column) {
       for (int row = 0; row < rows; ++row) value.data()[column * rows + row] = make(row, column);
     }
     return value;
@@ -1086,12 +1080,8 @@ operator*(const A& a, const B& b) {
   return detail::matrix_of<detail::SmallResult<S, A::RowsAtCompileTime, B::ColsAtCompileTime>>(
       [&](int i, int j) BRISTLE_FORCE_INLINE_LAMBDA -> S {
         S sum = detail::entry(x, i, 0) * detail::entry(y, 0, j);
-        if constexpr (inner <= 3) {
-          BRISTLE_UNROLL
-          for (int k = 1; k < inner; ++k) sum += detail::entry(x, i, k) * detail::entry(y, k, j);
-        } else {
-          for (int k = 1; k < inner; ++k) sum += detail::entry(x, i, k) * detail::entry(y, k, j);
-        }
+        BRISTLE_UNROLL
+        for (int k = 1; k < inner; ++k) sum += detail::entry(x, i, k) * detail::entry(y, k, j);
         return sum;
       });
 }
@@ -10981,9 +10971,9 @@ namespace bristle::inline BRISTLE_ABI::detail {
 template <Scalar S>
 struct Decay {
   /// [1] exp(-rate dt).
-  S kept = S(1);
+  S kept;
   /// [s] (1 - exp(-rate dt)) / rate. Without damping that is the step.
-  S lasting = S(0);
+  S lasting;
 };
 template <Scalar S>
 [[nodiscard]] Decay<S> decay(const S& rate, const S& dt) {
@@ -10995,31 +10985,38 @@ template <Scalar S>
   return {S(1) - lost, lost / rate};
 }
 
+/// What damping does to a body in a step.
+template <Scalar S>
+struct BodyDecay {
+  Decay<S> linear, angular;
+};
+template <Scalar S>
+[[nodiscard]] BodyDecay<S> decay_of(const Body<S>& body, const S& dt) {
+  if (!is_damped(body)) return {{S(1), dt}, {S(1), dt}};
+  return {decay(body.linear_damping, dt), decay(body.angular_damping, dt)};
+}
+
 /// Velocities of a body after the forces known at the start of the step. These are gravity, the
 /// caller's wrench and damping. The gyroscopic torque is left out: `step_pose` accounts for it
 /// exactly.
+/// @param decay  `decay_of` the body and the step.
 template <Scalar S>
-[[nodiscard]] Twist<S> free_twist(const Body<S>& body, const Vec3<S>& gravity, S dt) {
+[[nodiscard]] Twist<S> free_twist(const Body<S>& body, const Vec3<S>& gravity,
+                                  const BodyDecay<S>& decay) {
   Twist<S> result = body.twist;
   if (!body.is_dynamic()) return result;
-  S forces_last = dt;
-  S torques_last = dt;
   if (is_damped(body)) {
-    const Decay<S> linear = decay(body.linear_damping, dt);
-    const Decay<S> angular = decay(body.angular_damping, dt);
-    result.linear *= linear.kept;
-    result.angular *= angular.kept;
-    forces_last = linear.lasting;
-    torques_last = angular.lasting;
+    result.linear *= decay.linear.kept;
+    result.angular *= decay.angular.kept;
   }
   for (std::size_t k = 0; k < 3; ++k) {
     const auto i = static_cast<Eigen::Index>(k);
     if (body.locked.linear[k]) continue;
-    result.linear[i] +=
-        forces_last * (body.gravity_scale * gravity[i] + body.inverse_mass * body.applied.force[i]);
+    result.linear[i] += decay.linear.lasting * (body.gravity_scale * gravity[i] +
+                                                body.inverse_mass * body.applied.force[i]);
   }
   if (body.applied.torque != Vec3<S>::Zero()) {
-    result.angular += torques_last * (body.inverse_inertia_W() * body.applied.torque);
+    result.angular += decay.angular.lasting * (body.inverse_inertia_W() * body.applied.torque);
   }
   return result;
 }
@@ -35384,14 +35381,12 @@ class SolveStage {
     out.moves = moves;
     out.is_sensed = out.follows_joints = false;
     out.start = body.twist;
-    out.kept_linear = out.kept_angular = S(1);
-    if (moves && is_damped(body)) {
-      out.kept_linear = decay(body.linear_damping, state.def.time_step).kept;
-      out.kept_angular = decay(body.angular_damping, state.def.time_step).kept;
-    }
+    const BodyDecay<S> decay = decay_of(body, state.def.time_step);
+    out.kept_linear = decay.linear.kept;
+    out.kept_angular = decay.angular.kept;
     // Sensors need the masses of their bodies early.
     if (state.patches.size() > 0) prepare_mass(state, slot);
-    out.free = free_twist(body, state.def.gravity, state.def.time_step);
+    out.free = free_twist(body, state.def.gravity, decay);
     start_from_free(state, out);
   }
 

@@ -82,6 +82,27 @@ World<S> sliding_boxes() {
   return world;
 }
 
+/// A chain of twelve hinges that swings: the mechanism's own integrator.
+template <typename S>
+World<S> chain() {
+  World<S> world({.time_step = S(1) / S(240)});
+  BodyId last{};
+  for (int i = 0; i < 12; ++i) {
+    const BodyId link = world.add_body({.mass = S(0.2),
+                                        .shape = Capsule<S>{S(0.02), S(0.05)},
+                                        .position = {S(-0.15) * S(i + 1), 0, 0}});
+    JointDef<S> joint;
+    joint.kind = JointKind::revolute;
+    joint.body_a = last;
+    joint.body_b = link;
+    joint.X_AJ.translation = {S(-0.075), 0, 0};
+    joint.X_BJ.translation = {S(0.075), 0, 0};
+    world.add_joint(joint);
+    last = link;
+  }
+  return world;
+}
+
 /// What to measure; empty means all.
 std::string wanted_scene, wanted_set;
 
@@ -129,6 +150,7 @@ void measure_all(const char* set, const char* scalar) {
   measure(set, scalar, "16 boxes that slide", 150, [](int) { return sliding_boxes<S>(); });
   measure(set, scalar, "grip by two fingers", 500,
           [](int) { return scenes::make_grasp<S>({.finger_mass = S(0.2)}).world; });
+  measure(set, scalar, "chain of 12 hinges", 200, [](int) { return chain<S>(); });
   // Gravity leans by some thousandths.
   const auto pile = [](int course) {
     return scenes::make_pile<S>(

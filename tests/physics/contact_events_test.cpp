@@ -1,6 +1,7 @@
 /// @file
 /// Contacts as callers see them: forces against statics and momentum, and touches that come and go.
 // SPDX-License-Identifier: BSD-3-Clause
+#include "scenes/ground.hpp"
 #include "scenes/medley.hpp"
 #include "support/numbers.hpp"
 #include "support/relative.hpp"
@@ -18,14 +19,6 @@ using bristle::test::g;
 using namespace bristle::scenes;
 
 namespace {
-
-BodyId add_ground(World<double>& world, const Material<double>& material = {}) {
-  BodyDef<double> floor;
-  floor.motion = Motion::fixed;
-  floor.shape = HalfSpace<double>{};
-  floor.material = material;
-  return world.add_body(floor);
-}
 
 BodyDef<double> solid_box(double mass, const Vec3<double>& half, const Vec3<double>& position) {
   BodyDef<double> def;

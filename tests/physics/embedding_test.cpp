@@ -2,6 +2,7 @@
 /// What a host adds to a world: its own numbers, its own rules for pairs, joints to the world, and
 /// events that wait until it reads them.
 // SPDX-License-Identifier: BSD-3-Clause
+#include "scenes/ground.hpp"
 #include "support/relative.hpp"
 
 #include <bristle/bristle.hpp>
@@ -15,18 +16,11 @@
 
 using namespace bristle;
 using namespace bristle::detail;
+using bristle::scenes::add_ground;
 
 namespace {
 
 constexpr double host_step = 1.0 / 240;
-
-BodyId add_floor(World<double>& world, const Material<double>& material = {}) {
-  BodyDef<double> def;
-  def.motion = Motion::fixed;
-  def.shape = HalfSpace<double>{};
-  def.material = material;
-  return world.add_body(def);
-}
 
 BodyDef<double> unit_cube(const Vec3<double>& position) {
   return {.mass = 1.0, .shape = Box<double>{{0.1, 0.1, 0.1}}, .position = position};
@@ -36,7 +30,7 @@ BodyDef<double> unit_cube(const Vec3<double>& position) {
 double speed_after_sliding(Material<double> (*combine)(const Material<double>&,
                                                        const Material<double>&)) {
   World<double> world({.time_step = host_step, .combine = combine});
-  add_floor(world, {.friction = 0.2});
+  add_ground(world, {.friction = 0.2});
   BodyDef<double> def = unit_cube({0, 0, 0.1});
   def.material = {.friction = 0.6};
   def.velocity = {4, 0, 0};
@@ -99,7 +93,7 @@ TEST_CASE("user data: handles of shapes tell whether they are there") {
 
 TEST_CASE("user data: a contact leads to the host's objects") {
   World<double> world({.time_step = host_step});
-  add_floor(world);
+  add_ground(world);
   BodyDef<double> def = unit_cube({0, 0, 0.1});
   def.user_data = 5;
   world.add_body(def);
@@ -145,7 +139,7 @@ TEST_CASE("may_collide: the host keeps a pair apart that filters let meet") {
     return a != 1 && b != 1;
   };
   World<double> world(def);
-  add_floor(world);
+  add_ground(world);
   world.add_body(unit_cube({0, 5, 50}));
   for (int i = 0; i < 10; ++i) world.step();
   CHECK(asked == 0);  // Nothing is near the floor.
@@ -165,7 +159,7 @@ TEST_CASE("kept events: nothing of several steps is lost, in their order") {
   World<double> forgetful({.time_step = host_step});
   std::vector<BodyId> boxes;
   for (World<double>* each : {&world, &forgetful}) {
-    add_floor(*each, {.restitution = 0.8});
+    add_ground(*each, {.restitution = 0.8});
     BodyDef<double> def = unit_cube({0, 0, 0.3});
     def.shape = Sphere<double>{0.1};
     boxes.push_back(each->add_body(def));

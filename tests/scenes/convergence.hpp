@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "scenes/ground.hpp"
 #include "support/tumbling.hpp"
 
 #include <bristle/math/rotation.hpp>
@@ -80,14 +81,6 @@ inline constexpr double gravity = 9.81;
   def.gravity = g;
   def.integrator = integrator;
   return World<double>(def);
-}
-
-inline void add_ground(World<double>& world, const Material<double>& material) {
-  BodyDef<double> ground;
-  ground.motion = Motion::fixed;
-  ground.shape = HalfSpace<double>{};
-  ground.material = material;
-  world.add_body(ground);
 }
 
 inline void run(World<double>& world, double duration) {

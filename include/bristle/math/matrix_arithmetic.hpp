@@ -80,17 +80,11 @@ template <typename Value, typename Make>
   constexpr int columns = Value::ColsAtCompileTime;
   if constexpr (rows == 3 && columns == 1) {
     return {make(0, 0), make(1, 0), make(2, 0)};
-  } else if constexpr (rows <= 3 && columns <= 3) {
+  } else {
     Value value;
     BRISTLE_UNROLL
     for (int column = 0; column < columns; ++column) {
       BRISTLE_UNROLL
-      for (int row = 0; row < rows; ++row) value.data()[column * rows + row] = make(row, column);
-    }
-    return value;
-  } else {
-    Value value;
-    for (int column = 0; column < columns; ++column) {
       for (int row = 0; row < rows; ++row) value.data()[column * rows + row] = make(row, column);
     }
     return value;
@@ -165,12 +159,8 @@ operator*(const A& a, const B& b) {
   return detail::matrix_of<detail::SmallResult<S, A::RowsAtCompileTime, B::ColsAtCompileTime>>(
       [&](int i, int j) BRISTLE_FORCE_INLINE_LAMBDA -> S {
         S sum = detail::entry(x, i, 0) * detail::entry(y, 0, j);
-        if constexpr (inner <= 3) {
-          BRISTLE_UNROLL
-          for (int k = 1; k < inner; ++k) sum += detail::entry(x, i, k) * detail::entry(y, k, j);
-        } else {
-          for (int k = 1; k < inner; ++k) sum += detail::entry(x, i, k) * detail::entry(y, k, j);
-        }
+        BRISTLE_UNROLL
+        for (int k = 1; k < inner; ++k) sum += detail::entry(x, i, k) * detail::entry(y, k, j);
         return sum;
       });
 }

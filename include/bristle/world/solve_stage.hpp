@@ -63,14 +63,12 @@ class SolveStage {
     out.moves = moves;
     out.is_sensed = out.follows_joints = false;
     out.start = body.twist;
-    out.kept_linear = out.kept_angular = S(1);
-    if (moves && is_damped(body)) {
-      out.kept_linear = decay(body.linear_damping, state.def.time_step).kept;
-      out.kept_angular = decay(body.angular_damping, state.def.time_step).kept;
-    }
+    const BodyDecay<S> decay = decay_of(body, state.def.time_step);
+    out.kept_linear = decay.linear.kept;
+    out.kept_angular = decay.angular.kept;
     // Sensors need the masses of their bodies early.
     if (state.patches.size() > 0) prepare_mass(state, slot);
-    out.free = free_twist(body, state.def.gravity, state.def.time_step);
+    out.free = free_twist(body, state.def.gravity, decay);
     start_from_free(state, out);
   }
 

@@ -23,12 +23,12 @@ TEST_CASE_TEMPLATE("free_twist: gravity and applied wrench for one step", S, flo
   Body<S> body = body_of<S>({1, 2, S(2.5)});
   body.gravity_scale = S(0.5);
   body.applied = {{4, 0, 0}, {0, 4, 0}};
-  const Twist<S> t = free_twist(body, Vec3<S>(0, 0, -8), S(0.25));
+  const Twist<S> t = free_twist(body, Vec3<S>(0, 0, -8), decay_of(body, S(0.25)));
   CHECK(t.linear == Vec3<S>(S(0.5), 0, -1));
   CHECK(t.angular == Vec3<S>(0, S(0.5), 0));
   body.motion = Motion::kinematic;
   body.twist.linear = {7, 0, 0};
-  CHECK(free_twist(body, Vec3<S>(0, 0, -8), S(0.25)).linear == Vec3<S>(7, 0, 0));
+  CHECK(free_twist(body, Vec3<S>(0, 0, -8), decay_of(body, S(0.25))).linear == Vec3<S>(7, 0, 0));
 }
 
 TEST_CASE_TEMPLATE("step_pose: moves by the motion it is given, and velocities stay", S, float,

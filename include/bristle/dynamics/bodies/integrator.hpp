@@ -20,9 +20,9 @@ namespace bristle::inline BRISTLE_ABI::detail {
 template <Scalar S>
 struct Decay {
   /// [1] exp(-rate dt).
-  S kept = S(1);
+  S kept;
   /// [s] (1 - exp(-rate dt)) / rate. Without damping that is the step.
-  S lasting = S(0);
+  S lasting;
 };
 template <Scalar S>
 [[nodiscard]] Decay<S> decay(const S& rate, const S& dt) {
@@ -34,31 +34,38 @@ template <Scalar S>
   return {S(1) - lost, lost / rate};
 }
 
+/// What damping does to a body in a step.
+template <Scalar S>
+struct BodyDecay {
+  Decay<S> linear, angular;
+};
+template <Scalar S>
+[[nodiscard]] BodyDecay<S> decay_of(const Body<S>& body, const S& dt) {
+  if (!is_damped(body)) return {{S(1), dt}, {S(1), dt}};
+  return {decay(body.linear_damping, dt), decay(body.angular_damping, dt)};
+}
+
 /// Velocities of a body after the forces known at the start of the step. These are gravity, the
 /// caller's wrench and damping. The gyroscopic torque is left out: `step_pose` accounts for it
 /// exactly.
+/// @param decay  `decay_of` the body and the step.
 template <Scalar S>
-[[nodiscard]] Twist<S> free_twist(const Body<S>& body, const Vec3<S>& gravity, S dt) {
+[[nodiscard]] Twist<S> free_twist(const Body<S>& body, const Vec3<S>& gravity,
+                                  const BodyDecay<S>& decay) {
   Twist<S> result = body.twist;
   if (!body.is_dynamic()) return result;
-  S forces_last = dt;
-  S torques_last = dt;
   if (is_damped(body)) {
-    const Decay<S> linear = decay(body.linear_damping, dt);
-    const Decay<S> angular = decay(body.angular_damping, dt);
-    result.linear *= linear.kept;
-    result.angular *= angular.kept;
-    forces_last = linear.lasting;
-    torques_last = angular.lasting;
+    result.linear *= decay.linear.kept;
+    result.angular *= decay.angular.kept;
   }
   for (std::size_t k = 0; k < 3; ++k) {
     const auto i = static_cast<Eigen::Index>(k);
     if (body.locked.linear[k]) continue;
-    result.linear[i] +=
-        forces_last * (body.gravity_scale * gravity[i] + body.inverse_mass * body.applied.force[i]);
+    result.linear[i] += decay.linear.lasting * (body.gravity_scale * gravity[i] +
+                                                body.inverse_mass * body.applied.force[i]);
   }
   if (body.applied.torque != Vec3<S>::Zero()) {
-    result.angular += torques_last * (body.inverse_inertia_W() * body.applied.torque);
+    result.angular += decay.angular.lasting * (body.inverse_inertia_W() * body.applied.torque);
   }
   return result;
 }
