@@ -143,6 +143,13 @@
 #define BRISTLE_FORCE_INLINE_LAMBDA
 #endif
 
+/// BRISTLE_COLD: compiles a function that is hardly ever called for size, and never inlines it.
+#if defined(__GNUC__)
+#define BRISTLE_COLD [[gnu::cold, gnu::noinline]]
+#else
+#define BRISTLE_COLD
+#endif
+
 /// BRISTLE_UNROLL: unrolls the loop behind it, of a few turns whose number is a constant. g++ does
 /// that by itself only from -O3 on, clang at each level that optimises.
 #if defined(__GNUC__) && !defined(__clang__)
@@ -243,10 +250,22 @@ template <typename S>
 /// Text of a value: returns text unchanged.
 [[nodiscard]] inline std::string to_text(const char* value) { return value; }
 
+/// Raises InvalidArgument{field, value, rule}. This is a function of its own, so that the many
+/// checks stay small.
+[[noreturn]] BRISTLE_COLD inline void raise_invalid(std::string_view field, std::string value,
+                                                    std::string_view rule) {
+  raise(InvalidArgument(std::string(field), std::move(value), std::string(rule)));
+}
+template <typename S>
+[[noreturn]] BRISTLE_COLD void raise_broken_rule(std::string_view field, const S& value,
+                                                 std::string_view rule) {
+  raise_invalid(field, to_text(value), rule);
+}
+
 /// Raises InvalidArgument{field, value, rule} unless `holds`.
 template <typename S>
 void require(bool holds, std::string_view field, const S& value, std::string_view rule) {
-  if (!holds) raise(InvalidArgument(std::string(field), to_text(value), std::string(rule)));
+  if (!holds) raise_broken_rule(field, value, rule);
 }
 
 /// Returns whether a number is finite and has all its digits. It is then neither zero nor
@@ -296,14 +315,20 @@ void require_not_negative(std::string_view field, const S& value) {
   require_finite_square(field, value);
 }
 
-/// Applies `require_finite` to every coefficient of an Eigen expression. The message names the
-/// first one that fails.
+/// Applies `require_finite` to numbers. The message names the first one that fails.
+template <typename S>
+BRISTLE_COLD void require_all_finite(std::string_view field, const S* values,
+                                     std::ptrdiff_t count) {
+  for (std::ptrdiff_t i = 0; i < count; ++i) {
+    if (has_finite_square(values[i])) continue;
+    require_finite(std::string(field) + "[" + std::to_string(i) + "]", values[i]);
+  }
+}
+
+/// Applies `require_finite` to every coefficient of a matrix of Eigen.
 template <typename Matrix>
 void require_all_finite(std::string_view field, const Matrix& values) {
-  for (int i = 0; i < values.size(); ++i) {
-    if (has_finite_square(values.coeff(i))) continue;
-    require_finite(std::string(field) + "[" + std::to_string(i) + "]", values.coeff(i));
-  }
+  require_all_finite(field, values.data(), values.size());
 }
 
 }  // namespace detail
@@ -1012,6 +1037,43 @@ template <typename Value, typename Make>
   }
 }
 
+/// The matrix whose entries all have one value.
+template <typename Value>
+[[nodiscard]] BRISTLE_FORCE_INLINE Value filled(const typename Value::Scalar& value) {
+  return matrix_of<Value>([&](int, int) BRISTLE_FORCE_INLINE_LAMBDA { return value; });
+}
+template <typename Value>
+[[nodiscard]] BRISTLE_FORCE_INLINE Value zero() {
+  return filled<Value>(typename Value::Scalar(0));
+}
+template <typename Value>
+BRISTLE_FORCE_INLINE void set_zero(Value& value) {
+  value = zero<Value>();
+}
+template <typename Value>
+[[nodiscard]] BRISTLE_FORCE_INLINE Value identity() {
+  using S = typename Value::Scalar;
+  return matrix_of<Value>([](int i, int j) BRISTLE_FORCE_INLINE_LAMBDA { return S(i == j); });
+}
+/// The unit vector along an axis: 0 is x.
+template <typename Value>
+[[nodiscard]] BRISTLE_FORCE_INLINE Value unit_vector(Eigen::Index axis) {
+  using S = typename Value::Scalar;
+  return matrix_of<Value>([&](int i, int) BRISTLE_FORCE_INLINE_LAMBDA { return S(i == axis); });
+}
+template <typename Value>
+[[nodiscard]] BRISTLE_FORCE_INLINE Value unit_x() {
+  return unit_vector<Value>(0);
+}
+template <typename Value>
+[[nodiscard]] BRISTLE_FORCE_INLINE Value unit_y() {
+  return unit_vector<Value>(1);
+}
+template <typename Value>
+[[nodiscard]] BRISTLE_FORCE_INLINE Value unit_z() {
+  return unit_vector<Value>(2);
+}
+
 /// The matrix of f of each entry, or of each two entries.
 template <SmallMatrix A, typename F>
 [[nodiscard]] BRISTLE_FORCE_INLINE ValueOf<A> each(const A& a, const F& f) {
@@ -1085,6 +1147,25 @@ operator*(const A& a, const B& b) {
         return sum;
       });
 }
+
+/// Returns whether all entries are equal.
+template <typename A, typename B>
+requires detail::SameSize<A, B>
+[[nodiscard]] BRISTLE_FORCE_INLINE bool operator==(const A& a, const B& b) {
+  decltype(auto) x = detail::stored(a);
+  decltype(auto) y = detail::stored(b);
+  for (int j = 0; j < A::ColsAtCompileTime; ++j) {
+    for (int i = 0; i < A::RowsAtCompileTime; ++i) {
+      if (!(detail::entry(x, i, j) == detail::entry(y, i, j))) return false;
+    }
+  }
+  return true;
+}
+
+/// Returns whether any entries differ.
+template <typename A, typename B>
+requires detail::SameSize<A, B>
+[[nodiscard]] BRISTLE_FORCE_INLINE bool operator!=(const A& a, const B& b) { return !(a == b); }
 
 /// Sizes of the entries.
 template <detail::SmallMatrix A>
@@ -1210,6 +1291,20 @@ template <SmallMatrix M>
       [&](int i, int j) BRISTLE_FORCE_INLINE_LAMBDA { return entry(m, j, i); });
 }
 
+/// The inverse of a matrix by its cofactors. Not finite where the determinant is 0.
+template <typename S>
+[[nodiscard]] Eigen::Matrix<S, 3, 3> inverse_of(const Eigen::Matrix<S, 3, 3>& m) {
+  const auto cofactor = [&](int i, int j) BRISTLE_FORCE_INLINE_LAMBDA -> S {
+    const int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
+    return m(i1, j1) * m(i2, j2) - m(i1, j2) * m(i2, j1);
+  };
+  const Eigen::Matrix<S, 3, 1> first{cofactor(0, 0), cofactor(1, 0), cofactor(2, 0)};
+  const S determinant = first[0] * m(0, 0) + (first[1] * m(1, 0) + first[2] * m(2, 0));
+  const S scale = S(1) / determinant;
+  return matrix_of<Eigen::Matrix<S, 3, 3>>(
+      [&](int i, int j) BRISTLE_FORCE_INLINE_LAMBDA -> S { return cofactor(j, i) * scale; });
+}
+
 /// R M R^T of a symmetric M: only six entries are computed.
 template <typename S>
 [[nodiscard]] inline Eigen::Matrix<S, 3, 3> rotated(const Eigen::Matrix<S, 3, 3>& R,
@@ -1322,9 +1417,9 @@ namespace detail {
 template <typename S>
 [[nodiscard]] BRISTLE_FORCE_INLINE Mat3<S> times_skew(const Mat3<S>& J, const Vec3<S>& r) {
   Mat3<S> product;
-  set_column(product, 0, r[2] * J.col(1) - r[1] * J.col(2));
-  set_column(product, 1, r[0] * J.col(2) - r[2] * J.col(0));
-  set_column(product, 2, r[1] * J.col(0) - r[0] * J.col(1));
+  set_column(product, 0, r[2] * column_of(J, 1) - r[1] * column_of(J, 2));
+  set_column(product, 1, r[0] * column_of(J, 2) - r[2] * column_of(J, 0));
+  set_column(product, 2, r[1] * column_of(J, 0) - r[0] * column_of(J, 1));
   return product;
 }
 
@@ -1644,12 +1739,6 @@ class Pack {
     }
     return a;
   }
-  /// Loads the first n lanes from p and sets the others to `rest`. Nothing of p behind n is read.
-  [[nodiscard]] BRISTLE_FORCE_INLINE static Pack load_first(const S* p, std::size_t n, S rest) {
-    Pack a(rest);
-    for (std::size_t i = 0; i < n && i < size; ++i) a.r_[i] = p[i];
-    return a;
-  }
   /// Lane i from p[at[i]].
   template <std::integral Index>
   [[nodiscard]] BRISTLE_FORCE_INLINE static Pack gather(const S* p, const Index* at) {
@@ -1680,11 +1769,6 @@ class Pack {
       for (std::size_t i = 0; i < size; ++i) p[i] = r_[i];
     }
   }
-  /// Stores the first n lanes; nothing behind them is written.
-  BRISTLE_FORCE_INLINE void store_first(S* p, std::size_t n) const {
-    for (std::size_t i = 0; i < n && i < size; ++i) p[i] = r_[i];
-  }
-
   /// Lane i to p[at[i]], in the order of the lanes.
   template <std::integral Index>
   BRISTLE_FORCE_INLINE void scatter(S* p, const Index* at) const {
@@ -3281,7 +3365,7 @@ struct Transform {
   /// [1] R_AB as a unit quaternion.
   Quat<S> rotation = Quat<S>::Identity();
   /// [m] Origin of B in A.
-  Vec3<S> translation = Vec3<S>::Zero();
+  Vec3<S> translation = detail::zero<Vec3<S>>();
 
   /// X_BA, the pose of A in B.
   [[nodiscard]] Transform inverse() const {
@@ -3339,9 +3423,9 @@ namespace bristle::inline BRISTLE_ABI {
 template <Scalar S>
 struct Aabb {
   /// [m] Smallest corner.
-  Vec3<S> lower = Vec3<S>::Constant(infinity<S>);
+  Vec3<S> lower = detail::filled<Vec3<S>>(infinity<S>);
   /// [m] Largest corner.
-  Vec3<S> upper = Vec3<S>::Constant(-infinity<S>);
+  Vec3<S> upper = detail::filled<Vec3<S>>(-infinity<S>);
 
   /// Returns whether the box holds no point.
   [[nodiscard]] bool is_empty() const {
@@ -3361,7 +3445,7 @@ struct Aabb {
 
   /// Returns the box grown by `margin` [m] on every side.
   [[nodiscard]] Aabb inflated(S margin) const {
-    return {lower - Vec3<S>::Constant(margin), upper + Vec3<S>::Constant(margin)};
+    return {lower - detail::filled<Vec3<S>>(margin), upper + detail::filled<Vec3<S>>(margin)};
   }
   /// [m] Middle of the box.
   [[nodiscard]] Vec3<S> center() const { return S(0.5) * (lower + upper); }
@@ -3383,13 +3467,13 @@ struct Aabb {
 
   /// Returns the box around this one and itself moved by `way` [m].
   [[nodiscard]] Aabb swept(const Vec3<S>& way) const {
-    return {lower + cwise_min(way, Vec3<S>(Vec3<S>::Zero())),
-            upper + cwise_max(way, Vec3<S>(Vec3<S>::Zero()))};
+    return {lower + cwise_min(way, detail::zero<Vec3<S>>()),
+            upper + cwise_max(way, detail::zero<Vec3<S>>())};
   }
   /// [m^2] Squared distance to another box. 0 where they overlap.
   [[nodiscard]] S distance2_to(const Aabb& other) const {
     const Vec3<S> apart = cwise_max(Vec3<S>(other.lower - upper), Vec3<S>(lower - other.upper));
-    return cwise_max(apart, Vec3<S>(Vec3<S>::Zero())).squaredNorm();
+    return cwise_max(apart, detail::zero<Vec3<S>>()).squaredNorm();
   }
 
   /// [m^2] Half the surface of a box with edges x, y and z [m].
@@ -4084,7 +4168,7 @@ struct Sphere {
 template <Scalar S>
 struct Box {
   /// [m] Half of each edge, > 0.
-  Vec3<S> half_extents = Vec3<S>::Zero();
+  Vec3<S> half_extents = detail::zero<Vec3<S>>();
 };
 
 /// All points within `radius` of the segment from -half_length to +half_length on z.
@@ -4118,7 +4202,7 @@ struct Cone {
 template <Scalar S>
 struct Ellipsoid {
   /// [m] Semi-axes along x, y, z, > 0.
-  Vec3<S> radii = Vec3<S>::Zero();
+  Vec3<S> radii = detail::zero<Vec3<S>>();
 };
 
 /// All points p with normal . p <= offset: a floor, a wall, an incline. It has no finite mass, so
@@ -4126,7 +4210,7 @@ struct Ellipsoid {
 template <Scalar S>
 struct HalfSpace {
   /// [1] Unit outward normal.
-  Vec3<S> normal = Vec3<S>::UnitZ();
+  Vec3<S> normal = detail::unit_z<Vec3<S>>();
   /// [m] Signed distance of the surface from the origin along the normal.
   S offset = S(0);
 };
@@ -4632,7 +4716,7 @@ namespace bristle::inline BRISTLE_ABI {
 template <Scalar S>
 struct ContactPoint {
   /// [m] Halfway between the two surfaces, in the frame of shape A.
-  Vec3<S> position = Vec3<S>::Zero();
+  Vec3<S> position = detail::zero<Vec3<S>>();
   /// [m] Distance of the surfaces along the normal. Negative where they overlap.
   S gap = S(0);
   /// [-] Id of the pair of features that meet here. It is the same in the next step. So impulses
@@ -4647,7 +4731,7 @@ struct ContactManifold {
   static constexpr std::size_t capacity = 8;
 
   /// [1] Unit normal from shape A into shape B, in the frame of A.
-  Vec3<S> normal = Vec3<S>::UnitZ();
+  Vec3<S> normal = detail::unit_z<Vec3<S>>();
   /// Contact points. Only the first `size` are valid.
   std::array<ContactPoint<S>, capacity> points{};
   /// [-] Number of points.
@@ -4695,9 +4779,9 @@ namespace bristle::inline BRISTLE_ABI {
 template <Scalar S>
 struct Ray {
   /// [m] Start.
-  Vec3<S> origin = Vec3<S>::Zero();
+  Vec3<S> origin = detail::zero<Vec3<S>>();
   /// [1] Unit direction.
-  Vec3<S> direction = Vec3<S>::UnitX();
+  Vec3<S> direction = detail::unit_x<Vec3<S>>();
   /// [m] Length from the start. Hits farther away do not count. May be infinite.
   S length = infinity<S>;
 };
@@ -4709,7 +4793,7 @@ struct RayHit {
   S distance = infinity<S>;
   /// [1] Unit outward normal of the surface there, against the ray (normal . direction <= 0). If
   /// the start is inside, minus the ray's direction.
-  Vec3<S> normal = Vec3<S>::Zero();
+  Vec3<S> normal = detail::zero<Vec3<S>>();
 };
 
 namespace detail {
@@ -4849,9 +4933,9 @@ struct MassProperties {
   /// [kg] Mass.
   S mass = S(0);
   /// [m] Centre of mass.
-  Vec3<S> center = Vec3<S>::Zero();
+  Vec3<S> center = detail::zero<Vec3<S>>();
   /// [kg m^2] Inertia about the centre of mass, along the frame's axes.
-  Mat3<S> inertia = Mat3<S>::Zero();
+  Mat3<S> inertia = detail::zero<Mat3<S>>();
 
   /// The same body with its mass multiplied by `factor` (a density, for unit-density properties).
   [[nodiscard]] MassProperties scaled(S factor) const {
@@ -4868,7 +4952,7 @@ struct MassProperties {
 /// Inertia of a point mass `m` [kg] at `r` [m]: the term of the parallel-axis theorem.
 template <Scalar S>
 [[nodiscard]] Mat3<S> point_inertia(S m, const Vec3<S>& r) {
-  return m * (r.squaredNorm() * Mat3<S>::Identity() - r * r.transpose());
+  return m * (r.squaredNorm() * detail::identity<Mat3<S>>() - r * r.transpose());
 }
 
 namespace detail {
@@ -4897,7 +4981,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] Mat3<S> inverse_inertia(const Mat3<S>& inertia) {
   const S unit = S(1) / detail::power_of_two_below(S(inertia.trace()));
-  return unit * Mat3<S>(unit * inertia).inverse();
+  return unit * detail::inverse_of<S>(unit * inertia);
 }
 
 /// [1/(kg m^2)] Inverse inertia of a body that torques turn only about its free axes. Rows and
@@ -4907,8 +4991,8 @@ template <Scalar S>
   const S scale = detail::power_of_two_below(S(inertia.trace()));
   for (Eigen::Index i = 0; i < 3; ++i) {
     if (!is_locked[static_cast<std::size_t>(i)]) continue;
-    detail::set_row(inertia, i, Vec3<S>::Zero());
-    detail::set_column(inertia, i, Vec3<S>::Zero());
+    detail::set_row(inertia, i, detail::zero<Vec3<S>>());
+    detail::set_column(inertia, i, detail::zero<Vec3<S>>());
     inertia(i, i) = scale;
   }
   Mat3<S> inverse = inverse_inertia<S>(inertia);
@@ -5386,7 +5470,7 @@ template <typename A, typename B>
 template <Value T>
 [[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> zero_vector() {
   if constexpr (Scalar<T>) {
-    return Vec3<T>::Zero();
+    return zero<Vec3<T>>();
   } else {
     return {T(ScalarOf<T>(0)), T(ScalarOf<T>(0)), T(ScalarOf<T>(0))};
   }
@@ -5627,9 +5711,9 @@ namespace bristle::inline BRISTLE_ABI {
 template <Scalar S>
 struct Twist {
   /// [m/s] Velocity of the reference point.
-  Vec3<S> linear = Vec3<S>::Zero();
+  Vec3<S> linear = detail::zero<Vec3<S>>();
   /// [rad/s] Angular velocity.
-  Vec3<S> angular = Vec3<S>::Zero();
+  Vec3<S> angular = detail::zero<Vec3<S>>();
 
   /// [m/s] Velocity of the body's point at `r` [m] from the reference point.
   [[nodiscard]] BRISTLE_FORCE_INLINE Vec3<S> at(const Vec3<S>& r) const {
@@ -5652,9 +5736,9 @@ struct Twist {
 template <Scalar S>
 struct Wrench {
   /// [N] Force.
-  Vec3<S> force = Vec3<S>::Zero();
+  Vec3<S> force = detail::zero<Vec3<S>>();
   /// [N m] Torque about the reference point.
-  Vec3<S> torque = Vec3<S>::Zero();
+  Vec3<S> torque = detail::zero<Vec3<S>>();
 
   /// Wrench of a force `f` that acts at `r` [m] from the reference point.
   [[nodiscard]] static Wrench at(const Vec3<S>& r, const Vec3<S>& f) { return {f, r.cross(f)}; }
@@ -5727,7 +5811,7 @@ BRISTLE_FORCE_INLINE void set_quarter(Mat6<S>& m, const Mat3<S>& value) {
 /// The matrix of `Twist::shifted(r)`; its transpose is that of `Wrench::shifted(-r)`.
 template <Scalar S>
 [[nodiscard]] Mat6<S> shift_matrix(const Vec3<S>& r) {
-  Mat6<S> G = Mat6<S>::Identity();
+  Mat6<S> G = detail::identity<Mat6<S>>();
   detail::set_quarter<0, 3, S>(G, -skew(r));
   return G;
 }
@@ -5749,17 +5833,17 @@ struct SoftBlock {
   std::uint32_t body_a = 0;
   std::uint32_t body_b = 0;
   /// [m] From each centre of mass to c, world axes.
-  Vec3<S> arm_a = Vec3<S>::Zero();
-  Vec3<S> arm_b = Vec3<S>::Zero();
+  Vec3<S> arm_a = zero<Vec3<S>>();
+  Vec3<S> arm_b = zero<Vec3<S>>();
   /// [N s^2/m and products with m] A6: slope of the impulse by u.
-  Mat6<S> matrix = Mat6<S>::Zero();
+  Mat6<S> matrix = zero<Mat6<S>>();
   /// [N s; N m s] p6: the impulse at u = 0.
-  Vec6<S> offset = Vec6<S>::Zero();
+  Vec6<S> offset = zero<Vec6<S>>();
 
   /// [m/s; rad/s] u, as solved.
-  Vec6<S> motion = Vec6<S>::Zero();
+  Vec6<S> motion = zero<Vec6<S>>();
   /// [N s; N m s] p on B about c, as applied.
-  Vec6<S> impulse = Vec6<S>::Zero();
+  Vec6<S> impulse = zero<Vec6<S>>();
 };
 
 /// u of a block for given twists.
@@ -6023,7 +6107,7 @@ struct Material {
   /// [m/s] Velocity of the surface relative to its shape, in the shape's axes, as of a conveyor
   /// belt. Friction of hard contact drags along the part of it in the contact plane. `combined`
   /// leaves it out.
-  Vec3<S> surface_velocity = Vec3<S>::Zero();
+  Vec3<S> surface_velocity = detail::zero<Vec3<S>>();
 };
 
 /// Material of a pair: geometric mean of the friction, larger restitution.
@@ -6163,13 +6247,13 @@ struct BodyDef {
   /// [-] Filter of the bodies and sensors that may touch and sense it.
   CollisionFilter filter{};
   /// [m] Origin of the body frame in the world.
-  Vec3<S> position = Vec3<S>::Zero();
+  Vec3<S> position = detail::zero<Vec3<S>>();
   /// [1] Axes of the body frame in the world, a unit quaternion.
   Quat<S> orientation = Quat<S>::Identity();
   /// [m/s] Velocity of the centre of mass.
-  Vec3<S> velocity = Vec3<S>::Zero();
+  Vec3<S> velocity = detail::zero<Vec3<S>>();
   /// [rad/s] Angular velocity in world axes.
-  Vec3<S> angular_velocity = Vec3<S>::Zero();
+  Vec3<S> angular_velocity = detail::zero<Vec3<S>>();
   /// [1] Factor on the world's gravity.
   S gravity_scale = S(1);
   /// [1/s] Rate at which the velocity of the centre of mass decays in free motion, >= 0: a force of
@@ -6208,15 +6292,15 @@ struct Body {
   /// [-] Cause of its motion.
   Motion motion = Motion::fixed;
   /// [m] Centre of mass in the body frame.
-  Vec3<S> center_B = Vec3<S>::Zero();
+  Vec3<S> center_B = detail::zero<Vec3<S>>();
   /// [kg] Mass.
   S mass = S(0);
   /// [1/kg] Inverse of the mass. Zero unless dynamic.
   S inverse_mass = S(0);
   /// [kg m^2] Inertia about the centre of mass, along the body's axes. Zero unless dynamic.
-  Mat3<S> inertia_B = Mat3<S>::Zero();
+  Mat3<S> inertia_B = detail::zero<Mat3<S>>();
   /// [1/(kg m^2)] Inverse of the inertia, along the body's axes. Zero unless dynamic.
-  Mat3<S> inverse_inertia_B = Mat3<S>::Zero();
+  Mat3<S> inverse_inertia_B = detail::zero<Mat3<S>>();
   /// [1] Factor on the world's gravity.
   S gravity_scale = S(1);
   /// [1/s] Rate at which its velocity decays. Zero unless dynamic.
@@ -6342,7 +6426,7 @@ void require_possible_inertia(const Mat3<S>& inertia) {
   };
   require(is_definite(scaled, S(0)), "BodyDef::inertia", diagonal_of<S>(inertia).minCoeff(),
           "must be positive definite");
-  const Mat3<S> second_moment = (scale / S(2) + slack) * Mat3<S>::Identity() - scaled;
+  const Mat3<S> second_moment = (scale / S(2) + slack) * identity<Mat3<S>>() - scaled;
   require(is_definite(second_moment, S(0)), "BodyDef::inertia", diagonal_of<S>(inertia).maxCoeff(),
           "must satisfy the triangle inequality of principal moments");
 }
@@ -6881,15 +6965,21 @@ void key_by_center(std::span<SplitLeaf<S>> leaves, const BoxOf& box_of) {
   for (SplitLeaf<S>& leaf : leaves) leaf.key = finite_center<S>(box_of(leaf.number))[axis];
 }
 
+/// Sorts leaves by their keys. This is a total order. So the result does not depend on the standard
+/// library.
+template <Scalar S>
+void sort_by_key(std::span<SplitLeaf<S>> leaves) {
+  std::sort(leaves.begin(), leaves.end(), [](const SplitLeaf<S>& a, const SplitLeaf<S>& b) {
+    return a.key < b.key || (a.key == b.key && a.number < b.number);
+  });
+}
+
 /// Orders `leaves` along their longest extent, by the boxes that `box_of(number)` returns.
 /// @return Number of leaves of the first child: half of them.
 template <Scalar S, typename BoxOf>
 [[nodiscard]] std::size_t split_in_halves(std::span<SplitLeaf<S>> leaves, const BoxOf& box_of) {
   key_by_center(leaves, box_of);
-  // A total order, so that the result does not depend on the standard library.
-  std::sort(leaves.begin(), leaves.end(), [](const SplitLeaf<S>& a, const SplitLeaf<S>& b) {
-    return a.key < b.key || (a.key == b.key && a.number < b.number);
-  });
+  sort_by_key(leaves);
   return leaves.size() / 2;
 }
 
@@ -7370,8 +7460,8 @@ struct alignas(64) TrianglesNearRay {
   std::array<std::array<S, capacity>, 9> rows;
   /// [m] Ends of the segment that was searched around. `reserve` bounds the distance of the ray's
   /// ends from them, along each axis. A negative `reserve` means an empty cache.
-  Vec3<S> start = Vec3<S>::Zero();
-  Vec3<S> end = Vec3<S>::Zero();
+  Vec3<S> start = zero<Vec3<S>>();
+  Vec3<S> end = zero<Vec3<S>>();
   S reserve = S(-1);
   /// [-] Number of triangles. More than `capacity` if there were too many.
   std::uint32_t count = 0;
@@ -7678,13 +7768,13 @@ struct RayTreeNode {
   /// True if it is narrow and its children have its frame. Then its rays can be cast together.
   bool has_one_frame = false;
   /// [1] R_GR, with R the frame of the rays.
-  Mat3<S> axes = Mat3<S>::Identity();
+  Mat3<S> axes = identity<Mat3<S>>();
   /// [m] The origin of G in R.
-  Vec3<S> center = Vec3<S>::Zero();
+  Vec3<S> center = zero<Vec3<S>>();
   /// [m] Box around the rays from their starts to their ends, in G.
   Aabb<S> box{};
   /// [1] Box around zero and the directions of the rays, in G.
-  Aabb<S> directions{Vec3<S>::Zero(), Vec3<S>::Zero()};
+  Aabb<S> directions{zero<Vec3<S>>(), zero<Vec3<S>>()};
   /// [m] Largest z of a start. The smallest is that of the box if the node is narrow.
   S highest_start = S(0);
   /// [1] Largest slope of a ray against the z axis, in x or y.
@@ -7845,7 +7935,7 @@ RayTree<S>::RayTree(const RayBatch<S>& rays) {
 template <Scalar S>
 void RayTree<S>::build(const RayBatch<S>& rays, Places places, std::size_t parent) {
   // The standard library leaves parts in any order. Sums of floats depend on it.
-  std::sort(places.begin(), places.end());
+  std::sort(places.data(), places.data() + places.size());
   const std::size_t id = nodes_.size();
   RayTreeNode<S> node;
   node.first = static_cast<std::uint32_t>(places.data() - order_.data());
@@ -7885,7 +7975,7 @@ template <Scalar S>
 void RayTree<S>::fit(const RayBatch<S>& rays, Places places, RayTreeNode<S>& node) const {
   if (!node.has_one_frame) {
     Aabb<S> starts;
-    Vec3<S> sum = Vec3<S>::Zero();
+    Vec3<S> sum = zero<Vec3<S>>();
     for (const std::uint32_t i : places) {
       starts.include(rays[i].origin);
       sum += rays[i].direction;
@@ -7896,7 +7986,7 @@ void RayTree<S>::fit(const RayBatch<S>& rays, Places places, RayTreeNode<S>& nod
       // Sensors mostly stand in rows along the axes of their frame; so do the sides of the box.
       int across = 0;
       cwise_abs(z).minCoeff(&across);
-      const Vec3<S> x = (Vec3<S>::Unit(across) - z[across] * z).normalized();
+      const Vec3<S> x = (unit_vector<Vec3<S>>(across) - z[across] * z).normalized();
       set_row(node.axes, 0, x);
       set_row(node.axes, 1, z.cross(x));
       set_row(node.axes, 2, z);
@@ -7922,7 +8012,7 @@ template <Scalar S>
 void RayTree<S>::split_into_packets(const RayBatch<S>& rays, Places places) {
   if (places.size() <= packet_size) {
     // The standard library left them in any order.
-    std::sort(places.begin(), places.end());
+    std::sort(places.data(), places.data() + places.size());
     return;
   }
   const std::size_t first = split_rays(rays, places, packet_size);
@@ -8093,9 +8183,9 @@ struct Anchor {
 template <Scalar S>
 struct PairPose {
   /// [1] Axes of B in those of A.
-  Mat3<S> R_AB = Mat3<S>::Identity();
+  Mat3<S> R_AB = identity<Mat3<S>>();
   /// [m] From A's centre of mass to B's, in A's axes.
-  Vec3<S> p_AB = Vec3<S>::Zero();
+  Vec3<S> p_AB = zero<Vec3<S>>();
 };
 
 template <Scalar S>
@@ -8493,8 +8583,8 @@ class PacketBoxes {
 
     BoxRow() {
       for (std::size_t i = 0; i < group_size; ++i) {
-        lower.set(i, Vec3<S>::Constant(infinity<S>));
-        upper.set(i, Vec3<S>::Constant(-infinity<S>));
+        lower.set(i, filled<Vec3<S>>(infinity<S>));
+        upper.set(i, filled<Vec3<S>>(-infinity<S>));
       }
     }
     void include(std::size_t i, const Vec3<S>& point) {
@@ -8505,8 +8595,8 @@ class PacketBoxes {
     /// Infinities would raise floating-point exceptions.
     void fill_up(std::size_t count) {
       for (std::size_t i = (count - 1) % group_size + 1; i < group_size; ++i) {
-        lower.set(i, Vec3<S>::Zero());
-        upper.set(i, Vec3<S>::Zero());
+        lower.set(i, zero<Vec3<S>>());
+        upper.set(i, zero<Vec3<S>>());
       }
     }
   };
@@ -8640,7 +8730,7 @@ struct PlaneCacheShape {
     // A point of B at r moves to T r + p' - T p, with T = R' R^T.
     const Mat3<S> turn = now.R_AB * pose.R_AB.transpose();
     const S moved =
-        (now.p_AB - turn * pose.p_AB).norm() + (turn - Mat3<S>::Identity()).norm() * reach;
+        (now.p_AB - turn * pose.p_AB).norm() + (turn - identity<Mat3<S>>()).norm() * reach;
     return moved + approach <= reserve;
   }
 };
@@ -8738,8 +8828,7 @@ void PlaneCache<S>::keep(const Patch& patch) {
                 kept.tag.begin());
   }
   for (PlaneCacheShape<S>& shape : shapes) {
-    Mat3<S> R_BA = shape.pose.R_AB;
-    R_BA.transposeInPlace();  // At -O1 g++ 12 takes a transposed copy for uninitialised.
+    const Mat3<S> R_BA = transposed(shape.pose.R_AB);
     for (PlaneCachePacket<S>& kept : packets) {
       const auto of_shape =
           static_cast<LaneBits>(kept.is_hit & equal_lanes(kept.tag.data(), shape.tag));
@@ -8840,7 +8929,7 @@ struct PatchReading {
   /// [N, N m] Total wrench on the patch's body about its centre of mass, world axes.
   Wrench<S> wrench{};
   /// [N] Vector sum of the shear forces, world axes.
-  Vec3<S> shear_W = Vec3<S>::Zero();
+  Vec3<S> shear_W = detail::zero<Vec3<S>>();
 
   /// [-] Number of sensors.
   [[nodiscard]] std::size_t size() const { return depth.size(); }
@@ -8880,7 +8969,7 @@ struct ReadingStore {
   DynamicArray<BodyId> body;
   DynamicArray<SensorState> state;
   Wrench<S> wrench{};
-  Vec3<S> shear_W = Vec3<S>::Zero();
+  Vec3<S> shear_W = zero<Vec3<S>>();
 
   void resize(std::size_t sensors) {
     count = sensors;
@@ -8962,7 +9051,7 @@ struct PairStiffness {
   S bristle_sum = S(0), viscous_sum = S(0);
   /// [kg] Sums of s, of s rho, of s rho^2 (`measure_pair`), across the rays and along them.
   S tangential = S(0), normal = S(0);
-  Vec3<S> tangential_first = Vec3<S>::Zero(), normal_first = Vec3<S>::Zero();
+  Vec3<S> tangential_first = zero<Vec3<S>>(), normal_first = zero<Vec3<S>>();
   S tangential_second = S(0), normal_second = S(0);
 };
 
@@ -8974,16 +9063,16 @@ struct PatchPair {
   std::uint32_t first = 0;
   std::uint32_t count = 0;
   /// [-] Axes of A in the world, and the pose of B relative to A.
-  Mat3<S> R_WA = Mat3<S>::Identity();
+  Mat3<S> R_WA = identity<Mat3<S>>();
   PairPose<S> pose{};
   /// [m/s, rad/s] Motion of A relative to B at the start of the step, about A's centre of mass, in
   /// A's axes.
   Twist<S> start_motion{};
   /// [m] Reference point c from A's centre of mass in A's axes, and from each centre of mass in
   /// world axes.
-  Vec3<S> center = Vec3<S>::Zero();
-  Vec3<S> arm_a = Vec3<S>::Zero();
-  Vec3<S> arm_b = Vec3<S>::Zero();
+  Vec3<S> center = zero<Vec3<S>>();
+  Vec3<S> arm_a = zero<Vec3<S>>();
+  Vec3<S> arm_b = zero<Vec3<S>>();
   PairStiffness<S> stiffness{};
   /// [N s, N m s] Impulse on B about c in A's axes, if it was applied with the contacts.
   bool is_applied = false;
@@ -8999,8 +9088,8 @@ struct PatchPair {
   /// models, around the motion at the start of the step, follow from the hits and the stretch.
   bool has_moved_models = false;
   /// [-] Sum of the contacts' linear models about c, in A's axes: impulse = offset + matrix u.
-  Mat6<S> matrix = Mat6<S>::Zero();
-  Vec6<S> offset = Vec6<S>::Zero();
+  Mat6<S> matrix = zero<Mat6<S>>();
+  Vec6<S> offset = zero<Vec6<S>>();
   /// [-] Its index among soft blocks, when implicit.
   std::uint32_t soft = 0;
 };
@@ -9010,7 +9099,7 @@ template <Scalar S>
 struct PairImpulse {
   BodyId body{};
   /// [N s; N m s] On B about the pair's point c, world axes.
-  Vec6<S> impulse = Vec6<S>::Zero();
+  Vec6<S> impulse = zero<Vec6<S>>();
 };
 
 /// A shape that rays hit in this step, and the pair of its body.
@@ -9163,7 +9252,7 @@ template <Scalar S>
     SensorPacket<S>& packet = patch.packets[i / packet_size];
     const std::size_t lane = i % packet_size;
     // Lanes behind the last sensor never hit anything. A unit direction keeps them finite.
-    const Vec3<S> direction = i < n ? patch.direction[i] : Vec3<S>(Vec3<S>::UnitX());
+    const Vec3<S> direction = i < n ? patch.direction[i] : unit_x<Vec3<S>>();
     Vec3<S> t1, t2;
     tangent_basis<S>(direction, t1, t2);
     packet.direction.set(lane, direction);
@@ -9300,8 +9389,8 @@ namespace detail {
 /// Stiffness and damping of a pair's contacts about c.
 template <Scalar S>
 void sum_stiffness(const SensorPatch<S>& patch, const PatchPair<S>& pair, Mat6<S>& K, Mat6<S>& D) {
-  K.setZero();
-  D.setZero();
+  set_zero(K);
+  set_zero(D);
   for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
     const ContactPacket<S>& contacts = patch.contacts[k];
     const SensorPacket<S>& sensors = patch.packets[contacts.packet];
@@ -9333,7 +9422,7 @@ void sum_stiffness(const SensorPatch<S>& patch, const PatchPair<S>& pair, Mat6<S
 template <Scalar S>
 [[nodiscard]] Mat6<S> mobility_root(const Mat6<S>& W) {
   using std::sqrt;
-  Mat6<S> root = Mat6<S>::Zero();
+  Mat6<S> root = zero<Mat6<S>>();
   for (int j = 0; j < 6; ++j) {
     Vec6<S> rest = column_of(W, j);
     for (int k = 0; k < j; ++k) rest = rest - root(j, k) * column_of(root, k);
@@ -9349,7 +9438,7 @@ template <Scalar S>
 /// L^T D L. 4 - dt^2 K - 2 dt D is then positive definite, which a Cholesky factorisation decides.
 template <Scalar S>
 [[nodiscard]] bool is_stable_step(const Mat6<S>& K, const Mat6<S>& D, S dt) {
-  Mat6<S> rest = S(4) * Mat6<S>::Identity() - dt * dt * K - S(2) * dt * D;
+  Mat6<S> rest = S(4) * identity<Mat6<S>>() - dt * dt * K - S(2) * dt * D;
   return factor_cholesky(rest.data(), 6);
 }
 
@@ -10174,7 +10263,7 @@ class BroadPhase {
     entry.center = center;
     entry.is_tracked = true;
     const Aabb<S>& box = tree_.box(entry.node);
-    const Vec3<S> margin = Vec3<S>::Constant(reach);
+    const Vec3<S> margin = filled<Vec3<S>>(reach);
     entry.margin_box = {center - ((swept.lower - box.lower) + margin),
                         center + ((box.upper - swept.upper) + margin)};
     entry.turned = S(0);
@@ -10293,7 +10382,7 @@ class BroadPhase {
     typename AabbTree<S>::NodeId node = AabbTree<S>::null;
     Aabb<S> swept{};
     /// [m] Centre at the last `move`. Box of all centres at which the shape stays in its fat AABB.
-    Vec3<S> center = Vec3<S>::Zero();
+    Vec3<S> center = zero<Vec3<S>>();
     Aabb<S> margin_box{};
     /// [m] Largest motion of its points about the centre since then.
     S turned = S(0);
@@ -10314,7 +10403,7 @@ class BroadPhase {
   };
 
   [[nodiscard]] static bool is_bounded(const Aabb<S>& box) {
-    const Vec3<S> largest = Vec3<S>::Constant(largest_number<S>);
+    const Vec3<S> largest = filled<Vec3<S>>(largest_number<S>);
     return all_at_most(box.upper, largest) && all_at_most(-largest, box.lower);
   }
 
@@ -10328,7 +10417,7 @@ class BroadPhase {
   /// Returns whether a shape with its centre at `center`, grown by `margin` [m], lies in its fat
   /// AABB.
   [[nodiscard]] static bool is_within(const Entry& entry, const Vec3<S>& center, S margin) {
-    const Vec3<S> extra = Vec3<S>::Constant(margin + entry.turned);
+    const Vec3<S> extra = filled<Vec3<S>>(margin + entry.turned);
     return entry.margin_box.contains(Aabb<S>{center - extra, center + extra});
   }
 
@@ -10363,11 +10452,11 @@ class BroadPhase {
     if (distance > reach) shift *= reach / distance;
     Vec3<S> ahead = cwise_clamp(S(30) * shift, S(4) * size);
     // The motion of a body too fast for its square is not finite.
-    if (!all_finite(ahead)) ahead.setZero();
+    if (!all_finite(ahead)) set_zero(ahead);
     if (fits && (spare - cwise_abs(ahead)).maxCoeff() <= S(8) * surplus) return;
     Aabb<S> grown = swept.inflated(surplus);
-    grown.lower += cwise_min(ahead, Vec3<S>::Zero());
-    grown.upper += cwise_max(ahead, Vec3<S>::Zero());
+    grown.lower += cwise_min(ahead, zero<Vec3<S>>());
+    grown.upper += cwise_max(ahead, zero<Vec3<S>>());
     tree_.update(entry.node, grown);
     entry.is_needed = false;
     mark_dirty(tag);
@@ -10437,12 +10526,12 @@ namespace bristle::inline BRISTLE_ABI::detail {
 template <Scalar S>
 struct CachedPoint {
   /// [m] Arm from each centre of mass to the point at the start of the step, world axes.
-  Vec3<S> arm_a = Vec3<S>::Zero();
-  Vec3<S> arm_b = Vec3<S>::Zero();
+  Vec3<S> arm_a = zero<Vec3<S>>();
+  Vec3<S> arm_b = zero<Vec3<S>>();
   /// [m] Offset from these arms to those in the middle of the step. It is half of their change in
   /// the last step. Zero for a new point.
-  Vec3<S> mid_offset_a = Vec3<S>::Zero();
-  Vec3<S> mid_offset_b = Vec3<S>::Zero();
+  Vec3<S> mid_offset_a = zero<Vec3<S>>();
+  Vec3<S> mid_offset_b = zero<Vec3<S>>();
   /// [m] Distance of the surfaces; negative where they overlap.
   S gap = S(0);
   /// [-] Pair of features in contact; see `ContactPoint::feature`.
@@ -10470,9 +10559,9 @@ struct CachedManifold {
   /// [-] Tells manifolds of one pair apart; see `ContactManifold::key`.
   std::uint32_t key = 0;
   /// [1] From a to b, world axes.
-  Vec3<S> normal = Vec3<S>::UnitZ();
+  Vec3<S> normal = unit_z<Vec3<S>>();
   /// [m] a's centre of mass in the world when the contact was found. The arm `arm_a` starts there.
-  Vec3<S> center_a = Vec3<S>::Zero();
+  Vec3<S> center_a = zero<Vec3<S>>();
   /// [-] Its points are [first, first + count).
   std::uint32_t first = 0;
   std::uint32_t count = 0;
@@ -10504,13 +10593,13 @@ class ContactCache {
   /// Positions of a pair's shapes when their manifolds are added.
   struct PairFrame {
     /// [1] Axes of shape a in the world.
-    Mat3<S> R_WS = Mat3<S>::Identity();
+    Mat3<S> R_WS = identity<Mat3<S>>();
     /// [m] From a's centre of mass to the origin of its shape, world axes.
-    Vec3<S> p_as = Vec3<S>::Zero();
+    Vec3<S> p_as = zero<Vec3<S>>();
     /// [m] From a's centre of mass to b's, world axes.
-    Vec3<S> p_ab = Vec3<S>::Zero();
+    Vec3<S> p_ab = zero<Vec3<S>>();
     /// [m] a's centre of mass in the world.
-    Vec3<S> center_a = Vec3<S>::Zero();
+    Vec3<S> center_a = zero<Vec3<S>>();
     /// [-] True if one of the shapes is a trigger.
     bool is_trigger = false;
   };
@@ -10620,8 +10709,8 @@ class ContactCache {
     }
 
    private:
-    Vec2<S> t1_ = Vec2<S>::UnitX();  // The old tangents along the new ones.
-    Vec2<S> t2_ = Vec2<S>::UnitY();
+    Vec2<S> t1_ = unit_x<Vec2<S>>();  // The old tangents along the new ones.
+    Vec2<S> t2_ = unit_y<Vec2<S>>();
   };
 
   /// Passes the impulses of old points on to the points of a manifold. It matches by feature first,
@@ -10667,7 +10756,7 @@ class ContactCache {
   [[nodiscard]] Vec3<S> mid_offset(const Vec3<S>& arm, const Vec3<S>& last) const {
     const Vec3<S> offset = half_ * (arm - last);
     // No rotation moves an arm by more than its length, whatever the lengths of the steps.
-    return offset.squaredNorm() <= arm.squaredNorm() ? offset : Vec3<S>::Zero();
+    return offset.squaredNorm() <= arm.squaredNorm() ? offset : zero<Vec3<S>>();
   }
 
   static void forget(std::uint32_t tag, DynamicArray<CachedManifold<S>>& manifolds,
@@ -10733,15 +10822,15 @@ class ContactReading {
   /// One contact point. World axes.
   struct Point {
     /// [m] Position when the step began.
-    Vec3<S> position = Vec3<S>::Zero();
+    Vec3<S> position = detail::zero<Vec3<S>>();
     /// [1] Unit normal from shape a to shape b.
-    Vec3<S> normal = Vec3<S>::UnitZ();
+    Vec3<S> normal = detail::unit_z<Vec3<S>>();
     /// [m] Distance of the surfaces when the step began. Negative where they overlap.
     S gap = S(0);
     /// [N s] Impulse on b along the normal, >= 0.
     S normal_impulse = S(0);
     /// [N s] Impulse of friction on b.
-    Vec3<S> friction_impulse = Vec3<S>::Zero();
+    Vec3<S> friction_impulse = detail::zero<Vec3<S>>();
   };
 
   /// [-] Shape with the smaller index.
@@ -11015,7 +11104,7 @@ template <Scalar S>
     result.linear[i] += decay.linear.lasting * (body.gravity_scale * gravity[i] +
                                                 body.inverse_mass * body.applied.force[i]);
   }
-  if (body.applied.torque != Vec3<S>::Zero()) {
+  if (body.applied.torque != zero<Vec3<S>>()) {
     result.angular += decay.angular.lasting * (body.inverse_inertia_W() * body.applied.torque);
   }
   return result;
@@ -11049,8 +11138,8 @@ bool solve_top_step(const Mat3<S>& inertia, const Mat3<S>& inverse_inertia, cons
   const S scale = sum / (S(6) * product);
   const S s = -trace_inverse * H / S(3) + scale * C;
   const S d = scale * H - C / (S(3) * product);
-  const Mat3<S> inverse_J = (S(1) + h * h * s) * inverse_inertia + h * h * d * Mat3<S>::Identity();
-  const Mat3<S> J = inverse_J.inverse();
+  const Mat3<S> inverse_J = (S(1) + h * h * s) * inverse_inertia + h * h * d * identity<Mat3<S>>();
+  const Mat3<S> J = inverse_of(inverse_J);
 
   const Vec3<S> target = (h / S(2)) * y;
   q = inverse_J * target;
@@ -11062,7 +11151,7 @@ bool solve_top_step(const Mat3<S>& inertia, const Mat3<S>& inverse_inertia, cons
     const Vec3<S> Jq = J * q;
     const Vec3<S> residual = q0 * Jq + q.cross(Jq) - target;
     const Mat3<S> slope = q0 * J - Jq * (q.transpose() / q0) + skew(q) * J - skew(Jq);
-    const Vec3<S> change = slope.inverse() * residual;
+    const Vec3<S> change = inverse_of(slope) * residual;
     q -= change;
     if (change.squaredNorm() <= round_off * round_off * q.squaredNorm()) return true;
   }
@@ -11325,9 +11414,9 @@ template <Scalar S>
 struct JointBushing {
   /// [N/m; N m/rad] Along x, y, z, then about x, y, z, each >= 0. Rotation counts as one rotation
   /// vector.
-  Vec6<S> stiffness = Vec6<S>::Zero();
+  Vec6<S> stiffness = detail::zero<Vec6<S>>();
   /// [N s/m; N m s/rad] The same per velocity.
-  Vec6<S> damping = Vec6<S>::Zero();
+  Vec6<S> damping = detail::zero<Vec6<S>>();
 };
 
 /// [-] Number of relative velocities that a joint keeps at zero.
@@ -11558,10 +11647,10 @@ struct MechanismJoint {
 template <Scalar S>
 struct BodyState {
   /// [m] Centre of mass.
-  Vec3<S> x = Vec3<S>::Zero();
+  Vec3<S> x = zero<Vec3<S>>();
   /// [1] Axes of the body.
   Quat<S> q = Quat<S>::Identity();
-  Mat3<S> R = Mat3<S>::Identity();
+  Mat3<S> R = identity<Mat3<S>>();
   /// [m/s, rad/s] Velocity of the centre of mass and angular velocity.
   Twist<S> twist{};
 
@@ -11574,12 +11663,12 @@ template <Scalar S>
 struct JointState {
   /// [m] Arms from the centres of mass to the joint origins. That of A ends at B's origin where B
   /// slides. It does so, too, where other joints connect the two bodies.
-  Vec3<S> arm_a = Vec3<S>::Zero();
-  Vec3<S> arm_b = Vec3<S>::Zero();
+  Vec3<S> arm_a = zero<Vec3<S>>();
+  Vec3<S> arm_b = zero<Vec3<S>>();
   /// [1] Axis along which B slides; zero if it does not.
-  Vec3<S> slide = Vec3<S>::Zero();
+  Vec3<S> slide = zero<Vec3<S>>();
   /// [1] Axis about which B turns. It is zero if B does not turn, or turns about any axis.
-  Vec3<S> hinge = Vec3<S>::Zero();
+  Vec3<S> hinge = zero<Vec3<S>>();
 };
 
 /// Returns whether a joint of this kind allows relative translation, rotation about one axis, or
@@ -11656,11 +11745,11 @@ JointState<S> joint_state(const MechanismJoint<S>& joint, const BodyState<S>& a,
   at.arm_b = b.R * joint.X_CmB_J.translation;
   if (lets_slide(joint.kind)) {
     at.arm_a = (b.x - a.x) + at.arm_b;
-    at.slide = a.R * (joint.X_CmA_J.rotation * Vec3<S>::UnitX());
+    at.slide = a.R * (joint.X_CmA_J.rotation * unit_x<Vec3<S>>());
   } else {
     at.arm_a = a.R * joint.X_CmA_J.translation;
   }
-  if (lets_hinge(joint.kind)) at.hinge = a.R * (joint.X_CmA_J.rotation * Vec3<S>::UnitX());
+  if (lets_hinge(joint.kind)) at.hinge = a.R * (joint.X_CmA_J.rotation * unit_x<Vec3<S>>());
   return at;
 }
 
@@ -11668,7 +11757,7 @@ template <Scalar S>
 Twist<S> constraint_velocity(JointKind kind, const JointState<S>& at, const Twist<S>& a,
                              const Twist<S>& b) {
   const Vec3<S> u = (b.linear - a.linear) + b.angular.cross(at.arm_b) - a.angular.cross(at.arm_a);
-  if (lets_turn(kind)) return {u, Vec3<S>::Zero()};
+  if (lets_turn(kind)) return {u, zero<Vec3<S>>()};
   const Vec3<S> w = b.angular - a.angular;
   return {lets_slide(kind) ? across(at.slide, u) : u, lets_hinge(kind) ? across(at.hinge, w) : w};
 }
@@ -11680,8 +11769,8 @@ Twist<S> constraint_acceleration_bias(JointKind kind, const JointState<S>& at, c
   const Vec3<S> turn_b = b.angular.cross(at.arm_b);
   const Vec3<S> u = (b.linear - a.linear) + turn_b - turn_a;
   const Vec3<S> bias = b.angular.cross(turn_b) - a.angular.cross(turn_a + S(2) * u);
-  if (lets_slide(kind)) return {across(at.slide, bias), Vec3<S>::Zero()};
-  if (!lets_hinge(kind)) return {bias, Vec3<S>::Zero()};
+  if (lets_slide(kind)) return {across(at.slide, bias), zero<Vec3<S>>()};
+  if (!lets_hinge(kind)) return {bias, zero<Vec3<S>>()};
   return {bias, across(at.hinge, Vec3<S>(b.angular.cross(a.angular)))};
 }
 
@@ -11690,9 +11779,9 @@ Twist<S> constraint_error(const MechanismJoint<S>& joint, const JointState<S>& a
                           const BodyState<S>& a, const BodyState<S>& b) {
   // Centres of mass are subtracted first. So no digits are lost far from the world's origin.
   const Vec3<S> c = (b.x - a.x) + (at.arm_b - a.R * joint.X_CmA_J.translation);
-  if (lets_turn(joint.kind)) return {c, Vec3<S>::Zero()};
+  if (lets_turn(joint.kind)) return {c, zero<Vec3<S>>()};
   if (lets_hinge(joint.kind)) {
-    const Vec3<S> axis_b = b.R * (joint.X_CmB_J.rotation * Vec3<S>::UnitX());
+    const Vec3<S> axis_b = b.R * (joint.X_CmB_J.rotation * unit_x<Vec3<S>>());
     return {c, shortest_turn<S>(at.hinge, axis_b)};
   }
   const Quat<S> turn = (b.q * joint.X_CmB_J.rotation) * (a.q * joint.X_CmA_J.rotation).conjugate();
@@ -11772,8 +11861,8 @@ struct ContactConstraint {
   std::uint32_t body_b = 0;
   /// [m] From each centre of mass to the point, world axes. It is taken at the instant at which the
   /// impulse acts (`time_contact`).
-  Vec3<S> arm_a = Vec3<S>::Zero();
-  Vec3<S> arm_b = Vec3<S>::Zero();
+  Vec3<S> arm_a = zero<Vec3<S>>();
+  Vec3<S> arm_b = zero<Vec3<S>>();
   /// [-] Number of its `CachedPoint`.
   std::uint32_t point = 0;
   /// [m/s] Final velocity along the axes, by these arms, of surfaces that stay together. It is not
@@ -11782,7 +11871,7 @@ struct ContactConstraint {
   /// [m/s] Part of `bias` along the tangents from surfaces that run on their bodies.
   std::array<S, 2> drift{};
   /// [1] Normal and two tangents, world axes.
-  std::array<Vec3<S>, 3> axes{Vec3<S>::Zero(), Vec3<S>::Zero(), Vec3<S>::Zero()};
+  std::array<Vec3<S>, 3> axes{zero<Vec3<S>>(), zero<Vec3<S>>(), zero<Vec3<S>>()};
   /// [1] Coulomb friction coefficient and coefficient of restitution.
   S friction = S(0);
   S restitution = S(0);
@@ -11946,10 +12035,10 @@ namespace bristle::inline BRISTLE_ABI::detail {
 template <Scalar S>
 struct ConstraintRow {
   /// [1] Direction d, world axes. It is zero for a row on angular velocity.
-  Vec3<S> direction = Vec3<S>::Zero();
+  Vec3<S> direction = zero<Vec3<S>>();
   /// [m or 1] r x d for a row at a point, the axis for an angular row. One for each body.
-  Vec3<S> angular_a = Vec3<S>::Zero();
-  Vec3<S> angular_b = Vec3<S>::Zero();
+  Vec3<S> angular_a = zero<Vec3<S>>();
+  Vec3<S> angular_b = zero<Vec3<S>>();
   /// [m/s or rad/s] Velocity target.
   S target = S(0);
   /// [1/kg or 1/(kg m^2)] Compliance of a bounded row. Its velocity target is target - compliance *
@@ -12100,7 +12189,7 @@ struct JointPose {
   Quat<S> turn_J;
 
   /// [1] x axis of B's joint frame, in A's.
-  [[nodiscard]] Vec3<S> axis_b_J() const { return turn_J * Vec3<S>::UnitX(); }
+  [[nodiscard]] Vec3<S> axis_b_J() const { return turn_J * unit_x<Vec3<S>>(); }
 };
 
 /// [rad] Angle between the x axes of both frames.
@@ -12190,7 +12279,7 @@ ConstraintRow<S> position_row(JointKind kind, const JointPose<S>& pose) {
       const Vec3<S> b_J = pose.axis_b_J();
       // Where the axes are opposite, the twist has no rate. Any rotation may then be a twist.
       const S scale = S(1) / max(S(1) + b_J.x(), Tolerance<S>::equal());
-      row.angular_a = row.angular_b = pose.axes_W * (scale * (b_J + Vec3<S>::UnitX()));
+      row.angular_a = row.angular_b = pose.axes_W * (scale * (b_J + unit_x<Vec3<S>>()));
       break;
     }
     case JointKind::fixed:
@@ -12339,11 +12428,11 @@ struct SolverBody {
   /// True if its free motion is that of a mechanism. Velocities are then those at its end.
   bool follows_joints = false;
   /// [1/kg, 1/(kg m^2)] World axes; zero along and about locked axes.
-  Vec3<S> inverse_mass = Vec3<S>::Zero();
-  Mat3<S> inverse_inertia = Mat3<S>::Zero();
+  Vec3<S> inverse_mass = zero<Vec3<S>>();
+  Mat3<S> inverse_inertia = zero<Mat3<S>>();
   /// [kg, kg m^2] Mass and inertia of the whole body, world axes.
   S mass = S(0);
-  Mat3<S> inertia = Mat3<S>::Zero();
+  Mat3<S> inertia = zero<Mat3<S>>();
 
   [[nodiscard]] bool is_moving() const { return moves; }
   /// [m/s, rad/s] The part of `free` that the start leaves. The rest of it comes from forces.
@@ -12623,9 +12712,9 @@ void apply_impulses(const Island& island, const Constraints<S>& constraints,
   for (std::size_t k = 0; k < island.contacts.size();) {
     const std::uint32_t slot_a = constraints.contacts[island.contacts[k]].body_a;
     const std::uint32_t slot_b = constraints.contacts[island.contacts[k]].body_b;
-    Vec3<S> force = Vec3<S>::Zero();
-    Vec3<S> torque_a = Vec3<S>::Zero();
-    Vec3<S> torque_b = Vec3<S>::Zero();
+    Vec3<S> force = zero<Vec3<S>>();
+    Vec3<S> torque_a = zero<Vec3<S>>();
+    Vec3<S> torque_b = zero<Vec3<S>>();
     for (; k < island.contacts.size(); ++k) {
       const ContactConstraint<S>& c = constraints.contacts[island.contacts[k]];
       if (c.body_a != slot_a || c.body_b != slot_b) break;
@@ -12701,7 +12790,7 @@ template <Scalar S>
     k = (S(1) - half * cos(half) / sin(half)) / angle2;
   }
   const Mat3<S> X = skew(phi);
-  return Mat3<S>::Identity() - S(0.5) * X + k * X * X;
+  return identity<Mat3<S>>() - S(0.5) * X + k * X * X;
 }
 
 template <Scalar S>
@@ -12710,7 +12799,7 @@ void add_joint_spring(Joint<S>& joint, const JointPose<S>& pose, const Constrain
   const JointSpring<S>& spring = joint.def.spring;
   SoftBlock<S>& soft = open_joint_soft_block(joint, pose, out);
   const bool turns = has_angle(joint.def.kind);
-  const Vec3<S> none = Vec3<S>::Zero();
+  const Vec3<S> none = zero<Vec3<S>>();
   const Vec6<S> j = turns ? stacked<S>(none, along.angular_b) : stacked<S>(along.direction, none);
   const S held = dt * dt * spring.stiffness + dt * spring.damping;
   joint.is_resolved = held * mobility <= S(1);
@@ -12858,7 +12947,7 @@ void for_each_locked_row(JointKind kind, const JointPose<S>& pose, Use&& use) {
   }
   if (kind == JointKind::ball || kind == JointKind::cone_twist) return;
   const bool has_hinge = kind == JointKind::revolute;
-  const Vec3<S> turn_J = has_hinge ? shortest_turn<S>(Vec3<S>::UnitX(), pose.axis_b_J())
+  const Vec3<S> turn_J = has_hinge ? shortest_turn<S>(unit_x<Vec3<S>>(), pose.axis_b_J())
                                    : log_rotation<S>(pose.turn_J);
   for (int axis = has_hinge ? 1 : 0; axis < 3; ++axis) {
     use(angular_row<S>(column_of(pose.axes_W, axis), turn_J[axis]));
@@ -12908,7 +12997,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] ConstraintRow<S> swing_row(const JointPose<S>& pose, const Twist<S>& a,
                                          const Twist<S>& b) {
-  const Vec3<S> turn_J = shortest_turn<S>(Vec3<S>::UnitX(), pose.axis_b_J());
+  const Vec3<S> turn_J = shortest_turn<S>(unit_x<Vec3<S>>(), pose.axis_b_J());
   const S swing = joint_swing(pose);
   const S length = turn_J.norm();
   if (length > Tolerance<S>::equal()) {
@@ -12917,7 +13006,7 @@ template <Scalar S>
   Vec3<S> rate_J = pose.axes_W.transpose() * (b.angular - a.angular);
   rate_J.x() = S(0);
   const S speed = rate_J.norm();
-  const Vec3<S> axis_J = speed > S(0) ? Vec3<S>(rate_J / speed) : Vec3<S>(Vec3<S>::UnitY());
+  const Vec3<S> axis_J = speed > S(0) ? Vec3<S>(rate_J / speed) : unit_y<Vec3<S>>();
   return angular_row<S>(pose.axes_W * axis_J, swing);
 }
 
@@ -13126,7 +13215,7 @@ namespace bristle::inline BRISTLE_ABI::detail {
 /// A ball that lies in a shape. A radius of 0 says that none is known.
 template <Scalar S>
 struct InnerBall {
-  Vec3<S> center = Vec3<S>::Zero();  // [m]
+  Vec3<S> center = zero<Vec3<S>>();  // [m]
   S radius = S(0);                   // [m]
 };
 
@@ -13544,9 +13633,9 @@ struct WorldState {
   /// [m/s] Velocity of a's surface on its body less that of b's on its own, world axes, at the end
   /// of the step if bodies turn on.
   [[nodiscard]] Vec3<S> drift_of(const Collider<S>& a, const Collider<S>& b) const {
-    Vec3<S> drift = Vec3<S>::Zero();
+    Vec3<S> drift = zero<Vec3<S>>();
     const auto add = [&](S sign, const Collider<S>& c) {
-      if (c.material.surface_velocity == Vec3<S>::Zero()) return;
+      if (c.material.surface_velocity == zero<Vec3<S>>()) return;
       const Body<S>& body = body_of(c);
       const Quat<S> R_WS = body.center_pose.rotation * c.X_CmS.rotation;
       const Vec3<S> velocity = R_WS * c.material.surface_velocity;
@@ -13592,7 +13681,7 @@ template <Scalar S>
 struct HeldMobility {
   /// [1/kg and products with 1/m] Change of its twist by an impulse about its centre of mass, world
   /// axes. Symmetric, positive semidefinite.
-  Mat6<S> matrix = Mat6<S>::Zero();
+  Mat6<S> matrix = zero<Mat6<S>>();
   /// True if anything but its inertia resists.
   bool is_held = false;
   /// True if it hit something in the last step: forces of that step then say little of the next.
@@ -13658,7 +13747,7 @@ class HeldMobilityFinder {
   void soften(const Mat6<S>& soft, const Vec3<S>& arm, HeldMobility<S>& held) const {
     const Mat6<S> to_point = shift_matrix<S>(arm);
     const Mat6<S> at_center = to_point.transpose() * soft * to_point;
-    const Mat6<S> grown = Mat6<S>::Identity() + held.matrix * at_center;
+    const Mat6<S> grown = identity<Mat6<S>>() + held.matrix * at_center;
     held.matrix = solved(grown, held.matrix);
     held.is_held = true;
     held.integrator = Integrator::symplectic_euler;
@@ -13719,14 +13808,14 @@ class HeldMobilityFinder {
             stop(row.direction, angular, held);
           } else {
             const Vec6<S> j = stacked<S>(row.direction, angular);
-            soften((S(1) / row.compliance) * j * j.transpose(), Vec3<S>::Zero(), held);
+            soften((S(1) / row.compliance) * j * j.transpose(), zero<Vec3<S>>(), held);
           }
         }
       }
     }
   }
 
-  Mat6<S> free_ = Mat6<S>::Zero();
+  Mat6<S> free_ = zero<Mat6<S>>();
   Constraints<S> rows_;
 };
 
@@ -13780,8 +13869,8 @@ class HapticBody {
 
   /// Starts the equations of one solve.
   void clear_system() {
-    matrix_.setZero();
-    offset_.setZero();
+    set_zero(matrix_);
+    set_zero(offset_);
   }
   /// Adds a patch that acts on this body as B.
   /// @param motion_a  [m/s, rad/s] Twist of A at the point c of the block.
@@ -13795,7 +13884,7 @@ class HapticBody {
     const Vec6<S> start = stacked(body_.twist);
     end_ = start;
     if (!body_.moves()) return;
-    const Mat6<S> left = Mat6<S>::Identity() + held_.matrix * matrix_;
+    const Mat6<S> left = identity<Mat6<S>>() + held_.matrix * matrix_;
     end_ = solved(left, start + held_.matrix * (h * other_force_ + offset_));
     if (!all_finite(end_)) end_ = start + held_.matrix * (h * other_force_);
   }
@@ -13828,22 +13917,22 @@ class HapticBody {
   [[nodiscard]] Twist<S> carried() const { return twist_of<S>(held_.matrix * stacked(carried_)); }
 
   /// [kg m/s, kg m^2/s] Momentum of the world's body when the impulses were applied.
-  Vec6<S> start_momentum = Vec6<S>::Zero();
+  Vec6<S> start_momentum = zero<Vec6<S>>();
 
  private:
   BodyId id_{};
   Body<S> body_{};
   HeldMobility<S> held_{};
-  Vec6<S> other_force_ = Vec6<S>::Zero();
+  Vec6<S> other_force_ = zero<Vec6<S>>();
   /// [s] Time over which a force of the whole step displaces the body at its velocity change: half
   /// the step, or all of it. And the excess over half the step.
   S share_ = S(0);
   S spread_ = S(0);
   Wrench<S> applied_{};
   Wrench<S> carried_{};  // [N s^2, N m s^2]
-  Mat6<S> matrix_ = Mat6<S>::Zero();
-  Vec6<S> offset_ = Vec6<S>::Zero();
-  Vec6<S> end_ = Vec6<S>::Zero();
+  Mat6<S> matrix_ = zero<Mat6<S>>();
+  Vec6<S> offset_ = zero<Vec6<S>>();
+  Vec6<S> end_ = zero<Vec6<S>>();
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -13977,7 +14066,7 @@ struct ShapeInReach {
   S extra_length = S(0);
   /// [m] Box around the part that rays may meet, in A; for a half-space the plane instead.
   Aabb<S> box{};
-  Vec3<S> normal = Vec3<S>::Zero();
+  Vec3<S> normal = zero<Vec3<S>>();
   S offset = S(0);
 
   [[nodiscard]] bool is_near(const Aabb<S>& rays) const {
@@ -14233,7 +14322,7 @@ class HapticLoop {
     def.integration = Integration::implicit;
     Skin tool_patch;
     // About the origin of the body frame, the device's.
-    tool_patch.patch = detail::make_patch(std::move(def), owner.body, Vec3<S>(Vec3<S>::Zero()));
+    tool_patch.patch = detail::make_patch(std::move(def), owner.body, detail::zero<Vec3<S>>());
     tool_patch.tool = tool.index;
     tool_patches_.push_back(std::move(tool_patch));
     return {static_cast<std::uint32_t>(tool_patches_.size() - 1)};
@@ -14492,10 +14581,10 @@ struct WorldHit {
   /// nothing was found, 0 where the query starts inside or overlaps.
   S distance = infinity<S>;
   /// [m] Point of the hit, in the world.
-  Vec3<S> point = Vec3<S>::Zero();
+  Vec3<S> point = detail::zero<Vec3<S>>();
   /// [1] Outward unit normal of the surface, in the world. Where a query starts inside it is that
   /// against its motion, and zero without motion.
-  Vec3<S> normal = Vec3<S>::Zero();
+  Vec3<S> normal = detail::zero<Vec3<S>>();
   /// [-] Body that was hit.
   BodyId body{};
   /// [-] Shape that was hit.
@@ -15225,7 +15314,7 @@ struct HostBody {
   /// [m] Pose of its shapes' and sensors' frame.
   Transform<S> pose{};
   /// [m] Centre of mass in the world.
-  Vec3<S> center = Vec3<S>::Zero();
+  Vec3<S> center = detail::zero<Vec3<S>>();
   /// [m/s, rad/s] Velocity of the centre of mass.
   Twist<S> twist{};
   /// [m/s^2, rad/s^2] Acceleration that the engine adds by itself in its next step: gravity,
@@ -15278,12 +15367,12 @@ concept CastsRays = requires(const H& view, BodyId id, const RayBatch<S>& rays, 
 /// @param inverse_inertia_W  [1/(kg m^2)] World axes.
 template <Scalar S>
 [[nodiscard]] Mat6<S> free_mobility(const Vec3<S>& inverse_mass, const Mat3<S>& inverse_inertia_W) {
-  return detail::mobility<S>(inverse_mass, inverse_inertia_W, Vec3<S>::Zero());
+  return detail::mobility<S>(inverse_mass, inverse_inertia_W, detail::zero<Vec3<S>>());
 }
 /// The same for one inverse mass [1/kg] along all axes.
 template <Scalar S>
 [[nodiscard]] Mat6<S> free_mobility(S inverse_mass, const Mat3<S>& inverse_inertia_W) {
-  return free_mobility<S>(Vec3<S>::Constant(inverse_mass), inverse_inertia_W);
+  return free_mobility<S>(detail::filled<Vec3<S>>(inverse_mass), inverse_inertia_W);
 }
 
 /// Figures of a step of `HostSensors`.
@@ -15330,7 +15419,7 @@ struct HostEntry {
   /// [m/s, rad/s] Twist it will have without sensors, about the mirrored centre of mass.
   Twist<S> free{};
   /// [m] From the engine's centre of mass to the mirrored one, world axes.
-  Vec3<S> shift = Vec3<S>::Zero();
+  Vec3<S> shift = zero<Vec3<S>>();
   bool is_there = false;
   bool has_moved = false;
 };
@@ -15340,7 +15429,7 @@ template <Scalar S>
 struct HostMobility {
   std::uint32_t from = 0;
   std::uint32_t to = 0;
-  Mat6<S> matrix = Mat6<S>::Zero();
+  Mat6<S> matrix = zero<Mat6<S>>();
 };
 
 /// Wrench to apply to a body.
@@ -15612,9 +15701,9 @@ struct Recording {
     /// [-] Number of the body that is pressed.
     std::size_t body = 0;
     /// [m] Position in the world.
-    Vec3<S> point = Vec3<S>::Zero();
+    Vec3<S> point = detail::zero<Vec3<S>>();
     /// [N] Force on that body, world axes.
-    Vec3<S> force = Vec3<S>::Zero();
+    Vec3<S> force = detail::zero<Vec3<S>>();
   };
   /// A joint and its motion.
   struct Joint {
@@ -15959,7 +16048,7 @@ void Recorder<S>::add_patch(const World<S, Backend>& world, PatchId id, std::str
     patch.directions.push_back(sensors.direction[i]);
   }
   const std::size_t past = recording_.times.size() * patch.ends.size();
-  patch.forces.resize(past, Vec3<S>::Zero());
+  patch.forces.resize(past, detail::zero<Vec3<S>>());
   patch.depths.resize(past);
   patch.states.resize(past, SensorState::free);
   recording_.patches.push_back(std::move(patch));
@@ -16046,7 +16135,7 @@ void Recorder<S>::observe_patch(const World<S, Backend>& world, std::size_t numb
   Patch& patch = recording_.patches[number];
   if (!world.contains(patches_[number])) {
     const std::size_t count = recording_.times.size() * patch.ends.size();
-    patch.forces.resize(count, Vec3<S>::Zero());
+    patch.forces.resize(count, detail::zero<Vec3<S>>());
     patch.depths.resize(count);
     patch.states.resize(count, SensorState::free);
     return;
@@ -17211,11 +17300,11 @@ template <Scalar S>
 template <Scalar S>
 struct SensorGridDef {
   /// [m] Middle of the rectangle.
-  Vec3<S> center = Vec3<S>::Zero();
+  Vec3<S> center = detail::zero<Vec3<S>>();
   /// [m] One whole side of the rectangle. The rays point along side_u x side_v.
-  Vec3<S> side_u = Vec3<S>::Zero();
+  Vec3<S> side_u = detail::zero<Vec3<S>>();
   /// [m] The other whole side; not parallel to side_u.
-  Vec3<S> side_v = Vec3<S>::Zero();
+  Vec3<S> side_v = detail::zero<Vec3<S>>();
   /// [-] Number of sensors along side_u, >= 1.
   std::size_t count_u = 1;
   /// [-] Number of sensors along side_v, >= 1.
@@ -17268,11 +17357,11 @@ namespace bristle::inline BRISTLE_ABI {
 template <Scalar S>
 struct RayFanDef {
   /// [m] Point from which the rays spread.
-  Vec3<S> origin = Vec3<S>::Zero();
+  Vec3<S> origin = detail::zero<Vec3<S>>();
   /// [1] Direction of the middle of the fan; any length but 0.
-  Vec3<S> forward = Vec3<S>::UnitX();
+  Vec3<S> forward = detail::unit_x<Vec3<S>>();
   /// [1] Axis of the azimuth, made perpendicular to `forward`; must not be along it.
-  Vec3<S> up = Vec3<S>::UnitZ();
+  Vec3<S> up = detail::unit_z<Vec3<S>>();
   /// [rad] Whole angle of the columns, around `up`, in [0, 2 pi].
   S width = S(std::numbers::pi) / S(2);
   /// [rad] Whole angle of the rows, in [0, pi].
@@ -17680,7 +17769,7 @@ namespace bristle::inline BRISTLE_ABI::detail {
 template <Scalar S>
 struct NormalSum {
   /// [1] Weighted sum.
-  Vec3<S> sum = Vec3<S>::Zero();
+  Vec3<S> sum = zero<Vec3<S>>();
   /// [1] Sum of the weights; 0 if no triangle with a normal took part.
   S weight = S(0);
 
@@ -17724,7 +17813,7 @@ DynamicArray<Vec3<S>> face_normals(const TriangleMesh<S>& mesh,
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     normals.push_back(triangle_normal(mesh, t));
   }
-  for (const std::uint32_t t : degenerate) normals[t].setZero();
+  for (const std::uint32_t t : degenerate) set_zero(normals[t]);
   return normals;
 }
 
@@ -17733,7 +17822,7 @@ DynamicArray<NormalSum<S>> vertex_normals(const TriangleMesh<S>& mesh,
                                           std::span<const Vec3<S>> normals) {
   DynamicArray<NormalSum<S>> sums(mesh.vertices.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    if (normals[t] == Vec3<S>::Zero()) continue;
+    if (normals[t] == zero<Vec3<S>>()) continue;
     for (std::size_t k = 0; k < 3; ++k) {
       sums[mesh.triangles[t][k]].add(normals[t], corner_angle(mesh, t, k));
     }
@@ -17811,7 +17900,7 @@ template <Scalar S>
 template <Scalar S>
 PatchMesh<S> plane_patch(const detail::Vec2<S>& size, const std::array<std::uint32_t, 2>& cells) {
   PatchMesh<S> patch{grid_mesh<S>(size, cells), {}};
-  patch.normals.assign(patch.mesh.vertices.size(), Vec3<S>::UnitZ());
+  patch.normals.assign(patch.mesh.vertices.size(), detail::unit_z<Vec3<S>>());
   return patch;
 }
 
@@ -17849,7 +17938,7 @@ PatchMesh<S> half_sphere_patch(S radius, std::uint32_t rings, std::uint32_t segm
   detail::require(rings >= 1, "half_sphere_patch: rings", rings, "must be >= 1");
   detail::require(segments >= 3, "half_sphere_patch: segments", segments, "must be >= 3");
   PatchMesh<S> patch;
-  patch.normals = {Vec3<S>::UnitZ()};
+  patch.normals = {detail::unit_z<Vec3<S>>()};
   for (std::uint32_t i = 1; i <= rings; ++i) {
     const S polar = S(0.5) * S(std::numbers::pi) * S(i) / S(rings);
     // The rim lies exactly in the plane.
@@ -17879,7 +17968,7 @@ PatchMesh<S> patch_from_mesh(const TriangleMesh<S>& mesh) {
   const detail::DynamicArray<Vec3<S>> faces =
       detail::face_normals<S>(patch.mesh, degenerate_triangles(patch.mesh));
   for (const detail::NormalSum<S>& n : detail::vertex_normals<S>(patch.mesh, faces)) {
-    patch.normals.push_back(n.has_direction() ? n.sum.normalized() : Vec3<S>(Vec3<S>::Zero()));
+    patch.normals.push_back(n.has_direction() ? n.sum.normalized() : detail::zero<Vec3<S>>());
   }
   return patch;
 }
@@ -18025,7 +18114,7 @@ TriangleMesh<S> wrap_patch(const PatchMesh<S>& patch, const TriangleMesh<S>& sha
   TriangleMesh<S> moved = patch.mesh;
   detail::DynamicArray<bool> is_kept(moved.vertices.size(), false);
   for (std::uint32_t v = 0; v < moved.vertices.size(); ++v) {
-    if (patch.normals[v] == Vec3<S>::Zero()) {
+    if (patch.normals[v] == detail::zero<Vec3<S>>()) {
       result.without_normal.push_back(v);
       continue;
     }
@@ -18904,7 +18993,7 @@ struct HullFace {
   DynamicArray<std::uint32_t> ring;
   /// Outward unit normal on the grid, of the largest triangle of the face. No point of the hull is
   /// above that plane.
-  Vec3<double> normal = Vec3<double>::UnitZ();
+  Vec3<double> normal = unit_z<Vec3<double>>();
 };
 
 /// Joins the triangles of a closed convex surface to faces.
@@ -19242,7 +19331,7 @@ template <Scalar S>
 [[nodiscard]] Vec3<S> face_normal(const GriddedPoints<S>& gridded, const HullFace& face) {
   const DynamicArray<Vec3<S>>& points = gridded.points;
   const Vec3<S>& origin = points[face.corners[0]];
-  Vec3<S> sum = Vec3<S>::Zero();
+  Vec3<S> sum = zero<Vec3<S>>();
   for (std::size_t i = 2; i < face.corners.size(); ++i) {
     sum += (points[face.corners[i - 1]] - origin).cross(points[face.corners[i]] - origin);
   }
@@ -19369,7 +19458,7 @@ struct SupportFeature {
   std::array<std::uint32_t, capacity> ids{};
   std::size_t size = 0;
   /// [1] Outward normal of a polygon's plane.
-  Vec3<S> normal = Vec3<S>::Zero();
+  Vec3<S> normal = zero<Vec3<S>>();
   /// [1] Cosine between a polygon's normal and the direction. 0 for edges and points.
   S cosine = S(0);
   /// True if the corners are samples of a curve.
@@ -19505,7 +19594,7 @@ template <Scalar S>
 [[nodiscard]] Vec2<S> radial(const Vec3<S>& direction) {
   const Vec2<S> planar = xy_of(direction);
   const S length = planar.norm();
-  return length > S(0) ? Vec2<S>(planar / length) : Vec2<S>(Vec2<S>::UnitX());
+  return length > S(0) ? Vec2<S>(planar / length) : unit_x<Vec2<S>>();
 }
 
 template <Scalar S>
@@ -19931,7 +20020,7 @@ class HeightField {
   std::array<S, capacity> height_;
   std::array<std::uint32_t, capacity> name_;
   std::size_t size_;
-  Vec2<S> slope_ = Vec2<S>::Zero();
+  Vec2<S> slope_ = zero<Vec2<S>>();
   S extent_ = S(0);
 };
 
@@ -20348,7 +20437,7 @@ struct ConvexView {
   /// [m] Radius around the core: that of a sphere or capsule, else 0.
   S rounding = S(0);
   /// [m] A point inside, and the distance from it to the farthest point of the solid.
-  Vec3<S> center = Vec3<S>::Zero();
+  Vec3<S> center = zero<Vec3<S>>();
   S reach = S(0);
 
   /// [m] The core's farthest point along a direction of any length > 0, in the solid's frame.
@@ -20404,7 +20493,7 @@ template <Scalar S>
 
 template <Scalar S>
 [[nodiscard]] Vec3<S> support_core(const Sphere<S>&, const Vec3<S>&) {
-  return Vec3<S>::Zero();
+  return zero<Vec3<S>>();
 }
 template <Scalar S>
 [[nodiscard]] Vec3<S> support_core(const Capsule<S>& s, const Vec3<S>& d) {
@@ -20465,14 +20554,14 @@ void for_face_normals(const Self& shape, const Try& try_axis) {
   using S = ScalarOfShape<Self>;
   if constexpr (std::is_same_v<Self, Box<S>>) {
     for (int axis = 0; axis < 3; ++axis) {
-      try_axis(Vec3<S>(Vec3<S>::Unit(axis)));
-      try_axis(Vec3<S>(-Vec3<S>::Unit(axis)));
+      try_axis(unit_vector<Vec3<S>>(axis));
+      try_axis(Vec3<S>(-unit_vector<Vec3<S>>(axis)));
     }
   } else if constexpr (std::is_same_v<Self, Cylinder<S>>) {
-    try_axis(Vec3<S>(Vec3<S>::UnitZ()));
-    try_axis(Vec3<S>(-Vec3<S>::UnitZ()));
+    try_axis(unit_z<Vec3<S>>());
+    try_axis(Vec3<S>(-unit_z<Vec3<S>>()));
   } else if constexpr (std::is_same_v<Self, Cone<S>>) {
-    try_axis(Vec3<S>(-Vec3<S>::UnitZ()));
+    try_axis(Vec3<S>(-unit_z<Vec3<S>>()));
   } else if constexpr (std::is_same_v<Self, ConvexHull<S>>) {
     for (const Vec3<S>& n : shape.face_normals) try_axis(n);
   } else if constexpr (std::is_same_v<Self, Plate<S>>) {
@@ -20637,7 +20726,7 @@ class PlaneContacts {
 template <Scalar S>
 void collide_shapes(const Sphere<S>& a, const Sphere<S>& b, const Transform<S>& X_AB, S margin,
                     ContactManifolds<S>& out) {
-  collide_balls<S>(Vec3<S>::Zero(), a.radius, X_AB.translation, b.radius, Vec3<S>::UnitZ(), margin,
+  collide_balls<S>(zero<Vec3<S>>(), a.radius, X_AB.translation, b.radius, unit_z<Vec3<S>>(), margin,
                    out);
 }
 
@@ -20645,7 +20734,7 @@ template <Scalar S>
 void collide_shapes(const Capsule<S>& a, const Sphere<S>& b, const Transform<S>& X_AB, S margin,
                     ContactManifolds<S>& out) {
   const S height = std::clamp(X_AB.translation.z(), -a.half_length, a.half_length);
-  collide_balls<S>({S(0), S(0), height}, a.radius, X_AB.translation, b.radius, Vec3<S>::UnitX(),
+  collide_balls<S>({S(0), S(0), height}, a.radius, X_AB.translation, b.radius, unit_x<Vec3<S>>(),
                    margin, out);
 }
 
@@ -20655,13 +20744,13 @@ void collide_shapes(const Box<S>& a, const Sphere<S>& b, const Transform<S>& X_A
   const Vec3<S>& center = X_AB.translation;
   const Vec3<S> nearest = cwise_min(cwise_max(center, -a.half_extents), a.half_extents);
   if (nearest != center) {
-    collide_balls<S>(nearest, S(0), center, b.radius, Vec3<S>::UnitZ(), margin, out);
+    collide_balls<S>(nearest, S(0), center, b.radius, unit_z<Vec3<S>>(), margin, out);
     return;
   }
   int axis = 0;
   const S depth = (a.half_extents - cwise_abs(center)).minCoeff(&axis);
   ContactManifold<S> manifold;
-  manifold.normal = (center[axis] < S(0) ? S(-1) : S(1)) * Vec3<S>::Unit(axis);
+  manifold.normal = (center[axis] < S(0) ? S(-1) : S(1)) * unit_vector<Vec3<S>>(axis);
   const S gap = -depth - b.radius;
   // Halfway between the box's face and the far side of the ball.
   manifold.add({center - (b.radius + S(0.5) * gap) * manifold.normal, gap, 0});
@@ -20673,14 +20762,14 @@ void collide_shapes(const Capsule<S>& a, const Capsule<S>& b, const Transform<S>
                     ContactManifolds<S>& out) {
   using std::abs;
   const Vec3<S>& center = X_AB.translation;
-  const Vec3<S> axis = X_AB.rotate(Vec3<S>::UnitZ());
+  const Vec3<S> axis = X_AB.rotate(unit_z<Vec3<S>>());
   const auto [on_a, on_b] = closest_heights(a, b, center, axis);
   const Vec3<S> point_a(S(0), S(0), on_a);
   const Vec3<S> point_b = center + on_b * axis;
   const Vec2<S> across = xy_of(axis);
   const S sine = across.norm();
 
-  Vec3<S> fallback = Vec3<S>::UnitX();
+  Vec3<S> fallback = unit_x<Vec3<S>>();
   if (sine > S(0)) fallback = Vec3<S>(-across.y(), across.x(), S(0)) / sine;
   const Vec3<S> between = point_b - point_a;
   const S distance = between.norm();
@@ -21228,7 +21317,7 @@ struct GjkResult {
   /// False if the solids overlap or touch, to round-off. Then nothing else is valid.
   bool is_apart = false;
   /// [1] Unit normal from A into B.
-  Vec3<S> normal = Vec3<S>::Zero();
+  Vec3<S> normal = zero<Vec3<S>>();
   /// [m] Claimed distance. At least `far` if the search ended early.
   S distance = S(0);
 };
@@ -21279,7 +21368,7 @@ class GjkSimplex {
       for (std::size_t j = i + 1; j < n; ++j) try_triangle(best, i, j, n);
     }
     if (may_enclose && n == 3 && is_origin_within(points_[0], points_[1], points_[2], p)) {
-      offer(best, Vec3<S>::Zero(), {0, 1, 2}, 3);
+      offer(best, zero<Vec3<S>>(), {0, 1, 2}, 3);
     }
     if (best.size == 0) return false;
     const std::array<Vec3<S>, 4> all = points_;
@@ -21400,7 +21489,7 @@ template <Scalar S>
 struct ContactNormal {
   Nearness nearness = Nearness::unknown;
   /// [1] Unit normal from A into B, in the frame of A.
-  Vec3<S> normal = Vec3<S>::UnitZ();
+  Vec3<S> normal = unit_z<Vec3<S>>();
   /// [m] Distance along the normal, negative where the solids overlap.
   S gap = S(0);
 };
@@ -21457,7 +21546,7 @@ template <Scalar S, typename Distance>
 class OverlapSearch {
  public:
   OverlapSearch(const ConvexView<S>& a, const ConvexView<S>& b, const Transform<S>& X_AB, S scale)
-      : a_{&a, Mat3<S>::Identity(), Vec3<S>::Zero(), scale},
+      : a_{&a, identity<Mat3<S>>(), zero<Vec3<S>>(), scale},
         b_{&b, X_AB.rotation_matrix(), scale * X_AB.translation, scale},
         rounding_(scale * (a.rounding + b.rounding)),
         push_(scale * std::min(a.reach, b.reach) / S(8)),
@@ -21475,7 +21564,7 @@ class OverlapSearch {
     const Vec3<S> between =
         b_.rotation * (b_.scale * b_.convex->center) + b_.position - a_.scale * a_.convex->center;
     const Vec3<S> towards = between.stableNormalized();
-    offer(towards.squaredNorm() > S(0.5) ? towards : Vec3<S>(Vec3<S>::UnitX()));
+    offer(towards.squaredNorm() > S(0.5) ? towards : unit_x<Vec3<S>>());
     for (const S side : {S(1), S(-1)}) {
       const PlacedConvex<S>& solid = side > S(0) ? a_ : b_;
       // Only those faces of a hull or plate are tried that face the other solid. The rest are left
@@ -21502,7 +21591,7 @@ class OverlapSearch {
     if (!answer.is_apart) return false;
     offer(answer.normal);
     if (overlap_ < -margin) return true;
-    return residual(answer, Vec3<S>::Zero()) <= settled_;
+    return residual(answer, zero<Vec3<S>>()) <= settled_;
   }
 
   /// Searches for the global minimum of the overlap. Skipped if all candidates were tried already.
@@ -21530,7 +21619,7 @@ class OverlapSearch {
   /// extrapolates to their limit (Aitken's process).
   bool search_overlapping() {
     S push = push_;
-    Vec3<S> last_step = Vec3<S>::Zero();
+    Vec3<S> last_step = zero<Vec3<S>>();
     std::optional<Vec3<S>> leap;
     for (int i = 0; i < max_pushes; ++i) {
       if (!leap) polish();
@@ -21550,7 +21639,7 @@ class OverlapSearch {
       const S shrunk = step.norm() / last_step.norm();
       const bool was_leap = leap.has_value();
       leap.reset();
-      last_step.setZero();
+      set_zero(last_step);
       if (was_leap || !answer.is_apart) continue;
       if (shrunk < infinity<S>) {
         // If steps hardly shrink, or grow as they do off a saddle, take twenty at once.
@@ -21712,7 +21801,7 @@ class OverlapSearch {
   // Gains smaller than this count as none. On curved solids polish() finds the rest.
   S settled_;
   S overlap_ = infinity<S>;
-  Vec3<S> normal_ = Vec3<S>::UnitZ();
+  Vec3<S> normal_ = unit_z<Vec3<S>>();
   int evaluations_ = 0;
 };
 
@@ -21854,8 +21943,8 @@ void collide_face(const BoxPair<S>& boxes, bool is_of_a, int axis, S margin, S t
   if (is_of_a) {
     const BoxFace<S> face{a, axis, p[axis] < S(0) ? S(-1) : S(1), true};
     const BoxFacePatch<S> patch(face, b, R, p, tolerance);
-    patch.add_to(manifold, margin, Mat3<S>::Identity(), Vec3<S>::Zero());
-    manifold.normal = face.side * Vec3<S>::Unit(axis);
+    patch.add_to(manifold, margin, identity<Mat3<S>>(), zero<Vec3<S>>());
+    manifold.normal = face.side * unit_vector<Vec3<S>>(axis);
   } else {
     const Mat3<S> R_BA = transposed(R);
     const Vec3<S> p_BA = -(R_BA * p);
@@ -21938,7 +22027,7 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
     collide_face(boxes, is_of_a, face.axis, margin, least_gain, manifold);
     normal = manifold.normal;
   } else {
-    normal = (edges.side / edges.sine) * Vec3<S>::Unit(edges.i).cross(column_of(R, edges.j));
+    normal = (edges.side / edges.sine) * unit_vector<Vec3<S>>(edges.i).cross(column_of(R, edges.j));
     const Vec3<S> normal_B = R.transpose() * normal;
     const bool is_crossing = edges.sine > edge_tolerance<S> &&
                              cwise_abs(normal).maxCoeff() < aligned_cosine<S> &&
@@ -22140,7 +22229,7 @@ class ContactSink {
       return i < manifold.size ? manifold.points[i] : point;
     };
     const S share = S(1) / S(manifold.size + 1);
-    Vec3<S> middle = Vec3<S>::Zero();
+    Vec3<S> middle = zero<Vec3<S>>();
     for (std::size_t i = 0; i <= manifold.size; ++i) middle += share * at(i).position;
     std::size_t first = 0;
     std::size_t second = 0;
@@ -22318,7 +22407,7 @@ class PlateJoin {
   [[nodiscard]] std::size_t face_count() const { return face_count_; }
   /// [1] Unit normal of an outline: that of its area.
   [[nodiscard]] Vec3<S> normal(std::span<const std::uint32_t> outline) const {
-    Vec3<S> area = Vec3<S>::Zero();
+    Vec3<S> area = zero<Vec3<S>>();
     for (std::size_t k = 1; k + 1 < outline.size(); ++k) {
       const Vec3<S>& origin = start(outline[0]);
       area += (start(outline[k]) - origin).cross(start(outline[k + 1]) - origin);
@@ -23321,9 +23410,9 @@ bool collide_solids(const SolidView<Precise<S>, Tree>& a, const SolidView<Precis
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
-#include <type_traits>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -23690,64 +23779,151 @@ BRISTLE_FORCE_INLINE RayHitLanes<S> ray_cast(const ConvexHull<S>& hull, const Ra
   return hit_mask(ray, is_inside, chord.is_ahead() & !is_passed, chord.enter, normal);
 }
 
+/// Where rays and their hits so far are stored, a row of numbers for each quantity.
+template <Scalar S>
+struct RayRows {
+  /// Starts x, y, z, directions x, y, z, lengths.
+  std::array<const S*, 7> rays;
+  /// Distances, normals x, y, z.
+  std::array<S*, 4> hits;
+  std::uint32_t* tags;
+};
+
+/// Fewer rays than a pack has lanes, in rows of their own. The rest of the pack is filled with rays
+/// that have been hit already.
+template <Scalar S>
+class PartOfPack {
+ public:
+  /// Copies `count` rays of `rows` from number `first` on.
+  PartOfPack(const RayRows<S>& rows, std::size_t first, std::size_t count)
+      : whole_(rows), first_(first), count_(count) {
+    for (std::size_t r = 0; r < rows.rays.size(); ++r) {
+      std::copy_n(rows.rays[r] + first, count, rays_[r].begin());
+    }
+    for (std::size_t r = 0; r < rows.hits.size(); ++r) {
+      std::copy_n(rows.hits[r] + first, count, hits_[r].begin());
+    }
+    std::copy_n(rows.tags + first, count, tags_.begin());
+  }
+
+  [[nodiscard]] RayRows<S> rows() {
+    RayRows<S> own;
+    for (std::size_t r = 0; r < rays_.size(); ++r) own.rays[r] = rays_[r].data();
+    for (std::size_t r = 0; r < hits_.size(); ++r) own.hits[r] = hits_[r].data();
+    own.tags = tags_.data();
+    return own;
+  }
+
+  /// Copies the hits back.
+  void store() const {
+    for (std::size_t r = 0; r < hits_.size(); ++r) {
+      std::copy_n(hits_[r].begin(), count_, whole_.hits[r] + first_);
+    }
+    std::copy_n(tags_.begin(), count_, whole_.tags + first_);
+  }
+
+ private:
+  using Row = std::array<S, lanes<S>>;
+
+  RayRows<S> whole_;
+  std::size_t first_;
+  std::size_t count_;
+  std::array<Row, 7> rays_{};
+  std::array<Row, 4> hits_{};
+  std::array<std::uint32_t, lanes<S>> tags_{};
+};
+
+/// A cast of packs of rays at one shape.
+template <Scalar S>
+struct PackCast {
+  Mat3<S> R_RC, R_CR;
+  Vec3<S> p_RC;
+  S extra_length;
+  std::uint32_t tag;
+  const void* shape;
+  /// Casts the rays from `first` to `end`, a whole number of packs.
+  void (*cast)(const PackCast& self, RayRows<S> rows, std::size_t first, std::size_t end);
+
+  /// Casts the rays from `first` to `end`.
+  void operator()(const RayRows<S>& rows, std::size_t first, std::size_t end) const {
+    const std::size_t rest = (end - first) % lanes<S>;
+    if (rest < end - first) cast(*this, rows, first, end - rest);
+    if (rest == 0) return;
+    PartOfPack<S> part(rows, end - rest, rest);
+    cast(*this, part.rows(), 0, lanes<S>);
+    part.store();
+  }
+};
+
 template <Scalar S, typename ConvexShape>
-void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, const RayBatch<S>& rays,
-                        std::uint32_t tag, RayHits<S>& hits) {
-  const Mat3<S> R_RC = X_RC.rotation_matrix();
-  const Mat3<S> R_CR = transposed(R_RC);
-  const Pack3<S> p_RC = Pack3<S>::all(X_RC.translation);
-  const std::size_t n = std::min<std::size_t>(rays.range.end, rays.size());
-  const auto cast = [&](std::size_t i, auto count, const auto& load, const auto& store) {
-    const Pack<S> best = load(hits.distance.data() + i);
-    const Pack3<S> origin{load(rays.origin_x.data() + i), load(rays.origin_y.data() + i),
-                          load(rays.origin_z.data() + i)};
-    const Pack3<S> direction{load(rays.direction_x.data() + i), load(rays.direction_y.data() + i),
-                             load(rays.direction_z.data() + i)};
-    const Pack<S> length = load(rays.length.data() + i) + rays.extra_length;
+void cast_packs(const PackCast<S>& self, RayRows<S> rows, std::size_t first, std::size_t end) {
+  const auto& shape = *static_cast<const ConvexShape*>(self.shape);
+  const Mat3<S> R_RC = self.R_RC;
+  const Mat3<S> R_CR = self.R_CR;
+  const Pack3<S> p_RC = Pack3<S>::all(self.p_RC);
+  const Pack<S> extra_length(self.extra_length);
+  const std::uint32_t tag = self.tag;
+  for (std::size_t i = first; i < end; i += lanes<S>) {
+    const auto load = [&](std::size_t row) { return Pack<S>::load(rows.rays[row] + i); };
+    const Pack<S> best = Pack<S>::load(rows.hits[0] + i);
+    const Pack3<S> origin{load(0), load(1), load(2)};
+    const Pack3<S> direction{load(3), load(4), load(5)};
+    const Pack<S> length = load(6) + extra_length;
     const RayHitLanes<S> hit =
         ray_cast(shape, RayLanes<S>{R_CR * (origin - p_RC), R_CR * direction, min(length, best)});
     const Mask<S> is_nearer = hit.distance < best;
-    if (none(is_nearer)) return;
+    if (none(is_nearer)) continue;
     const Pack3<S> normal = R_RC * hit.normal;
-    const auto keep = [&](S* p, const Pack<S>& value) {
-      store(p + i, select(is_nearer, value, load(p + i)));
+    const auto keep = [&](std::size_t row, const Pack<S>& value) {
+      S* const p = rows.hits[row] + i;
+      select(is_nearer, value, Pack<S>::load(p)).store(p);
     };
-    keep(hits.distance.data(), hit.distance);
-    keep(hits.normal.x.data(), normal.x);
-    keep(hits.normal.y.data(), normal.y);
-    keep(hits.normal.z.data(), normal.z);
-    std::uint32_t* const tags = hits.tag.data() + i;
-    // Only for a full pack.
+    keep(0, hit.distance);
+    keep(1, normal.x);
+    keep(2, normal.y);
+    keep(3, normal.z);
+    std::uint32_t* const tags = rows.tags + i;
     if (all(is_nearer)) {
       std::fill_n(tags, lanes<S>, tag);
-      return;
+      continue;
     }
     const std::uint32_t met = bits(is_nearer);
     // Compilers vectorise this selection. It works by masks, on a number that no tag can overwrite.
     const std::uint32_t own = tag;
-    for (std::uint32_t k = 0; k < count; ++k) tags[k] ^= (tags[k] ^ own) & (0u - (met >> k & 1u));
-  };
-  const auto cast_from = [&](std::size_t i, std::size_t end) {
-    for (; i + lanes<S> <= end; i += lanes<S>) {
-      cast(
-          i, std::integral_constant<std::uint32_t, lanes<S>>{},
-          [](const S* p) { return Pack<S>::load(p); },
-          [](S* p, const Pack<S>& value) { value.store(p); });
+    for (std::uint32_t k = 0; k < lanes<S>; ++k) {
+      tags[k] ^= (tags[k] ^ own) & (0u - (met >> k & 1u));
     }
-    if (i >= end) return;
-    // The rest of the pack is filled with rays that have been hit already.
-    cast(
-        i, static_cast<std::uint32_t>(end - i),
-        [&](const S* p) { return Pack<S>::load_first(p, end - i, S(0)); },
-        [&](S* p, const Pack<S>& value) { value.store_first(p, end - i); });
-  };
-  if (rays.near_packets == nullptr) return cast_from(rays.range.first, n);
+  }
+}
+
+/// Casts those rays of a batch that are asked for.
+template <Scalar S>
+void cast_in_packs(const PackCast<S>& cast, const RayBatch<S>& rays, RayHits<S>& hits) {
+  const RayRows<S> rows{
+      {rays.origin_x.data(), rays.origin_y.data(), rays.origin_z.data(), rays.direction_x.data(),
+       rays.direction_y.data(), rays.direction_z.data(), rays.length.data()},
+      {hits.distance.data(), hits.normal.x.data(), hits.normal.y.data(), hits.normal.z.data()},
+      hits.tag.data()};
+  const std::size_t n = std::min<std::size_t>(rays.range.end, rays.size());
+  if (rays.near_packets == nullptr) {
+    if (rays.range.first < n) cast(rows, rays.range.first, n);
+    return;
+  }
   auto run = std::lower_bound(rays.near_packets->begin(), rays.near_packets->end(),
                               rays.range.first / packet_size);
   for (; run != rays.near_packets->end() && *run * packet_size < n; ++run) {
     const std::size_t first = *run * packet_size;
-    cast_from(first, std::min(n, first + packet_size));
+    cast(rows, first, std::min(n, first + packet_size));
   }
+}
+
+template <Scalar S, typename ConvexShape>
+void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, const RayBatch<S>& rays,
+                        std::uint32_t tag, RayHits<S>& hits) {
+  const Mat3<S> R_RC = X_RC.rotation_matrix();
+  cast_in_packs<S>({R_RC, transposed(R_RC), X_RC.translation, rays.extra_length, tag, &shape,
+                    &cast_packs<S, ConvexShape>},
+                   rays, hits);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -23938,7 +24114,7 @@ RayHit<S> ray_cast(const Box<S>& box, const Ray<S>& ray) {
     chord.leave = std::min(chord.leave, slab.leave);
   }
   if (!chord.is_ahead()) return {};
-  Vec3<S> normal = Vec3<S>::Zero();
+  Vec3<S> normal = detail::zero<Vec3<S>>();
   normal[axis] = ray.direction[axis] > S(0) ? S(-1) : S(1);
   return detail::hit_within<S>(ray, chord.enter, normal);
 }
@@ -23992,7 +24168,7 @@ RayHit<S> ray_cast(const Cylinder<S>& cylinder, const Ray<S>& ray) {
   if (!chord.is_ahead()) return {};
   if (slab.enter >= tube.enter) {
     const S side = ray.direction.z() > S(0) ? S(-1) : S(1);
-    return detail::hit_within<S>(ray, chord.enter, side * Vec3<S>::UnitZ());
+    return detail::hit_within<S>(ray, chord.enter, side * detail::unit_z<Vec3<S>>());
   }
   const Vec3<S> point = near.origin + tube.enter * ray.direction;
   return detail::hit_within<S>(ray, chord.enter, Vec3<S>(point.x(), point.y(), S(0)).normalized());
@@ -24041,13 +24217,13 @@ RayHit<S> ray_cast(const Cone<S>& cone, const Ray<S>& ray) {
   if (slab.enter >= side.enter) {
     // Through the base, or through the plane of the apex, of which only the apex is in the cone.
     const S up = dw > S(0) ? S(1) : S(-1);
-    return detail::hit_within<S>(ray, chord.enter, up * Vec3<S>::UnitZ());
+    return detail::hit_within<S>(ray, chord.enter, up * detail::unit_z<Vec3<S>>());
   }
   const Vec3<S> point = near.origin + side.enter * ray.direction;
   const Vec3<S> gradient(point.x(), point.y(), k * k * (cone.half_length - point.z()));
   return detail::hit_within<S>(
       ray, chord.enter,
-      gradient.squaredNorm() > S(0) ? Vec3<S>(gradient.normalized()) : Vec3<S>(Vec3<S>::UnitZ()));
+      gradient.squaredNorm() > S(0) ? Vec3<S>(gradient.normalized()) : detail::unit_z<Vec3<S>>());
 }
 
 // Stretched to the unit ball. Distances along the ray are the same in both spaces.
@@ -25072,7 +25248,7 @@ template <Scalar S>
 template <Scalar S>
 struct LocalBounds {
   Aabb<S> operator()(const Sphere<S>& s) const {
-    return centered_box<S>(Vec3<S>::Constant(s.radius));
+    return centered_box<S>(filled<Vec3<S>>(s.radius));
   }
   Aabb<S> operator()(const Box<S>& s) const { return centered_box<S>(s.half_extents); }
   Aabb<S> operator()(const Capsule<S>& s) const {
@@ -25086,7 +25262,7 @@ struct LocalBounds {
   }
   Aabb<S> operator()(const Ellipsoid<S>& s) const { return centered_box<S>(s.radii); }
   Aabb<S> operator()(const HalfSpace<S>&) const {
-    return centered_box<S>(Vec3<S>::Constant(infinity<S>));
+    return centered_box<S>(filled<Vec3<S>>(infinity<S>));
   }
   Aabb<S> operator()(const ConvexHull<S>& s) const {
     Aabb<S> box;
@@ -25102,8 +25278,8 @@ struct LocalBounds {
 template <Scalar S>
 [[nodiscard]] MassProperties<S> symmetric_body(S mass, const Vec3<S>& center,
                                                const Vec3<S>& second_moments) {
-  const Vec3<S> diagonal = Vec3<S>::Constant(second_moments.sum()) - second_moments;
-  return {mass, center, (mass * diagonal).asDiagonal()};
+  const Vec3<S> diagonal = filled<Vec3<S>>(second_moments.sum()) - second_moments;
+  return {mass, center, diagonal_matrix<S>(mass * diagonal)};
 }
 
 /// Integrals of 1, x and x x^T over a solid, summed over the triangles of its surface.
@@ -25115,13 +25291,13 @@ template <Scalar S>
 template <Scalar S>
 struct SolidMoments {
   /// [m] Origin of the integrals, best near the middle of the solid.
-  Vec3<S> reference = Vec3<S>::Zero();
+  Vec3<S> reference = zero<Vec3<S>>();
   /// [m^3] Volume.
   S volume = S(0);
   /// [m^4] Integral of x.
-  Vec3<S> first = Vec3<S>::Zero();
+  Vec3<S> first = zero<Vec3<S>>();
   /// [m^5] Integral of x x^T.
-  Mat3<S> second = Mat3<S>::Zero();
+  Mat3<S> second = zero<Mat3<S>>();
 
   /// Adds a triangle of the surface, counter-clockwise seen from outside.
   void add(const Vec3<S>& corner_a, const Vec3<S>& corner_b, const Vec3<S>& corner_c) {
@@ -25140,7 +25316,7 @@ struct SolidMoments {
     if (!(volume > S(0))) return {};
     const Vec3<S> center = first / volume;
     const Mat3<S> covariance = second - volume * center * center.transpose();
-    return {volume, reference + center, covariance.trace() * Mat3<S>::Identity() - covariance};
+    return {volume, reference + center, covariance.trace() * identity<Mat3<S>>() - covariance};
   }
 };
 
@@ -25149,11 +25325,11 @@ struct UnitMassProperties {
   static constexpr S pi = S(std::numbers::pi);
 
   MassProperties<S> operator()(const Sphere<S>& s) const {
-    return (*this)(Ellipsoid<S>{Vec3<S>::Constant(s.radius)});
+    return (*this)(Ellipsoid<S>{filled<Vec3<S>>(s.radius)});
   }
   MassProperties<S> operator()(const Box<S>& s) const {
     const Vec3<S>& h = s.half_extents;
-    return symmetric_body<S>(S(8) * h.prod(), Vec3<S>::Zero(), cwise_square(h) / S(3));
+    return symmetric_body<S>(S(8) * h.prod(), zero<Vec3<S>>(), cwise_square(h) / S(3));
   }
   MassProperties<S> operator()(const Capsule<S>& s) const {
     const S r = s.radius;
@@ -25163,13 +25339,13 @@ struct UnitMassProperties {
     // <(z + h)^2> = r^2 / 5 + 3 r h / 4 + h^2.
     const S across = r * r / S(5);
     const MassProperties<S> caps =
-        symmetric_body<S>(S(4) / S(3) * pi * r * r * r, Vec3<S>::Zero(),
+        symmetric_body<S>(S(4) / S(3) * pi * r * r * r, zero<Vec3<S>>(),
                           {across, across, across + S(3) / S(4) * r * h + h * h});
     return tube + caps;
   }
   MassProperties<S> operator()(const Cylinder<S>& s) const {
     const S across = s.radius * s.radius / S(4);
-    return symmetric_body<S>(S(2) * pi * s.radius * s.radius * s.half_length, Vec3<S>::Zero(),
+    return symmetric_body<S>(S(2) * pi * s.radius * s.radius * s.half_length, zero<Vec3<S>>(),
                              {across, across, s.half_length * s.half_length / S(3)});
   }
   MassProperties<S> operator()(const Cone<S>& s) const {
@@ -25180,7 +25356,7 @@ struct UnitMassProperties {
                              {across, across, S(3) / S(20) * s.half_length * s.half_length});
   }
   MassProperties<S> operator()(const Ellipsoid<S>& s) const {
-    return symmetric_body<S>(S(4) / S(3) * pi * s.radii.prod(), Vec3<S>::Zero(),
+    return symmetric_body<S>(S(4) / S(3) * pi * s.radii.prod(), zero<Vec3<S>>(),
                              cwise_square(s.radii) / S(5));
   }
   MassProperties<S> operator()(const HalfSpace<S>&) const { return {}; }
@@ -25522,7 +25698,7 @@ ContactStatus collide_pair(const WorldState<S>& state, const ShapePair& pair,
   // Poses about the centre of mass of each shape's body, world axes. Centres of mass are subtracted
   // first, which keeps precision far from the world's origin.
   const auto about_center = [](const Transform<S>& X, const Collider<S>& c) -> Transform<S> {
-    if (c.is_centered) return {X.rotation, Vec3<S>::Zero()};
+    if (c.is_centered) return {X.rotation, zero<Vec3<S>>()};
     return {X.rotation * c.X_CmS.rotation, X.rotation * c.X_CmS.translation};
   };
   const Transform<S> X_a = about_center(X_WA, a);
@@ -25627,7 +25803,8 @@ Vec6<S> HapticLoop<S, Backend>::other_force(const detail::WorldState<S>& state, 
   const auto last = std::find_if(last_bodies_.begin(), last_bodies_.end(),
                                  [id](const detail::HapticBody<S>& b) { return b.id() == id; });
   if (last == last_bodies_.end() || held.was_hit) {
-    return detail::stacked<S>(body.mass * body.gravity_scale * state.def.gravity, Vec3<S>::Zero());
+    return detail::stacked<S>(body.mass * body.gravity_scale * state.def.gravity,
+                              detail::zero<Vec3<S>>());
   }
   const Vec6<S> given = detail::stacked(last->impulse());
   return (detail::HapticBody<S>::momentum(body) - last->start_momentum - given) /
@@ -25979,9 +26156,9 @@ template <Scalar S>
     // Newell's method (Sutherland, Sproull, Schumacker 1974): twice the area vector of a polygon.
     // It is good for any number of corners and for nearly straight ones. Corners are taken relative
     // to the first, so that a hull far from its origin loses nothing.
-    Vec3<S> area = Vec3<S>::Zero();
+    Vec3<S> area = zero<Vec3<S>>();
     const Vec3<S>& first = hull.vertices[static_cast<std::size_t>(convex.getFaces()[next])];
-    Vec3<S> mean = Vec3<S>::Zero();
+    Vec3<S> mean = zero<Vec3<S>>();
     for (std::size_t i = 0; i < corners; ++i) {
       const auto v = static_cast<std::size_t>(convex.getFaces()[next + i]);
       const auto w = static_cast<std::size_t>(convex.getFaces()[next + (i + 1) % corners]);
@@ -26585,7 +26762,7 @@ void clear_patch(SensorPatch<S>& patch) {
   patch.last_impulses.clear();
   patch.plane_cache.clear();
   patch.readings.wrench = {};
-  patch.readings.shear_W.setZero();
+  set_zero(patch.readings.shear_W);
 }
 
 template <Scalar S>
@@ -27512,7 +27689,7 @@ void sum_first_models(const SensorPatch<S>& patch, const PatchPair<S>& pair,
 template <Scalar S>
 struct PassDef {
   /// [m/s, rad/s] Solved u at the end of the step.
-  Vec6<S> motion = Vec6<S>::Zero();
+  Vec6<S> motion = zero<Vec6<S>>();
   /// [s] The step.
   S dt = S(0);
   /// [-] Solve that found it.
@@ -27877,7 +28054,7 @@ void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& 
   std::swap(patch.felt, patch.active_before);
   std::fill(patch.felt.begin(), patch.felt.end(), LaneBits(0));
   out.wrench = {};
-  out.shear_W.setZero();
+  set_zero(out.shear_W);
   for (const PatchPair<S>& pair : patch.pairs) {
     read_pair(patch, pair, origin, S(1) / dt, find_id(pair.body_b), parallel_for);
   }
@@ -28378,7 +28555,7 @@ void JointGroups<S>::place(std::span<const MechanismJoint<S>> joints, const Node
     // Seen from A, which forces move. B may be one of several bodies that they do not move.
     const auto& a = nodes[merged_[g].body_a];
     const auto& b = nodes[merged_[g].body_b];
-    Vec3<S> sum = Vec3<S>::Zero();
+    Vec3<S> sum = zero<Vec3<S>>();
     S arm2 = S(0);
     for (std::uint32_t k = 0; k < group.count; ++k) {
       const Member& member = members_[group.first + k];
@@ -28410,14 +28587,14 @@ void JointGroups<S>::fill_rows(const Group& group, std::span<const MechanismJoin
     const S sign = member.is_reversed ? S(-1) : S(1);
     const Vec3<S> r = (member.is_reversed ? one.arm_b : one.arm_a) - group.at.arm_a;
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      const Vec3<S> e = sign * Vec3<S>::Unit(axis);
+      const Vec3<S> e = sign * unit_vector<Vec3<S>>(axis);
       const Vec3<S> d = across(one.slide, e);
       const Vec3<S> turn = r.cross(d) / group.length;
       rows_[row++] = {d.x(), d.y(), d.z(), turn.x(), turn.y(), turn.z()};
     }
     if (lets_turn(joints[member.joint].kind)) continue;
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      const Vec3<S> e = sign * Vec3<S>::Unit(axis);
+      const Vec3<S> e = sign * unit_vector<Vec3<S>>(axis);
       const Vec3<S> d = across(one.hinge, e);
       rows_[row++] = {S(0), S(0), S(0), d.x(), d.y(), d.z()};
     }
@@ -28473,7 +28650,7 @@ void JointGroups<S>::spread(std::size_t g, std::span<const MechanismJoint<S>> jo
     const bool has_torque = !lets_turn(joints[joint].kind);
     const Vec3<S> force(x[0], x[1], x[2]);
     const Vec3<S> torque =
-        has_torque ? Vec3<S>(group.length * Vec3<S>(x[3], x[4], x[5])) : Vec3<S>(Vec3<S>::Zero());
+        has_torque ? Vec3<S>(group.length * Vec3<S>(x[3], x[4], x[5])) : zero<Vec3<S>>();
     use(joint, force, torque);
     x += has_torque ? 6 : 3;
   }
@@ -28688,7 +28865,7 @@ class BlockEnvelope {
   /// @param first  Column of the first block of each row. At most the row's own number.
   void set_shape(std::span<const std::uint32_t> first);
   void set_zero() {
-    for (Mat3<S>& block : blocks_) block.setZero();
+    for (Mat3<S>& block : blocks_) set_zero(block);
   }
 
   [[nodiscard]] std::size_t size() const { return first_.size(); }
@@ -28799,8 +28976,8 @@ struct MechanismBody {
   /// [kg] Mass, > 0.
   S mass = S(1);
   /// [kg m^2], [1/(kg m^2)] Inertia about the centre of mass along the body's axes. Its inverse.
-  Mat3<S> inertia_B = Mat3<S>::Identity();
-  Mat3<S> inverse_inertia_B = Mat3<S>::Identity();
+  Mat3<S> inertia_B = identity<Mat3<S>>();
+  Mat3<S> inverse_inertia_B = identity<Mat3<S>>();
   /// [-] World axes along and about which it does not move. Its velocity there is zero.
   LockedAxes locked{};
   /// [m] Centre of mass in the world; [1] axes of the body.
@@ -28827,8 +29004,8 @@ class JointSystem {
   struct Node {
     const MechanismBody<S>* def = nullptr;
     BodyState<S> now{};
-    Vec3<S> inverse_mass = Vec3<S>::Zero();     // World axes.
-    Mat3<S> inverse_inertia = Mat3<S>::Zero();  // World axes.
+    Vec3<S> inverse_mass = zero<Vec3<S>>();     // World axes.
+    Mat3<S> inverse_inertia = zero<Mat3<S>>();  // World axes.
     Twist<S> acceleration{};                    // For the user of this class.
     Wrench<S> load{};
     Twist<S> change{};
@@ -29093,8 +29270,8 @@ void JointSystem<S>::couple_merged(const JointCoupling& coupling, const Mat3<S>&
   const auto rows_of = [&](std::size_t group) -> Mat6<S> {
     if (groups_.is_merged(group)) return groups_.triangle(group);
     const JointState<S>& at = groups_.at(group);
-    const Mat3<S> one = Mat3<S>::Identity();
-    Mat6<S> rows = Mat6<S>::Zero();
+    const Mat3<S> one = identity<Mat3<S>>();
+    Mat6<S> rows = zero<Mat6<S>>();
     set_quarter<0, 0, S>(rows, one - at.slide * at.slide.transpose());
     set_quarter<3, 3, S>(rows, one - at.hinge * at.hinge.transpose());
     return rows;
@@ -29134,7 +29311,7 @@ void JointSystem<S>::fill_free_rows() {
       if (value_of(scale) == 0) scale = S(1);
       const Vec3<S>& axis = r == row ? groups_.at(i).slide : groups_.at(i).hinge;
       block += (scale * axis) * axis.transpose();
-      block += (share * scale) * Mat3<S>::Identity();
+      block += (share * scale) * identity<Mat3<S>>();
     }
   }
 }
@@ -29173,7 +29350,7 @@ void JointSystem<S>::add_wrench(std::size_t i, const Vec3<S>& linear, const Vec3
   const Vec3<S> force = lets_slide(kind) ? across(at.slide, linear) : linear;
   Wrench<S>& load_a = nodes_[joints_[i].body_a].load;
   Wrench<S>& load_b = nodes_[joints_[i].body_b].load;
-  Wrench<S> wrench{force, Vec3<S>::Zero()};
+  Wrench<S> wrench{force, zero<Vec3<S>>()};
   load_b.force += force;
   load_a.force -= force;
   load_b.torque += at.arm_b.cross(force);
@@ -29406,13 +29583,13 @@ Wrench<S> momentum_about(const Vec3<S>& point, const JointSystem<S>& system) {
 template <Scalar S>
 void set_momentum(const Vec3<S>& point, const Wrench<S>& wanted, JointSystem<S>& system) {
   S mass = S(0);
-  Vec3<S> center = Vec3<S>::Zero();
+  Vec3<S> center = zero<Vec3<S>>();
   for (const auto& node : system.nodes()) {
     mass += node.def->mass;
     center += node.def->mass * (node.now.x - point);
   }
   center /= mass;
-  Mat3<S> inertia = Mat3<S>::Zero();
+  Mat3<S> inertia = zero<Mat3<S>>();
   for (const auto& node : system.nodes()) {
     const Mat3<S>& R = node.now.R;
     inertia += R * node.def->inertia_B * R.transpose();
@@ -29679,8 +29856,8 @@ class MechanismIntegrator {
   DynamicArray<Wrench<S>> springs_;  // On B about B's joint origin; empty if there are none.
   DynamicArray<S> spring_rates_;     // Rates of the free axes at the start.
   DynamicArray<bool> cannot_turn_;
-  Vec3<S> reference_velocity_ = Vec3<S>::Zero();
-  Vec3<S> reference_point_ = Vec3<S>::Zero();
+  Vec3<S> reference_velocity_ = zero<Vec3<S>>();
+  Vec3<S> reference_point_ = zero<Vec3<S>>();
   S free_acceleration_ = S(0);  // In the norm of the masses, of the last evaluation.
   bool is_free_ = false;        // Only its loads act on the group from outside.
   bool is_damped_ = false;      // The velocity of one of the bodies decays.
@@ -29730,8 +29907,8 @@ bool MechanismIntegrator<S>::advance(std::span<const MechanismBody<S>> bodies,
 /// the group's centre of mass.
 template <Scalar S>
 void MechanismIntegrator<S>::choose_reference() {
-  reference_velocity_.setZero();
-  reference_point_.setZero();
+  set_zero(reference_velocity_);
+  set_zero(reference_point_);
   S weight = S(0);
   const auto add = [&](S mass, const Vec3<S>& point, const Vec3<S>& velocity) {
     weight += mass;
@@ -29768,7 +29945,7 @@ bool MechanismIntegrator<S>::find_held() {
     const MechanismBody<S>& body = *nodes[i].def;
     const auto& locked = body.locked.angular;
     const bool is_locked = !body.moves_by_forces || (locked[0] && locked[1] && locked[2]);
-    cannot_turn_[i] = is_locked && body.twist.angular == Vec3<S>::Zero();
+    cannot_turn_[i] = is_locked && body.twist.angular == zero<Vec3<S>>();
   }
   // Each round but the last finds another body that cannot turn.
   for (bool has_changed = true; has_changed;) {
@@ -29804,7 +29981,7 @@ bool MechanismIntegrator<S>::move_straight(S dt) {
     const Vec3<S> gain = dt * node.acceleration.linear;
     node.now.x = node.def->center_pose.translation + dt * (node.now.twist.linear + gain / S(2));
     node.now.twist.linear += gain;
-    node.now.twist.angular.setZero();
+    set_zero(node.now.twist.angular);
   }
   for (std::size_t i = 0; i < impulses_.size(); ++i) {
     impulses_[i] += dt * system_.wrenches()[i];
@@ -29867,7 +30044,7 @@ void MechanismIntegrator<S>::carry(S t) {
     if (node.def->moves_by_forces) continue;
     const Twist<S>& twist = node.def->twist;
     node.now.x = node.def->center_pose.translation + t * twist.linear;
-    if (twist.angular == Vec3<S>::Zero()) continue;
+    if (twist.angular == zero<Vec3<S>>()) continue;
     node.now.set_axes(step_rotation(node.def->center_pose.rotation, twist.angular, t));
   }
 }
@@ -29966,7 +30143,7 @@ bool MechanismIntegrator<S>::derivative(S t, const S* y, S* dy) {
   system_.place();
   if (!system_.factor()) return false;
   accelerate(t);
-  Vec3<S> torque = Vec3<S>::Zero();
+  Vec3<S> torque = zero<Vec3<S>>();
   for (const Node& node : system_.nodes()) {
     if (!node.def->moves_by_forces) continue;
     const Vec3<S> w = node.now.twist.angular / S(2);
@@ -30378,7 +30555,7 @@ template <Scalar S>
 void clear_impulses(const Island& island, Constraints<S>& constraints) {
   for (const std::uint32_t i : island.contacts) constraints.contacts[i].impulse = {};
   for_each_row(island, constraints, [](ConstraintRow<S>& row) { row.impulse = S(0); });
-  for (const std::uint32_t i : island.soft) constraints.soft[i].impulse.setZero();
+  for (const std::uint32_t i : island.soft) set_zero(constraints.soft[i].impulse);
 }
 
 /// A copy of the impulses that a solver found. One object serves many islands in turn.
@@ -31379,7 +31556,7 @@ void ProximalSolver<S>::add_soft(const SoftBlock<S>& soft, std::span<const Solve
     Matrix G = sign * shift_matrix<Real>(arm.template cast<Real>());
     for (Eigen::Index axis = 0; axis < 6; ++axis) {
       if (rows_.unknown(slot) != rows_.none && bodies[slot].is_locked(axis)) {
-        set_column(G, axis, Vec6<Real>::Zero());
+        set_column(G, axis, zero<Vec6<Real>>());
       }
     }
     return G;
@@ -32229,9 +32406,9 @@ struct ManifoldMobility {
   ContactResponse<S> linear;
   /// Rotations about the axes (rows) for forces along them (columns). Its transpose gives
   /// velocities for torques.
-  Mat3<S> turn = Mat3<S>::Zero();
+  Mat3<S> turn = zero<Mat3<S>>();
   /// Rotations for torques.
-  Mat3<S> angular = Mat3<S>::Zero();
+  Mat3<S> angular = zero<Mat3<S>>();
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -32757,8 +32934,8 @@ void ManifoldSweeps<S>::add_manifold(const ManifoldSpan& manifold, const Island&
   S sum = S(0);
   for (std::uint32_t k = 0; k < manifold.count; ++k) sum += contact(k).impulse[0];
   const S even = S(1) / S(manifold.count);
-  Vec3<S> arm_a = Vec3<S>::Zero();
-  Vec3<S> arm_b = Vec3<S>::Zero();
+  Vec3<S> arm_a = zero<Vec3<S>>();
+  Vec3<S> arm_b = zero<Vec3<S>>();
   for (std::uint32_t k = 0; k < manifold.count; ++k) {
     const ContactConstraint<S>& c = contact(k);
     const S weight = sum > S(0) ? c.impulse[0] / sum : even;
@@ -33036,14 +33213,14 @@ class SequentialSolver {
     using RowMajor6 = Eigen::Matrix<S, 6, 6, Eigen::RowMajor | Eigen::DontAlign>;
     RowMajor6 W = mobility(a.inverse_mass, a.inverse_inertia, soft.arm_a) +
                   mobility(b.inverse_mass, b.inverse_inertia, soft.arm_b);
-    if (!factor_cholesky(W.data(), 6)) return Mat6<S>::Zero();
-    RowMajor6 inverse = RowMajor6::Identity();  // Row i will hold W^-1 e_i; symmetric.
+    if (!factor_cholesky(W.data(), 6)) return zero<Mat6<S>>();
+    RowMajor6 inverse = identity<RowMajor6>();  // Row i will hold W^-1 e_i; symmetric.
     for (int i = 0; i < 6; ++i) {
       solve_lower(W.data(), 6, &inverse(i, 0), static_cast<std::size_t>(i));
       solve_upper(W.data(), 6, &inverse(i, 0));
     }
     RowMajor6 sum = inverse + soft.matrix;
-    if (!factor_cholesky(sum.data(), 6)) return Mat6<S>::Zero();
+    if (!factor_cholesky(sum.data(), 6)) return zero<Mat6<S>>();
     RowMajor6 gain = inverse;  // Row i becomes sum^-1 (W^-1 e_i), which is row i of W^-1 sum^-1.
     for (int i = 0; i < 6; ++i) {
       solve_lower(sum.data(), 6, &gain(i, 0));
@@ -33716,7 +33893,7 @@ class MechanismStage final : public JointStage<S> {
     const Twist<S> rest = solved.motion - solved.mean_free;
     body.center_pose = end_poses_[slot];
     body.center_pose.translation += dt * rest.linear;
-    if (rest.angular != Vec3<S>::Zero()) {
+    if (rest.angular != zero<Vec3<S>>()) {
       body.center_pose.rotation = step_rotation(body.center_pose.rotation, rest.angular, dt);
     }
   }
@@ -33814,7 +33991,7 @@ class MechanismStage final : public JointStage<S> {
     for (const std::uint32_t i : island.blocks) {
       if (state.constraints.blocks[i].kind != BlockKind::equality) continue;
       const Joint<S>& joint = state.joints.at(state.constraints.blocks[i].joint);
-      if (joint.is_sprung) state.constraints.soft[joint.soft_block].impulse.setZero();
+      if (joint.is_sprung) set_zero(state.constraints.soft[joint.soft_block].impulse);
       const std::uint32_t a = joint.def.body_a.index;
       const std::uint32_t b = joint.def.body_b.index;
       turn_joint_rows(joint, end_pose(state, a), end_pose(state, b),
@@ -34319,7 +34496,7 @@ class ContactStage {
           pairs_[i], std::span(buffers_[i / chunk_size]).subspan(found_[i].first, found_[i].count),
           {a.is_centered ? X_WA.rotation_matrix()
                          : rotation_matrix<S>(X_WA.rotation * a.X_CmS.rotation),
-           a.is_centered ? Vec3<S>::Zero() : X_WA.rotate(a.X_CmS.translation),
+           a.is_centered ? zero<Vec3<S>>() : X_WA.rotate(a.X_CmS.translation),
            X_WB.translation - X_WA.translation, X_WA.translation, a.is_trigger || b.is_trigger});
     }
     if (has_sleepers) state.contacts.persist_before({~0u, ~0u}, stays);
@@ -34403,7 +34580,7 @@ template <Scalar S>
       did_slip = size2 > S(0);
     }
   } else {
-    anchor = anchored<S>(pair, r_A, Vec3<S>::Zero());
+    anchor = anchored<S>(pair, r_A, zero<Vec3<S>>());
     is_anchored = true;
   }
   f.shear += (p.sliding_friction * weight) * ambf_projected<S>(tangential<S>(c.v, m));
@@ -34465,7 +34642,7 @@ Wrench<S> ambf_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId 
     packet.is_slipping = 0;
     for (std::size_t i = 0; i < packet_size; ++i) {
       const LaneBits bit = static_cast<LaneBits>(1u << i);
-      packet.impulse.set(i, Vec3<S>::Zero());
+      packet.impulse.set(i, zero<Vec3<S>>());
       packet.normal_impulse[i] = S(0);
       if ((packet.is_touching & bit) == 0) continue;
       const auto [n, g, point, depth, inverse_length] =
@@ -34664,7 +34841,7 @@ class SensorStage {
   /// Clears the impulses of a soft block's sensors.
   void discard(State& state, std::uint32_t soft) const {
     SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
-    state.constraints.soft[soft].impulse.setZero();
+    set_zero(state.constraints.soft[soft].impulse);
     clear_impulses(patch, patch.pairs[owners_[soft].pair]);
   }
 
@@ -35366,7 +35543,7 @@ class SolveStage {
     }
     const Mat3<S> R = body.center_pose.rotation_matrix();
     out.inertia = rotated<S>(R, body.inertia_B);
-    out.inverse_inertia = out.turns ? body.inverse_inertia_W(R) : Mat3<S>::Zero();
+    out.inverse_inertia = out.turns ? body.inverse_inertia_W(R) : zero<Mat3<S>>();
   }
 
   /// The same for one body. To others, a sleeping body is like one that forces do not move.
@@ -35668,14 +35845,14 @@ class SolveStage {
              dt * state.solver_bodies[slot].motion.linear;
     };
     S mass = S(0);
-    Vec3<S> center = Vec3<S>::Zero();
+    Vec3<S> center = zero<Vec3<S>>();
     for (const std::uint32_t slot : island.bodies) {
       mass += state.solver_bodies[slot].mass;
       center += state.solver_bodies[slot].mass * end_of(slot);
     }
     center /= mass;
-    Vec3<S> excess = Vec3<S>::Zero();
-    Mat3<S> inertia = Mat3<S>::Zero();
+    Vec3<S> excess = zero<Vec3<S>>();
+    Mat3<S> inertia = zero<Mat3<S>>();
     for (const std::uint32_t slot : island.bodies) {
       const SolverBody<S>& body = state.solver_bodies[slot];
       excess += body.mass * (body.motion.linear.cross(body.twist.linear) -
@@ -35962,7 +36139,7 @@ class SleepStage {
       if (m.is_trigger) continue;
       const Collider<S>& a = state.colliders.at(m.shapes.a);
       const Collider<S>& b = state.colliders.at(m.shapes.b);
-      if (state.drift_of(a, b) != Vec3<S>::Zero()) {
+      if (state.drift_of(a, b) != zero<Vec3<S>>()) {
         // What a belt carries moves, however slowly.
         is_held_awake_[a.body.index] = is_held_awake_[b.body.index] = 1;
       }
@@ -36186,7 +36363,7 @@ requires ShapeBackend<Backend, S> detail::Collider<S> World<S, Backend>::make_co
   detail::Collider<S> c;
   c.X_CmS = def.X_BS;
   c.X_CmS.translation -= body.center_B;
-  c.is_centered = c.X_CmS.translation == Vec3<S>::Zero() &&
+  c.is_centered = c.X_CmS.translation == detail::zero<Vec3<S>>() &&
                   c.X_CmS.rotation.coeffs() == Quat<S>::Identity().coeffs();
   c.kind = Backend::kind(prepared);
   c.material = def.material;
@@ -36704,7 +36881,7 @@ template <Scalar S>
 
 template <Scalar S>
 [[nodiscard]] bool is_rotation(const Mat3<S>& R) {
-  return cwise_abs(R.transpose() * R - Mat3<S>::Identity()).maxCoeff() <= Tolerance<S>::equal() &&
+  return cwise_abs(R.transpose() * R - identity<Mat3<S>>()).maxCoeff() <= Tolerance<S>::equal() &&
          R.determinant() > S(0);
 }
 
@@ -37705,7 +37882,7 @@ void World<S, Backend>::require_tools(const HapticLoop<S, Backend>& loop, bool o
     const BodyId body = loop.tools_[skin.tool].body;
     if ((skin.is_seen && !opens) || !contains(body)) continue;
     // The loop knows no centre of mass: its patches are about the origin of the body.
-    detail::require_outward_rays(state_, body.index, skin.patch, Vec3<S>(Vec3<S>::Zero()));
+    detail::require_outward_rays(state_, body.index, skin.patch, detail::zero<Vec3<S>>());
   }
 }
 
@@ -37791,10 +37968,10 @@ struct SolidGap {
   /// search: nothing that is as far changes it.
   P distance = infinity<P>;
   /// [1] Unit normal out of the target, towards the query. Zero where they overlap.
-  Vec3<P> normal = Vec3<P>::Zero();
+  Vec3<P> normal = zero<Vec3<P>>();
   /// [m] The nearest point of the target, or one of several. A point of the query where they
   /// overlap.
-  Vec3<P> point = Vec3<P>::Zero();
+  Vec3<P> point = zero<Vec3<P>>();
 };
 
 /// First touch of a query that moves along a line, in the frame of the target.
@@ -37803,9 +37980,9 @@ struct SolidTouch {
   /// [1] Part of the way before the touch. What it is before a search bounds the search.
   P fraction = infinity<P>;
   /// [1] Unit normal out of the target. Against the motion where the solids overlap at its start.
-  Vec3<P> normal = Vec3<P>::Zero();
+  Vec3<P> normal = zero<Vec3<P>>();
   /// [m] Point of the touch, or one of several.
-  Vec3<P> point = Vec3<P>::Zero();
+  Vec3<P> point = zero<Vec3<P>>();
 };
 
 /// Lowers `nearest` to the gap between a target and a query at X_TQ, if that is less.
@@ -37844,14 +38021,14 @@ void find_touch(const MeshSurface<P, Tree>& target, const ConvexView<P>& query,
 template <Scalar P>
 [[nodiscard]] GjkResult<P> convex_distance(const ConvexView<P>& target, const ConvexView<P>& query,
                                            const Transform<P>& X_TQ, P far) {
-  const PlacedConvex<P> a{&target, Mat3<P>::Identity(), Vec3<P>::Zero(), P(1)};
+  const PlacedConvex<P> a{&target, identity<Mat3<P>>(), zero<Vec3<P>>(), P(1)};
   const PlacedConvex<P> b{&query, X_TQ.rotation_matrix(), X_TQ.translation, P(1)};
   const Vec3<P> between = X_TQ * query.center - target.center;
   const P rounding = target.rounding + query.rounding;
   // A search that ends early knows a distance that is surely beyond the bound, whatever is rounded.
   const P enough = (far + rounding) * (P(1) + Tolerance<P>::equal());
   GjkResult<P> result =
-      GjkDistance{}(a, b, between == Vec3<P>::Zero() ? Vec3<P>(Vec3<P>::UnitX()) : between, enough);
+      GjkDistance{}(a, b, between == zero<Vec3<P>>() ? unit_x<Vec3<P>>() : between, enough);
   result.distance -= rounding;
   result.is_apart = result.is_apart && result.distance > P(0);
   if (!result.is_apart) result.distance = P(0);
@@ -37919,7 +38096,7 @@ void find_gap(const HalfSpace<P>& target, const ConvexView<P>& query, const Tran
   if (height.distance > P(0)) {
     nearest = {height.distance, target.normal, height.point - height.distance * target.normal};
   } else {
-    nearest = {P(0), Vec3<P>::Zero(), height.point};
+    nearest = {P(0), zero<Vec3<P>>(), height.point};
   }
 }
 
@@ -37932,7 +38109,7 @@ void find_gap(const ConvexView<P>& target, const ConvexView<P>& query, const Tra
     nearest = {found.distance, found.normal,
                point_of_gap(target, query, X_TQ, found.normal, found.distance)};
   } else {
-    nearest = {P(0), Vec3<P>::Zero(), X_TQ * query.center};
+    nearest = {P(0), zero<Vec3<P>>(), X_TQ * query.center};
   }
 }
 
@@ -37949,7 +38126,7 @@ void find_gap(const MeshSurface<P, Tree>& target, const ConvexView<P>& query,
               const Transform<P>& X_TQ, SolidGap<P>& nearest) {
   // A query that meets no plate is inside or outside as a whole.
   if (nearest.distance > P(0) && holds_center(target, query, X_TQ)) {
-    nearest = {P(0), Vec3<P>::Zero(), X_TQ * query.center};
+    nearest = {P(0), zero<Vec3<P>>(), X_TQ * query.center};
   }
   const Aabb<P> box = bounds_at(query, X_TQ);
   target.find(
@@ -38006,7 +38183,7 @@ void find_touch(const ConvexView<P>& target, const ConvexView<P>& query, const T
   const P least = near * way.norm();
   Transform<P> X = X_TQ;
   P fraction = P(0);
-  Vec3<P> normal = Vec3<P>::Zero();
+  Vec3<P> normal = zero<Vec3<P>>();
   for (int i = 0; i < max_measurements; ++i) {
     const GjkResult<P> found = convex_distance(target, query, X, infinity<P>);
     // The direction of solids that all but touch may be any. Only a plane that parts them counts.
@@ -38020,7 +38197,7 @@ void find_touch(const ConvexView<P>& target, const ConvexView<P>& query, const T
     fraction += gap / closing;
     X.translation = X_TQ.translation + fraction * way;
   }
-  if (normal == Vec3<P>::Zero()) {
+  if (normal == zero<Vec3<P>>()) {
     // They touch or overlap at the start. Which of the two tells the direction of least overlap.
     const ContactNormal<P> found = contact_normal<GjkDistance>(target, query, X_TQ, touching);
     if (found.nearness == Nearness::near && found.gap >= -touching) {
@@ -38394,12 +38571,12 @@ class SoftSystem {
   struct Coupling {
     std::uint32_t from = 0;
     std::uint32_t to = 0;
-    Mat6<S> mobility = Mat6<S>::Zero();
+    Mat6<S> mobility = zero<Mat6<S>>();
   };
   /// A body of a block: its number, and s G.
   struct Side {
     std::uint32_t body = 0;
-    Matrix G = Matrix::Zero();
+    Matrix G = zero<Matrix>();
   };
 
   [[nodiscard]] static std::array<Side, 2> sides_of(const SoftBlock<S>& block) {
@@ -38432,7 +38609,7 @@ void SoftSystem<S>::solve(std::span<SoftBlock<S>> blocks) {
     if (sets_.find(i) == i) solve_set(i, blocks);
   }
   for (SoftBlock<S>& block : blocks) {
-    Vector motion = Vector::Zero();
+    Vector motion = zero<Vector>();
     for (const Side& side : sides_of(block)) motion += side.G * twist_[side.body];
     block.motion = motion.template cast<S>();
   }
@@ -38703,7 +38880,7 @@ void HostStage<S, Backend>::add_bodies(const Sensors& sensors) {
   own_mobility_.resize(sensors.bodies_.size());
   for (const std::uint32_t slot : sensors.touched_) {
     number_[slot] = system_.add_body(sensors.bodies_[slot].free);
-    own_mobility_[slot].setZero();
+    set_zero(own_mobility_[slot]);
   }
   const auto to_mirrored = [&](std::uint32_t slot) {
     return shift_matrix<S>(sensors.bodies_[slot].shift);
@@ -39826,7 +40003,7 @@ class MeshPlacement {
 
  private:
   [[nodiscard]] bool has_normal(std::size_t triangle) const {
-    return normals_[triangle] != Vec3<S>::Zero();
+    return normals_[triangle] != zero<Vec3<S>>();
   }
 
   void add(const Vec3<S>& p_M, const Vec3<S>& n_M, std::size_t& counter) {

@@ -69,7 +69,7 @@ class BroadPhase {
     entry.center = center;
     entry.is_tracked = true;
     const Aabb<S>& box = tree_.box(entry.node);
-    const Vec3<S> margin = Vec3<S>::Constant(reach);
+    const Vec3<S> margin = filled<Vec3<S>>(reach);
     entry.margin_box = {center - ((swept.lower - box.lower) + margin),
                         center + ((box.upper - swept.upper) + margin)};
     entry.turned = S(0);
@@ -188,7 +188,7 @@ class BroadPhase {
     typename AabbTree<S>::NodeId node = AabbTree<S>::null;
     Aabb<S> swept{};
     /// [m] Centre at the last `move`. Box of all centres at which the shape stays in its fat AABB.
-    Vec3<S> center = Vec3<S>::Zero();
+    Vec3<S> center = zero<Vec3<S>>();
     Aabb<S> margin_box{};
     /// [m] Largest motion of its points about the centre since then.
     S turned = S(0);
@@ -209,7 +209,7 @@ class BroadPhase {
   };
 
   [[nodiscard]] static bool is_bounded(const Aabb<S>& box) {
-    const Vec3<S> largest = Vec3<S>::Constant(largest_number<S>);
+    const Vec3<S> largest = filled<Vec3<S>>(largest_number<S>);
     return all_at_most(box.upper, largest) && all_at_most(-largest, box.lower);
   }
 
@@ -223,7 +223,7 @@ class BroadPhase {
   /// Returns whether a shape with its centre at `center`, grown by `margin` [m], lies in its fat
   /// AABB.
   [[nodiscard]] static bool is_within(const Entry& entry, const Vec3<S>& center, S margin) {
-    const Vec3<S> extra = Vec3<S>::Constant(margin + entry.turned);
+    const Vec3<S> extra = filled<Vec3<S>>(margin + entry.turned);
     return entry.margin_box.contains(Aabb<S>{center - extra, center + extra});
   }
 
@@ -258,11 +258,11 @@ class BroadPhase {
     if (distance > reach) shift *= reach / distance;
     Vec3<S> ahead = cwise_clamp(S(30) * shift, S(4) * size);
     // The motion of a body too fast for its square is not finite.
-    if (!all_finite(ahead)) ahead.setZero();
+    if (!all_finite(ahead)) set_zero(ahead);
     if (fits && (spare - cwise_abs(ahead)).maxCoeff() <= S(8) * surplus) return;
     Aabb<S> grown = swept.inflated(surplus);
-    grown.lower += cwise_min(ahead, Vec3<S>::Zero());
-    grown.upper += cwise_max(ahead, Vec3<S>::Zero());
+    grown.lower += cwise_min(ahead, zero<Vec3<S>>());
+    grown.upper += cwise_max(ahead, zero<Vec3<S>>());
     tree_.update(entry.node, grown);
     entry.is_needed = false;
     mark_dirty(tag);

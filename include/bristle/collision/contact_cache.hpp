@@ -20,12 +20,12 @@ namespace bristle::inline BRISTLE_ABI::detail {
 template <Scalar S>
 struct CachedPoint {
   /// [m] Arm from each centre of mass to the point at the start of the step, world axes.
-  Vec3<S> arm_a = Vec3<S>::Zero();
-  Vec3<S> arm_b = Vec3<S>::Zero();
+  Vec3<S> arm_a = zero<Vec3<S>>();
+  Vec3<S> arm_b = zero<Vec3<S>>();
   /// [m] Offset from these arms to those in the middle of the step. It is half of their change in
   /// the last step. Zero for a new point.
-  Vec3<S> mid_offset_a = Vec3<S>::Zero();
-  Vec3<S> mid_offset_b = Vec3<S>::Zero();
+  Vec3<S> mid_offset_a = zero<Vec3<S>>();
+  Vec3<S> mid_offset_b = zero<Vec3<S>>();
   /// [m] Distance of the surfaces; negative where they overlap.
   S gap = S(0);
   /// [-] Pair of features in contact; see `ContactPoint::feature`.
@@ -53,9 +53,9 @@ struct CachedManifold {
   /// [-] Tells manifolds of one pair apart; see `ContactManifold::key`.
   std::uint32_t key = 0;
   /// [1] From a to b, world axes.
-  Vec3<S> normal = Vec3<S>::UnitZ();
+  Vec3<S> normal = unit_z<Vec3<S>>();
   /// [m] a's centre of mass in the world when the contact was found. The arm `arm_a` starts there.
-  Vec3<S> center_a = Vec3<S>::Zero();
+  Vec3<S> center_a = zero<Vec3<S>>();
   /// [-] Its points are [first, first + count).
   std::uint32_t first = 0;
   std::uint32_t count = 0;
@@ -87,13 +87,13 @@ class ContactCache {
   /// Positions of a pair's shapes when their manifolds are added.
   struct PairFrame {
     /// [1] Axes of shape a in the world.
-    Mat3<S> R_WS = Mat3<S>::Identity();
+    Mat3<S> R_WS = identity<Mat3<S>>();
     /// [m] From a's centre of mass to the origin of its shape, world axes.
-    Vec3<S> p_as = Vec3<S>::Zero();
+    Vec3<S> p_as = zero<Vec3<S>>();
     /// [m] From a's centre of mass to b's, world axes.
-    Vec3<S> p_ab = Vec3<S>::Zero();
+    Vec3<S> p_ab = zero<Vec3<S>>();
     /// [m] a's centre of mass in the world.
-    Vec3<S> center_a = Vec3<S>::Zero();
+    Vec3<S> center_a = zero<Vec3<S>>();
     /// [-] True if one of the shapes is a trigger.
     bool is_trigger = false;
   };
@@ -203,8 +203,8 @@ class ContactCache {
     }
 
    private:
-    Vec2<S> t1_ = Vec2<S>::UnitX();  // The old tangents along the new ones.
-    Vec2<S> t2_ = Vec2<S>::UnitY();
+    Vec2<S> t1_ = unit_x<Vec2<S>>();  // The old tangents along the new ones.
+    Vec2<S> t2_ = unit_y<Vec2<S>>();
   };
 
   /// Passes the impulses of old points on to the points of a manifold. It matches by feature first,
@@ -250,7 +250,7 @@ class ContactCache {
   [[nodiscard]] Vec3<S> mid_offset(const Vec3<S>& arm, const Vec3<S>& last) const {
     const Vec3<S> offset = half_ * (arm - last);
     // No rotation moves an arm by more than its length, whatever the lengths of the steps.
-    return offset.squaredNorm() <= arm.squaredNorm() ? offset : Vec3<S>::Zero();
+    return offset.squaredNorm() <= arm.squaredNorm() ? offset : zero<Vec3<S>>();
   }
 
   static void forget(std::uint32_t tag, DynamicArray<CachedManifold<S>>& manifolds,

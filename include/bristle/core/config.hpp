@@ -89,6 +89,13 @@
 #define BRISTLE_FORCE_INLINE_LAMBDA
 #endif
 
+/// BRISTLE_COLD: compiles a function that is hardly ever called for size, and never inlines it.
+#if defined(__GNUC__)
+#define BRISTLE_COLD [[gnu::cold, gnu::noinline]]
+#else
+#define BRISTLE_COLD
+#endif
+
 /// BRISTLE_UNROLL: unrolls the loop behind it, of a few turns whose number is a constant. g++ does
 /// that by itself only from -O3 on, clang at each level that optimises.
 #if defined(__GNUC__) && !defined(__clang__)

@@ -101,10 +101,22 @@ template <typename S>
 /// Text of a value: returns text unchanged.
 [[nodiscard]] inline std::string to_text(const char* value) { return value; }
 
+/// Raises InvalidArgument{field, value, rule}. This is a function of its own, so that the many
+/// checks stay small.
+[[noreturn]] BRISTLE_COLD inline void raise_invalid(std::string_view field, std::string value,
+                                                    std::string_view rule) {
+  raise(InvalidArgument(std::string(field), std::move(value), std::string(rule)));
+}
+template <typename S>
+[[noreturn]] BRISTLE_COLD void raise_broken_rule(std::string_view field, const S& value,
+                                                 std::string_view rule) {
+  raise_invalid(field, to_text(value), rule);
+}
+
 /// Raises InvalidArgument{field, value, rule} unless `holds`.
 template <typename S>
 void require(bool holds, std::string_view field, const S& value, std::string_view rule) {
-  if (!holds) raise(InvalidArgument(std::string(field), to_text(value), std::string(rule)));
+  if (!holds) raise_broken_rule(field, value, rule);
 }
 
 /// Returns whether a number is finite and has all its digits. It is then neither zero nor
@@ -154,14 +166,20 @@ void require_not_negative(std::string_view field, const S& value) {
   require_finite_square(field, value);
 }
 
-/// Applies `require_finite` to every coefficient of an Eigen expression. The message names the
-/// first one that fails.
+/// Applies `require_finite` to numbers. The message names the first one that fails.
+template <typename S>
+BRISTLE_COLD void require_all_finite(std::string_view field, const S* values,
+                                     std::ptrdiff_t count) {
+  for (std::ptrdiff_t i = 0; i < count; ++i) {
+    if (has_finite_square(values[i])) continue;
+    require_finite(std::string(field) + "[" + std::to_string(i) + "]", values[i]);
+  }
+}
+
+/// Applies `require_finite` to every coefficient of a matrix of Eigen.
 template <typename Matrix>
 void require_all_finite(std::string_view field, const Matrix& values) {
-  for (int i = 0; i < values.size(); ++i) {
-    if (has_finite_square(values.coeff(i))) continue;
-    require_finite(std::string(field) + "[" + std::to_string(i) + "]", values.coeff(i));
-  }
+  require_all_finite(field, values.data(), values.size());
 }
 
 }  // namespace detail

@@ -58,7 +58,7 @@ class BulletHost : public EngineHost<btRigidBody*, Backend>, private btActionInt
     if (const auto known = this->find(&body)) return *known;
     BodyDef<double> def;
     def.motion = body.isStaticObject() ? Motion::fixed : Motion::kinematic;
-    def.center_of_mass = Vec3<double>::Zero();
+    def.center_of_mass = detail::zero<Vec3<double>>();
     const Transform<double> X_WB = transform(body.getWorldTransform());
     def.position = X_WB.translation;
     def.orientation = X_WB.rotation;
@@ -88,7 +88,7 @@ class BulletHost : public EngineHost<btRigidBody*, Backend>, private btActionInt
   /// [1/kg, 1/(kg m^2)] Free mobility of a body, without its locked axes.
   [[nodiscard]] Mat6<double> mobility(BodyId id, BodyId) const {
     const btRigidBody& b = **this->key_of(id);
-    if (b.isStaticOrKinematicObject()) return Mat6<double>::Zero();
+    if (b.isStaticOrKinematicObject()) return detail::zero<Mat6<double>>();
     const Vec3<double> turns = vector(b.getAngularFactor());
     Mat3<double> inverse_inertia;
     for (int i = 0; i < 3; ++i) {

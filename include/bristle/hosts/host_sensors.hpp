@@ -38,7 +38,7 @@ struct HostBody {
   /// [m] Pose of its shapes' and sensors' frame.
   Transform<S> pose{};
   /// [m] Centre of mass in the world.
-  Vec3<S> center = Vec3<S>::Zero();
+  Vec3<S> center = detail::zero<Vec3<S>>();
   /// [m/s, rad/s] Velocity of the centre of mass.
   Twist<S> twist{};
   /// [m/s^2, rad/s^2] Acceleration that the engine adds by itself in its next step: gravity,
@@ -91,12 +91,12 @@ concept CastsRays = requires(const H& view, BodyId id, const RayBatch<S>& rays, 
 /// @param inverse_inertia_W  [1/(kg m^2)] World axes.
 template <Scalar S>
 [[nodiscard]] Mat6<S> free_mobility(const Vec3<S>& inverse_mass, const Mat3<S>& inverse_inertia_W) {
-  return detail::mobility<S>(inverse_mass, inverse_inertia_W, Vec3<S>::Zero());
+  return detail::mobility<S>(inverse_mass, inverse_inertia_W, detail::zero<Vec3<S>>());
 }
 /// The same for one inverse mass [1/kg] along all axes.
 template <Scalar S>
 [[nodiscard]] Mat6<S> free_mobility(S inverse_mass, const Mat3<S>& inverse_inertia_W) {
-  return free_mobility<S>(Vec3<S>::Constant(inverse_mass), inverse_inertia_W);
+  return free_mobility<S>(detail::filled<Vec3<S>>(inverse_mass), inverse_inertia_W);
 }
 
 /// Figures of a step of `HostSensors`.
@@ -143,7 +143,7 @@ struct HostEntry {
   /// [m/s, rad/s] Twist it will have without sensors, about the mirrored centre of mass.
   Twist<S> free{};
   /// [m] From the engine's centre of mass to the mirrored one, world axes.
-  Vec3<S> shift = Vec3<S>::Zero();
+  Vec3<S> shift = zero<Vec3<S>>();
   bool is_there = false;
   bool has_moved = false;
 };
@@ -153,7 +153,7 @@ template <Scalar S>
 struct HostMobility {
   std::uint32_t from = 0;
   std::uint32_t to = 0;
-  Mat6<S> matrix = Mat6<S>::Zero();
+  Mat6<S> matrix = zero<Mat6<S>>();
 };
 
 /// Wrench to apply to a body.

@@ -206,7 +206,7 @@ void HostStage<S, Backend>::add_bodies(const Sensors& sensors) {
   own_mobility_.resize(sensors.bodies_.size());
   for (const std::uint32_t slot : sensors.touched_) {
     number_[slot] = system_.add_body(sensors.bodies_[slot].free);
-    own_mobility_[slot].setZero();
+    set_zero(own_mobility_[slot]);
   }
   const auto to_mirrored = [&](std::uint32_t slot) {
     return shift_matrix<S>(sensors.bodies_[slot].shift);

@@ -117,7 +117,7 @@ class OdeHost : public EngineHost<void*, Backend> {
   }
   /// [1/kg, 1/(kg m^2)] Mobility that a body's joints leave free. Bodies are queried one at a time.
   [[nodiscard]] Mat6<double> mobility(BodyId i, BodyId j) const {
-    return i == j ? response(body_of(i)).mobility : Mat6<double>::Zero();
+    return i == j ? response(body_of(i)).mobility : detail::zero<Mat6<double>>();
   }
   /// Adds a wrench [N, N m] about the centre of mass until the end of the next step. Wakes the
   /// body.
@@ -131,10 +131,10 @@ class OdeHost : public EngineHost<void*, Backend> {
  private:
   /// Mobility of a body, and its twist at the end of the step without sensors.
   struct Response {
-    Mat6<double> mobility = Mat6<double>::Zero();
-    Vec6<double> twist = Vec6<double>::Zero();
+    Mat6<double> mobility = detail::zero<Mat6<double>>();
+    Vec6<double> twist = detail::zero<Vec6<double>>();
     /// Diagonal of the mobility without joints.
-    Vec6<double> free = Vec6<double>::Zero();
+    Vec6<double> free = detail::zero<Vec6<double>>();
 
     /// Sets the twist along a row to that of `base`, by an impulse along that row.
     void hold(const Vec3<double>& linear, const Vec3<double>& angular, const Vec6<double>& base) {
@@ -150,8 +150,8 @@ class OdeHost : public EngineHost<void*, Backend> {
   /// Motion that a joint holds, along an axis and across it: of its point, and turns.
   struct Hold {
     bool along = false, across = false, turn_along = false, turn_across = false;
-    Vec3<double> point = Vec3<double>::Zero();
-    Vec3<double> axis = Vec3<double>::UnitZ();
+    Vec3<double> point = detail::zero<Vec3<double>>();
+    Vec3<double> axis = detail::unit_z<Vec3<double>>();
   };
 
   /// Mirrored geoms without body are fixed, never queried.
@@ -204,7 +204,7 @@ class OdeHost : public EngineHost<void*, Backend> {
     const dBodyID other = first == body ? dJointGetBody(joint, 1) : first;
     if (!dJointIsEnabled(joint) || (other != nullptr && !dBodyIsKinematic(other))) return;
     const Vec3<double> center = vector(dBodyGetPosition(body));
-    Vec6<double> base = Vec6<double>::Zero();
+    Vec6<double> base = detail::zero<Vec6<double>>();
     if (other != nullptr) {
       base = twist_of(other);
       base.head<3>() += base.tail<3>().cross(center - vector(dBodyGetPosition(other)));
@@ -218,7 +218,7 @@ class OdeHost : public EngineHost<void*, Backend> {
         response.hold(d, (held.point - center).cross(d), base);
       }
       if (direction == axis ? held.turn_along : held.turn_across) {
-        response.hold(Vec3<double>::Zero(), d, base);
+        response.hold(detail::zero<Vec3<double>>(), d, base);
       }
     }
   }

@@ -227,7 +227,7 @@ void Recorder<S>::add_patch(const World<S, Backend>& world, PatchId id, std::str
     patch.directions.push_back(sensors.direction[i]);
   }
   const std::size_t past = recording_.times.size() * patch.ends.size();
-  patch.forces.resize(past, Vec3<S>::Zero());
+  patch.forces.resize(past, detail::zero<Vec3<S>>());
   patch.depths.resize(past);
   patch.states.resize(past, SensorState::free);
   recording_.patches.push_back(std::move(patch));
@@ -314,7 +314,7 @@ void Recorder<S>::observe_patch(const World<S, Backend>& world, std::size_t numb
   Patch& patch = recording_.patches[number];
   if (!world.contains(patches_[number])) {
     const std::size_t count = recording_.times.size() * patch.ends.size();
-    patch.forces.resize(count, Vec3<S>::Zero());
+    patch.forces.resize(count, detail::zero<Vec3<S>>());
     patch.depths.resize(count);
     patch.states.resize(count, SensorState::free);
     return;

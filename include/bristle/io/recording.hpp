@@ -54,9 +54,9 @@ struct Recording {
     /// [-] Number of the body that is pressed.
     std::size_t body = 0;
     /// [m] Position in the world.
-    Vec3<S> point = Vec3<S>::Zero();
+    Vec3<S> point = detail::zero<Vec3<S>>();
     /// [N] Force on that body, world axes.
-    Vec3<S> force = Vec3<S>::Zero();
+    Vec3<S> force = detail::zero<Vec3<S>>();
   };
   /// A joint and its motion.
   struct Joint {

@@ -78,7 +78,7 @@ template <typename A, typename B>
 template <Value T>
 [[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> zero_vector() {
   if constexpr (Scalar<T>) {
-    return Vec3<T>::Zero();
+    return zero<Vec3<T>>();
   } else {
     return {T(ScalarOf<T>(0)), T(ScalarOf<T>(0)), T(ScalarOf<T>(0))};
   }

@@ -20,9 +20,9 @@ struct MassProperties {
   /// [kg] Mass.
   S mass = S(0);
   /// [m] Centre of mass.
-  Vec3<S> center = Vec3<S>::Zero();
+  Vec3<S> center = detail::zero<Vec3<S>>();
   /// [kg m^2] Inertia about the centre of mass, along the frame's axes.
-  Mat3<S> inertia = Mat3<S>::Zero();
+  Mat3<S> inertia = detail::zero<Mat3<S>>();
 
   /// The same body with its mass multiplied by `factor` (a density, for unit-density properties).
   [[nodiscard]] MassProperties scaled(S factor) const {
@@ -39,7 +39,7 @@ struct MassProperties {
 /// Inertia of a point mass `m` [kg] at `r` [m]: the term of the parallel-axis theorem.
 template <Scalar S>
 [[nodiscard]] Mat3<S> point_inertia(S m, const Vec3<S>& r) {
-  return m * (r.squaredNorm() * Mat3<S>::Identity() - r * r.transpose());
+  return m * (r.squaredNorm() * detail::identity<Mat3<S>>() - r * r.transpose());
 }
 
 namespace detail {
@@ -68,7 +68,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] Mat3<S> inverse_inertia(const Mat3<S>& inertia) {
   const S unit = S(1) / detail::power_of_two_below(S(inertia.trace()));
-  return unit * Mat3<S>(unit * inertia).inverse();
+  return unit * detail::inverse_of<S>(unit * inertia);
 }
 
 /// [1/(kg m^2)] Inverse inertia of a body that torques turn only about its free axes. Rows and
@@ -78,8 +78,8 @@ template <Scalar S>
   const S scale = detail::power_of_two_below(S(inertia.trace()));
   for (Eigen::Index i = 0; i < 3; ++i) {
     if (!is_locked[static_cast<std::size_t>(i)]) continue;
-    detail::set_row(inertia, i, Vec3<S>::Zero());
-    detail::set_column(inertia, i, Vec3<S>::Zero());
+    detail::set_row(inertia, i, detail::zero<Vec3<S>>());
+    detail::set_column(inertia, i, detail::zero<Vec3<S>>());
     inertia(i, i) = scale;
   }
   Mat3<S> inverse = inverse_inertia<S>(inertia);

@@ -91,6 +91,43 @@ template <typename Value, typename Make>
   }
 }
 
+/// The matrix whose entries all have one value.
+template <typename Value>
+[[nodiscard]] BRISTLE_FORCE_INLINE Value filled(const typename Value::Scalar& value) {
+  return matrix_of<Value>([&](int, int) BRISTLE_FORCE_INLINE_LAMBDA { return value; });
+}
+template <typename Value>
+[[nodiscard]] BRISTLE_FORCE_INLINE Value zero() {
+  return filled<Value>(typename Value::Scalar(0));
+}
+template <typename Value>
+BRISTLE_FORCE_INLINE void set_zero(Value& value) {
+  value = zero<Value>();
+}
+template <typename Value>
+[[nodiscard]] BRISTLE_FORCE_INLINE Value identity() {
+  using S = typename Value::Scalar;
+  return matrix_of<Value>([](int i, int j) BRISTLE_FORCE_INLINE_LAMBDA { return S(i == j); });
+}
+/// The unit vector along an axis: 0 is x.
+template <typename Value>
+[[nodiscard]] BRISTLE_FORCE_INLINE Value unit_vector(Eigen::Index axis) {
+  using S = typename Value::Scalar;
+  return matrix_of<Value>([&](int i, int) BRISTLE_FORCE_INLINE_LAMBDA { return S(i == axis); });
+}
+template <typename Value>
+[[nodiscard]] BRISTLE_FORCE_INLINE Value unit_x() {
+  return unit_vector<Value>(0);
+}
+template <typename Value>
+[[nodiscard]] BRISTLE_FORCE_INLINE Value unit_y() {
+  return unit_vector<Value>(1);
+}
+template <typename Value>
+[[nodiscard]] BRISTLE_FORCE_INLINE Value unit_z() {
+  return unit_vector<Value>(2);
+}
+
 /// The matrix of f of each entry, or of each two entries.
 template <SmallMatrix A, typename F>
 [[nodiscard]] BRISTLE_FORCE_INLINE ValueOf<A> each(const A& a, const F& f) {
@@ -164,6 +201,25 @@ operator*(const A& a, const B& b) {
         return sum;
       });
 }
+
+/// Returns whether all entries are equal.
+template <typename A, typename B>
+requires detail::SameSize<A, B>
+[[nodiscard]] BRISTLE_FORCE_INLINE bool operator==(const A& a, const B& b) {
+  decltype(auto) x = detail::stored(a);
+  decltype(auto) y = detail::stored(b);
+  for (int j = 0; j < A::ColsAtCompileTime; ++j) {
+    for (int i = 0; i < A::RowsAtCompileTime; ++i) {
+      if (!(detail::entry(x, i, j) == detail::entry(y, i, j))) return false;
+    }
+  }
+  return true;
+}
+
+/// Returns whether any entries differ.
+template <typename A, typename B>
+requires detail::SameSize<A, B>
+[[nodiscard]] BRISTLE_FORCE_INLINE bool operator!=(const A& a, const B& b) { return !(a == b); }
 
 /// Sizes of the entries.
 template <detail::SmallMatrix A>
@@ -287,6 +343,20 @@ template <SmallMatrix M>
 [[nodiscard]] BRISTLE_FORCE_INLINE auto transposed(const M& m) {
   return matrix_of<SmallResult<typename M::Scalar, M::ColsAtCompileTime, M::RowsAtCompileTime>>(
       [&](int i, int j) BRISTLE_FORCE_INLINE_LAMBDA { return entry(m, j, i); });
+}
+
+/// The inverse of a matrix by its cofactors. Not finite where the determinant is 0.
+template <typename S>
+[[nodiscard]] Eigen::Matrix<S, 3, 3> inverse_of(const Eigen::Matrix<S, 3, 3>& m) {
+  const auto cofactor = [&](int i, int j) BRISTLE_FORCE_INLINE_LAMBDA -> S {
+    const int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
+    return m(i1, j1) * m(i2, j2) - m(i1, j2) * m(i2, j1);
+  };
+  const Eigen::Matrix<S, 3, 1> first{cofactor(0, 0), cofactor(1, 0), cofactor(2, 0)};
+  const S determinant = first[0] * m(0, 0) + (first[1] * m(1, 0) + first[2] * m(2, 0));
+  const S scale = S(1) / determinant;
+  return matrix_of<Eigen::Matrix<S, 3, 3>>(
+      [&](int i, int j) BRISTLE_FORCE_INLINE_LAMBDA -> S { return cofactor(j, i) * scale; });
 }
 
 /// R M R^T of a symmetric M: only six entries are computed.

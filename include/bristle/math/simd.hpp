@@ -129,12 +129,6 @@ class Pack {
     }
     return a;
   }
-  /// Loads the first n lanes from p and sets the others to `rest`. Nothing of p behind n is read.
-  [[nodiscard]] BRISTLE_FORCE_INLINE static Pack load_first(const S* p, std::size_t n, S rest) {
-    Pack a(rest);
-    for (std::size_t i = 0; i < n && i < size; ++i) a.r_[i] = p[i];
-    return a;
-  }
   /// Lane i from p[at[i]].
   template <std::integral Index>
   [[nodiscard]] BRISTLE_FORCE_INLINE static Pack gather(const S* p, const Index* at) {
@@ -165,11 +159,6 @@ class Pack {
       for (std::size_t i = 0; i < size; ++i) p[i] = r_[i];
     }
   }
-  /// Stores the first n lanes; nothing behind them is written.
-  BRISTLE_FORCE_INLINE void store_first(S* p, std::size_t n) const {
-    for (std::size_t i = 0; i < n && i < size; ++i) p[i] = r_[i];
-  }
-
   /// Lane i to p[at[i]], in the order of the lanes.
   template <std::integral Index>
   BRISTLE_FORCE_INLINE void scatter(S* p, const Index* at) const {

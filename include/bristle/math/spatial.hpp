@@ -11,9 +11,9 @@ namespace bristle::inline BRISTLE_ABI {
 template <Scalar S>
 struct Twist {
   /// [m/s] Velocity of the reference point.
-  Vec3<S> linear = Vec3<S>::Zero();
+  Vec3<S> linear = detail::zero<Vec3<S>>();
   /// [rad/s] Angular velocity.
-  Vec3<S> angular = Vec3<S>::Zero();
+  Vec3<S> angular = detail::zero<Vec3<S>>();
 
   /// [m/s] Velocity of the body's point at `r` [m] from the reference point.
   [[nodiscard]] BRISTLE_FORCE_INLINE Vec3<S> at(const Vec3<S>& r) const {
@@ -36,9 +36,9 @@ struct Twist {
 template <Scalar S>
 struct Wrench {
   /// [N] Force.
-  Vec3<S> force = Vec3<S>::Zero();
+  Vec3<S> force = detail::zero<Vec3<S>>();
   /// [N m] Torque about the reference point.
-  Vec3<S> torque = Vec3<S>::Zero();
+  Vec3<S> torque = detail::zero<Vec3<S>>();
 
   /// Wrench of a force `f` that acts at `r` [m] from the reference point.
   [[nodiscard]] static Wrench at(const Vec3<S>& r, const Vec3<S>& f) { return {f, r.cross(f)}; }
@@ -111,7 +111,7 @@ BRISTLE_FORCE_INLINE void set_quarter(Mat6<S>& m, const Mat3<S>& value) {
 /// The matrix of `Twist::shifted(r)`; its transpose is that of `Wrench::shifted(-r)`.
 template <Scalar S>
 [[nodiscard]] Mat6<S> shift_matrix(const Vec3<S>& r) {
-  Mat6<S> G = Mat6<S>::Identity();
+  Mat6<S> G = detail::identity<Mat6<S>>();
   detail::set_quarter<0, 3, S>(G, -skew(r));
   return G;
 }

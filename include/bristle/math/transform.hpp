@@ -22,7 +22,7 @@ struct Transform {
   /// [1] R_AB as a unit quaternion.
   Quat<S> rotation = Quat<S>::Identity();
   /// [m] Origin of B in A.
-  Vec3<S> translation = Vec3<S>::Zero();
+  Vec3<S> translation = detail::zero<Vec3<S>>();
 
   /// X_BA, the pose of A in B.
   [[nodiscard]] Transform inverse() const {

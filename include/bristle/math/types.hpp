@@ -97,9 +97,9 @@ namespace detail {
 template <typename S>
 [[nodiscard]] BRISTLE_FORCE_INLINE Mat3<S> times_skew(const Mat3<S>& J, const Vec3<S>& r) {
   Mat3<S> product;
-  set_column(product, 0, r[2] * J.col(1) - r[1] * J.col(2));
-  set_column(product, 1, r[0] * J.col(2) - r[2] * J.col(0));
-  set_column(product, 2, r[1] * J.col(0) - r[0] * J.col(1));
+  set_column(product, 0, r[2] * column_of(J, 1) - r[1] * column_of(J, 2));
+  set_column(product, 1, r[0] * column_of(J, 2) - r[2] * column_of(J, 0));
+  set_column(product, 2, r[1] * column_of(J, 0) - r[0] * column_of(J, 1));
   return product;
 }
 

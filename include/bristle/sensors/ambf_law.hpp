@@ -51,7 +51,7 @@ template <Scalar S>
       did_slip = size2 > S(0);
     }
   } else {
-    anchor = anchored<S>(pair, r_A, Vec3<S>::Zero());
+    anchor = anchored<S>(pair, r_A, zero<Vec3<S>>());
     is_anchored = true;
   }
   f.shear += (p.sliding_friction * weight) * ambf_projected<S>(tangential<S>(c.v, m));

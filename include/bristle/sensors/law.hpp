@@ -116,9 +116,9 @@ struct Anchor {
 template <Scalar S>
 struct PairPose {
   /// [1] Axes of B in those of A.
-  Mat3<S> R_AB = Mat3<S>::Identity();
+  Mat3<S> R_AB = identity<Mat3<S>>();
   /// [m] From A's centre of mass to B's, in A's axes.
-  Vec3<S> p_AB = Vec3<S>::Zero();
+  Vec3<S> p_AB = zero<Vec3<S>>();
 };
 
 template <Scalar S>

@@ -68,8 +68,8 @@ class PacketBoxes {
 
     BoxRow() {
       for (std::size_t i = 0; i < group_size; ++i) {
-        lower.set(i, Vec3<S>::Constant(infinity<S>));
-        upper.set(i, Vec3<S>::Constant(-infinity<S>));
+        lower.set(i, filled<Vec3<S>>(infinity<S>));
+        upper.set(i, filled<Vec3<S>>(-infinity<S>));
       }
     }
     void include(std::size_t i, const Vec3<S>& point) {
@@ -80,8 +80,8 @@ class PacketBoxes {
     /// Infinities would raise floating-point exceptions.
     void fill_up(std::size_t count) {
       for (std::size_t i = (count - 1) % group_size + 1; i < group_size; ++i) {
-        lower.set(i, Vec3<S>::Zero());
-        upper.set(i, Vec3<S>::Zero());
+        lower.set(i, zero<Vec3<S>>());
+        upper.set(i, zero<Vec3<S>>());
       }
     }
   };

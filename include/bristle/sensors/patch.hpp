@@ -70,7 +70,7 @@ struct PairStiffness {
   S bristle_sum = S(0), viscous_sum = S(0);
   /// [kg] Sums of s, of s rho, of s rho^2 (`measure_pair`), across the rays and along them.
   S tangential = S(0), normal = S(0);
-  Vec3<S> tangential_first = Vec3<S>::Zero(), normal_first = Vec3<S>::Zero();
+  Vec3<S> tangential_first = zero<Vec3<S>>(), normal_first = zero<Vec3<S>>();
   S tangential_second = S(0), normal_second = S(0);
 };
 
@@ -82,16 +82,16 @@ struct PatchPair {
   std::uint32_t first = 0;
   std::uint32_t count = 0;
   /// [-] Axes of A in the world, and the pose of B relative to A.
-  Mat3<S> R_WA = Mat3<S>::Identity();
+  Mat3<S> R_WA = identity<Mat3<S>>();
   PairPose<S> pose{};
   /// [m/s, rad/s] Motion of A relative to B at the start of the step, about A's centre of mass, in
   /// A's axes.
   Twist<S> start_motion{};
   /// [m] Reference point c from A's centre of mass in A's axes, and from each centre of mass in
   /// world axes.
-  Vec3<S> center = Vec3<S>::Zero();
-  Vec3<S> arm_a = Vec3<S>::Zero();
-  Vec3<S> arm_b = Vec3<S>::Zero();
+  Vec3<S> center = zero<Vec3<S>>();
+  Vec3<S> arm_a = zero<Vec3<S>>();
+  Vec3<S> arm_b = zero<Vec3<S>>();
   PairStiffness<S> stiffness{};
   /// [N s, N m s] Impulse on B about c in A's axes, if it was applied with the contacts.
   bool is_applied = false;
@@ -107,8 +107,8 @@ struct PatchPair {
   /// models, around the motion at the start of the step, follow from the hits and the stretch.
   bool has_moved_models = false;
   /// [-] Sum of the contacts' linear models about c, in A's axes: impulse = offset + matrix u.
-  Mat6<S> matrix = Mat6<S>::Zero();
-  Vec6<S> offset = Vec6<S>::Zero();
+  Mat6<S> matrix = zero<Mat6<S>>();
+  Vec6<S> offset = zero<Vec6<S>>();
   /// [-] Its index among soft blocks, when implicit.
   std::uint32_t soft = 0;
 };
@@ -118,7 +118,7 @@ template <Scalar S>
 struct PairImpulse {
   BodyId body{};
   /// [N s; N m s] On B about the pair's point c, world axes.
-  Vec6<S> impulse = Vec6<S>::Zero();
+  Vec6<S> impulse = zero<Vec6<S>>();
 };
 
 /// A shape that rays hit in this step, and the pair of its body.
@@ -271,7 +271,7 @@ template <Scalar S>
     SensorPacket<S>& packet = patch.packets[i / packet_size];
     const std::size_t lane = i % packet_size;
     // Lanes behind the last sensor never hit anything. A unit direction keeps them finite.
-    const Vec3<S> direction = i < n ? patch.direction[i] : Vec3<S>(Vec3<S>::UnitX());
+    const Vec3<S> direction = i < n ? patch.direction[i] : unit_x<Vec3<S>>();
     Vec3<S> t1, t2;
     tangent_basis<S>(direction, t1, t2);
     packet.direction.set(lane, direction);

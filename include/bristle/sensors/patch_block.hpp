@@ -219,7 +219,7 @@ void sum_first_models(const SensorPatch<S>& patch, const PatchPair<S>& pair,
 template <Scalar S>
 struct PassDef {
   /// [m/s, rad/s] Solved u at the end of the step.
-  Vec6<S> motion = Vec6<S>::Zero();
+  Vec6<S> motion = zero<Vec6<S>>();
   /// [s] The step.
   S dt = S(0);
   /// [-] Solve that found it.

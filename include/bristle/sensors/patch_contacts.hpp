@@ -79,7 +79,7 @@ void clear_patch(SensorPatch<S>& patch) {
   patch.last_impulses.clear();
   patch.plane_cache.clear();
   patch.readings.wrench = {};
-  patch.readings.shear_W.setZero();
+  set_zero(patch.readings.shear_W);
 }
 
 template <Scalar S>

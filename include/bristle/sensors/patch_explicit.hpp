@@ -63,7 +63,7 @@ Wrench<S> ambf_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId 
     packet.is_slipping = 0;
     for (std::size_t i = 0; i < packet_size; ++i) {
       const LaneBits bit = static_cast<LaneBits>(1u << i);
-      packet.impulse.set(i, Vec3<S>::Zero());
+      packet.impulse.set(i, zero<Vec3<S>>());
       packet.normal_impulse[i] = S(0);
       if ((packet.is_touching & bit) == 0) continue;
       const auto [n, g, point, depth, inverse_length] =

@@ -78,7 +78,7 @@ template <Scalar S>
 template <Scalar S>
 PatchMesh<S> plane_patch(const detail::Vec2<S>& size, const std::array<std::uint32_t, 2>& cells) {
   PatchMesh<S> patch{grid_mesh<S>(size, cells), {}};
-  patch.normals.assign(patch.mesh.vertices.size(), Vec3<S>::UnitZ());
+  patch.normals.assign(patch.mesh.vertices.size(), detail::unit_z<Vec3<S>>());
   return patch;
 }
 
@@ -116,7 +116,7 @@ PatchMesh<S> half_sphere_patch(S radius, std::uint32_t rings, std::uint32_t segm
   detail::require(rings >= 1, "half_sphere_patch: rings", rings, "must be >= 1");
   detail::require(segments >= 3, "half_sphere_patch: segments", segments, "must be >= 3");
   PatchMesh<S> patch;
-  patch.normals = {Vec3<S>::UnitZ()};
+  patch.normals = {detail::unit_z<Vec3<S>>()};
   for (std::uint32_t i = 1; i <= rings; ++i) {
     const S polar = S(0.5) * S(std::numbers::pi) * S(i) / S(rings);
     // The rim lies exactly in the plane.
@@ -146,7 +146,7 @@ PatchMesh<S> patch_from_mesh(const TriangleMesh<S>& mesh) {
   const detail::DynamicArray<Vec3<S>> faces =
       detail::face_normals<S>(patch.mesh, degenerate_triangles(patch.mesh));
   for (const detail::NormalSum<S>& n : detail::vertex_normals<S>(patch.mesh, faces)) {
-    patch.normals.push_back(n.has_direction() ? n.sum.normalized() : Vec3<S>(Vec3<S>::Zero()));
+    patch.normals.push_back(n.has_direction() ? n.sum.normalized() : detail::zero<Vec3<S>>());
   }
   return patch;
 }

@@ -148,7 +148,7 @@ void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& 
   std::swap(patch.felt, patch.active_before);
   std::fill(patch.felt.begin(), patch.felt.end(), LaneBits(0));
   out.wrench = {};
-  out.shear_W.setZero();
+  set_zero(out.shear_W);
   for (const PatchPair<S>& pair : patch.pairs) {
     read_pair(patch, pair, origin, S(1) / dt, find_id(pair.body_b), parallel_for);
   }

@@ -70,11 +70,11 @@ template <Scalar S>
 template <Scalar S>
 struct SensorGridDef {
   /// [m] Middle of the rectangle.
-  Vec3<S> center = Vec3<S>::Zero();
+  Vec3<S> center = detail::zero<Vec3<S>>();
   /// [m] One whole side of the rectangle. The rays point along side_u x side_v.
-  Vec3<S> side_u = Vec3<S>::Zero();
+  Vec3<S> side_u = detail::zero<Vec3<S>>();
   /// [m] The other whole side; not parallel to side_u.
-  Vec3<S> side_v = Vec3<S>::Zero();
+  Vec3<S> side_v = detail::zero<Vec3<S>>();
   /// [-] Number of sensors along side_u, >= 1.
   std::size_t count_u = 1;
   /// [-] Number of sensors along side_v, >= 1.
@@ -177,7 +177,7 @@ class MeshPlacement {
 
  private:
   [[nodiscard]] bool has_normal(std::size_t triangle) const {
-    return normals_[triangle] != Vec3<S>::Zero();
+    return normals_[triangle] != zero<Vec3<S>>();
   }
 
   void add(const Vec3<S>& p_M, const Vec3<S>& n_M, std::size_t& counter) {

@@ -51,7 +51,7 @@ struct PlaneCacheShape {
     // A point of B at r moves to T r + p' - T p, with T = R' R^T.
     const Mat3<S> turn = now.R_AB * pose.R_AB.transpose();
     const S moved =
-        (now.p_AB - turn * pose.p_AB).norm() + (turn - Mat3<S>::Identity()).norm() * reach;
+        (now.p_AB - turn * pose.p_AB).norm() + (turn - identity<Mat3<S>>()).norm() * reach;
     return moved + approach <= reserve;
   }
 };
@@ -149,8 +149,7 @@ void PlaneCache<S>::keep(const Patch& patch) {
                 kept.tag.begin());
   }
   for (PlaneCacheShape<S>& shape : shapes) {
-    Mat3<S> R_BA = shape.pose.R_AB;
-    R_BA.transposeInPlace();  // At -O1 g++ 12 takes a transposed copy for uninitialised.
+    const Mat3<S> R_BA = transposed(shape.pose.R_AB);
     for (PlaneCachePacket<S>& kept : packets) {
       const auto of_shape =
           static_cast<LaneBits>(kept.is_hit & equal_lanes(kept.tag.data(), shape.tag));

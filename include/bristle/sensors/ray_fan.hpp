@@ -17,11 +17,11 @@ namespace bristle::inline BRISTLE_ABI {
 template <Scalar S>
 struct RayFanDef {
   /// [m] Point from which the rays spread.
-  Vec3<S> origin = Vec3<S>::Zero();
+  Vec3<S> origin = detail::zero<Vec3<S>>();
   /// [1] Direction of the middle of the fan; any length but 0.
-  Vec3<S> forward = Vec3<S>::UnitX();
+  Vec3<S> forward = detail::unit_x<Vec3<S>>();
   /// [1] Axis of the azimuth, made perpendicular to `forward`; must not be along it.
-  Vec3<S> up = Vec3<S>::UnitZ();
+  Vec3<S> up = detail::unit_z<Vec3<S>>();
   /// [rad] Whole angle of the columns, around `up`, in [0, 2 pi].
   S width = S(std::numbers::pi) / S(2);
   /// [rad] Whole angle of the rows, in [0, pi].

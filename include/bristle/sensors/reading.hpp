@@ -53,7 +53,7 @@ struct PatchReading {
   /// [N, N m] Total wrench on the patch's body about its centre of mass, world axes.
   Wrench<S> wrench{};
   /// [N] Vector sum of the shear forces, world axes.
-  Vec3<S> shear_W = Vec3<S>::Zero();
+  Vec3<S> shear_W = detail::zero<Vec3<S>>();
 
   /// [-] Number of sensors.
   [[nodiscard]] std::size_t size() const { return depth.size(); }

@@ -25,7 +25,7 @@ struct ReadingStore {
   DynamicArray<BodyId> body;
   DynamicArray<SensorState> state;
   Wrench<S> wrench{};
-  Vec3<S> shear_W = Vec3<S>::Zero();
+  Vec3<S> shear_W = zero<Vec3<S>>();
 
   void resize(std::size_t sensors) {
     count = sensors;

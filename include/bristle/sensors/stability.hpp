@@ -54,8 +54,8 @@ namespace detail {
 /// Stiffness and damping of a pair's contacts about c.
 template <Scalar S>
 void sum_stiffness(const SensorPatch<S>& patch, const PatchPair<S>& pair, Mat6<S>& K, Mat6<S>& D) {
-  K.setZero();
-  D.setZero();
+  set_zero(K);
+  set_zero(D);
   for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
     const ContactPacket<S>& contacts = patch.contacts[k];
     const SensorPacket<S>& sensors = patch.packets[contacts.packet];
@@ -87,7 +87,7 @@ void sum_stiffness(const SensorPatch<S>& patch, const PatchPair<S>& pair, Mat6<S
 template <Scalar S>
 [[nodiscard]] Mat6<S> mobility_root(const Mat6<S>& W) {
   using std::sqrt;
-  Mat6<S> root = Mat6<S>::Zero();
+  Mat6<S> root = zero<Mat6<S>>();
   for (int j = 0; j < 6; ++j) {
     Vec6<S> rest = column_of(W, j);
     for (int k = 0; k < j; ++k) rest = rest - root(j, k) * column_of(root, k);
@@ -103,7 +103,7 @@ template <Scalar S>
 /// L^T D L. 4 - dt^2 K - 2 dt D is then positive definite, which a Cholesky factorisation decides.
 template <Scalar S>
 [[nodiscard]] bool is_stable_step(const Mat6<S>& K, const Mat6<S>& D, S dt) {
-  Mat6<S> rest = S(4) * Mat6<S>::Identity() - dt * dt * K - S(2) * dt * D;
+  Mat6<S> rest = S(4) * identity<Mat6<S>>() - dt * dt * K - S(2) * dt * D;
   return factor_cholesky(rest.data(), 6);
 }
 

@@ -156,7 +156,7 @@ TriangleMesh<S> wrap_patch(const PatchMesh<S>& patch, const TriangleMesh<S>& sha
   TriangleMesh<S> moved = patch.mesh;
   detail::DynamicArray<bool> is_kept(moved.vertices.size(), false);
   for (std::uint32_t v = 0; v < moved.vertices.size(); ++v) {
-    if (patch.normals[v] == Vec3<S>::Zero()) {
+    if (patch.normals[v] == detail::zero<Vec3<S>>()) {
       result.without_normal.push_back(v);
       continue;
     }

@@ -47,15 +47,15 @@ class ContactReading {
   /// One contact point. World axes.
   struct Point {
     /// [m] Position when the step began.
-    Vec3<S> position = Vec3<S>::Zero();
+    Vec3<S> position = detail::zero<Vec3<S>>();
     /// [1] Unit normal from shape a to shape b.
-    Vec3<S> normal = Vec3<S>::UnitZ();
+    Vec3<S> normal = detail::unit_z<Vec3<S>>();
     /// [m] Distance of the surfaces when the step began. Negative where they overlap.
     S gap = S(0);
     /// [N s] Impulse on b along the normal, >= 0.
     S normal_impulse = S(0);
     /// [N s] Impulse of friction on b.
-    Vec3<S> friction_impulse = Vec3<S>::Zero();
+    Vec3<S> friction_impulse = detail::zero<Vec3<S>>();
   };
 
   /// [-] Shape with the smaller index.

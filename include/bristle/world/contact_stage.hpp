@@ -212,7 +212,7 @@ class ContactStage {
           pairs_[i], std::span(buffers_[i / chunk_size]).subspan(found_[i].first, found_[i].count),
           {a.is_centered ? X_WA.rotation_matrix()
                          : rotation_matrix<S>(X_WA.rotation * a.X_CmS.rotation),
-           a.is_centered ? Vec3<S>::Zero() : X_WA.rotate(a.X_CmS.translation),
+           a.is_centered ? zero<Vec3<S>>() : X_WA.rotate(a.X_CmS.translation),
            X_WB.translation - X_WA.translation, X_WA.translation, a.is_trigger || b.is_trigger});
     }
     if (has_sleepers) state.contacts.persist_before({~0u, ~0u}, stays);

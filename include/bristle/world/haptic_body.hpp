@@ -58,8 +58,8 @@ class HapticBody {
 
   /// Starts the equations of one solve.
   void clear_system() {
-    matrix_.setZero();
-    offset_.setZero();
+    set_zero(matrix_);
+    set_zero(offset_);
   }
   /// Adds a patch that acts on this body as B.
   /// @param motion_a  [m/s, rad/s] Twist of A at the point c of the block.
@@ -73,7 +73,7 @@ class HapticBody {
     const Vec6<S> start = stacked(body_.twist);
     end_ = start;
     if (!body_.moves()) return;
-    const Mat6<S> left = Mat6<S>::Identity() + held_.matrix * matrix_;
+    const Mat6<S> left = identity<Mat6<S>>() + held_.matrix * matrix_;
     end_ = solved(left, start + held_.matrix * (h * other_force_ + offset_));
     if (!all_finite(end_)) end_ = start + held_.matrix * (h * other_force_);
   }
@@ -106,22 +106,22 @@ class HapticBody {
   [[nodiscard]] Twist<S> carried() const { return twist_of<S>(held_.matrix * stacked(carried_)); }
 
   /// [kg m/s, kg m^2/s] Momentum of the world's body when the impulses were applied.
-  Vec6<S> start_momentum = Vec6<S>::Zero();
+  Vec6<S> start_momentum = zero<Vec6<S>>();
 
  private:
   BodyId id_{};
   Body<S> body_{};
   HeldMobility<S> held_{};
-  Vec6<S> other_force_ = Vec6<S>::Zero();
+  Vec6<S> other_force_ = zero<Vec6<S>>();
   /// [s] Time over which a force of the whole step displaces the body at its velocity change: half
   /// the step, or all of it. And the excess over half the step.
   S share_ = S(0);
   S spread_ = S(0);
   Wrench<S> applied_{};
   Wrench<S> carried_{};  // [N s^2, N m s^2]
-  Mat6<S> matrix_ = Mat6<S>::Zero();
-  Vec6<S> offset_ = Vec6<S>::Zero();
-  Vec6<S> end_ = Vec6<S>::Zero();
+  Mat6<S> matrix_ = zero<Mat6<S>>();
+  Vec6<S> offset_ = zero<Vec6<S>>();
+  Vec6<S> end_ = zero<Vec6<S>>();
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

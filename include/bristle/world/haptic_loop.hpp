@@ -94,7 +94,7 @@ class HapticLoop {
     def.integration = Integration::implicit;
     Skin tool_patch;
     // About the origin of the body frame, the device's.
-    tool_patch.patch = detail::make_patch(std::move(def), owner.body, Vec3<S>(Vec3<S>::Zero()));
+    tool_patch.patch = detail::make_patch(std::move(def), owner.body, detail::zero<Vec3<S>>());
     tool_patch.tool = tool.index;
     tool_patches_.push_back(std::move(tool_patch));
     return {static_cast<std::uint32_t>(tool_patches_.size() - 1)};
@@ -352,7 +352,8 @@ Vec6<S> HapticLoop<S, Backend>::other_force(const detail::WorldState<S>& state, 
   const auto last = std::find_if(last_bodies_.begin(), last_bodies_.end(),
                                  [id](const detail::HapticBody<S>& b) { return b.id() == id; });
   if (last == last_bodies_.end() || held.was_hit) {
-    return detail::stacked<S>(body.mass * body.gravity_scale * state.def.gravity, Vec3<S>::Zero());
+    return detail::stacked<S>(body.mass * body.gravity_scale * state.def.gravity,
+                              detail::zero<Vec3<S>>());
   }
   const Vec6<S> given = detail::stacked(last->impulse());
   return (detail::HapticBody<S>::momentum(body) - last->start_momentum - given) /

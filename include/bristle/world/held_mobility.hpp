@@ -20,7 +20,7 @@ template <Scalar S>
 struct HeldMobility {
   /// [1/kg and products with 1/m] Change of its twist by an impulse about its centre of mass, world
   /// axes. Symmetric, positive semidefinite.
-  Mat6<S> matrix = Mat6<S>::Zero();
+  Mat6<S> matrix = zero<Mat6<S>>();
   /// True if anything but its inertia resists.
   bool is_held = false;
   /// True if it hit something in the last step: forces of that step then say little of the next.
@@ -86,7 +86,7 @@ class HeldMobilityFinder {
   void soften(const Mat6<S>& soft, const Vec3<S>& arm, HeldMobility<S>& held) const {
     const Mat6<S> to_point = shift_matrix<S>(arm);
     const Mat6<S> at_center = to_point.transpose() * soft * to_point;
-    const Mat6<S> grown = Mat6<S>::Identity() + held.matrix * at_center;
+    const Mat6<S> grown = identity<Mat6<S>>() + held.matrix * at_center;
     held.matrix = solved(grown, held.matrix);
     held.is_held = true;
     held.integrator = Integrator::symplectic_euler;
@@ -147,14 +147,14 @@ class HeldMobilityFinder {
             stop(row.direction, angular, held);
           } else {
             const Vec6<S> j = stacked<S>(row.direction, angular);
-            soften((S(1) / row.compliance) * j * j.transpose(), Vec3<S>::Zero(), held);
+            soften((S(1) / row.compliance) * j * j.transpose(), zero<Vec3<S>>(), held);
           }
         }
       }
     }
   }
 
-  Mat6<S> free_ = Mat6<S>::Zero();
+  Mat6<S> free_ = zero<Mat6<S>>();
   Constraints<S> rows_;
 };
 

@@ -71,7 +71,7 @@ class MechanismStage final : public JointStage<S> {
     const Twist<S> rest = solved.motion - solved.mean_free;
     body.center_pose = end_poses_[slot];
     body.center_pose.translation += dt * rest.linear;
-    if (rest.angular != Vec3<S>::Zero()) {
+    if (rest.angular != zero<Vec3<S>>()) {
       body.center_pose.rotation = step_rotation(body.center_pose.rotation, rest.angular, dt);
     }
   }
@@ -169,7 +169,7 @@ class MechanismStage final : public JointStage<S> {
     for (const std::uint32_t i : island.blocks) {
       if (state.constraints.blocks[i].kind != BlockKind::equality) continue;
       const Joint<S>& joint = state.joints.at(state.constraints.blocks[i].joint);
-      if (joint.is_sprung) state.constraints.soft[joint.soft_block].impulse.setZero();
+      if (joint.is_sprung) set_zero(state.constraints.soft[joint.soft_block].impulse);
       const std::uint32_t a = joint.def.body_a.index;
       const std::uint32_t b = joint.def.body_b.index;
       turn_joint_rows(joint, end_pose(state, a), end_pose(state, b),

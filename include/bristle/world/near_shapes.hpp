@@ -84,7 +84,7 @@ ContactStatus collide_pair(const WorldState<S>& state, const ShapePair& pair,
   // Poses about the centre of mass of each shape's body, world axes. Centres of mass are subtracted
   // first, which keeps precision far from the world's origin.
   const auto about_center = [](const Transform<S>& X, const Collider<S>& c) -> Transform<S> {
-    if (c.is_centered) return {X.rotation, Vec3<S>::Zero()};
+    if (c.is_centered) return {X.rotation, zero<Vec3<S>>()};
     return {X.rotation * c.X_CmS.rotation, X.rotation * c.X_CmS.translation};
   };
   const Transform<S> X_a = about_center(X_WA, a);

@@ -28,7 +28,7 @@ struct ShapeInReach {
   S extra_length = S(0);
   /// [m] Box around the part that rays may meet, in A; for a half-space the plane instead.
   Aabb<S> box{};
-  Vec3<S> normal = Vec3<S>::Zero();
+  Vec3<S> normal = zero<Vec3<S>>();
   S offset = S(0);
 
   [[nodiscard]] bool is_near(const Aabb<S>& rays) const {

@@ -17,10 +17,10 @@ struct WorldHit {
   /// nothing was found, 0 where the query starts inside or overlaps.
   S distance = infinity<S>;
   /// [m] Point of the hit, in the world.
-  Vec3<S> point = Vec3<S>::Zero();
+  Vec3<S> point = detail::zero<Vec3<S>>();
   /// [1] Outward unit normal of the surface, in the world. Where a query starts inside it is that
   /// against its motion, and zero without motion.
-  Vec3<S> normal = Vec3<S>::Zero();
+  Vec3<S> normal = detail::zero<Vec3<S>>();
   /// [-] Body that was hit.
   BodyId body{};
   /// [-] Shape that was hit.

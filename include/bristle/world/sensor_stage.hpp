@@ -133,7 +133,7 @@ class SensorStage {
   /// Clears the impulses of a soft block's sensors.
   void discard(State& state, std::uint32_t soft) const {
     SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
-    state.constraints.soft[soft].impulse.setZero();
+    set_zero(state.constraints.soft[soft].impulse);
     clear_impulses(patch, patch.pairs[owners_[soft].pair]);
   }
 

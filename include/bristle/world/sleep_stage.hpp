@@ -170,7 +170,7 @@ class SleepStage {
       if (m.is_trigger) continue;
       const Collider<S>& a = state.colliders.at(m.shapes.a);
       const Collider<S>& b = state.colliders.at(m.shapes.b);
-      if (state.drift_of(a, b) != Vec3<S>::Zero()) {
+      if (state.drift_of(a, b) != zero<Vec3<S>>()) {
         // What a belt carries moves, however slowly.
         is_held_awake_[a.body.index] = is_held_awake_[b.body.index] = 1;
       }

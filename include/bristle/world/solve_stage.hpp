@@ -48,7 +48,7 @@ class SolveStage {
     }
     const Mat3<S> R = body.center_pose.rotation_matrix();
     out.inertia = rotated<S>(R, body.inertia_B);
-    out.inverse_inertia = out.turns ? body.inverse_inertia_W(R) : Mat3<S>::Zero();
+    out.inverse_inertia = out.turns ? body.inverse_inertia_W(R) : zero<Mat3<S>>();
   }
 
   /// The same for one body. To others, a sleeping body is like one that forces do not move.
@@ -350,14 +350,14 @@ class SolveStage {
              dt * state.solver_bodies[slot].motion.linear;
     };
     S mass = S(0);
-    Vec3<S> center = Vec3<S>::Zero();
+    Vec3<S> center = zero<Vec3<S>>();
     for (const std::uint32_t slot : island.bodies) {
       mass += state.solver_bodies[slot].mass;
       center += state.solver_bodies[slot].mass * end_of(slot);
     }
     center /= mass;
-    Vec3<S> excess = Vec3<S>::Zero();
-    Mat3<S> inertia = Mat3<S>::Zero();
+    Vec3<S> excess = zero<Vec3<S>>();
+    Mat3<S> inertia = zero<Mat3<S>>();
     for (const std::uint32_t slot : island.bodies) {
       const SolverBody<S>& body = state.solver_bodies[slot];
       excess += body.mass * (body.motion.linear.cross(body.twist.linear) -

@@ -66,7 +66,7 @@ template <Scalar S>
 
 template <Scalar S>
 [[nodiscard]] bool is_rotation(const Mat3<S>& R) {
-  return cwise_abs(R.transpose() * R - Mat3<S>::Identity()).maxCoeff() <= Tolerance<S>::equal() &&
+  return cwise_abs(R.transpose() * R - identity<Mat3<S>>()).maxCoeff() <= Tolerance<S>::equal() &&
          R.determinant() > S(0);
 }
 

@@ -42,7 +42,7 @@ requires ShapeBackend<Backend, S> detail::Collider<S> World<S, Backend>::make_co
   detail::Collider<S> c;
   c.X_CmS = def.X_BS;
   c.X_CmS.translation -= body.center_B;
-  c.is_centered = c.X_CmS.translation == Vec3<S>::Zero() &&
+  c.is_centered = c.X_CmS.translation == detail::zero<Vec3<S>>() &&
                   c.X_CmS.rotation.coeffs() == Quat<S>::Identity().coeffs();
   c.kind = Backend::kind(prepared);
   c.material = def.material;

@@ -343,7 +343,7 @@ void World<S, Backend>::require_tools(const HapticLoop<S, Backend>& loop, bool o
     const BodyId body = loop.tools_[skin.tool].body;
     if ((skin.is_seen && !opens) || !contains(body)) continue;
     // The loop knows no centre of mass: its patches are about the origin of the body.
-    detail::require_outward_rays(state_, body.index, skin.patch, Vec3<S>(Vec3<S>::Zero()));
+    detail::require_outward_rays(state_, body.index, skin.patch, detail::zero<Vec3<S>>());
   }
 }
 

@@ -92,9 +92,9 @@ struct WorldState {
   /// [m/s] Velocity of a's surface on its body less that of b's on its own, world axes, at the end
   /// of the step if bodies turn on.
   [[nodiscard]] Vec3<S> drift_of(const Collider<S>& a, const Collider<S>& b) const {
-    Vec3<S> drift = Vec3<S>::Zero();
+    Vec3<S> drift = zero<Vec3<S>>();
     const auto add = [&](S sign, const Collider<S>& c) {
-      if (c.material.surface_velocity == Vec3<S>::Zero()) return;
+      if (c.material.surface_velocity == zero<Vec3<S>>()) return;
       const Body<S>& body = body_of(c);
       const Quat<S> R_WS = body.center_pose.rotation * c.X_CmS.rotation;
       const Vec3<S> velocity = R_WS * c.material.surface_velocity;

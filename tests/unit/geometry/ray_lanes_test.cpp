@@ -130,3 +130,31 @@ TEST_CASE_TEMPLATE(
   }
   CHECK(hits > 250 * static_cast<int>(lanes<S>));
 }
+
+TEST_CASE_TEMPLATE("cast_rays: any number of rays, from any on, and no other", S, float, double) {
+  const auto made = AnalyticBackend::make<S>(Shape<S>{Sphere<S>{S(0.03)}});
+  constexpr std::size_t most = 2 * lanes<S> + 1;
+  for (std::size_t count = 0; count <= most; ++count) {
+    // Arrays of exactly `count`, so that a sanitizer sees what lies behind them. Each ray goes down
+    // to the ball from a height of its own, and the third beside it.
+    std::vector<S> x(count, S(0)), zero(count, S(0)), z(count), down(count, S(-1)),
+        lengths(count, S(9));
+    for (std::size_t i = 0; i < count; ++i) z[i] = S(1) + S(i);
+    if (count > 2) x[2] = S(1);
+    for (std::size_t first = 0; first < count; ++first) {
+      RayHits<S> hits;
+      hits.reset(count);
+      RayBatch<S> rays{x, zero, z, zero, zero, down, lengths};
+      rays.range.first = static_cast<std::uint32_t>(first);
+      AnalyticBackend::cast_rays<S>(made, Transform<S>{}, rays, 5, hits);
+      for (std::size_t i = 0; i < count; ++i) {
+        const bool is_hit = i >= first && i != 2 && z[i] - S(0.03) <= S(9);
+        CHECK(hits.tag[i] == (is_hit ? 5u : 0xffffffffu));
+        // Three roundings of numbers up to 40.
+        CHECK((is_hit ? std::abs(hits.distance[i] - (z[i] - S(0.03))) <=
+                            S(120) * std::numeric_limits<S>::epsilon()
+                      : hits.distance[i] == infinity<S>));
+      }
+    }
+  }
+}

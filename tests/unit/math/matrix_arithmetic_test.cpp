@@ -40,7 +40,8 @@ TEST_CASE_TEMPLATE("matrix_arithmetic: gives values, and those of Eigen's expres
   for (int round = 0; round < 100; ++round) {
     const auto a = random_matrix<Vec3<S>>(random), b = random_matrix<Vec3<S>>(random);
     const auto M = random_matrix<Mat3<S>>(random), N = random_matrix<Mat3<S>>(random);
-    const auto x = random_matrix<bristle::Vec6<S>>(random), y = random_matrix<bristle::Vec6<S>>(random);
+    const auto x = random_matrix<bristle::Vec6<S>>(random),
+               y = random_matrix<bristle::Vec6<S>>(random);
     const auto K = random_matrix<Mat6<S>>(random);
     const S k = a.x();
     // Sums of up to six products of numbers up to 1, made in other orders, in up to 36 entries:
@@ -120,6 +121,54 @@ TEST_CASE("matrix_arithmetic: leaves to Eigen other sizes, other scalars and inn
   const Vec3<double> b(1, 2, 3);
   const double inner = b.transpose() * b;
   CHECK(inner == 14.0);
+}
+
+TEST_CASE_TEMPLATE("matrix_arithmetic: constants, and comparisons of all entries", S, float,
+                   double) {
+  const auto check_constants = []<typename M>(const M& /*unused*/) {
+    CHECK(M(detail::zero<M>()).isZero(S(0)));
+    CHECK(M(detail::filled<M>(S(3)) - M::Constant(S(3))).isZero(S(0)));
+    M m = detail::filled<M>(S(3));
+    detail::set_zero(m);
+    CHECK(m.isZero(S(0)));
+  };
+  check_constants(detail::Vec2<S>());
+  check_constants(Vec3<S>());
+  check_constants(bristle::Vec6<S>());
+  check_constants(Mat3<S>());
+  check_constants(Mat6<S>());
+  CHECK(Mat3<S>(detail::identity<Mat3<S>>() - Mat3<S>::Identity()).isZero(S(0)));
+  CHECK(Mat6<S>(detail::identity<Mat6<S>>() - Mat6<S>::Identity()).isZero(S(0)));
+  for (int axis = 0; axis < 3; ++axis) {
+    CHECK(Vec3<S>(detail::unit_vector<Vec3<S>>(axis) - Vec3<S>::Unit(axis)).isZero(S(0)));
+  }
+  CHECK(detail::unit_x<Vec3<S>>() == Vec3<S>(1, 0, 0));
+  CHECK(detail::unit_y<Vec3<S>>() == Vec3<S>(0, 1, 0));
+  CHECK(detail::unit_z<Vec3<S>>() == Vec3<S>(0, 0, 1));
+
+  for (int i = 0; i < 9; ++i) {
+    Mat3<S> m = detail::identity<Mat3<S>>();
+    m.data()[i] += S(2);
+    CHECK(m != detail::identity<Mat3<S>>());
+    CHECK_FALSE(m == detail::identity<Mat3<S>>());
+    m.data()[i] = std::numeric_limits<S>::quiet_NaN();
+    CHECK(m != m);  // NOLINT: NaN differs from itself.
+  }
+}
+
+TEST_CASE_TEMPLATE("inverse_of: the inverse by cofactors, as Eigen's", S, float, double) {
+  std::mt19937 random(5);
+  for (int round = 0; round < 100; ++round) {
+    const auto M = random_matrix<Mat3<S>>(random);
+    const Mat3<S> inverse = detail::inverse_of(M);
+    // A cofactor is off by two roundings of at most 2, the determinant by ten of at most 6. Both
+    // are divided by the determinant.
+    const S determinant = std::abs(M.determinant());
+    const S tolerance = S(64) * std::numeric_limits<S>::epsilon() *
+                        (S(1) + inverse.cwiseAbs().maxCoeff()) / determinant;
+    CHECK((inverse - M.inverse()).cwiseAbs().maxCoeff() <= tolerance);
+    CHECK((M * inverse - Mat3<S>::Identity()).cwiseAbs().maxCoeff() <= S(3) * tolerance);
+  }
 }
 
 TEST_CASE_TEMPLATE("rotated: R M R^T of a symmetric M", S, float, double) {

@@ -135,20 +135,14 @@ TEST_CASE_TEMPLATE("Mask: compares in every lane as scalars do, NaN among them",
   CHECK(all(Pack<S>(S(1)) == Pack<S>(S(1))));
 }
 
-TEST_CASE_TEMPLATE("Pack: reads and writes no more than it is told", S, float, double) {
-  constexpr std::size_t n = lanes<S>;
-  for (std::size_t count = 0; count <= n; ++count) {
-    // A vector of exactly `count`, so that a sanitizer sees what lies behind it.
-    std::vector<S> some(count);
-    for (std::size_t i = 0; i < count; ++i) some[i] = S(i) + S(0.5);
-    const auto a = Pack<S>::load_first(some.data(), count, S(-1));
-    CHECK(wrong_lanes<S>(a, [&](std::size_t i) { return i < count ? S(i) + S(0.5) : S(-1); }) == 0);
+TEST_CASE_TEMPLATE("Mask: names the first lanes", S, float, double) {
+  for (std::size_t count = 0; count <= lanes<S>; ++count) {
     CHECK(wrong_bits<S>(Mask<S>::first(count), [&](std::size_t i) { return i < count; }) == 0);
-    std::array<S, n + 1> out;
-    out.fill(S(7));
-    (a * S(2)).store_first(out.data(), count);
-    for (std::size_t i = 0; i <= n; ++i) CHECK(out[i] == (i < count ? S(2 * i + 1) : S(7)));
   }
+}
+
+TEST_CASE_TEMPLATE("Pack: reads and writes at any address", S, float, double) {
+  constexpr std::size_t n = lanes<S>;
   // Unaligned: one past an aligned address.
   alignas(64) std::array<S, n + 1> shifted;
   for (std::size_t i = 0; i <= n; ++i) shifted[i] = S(i);

@@ -115,13 +115,13 @@ struct BodyDef {
   /// [-] Filter of the bodies and sensors that may touch and sense it.
   CollisionFilter filter{};
   /// [m] Origin of the body frame in the world.
-  Vec3<S> position = Vec3<S>::Zero();
+  Vec3<S> position = detail::zero<Vec3<S>>();
   /// [1] Axes of the body frame in the world, a unit quaternion.
   Quat<S> orientation = Quat<S>::Identity();
   /// [m/s] Velocity of the centre of mass.
-  Vec3<S> velocity = Vec3<S>::Zero();
+  Vec3<S> velocity = detail::zero<Vec3<S>>();
   /// [rad/s] Angular velocity in world axes.
-  Vec3<S> angular_velocity = Vec3<S>::Zero();
+  Vec3<S> angular_velocity = detail::zero<Vec3<S>>();
   /// [1] Factor on the world's gravity.
   S gravity_scale = S(1);
   /// [1/s] Rate at which the velocity of the centre of mass decays in free motion, >= 0: a force of
@@ -160,15 +160,15 @@ struct Body {
   /// [-] Cause of its motion.
   Motion motion = Motion::fixed;
   /// [m] Centre of mass in the body frame.
-  Vec3<S> center_B = Vec3<S>::Zero();
+  Vec3<S> center_B = detail::zero<Vec3<S>>();
   /// [kg] Mass.
   S mass = S(0);
   /// [1/kg] Inverse of the mass. Zero unless dynamic.
   S inverse_mass = S(0);
   /// [kg m^2] Inertia about the centre of mass, along the body's axes. Zero unless dynamic.
-  Mat3<S> inertia_B = Mat3<S>::Zero();
+  Mat3<S> inertia_B = detail::zero<Mat3<S>>();
   /// [1/(kg m^2)] Inverse of the inertia, along the body's axes. Zero unless dynamic.
-  Mat3<S> inverse_inertia_B = Mat3<S>::Zero();
+  Mat3<S> inverse_inertia_B = detail::zero<Mat3<S>>();
   /// [1] Factor on the world's gravity.
   S gravity_scale = S(1);
   /// [1/s] Rate at which its velocity decays. Zero unless dynamic.
@@ -294,7 +294,7 @@ void require_possible_inertia(const Mat3<S>& inertia) {
   };
   require(is_definite(scaled, S(0)), "BodyDef::inertia", diagonal_of<S>(inertia).minCoeff(),
           "must be positive definite");
-  const Mat3<S> second_moment = (scale / S(2) + slack) * Mat3<S>::Identity() - scaled;
+  const Mat3<S> second_moment = (scale / S(2) + slack) * identity<Mat3<S>>() - scaled;
   require(is_definite(second_moment, S(0)), "BodyDef::inertia", diagonal_of<S>(inertia).maxCoeff(),
           "must satisfy the triangle inequality of principal moments");
 }

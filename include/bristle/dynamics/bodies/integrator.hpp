@@ -64,7 +64,7 @@ template <Scalar S>
     result.linear[i] += decay.linear.lasting * (body.gravity_scale * gravity[i] +
                                                 body.inverse_mass * body.applied.force[i]);
   }
-  if (body.applied.torque != Vec3<S>::Zero()) {
+  if (body.applied.torque != zero<Vec3<S>>()) {
     result.angular += decay.angular.lasting * (body.inverse_inertia_W() * body.applied.torque);
   }
   return result;
@@ -98,8 +98,8 @@ bool solve_top_step(const Mat3<S>& inertia, const Mat3<S>& inverse_inertia, cons
   const S scale = sum / (S(6) * product);
   const S s = -trace_inverse * H / S(3) + scale * C;
   const S d = scale * H - C / (S(3) * product);
-  const Mat3<S> inverse_J = (S(1) + h * h * s) * inverse_inertia + h * h * d * Mat3<S>::Identity();
-  const Mat3<S> J = inverse_J.inverse();
+  const Mat3<S> inverse_J = (S(1) + h * h * s) * inverse_inertia + h * h * d * identity<Mat3<S>>();
+  const Mat3<S> J = inverse_of(inverse_J);
 
   const Vec3<S> target = (h / S(2)) * y;
   q = inverse_J * target;
@@ -111,7 +111,7 @@ bool solve_top_step(const Mat3<S>& inertia, const Mat3<S>& inverse_inertia, cons
     const Vec3<S> Jq = J * q;
     const Vec3<S> residual = q0 * Jq + q.cross(Jq) - target;
     const Mat3<S> slope = q0 * J - Jq * (q.transpose() / q0) + skew(q) * J - skew(Jq);
-    const Vec3<S> change = slope.inverse() * residual;
+    const Vec3<S> change = inverse_of(slope) * residual;
     q -= change;
     if (change.squaredNorm() <= round_off * round_off * q.squaredNorm()) return true;
   }

@@ -19,7 +19,7 @@ struct Material {
   /// [m/s] Velocity of the surface relative to its shape, in the shape's axes, as of a conveyor
   /// belt. Friction of hard contact drags along the part of it in the contact plane. `combined`
   /// leaves it out.
-  Vec3<S> surface_velocity = Vec3<S>::Zero();
+  Vec3<S> surface_velocity = detail::zero<Vec3<S>>();
 };
 
 /// Material of a pair: geometric mean of the friction, larger restitution.

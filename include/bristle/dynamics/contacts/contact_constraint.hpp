@@ -32,8 +32,8 @@ struct ContactConstraint {
   std::uint32_t body_b = 0;
   /// [m] From each centre of mass to the point, world axes. It is taken at the instant at which the
   /// impulse acts (`time_contact`).
-  Vec3<S> arm_a = Vec3<S>::Zero();
-  Vec3<S> arm_b = Vec3<S>::Zero();
+  Vec3<S> arm_a = zero<Vec3<S>>();
+  Vec3<S> arm_b = zero<Vec3<S>>();
   /// [-] Number of its `CachedPoint`.
   std::uint32_t point = 0;
   /// [m/s] Final velocity along the axes, by these arms, of surfaces that stay together. It is not
@@ -42,7 +42,7 @@ struct ContactConstraint {
   /// [m/s] Part of `bias` along the tangents from surfaces that run on their bodies.
   std::array<S, 2> drift{};
   /// [1] Normal and two tangents, world axes.
-  std::array<Vec3<S>, 3> axes{Vec3<S>::Zero(), Vec3<S>::Zero(), Vec3<S>::Zero()};
+  std::array<Vec3<S>, 3> axes{zero<Vec3<S>>(), zero<Vec3<S>>(), zero<Vec3<S>>()};
   /// [1] Coulomb friction coefficient and coefficient of restitution.
   S friction = S(0);
   S restitution = S(0);

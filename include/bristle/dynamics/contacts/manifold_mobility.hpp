@@ -35,9 +35,9 @@ struct ManifoldMobility {
   ContactResponse<S> linear;
   /// Rotations about the axes (rows) for forces along them (columns). Its transpose gives
   /// velocities for torques.
-  Mat3<S> turn = Mat3<S>::Zero();
+  Mat3<S> turn = zero<Mat3<S>>();
   /// Rotations for torques.
-  Mat3<S> angular = Mat3<S>::Zero();
+  Mat3<S> angular = zero<Mat3<S>>();
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

@@ -258,8 +258,8 @@ void ManifoldSweeps<S>::add_manifold(const ManifoldSpan& manifold, const Island&
   S sum = S(0);
   for (std::uint32_t k = 0; k < manifold.count; ++k) sum += contact(k).impulse[0];
   const S even = S(1) / S(manifold.count);
-  Vec3<S> arm_a = Vec3<S>::Zero();
-  Vec3<S> arm_b = Vec3<S>::Zero();
+  Vec3<S> arm_a = zero<Vec3<S>>();
+  Vec3<S> arm_b = zero<Vec3<S>>();
   for (std::uint32_t k = 0; k < manifold.count; ++k) {
     const ContactConstraint<S>& c = contact(k);
     const S weight = sum > S(0) ? c.impulse[0] / sum : even;

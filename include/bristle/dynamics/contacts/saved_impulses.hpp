@@ -16,7 +16,7 @@ template <Scalar S>
 void clear_impulses(const Island& island, Constraints<S>& constraints) {
   for (const std::uint32_t i : island.contacts) constraints.contacts[i].impulse = {};
   for_each_row(island, constraints, [](ConstraintRow<S>& row) { row.impulse = S(0); });
-  for (const std::uint32_t i : island.soft) constraints.soft[i].impulse.setZero();
+  for (const std::uint32_t i : island.soft) set_zero(constraints.soft[i].impulse);
 }
 
 /// A copy of the impulses that a solver found. One object serves many islands in turn.

@@ -85,9 +85,9 @@ template <Scalar S>
 struct JointBushing {
   /// [N/m; N m/rad] Along x, y, z, then about x, y, z, each >= 0. Rotation counts as one rotation
   /// vector.
-  Vec6<S> stiffness = Vec6<S>::Zero();
+  Vec6<S> stiffness = detail::zero<Vec6<S>>();
   /// [N s/m; N m s/rad] The same per velocity.
-  Vec6<S> damping = Vec6<S>::Zero();
+  Vec6<S> damping = detail::zero<Vec6<S>>();
 };
 
 /// [-] Number of relative velocities that a joint keeps at zero.

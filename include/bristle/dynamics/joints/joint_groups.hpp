@@ -186,7 +186,7 @@ void JointGroups<S>::place(std::span<const MechanismJoint<S>> joints, const Node
     // Seen from A, which forces move. B may be one of several bodies that they do not move.
     const auto& a = nodes[merged_[g].body_a];
     const auto& b = nodes[merged_[g].body_b];
-    Vec3<S> sum = Vec3<S>::Zero();
+    Vec3<S> sum = zero<Vec3<S>>();
     S arm2 = S(0);
     for (std::uint32_t k = 0; k < group.count; ++k) {
       const Member& member = members_[group.first + k];
@@ -218,14 +218,14 @@ void JointGroups<S>::fill_rows(const Group& group, std::span<const MechanismJoin
     const S sign = member.is_reversed ? S(-1) : S(1);
     const Vec3<S> r = (member.is_reversed ? one.arm_b : one.arm_a) - group.at.arm_a;
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      const Vec3<S> e = sign * Vec3<S>::Unit(axis);
+      const Vec3<S> e = sign * unit_vector<Vec3<S>>(axis);
       const Vec3<S> d = across(one.slide, e);
       const Vec3<S> turn = r.cross(d) / group.length;
       rows_[row++] = {d.x(), d.y(), d.z(), turn.x(), turn.y(), turn.z()};
     }
     if (lets_turn(joints[member.joint].kind)) continue;
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      const Vec3<S> e = sign * Vec3<S>::Unit(axis);
+      const Vec3<S> e = sign * unit_vector<Vec3<S>>(axis);
       const Vec3<S> d = across(one.hinge, e);
       rows_[row++] = {S(0), S(0), S(0), d.x(), d.y(), d.z()};
     }
@@ -281,7 +281,7 @@ void JointGroups<S>::spread(std::size_t g, std::span<const MechanismJoint<S>> jo
     const bool has_torque = !lets_turn(joints[joint].kind);
     const Vec3<S> force(x[0], x[1], x[2]);
     const Vec3<S> torque =
-        has_torque ? Vec3<S>(group.length * Vec3<S>(x[3], x[4], x[5])) : Vec3<S>(Vec3<S>::Zero());
+        has_torque ? Vec3<S>(group.length * Vec3<S>(x[3], x[4], x[5])) : zero<Vec3<S>>();
     use(joint, force, torque);
     x += has_torque ? 6 : 3;
   }

@@ -62,10 +62,10 @@ struct MechanismJoint {
 template <Scalar S>
 struct BodyState {
   /// [m] Centre of mass.
-  Vec3<S> x = Vec3<S>::Zero();
+  Vec3<S> x = zero<Vec3<S>>();
   /// [1] Axes of the body.
   Quat<S> q = Quat<S>::Identity();
-  Mat3<S> R = Mat3<S>::Identity();
+  Mat3<S> R = identity<Mat3<S>>();
   /// [m/s, rad/s] Velocity of the centre of mass and angular velocity.
   Twist<S> twist{};
 
@@ -78,12 +78,12 @@ template <Scalar S>
 struct JointState {
   /// [m] Arms from the centres of mass to the joint origins. That of A ends at B's origin where B
   /// slides. It does so, too, where other joints connect the two bodies.
-  Vec3<S> arm_a = Vec3<S>::Zero();
-  Vec3<S> arm_b = Vec3<S>::Zero();
+  Vec3<S> arm_a = zero<Vec3<S>>();
+  Vec3<S> arm_b = zero<Vec3<S>>();
   /// [1] Axis along which B slides; zero if it does not.
-  Vec3<S> slide = Vec3<S>::Zero();
+  Vec3<S> slide = zero<Vec3<S>>();
   /// [1] Axis about which B turns. It is zero if B does not turn, or turns about any axis.
-  Vec3<S> hinge = Vec3<S>::Zero();
+  Vec3<S> hinge = zero<Vec3<S>>();
 };
 
 /// Returns whether a joint of this kind allows relative translation, rotation about one axis, or
@@ -160,11 +160,11 @@ JointState<S> joint_state(const MechanismJoint<S>& joint, const BodyState<S>& a,
   at.arm_b = b.R * joint.X_CmB_J.translation;
   if (lets_slide(joint.kind)) {
     at.arm_a = (b.x - a.x) + at.arm_b;
-    at.slide = a.R * (joint.X_CmA_J.rotation * Vec3<S>::UnitX());
+    at.slide = a.R * (joint.X_CmA_J.rotation * unit_x<Vec3<S>>());
   } else {
     at.arm_a = a.R * joint.X_CmA_J.translation;
   }
-  if (lets_hinge(joint.kind)) at.hinge = a.R * (joint.X_CmA_J.rotation * Vec3<S>::UnitX());
+  if (lets_hinge(joint.kind)) at.hinge = a.R * (joint.X_CmA_J.rotation * unit_x<Vec3<S>>());
   return at;
 }
 
@@ -172,7 +172,7 @@ template <Scalar S>
 Twist<S> constraint_velocity(JointKind kind, const JointState<S>& at, const Twist<S>& a,
                              const Twist<S>& b) {
   const Vec3<S> u = (b.linear - a.linear) + b.angular.cross(at.arm_b) - a.angular.cross(at.arm_a);
-  if (lets_turn(kind)) return {u, Vec3<S>::Zero()};
+  if (lets_turn(kind)) return {u, zero<Vec3<S>>()};
   const Vec3<S> w = b.angular - a.angular;
   return {lets_slide(kind) ? across(at.slide, u) : u, lets_hinge(kind) ? across(at.hinge, w) : w};
 }
@@ -184,8 +184,8 @@ Twist<S> constraint_acceleration_bias(JointKind kind, const JointState<S>& at, c
   const Vec3<S> turn_b = b.angular.cross(at.arm_b);
   const Vec3<S> u = (b.linear - a.linear) + turn_b - turn_a;
   const Vec3<S> bias = b.angular.cross(turn_b) - a.angular.cross(turn_a + S(2) * u);
-  if (lets_slide(kind)) return {across(at.slide, bias), Vec3<S>::Zero()};
-  if (!lets_hinge(kind)) return {bias, Vec3<S>::Zero()};
+  if (lets_slide(kind)) return {across(at.slide, bias), zero<Vec3<S>>()};
+  if (!lets_hinge(kind)) return {bias, zero<Vec3<S>>()};
   return {bias, across(at.hinge, Vec3<S>(b.angular.cross(a.angular)))};
 }
 
@@ -194,9 +194,9 @@ Twist<S> constraint_error(const MechanismJoint<S>& joint, const JointState<S>& a
                           const BodyState<S>& a, const BodyState<S>& b) {
   // Centres of mass are subtracted first. So no digits are lost far from the world's origin.
   const Vec3<S> c = (b.x - a.x) + (at.arm_b - a.R * joint.X_CmA_J.translation);
-  if (lets_turn(joint.kind)) return {c, Vec3<S>::Zero()};
+  if (lets_turn(joint.kind)) return {c, zero<Vec3<S>>()};
   if (lets_hinge(joint.kind)) {
-    const Vec3<S> axis_b = b.R * (joint.X_CmB_J.rotation * Vec3<S>::UnitX());
+    const Vec3<S> axis_b = b.R * (joint.X_CmB_J.rotation * unit_x<Vec3<S>>());
     return {c, shortest_turn<S>(at.hinge, axis_b)};
   }
   const Quat<S> turn = (b.q * joint.X_CmB_J.rotation) * (a.q * joint.X_CmA_J.rotation).conjugate();

@@ -32,7 +32,7 @@ struct JointPose {
   Quat<S> turn_J;
 
   /// [1] x axis of B's joint frame, in A's.
-  [[nodiscard]] Vec3<S> axis_b_J() const { return turn_J * Vec3<S>::UnitX(); }
+  [[nodiscard]] Vec3<S> axis_b_J() const { return turn_J * unit_x<Vec3<S>>(); }
 };
 
 /// [rad] Angle between the x axes of both frames.
@@ -122,7 +122,7 @@ ConstraintRow<S> position_row(JointKind kind, const JointPose<S>& pose) {
       const Vec3<S> b_J = pose.axis_b_J();
       // Where the axes are opposite, the twist has no rate. Any rotation may then be a twist.
       const S scale = S(1) / max(S(1) + b_J.x(), Tolerance<S>::equal());
-      row.angular_a = row.angular_b = pose.axes_W * (scale * (b_J + Vec3<S>::UnitX()));
+      row.angular_a = row.angular_b = pose.axes_W * (scale * (b_J + unit_x<Vec3<S>>()));
       break;
     }
     case JointKind::fixed:

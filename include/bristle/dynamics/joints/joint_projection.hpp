@@ -173,13 +173,13 @@ Wrench<S> momentum_about(const Vec3<S>& point, const JointSystem<S>& system) {
 template <Scalar S>
 void set_momentum(const Vec3<S>& point, const Wrench<S>& wanted, JointSystem<S>& system) {
   S mass = S(0);
-  Vec3<S> center = Vec3<S>::Zero();
+  Vec3<S> center = zero<Vec3<S>>();
   for (const auto& node : system.nodes()) {
     mass += node.def->mass;
     center += node.def->mass * (node.now.x - point);
   }
   center /= mass;
-  Mat3<S> inertia = Mat3<S>::Zero();
+  Mat3<S> inertia = zero<Mat3<S>>();
   for (const auto& node : system.nodes()) {
     const Mat3<S>& R = node.now.R;
     inertia += R * node.def->inertia_B * R.transpose();

@@ -124,7 +124,7 @@ void for_each_locked_row(JointKind kind, const JointPose<S>& pose, Use&& use) {
   }
   if (kind == JointKind::ball || kind == JointKind::cone_twist) return;
   const bool has_hinge = kind == JointKind::revolute;
-  const Vec3<S> turn_J = has_hinge ? shortest_turn<S>(Vec3<S>::UnitX(), pose.axis_b_J())
+  const Vec3<S> turn_J = has_hinge ? shortest_turn<S>(unit_x<Vec3<S>>(), pose.axis_b_J())
                                    : log_rotation<S>(pose.turn_J);
   for (int axis = has_hinge ? 1 : 0; axis < 3; ++axis) {
     use(angular_row<S>(column_of(pose.axes_W, axis), turn_J[axis]));
@@ -174,7 +174,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] ConstraintRow<S> swing_row(const JointPose<S>& pose, const Twist<S>& a,
                                          const Twist<S>& b) {
-  const Vec3<S> turn_J = shortest_turn<S>(Vec3<S>::UnitX(), pose.axis_b_J());
+  const Vec3<S> turn_J = shortest_turn<S>(unit_x<Vec3<S>>(), pose.axis_b_J());
   const S swing = joint_swing(pose);
   const S length = turn_J.norm();
   if (length > Tolerance<S>::equal()) {
@@ -183,7 +183,7 @@ template <Scalar S>
   Vec3<S> rate_J = pose.axes_W.transpose() * (b.angular - a.angular);
   rate_J.x() = S(0);
   const S speed = rate_J.norm();
-  const Vec3<S> axis_J = speed > S(0) ? Vec3<S>(rate_J / speed) : Vec3<S>(Vec3<S>::UnitY());
+  const Vec3<S> axis_J = speed > S(0) ? Vec3<S>(rate_J / speed) : unit_y<Vec3<S>>();
   return angular_row<S>(pose.axes_W * axis_J, swing);
 }
 

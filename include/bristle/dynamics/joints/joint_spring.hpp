@@ -65,7 +65,7 @@ template <Scalar S>
     k = (S(1) - half * cos(half) / sin(half)) / angle2;
   }
   const Mat3<S> X = skew(phi);
-  return Mat3<S>::Identity() - S(0.5) * X + k * X * X;
+  return identity<Mat3<S>>() - S(0.5) * X + k * X * X;
 }
 
 template <Scalar S>
@@ -74,7 +74,7 @@ void add_joint_spring(Joint<S>& joint, const JointPose<S>& pose, const Constrain
   const JointSpring<S>& spring = joint.def.spring;
   SoftBlock<S>& soft = open_joint_soft_block(joint, pose, out);
   const bool turns = has_angle(joint.def.kind);
-  const Vec3<S> none = Vec3<S>::Zero();
+  const Vec3<S> none = zero<Vec3<S>>();
   const Vec6<S> j = turns ? stacked<S>(none, along.angular_b) : stacked<S>(along.direction, none);
   const S held = dt * dt * spring.stiffness + dt * spring.damping;
   joint.is_resolved = held * mobility <= S(1);

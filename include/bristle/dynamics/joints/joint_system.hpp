@@ -23,8 +23,8 @@ struct MechanismBody {
   /// [kg] Mass, > 0.
   S mass = S(1);
   /// [kg m^2], [1/(kg m^2)] Inertia about the centre of mass along the body's axes. Its inverse.
-  Mat3<S> inertia_B = Mat3<S>::Identity();
-  Mat3<S> inverse_inertia_B = Mat3<S>::Identity();
+  Mat3<S> inertia_B = identity<Mat3<S>>();
+  Mat3<S> inverse_inertia_B = identity<Mat3<S>>();
   /// [-] World axes along and about which it does not move. Its velocity there is zero.
   LockedAxes locked{};
   /// [m] Centre of mass in the world; [1] axes of the body.
@@ -51,8 +51,8 @@ class JointSystem {
   struct Node {
     const MechanismBody<S>* def = nullptr;
     BodyState<S> now{};
-    Vec3<S> inverse_mass = Vec3<S>::Zero();     // World axes.
-    Mat3<S> inverse_inertia = Mat3<S>::Zero();  // World axes.
+    Vec3<S> inverse_mass = zero<Vec3<S>>();     // World axes.
+    Mat3<S> inverse_inertia = zero<Mat3<S>>();  // World axes.
     Twist<S> acceleration{};                    // For the user of this class.
     Wrench<S> load{};
     Twist<S> change{};
@@ -317,8 +317,8 @@ void JointSystem<S>::couple_merged(const JointCoupling& coupling, const Mat3<S>&
   const auto rows_of = [&](std::size_t group) -> Mat6<S> {
     if (groups_.is_merged(group)) return groups_.triangle(group);
     const JointState<S>& at = groups_.at(group);
-    const Mat3<S> one = Mat3<S>::Identity();
-    Mat6<S> rows = Mat6<S>::Zero();
+    const Mat3<S> one = identity<Mat3<S>>();
+    Mat6<S> rows = zero<Mat6<S>>();
     set_quarter<0, 0, S>(rows, one - at.slide * at.slide.transpose());
     set_quarter<3, 3, S>(rows, one - at.hinge * at.hinge.transpose());
     return rows;
@@ -358,7 +358,7 @@ void JointSystem<S>::fill_free_rows() {
       if (value_of(scale) == 0) scale = S(1);
       const Vec3<S>& axis = r == row ? groups_.at(i).slide : groups_.at(i).hinge;
       block += (scale * axis) * axis.transpose();
-      block += (share * scale) * Mat3<S>::Identity();
+      block += (share * scale) * identity<Mat3<S>>();
     }
   }
 }
@@ -397,7 +397,7 @@ void JointSystem<S>::add_wrench(std::size_t i, const Vec3<S>& linear, const Vec3
   const Vec3<S> force = lets_slide(kind) ? across(at.slide, linear) : linear;
   Wrench<S>& load_a = nodes_[joints_[i].body_a].load;
   Wrench<S>& load_b = nodes_[joints_[i].body_b].load;
-  Wrench<S> wrench{force, Vec3<S>::Zero()};
+  Wrench<S> wrench{force, zero<Vec3<S>>()};
   load_b.force += force;
   load_a.force -= force;
   load_b.torque += at.arm_b.cross(force);

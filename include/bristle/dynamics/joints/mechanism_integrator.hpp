@@ -109,8 +109,8 @@ class MechanismIntegrator {
   DynamicArray<Wrench<S>> springs_;  // On B about B's joint origin; empty if there are none.
   DynamicArray<S> spring_rates_;     // Rates of the free axes at the start.
   DynamicArray<bool> cannot_turn_;
-  Vec3<S> reference_velocity_ = Vec3<S>::Zero();
-  Vec3<S> reference_point_ = Vec3<S>::Zero();
+  Vec3<S> reference_velocity_ = zero<Vec3<S>>();
+  Vec3<S> reference_point_ = zero<Vec3<S>>();
   S free_acceleration_ = S(0);  // In the norm of the masses, of the last evaluation.
   bool is_free_ = false;        // Only its loads act on the group from outside.
   bool is_damped_ = false;      // The velocity of one of the bodies decays.
@@ -160,8 +160,8 @@ bool MechanismIntegrator<S>::advance(std::span<const MechanismBody<S>> bodies,
 /// the group's centre of mass.
 template <Scalar S>
 void MechanismIntegrator<S>::choose_reference() {
-  reference_velocity_.setZero();
-  reference_point_.setZero();
+  set_zero(reference_velocity_);
+  set_zero(reference_point_);
   S weight = S(0);
   const auto add = [&](S mass, const Vec3<S>& point, const Vec3<S>& velocity) {
     weight += mass;
@@ -198,7 +198,7 @@ bool MechanismIntegrator<S>::find_held() {
     const MechanismBody<S>& body = *nodes[i].def;
     const auto& locked = body.locked.angular;
     const bool is_locked = !body.moves_by_forces || (locked[0] && locked[1] && locked[2]);
-    cannot_turn_[i] = is_locked && body.twist.angular == Vec3<S>::Zero();
+    cannot_turn_[i] = is_locked && body.twist.angular == zero<Vec3<S>>();
   }
   // Each round but the last finds another body that cannot turn.
   for (bool has_changed = true; has_changed;) {
@@ -234,7 +234,7 @@ bool MechanismIntegrator<S>::move_straight(S dt) {
     const Vec3<S> gain = dt * node.acceleration.linear;
     node.now.x = node.def->center_pose.translation + dt * (node.now.twist.linear + gain / S(2));
     node.now.twist.linear += gain;
-    node.now.twist.angular.setZero();
+    set_zero(node.now.twist.angular);
   }
   for (std::size_t i = 0; i < impulses_.size(); ++i) {
     impulses_[i] += dt * system_.wrenches()[i];
@@ -297,7 +297,7 @@ void MechanismIntegrator<S>::carry(S t) {
     if (node.def->moves_by_forces) continue;
     const Twist<S>& twist = node.def->twist;
     node.now.x = node.def->center_pose.translation + t * twist.linear;
-    if (twist.angular == Vec3<S>::Zero()) continue;
+    if (twist.angular == zero<Vec3<S>>()) continue;
     node.now.set_axes(step_rotation(node.def->center_pose.rotation, twist.angular, t));
   }
 }
@@ -396,7 +396,7 @@ bool MechanismIntegrator<S>::derivative(S t, const S* y, S* dy) {
   system_.place();
   if (!system_.factor()) return false;
   accelerate(t);
-  Vec3<S> torque = Vec3<S>::Zero();
+  Vec3<S> torque = zero<Vec3<S>>();
   for (const Node& node : system_.nodes()) {
     if (!node.def->moves_by_forces) continue;
     const Vec3<S> w = node.now.twist.angular / S(2);

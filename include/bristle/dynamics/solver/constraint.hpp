@@ -22,10 +22,10 @@ namespace bristle::inline BRISTLE_ABI::detail {
 template <Scalar S>
 struct ConstraintRow {
   /// [1] Direction d, world axes. It is zero for a row on angular velocity.
-  Vec3<S> direction = Vec3<S>::Zero();
+  Vec3<S> direction = zero<Vec3<S>>();
   /// [m or 1] r x d for a row at a point, the axis for an angular row. One for each body.
-  Vec3<S> angular_a = Vec3<S>::Zero();
-  Vec3<S> angular_b = Vec3<S>::Zero();
+  Vec3<S> angular_a = zero<Vec3<S>>();
+  Vec3<S> angular_b = zero<Vec3<S>>();
   /// [m/s or rad/s] Velocity target.
   S target = S(0);
   /// [1/kg or 1/(kg m^2)] Compliance of a bounded row. Its velocity target is target - compliance *

@@ -251,7 +251,7 @@ void ProximalSolver<S>::add_soft(const SoftBlock<S>& soft, std::span<const Solve
     Matrix G = sign * shift_matrix<Real>(arm.template cast<Real>());
     for (Eigen::Index axis = 0; axis < 6; ++axis) {
       if (rows_.unknown(slot) != rows_.none && bodies[slot].is_locked(axis)) {
-        set_column(G, axis, Vec6<Real>::Zero());
+        set_column(G, axis, zero<Vec6<Real>>());
       }
     }
     return G;

@@ -180,14 +180,14 @@ class SequentialSolver {
     using RowMajor6 = Eigen::Matrix<S, 6, 6, Eigen::RowMajor | Eigen::DontAlign>;
     RowMajor6 W = mobility(a.inverse_mass, a.inverse_inertia, soft.arm_a) +
                   mobility(b.inverse_mass, b.inverse_inertia, soft.arm_b);
-    if (!factor_cholesky(W.data(), 6)) return Mat6<S>::Zero();
-    RowMajor6 inverse = RowMajor6::Identity();  // Row i will hold W^-1 e_i; symmetric.
+    if (!factor_cholesky(W.data(), 6)) return zero<Mat6<S>>();
+    RowMajor6 inverse = identity<RowMajor6>();  // Row i will hold W^-1 e_i; symmetric.
     for (int i = 0; i < 6; ++i) {
       solve_lower(W.data(), 6, &inverse(i, 0), static_cast<std::size_t>(i));
       solve_upper(W.data(), 6, &inverse(i, 0));
     }
     RowMajor6 sum = inverse + soft.matrix;
-    if (!factor_cholesky(sum.data(), 6)) return Mat6<S>::Zero();
+    if (!factor_cholesky(sum.data(), 6)) return zero<Mat6<S>>();
     RowMajor6 gain = inverse;  // Row i becomes sum^-1 (W^-1 e_i), which is row i of W^-1 sum^-1.
     for (int i = 0; i < 6; ++i) {
       solve_lower(sum.data(), 6, &gain(i, 0));

@@ -23,17 +23,17 @@ struct SoftBlock {
   std::uint32_t body_a = 0;
   std::uint32_t body_b = 0;
   /// [m] From each centre of mass to c, world axes.
-  Vec3<S> arm_a = Vec3<S>::Zero();
-  Vec3<S> arm_b = Vec3<S>::Zero();
+  Vec3<S> arm_a = zero<Vec3<S>>();
+  Vec3<S> arm_b = zero<Vec3<S>>();
   /// [N s^2/m and products with m] A6: slope of the impulse by u.
-  Mat6<S> matrix = Mat6<S>::Zero();
+  Mat6<S> matrix = zero<Mat6<S>>();
   /// [N s; N m s] p6: the impulse at u = 0.
-  Vec6<S> offset = Vec6<S>::Zero();
+  Vec6<S> offset = zero<Vec6<S>>();
 
   /// [m/s; rad/s] u, as solved.
-  Vec6<S> motion = Vec6<S>::Zero();
+  Vec6<S> motion = zero<Vec6<S>>();
   /// [N s; N m s] p on B about c, as applied.
-  Vec6<S> impulse = Vec6<S>::Zero();
+  Vec6<S> impulse = zero<Vec6<S>>();
 };
 
 /// u of a block for given twists.

@@ -77,12 +77,12 @@ class SoftSystem {
   struct Coupling {
     std::uint32_t from = 0;
     std::uint32_t to = 0;
-    Mat6<S> mobility = Mat6<S>::Zero();
+    Mat6<S> mobility = zero<Mat6<S>>();
   };
   /// A body of a block: its number, and s G.
   struct Side {
     std::uint32_t body = 0;
-    Matrix G = Matrix::Zero();
+    Matrix G = zero<Matrix>();
   };
 
   [[nodiscard]] static std::array<Side, 2> sides_of(const SoftBlock<S>& block) {
@@ -115,7 +115,7 @@ void SoftSystem<S>::solve(std::span<SoftBlock<S>> blocks) {
     if (sets_.find(i) == i) solve_set(i, blocks);
   }
   for (SoftBlock<S>& block : blocks) {
-    Vector motion = Vector::Zero();
+    Vector motion = zero<Vector>();
     for (const Side& side : sides_of(block)) motion += side.G * twist_[side.body];
     block.motion = motion.template cast<S>();
   }

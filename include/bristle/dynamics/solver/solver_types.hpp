@@ -44,11 +44,11 @@ struct SolverBody {
   /// True if its free motion is that of a mechanism. Velocities are then those at its end.
   bool follows_joints = false;
   /// [1/kg, 1/(kg m^2)] World axes; zero along and about locked axes.
-  Vec3<S> inverse_mass = Vec3<S>::Zero();
-  Mat3<S> inverse_inertia = Mat3<S>::Zero();
+  Vec3<S> inverse_mass = zero<Vec3<S>>();
+  Mat3<S> inverse_inertia = zero<Mat3<S>>();
   /// [kg, kg m^2] Mass and inertia of the whole body, world axes.
   S mass = S(0);
-  Mat3<S> inertia = Mat3<S>::Zero();
+  Mat3<S> inertia = zero<Mat3<S>>();
 
   [[nodiscard]] bool is_moving() const { return moves; }
   /// [m/s, rad/s] The part of `free` that the start leaves. The rest of it comes from forces.
@@ -328,9 +328,9 @@ void apply_impulses(const Island& island, const Constraints<S>& constraints,
   for (std::size_t k = 0; k < island.contacts.size();) {
     const std::uint32_t slot_a = constraints.contacts[island.contacts[k]].body_a;
     const std::uint32_t slot_b = constraints.contacts[island.contacts[k]].body_b;
-    Vec3<S> force = Vec3<S>::Zero();
-    Vec3<S> torque_a = Vec3<S>::Zero();
-    Vec3<S> torque_b = Vec3<S>::Zero();
+    Vec3<S> force = zero<Vec3<S>>();
+    Vec3<S> torque_a = zero<Vec3<S>>();
+    Vec3<S> torque_b = zero<Vec3<S>>();
     for (; k < island.contacts.size(); ++k) {
       const ContactConstraint<S>& c = constraints.contacts[island.contacts[k]];
       if (c.body_a != slot_a || c.body_b != slot_b) break;

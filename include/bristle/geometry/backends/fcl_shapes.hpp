@@ -127,9 +127,9 @@ template <Scalar S>
     // Newell's method (Sutherland, Sproull, Schumacker 1974): twice the area vector of a polygon.
     // It is good for any number of corners and for nearly straight ones. Corners are taken relative
     // to the first, so that a hull far from its origin loses nothing.
-    Vec3<S> area = Vec3<S>::Zero();
+    Vec3<S> area = zero<Vec3<S>>();
     const Vec3<S>& first = hull.vertices[static_cast<std::size_t>(convex.getFaces()[next])];
-    Vec3<S> mean = Vec3<S>::Zero();
+    Vec3<S> mean = zero<Vec3<S>>();
     for (std::size_t i = 0; i < corners; ++i) {
       const auto v = static_cast<std::size_t>(convex.getFaces()[next + i]);
       const auto w = static_cast<std::size_t>(convex.getFaces()[next + (i + 1) % corners]);

@@ -132,7 +132,7 @@ class PlaneContacts {
 template <Scalar S>
 void collide_shapes(const Sphere<S>& a, const Sphere<S>& b, const Transform<S>& X_AB, S margin,
                     ContactManifolds<S>& out) {
-  collide_balls<S>(Vec3<S>::Zero(), a.radius, X_AB.translation, b.radius, Vec3<S>::UnitZ(), margin,
+  collide_balls<S>(zero<Vec3<S>>(), a.radius, X_AB.translation, b.radius, unit_z<Vec3<S>>(), margin,
                    out);
 }
 
@@ -140,7 +140,7 @@ template <Scalar S>
 void collide_shapes(const Capsule<S>& a, const Sphere<S>& b, const Transform<S>& X_AB, S margin,
                     ContactManifolds<S>& out) {
   const S height = std::clamp(X_AB.translation.z(), -a.half_length, a.half_length);
-  collide_balls<S>({S(0), S(0), height}, a.radius, X_AB.translation, b.radius, Vec3<S>::UnitX(),
+  collide_balls<S>({S(0), S(0), height}, a.radius, X_AB.translation, b.radius, unit_x<Vec3<S>>(),
                    margin, out);
 }
 
@@ -150,13 +150,13 @@ void collide_shapes(const Box<S>& a, const Sphere<S>& b, const Transform<S>& X_A
   const Vec3<S>& center = X_AB.translation;
   const Vec3<S> nearest = cwise_min(cwise_max(center, -a.half_extents), a.half_extents);
   if (nearest != center) {
-    collide_balls<S>(nearest, S(0), center, b.radius, Vec3<S>::UnitZ(), margin, out);
+    collide_balls<S>(nearest, S(0), center, b.radius, unit_z<Vec3<S>>(), margin, out);
     return;
   }
   int axis = 0;
   const S depth = (a.half_extents - cwise_abs(center)).minCoeff(&axis);
   ContactManifold<S> manifold;
-  manifold.normal = (center[axis] < S(0) ? S(-1) : S(1)) * Vec3<S>::Unit(axis);
+  manifold.normal = (center[axis] < S(0) ? S(-1) : S(1)) * unit_vector<Vec3<S>>(axis);
   const S gap = -depth - b.radius;
   // Halfway between the box's face and the far side of the ball.
   manifold.add({center - (b.radius + S(0.5) * gap) * manifold.normal, gap, 0});
@@ -168,14 +168,14 @@ void collide_shapes(const Capsule<S>& a, const Capsule<S>& b, const Transform<S>
                     ContactManifolds<S>& out) {
   using std::abs;
   const Vec3<S>& center = X_AB.translation;
-  const Vec3<S> axis = X_AB.rotate(Vec3<S>::UnitZ());
+  const Vec3<S> axis = X_AB.rotate(unit_z<Vec3<S>>());
   const auto [on_a, on_b] = closest_heights(a, b, center, axis);
   const Vec3<S> point_a(S(0), S(0), on_a);
   const Vec3<S> point_b = center + on_b * axis;
   const Vec2<S> across = xy_of(axis);
   const S sine = across.norm();
 
-  Vec3<S> fallback = Vec3<S>::UnitX();
+  Vec3<S> fallback = unit_x<Vec3<S>>();
   if (sine > S(0)) fallback = Vec3<S>(-across.y(), across.x(), S(0)) / sine;
   const Vec3<S> between = point_b - point_a;
   const S distance = between.norm();

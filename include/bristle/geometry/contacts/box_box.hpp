@@ -127,8 +127,8 @@ void collide_face(const BoxPair<S>& boxes, bool is_of_a, int axis, S margin, S t
   if (is_of_a) {
     const BoxFace<S> face{a, axis, p[axis] < S(0) ? S(-1) : S(1), true};
     const BoxFacePatch<S> patch(face, b, R, p, tolerance);
-    patch.add_to(manifold, margin, Mat3<S>::Identity(), Vec3<S>::Zero());
-    manifold.normal = face.side * Vec3<S>::Unit(axis);
+    patch.add_to(manifold, margin, identity<Mat3<S>>(), zero<Vec3<S>>());
+    manifold.normal = face.side * unit_vector<Vec3<S>>(axis);
   } else {
     const Mat3<S> R_BA = transposed(R);
     const Vec3<S> p_BA = -(R_BA * p);
@@ -211,7 +211,7 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
     collide_face(boxes, is_of_a, face.axis, margin, least_gain, manifold);
     normal = manifold.normal;
   } else {
-    normal = (edges.side / edges.sine) * Vec3<S>::Unit(edges.i).cross(column_of(R, edges.j));
+    normal = (edges.side / edges.sine) * unit_vector<Vec3<S>>(edges.i).cross(column_of(R, edges.j));
     const Vec3<S> normal_B = R.transpose() * normal;
     const bool is_crossing = edges.sine > edge_tolerance<S> &&
                              cwise_abs(normal).maxCoeff() < aligned_cosine<S> &&

@@ -123,7 +123,7 @@ class HeightField {
   std::array<S, capacity> height_;
   std::array<std::uint32_t, capacity> name_;
   std::size_t size_;
-  Vec2<S> slope_ = Vec2<S>::Zero();
+  Vec2<S> slope_ = zero<Vec2<S>>();
   S extent_ = S(0);
 };
 

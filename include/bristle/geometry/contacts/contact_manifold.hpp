@@ -16,7 +16,7 @@ namespace bristle::inline BRISTLE_ABI {
 template <Scalar S>
 struct ContactPoint {
   /// [m] Halfway between the two surfaces, in the frame of shape A.
-  Vec3<S> position = Vec3<S>::Zero();
+  Vec3<S> position = detail::zero<Vec3<S>>();
   /// [m] Distance of the surfaces along the normal. Negative where they overlap.
   S gap = S(0);
   /// [-] Id of the pair of features that meet here. It is the same in the next step. So impulses
@@ -31,7 +31,7 @@ struct ContactManifold {
   static constexpr std::size_t capacity = 8;
 
   /// [1] Unit normal from shape A into shape B, in the frame of A.
-  Vec3<S> normal = Vec3<S>::UnitZ();
+  Vec3<S> normal = detail::unit_z<Vec3<S>>();
   /// Contact points. Only the first `size` are valid.
   std::array<ContactPoint<S>, capacity> points{};
   /// [-] Number of points.

@@ -52,7 +52,7 @@ template <Scalar S>
 struct ContactNormal {
   Nearness nearness = Nearness::unknown;
   /// [1] Unit normal from A into B, in the frame of A.
-  Vec3<S> normal = Vec3<S>::UnitZ();
+  Vec3<S> normal = unit_z<Vec3<S>>();
   /// [m] Distance along the normal, negative where the solids overlap.
   S gap = S(0);
 };
@@ -109,7 +109,7 @@ template <Scalar S, typename Distance>
 class OverlapSearch {
  public:
   OverlapSearch(const ConvexView<S>& a, const ConvexView<S>& b, const Transform<S>& X_AB, S scale)
-      : a_{&a, Mat3<S>::Identity(), Vec3<S>::Zero(), scale},
+      : a_{&a, identity<Mat3<S>>(), zero<Vec3<S>>(), scale},
         b_{&b, X_AB.rotation_matrix(), scale * X_AB.translation, scale},
         rounding_(scale * (a.rounding + b.rounding)),
         push_(scale * std::min(a.reach, b.reach) / S(8)),
@@ -127,7 +127,7 @@ class OverlapSearch {
     const Vec3<S> between =
         b_.rotation * (b_.scale * b_.convex->center) + b_.position - a_.scale * a_.convex->center;
     const Vec3<S> towards = between.stableNormalized();
-    offer(towards.squaredNorm() > S(0.5) ? towards : Vec3<S>(Vec3<S>::UnitX()));
+    offer(towards.squaredNorm() > S(0.5) ? towards : unit_x<Vec3<S>>());
     for (const S side : {S(1), S(-1)}) {
       const PlacedConvex<S>& solid = side > S(0) ? a_ : b_;
       // Only those faces of a hull or plate are tried that face the other solid. The rest are left
@@ -154,7 +154,7 @@ class OverlapSearch {
     if (!answer.is_apart) return false;
     offer(answer.normal);
     if (overlap_ < -margin) return true;
-    return residual(answer, Vec3<S>::Zero()) <= settled_;
+    return residual(answer, zero<Vec3<S>>()) <= settled_;
   }
 
   /// Searches for the global minimum of the overlap. Skipped if all candidates were tried already.
@@ -182,7 +182,7 @@ class OverlapSearch {
   /// extrapolates to their limit (Aitken's process).
   bool search_overlapping() {
     S push = push_;
-    Vec3<S> last_step = Vec3<S>::Zero();
+    Vec3<S> last_step = zero<Vec3<S>>();
     std::optional<Vec3<S>> leap;
     for (int i = 0; i < max_pushes; ++i) {
       if (!leap) polish();
@@ -202,7 +202,7 @@ class OverlapSearch {
       const S shrunk = step.norm() / last_step.norm();
       const bool was_leap = leap.has_value();
       leap.reset();
-      last_step.setZero();
+      set_zero(last_step);
       if (was_leap || !answer.is_apart) continue;
       if (shrunk < infinity<S>) {
         // If steps hardly shrink, or grow as they do off a saddle, take twenty at once.
@@ -364,7 +364,7 @@ class OverlapSearch {
   // Gains smaller than this count as none. On curved solids polish() finds the rest.
   S settled_;
   S overlap_ = infinity<S>;
-  Vec3<S> normal_ = Vec3<S>::UnitZ();
+  Vec3<S> normal_ = unit_z<Vec3<S>>();
   int evaluations_ = 0;
 };
 

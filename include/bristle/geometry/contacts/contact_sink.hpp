@@ -113,7 +113,7 @@ class ContactSink {
       return i < manifold.size ? manifold.points[i] : point;
     };
     const S share = S(1) / S(manifold.size + 1);
-    Vec3<S> middle = Vec3<S>::Zero();
+    Vec3<S> middle = zero<Vec3<S>>();
     for (std::size_t i = 0; i <= manifold.size; ++i) middle += share * at(i).position;
     std::size_t first = 0;
     std::size_t second = 0;

@@ -30,10 +30,10 @@ struct SolidGap {
   /// search: nothing that is as far changes it.
   P distance = infinity<P>;
   /// [1] Unit normal out of the target, towards the query. Zero where they overlap.
-  Vec3<P> normal = Vec3<P>::Zero();
+  Vec3<P> normal = zero<Vec3<P>>();
   /// [m] The nearest point of the target, or one of several. A point of the query where they
   /// overlap.
-  Vec3<P> point = Vec3<P>::Zero();
+  Vec3<P> point = zero<Vec3<P>>();
 };
 
 /// First touch of a query that moves along a line, in the frame of the target.
@@ -42,9 +42,9 @@ struct SolidTouch {
   /// [1] Part of the way before the touch. What it is before a search bounds the search.
   P fraction = infinity<P>;
   /// [1] Unit normal out of the target. Against the motion where the solids overlap at its start.
-  Vec3<P> normal = Vec3<P>::Zero();
+  Vec3<P> normal = zero<Vec3<P>>();
   /// [m] Point of the touch, or one of several.
-  Vec3<P> point = Vec3<P>::Zero();
+  Vec3<P> point = zero<Vec3<P>>();
 };
 
 /// Lowers `nearest` to the gap between a target and a query at X_TQ, if that is less.
@@ -83,14 +83,14 @@ void find_touch(const MeshSurface<P, Tree>& target, const ConvexView<P>& query,
 template <Scalar P>
 [[nodiscard]] GjkResult<P> convex_distance(const ConvexView<P>& target, const ConvexView<P>& query,
                                            const Transform<P>& X_TQ, P far) {
-  const PlacedConvex<P> a{&target, Mat3<P>::Identity(), Vec3<P>::Zero(), P(1)};
+  const PlacedConvex<P> a{&target, identity<Mat3<P>>(), zero<Vec3<P>>(), P(1)};
   const PlacedConvex<P> b{&query, X_TQ.rotation_matrix(), X_TQ.translation, P(1)};
   const Vec3<P> between = X_TQ * query.center - target.center;
   const P rounding = target.rounding + query.rounding;
   // A search that ends early knows a distance that is surely beyond the bound, whatever is rounded.
   const P enough = (far + rounding) * (P(1) + Tolerance<P>::equal());
   GjkResult<P> result =
-      GjkDistance{}(a, b, between == Vec3<P>::Zero() ? Vec3<P>(Vec3<P>::UnitX()) : between, enough);
+      GjkDistance{}(a, b, between == zero<Vec3<P>>() ? unit_x<Vec3<P>>() : between, enough);
   result.distance -= rounding;
   result.is_apart = result.is_apart && result.distance > P(0);
   if (!result.is_apart) result.distance = P(0);
@@ -158,7 +158,7 @@ void find_gap(const HalfSpace<P>& target, const ConvexView<P>& query, const Tran
   if (height.distance > P(0)) {
     nearest = {height.distance, target.normal, height.point - height.distance * target.normal};
   } else {
-    nearest = {P(0), Vec3<P>::Zero(), height.point};
+    nearest = {P(0), zero<Vec3<P>>(), height.point};
   }
 }
 
@@ -171,7 +171,7 @@ void find_gap(const ConvexView<P>& target, const ConvexView<P>& query, const Tra
     nearest = {found.distance, found.normal,
                point_of_gap(target, query, X_TQ, found.normal, found.distance)};
   } else {
-    nearest = {P(0), Vec3<P>::Zero(), X_TQ * query.center};
+    nearest = {P(0), zero<Vec3<P>>(), X_TQ * query.center};
   }
 }
 
@@ -188,7 +188,7 @@ void find_gap(const MeshSurface<P, Tree>& target, const ConvexView<P>& query,
               const Transform<P>& X_TQ, SolidGap<P>& nearest) {
   // A query that meets no plate is inside or outside as a whole.
   if (nearest.distance > P(0) && holds_center(target, query, X_TQ)) {
-    nearest = {P(0), Vec3<P>::Zero(), X_TQ * query.center};
+    nearest = {P(0), zero<Vec3<P>>(), X_TQ * query.center};
   }
   const Aabb<P> box = bounds_at(query, X_TQ);
   target.find(
@@ -245,7 +245,7 @@ void find_touch(const ConvexView<P>& target, const ConvexView<P>& query, const T
   const P least = near * way.norm();
   Transform<P> X = X_TQ;
   P fraction = P(0);
-  Vec3<P> normal = Vec3<P>::Zero();
+  Vec3<P> normal = zero<Vec3<P>>();
   for (int i = 0; i < max_measurements; ++i) {
     const GjkResult<P> found = convex_distance(target, query, X, infinity<P>);
     // The direction of solids that all but touch may be any. Only a plane that parts them counts.
@@ -259,7 +259,7 @@ void find_touch(const ConvexView<P>& target, const ConvexView<P>& query, const T
     fraction += gap / closing;
     X.translation = X_TQ.translation + fraction * way;
   }
-  if (normal == Vec3<P>::Zero()) {
+  if (normal == zero<Vec3<P>>()) {
     // They touch or overlap at the start. Which of the two tells the direction of least overlap.
     const ContactNormal<P> found = contact_normal<GjkDistance>(target, query, X_TQ, touching);
     if (found.nearness == Nearness::near && found.gap >= -touching) {

@@ -27,7 +27,7 @@ struct GjkResult {
   /// False if the solids overlap or touch, to round-off. Then nothing else is valid.
   bool is_apart = false;
   /// [1] Unit normal from A into B.
-  Vec3<S> normal = Vec3<S>::Zero();
+  Vec3<S> normal = zero<Vec3<S>>();
   /// [m] Claimed distance. At least `far` if the search ended early.
   S distance = S(0);
 };
@@ -78,7 +78,7 @@ class GjkSimplex {
       for (std::size_t j = i + 1; j < n; ++j) try_triangle(best, i, j, n);
     }
     if (may_enclose && n == 3 && is_origin_within(points_[0], points_[1], points_[2], p)) {
-      offer(best, Vec3<S>::Zero(), {0, 1, 2}, 3);
+      offer(best, zero<Vec3<S>>(), {0, 1, 2}, 3);
     }
     if (best.size == 0) return false;
     const std::array<Vec3<S>, 4> all = points_;

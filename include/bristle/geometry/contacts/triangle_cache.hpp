@@ -30,8 +30,8 @@ struct alignas(64) TrianglesNearRay {
   std::array<std::array<S, capacity>, 9> rows;
   /// [m] Ends of the segment that was searched around. `reserve` bounds the distance of the ray's
   /// ends from them, along each axis. A negative `reserve` means an empty cache.
-  Vec3<S> start = Vec3<S>::Zero();
-  Vec3<S> end = Vec3<S>::Zero();
+  Vec3<S> start = zero<Vec3<S>>();
+  Vec3<S> end = zero<Vec3<S>>();
   S reserve = S(-1);
   /// [-] Number of triangles. More than `capacity` if there were too many.
   std::uint32_t count = 0;

@@ -18,7 +18,7 @@ namespace bristle::inline BRISTLE_ABI::detail {
 template <Scalar S>
 struct NormalSum {
   /// [1] Weighted sum.
-  Vec3<S> sum = Vec3<S>::Zero();
+  Vec3<S> sum = zero<Vec3<S>>();
   /// [1] Sum of the weights; 0 if no triangle with a normal took part.
   S weight = S(0);
 
@@ -62,7 +62,7 @@ DynamicArray<Vec3<S>> face_normals(const TriangleMesh<S>& mesh,
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     normals.push_back(triangle_normal(mesh, t));
   }
-  for (const std::uint32_t t : degenerate) normals[t].setZero();
+  for (const std::uint32_t t : degenerate) set_zero(normals[t]);
   return normals;
 }
 
@@ -71,7 +71,7 @@ DynamicArray<NormalSum<S>> vertex_normals(const TriangleMesh<S>& mesh,
                                           std::span<const Vec3<S>> normals) {
   DynamicArray<NormalSum<S>> sums(mesh.vertices.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    if (normals[t] == Vec3<S>::Zero()) continue;
+    if (normals[t] == zero<Vec3<S>>()) continue;
     for (std::size_t k = 0; k < 3; ++k) {
       sums[mesh.triangles[t][k]].add(normals[t], corner_angle(mesh, t, k));
     }

@@ -117,7 +117,7 @@ class PlateJoin {
   [[nodiscard]] std::size_t face_count() const { return face_count_; }
   /// [1] Unit normal of an outline: that of its area.
   [[nodiscard]] Vec3<S> normal(std::span<const std::uint32_t> outline) const {
-    Vec3<S> area = Vec3<S>::Zero();
+    Vec3<S> area = zero<Vec3<S>>();
     for (std::size_t k = 1; k + 1 < outline.size(); ++k) {
       const Vec3<S>& origin = start(outline[0]);
       area += (start(outline[k]) - origin).cross(start(outline[k + 1]) - origin);

@@ -19,9 +19,9 @@ namespace bristle::inline BRISTLE_ABI {
 template <Scalar S>
 struct Ray {
   /// [m] Start.
-  Vec3<S> origin = Vec3<S>::Zero();
+  Vec3<S> origin = detail::zero<Vec3<S>>();
   /// [1] Unit direction.
-  Vec3<S> direction = Vec3<S>::UnitX();
+  Vec3<S> direction = detail::unit_x<Vec3<S>>();
   /// [m] Length from the start. Hits farther away do not count. May be infinite.
   S length = infinity<S>;
 };
@@ -33,7 +33,7 @@ struct RayHit {
   S distance = infinity<S>;
   /// [1] Unit outward normal of the surface there, against the ray (normal . direction <= 0). If
   /// the start is inside, minus the ray's direction.
-  Vec3<S> normal = Vec3<S>::Zero();
+  Vec3<S> normal = detail::zero<Vec3<S>>();
 };
 
 namespace detail {

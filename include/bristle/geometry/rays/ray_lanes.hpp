@@ -10,9 +10,9 @@
 #include <bristle/math/transform.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
-#include <type_traits>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -379,64 +379,151 @@ BRISTLE_FORCE_INLINE RayHitLanes<S> ray_cast(const ConvexHull<S>& hull, const Ra
   return hit_mask(ray, is_inside, chord.is_ahead() & !is_passed, chord.enter, normal);
 }
 
+/// Where rays and their hits so far are stored, a row of numbers for each quantity.
+template <Scalar S>
+struct RayRows {
+  /// Starts x, y, z, directions x, y, z, lengths.
+  std::array<const S*, 7> rays;
+  /// Distances, normals x, y, z.
+  std::array<S*, 4> hits;
+  std::uint32_t* tags;
+};
+
+/// Fewer rays than a pack has lanes, in rows of their own. The rest of the pack is filled with rays
+/// that have been hit already.
+template <Scalar S>
+class PartOfPack {
+ public:
+  /// Copies `count` rays of `rows` from number `first` on.
+  PartOfPack(const RayRows<S>& rows, std::size_t first, std::size_t count)
+      : whole_(rows), first_(first), count_(count) {
+    for (std::size_t r = 0; r < rows.rays.size(); ++r) {
+      std::copy_n(rows.rays[r] + first, count, rays_[r].begin());
+    }
+    for (std::size_t r = 0; r < rows.hits.size(); ++r) {
+      std::copy_n(rows.hits[r] + first, count, hits_[r].begin());
+    }
+    std::copy_n(rows.tags + first, count, tags_.begin());
+  }
+
+  [[nodiscard]] RayRows<S> rows() {
+    RayRows<S> own;
+    for (std::size_t r = 0; r < rays_.size(); ++r) own.rays[r] = rays_[r].data();
+    for (std::size_t r = 0; r < hits_.size(); ++r) own.hits[r] = hits_[r].data();
+    own.tags = tags_.data();
+    return own;
+  }
+
+  /// Copies the hits back.
+  void store() const {
+    for (std::size_t r = 0; r < hits_.size(); ++r) {
+      std::copy_n(hits_[r].begin(), count_, whole_.hits[r] + first_);
+    }
+    std::copy_n(tags_.begin(), count_, whole_.tags + first_);
+  }
+
+ private:
+  using Row = std::array<S, lanes<S>>;
+
+  RayRows<S> whole_;
+  std::size_t first_;
+  std::size_t count_;
+  std::array<Row, 7> rays_{};
+  std::array<Row, 4> hits_{};
+  std::array<std::uint32_t, lanes<S>> tags_{};
+};
+
+/// A cast of packs of rays at one shape.
+template <Scalar S>
+struct PackCast {
+  Mat3<S> R_RC, R_CR;
+  Vec3<S> p_RC;
+  S extra_length;
+  std::uint32_t tag;
+  const void* shape;
+  /// Casts the rays from `first` to `end`, a whole number of packs.
+  void (*cast)(const PackCast& self, RayRows<S> rows, std::size_t first, std::size_t end);
+
+  /// Casts the rays from `first` to `end`.
+  void operator()(const RayRows<S>& rows, std::size_t first, std::size_t end) const {
+    const std::size_t rest = (end - first) % lanes<S>;
+    if (rest < end - first) cast(*this, rows, first, end - rest);
+    if (rest == 0) return;
+    PartOfPack<S> part(rows, end - rest, rest);
+    cast(*this, part.rows(), 0, lanes<S>);
+    part.store();
+  }
+};
+
 template <Scalar S, typename ConvexShape>
-void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, const RayBatch<S>& rays,
-                        std::uint32_t tag, RayHits<S>& hits) {
-  const Mat3<S> R_RC = X_RC.rotation_matrix();
-  const Mat3<S> R_CR = transposed(R_RC);
-  const Pack3<S> p_RC = Pack3<S>::all(X_RC.translation);
-  const std::size_t n = std::min<std::size_t>(rays.range.end, rays.size());
-  const auto cast = [&](std::size_t i, auto count, const auto& load, const auto& store) {
-    const Pack<S> best = load(hits.distance.data() + i);
-    const Pack3<S> origin{load(rays.origin_x.data() + i), load(rays.origin_y.data() + i),
-                          load(rays.origin_z.data() + i)};
-    const Pack3<S> direction{load(rays.direction_x.data() + i), load(rays.direction_y.data() + i),
-                             load(rays.direction_z.data() + i)};
-    const Pack<S> length = load(rays.length.data() + i) + rays.extra_length;
+void cast_packs(const PackCast<S>& self, RayRows<S> rows, std::size_t first, std::size_t end) {
+  const auto& shape = *static_cast<const ConvexShape*>(self.shape);
+  const Mat3<S> R_RC = self.R_RC;
+  const Mat3<S> R_CR = self.R_CR;
+  const Pack3<S> p_RC = Pack3<S>::all(self.p_RC);
+  const Pack<S> extra_length(self.extra_length);
+  const std::uint32_t tag = self.tag;
+  for (std::size_t i = first; i < end; i += lanes<S>) {
+    const auto load = [&](std::size_t row) { return Pack<S>::load(rows.rays[row] + i); };
+    const Pack<S> best = Pack<S>::load(rows.hits[0] + i);
+    const Pack3<S> origin{load(0), load(1), load(2)};
+    const Pack3<S> direction{load(3), load(4), load(5)};
+    const Pack<S> length = load(6) + extra_length;
     const RayHitLanes<S> hit =
         ray_cast(shape, RayLanes<S>{R_CR * (origin - p_RC), R_CR * direction, min(length, best)});
     const Mask<S> is_nearer = hit.distance < best;
-    if (none(is_nearer)) return;
+    if (none(is_nearer)) continue;
     const Pack3<S> normal = R_RC * hit.normal;
-    const auto keep = [&](S* p, const Pack<S>& value) {
-      store(p + i, select(is_nearer, value, load(p + i)));
+    const auto keep = [&](std::size_t row, const Pack<S>& value) {
+      S* const p = rows.hits[row] + i;
+      select(is_nearer, value, Pack<S>::load(p)).store(p);
     };
-    keep(hits.distance.data(), hit.distance);
-    keep(hits.normal.x.data(), normal.x);
-    keep(hits.normal.y.data(), normal.y);
-    keep(hits.normal.z.data(), normal.z);
-    std::uint32_t* const tags = hits.tag.data() + i;
-    // Only for a full pack.
+    keep(0, hit.distance);
+    keep(1, normal.x);
+    keep(2, normal.y);
+    keep(3, normal.z);
+    std::uint32_t* const tags = rows.tags + i;
     if (all(is_nearer)) {
       std::fill_n(tags, lanes<S>, tag);
-      return;
+      continue;
     }
     const std::uint32_t met = bits(is_nearer);
     // Compilers vectorise this selection. It works by masks, on a number that no tag can overwrite.
     const std::uint32_t own = tag;
-    for (std::uint32_t k = 0; k < count; ++k) tags[k] ^= (tags[k] ^ own) & (0u - (met >> k & 1u));
-  };
-  const auto cast_from = [&](std::size_t i, std::size_t end) {
-    for (; i + lanes<S> <= end; i += lanes<S>) {
-      cast(
-          i, std::integral_constant<std::uint32_t, lanes<S>>{},
-          [](const S* p) { return Pack<S>::load(p); },
-          [](S* p, const Pack<S>& value) { value.store(p); });
+    for (std::uint32_t k = 0; k < lanes<S>; ++k) {
+      tags[k] ^= (tags[k] ^ own) & (0u - (met >> k & 1u));
     }
-    if (i >= end) return;
-    // The rest of the pack is filled with rays that have been hit already.
-    cast(
-        i, static_cast<std::uint32_t>(end - i),
-        [&](const S* p) { return Pack<S>::load_first(p, end - i, S(0)); },
-        [&](S* p, const Pack<S>& value) { value.store_first(p, end - i); });
-  };
-  if (rays.near_packets == nullptr) return cast_from(rays.range.first, n);
+  }
+}
+
+/// Casts those rays of a batch that are asked for.
+template <Scalar S>
+void cast_in_packs(const PackCast<S>& cast, const RayBatch<S>& rays, RayHits<S>& hits) {
+  const RayRows<S> rows{
+      {rays.origin_x.data(), rays.origin_y.data(), rays.origin_z.data(), rays.direction_x.data(),
+       rays.direction_y.data(), rays.direction_z.data(), rays.length.data()},
+      {hits.distance.data(), hits.normal.x.data(), hits.normal.y.data(), hits.normal.z.data()},
+      hits.tag.data()};
+  const std::size_t n = std::min<std::size_t>(rays.range.end, rays.size());
+  if (rays.near_packets == nullptr) {
+    if (rays.range.first < n) cast(rows, rays.range.first, n);
+    return;
+  }
   auto run = std::lower_bound(rays.near_packets->begin(), rays.near_packets->end(),
                               rays.range.first / packet_size);
   for (; run != rays.near_packets->end() && *run * packet_size < n; ++run) {
     const std::size_t first = *run * packet_size;
-    cast_from(first, std::min(n, first + packet_size));
+    cast(rows, first, std::min(n, first + packet_size));
   }
+}
+
+template <Scalar S, typename ConvexShape>
+void cast_rays_in_lanes(const ConvexShape& shape, const Transform<S>& X_RC, const RayBatch<S>& rays,
+                        std::uint32_t tag, RayHits<S>& hits) {
+  const Mat3<S> R_RC = X_RC.rotation_matrix();
+  cast_in_packs<S>({R_RC, transposed(R_RC), X_RC.translation, rays.extra_length, tag, &shape,
+                    &cast_packs<S, ConvexShape>},
+                   rays, hits);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

@@ -186,7 +186,7 @@ RayHit<S> ray_cast(const Box<S>& box, const Ray<S>& ray) {
     chord.leave = std::min(chord.leave, slab.leave);
   }
   if (!chord.is_ahead()) return {};
-  Vec3<S> normal = Vec3<S>::Zero();
+  Vec3<S> normal = detail::zero<Vec3<S>>();
   normal[axis] = ray.direction[axis] > S(0) ? S(-1) : S(1);
   return detail::hit_within<S>(ray, chord.enter, normal);
 }
@@ -240,7 +240,7 @@ RayHit<S> ray_cast(const Cylinder<S>& cylinder, const Ray<S>& ray) {
   if (!chord.is_ahead()) return {};
   if (slab.enter >= tube.enter) {
     const S side = ray.direction.z() > S(0) ? S(-1) : S(1);
-    return detail::hit_within<S>(ray, chord.enter, side * Vec3<S>::UnitZ());
+    return detail::hit_within<S>(ray, chord.enter, side * detail::unit_z<Vec3<S>>());
   }
   const Vec3<S> point = near.origin + tube.enter * ray.direction;
   return detail::hit_within<S>(ray, chord.enter, Vec3<S>(point.x(), point.y(), S(0)).normalized());
@@ -289,13 +289,13 @@ RayHit<S> ray_cast(const Cone<S>& cone, const Ray<S>& ray) {
   if (slab.enter >= side.enter) {
     // Through the base, or through the plane of the apex, of which only the apex is in the cone.
     const S up = dw > S(0) ? S(1) : S(-1);
-    return detail::hit_within<S>(ray, chord.enter, up * Vec3<S>::UnitZ());
+    return detail::hit_within<S>(ray, chord.enter, up * detail::unit_z<Vec3<S>>());
   }
   const Vec3<S> point = near.origin + side.enter * ray.direction;
   const Vec3<S> gradient(point.x(), point.y(), k * k * (cone.half_length - point.z()));
   return detail::hit_within<S>(
       ray, chord.enter,
-      gradient.squaredNorm() > S(0) ? Vec3<S>(gradient.normalized()) : Vec3<S>(Vec3<S>::UnitZ()));
+      gradient.squaredNorm() > S(0) ? Vec3<S>(gradient.normalized()) : detail::unit_z<Vec3<S>>());
 }
 
 // Stretched to the unit ball. Distances along the ray are the same in both spaces.

@@ -36,13 +36,13 @@ struct RayTreeNode {
   /// True if it is narrow and its children have its frame. Then its rays can be cast together.
   bool has_one_frame = false;
   /// [1] R_GR, with R the frame of the rays.
-  Mat3<S> axes = Mat3<S>::Identity();
+  Mat3<S> axes = identity<Mat3<S>>();
   /// [m] The origin of G in R.
-  Vec3<S> center = Vec3<S>::Zero();
+  Vec3<S> center = zero<Vec3<S>>();
   /// [m] Box around the rays from their starts to their ends, in G.
   Aabb<S> box{};
   /// [1] Box around zero and the directions of the rays, in G.
-  Aabb<S> directions{Vec3<S>::Zero(), Vec3<S>::Zero()};
+  Aabb<S> directions{zero<Vec3<S>>(), zero<Vec3<S>>()};
   /// [m] Largest z of a start. The smallest is that of the box if the node is narrow.
   S highest_start = S(0);
   /// [1] Largest slope of a ray against the z axis, in x or y.
@@ -203,7 +203,7 @@ RayTree<S>::RayTree(const RayBatch<S>& rays) {
 template <Scalar S>
 void RayTree<S>::build(const RayBatch<S>& rays, Places places, std::size_t parent) {
   // The standard library leaves parts in any order. Sums of floats depend on it.
-  std::sort(places.begin(), places.end());
+  std::sort(places.data(), places.data() + places.size());
   const std::size_t id = nodes_.size();
   RayTreeNode<S> node;
   node.first = static_cast<std::uint32_t>(places.data() - order_.data());
@@ -243,7 +243,7 @@ template <Scalar S>
 void RayTree<S>::fit(const RayBatch<S>& rays, Places places, RayTreeNode<S>& node) const {
   if (!node.has_one_frame) {
     Aabb<S> starts;
-    Vec3<S> sum = Vec3<S>::Zero();
+    Vec3<S> sum = zero<Vec3<S>>();
     for (const std::uint32_t i : places) {
       starts.include(rays[i].origin);
       sum += rays[i].direction;
@@ -254,7 +254,7 @@ void RayTree<S>::fit(const RayBatch<S>& rays, Places places, RayTreeNode<S>& nod
       // Sensors mostly stand in rows along the axes of their frame; so do the sides of the box.
       int across = 0;
       cwise_abs(z).minCoeff(&across);
-      const Vec3<S> x = (Vec3<S>::Unit(across) - z[across] * z).normalized();
+      const Vec3<S> x = (unit_vector<Vec3<S>>(across) - z[across] * z).normalized();
       set_row(node.axes, 0, x);
       set_row(node.axes, 1, z.cross(x));
       set_row(node.axes, 2, z);
@@ -280,7 +280,7 @@ template <Scalar S>
 void RayTree<S>::split_into_packets(const RayBatch<S>& rays, Places places) {
   if (places.size() <= packet_size) {
     // The standard library left them in any order.
-    std::sort(places.begin(), places.end());
+    std::sort(places.data(), places.data() + places.size());
     return;
   }
   const std::size_t first = split_rays(rays, places, packet_size);

@@ -31,7 +31,7 @@ struct ConvexView {
   /// [m] Radius around the core: that of a sphere or capsule, else 0.
   S rounding = S(0);
   /// [m] A point inside, and the distance from it to the farthest point of the solid.
-  Vec3<S> center = Vec3<S>::Zero();
+  Vec3<S> center = zero<Vec3<S>>();
   S reach = S(0);
 
   /// [m] The core's farthest point along a direction of any length > 0, in the solid's frame.
@@ -87,7 +87,7 @@ template <Scalar S>
 
 template <Scalar S>
 [[nodiscard]] Vec3<S> support_core(const Sphere<S>&, const Vec3<S>&) {
-  return Vec3<S>::Zero();
+  return zero<Vec3<S>>();
 }
 template <Scalar S>
 [[nodiscard]] Vec3<S> support_core(const Capsule<S>& s, const Vec3<S>& d) {
@@ -148,14 +148,14 @@ void for_face_normals(const Self& shape, const Try& try_axis) {
   using S = ScalarOfShape<Self>;
   if constexpr (std::is_same_v<Self, Box<S>>) {
     for (int axis = 0; axis < 3; ++axis) {
-      try_axis(Vec3<S>(Vec3<S>::Unit(axis)));
-      try_axis(Vec3<S>(-Vec3<S>::Unit(axis)));
+      try_axis(unit_vector<Vec3<S>>(axis));
+      try_axis(Vec3<S>(-unit_vector<Vec3<S>>(axis)));
     }
   } else if constexpr (std::is_same_v<Self, Cylinder<S>>) {
-    try_axis(Vec3<S>(Vec3<S>::UnitZ()));
-    try_axis(Vec3<S>(-Vec3<S>::UnitZ()));
+    try_axis(unit_z<Vec3<S>>());
+    try_axis(Vec3<S>(-unit_z<Vec3<S>>()));
   } else if constexpr (std::is_same_v<Self, Cone<S>>) {
-    try_axis(Vec3<S>(-Vec3<S>::UnitZ()));
+    try_axis(Vec3<S>(-unit_z<Vec3<S>>()));
   } else if constexpr (std::is_same_v<Self, ConvexHull<S>>) {
     for (const Vec3<S>& n : shape.face_normals) try_axis(n);
   } else if constexpr (std::is_same_v<Self, Plate<S>>) {

@@ -26,7 +26,7 @@ struct HullFace {
   DynamicArray<std::uint32_t> ring;
   /// Outward unit normal on the grid, of the largest triangle of the face. No point of the hull is
   /// above that plane.
-  Vec3<double> normal = Vec3<double>::UnitZ();
+  Vec3<double> normal = unit_z<Vec3<double>>();
 };
 
 /// Joins the triangles of a closed convex surface to faces.

@@ -17,7 +17,7 @@ namespace bristle::inline BRISTLE_ABI::detail {
 /// A ball that lies in a shape. A radius of 0 says that none is known.
 template <Scalar S>
 struct InnerBall {
-  Vec3<S> center = Vec3<S>::Zero();  // [m]
+  Vec3<S> center = zero<Vec3<S>>();  // [m]
   S radius = S(0);                   // [m]
 };
 

@@ -151,7 +151,7 @@ template <Scalar S>
 [[nodiscard]] Vec3<S> face_normal(const GriddedPoints<S>& gridded, const HullFace& face) {
   const DynamicArray<Vec3<S>>& points = gridded.points;
   const Vec3<S>& origin = points[face.corners[0]];
-  Vec3<S> sum = Vec3<S>::Zero();
+  Vec3<S> sum = zero<Vec3<S>>();
   for (std::size_t i = 2; i < face.corners.size(); ++i) {
     sum += (points[face.corners[i - 1]] - origin).cross(points[face.corners[i]] - origin);
   }

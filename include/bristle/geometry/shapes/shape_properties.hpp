@@ -47,7 +47,7 @@ template <Scalar S>
 template <Scalar S>
 struct LocalBounds {
   Aabb<S> operator()(const Sphere<S>& s) const {
-    return centered_box<S>(Vec3<S>::Constant(s.radius));
+    return centered_box<S>(filled<Vec3<S>>(s.radius));
   }
   Aabb<S> operator()(const Box<S>& s) const { return centered_box<S>(s.half_extents); }
   Aabb<S> operator()(const Capsule<S>& s) const {
@@ -61,7 +61,7 @@ struct LocalBounds {
   }
   Aabb<S> operator()(const Ellipsoid<S>& s) const { return centered_box<S>(s.radii); }
   Aabb<S> operator()(const HalfSpace<S>&) const {
-    return centered_box<S>(Vec3<S>::Constant(infinity<S>));
+    return centered_box<S>(filled<Vec3<S>>(infinity<S>));
   }
   Aabb<S> operator()(const ConvexHull<S>& s) const {
     Aabb<S> box;
@@ -77,8 +77,8 @@ struct LocalBounds {
 template <Scalar S>
 [[nodiscard]] MassProperties<S> symmetric_body(S mass, const Vec3<S>& center,
                                                const Vec3<S>& second_moments) {
-  const Vec3<S> diagonal = Vec3<S>::Constant(second_moments.sum()) - second_moments;
-  return {mass, center, (mass * diagonal).asDiagonal()};
+  const Vec3<S> diagonal = filled<Vec3<S>>(second_moments.sum()) - second_moments;
+  return {mass, center, diagonal_matrix<S>(mass * diagonal)};
 }
 
 /// Integrals of 1, x and x x^T over a solid, summed over the triangles of its surface.
@@ -90,13 +90,13 @@ template <Scalar S>
 template <Scalar S>
 struct SolidMoments {
   /// [m] Origin of the integrals, best near the middle of the solid.
-  Vec3<S> reference = Vec3<S>::Zero();
+  Vec3<S> reference = zero<Vec3<S>>();
   /// [m^3] Volume.
   S volume = S(0);
   /// [m^4] Integral of x.
-  Vec3<S> first = Vec3<S>::Zero();
+  Vec3<S> first = zero<Vec3<S>>();
   /// [m^5] Integral of x x^T.
-  Mat3<S> second = Mat3<S>::Zero();
+  Mat3<S> second = zero<Mat3<S>>();
 
   /// Adds a triangle of the surface, counter-clockwise seen from outside.
   void add(const Vec3<S>& corner_a, const Vec3<S>& corner_b, const Vec3<S>& corner_c) {
@@ -115,7 +115,7 @@ struct SolidMoments {
     if (!(volume > S(0))) return {};
     const Vec3<S> center = first / volume;
     const Mat3<S> covariance = second - volume * center * center.transpose();
-    return {volume, reference + center, covariance.trace() * Mat3<S>::Identity() - covariance};
+    return {volume, reference + center, covariance.trace() * identity<Mat3<S>>() - covariance};
   }
 };
 
@@ -124,11 +124,11 @@ struct UnitMassProperties {
   static constexpr S pi = S(std::numbers::pi);
 
   MassProperties<S> operator()(const Sphere<S>& s) const {
-    return (*this)(Ellipsoid<S>{Vec3<S>::Constant(s.radius)});
+    return (*this)(Ellipsoid<S>{filled<Vec3<S>>(s.radius)});
   }
   MassProperties<S> operator()(const Box<S>& s) const {
     const Vec3<S>& h = s.half_extents;
-    return symmetric_body<S>(S(8) * h.prod(), Vec3<S>::Zero(), cwise_square(h) / S(3));
+    return symmetric_body<S>(S(8) * h.prod(), zero<Vec3<S>>(), cwise_square(h) / S(3));
   }
   MassProperties<S> operator()(const Capsule<S>& s) const {
     const S r = s.radius;
@@ -138,13 +138,13 @@ struct UnitMassProperties {
     // <(z + h)^2> = r^2 / 5 + 3 r h / 4 + h^2.
     const S across = r * r / S(5);
     const MassProperties<S> caps =
-        symmetric_body<S>(S(4) / S(3) * pi * r * r * r, Vec3<S>::Zero(),
+        symmetric_body<S>(S(4) / S(3) * pi * r * r * r, zero<Vec3<S>>(),
                           {across, across, across + S(3) / S(4) * r * h + h * h});
     return tube + caps;
   }
   MassProperties<S> operator()(const Cylinder<S>& s) const {
     const S across = s.radius * s.radius / S(4);
-    return symmetric_body<S>(S(2) * pi * s.radius * s.radius * s.half_length, Vec3<S>::Zero(),
+    return symmetric_body<S>(S(2) * pi * s.radius * s.radius * s.half_length, zero<Vec3<S>>(),
                              {across, across, s.half_length * s.half_length / S(3)});
   }
   MassProperties<S> operator()(const Cone<S>& s) const {
@@ -155,7 +155,7 @@ struct UnitMassProperties {
                              {across, across, S(3) / S(20) * s.half_length * s.half_length});
   }
   MassProperties<S> operator()(const Ellipsoid<S>& s) const {
-    return symmetric_body<S>(S(4) / S(3) * pi * s.radii.prod(), Vec3<S>::Zero(),
+    return symmetric_body<S>(S(4) / S(3) * pi * s.radii.prod(), zero<Vec3<S>>(),
                              cwise_square(s.radii) / S(5));
   }
   MassProperties<S> operator()(const HalfSpace<S>&) const { return {}; }

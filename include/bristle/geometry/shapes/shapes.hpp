@@ -33,7 +33,7 @@ struct Sphere {
 template <Scalar S>
 struct Box {
   /// [m] Half of each edge, > 0.
-  Vec3<S> half_extents = Vec3<S>::Zero();
+  Vec3<S> half_extents = detail::zero<Vec3<S>>();
 };
 
 /// All points within `radius` of the segment from -half_length to +half_length on z.
@@ -67,7 +67,7 @@ struct Cone {
 template <Scalar S>
 struct Ellipsoid {
   /// [m] Semi-axes along x, y, z, > 0.
-  Vec3<S> radii = Vec3<S>::Zero();
+  Vec3<S> radii = detail::zero<Vec3<S>>();
 };
 
 /// All points p with normal . p <= offset: a floor, a wall, an incline. It has no finite mass, so
@@ -75,7 +75,7 @@ struct Ellipsoid {
 template <Scalar S>
 struct HalfSpace {
   /// [1] Unit outward normal.
-  Vec3<S> normal = Vec3<S>::UnitZ();
+  Vec3<S> normal = detail::unit_z<Vec3<S>>();
   /// [m] Signed distance of the surface from the origin along the normal.
   S offset = S(0);
 };

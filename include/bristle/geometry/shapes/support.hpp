@@ -30,7 +30,7 @@ struct SupportFeature {
   std::array<std::uint32_t, capacity> ids{};
   std::size_t size = 0;
   /// [1] Outward normal of a polygon's plane.
-  Vec3<S> normal = Vec3<S>::Zero();
+  Vec3<S> normal = zero<Vec3<S>>();
   /// [1] Cosine between a polygon's normal and the direction. 0 for edges and points.
   S cosine = S(0);
   /// True if the corners are samples of a curve.
@@ -166,7 +166,7 @@ template <Scalar S>
 [[nodiscard]] Vec2<S> radial(const Vec3<S>& direction) {
   const Vec2<S> planar = xy_of(direction);
   const S length = planar.norm();
-  return length > S(0) ? Vec2<S>(planar / length) : Vec2<S>(Vec2<S>::UnitX());
+  return length > S(0) ? Vec2<S>(planar / length) : unit_x<Vec2<S>>();
 }
 
 template <Scalar S>

@@ -11,9 +11,9 @@ namespace bristle::inline BRISTLE_ABI {
 template <Scalar S>
 struct Aabb {
   /// [m] Smallest corner.
-  Vec3<S> lower = Vec3<S>::Constant(infinity<S>);
+  Vec3<S> lower = detail::filled<Vec3<S>>(infinity<S>);
   /// [m] Largest corner.
-  Vec3<S> upper = Vec3<S>::Constant(-infinity<S>);
+  Vec3<S> upper = detail::filled<Vec3<S>>(-infinity<S>);
 
   /// Returns whether the box holds no point.
   [[nodiscard]] bool is_empty() const {
@@ -33,7 +33,7 @@ struct Aabb {
 
   /// Returns the box grown by `margin` [m] on every side.
   [[nodiscard]] Aabb inflated(S margin) const {
-    return {lower - Vec3<S>::Constant(margin), upper + Vec3<S>::Constant(margin)};
+    return {lower - detail::filled<Vec3<S>>(margin), upper + detail::filled<Vec3<S>>(margin)};
   }
   /// [m] Middle of the box.
   [[nodiscard]] Vec3<S> center() const { return S(0.5) * (lower + upper); }
@@ -55,13 +55,13 @@ struct Aabb {
 
   /// Returns the box around this one and itself moved by `way` [m].
   [[nodiscard]] Aabb swept(const Vec3<S>& way) const {
-    return {lower + cwise_min(way, Vec3<S>(Vec3<S>::Zero())),
-            upper + cwise_max(way, Vec3<S>(Vec3<S>::Zero()))};
+    return {lower + cwise_min(way, detail::zero<Vec3<S>>()),
+            upper + cwise_max(way, detail::zero<Vec3<S>>())};
   }
   /// [m^2] Squared distance to another box. 0 where they overlap.
   [[nodiscard]] S distance2_to(const Aabb& other) const {
     const Vec3<S> apart = cwise_max(Vec3<S>(other.lower - upper), Vec3<S>(lower - other.upper));
-    return cwise_max(apart, Vec3<S>(Vec3<S>::Zero())).squaredNorm();
+    return cwise_max(apart, detail::zero<Vec3<S>>()).squaredNorm();
   }
 
   /// [m^2] Half the surface of a box with edges x, y and z [m].

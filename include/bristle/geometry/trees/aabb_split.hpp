@@ -57,15 +57,21 @@ void key_by_center(std::span<SplitLeaf<S>> leaves, const BoxOf& box_of) {
   for (SplitLeaf<S>& leaf : leaves) leaf.key = finite_center<S>(box_of(leaf.number))[axis];
 }
 
+/// Sorts leaves by their keys. This is a total order. So the result does not depend on the standard
+/// library.
+template <Scalar S>
+void sort_by_key(std::span<SplitLeaf<S>> leaves) {
+  std::sort(leaves.begin(), leaves.end(), [](const SplitLeaf<S>& a, const SplitLeaf<S>& b) {
+    return a.key < b.key || (a.key == b.key && a.number < b.number);
+  });
+}
+
 /// Orders `leaves` along their longest extent, by the boxes that `box_of(number)` returns.
 /// @return Number of leaves of the first child: half of them.
 template <Scalar S, typename BoxOf>
 [[nodiscard]] std::size_t split_in_halves(std::span<SplitLeaf<S>> leaves, const BoxOf& box_of) {
   key_by_center(leaves, box_of);
-  // A total order, so that the result does not depend on the standard library.
-  std::sort(leaves.begin(), leaves.end(), [](const SplitLeaf<S>& a, const SplitLeaf<S>& b) {
-    return a.key < b.key || (a.key == b.key && a.number < b.number);
-  });
+  sort_by_key(leaves);
   return leaves.size() / 2;
 }
 

@@ -150,7 +150,7 @@ class AdfBodyBuilder {
       result.center_of_mass = X.translation;
       if (body.inertia) result.inertia = turned(*body.inertia, X.rotation);
     } else {
-      if (!is_mesh) result.center_of_mass = Vec3<S>::Zero();
+      if (!is_mesh) result.center_of_mass = zero<Vec3<S>>();
       if (body.inertia) result.inertia = turned(*body.inertia, Quat<S>::Identity());
     }
   }

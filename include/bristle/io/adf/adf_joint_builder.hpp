@@ -27,8 +27,8 @@ namespace bristle::inline BRISTLE_ABI::detail {
   const bool is_opposite = cosine < -0.99993;  // within 0.012 rad, the format's own bound
   Vec3<double> axis = from.cross(to);
   if (is_opposite) {
-    axis = from.cross(Vec3<double>::UnitX());
-    if (axis.norm() < 0.1) axis = from.cross(Vec3<double>::UnitY());
+    axis = from.cross(unit_x<Vec3<double>>());
+    if (axis.norm() < 0.1) axis = from.cross(unit_y<Vec3<double>>());
   }
   // Half a turn, or two thirds of one. The remaining rotation is no longer close to opposite.
   const double angle = is_opposite ? std::numbers::pi : 2.0;
@@ -48,7 +48,7 @@ struct JointFrames {
 [[nodiscard]] inline Vec3<double> frame_axis(AdfJointType type) {
   const bool has_three = type == AdfJointType::cone_twist || type == AdfJointType::six_dof ||
                          type == AdfJointType::six_dof_spring;
-  return has_three ? Vec3<double>::UnitZ() : Vec3<double>::UnitX();
+  return has_three ? unit_z<Vec3<double>>() : unit_x<Vec3<double>>();
 }
 
 /// Returns the frames of a joint. At zero the child's axis is along the parent's, and the child is

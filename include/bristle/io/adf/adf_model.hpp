@@ -106,11 +106,11 @@ struct AdfJoint : AdfItem {
   std::string parent;
   std::string child;
   /// [m] Point of the joint in the frame of either body, unscaled.
-  Vec3<double> parent_pivot = Vec3<double>::Zero();
-  Vec3<double> child_pivot = Vec3<double>::Zero();
+  Vec3<double> parent_pivot = zero<Vec3<double>>();
+  Vec3<double> child_pivot = zero<Vec3<double>>();
   /// [1] Unit axis of the joint in those frames.
-  Vec3<double> parent_axis = Vec3<double>::UnitZ();
-  Vec3<double> child_axis = Vec3<double>::UnitZ();
+  Vec3<double> parent_axis = unit_z<Vec3<double>>();
+  Vec3<double> child_axis = unit_z<Vec3<double>>();
   /// [rad] As above: `offset` of the format, or `child offset`, and `joint offset`.
   double offset = 0.0;
   double frame_offset = 0.0;
@@ -122,7 +122,7 @@ struct AdfJoint : AdfItem {
   double damping = 0.0;
   double equilibrium = 0.0;
   /// [rad] Limits of a cone twist: largest turn about x of the joint's frame, and tilts of x.
-  Vec3<double> cone_limits = Vec3<double>::Constant(0.7);
+  Vec3<double> cone_limits = filled<Vec3<double>>(0.7);
   /// Constants of a six-degree spring: along and about x, y, z.
   std::array<double, 6> six_stiffness{};
   std::array<double, 6> six_damping{};
@@ -136,9 +136,9 @@ struct AdfJoint : AdfItem {
 /// A ray of a sensor, in the sensor's frame.
 struct AdfRay {
   /// [m] Start.
-  Vec3<double> offset = Vec3<double>::Zero();
+  Vec3<double> offset = zero<Vec3<double>>();
   /// [1] Unit direction.
-  Vec3<double> direction = Vec3<double>::UnitX();
+  Vec3<double> direction = unit_x<Vec3<double>>();
 };
 
 /// A fan of `resolution` x `resolution` rays about x.

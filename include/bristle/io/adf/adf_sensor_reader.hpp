@@ -50,7 +50,7 @@ inline void read_adf_fan(AdfMap& map, AdfSensor& sensor) {
 
 /// Reads the form of 2019: a flat location {x, y, z}, and one direction.
 inline void read_adf_single_ray(AdfMap& map, AdfSensor& sensor) {
-  const Vec3<double> offset = map.has("location") ? map.vector("location") : Vec3<double>::Zero();
+  const Vec3<double> offset = map.has("location") ? map.vector("location") : zero<Vec3<double>>();
   sensor.array.push_back({offset, map.direction("direction")});
 }
 
