@@ -25,7 +25,7 @@ class BlockEnvelope {
   /// @param first  Column of the first block of each row. At most the row's own number.
   void set_shape(std::span<const std::uint32_t> first);
   void set_zero() {
-    for (Mat3<S>& block : blocks_) set_zero(block);
+    for (Mat3<S>& block : blocks_) block = zero<Mat3<S>>();
   }
 
   [[nodiscard]] std::size_t size() const { return first_.size(); }
