@@ -17,31 +17,36 @@ set(BRISTLE_KERNELS "${kernels}" CACHE STRING
     "Instruction sets besides the baseline that bristle::compiled has kernels for: v3, v4")
 
 set(sources "${CMAKE_CURRENT_LIST_DIR}")
-# What a step computes, compiled for each scalar and instruction set.
-set(kernels_of_scalar geometry/backends/backend_queries.cpp kernels.cpp)
-# Everything, compiled for each scalar in the baseline.
-set(bristle_sources_of_scalar
-    ${kernels_of_scalar} geometry/backends/backend_makers.cpp geometry/shapes/quickhull.cpp
-    hosts/host_sensors.cpp io/glb.cpp io/mesh_file.cpp sensors/placement.cpp world/world.cpp)
+# What a step computes is compiled for each instruction set: kernels in each scalar, and what they ask
+# of the backends in both at once.
+set(kernels_of_scalar kernels.cpp)
+set(queries_of_both geometry/backends/backend_queries.cpp)
+# Most of the compile time of these is reading the same headers: they are compiled as one file.
+set(small geometry/backends/backend_makers.cpp geometry/shapes/quickhull.cpp hosts/host_sensors.cpp
+          io/glb.cpp io/mesh_file.cpp sensors/placement.cpp)
+# Everything in the baseline.
+set(bristle_sources_of_scalar ${kernels_of_scalar} world/world.cpp)
+set(bristle_sources_of_both ${queries_of_both} ${small})
 set(with_fcl "")
 if(TARGET bristle::fcl)
   set(with_fcl bristle::fcl)
 endif()
 
-# Most of their compile time is reading the same headers.
-set(small geometry/backends/backend_makers.cpp geometry/shapes/quickhull.cpp hosts/host_sensors.cpp
-          io/glb.cpp io/mesh_file.cpp sensors/placement.cpp)
 list(TRANSFORM small PREPEND "${sources}/")
 set_source_files_properties(${small} PROPERTIES UNITY_GROUP small)
 
-# Makes an object library of `ARGN` in `scalar` for the instruction set `set`.
+# Makes an object library of `ARGN` for the instruction set `set`, in `scalar` or in "both".
 function(bristle_add_objects target scalar set)
   list(TRANSFORM ARGN PREPEND "${sources}/")
   add_library(${target} OBJECT ${ARGN})
   bristle_compiled_options(${target})
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
-  target_compile_definitions(${target} PRIVATE BRISTLE_INSTANTIATE=${scalar}
-                                               BRISTLE_KERNELS=${set})
+  target_compile_definitions(${target} PRIVATE BRISTLE_KERNELS=${set})
+  if(scalar STREQUAL "both")
+    target_compile_definitions(${target} PRIVATE BRISTLE_WITH_DEFINITIONS)
+  else()
+    target_compile_definitions(${target} PRIVATE BRISTLE_INSTANTIATE=${scalar})
+  endif()
 endfunction()
 
 # What all of the library is compiled with. No fused multiply-adds: all instruction sets round alike.
@@ -72,6 +77,8 @@ target_link_libraries(bristle_compiled PUBLIC bristle PRIVATE ${with_fcl})
 target_compile_definitions(bristle_compiled PUBLIC BRISTLE_COMPILED)
 set_target_properties(bristle_compiled PROPERTIES EXPORT_NAME compiled OUTPUT_NAME bristle)
 
+bristle_add_objects(bristle_both both baseline ${bristle_sources_of_both})
+target_sources(bristle_compiled PRIVATE $<TARGET_OBJECTS:bristle_both>)
 foreach(scalar float double)
   bristle_add_objects(bristle_${scalar} ${scalar} baseline ${bristle_sources_of_scalar})
   target_sources(bristle_compiled PRIVATE $<TARGET_OBJECTS:bristle_${scalar}>)
@@ -79,13 +86,16 @@ endforeach()
 
 # Kernels of one set are one object that exports two plain functions and nothing else.
 foreach(set IN LISTS BRISTLE_KERNELS)
-  set(objects "")
+  bristle_add_objects(bristle_both_${set} both ${set} ${queries_of_both})
   foreach(scalar float double)
     bristle_add_objects(bristle_${scalar}_${set} ${scalar} ${set} ${kernels_of_scalar})
+  endforeach()
+  set(objects "")
+  foreach(part both float double)
     target_compile_options(
-      bristle_${scalar}_${set} PRIVATE -march=x86-64-${set} -fno-lto
-                                       $<$<CXX_COMPILER_ID:GNU>:-fno-gnu-unique>)
-    list(APPEND objects $<TARGET_OBJECTS:bristle_${scalar}_${set}>)
+      bristle_${part}_${set} PRIVATE -march=x86-64-${set} -fno-lto
+                                     $<$<CXX_COMPILER_ID:GNU>:-fno-gnu-unique>)
+    list(APPEND objects $<TARGET_OBJECTS:bristle_${part}_${set}>)
   endforeach()
   set(joined "${CMAKE_CURRENT_BINARY_DIR}/bristle_kernels_${set}_joined.o")
   set(object "${CMAKE_CURRENT_BINARY_DIR}/bristle_kernels_${set}.o")
@@ -100,7 +110,7 @@ foreach(set IN LISTS BRISTLE_KERNELS)
   set_source_files_properties("${object}" PROPERTIES EXTERNAL_OBJECT ON GENERATED ON)
   target_sources(bristle_compiled PRIVATE "${object}")
   set_property(TARGET bristle_compiled APPEND PROPERTY BRISTLE_CLOSED_OBJECTS "${object}")
-  add_dependencies(bristle_compiled bristle_float_${set} bristle_double_${set})
+  add_dependencies(bristle_compiled bristle_both_${set} bristle_float_${set} bristle_double_${set})
 endforeach()
 
 # bristle::compiled_adf: the loaders of scenes, over yaml-cpp ----------------------------------------

@@ -17,28 +17,29 @@
 namespace bristle::inline BRISTLE_ABI {
 
 /// @param S  float or double.
-#define BRISTLE_MAKE_WORLD(S, Backend)                                            \
-  BRISTLE_BACKEND_QUERIES(template, Backend, S)                                   \
-  BRISTLE_BACKEND_MAKERS(template, Backend, S)                                    \
-  template <>                                                                     \
-  const detail::WorldKernels<S>& detail::world_kernels<S, Backend>() {            \
-    return detail::own_world_kernels<S, Backend>();                               \
-  }                                                                               \
-  template <>                                                                     \
-  const detail::HapticKernels<S, Backend>& detail::haptic_kernels<S, Backend>() { \
-    return detail::own_haptic_kernels<S, Backend>();                              \
-  }                                                                               \
-  template <>                                                                     \
-  const detail::HostKernels<S, Backend>& detail::host_kernels<S, Backend>() {     \
-    return detail::own_host_kernels<S, Backend>();                                \
-  }                                                                               \
-  template class World<S, Backend>;                                               \
-  template class HapticLoop<S, Backend>;                                          \
+#define BRISTLE_MAKE_WORLD(S, Backend)                                 \
+  BRISTLE_BACKEND_QUERIES(template, Backend, S)                        \
+  BRISTLE_BACKEND_MAKERS(template, Backend, S)                         \
+  template <>                                                          \
+  const detail::WorldKernels<S>& detail::world_kernels<S, Backend>() { \
+    return detail::own_world_kernels<S, Backend>();                    \
+  }                                                                    \
+  template class World<S, Backend>;                                    \
   template class HostSensors<S, Backend>;
 template <>
 const detail::JointKernels<BRISTLE_INSTANTIATE>& detail::joint_kernels<BRISTLE_INSTANTIATE>() {
   return detail::own_joint_kernels<BRISTLE_INSTANTIATE>();
 }
+template <>
+const detail::HapticKernels<BRISTLE_INSTANTIATE>& detail::haptic_kernels<BRISTLE_INSTANTIATE>() {
+  return detail::own_haptic_kernels<BRISTLE_INSTANTIATE>();
+}
+template <>
+const detail::HostKernels<BRISTLE_INSTANTIATE>& detail::host_kernels<BRISTLE_INSTANTIATE>() {
+  return detail::own_host_kernels<BRISTLE_INSTANTIATE>();
+}
+template class HapticLoop<BRISTLE_INSTANTIATE>;
+template struct detail::HostStep<BRISTLE_INSTANTIATE>;
 BRISTLE_MAKE_WORLD(BRISTLE_INSTANTIATE, AnalyticBackend)
 #if defined(BRISTLE_WITH_FCL)
 template class FclBackend::Collidable<BRISTLE_INSTANTIATE>;

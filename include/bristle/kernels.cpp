@@ -13,13 +13,11 @@ extern "C" const bristle::detail::KernelTables* BRISTLE_KERNELS_OF(BRISTLE_INSTA
   using S = BRISTLE_INSTANTIATE;
   static const bristle::detail::KernelTables tables {
     .joint = &bristle::detail::own_joint_kernels<S>(),
-    .analytic = {.world = &bristle::detail::own_world_kernels<S, bristle::AnalyticBackend>(),
-                 .haptic = &bristle::detail::own_haptic_kernels<S, bristle::AnalyticBackend>(),
-                 .host = &bristle::detail::own_host_kernels<S, bristle::AnalyticBackend>()},
+    .haptic = &bristle::detail::own_haptic_kernels<S>(),
+    .host = &bristle::detail::own_host_kernels<S>(),
+    .analytic_world = &bristle::detail::own_world_kernels<S, bristle::AnalyticBackend>(),
 #if defined(BRISTLE_WITH_FCL)
-    .fcl = {.world = &bristle::detail::own_world_kernels<S, bristle::FclBackend>(),
-            .haptic = &bristle::detail::own_haptic_kernels<S, bristle::FclBackend>(),
-            .host = &bristle::detail::own_host_kernels<S, bristle::FclBackend>()},
+    .fcl_world = &bristle::detail::own_world_kernels<S, bristle::FclBackend>(),
 #endif
   };
   return &tables;

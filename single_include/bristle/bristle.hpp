@@ -13957,7 +13957,7 @@ template <Scalar S>
 struct WorldHit;
 template <Scalar S>
 class ProximityArray;
-template <Scalar S, typename Backend = AnalyticBackend>
+template <Scalar S>
 class HapticLoop;
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -13983,17 +13983,17 @@ struct WorldKernels {
 
 /// Kernels of a haptic loop. They are apart, so that a header-only program without a loop does not
 /// compile them.
-template <Scalar S, typename Backend>
+template <Scalar S>
 struct HapticKernels {
   /// One substep of an open loop with one left.
-  void (*substep)(HapticLoop<S, Backend>& loop);
+  void (*substep)(HapticLoop<S>& loop);
 };
 
 /// The tables to use from here on.
 template <Scalar S, typename Backend>
 [[nodiscard]] const WorldKernels<S>& world_kernels();
-template <Scalar S, typename Backend>
-[[nodiscard]] const HapticKernels<S, Backend>& haptic_kernels();
+template <Scalar S>
+[[nodiscard]] const HapticKernels<S>& haptic_kernels();
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
@@ -14265,7 +14265,7 @@ std::uint64_t find_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S>> 
 
 namespace bristle::inline BRISTLE_ABI {
 namespace detail {
-template <Scalar S, typename Backend>
+template <Scalar S>
 class HapticSubstep;
 }  // namespace detail
 
@@ -14295,7 +14295,7 @@ struct ToolPatchId {
 ///
 /// The patches of a loop belong to it alone. The world does not sense with them. They are always
 /// implicit; `PatchDef::integration` and `explicit_below` are ignored.
-template <Scalar S, typename Backend>
+template <Scalar S>
 class HapticLoop {
  public:
   /// @throws InvalidArgument naming the field.
@@ -14388,7 +14388,7 @@ class HapticLoop {
   template <Scalar T, typename B>
   requires ShapeBackend<B, T>
   friend class World;
-  friend class detail::HapticSubstep<S, Backend>;
+  friend class detail::HapticSubstep<S>;
 
   struct Tool {
     BodyId body{};
@@ -14468,7 +14468,7 @@ class HapticLoop {
   [[nodiscard]] Vec6<S> other_force(const detail::WorldState<S>& state, BodyId id,
                                     const detail::HeldMobility<S>& held) const;
 
-  const detail::HapticKernels<S, Backend>* kernels_ = &detail::haptic_kernels<S, Backend>();
+  const detail::HapticKernels<S>* kernels_ = &detail::haptic_kernels<S>();
   HapticDef<S> def_;
   detail::DynamicArray<Tool> tools_;
   detail::DynamicArray<Skin> tool_patches_;
@@ -14940,13 +14940,13 @@ class World {
   /// poses, at rest. Do not open a copy of a loop that goes with a snapshot.
   /// @throws InvalidArgument when a tool names a body that is not kinematic, or that never existed,
   ///         or when a ray of a new patch ends inside its own body. The loop is unchanged then.
-  void open(HapticLoop<S, Backend>& loop) const;
+  void open(HapticLoop<S>& loop) const;
   /// Applies the impulses of a loop's substeps to the bodies and moves the tools to their poses.
   /// Then advances the world by one time step and shows the loop the new state. Removed bodies
   /// receive nothing. Tools whose body was removed feel nothing.
   /// @throws InvalidArgument when the loop has substeps left, or for its tools as `open`. Nothing
   ///         has changed then.
-  void step(HapticLoop<S, Backend>& loop);
+  void step(HapticLoop<S>& loop);
 
   /// [s] Length of the next step.
   [[nodiscard]] S time_step() const noexcept { return state_.def.time_step; }
@@ -15005,7 +15005,7 @@ class World {
   template <typename Visit>
   static void for_each_impulse(State& state, Visit&& visit);
   /// @param opens  Of an open loop only new patches are checked.
-  void require_tools(const HapticLoop<S, Backend>& loop, bool opens) const;
+  void require_tools(const HapticLoop<S>& loop, bool opens) const;
   void erase_joint(std::uint32_t index);
 
   State state_;
@@ -15277,17 +15277,19 @@ BRISTLE_BACKEND_MAKERS(extern template, FclBackend, double)
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
 namespace bristle::inline BRISTLE_ABI {
 
-template <>
-const detail::JointKernels<float>& detail::joint_kernels<float>();
-template <>
-const detail::JointKernels<double>& detail::joint_kernels<double>();
-#define BRISTLE_COMPILED_WORLD(S, Backend)                                       \
-  template <>                                                                    \
-  const detail::WorldKernels<S>& detail::world_kernels<S, Backend>();            \
-  template <>                                                                    \
-  const detail::HapticKernels<S, Backend>& detail::haptic_kernels<S, Backend>(); \
-  extern template class World<S, Backend>;                                       \
-  extern template class HapticLoop<S, Backend>;
+#define BRISTLE_COMPILED_WORLDS(S)                             \
+  template <>                                                  \
+  const detail::JointKernels<S>& detail::joint_kernels<S>();   \
+  template <>                                                  \
+  const detail::HapticKernels<S>& detail::haptic_kernels<S>(); \
+  extern template class HapticLoop<S>;
+BRISTLE_COMPILED_WORLDS(float)
+BRISTLE_COMPILED_WORLDS(double)
+#undef BRISTLE_COMPILED_WORLDS
+#define BRISTLE_COMPILED_WORLD(S, Backend)                            \
+  template <>                                                         \
+  const detail::WorldKernels<S>& detail::world_kernels<S, Backend>(); \
+  extern template class World<S, Backend>;
 BRISTLE_COMPILED_WORLD(float, AnalyticBackend)
 BRISTLE_COMPILED_WORLD(double, AnalyticBackend)
 #if defined(BRISTLE_WITH_FCL)
@@ -15393,25 +15395,6 @@ class HostSensors;
 
 namespace detail {
 
-/// Functions of `HostSensors` that are compiled for each instruction set, as `WorldKernels`.
-template <Scalar S, typename Backend>
-struct HostKernels {
-  /// Creates a `HostStage`, and deletes it.
-  void* (*make_scratch)();
-  void (*delete_scratch)(void* stage);
-  /// `HostStage::cast`, `collect` and `solve`.
-  void (*cast)(void* stage, HostSensors<S, Backend>& sensors, bool all_rays);
-  void (*collect)(void* stage, HostSensors<S, Backend>& sensors);
-  void (*solve)(void* stage, HostSensors<S, Backend>& sensors);
-};
-
-/// The table to use from here on.
-template <Scalar S, typename Backend>
-[[nodiscard]] const HostKernels<S, Backend>& host_kernels();
-
-template <Scalar S, typename Backend>
-class HostStage;
-
 /// A mirrored body in a step.
 template <Scalar S>
 struct HostEntry {
@@ -15442,6 +15425,63 @@ struct HostWrench {
 /// First tag of bodies that the engine hit.
 inline constexpr std::uint32_t first_host_tag = 0x80000000u;
 
+/// What a step of an engine's sensors knows of the engine, and finds. The mirrored world is apart.
+template <Scalar S>
+struct HostStep {
+  /// By index of mirrored bodies.
+  DynamicArray<HostEntry<S>> bodies;
+  /// [m/s] Speed of the fastest point of any body.
+  S fastest = S(0);
+  /// Indices of bodies that a patch touches, or whose own patch touches one, ascending.
+  DynamicArray<std::uint32_t> touched;
+  DynamicArray<HostMobility<S>> mobilities;
+  DynamicArray<HostWrench<S>> wrenches;
+  HostReport report{};
+
+  /// Marks fixed bodies as present, all others as gone.
+  void begin(const WorldState<S>& world);
+  /// Moves a mirrored body to the engine's pose, if that is finite.
+  void place(WorldState<S>& world, std::uint32_t slot, const std::optional<HostBody<S>>& found);
+  /// Finds `fastest` once all bodies are placed.
+  void find_fastest(const WorldState<S>& world);
+
+  /// Returns whether the patch in a slot senses in this step.
+  [[nodiscard]] bool is_sensing(const WorldState<S>& world, std::uint32_t slot) const {
+    return world.is_sensing(slot) && bodies[world.patches.at(slot).body.index].is_there;
+  }
+  [[nodiscard]] bool are_coupled(std::uint32_t i, std::uint32_t j) const {
+    return bodies[i].host.mechanism != HostBody<S>::no_mechanism &&
+           bodies[i].host.mechanism == bodies[j].host.mechanism;
+  }
+  /// [m] Extra length of a patch's rays, for bodies that come closer within a step of dt [s].
+  [[nodiscard]] S reach(const SensorPatch<S>& patch, S dt) const {
+    const Twist<S>& own = bodies[patch.body.index].free;
+    return dt * (own.linear.norm() + own.angular.norm() * patch.reach + fastest);
+  }
+};
+
+/// Returns whether the engine moves a mirrored body.
+template <Scalar S>
+[[nodiscard]] bool is_mobile(const WorldState<S>& world, std::uint32_t slot) {
+  return world.bodies.at(slot).motion != Motion::fixed;
+}
+
+/// Functions of `HostSensors` that are compiled for each instruction set, as `WorldKernels`.
+template <Scalar S>
+struct HostKernels {
+  /// Creates a `HostStage`, and deletes it.
+  void* (*make_scratch)();
+  void (*delete_scratch)(void* stage);
+  /// `HostStage::cast`, `collect` and `solve`.
+  void (*cast)(void* stage, WorldState<S>& world, const HostStep<S>& step, bool all_rays);
+  void (*collect)(void* stage, WorldState<S>& world, HostStep<S>& step);
+  void (*solve)(void* stage, WorldState<S>& world, HostStep<S>& step);
+};
+
+/// The table to use from here on.
+template <Scalar S>
+[[nodiscard]] const HostKernels<S>& host_kernels();
+
 }  // namespace detail
 
 /// The sensors of an engine. A value, as its world is.
@@ -15470,97 +15510,72 @@ class HostSensors {
   void step(Host& host, S dt) {
     detail::require_positive("dt", dt);
     if (dt != world_.time_step()) world_.set_time_step(dt);
-    report_ = {};
+    step_.report = {};
     observe(host);
-    stage_.kernels().cast(stage_.get(), *this, detail::CastsRays<Host, S>);
+    stage_.kernels().cast(stage_.get(), state(), step_, detail::CastsRays<Host, S>);
     if constexpr (detail::CastsRays<Host, S>) add_hits_of(host);
-    stage_.kernels().collect(stage_.get(), *this);
+    stage_.kernels().collect(stage_.get(), state(), step_);
     ask_mobilities(host);
-    stage_.kernels().solve(stage_.get(), *this);
-    for (const detail::HostWrench<S>& given : wrenches_) {
-      host.apply_wrench(world_.state_.bodies.handle(given.body), given.wrench);
+    stage_.kernels().solve(stage_.get(), state(), step_);
+    for (const detail::HostWrench<S>& given : step_.wrenches) {
+      host.apply_wrench(state().bodies.handle(given.body), given.wrench);
     }
   }
 
   /// Figures of the last step.
-  [[nodiscard]] const HostReport& report() const noexcept { return report_; }
+  [[nodiscard]] const HostReport& report() const noexcept { return step_.report; }
 
  private:
-  friend class detail::HostStage<S, Backend>;
-  using State = detail::WorldState<S>;
-
-  [[nodiscard]] State& state() noexcept { return world_.state_; }
+  [[nodiscard]] detail::WorldState<S>& state() noexcept { return world_.state_; }
 
   template <typename Host>
   void observe(const Host& host) {
-    begin_observing();
-    for (std::uint32_t i = 0; i < bodies_.size(); ++i) {
+    step_.begin(state());
+    for (std::uint32_t i = 0; i < step_.bodies.size(); ++i) {
       if (!state().bodies.is_live(i)) continue;
       if (state().bodies.at(i).motion == Motion::fixed) continue;
-      place(i, host.body(state().bodies.handle(i)));
+      step_.place(state(), i, host.body(state().bodies.handle(i)));
     }
-    end_observing();
+    step_.find_fastest(state());
+    for (std::uint32_t i = 0; i < state().colliders.slot_count(); ++i) {
+      if (!state().colliders.is_live(i)) continue;
+      if (step_.bodies[state().colliders.at(i).body.index].has_moved) world_.refresh_box(i);
+    }
   }
   /// Queries the engine for each patch's ray hits.
   template <typename Host>
   void add_hits_of(const Host& host) {
     for (std::uint32_t i = 0; i < state().patches.slot_count(); ++i) {
-      if (!is_sensing(i)) continue;
+      if (!step_.is_sensing(state(), i)) continue;
       detail::SensorPatch<S>& patch = state().patches.at(i);
       host_hits_.reset(patch.size());
-      host.cast_rays(patch.body, patch.rays(host_reach(patch)), host_hits_);
+      host.cast_rays(patch.body, patch.rays(step_.reach(patch, world_.time_step())), host_hits_);
       take_hits(patch);
     }
   }
   template <typename Host>
   void ask_mobilities(const Host& host) {
-    mobilities_.clear();
-    for (std::size_t k = 0; k < touched_.size(); ++k) {
+    const auto& touched = step_.touched;
+    step_.mobilities.clear();
+    for (std::size_t k = 0; k < touched.size(); ++k) {
       for (std::size_t l = 0; l <= k; ++l) {
-        if (k == l ? !is_mobile(touched_[k]) : !are_coupled(touched_[k], touched_[l])) continue;
-        mobilities_.push_back({touched_[k], touched_[l],
-                               host.mobility(state().bodies.handle(touched_[k]),
-                                             state().bodies.handle(touched_[l]))});
+        if (k == l ? !detail::is_mobile(state(), touched[k])
+                   : !step_.are_coupled(touched[k], touched[l])) {
+          continue;
+        }
+        step_.mobilities.push_back(
+            {touched[k], touched[l],
+             host.mobility(state().bodies.handle(touched[k]), state().bodies.handle(touched[l]))});
       }
     }
   }
 
-  /// Returns whether the patch in a slot senses in this step.
-  [[nodiscard]] bool is_sensing(std::uint32_t slot) {
-    return state().is_sensing(slot) && bodies_[state().patches.at(slot).body.index].is_there;
-  }
-  /// Returns whether the engine moves a body.
-  [[nodiscard]] bool is_mobile(std::uint32_t slot) {
-    return state().bodies.at(slot).motion != Motion::fixed;
-  }
-  [[nodiscard]] bool are_coupled(std::uint32_t i, std::uint32_t j) const {
-    return bodies_[i].host.mechanism != HostBody<S>::no_mechanism &&
-           bodies_[i].host.mechanism == bodies_[j].host.mechanism;
-  }
-
-  /// [m] Extra length of a patch's rays in the engine, for bodies that come closer.
-  [[nodiscard]] S host_reach(const detail::SensorPatch<S>& patch) const {
-    const Twist<S>& own = bodies_[patch.body.index].free;
-    return world_.time_step() * (own.linear.norm() + own.angular.norm() * patch.reach + fastest_);
-  }
-
-  void begin_observing();
-  void place(std::uint32_t slot, const std::optional<HostBody<S>>& found);
-  void end_observing();
   void take_hits(detail::SensorPatch<S>& patch);
 
   World<S, Backend> world_{};
-  /// By index of mirrored bodies.
-  detail::DynamicArray<detail::HostEntry<S>> bodies_;
-  /// [m/s] Speed of the fastest point of any body.
-  S fastest_ = S(0);
+  detail::HostStep<S> step_{};
   RayHits<S> host_hits_{};
-  /// Indices of bodies that a patch touches, or whose own patch touches one, ascending.
-  detail::DynamicArray<std::uint32_t> touched_;
-  detail::DynamicArray<detail::HostMobility<S>> mobilities_;
-  detail::DynamicArray<detail::HostWrench<S>> wrenches_;
-  HostReport report_{};
-  detail::KernelScratch<detail::HostKernels<S, Backend>> stage_{detail::host_kernels<S, Backend>()};
+  detail::KernelScratch<detail::HostKernels<S>> stage_{detail::host_kernels<S>()};
 };
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -15570,10 +15585,13 @@ class HostSensors {
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
 namespace bristle::inline BRISTLE_ABI {
 
-#define BRISTLE_COMPILED_HOSTS(S, Backend)                                   \
-  template <>                                                                \
-  const detail::HostKernels<S, Backend>& detail::host_kernels<S, Backend>(); \
-  extern template class HostSensors<S, Backend>;
+template <>
+const detail::HostKernels<float>& detail::host_kernels<float>();
+template <>
+const detail::HostKernels<double>& detail::host_kernels<double>();
+extern template struct detail::HostStep<float>;
+extern template struct detail::HostStep<double>;
+#define BRISTLE_COMPILED_HOSTS(S, Backend) extern template class HostSensors<S, Backend>;
 BRISTLE_COMPILED_HOSTS(float, AnalyticBackend)
 BRISTLE_COMPILED_HOSTS(double, AnalyticBackend)
 #if defined(BRISTLE_WITH_FCL)
@@ -25716,8 +25734,8 @@ ContactStatus collide_pair(const WorldState<S>& state, const ShapePair& pair,
 namespace bristle::inline BRISTLE_ABI {
 
 /// Resets the loop, as before its first substep. Tools keep their poses.
-template <Scalar S, typename Backend>
-void HapticLoop<S, Backend>::forget() {
+template <Scalar S>
+void HapticLoop<S>::forget() {
   for (Tool& tool : tools_) {
     tool.twist = {};
     tool.wrench = {};
@@ -25728,8 +25746,8 @@ void HapticLoop<S, Backend>::forget() {
   substeps_ = rays_cast_ = 0;
 }
 
-template <Scalar S, typename Backend>
-void HapticLoop<S, Backend>::observe(const detail::WorldState<S>& state) {
+template <Scalar S>
+void HapticLoop<S>::observe(const detail::WorldState<S>& state) {
   h_ = state.def.time_step / S(def_.substeps);
   done_ = 0;
   std::swap(bodies_, last_bodies_);
@@ -25753,9 +25771,8 @@ void HapticLoop<S, Backend>::observe(const detail::WorldState<S>& state) {
 }
 
 /// Finds shapes that a patch may meet in a step.
-template <Scalar S, typename Backend>
-void HapticLoop<S, Backend>::find_near(const detail::WorldState<S>& state, Skin& tool_patch,
-                                       S fastest) {
+template <Scalar S>
+void HapticLoop<S>::find_near(const detail::WorldState<S>& state, Skin& tool_patch, S fastest) {
   const Tool& tool = tools_[tool_patch.tool];
   tool_patch.near.clear();
   if (!state.bodies.contains(tool.body)) return;
@@ -25783,8 +25800,8 @@ void HapticLoop<S, Backend>::find_near(const detail::WorldState<S>& state, Skin&
   }
 }
 
-template <Scalar S, typename Backend>
-std::uint32_t HapticLoop<S, Backend>::add_body(const detail::WorldState<S>& state, BodyId id) {
+template <Scalar S>
+std::uint32_t HapticLoop<S>::add_body(const detail::WorldState<S>& state, BodyId id) {
   const auto known =
       std::find_if(bodies_.begin(), bodies_.end(),
                    [id](const detail::HapticBody<S>& body) { return body.id() == id; });
@@ -25796,9 +25813,9 @@ std::uint32_t HapticLoop<S, Backend>::add_body(const detail::WorldState<S>& stat
 }
 
 /// [N, N m] Forces on a body besides the loop's, taken from the last step where they are known.
-template <Scalar S, typename Backend>
-Vec6<S> HapticLoop<S, Backend>::other_force(const detail::WorldState<S>& state, BodyId id,
-                                            const detail::HeldMobility<S>& held) const {
+template <Scalar S>
+Vec6<S> HapticLoop<S>::other_force(const detail::WorldState<S>& state, BodyId id,
+                                   const detail::HeldMobility<S>& held) const {
   const Body<S>& body = state.bodies.at(id.index);
   const auto last = std::find_if(last_bodies_.begin(), last_bodies_.end(),
                                  [id](const detail::HapticBody<S>& b) { return b.id() == id; });
@@ -25811,8 +25828,8 @@ Vec6<S> HapticLoop<S, Backend>::other_force(const detail::WorldState<S>& state, 
          state.def.time_step;
 }
 
-template <Scalar S, typename Backend>
-void HapticLoop<S, Backend>::substep() {
+template <Scalar S>
+void HapticLoop<S>::substep() {
   require_open();
   detail::require(done_ < def_.substeps, "HapticLoop: substeps", done_ + 1,
                   "must be <= HapticDef::substeps between two steps");
@@ -28071,15 +28088,15 @@ void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& 
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Implements `HapticLoop::substep`. The loop is open and has a substep left.
-template <Scalar S, typename Backend>
+template <Scalar S>
 class HapticSubstep {
  public:
-  explicit HapticSubstep(HapticLoop<S, Backend>& loop) : loop_(loop) {}
+  explicit HapticSubstep(HapticLoop<S>& loop) : loop_(loop) {}
 
   void run();
 
  private:
-  using Loop = HapticLoop<S, Backend>;
+  using Loop = HapticLoop<S>;
   using Tool = typename Loop::Tool;
   using NearShape = typename Loop::NearShape;
   using Skin = typename Loop::Skin;
@@ -28107,8 +28124,8 @@ class HapticSubstep {
 
 // Implementation ----------------------------------------------------------------------------------
 
-template <Scalar S, typename Backend>
-void HapticSubstep<S, Backend>::run() {
+template <Scalar S>
+void HapticSubstep<S>::run() {
   for (Tool& tool : loop_.tools_) {
     if (!tool.is_moved) tool.twist = {};
     if (tool.is_placed) tool.last_pose = tool.pose;
@@ -28136,8 +28153,8 @@ void HapticSubstep<S, Backend>::run() {
   ++loop_.substeps_;
 }
 
-template <Scalar S, typename Backend>
-void HapticSubstep<S, Backend>::sense(Skin& tool_patch, std::uint32_t number) {
+template <Scalar S>
+void HapticSubstep<S>::sense(Skin& tool_patch, std::uint32_t number) {
   const Tool& tool = loop_.tools_[tool_patch.tool];
   SensorPatch<S>& patch = tool_patch.patch;
   tool_patch.in_reach.clear();
@@ -28173,8 +28190,8 @@ void HapticSubstep<S, Backend>::sense(Skin& tool_patch, std::uint32_t number) {
 }
 
 /// Makes a soft block of each pair.
-template <Scalar S, typename Backend>
-void HapticSubstep<S, Backend>::start(Skin& tool_patch) {
+template <Scalar S>
+void HapticSubstep<S>::start(Skin& tool_patch) {
   tool_patch.blocks.clear();
   tool_patch.touched.clear();
   for (PatchPair<S>& pair : tool_patch.patch.pairs) {
@@ -28190,8 +28207,8 @@ void HapticSubstep<S, Backend>::start(Skin& tool_patch) {
   }
 }
 
-template <Scalar S, typename Backend>
-void HapticSubstep<S, Backend>::solve_once() {
+template <Scalar S>
+void HapticSubstep<S>::solve_once() {
   for (HapticBody<S>& body : loop_.bodies_) body.clear_system();
   for (Skin& tool_patch : loop_.tool_patches_) {
     for (std::size_t k = 0; k < tool_patch.blocks.size(); ++k) {
@@ -28210,8 +28227,8 @@ void HapticSubstep<S, Backend>::solve_once() {
   }
 }
 
-template <Scalar S, typename Backend>
-bool HapticSubstep<S, Backend>::answer(const SolvePass& pass) {
+template <Scalar S>
+bool HapticSubstep<S>::answer(const SolvePass& pass) {
   bool has_changed = false;
   for (Skin& tool_patch : loop_.tool_patches_) {
     for (std::size_t k = 0; k < tool_patch.blocks.size(); ++k) {
@@ -28226,8 +28243,8 @@ bool HapticSubstep<S, Backend>::answer(const SolvePass& pass) {
 }
 
 /// Applies the impulses of a patch to tool and bodies, and turns them into readings.
-template <Scalar S, typename Backend>
-void HapticSubstep<S, Backend>::deliver(Skin& tool_patch) {
+template <Scalar S>
+void HapticSubstep<S>::deliver(Skin& tool_patch) {
   Tool& tool = loop_.tools_[tool_patch.tool];
   const S left = S(loop_.def_.substeps - loop_.done_) * loop_.h_;
   for (std::size_t k = 0; k < tool_patch.blocks.size(); ++k) {
@@ -36300,10 +36317,10 @@ template <Scalar S>
   }};
   return own;
 }
-template <Scalar S, typename Backend>
-[[nodiscard]] const HapticKernels<S, Backend>& own_haptic_kernels() {
-  static constexpr HapticKernels<S, Backend> own{
-      .substep = [](HapticLoop<S, Backend>& loop) { HapticSubstep<S, Backend>(loop).run(); }};
+template <Scalar S>
+[[nodiscard]] const HapticKernels<S>& own_haptic_kernels() {
+  static constexpr HapticKernels<S> own{
+      .substep = [](HapticLoop<S>& loop) { HapticSubstep<S>(loop).run(); }};
   return own;
 }
 
@@ -36315,9 +36332,9 @@ template <Scalar S>
 const JointKernels<S>& joint_kernels() {
   return own_joint_kernels<S>();
 }
-template <Scalar S, typename Backend>
-const HapticKernels<S, Backend>& haptic_kernels() {
-  return own_haptic_kernels<S, Backend>();
+template <Scalar S>
+const HapticKernels<S>& haptic_kernels() {
+  return own_haptic_kernels<S>();
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -37866,7 +37883,7 @@ void World<S, Backend>::step() { stepper_.kernels().step(stepper_.get(), state_)
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
-void World<S, Backend>::require_tools(const HapticLoop<S, Backend>& loop, bool opens) const {
+void World<S, Backend>::require_tools(const HapticLoop<S>& loop, bool opens) const {
   for (std::size_t i = 0; i < loop.tools_.size(); ++i) {
     const auto& tool = loop.tools_[i];
     const std::uint32_t slot = tool.body.index;
@@ -37888,7 +37905,7 @@ void World<S, Backend>::require_tools(const HapticLoop<S, Backend>& loop, bool o
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
-void World<S, Backend>::open(HapticLoop<S, Backend>& loop) const {
+void World<S, Backend>::open(HapticLoop<S>& loop) const {
   require_tools(loop, true);
   loop.forget();
   loop.observe(state_);
@@ -37896,7 +37913,7 @@ void World<S, Backend>::open(HapticLoop<S, Backend>& loop) const {
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
-void World<S, Backend>::step(HapticLoop<S, Backend>& loop) {
+void World<S, Backend>::step(HapticLoop<S>& loop) {
   loop.require_tool_patch();
   require_tools(loop, false);
   const auto is_moved = [&](const auto& tool) { return tool.is_placed && contains(tool.body); };
@@ -38695,21 +38712,21 @@ void SoftSystem<S>::solve_set(std::uint32_t set, std::span<const SoftBlock<S>> b
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// The parts of `HostSensors::step` between queries of the engine. It holds only scratch memory.
-template <Scalar S, typename Backend>
+template <Scalar S>
 class HostStage {
  public:
-  using Sensors = HostSensors<S, Backend>;
+  using State = WorldState<S>;
+  using Step = HostStep<S>;
 
   /// Finds the hits of all patches' rays on the mirrored shapes.
   /// @param all_rays  True if the engine casts them, too: all then need room for hits.
-  void cast(Sensors& sensors, bool all_rays);
+  void cast(State& state, const Step& step, bool all_rays);
   /// Makes contacts from the hits, and lists the bodies that take part.
-  void collect(Sensors& sensors);
+  void collect(State& state, Step& step);
   /// Solves all patches, fills readings, and lists the wrenches to apply.
-  void solve(Sensors& sensors);
+  void solve(State& state, Step& step);
 
  private:
-  using State = WorldState<S>;
   using Shape = ShapeInReach<S>;
 
   /// A pair in contact, and its impulse on B about c [N s, N m s].
@@ -38719,18 +38736,18 @@ class HostStage {
     Wrench<S> on_b{};
   };
 
-  void find_shapes(Sensors& sensors, const SensorPatch<S>& patch);
-  void add_bodies(const Sensors& sensors);
-  void add_touches(Sensors& sensors);
+  void find_shapes(const State& state, const Step& step, const SensorPatch<S>& patch);
+  void add_bodies(const Step& step);
+  void add_touches(State& state);
   void fill_blocks();
   [[nodiscard]] bool answer(S dt, const SolvePass& pass);
-  void deliver(Sensors& sensors);
+  void deliver(State& state, Step& step);
 
   /// Calls visit(patch, pair) for all pairs in contact.
   template <typename Visit>
-  void for_each_pair(Sensors& sensors, Visit&& visit) {
+  void for_each_pair(State& state, Visit&& visit) {
     for (const std::uint32_t i : near_something_) {
-      SensorPatch<S>& patch = sensors.state().patches.at(i);
+      SensorPatch<S>& patch = state.patches.at(i);
       for (PatchPair<S>& pair : patch.pairs) {
         if (pair.count > 0) visit(patch, pair);
       }
@@ -38752,37 +38769,40 @@ class HostStage {
 };
 
 /// The table of this file's instruction set.
-template <Scalar S, typename Backend>
-[[nodiscard]] const HostKernels<S, Backend>& own_host_kernels() {
-  using Own = HostStage<S, Backend>;
-  using Sensors = HostSensors<S, Backend>;
-  static constexpr HostKernels<S, Backend> own{
+template <Scalar S>
+[[nodiscard]] const HostKernels<S>& own_host_kernels() {
+  using Own = HostStage<S>;
+  using State = WorldState<S>;
+  using Step = HostStep<S>;
+  static constexpr HostKernels<S> own{
       .make_scratch = []() -> void* { return new Own; },
       .delete_scratch = [](void* stage) { delete static_cast<Own*>(stage); },
-      .cast = [](void* stage, Sensors& sensors,
-                 bool all_rays) { static_cast<Own*>(stage)->cast(sensors, all_rays); },
-      .collect = [](void* stage, Sensors& sensors) { static_cast<Own*>(stage)->collect(sensors); },
-      .solve = [](void* stage, Sensors& sensors) { static_cast<Own*>(stage)->solve(sensors); }};
+      .cast = [](void* stage, State& state, const Step& step,
+                 bool all_rays) { static_cast<Own*>(stage)->cast(state, step, all_rays); },
+      .collect = [](void* stage, State& state,
+                    Step& step) { static_cast<Own*>(stage)->collect(state, step); },
+      .solve = [](void* stage, State& state,
+                  Step& step) { static_cast<Own*>(stage)->solve(state, step); }};
   return own;
 }
 
-template <Scalar S, typename Backend>
-const HostKernels<S, Backend>& host_kernels() {
-  return own_host_kernels<S, Backend>();
+template <Scalar S>
+const HostKernels<S>& host_kernels() {
+  return own_host_kernels<S>();
 }
 
 // Implementation ----------------------------------------------------------------------------------
 
-template <Scalar S, typename Backend>
-void HostStage<S, Backend>::cast(Sensors& sensors, bool all_rays) {
-  State& state = sensors.state();
+template <Scalar S>
+void HostStage<S>::cast(State& state, const Step& step, bool all_rays) {
   near_something_.clear();
   for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
     if (!state.patches.is_live(i)) continue;
     SensorPatch<S>& patch = state.patches.at(i);
     shapes_.clear();
-    if (sensors.is_sensing(i)) find_shapes(sensors, patch);
-    if (shapes_.empty() && !(all_rays && sensors.is_sensing(i))) {
+    const bool is_sensing = step.is_sensing(state, i);
+    if (is_sensing) find_shapes(state, step, patch);
+    if (shapes_.empty() && !(all_rays && is_sensing)) {
       clear_patch(patch);
       continue;
     }
@@ -38801,17 +38821,17 @@ void HostStage<S, Backend>::cast(Sensors& sensors, bool all_rays) {
 }
 
 /// Finds shapes that a patch may meet this step.
-template <Scalar S, typename Backend>
-void HostStage<S, Backend>::find_shapes(Sensors& sensors, const SensorPatch<S>& patch) {
-  const State& state = sensors.state();
+template <Scalar S>
+void HostStage<S>::find_shapes(const State& state, const Step& step, const SensorPatch<S>& patch) {
   const Body<S>& A = state.bodies.at(patch.body.index);
-  const Twist<S>& free_a = sensors.bodies_[patch.body.index].free;
+  const Twist<S>& free_a = step.bodies[patch.body.index].free;
   const auto approach_of = [&](std::uint32_t slot) {
     return state.def.time_step * closing_speed(patch.box, A.center_pose, free_a,
                                                state.bodies.at(slot).center_pose.translation,
-                                               sensors.bodies_[slot].free);
+                                               step.bodies[slot].free);
   };
-  const Aabb<S> box = transformed(patch.box, A.center_pose).inflated(sensors.host_reach(patch));
+  const Aabb<S> box =
+      transformed(patch.box, A.center_pose).inflated(step.reach(patch, state.def.time_step));
   candidates_.clear();
   state.broad_phase.overlap(box, [&](std::uint32_t tag) {
     candidates_.push_back(tag);
@@ -38820,7 +38840,7 @@ void HostStage<S, Backend>::find_shapes(Sensors& sensors, const SensorPatch<S>& 
   std::sort(candidates_.begin(), candidates_.end());
   for (const std::uint32_t tag : candidates_) {
     const Collider<S>& c = state.colliders.at(tag);
-    if (!sensors.bodies_[c.body.index].is_there || !senses(state, patch, c)) continue;
+    if (!step.bodies[c.body.index].is_there || !senses(state, patch, c)) continue;
     const Shape shape = shape_in_reach(patch, state.colliders.handle(tag), c,
                                        relative_pose(A.center_pose, state.body_of(c).center_pose),
                                        approach_of(c.body.index));
@@ -38828,10 +38848,9 @@ void HostStage<S, Backend>::find_shapes(Sensors& sensors, const SensorPatch<S>& 
   }
 }
 
-template <Scalar S, typename Backend>
-void HostStage<S, Backend>::collect(Sensors& sensors) {
-  State& state = sensors.state();
-  sensors.touched_.clear();
+template <Scalar S>
+void HostStage<S>::collect(State& state, Step& step) {
+  step.touched.clear();
   const auto slot_of = [&](std::uint32_t tag) {
     return tag >= first_host_tag ? tag - first_host_tag : state.colliders.at(tag).body.index;
   };
@@ -38845,23 +38864,22 @@ void HostStage<S, Backend>::collect(Sensors& sensors) {
                      {.dt = state.def.time_step, .measures_lambda = false});
     if (patch.contacts.empty()) clear_patch(patch);
   }
-  for_each_pair(sensors, [&](const SensorPatch<S>& patch, const PatchPair<S>& pair) {
-    sensors.touched_.push_back(patch.body.index);
-    sensors.touched_.push_back(pair.body_b);
-    ++sensors.report_.pairs;
+  for_each_pair(state, [&](const SensorPatch<S>& patch, const PatchPair<S>& pair) {
+    step.touched.push_back(patch.body.index);
+    step.touched.push_back(pair.body_b);
+    ++step.report.pairs;
   });
-  std::sort(sensors.touched_.begin(), sensors.touched_.end());
-  sensors.touched_.erase(std::unique(sensors.touched_.begin(), sensors.touched_.end()),
-                         sensors.touched_.end());
+  std::sort(step.touched.begin(), step.touched.end());
+  step.touched.erase(std::unique(step.touched.begin(), step.touched.end()), step.touched.end());
 }
 
-template <Scalar S, typename Backend>
-void HostStage<S, Backend>::solve(Sensors& sensors) {
-  const S dt = sensors.state().def.time_step;
-  add_bodies(sensors);
-  add_touches(sensors);
+template <Scalar S>
+void HostStage<S>::solve(State& state, Step& step) {
+  const S dt = state.def.time_step;
+  add_bodies(step);
+  add_touches(state);
   if (!blocks_.empty()) {
-    sensors.report_.passes = solve_in_passes(
+    step.report.passes = solve_in_passes(
         SolverDef<S>{}.max_passes,
         [this] {
           fill_blocks();
@@ -38869,23 +38887,23 @@ void HostStage<S, Backend>::solve(Sensors& sensors) {
         },
         [&](const SolvePass& pass) { return answer(dt, pass); });
   }
-  deliver(sensors);
+  deliver(state, step);
 }
 
 /// Adds the bodies in contact to the system.
-template <Scalar S, typename Backend>
-void HostStage<S, Backend>::add_bodies(const Sensors& sensors) {
+template <Scalar S>
+void HostStage<S>::add_bodies(const Step& step) {
   system_.clear();
-  number_.resize(sensors.bodies_.size());
-  own_mobility_.resize(sensors.bodies_.size());
-  for (const std::uint32_t slot : sensors.touched_) {
-    number_[slot] = system_.add_body(sensors.bodies_[slot].free);
+  number_.resize(step.bodies.size());
+  own_mobility_.resize(step.bodies.size());
+  for (const std::uint32_t slot : step.touched) {
+    number_[slot] = system_.add_body(step.bodies[slot].free);
     set_zero(own_mobility_[slot]);
   }
   const auto to_mirrored = [&](std::uint32_t slot) {
-    return shift_matrix<S>(sensors.bodies_[slot].shift);
+    return shift_matrix<S>(step.bodies[slot].shift);
   };
-  for (const HostMobility<S>& m : sensors.mobilities_) {
+  for (const HostMobility<S>& m : step.mobilities) {
     if (m.matrix.isZero(S(0))) continue;
     const Mat6<S> matrix = to_mirrored(m.from) * m.matrix * to_mirrored(m.to).transpose();
     system_.set_mobility(number_[m.from], number_[m.to], matrix);
@@ -38894,13 +38912,12 @@ void HostStage<S, Backend>::add_bodies(const Sensors& sensors) {
 }
 
 /// Makes a soft block of each implicit pair, and finds the impulses of the others.
-template <Scalar S, typename Backend>
-void HostStage<S, Backend>::add_touches(Sensors& sensors) {
-  const State& state = sensors.state();
+template <Scalar S>
+void HostStage<S>::add_touches(State& state) {
   const S dt = state.def.time_step;
   blocks_.clear();
   touches_.clear();
-  for_each_pair(sensors, [&](SensorPatch<S>& patch, PatchPair<S>& pair) {
+  for_each_pair(state, [&](SensorPatch<S>& patch, PatchPair<S>& pair) {
     Touch& touch = touches_.emplace_back();
     touch.patch = &patch;
     touch.pair = &pair;
@@ -38927,8 +38944,8 @@ void HostStage<S, Backend>::add_touches(Sensors& sensors) {
   });
 }
 
-template <Scalar S, typename Backend>
-void HostStage<S, Backend>::fill_blocks() {
+template <Scalar S>
+void HostStage<S>::fill_blocks() {
   for (const Touch& touch : touches_) {
     if (touch.pair->is_implicit) fill_block(*touch.pair, blocks_[touch.pair->soft]);
   }
@@ -38936,8 +38953,8 @@ void HostStage<S, Backend>::fill_blocks() {
 
 /// Evaluates all patches at the solved motion.
 /// @return True if any left the state it was linearised for.
-template <Scalar S, typename Backend>
-bool HostStage<S, Backend>::answer(S dt, const SolvePass& pass) {
+template <Scalar S>
+bool HostStage<S>::answer(S dt, const SolvePass& pass) {
   bool has_changed = false;
   for (Touch& touch : touches_) {
     if (!touch.pair->is_implicit) continue;
@@ -38950,28 +38967,27 @@ bool HostStage<S, Backend>::answer(S dt, const SolvePass& pass) {
 }
 
 /// Turns impulses into readings and wrenches on both bodies.
-template <Scalar S, typename Backend>
-void HostStage<S, Backend>::deliver(Sensors& sensors) {
-  const State& state = sensors.state();
+template <Scalar S>
+void HostStage<S>::deliver(State& state, Step& step) {
   const S dt = state.def.time_step;
-  sensors.wrenches_.clear();
+  step.wrenches.clear();
   const auto give = [&](std::uint32_t slot, const Wrench<S>& wrench) {
-    if (!sensors.is_mobile(slot)) return;
+    if (!is_mobile(state, slot)) return;
     // From the mirrored centre of mass to the engine's.
-    sensors.wrenches_.push_back({slot, wrench.shifted(-sensors.bodies_[slot].shift)});
+    step.wrenches.push_back({slot, wrench.shifted(-step.bodies[slot].shift)});
   };
   for (const Touch& touch : touches_) {
     const Wrench<S> on_b = (S(1) / dt) * touch.on_b;
     if (!has_finite_square(on_b.force) || !has_finite_square(on_b.torque)) {
       clear_impulses(*touch.patch, *touch.pair);
-      ++sensors.report_.discarded;
+      ++step.report.discarded;
       continue;
     }
     give(touch.patch->body.index, -on_b.shifted(-touch.pair->arm_a));
     give(touch.pair->body_b, on_b.shifted(-touch.pair->arm_b));
   }
   for (const std::uint32_t i : near_something_) {
-    SensorPatch<S>& patch = sensors.state().patches.at(i);
+    SensorPatch<S>& patch = state.patches.at(i);
     if (patch.contacts.empty() && !patch.was_active) continue;
     fill_readings<S>(patch, state.bodies.at(patch.body.index).center_pose.translation, dt,
                      [&](std::uint32_t slot) { return state.bodies.handle(slot); });
@@ -38982,43 +38998,41 @@ void HostStage<S, Backend>::deliver(Sensors& sensors) {
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Marks fixed bodies as present, all others as gone.
-template <Scalar S, typename Backend>
-void HostSensors<S, Backend>::begin_observing() {
-  bodies_.resize(state().bodies.slot_count());
-  for (std::uint32_t i = 0; i < bodies_.size(); ++i) {
-    bodies_[i] = {};
-    if (!state().bodies.is_live(i)) continue;
-    const Body<S>& body = state().bodies.at(i);
+template <Scalar S>
+void detail::HostStep<S>::begin(const WorldState<S>& world) {
+  bodies.resize(world.bodies.slot_count());
+  for (std::uint32_t i = 0; i < bodies.size(); ++i) {
+    bodies[i] = {};
+    if (!world.bodies.is_live(i)) continue;
+    const Body<S>& body = world.bodies.at(i);
     if (body.motion != Motion::fixed) continue;
-    bodies_[i].is_there = true;
-    bodies_[i].host.center = body.center_pose.translation;
+    bodies[i].is_there = true;
+    bodies[i].host.center = body.center_pose.translation;
   }
 }
 
-/// Moves a mirrored body to the engine's pose, if that is finite.
-template <Scalar S, typename Backend>
-void HostSensors<S, Backend>::place(std::uint32_t slot, const std::optional<HostBody<S>>& found) {
+template <Scalar S>
+void detail::HostStep<S>::place(WorldState<S>& world, std::uint32_t slot,
+                                const std::optional<HostBody<S>>& found) {
   using std::abs;
   // This also fails for NaN or overflowing quaternions.
   if (!found || !(abs(found->pose.rotation.squaredNorm() - S(1)) < S(0.5))) {
-    ++report_.missing_bodies;
+    ++report.missing_bodies;
     return;
   }
-  Body<S>& body = state().bodies.at(slot);
-  detail::HostEntry<S>& entry = bodies_[slot];
+  Body<S>& body = world.bodies.at(slot);
+  HostEntry<S>& entry = bodies[slot];
   const Transform<S> before = body.center_pose;
   body.set_pose({found->pose.rotation.normalized(), found->pose.translation});
   entry.shift = body.center_pose.translation - found->center;
   const Twist<S> twist = found->twist.shifted(entry.shift);
-  entry.free = twist + state().def.time_step * found->acceleration.shifted(entry.shift);
+  entry.free = twist + world.def.time_step * found->acceleration.shifted(entry.shift);
   // The step computes with these: sums and products of finite numbers may overflow.
-  if (!detail::has_finite_square(body.center_pose.translation) ||
-      !detail::has_finite_square(twist.linear) || !detail::has_finite_square(entry.free.linear) ||
-      !detail::has_finite_square(entry.free.angular)) {
+  if (!has_finite_square(body.center_pose.translation) || !has_finite_square(twist.linear) ||
+      !has_finite_square(entry.free.linear) || !has_finite_square(entry.free.angular)) {
     body.center_pose = before;
     entry.free = {};
-    ++report_.missing_bodies;
+    ++report.missing_bodies;
     return;
   }
   body.twist = twist;
@@ -39028,19 +39042,17 @@ void HostSensors<S, Backend>::place(std::uint32_t slot, const std::optional<Host
                     body.center_pose.rotation.coeffs() != before.rotation.coeffs();
 }
 
-template <Scalar S, typename Backend>
-void HostSensors<S, Backend>::end_observing() {
-  fastest_ = S(0);
-  for (const detail::HostEntry<S>& entry : bodies_) {
-    fastest_ = std::max(fastest_, entry.free.linear.norm());
+template <Scalar S>
+void detail::HostStep<S>::find_fastest(const WorldState<S>& world) {
+  fastest = S(0);
+  for (const HostEntry<S>& entry : bodies) {
+    fastest = std::max(fastest, entry.free.linear.norm());
   }
-  for (std::uint32_t i = 0; i < state().colliders.slot_count(); ++i) {
-    if (!state().colliders.is_live(i)) continue;
-    const detail::HostEntry<S>& entry = bodies_[state().colliders.at(i).body.index];
-    if (entry.has_moved) world_.refresh_box(i);
-    if (state().colliders.at(i).half_space) continue;
-    fastest_ = std::max(fastest_, entry.free.linear.norm() +
-                                      entry.free.angular.norm() * state().colliders.at(i).radius);
+  for (std::uint32_t i = 0; i < world.colliders.slot_count(); ++i) {
+    if (!world.colliders.is_live(i) || world.colliders.at(i).half_space) continue;
+    const Twist<S>& free = bodies[world.colliders.at(i).body.index].free;
+    fastest =
+        std::max(fastest, free.linear.norm() + free.angular.norm() * world.colliders.at(i).radius);
   }
 }
 
@@ -39054,7 +39066,8 @@ void HostSensors<S, Backend>::take_hits(detail::SensorPatch<S>& patch) {
                     "must be the index of another body that is mirrored");
     const RayHit<S> hit{host_hits_.distance[i], host_hits_.normal[i]};
     const bool is_valid = hit.distance >= S(0) && detail::has_finite_square(hit.normal);
-    if (is_valid && bodies_[tag].is_there) patch.hits.offer(i, hit, detail::first_host_tag | tag);
+    if (is_valid && step_.bodies[tag].is_there)
+      patch.hits.offer(i, hit, detail::first_host_tag | tag);
   }
 }
 
@@ -40572,28 +40585,29 @@ FclSceneHit<S> cast_ray(const fcl::DynamicAABBTreeCollisionManager<S>& scene, co
 namespace bristle::inline BRISTLE_ABI {
 
 /// @param S  float or double.
-#define BRISTLE_MAKE_WORLD(S, Backend)                                            \
-  BRISTLE_BACKEND_QUERIES(template, Backend, S)                                   \
-  BRISTLE_BACKEND_MAKERS(template, Backend, S)                                    \
-  template <>                                                                     \
-  const detail::WorldKernels<S>& detail::world_kernels<S, Backend>() {            \
-    return detail::own_world_kernels<S, Backend>();                               \
-  }                                                                               \
-  template <>                                                                     \
-  const detail::HapticKernels<S, Backend>& detail::haptic_kernels<S, Backend>() { \
-    return detail::own_haptic_kernels<S, Backend>();                              \
-  }                                                                               \
-  template <>                                                                     \
-  const detail::HostKernels<S, Backend>& detail::host_kernels<S, Backend>() {     \
-    return detail::own_host_kernels<S, Backend>();                                \
-  }                                                                               \
-  template class World<S, Backend>;                                               \
-  template class HapticLoop<S, Backend>;                                          \
+#define BRISTLE_MAKE_WORLD(S, Backend)                                 \
+  BRISTLE_BACKEND_QUERIES(template, Backend, S)                        \
+  BRISTLE_BACKEND_MAKERS(template, Backend, S)                         \
+  template <>                                                          \
+  const detail::WorldKernels<S>& detail::world_kernels<S, Backend>() { \
+    return detail::own_world_kernels<S, Backend>();                    \
+  }                                                                    \
+  template class World<S, Backend>;                                    \
   template class HostSensors<S, Backend>;
 template <>
 const detail::JointKernels<BRISTLE_INSTANTIATE>& detail::joint_kernels<BRISTLE_INSTANTIATE>() {
   return detail::own_joint_kernels<BRISTLE_INSTANTIATE>();
 }
+template <>
+const detail::HapticKernels<BRISTLE_INSTANTIATE>& detail::haptic_kernels<BRISTLE_INSTANTIATE>() {
+  return detail::own_haptic_kernels<BRISTLE_INSTANTIATE>();
+}
+template <>
+const detail::HostKernels<BRISTLE_INSTANTIATE>& detail::host_kernels<BRISTLE_INSTANTIATE>() {
+  return detail::own_host_kernels<BRISTLE_INSTANTIATE>();
+}
+template class HapticLoop<BRISTLE_INSTANTIATE>;
+template struct detail::HostStep<BRISTLE_INSTANTIATE>;
 BRISTLE_MAKE_WORLD(BRISTLE_INSTANTIATE, AnalyticBackend)
 #if defined(BRISTLE_WITH_FCL)
 template class FclBackend::Collidable<BRISTLE_INSTANTIATE>;

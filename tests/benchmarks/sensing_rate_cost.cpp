@@ -109,7 +109,7 @@ void measure_substep(const char* scalar) {
                       .position = {0, 0, S(0.02)}});
       const BodyId stylus =
           world.add_body({.motion = Motion::kinematic, .position = {0, 0, S(0.046)}});
-      HapticLoop<S, AnalyticBackend> loop({.substeps = 16});
+      HapticLoop<S> loop({.substeps = 16});
       const ToolId tool = loop.add_tool(stylus);
       PatchDef<S> pad = skin<S>(side);
       pad.cast_every = every;

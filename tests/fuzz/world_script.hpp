@@ -49,7 +49,7 @@ class WorldScript {
 
  private:
   using World = bristle::World<S, Backend>;
-  using Loop = HapticLoop<S, Backend>;
+  using Loop = HapticLoop<S>;
 
   // Enough to meet in all ways, few enough for some hundred scripts in a second.
   static constexpr std::size_t most_calls = 200;

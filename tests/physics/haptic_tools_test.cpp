@@ -150,7 +150,7 @@ TEST_CASE("haptic_tools: tools that are new, wrong or gone") {
   CHECK_THROWS_AS(scene.world.step(wrong), InvalidArgument);
   CHECK(scene.world.state_hash() == hash);
   CHECK(wrong.substeps_done() == 16);
-  HapticLoop<double, AnalyticBackend> nobody({});
+  HapticLoop<double> nobody({});
   nobody.add_tool(BodyId{});
   CHECK_THROWS_AS(scene.world.open(nobody), InvalidArgument);
 
@@ -187,7 +187,7 @@ TEST_CASE("haptic_tools: rays that end in the tool's own shapes are refused by t
     return def;
   };
   const auto open = [&](const PatchDef<double>& def) {
-    HapticLoop<double, AnalyticBackend> loop({});
+    HapticLoop<double> loop({});
     loop.add_patch(loop.add_tool(body), def);
     scene.world.open(loop);
   };
@@ -199,7 +199,7 @@ TEST_CASE("haptic_tools: rays that end in the tool's own shapes are refused by t
   CHECK_NOTHROW(open(inwards));
 
   // One that joins an open loop is refused by the step, which changes nothing.
-  HapticLoop<double, AnalyticBackend> loop({.substeps = 1});
+  HapticLoop<double> loop({.substeps = 1});
   const ToolId tool = loop.add_tool(body);
   scene.world.open(loop);
   loop.add_patch(tool, ray(0.1, 0));
@@ -265,13 +265,13 @@ TEST_CASE("haptic_tools: bad input is refused by name, and changes nothing") {
   CHECK_THROWS_AS(scene.loop.substep(), InvalidArgument);
   scene.world.step(scene.loop);
 
-  CHECK_THROWS_AS((HapticLoop<double, AnalyticBackend>({.substeps = 0})), InvalidArgument);
-  CHECK_THROWS_AS((HapticLoop<double, AnalyticBackend>({.max_speed = nan})), InvalidArgument);
+  CHECK_THROWS_AS((HapticLoop<double>({.substeps = 0})), InvalidArgument);
+  CHECK_THROWS_AS((HapticLoop<double>({.max_speed = nan})), InvalidArgument);
   PatchDef<double> ambf = StylusScene<double>::pad_def({});
   ambf.options.law = Law::ambf;
   ambf.integration = Integration::explicit_;
   CHECK_THROWS_AS(scene.loop.add_patch(scene.tool, ambf), InvalidArgument);
-  HapticLoop<double, AnalyticBackend> other({});
+  HapticLoop<double> other({});
   other.add_tool(add_box<double>(scene.world, 0.5, 1));
   CHECK_THROWS_AS(scene.world.open(other), InvalidArgument);
 }

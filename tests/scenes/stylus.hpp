@@ -40,7 +40,7 @@ struct StylusScene {
 
   StylusDef<S> def;
   World<S> world;
-  HapticLoop<S, AnalyticBackend> loop;
+  HapticLoop<S> loop;
   BodyId body{};
   ToolId tool{};
   ToolPatchId pad{};

@@ -20,20 +20,15 @@ namespace bristle::inline BRISTLE_ABI {
 
 namespace detail {
 
-/// Addresses of a `WorldKernels`, a `HapticKernels` and a `HostKernels`. Null for a backend that
-/// the library was built without.
-struct BackendTables {
-  const void* world = nullptr;
-  const void* haptic = nullptr;
-  const void* host = nullptr;
-};
-
-/// The address of a `JointKernels`, and the tables of each backend, in the scalar that the
-/// function's name has.
+/// Addresses of a `JointKernels`, a `HapticKernels`, a `HostKernels`, and of a `WorldKernels` for
+/// each backend, in the scalar that the function's name has. Null for a backend that the library
+/// was built without.
 struct KernelTables {
   const void* joint = nullptr;
-  BackendTables analytic{};
-  BackendTables fcl{};
+  const void* haptic = nullptr;
+  const void* host = nullptr;
+  const void* analytic_world = nullptr;
+  const void* fcl_world = nullptr;
 };
 
 }  // namespace detail

@@ -1,21 +1,28 @@
-// Host sensors in the scalar BRISTLE_INSTANTIATE, and the choice of their kernels.
+// Host sensors in float and double, and the choice of their kernels.
 // SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/core/kernel_tables.hpp>
 #include <bristle/hosts/host_sensors.hpp>
 
 namespace bristle::inline BRISTLE_ABI {
 
-#define BRISTLE_HOSTS(S, Backend, backend)                                    \
-  template <>                                                                 \
-  const detail::HostKernels<S, Backend>& detail::host_kernels<S, Backend>() { \
-    return *static_cast<const detail::HostKernels<S, Backend>*>(              \
-        BRISTLE_CHOSEN_KERNELS(S)().backend.host);                            \
-  }                                                                           \
-  template class HostSensors<S, Backend>;
-
-BRISTLE_HOSTS(BRISTLE_INSTANTIATE, AnalyticBackend, analytic)
+template <>
+const detail::HostKernels<float>& detail::host_kernels<float>() {
+  return *static_cast<const detail::HostKernels<float>*>(chosen_kernels_float().host);
+}
+template struct detail::HostStep<float>;
+template class HostSensors<float, AnalyticBackend>;
 #if defined(BRISTLE_WITH_FCL)
-BRISTLE_HOSTS(BRISTLE_INSTANTIATE, FclBackend, fcl)
+template class HostSensors<float, FclBackend>;
+#endif
+
+template <>
+const detail::HostKernels<double>& detail::host_kernels<double>() {
+  return *static_cast<const detail::HostKernels<double>*>(chosen_kernels_double().host);
+}
+template struct detail::HostStep<double>;
+template class HostSensors<double, AnalyticBackend>;
+#if defined(BRISTLE_WITH_FCL)
+template class HostSensors<double, FclBackend>;
 #endif
 
 }  // namespace bristle::inline BRISTLE_ABI

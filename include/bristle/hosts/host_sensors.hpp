@@ -117,25 +117,6 @@ class HostSensors;
 
 namespace detail {
 
-/// Functions of `HostSensors` that are compiled for each instruction set, as `WorldKernels`.
-template <Scalar S, typename Backend>
-struct HostKernels {
-  /// Creates a `HostStage`, and deletes it.
-  void* (*make_scratch)();
-  void (*delete_scratch)(void* stage);
-  /// `HostStage::cast`, `collect` and `solve`.
-  void (*cast)(void* stage, HostSensors<S, Backend>& sensors, bool all_rays);
-  void (*collect)(void* stage, HostSensors<S, Backend>& sensors);
-  void (*solve)(void* stage, HostSensors<S, Backend>& sensors);
-};
-
-/// The table to use from here on.
-template <Scalar S, typename Backend>
-[[nodiscard]] const HostKernels<S, Backend>& host_kernels();
-
-template <Scalar S, typename Backend>
-class HostStage;
-
 /// A mirrored body in a step.
 template <Scalar S>
 struct HostEntry {
@@ -166,6 +147,63 @@ struct HostWrench {
 /// First tag of bodies that the engine hit.
 inline constexpr std::uint32_t first_host_tag = 0x80000000u;
 
+/// What a step of an engine's sensors knows of the engine, and finds. The mirrored world is apart.
+template <Scalar S>
+struct HostStep {
+  /// By index of mirrored bodies.
+  DynamicArray<HostEntry<S>> bodies;
+  /// [m/s] Speed of the fastest point of any body.
+  S fastest = S(0);
+  /// Indices of bodies that a patch touches, or whose own patch touches one, ascending.
+  DynamicArray<std::uint32_t> touched;
+  DynamicArray<HostMobility<S>> mobilities;
+  DynamicArray<HostWrench<S>> wrenches;
+  HostReport report{};
+
+  /// Marks fixed bodies as present, all others as gone.
+  void begin(const WorldState<S>& world);
+  /// Moves a mirrored body to the engine's pose, if that is finite.
+  void place(WorldState<S>& world, std::uint32_t slot, const std::optional<HostBody<S>>& found);
+  /// Finds `fastest` once all bodies are placed.
+  void find_fastest(const WorldState<S>& world);
+
+  /// Returns whether the patch in a slot senses in this step.
+  [[nodiscard]] bool is_sensing(const WorldState<S>& world, std::uint32_t slot) const {
+    return world.is_sensing(slot) && bodies[world.patches.at(slot).body.index].is_there;
+  }
+  [[nodiscard]] bool are_coupled(std::uint32_t i, std::uint32_t j) const {
+    return bodies[i].host.mechanism != HostBody<S>::no_mechanism &&
+           bodies[i].host.mechanism == bodies[j].host.mechanism;
+  }
+  /// [m] Extra length of a patch's rays, for bodies that come closer within a step of dt [s].
+  [[nodiscard]] S reach(const SensorPatch<S>& patch, S dt) const {
+    const Twist<S>& own = bodies[patch.body.index].free;
+    return dt * (own.linear.norm() + own.angular.norm() * patch.reach + fastest);
+  }
+};
+
+/// Returns whether the engine moves a mirrored body.
+template <Scalar S>
+[[nodiscard]] bool is_mobile(const WorldState<S>& world, std::uint32_t slot) {
+  return world.bodies.at(slot).motion != Motion::fixed;
+}
+
+/// Functions of `HostSensors` that are compiled for each instruction set, as `WorldKernels`.
+template <Scalar S>
+struct HostKernels {
+  /// Creates a `HostStage`, and deletes it.
+  void* (*make_scratch)();
+  void (*delete_scratch)(void* stage);
+  /// `HostStage::cast`, `collect` and `solve`.
+  void (*cast)(void* stage, WorldState<S>& world, const HostStep<S>& step, bool all_rays);
+  void (*collect)(void* stage, WorldState<S>& world, HostStep<S>& step);
+  void (*solve)(void* stage, WorldState<S>& world, HostStep<S>& step);
+};
+
+/// The table to use from here on.
+template <Scalar S>
+[[nodiscard]] const HostKernels<S>& host_kernels();
+
 }  // namespace detail
 
 /// The sensors of an engine. A value, as its world is.
@@ -194,97 +232,72 @@ class HostSensors {
   void step(Host& host, S dt) {
     detail::require_positive("dt", dt);
     if (dt != world_.time_step()) world_.set_time_step(dt);
-    report_ = {};
+    step_.report = {};
     observe(host);
-    stage_.kernels().cast(stage_.get(), *this, detail::CastsRays<Host, S>);
+    stage_.kernels().cast(stage_.get(), state(), step_, detail::CastsRays<Host, S>);
     if constexpr (detail::CastsRays<Host, S>) add_hits_of(host);
-    stage_.kernels().collect(stage_.get(), *this);
+    stage_.kernels().collect(stage_.get(), state(), step_);
     ask_mobilities(host);
-    stage_.kernels().solve(stage_.get(), *this);
-    for (const detail::HostWrench<S>& given : wrenches_) {
-      host.apply_wrench(world_.state_.bodies.handle(given.body), given.wrench);
+    stage_.kernels().solve(stage_.get(), state(), step_);
+    for (const detail::HostWrench<S>& given : step_.wrenches) {
+      host.apply_wrench(state().bodies.handle(given.body), given.wrench);
     }
   }
 
   /// Figures of the last step.
-  [[nodiscard]] const HostReport& report() const noexcept { return report_; }
+  [[nodiscard]] const HostReport& report() const noexcept { return step_.report; }
 
  private:
-  friend class detail::HostStage<S, Backend>;
-  using State = detail::WorldState<S>;
-
-  [[nodiscard]] State& state() noexcept { return world_.state_; }
+  [[nodiscard]] detail::WorldState<S>& state() noexcept { return world_.state_; }
 
   template <typename Host>
   void observe(const Host& host) {
-    begin_observing();
-    for (std::uint32_t i = 0; i < bodies_.size(); ++i) {
+    step_.begin(state());
+    for (std::uint32_t i = 0; i < step_.bodies.size(); ++i) {
       if (!state().bodies.is_live(i)) continue;
       if (state().bodies.at(i).motion == Motion::fixed) continue;
-      place(i, host.body(state().bodies.handle(i)));
+      step_.place(state(), i, host.body(state().bodies.handle(i)));
     }
-    end_observing();
+    step_.find_fastest(state());
+    for (std::uint32_t i = 0; i < state().colliders.slot_count(); ++i) {
+      if (!state().colliders.is_live(i)) continue;
+      if (step_.bodies[state().colliders.at(i).body.index].has_moved) world_.refresh_box(i);
+    }
   }
   /// Queries the engine for each patch's ray hits.
   template <typename Host>
   void add_hits_of(const Host& host) {
     for (std::uint32_t i = 0; i < state().patches.slot_count(); ++i) {
-      if (!is_sensing(i)) continue;
+      if (!step_.is_sensing(state(), i)) continue;
       detail::SensorPatch<S>& patch = state().patches.at(i);
       host_hits_.reset(patch.size());
-      host.cast_rays(patch.body, patch.rays(host_reach(patch)), host_hits_);
+      host.cast_rays(patch.body, patch.rays(step_.reach(patch, world_.time_step())), host_hits_);
       take_hits(patch);
     }
   }
   template <typename Host>
   void ask_mobilities(const Host& host) {
-    mobilities_.clear();
-    for (std::size_t k = 0; k < touched_.size(); ++k) {
+    const auto& touched = step_.touched;
+    step_.mobilities.clear();
+    for (std::size_t k = 0; k < touched.size(); ++k) {
       for (std::size_t l = 0; l <= k; ++l) {
-        if (k == l ? !is_mobile(touched_[k]) : !are_coupled(touched_[k], touched_[l])) continue;
-        mobilities_.push_back({touched_[k], touched_[l],
-                               host.mobility(state().bodies.handle(touched_[k]),
-                                             state().bodies.handle(touched_[l]))});
+        if (k == l ? !detail::is_mobile(state(), touched[k])
+                   : !step_.are_coupled(touched[k], touched[l])) {
+          continue;
+        }
+        step_.mobilities.push_back(
+            {touched[k], touched[l],
+             host.mobility(state().bodies.handle(touched[k]), state().bodies.handle(touched[l]))});
       }
     }
   }
 
-  /// Returns whether the patch in a slot senses in this step.
-  [[nodiscard]] bool is_sensing(std::uint32_t slot) {
-    return state().is_sensing(slot) && bodies_[state().patches.at(slot).body.index].is_there;
-  }
-  /// Returns whether the engine moves a body.
-  [[nodiscard]] bool is_mobile(std::uint32_t slot) {
-    return state().bodies.at(slot).motion != Motion::fixed;
-  }
-  [[nodiscard]] bool are_coupled(std::uint32_t i, std::uint32_t j) const {
-    return bodies_[i].host.mechanism != HostBody<S>::no_mechanism &&
-           bodies_[i].host.mechanism == bodies_[j].host.mechanism;
-  }
-
-  /// [m] Extra length of a patch's rays in the engine, for bodies that come closer.
-  [[nodiscard]] S host_reach(const detail::SensorPatch<S>& patch) const {
-    const Twist<S>& own = bodies_[patch.body.index].free;
-    return world_.time_step() * (own.linear.norm() + own.angular.norm() * patch.reach + fastest_);
-  }
-
-  void begin_observing();
-  void place(std::uint32_t slot, const std::optional<HostBody<S>>& found);
-  void end_observing();
   void take_hits(detail::SensorPatch<S>& patch);
 
   World<S, Backend> world_{};
-  /// By index of mirrored bodies.
-  detail::DynamicArray<detail::HostEntry<S>> bodies_;
-  /// [m/s] Speed of the fastest point of any body.
-  S fastest_ = S(0);
+  detail::HostStep<S> step_{};
   RayHits<S> host_hits_{};
-  /// Indices of bodies that a patch touches, or whose own patch touches one, ascending.
-  detail::DynamicArray<std::uint32_t> touched_;
-  detail::DynamicArray<detail::HostMobility<S>> mobilities_;
-  detail::DynamicArray<detail::HostWrench<S>> wrenches_;
-  HostReport report_{};
-  detail::KernelScratch<detail::HostKernels<S, Backend>> stage_{detail::host_kernels<S, Backend>()};
+  detail::KernelScratch<detail::HostKernels<S>> stage_{detail::host_kernels<S>()};
 };
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -296,43 +309,41 @@ class HostSensors {
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Marks fixed bodies as present, all others as gone.
-template <Scalar S, typename Backend>
-void HostSensors<S, Backend>::begin_observing() {
-  bodies_.resize(state().bodies.slot_count());
-  for (std::uint32_t i = 0; i < bodies_.size(); ++i) {
-    bodies_[i] = {};
-    if (!state().bodies.is_live(i)) continue;
-    const Body<S>& body = state().bodies.at(i);
+template <Scalar S>
+void detail::HostStep<S>::begin(const WorldState<S>& world) {
+  bodies.resize(world.bodies.slot_count());
+  for (std::uint32_t i = 0; i < bodies.size(); ++i) {
+    bodies[i] = {};
+    if (!world.bodies.is_live(i)) continue;
+    const Body<S>& body = world.bodies.at(i);
     if (body.motion != Motion::fixed) continue;
-    bodies_[i].is_there = true;
-    bodies_[i].host.center = body.center_pose.translation;
+    bodies[i].is_there = true;
+    bodies[i].host.center = body.center_pose.translation;
   }
 }
 
-/// Moves a mirrored body to the engine's pose, if that is finite.
-template <Scalar S, typename Backend>
-void HostSensors<S, Backend>::place(std::uint32_t slot, const std::optional<HostBody<S>>& found) {
+template <Scalar S>
+void detail::HostStep<S>::place(WorldState<S>& world, std::uint32_t slot,
+                                const std::optional<HostBody<S>>& found) {
   using std::abs;
   // This also fails for NaN or overflowing quaternions.
   if (!found || !(abs(found->pose.rotation.squaredNorm() - S(1)) < S(0.5))) {
-    ++report_.missing_bodies;
+    ++report.missing_bodies;
     return;
   }
-  Body<S>& body = state().bodies.at(slot);
-  detail::HostEntry<S>& entry = bodies_[slot];
+  Body<S>& body = world.bodies.at(slot);
+  HostEntry<S>& entry = bodies[slot];
   const Transform<S> before = body.center_pose;
   body.set_pose({found->pose.rotation.normalized(), found->pose.translation});
   entry.shift = body.center_pose.translation - found->center;
   const Twist<S> twist = found->twist.shifted(entry.shift);
-  entry.free = twist + state().def.time_step * found->acceleration.shifted(entry.shift);
+  entry.free = twist + world.def.time_step * found->acceleration.shifted(entry.shift);
   // The step computes with these: sums and products of finite numbers may overflow.
-  if (!detail::has_finite_square(body.center_pose.translation) ||
-      !detail::has_finite_square(twist.linear) || !detail::has_finite_square(entry.free.linear) ||
-      !detail::has_finite_square(entry.free.angular)) {
+  if (!has_finite_square(body.center_pose.translation) || !has_finite_square(twist.linear) ||
+      !has_finite_square(entry.free.linear) || !has_finite_square(entry.free.angular)) {
     body.center_pose = before;
     entry.free = {};
-    ++report_.missing_bodies;
+    ++report.missing_bodies;
     return;
   }
   body.twist = twist;
@@ -342,19 +353,17 @@ void HostSensors<S, Backend>::place(std::uint32_t slot, const std::optional<Host
                     body.center_pose.rotation.coeffs() != before.rotation.coeffs();
 }
 
-template <Scalar S, typename Backend>
-void HostSensors<S, Backend>::end_observing() {
-  fastest_ = S(0);
-  for (const detail::HostEntry<S>& entry : bodies_) {
-    fastest_ = std::max(fastest_, entry.free.linear.norm());
+template <Scalar S>
+void detail::HostStep<S>::find_fastest(const WorldState<S>& world) {
+  fastest = S(0);
+  for (const HostEntry<S>& entry : bodies) {
+    fastest = std::max(fastest, entry.free.linear.norm());
   }
-  for (std::uint32_t i = 0; i < state().colliders.slot_count(); ++i) {
-    if (!state().colliders.is_live(i)) continue;
-    const detail::HostEntry<S>& entry = bodies_[state().colliders.at(i).body.index];
-    if (entry.has_moved) world_.refresh_box(i);
-    if (state().colliders.at(i).half_space) continue;
-    fastest_ = std::max(fastest_, entry.free.linear.norm() +
-                                      entry.free.angular.norm() * state().colliders.at(i).radius);
+  for (std::uint32_t i = 0; i < world.colliders.slot_count(); ++i) {
+    if (!world.colliders.is_live(i) || world.colliders.at(i).half_space) continue;
+    const Twist<S>& free = bodies[world.colliders.at(i).body.index].free;
+    fastest =
+        std::max(fastest, free.linear.norm() + free.angular.norm() * world.colliders.at(i).radius);
   }
 }
 
@@ -368,7 +377,8 @@ void HostSensors<S, Backend>::take_hits(detail::SensorPatch<S>& patch) {
                     "must be the index of another body that is mirrored");
     const RayHit<S> hit{host_hits_.distance[i], host_hits_.normal[i]};
     const bool is_valid = hit.distance >= S(0) && detail::has_finite_square(hit.normal);
-    if (is_valid && bodies_[tag].is_there) patch.hits.offer(i, hit, detail::first_host_tag | tag);
+    if (is_valid && step_.bodies[tag].is_there)
+      patch.hits.offer(i, hit, detail::first_host_tag | tag);
   }
 }
 
@@ -378,10 +388,13 @@ void HostSensors<S, Backend>::take_hits(detail::SensorPatch<S>& patch) {
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
 namespace bristle::inline BRISTLE_ABI {
 
-#define BRISTLE_COMPILED_HOSTS(S, Backend)                                   \
-  template <>                                                                \
-  const detail::HostKernels<S, Backend>& detail::host_kernels<S, Backend>(); \
-  extern template class HostSensors<S, Backend>;
+template <>
+const detail::HostKernels<float>& detail::host_kernels<float>();
+template <>
+const detail::HostKernels<double>& detail::host_kernels<double>();
+extern template struct detail::HostStep<float>;
+extern template struct detail::HostStep<double>;
+#define BRISTLE_COMPILED_HOSTS(S, Backend) extern template class HostSensors<S, Backend>;
 BRISTLE_COMPILED_HOSTS(float, AnalyticBackend)
 BRISTLE_COMPILED_HOSTS(double, AnalyticBackend)
 #if defined(BRISTLE_WITH_FCL)

@@ -21,21 +21,21 @@
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// The parts of `HostSensors::step` between queries of the engine. It holds only scratch memory.
-template <Scalar S, typename Backend>
+template <Scalar S>
 class HostStage {
  public:
-  using Sensors = HostSensors<S, Backend>;
+  using State = WorldState<S>;
+  using Step = HostStep<S>;
 
   /// Finds the hits of all patches' rays on the mirrored shapes.
   /// @param all_rays  True if the engine casts them, too: all then need room for hits.
-  void cast(Sensors& sensors, bool all_rays);
+  void cast(State& state, const Step& step, bool all_rays);
   /// Makes contacts from the hits, and lists the bodies that take part.
-  void collect(Sensors& sensors);
+  void collect(State& state, Step& step);
   /// Solves all patches, fills readings, and lists the wrenches to apply.
-  void solve(Sensors& sensors);
+  void solve(State& state, Step& step);
 
  private:
-  using State = WorldState<S>;
   using Shape = ShapeInReach<S>;
 
   /// A pair in contact, and its impulse on B about c [N s, N m s].
@@ -45,18 +45,18 @@ class HostStage {
     Wrench<S> on_b{};
   };
 
-  void find_shapes(Sensors& sensors, const SensorPatch<S>& patch);
-  void add_bodies(const Sensors& sensors);
-  void add_touches(Sensors& sensors);
+  void find_shapes(const State& state, const Step& step, const SensorPatch<S>& patch);
+  void add_bodies(const Step& step);
+  void add_touches(State& state);
   void fill_blocks();
   [[nodiscard]] bool answer(S dt, const SolvePass& pass);
-  void deliver(Sensors& sensors);
+  void deliver(State& state, Step& step);
 
   /// Calls visit(patch, pair) for all pairs in contact.
   template <typename Visit>
-  void for_each_pair(Sensors& sensors, Visit&& visit) {
+  void for_each_pair(State& state, Visit&& visit) {
     for (const std::uint32_t i : near_something_) {
-      SensorPatch<S>& patch = sensors.state().patches.at(i);
+      SensorPatch<S>& patch = state.patches.at(i);
       for (PatchPair<S>& pair : patch.pairs) {
         if (pair.count > 0) visit(patch, pair);
       }
@@ -78,37 +78,40 @@ class HostStage {
 };
 
 /// The table of this file's instruction set.
-template <Scalar S, typename Backend>
-[[nodiscard]] const HostKernels<S, Backend>& own_host_kernels() {
-  using Own = HostStage<S, Backend>;
-  using Sensors = HostSensors<S, Backend>;
-  static constexpr HostKernels<S, Backend> own{
+template <Scalar S>
+[[nodiscard]] const HostKernels<S>& own_host_kernels() {
+  using Own = HostStage<S>;
+  using State = WorldState<S>;
+  using Step = HostStep<S>;
+  static constexpr HostKernels<S> own{
       .make_scratch = []() -> void* { return new Own; },
       .delete_scratch = [](void* stage) { delete static_cast<Own*>(stage); },
-      .cast = [](void* stage, Sensors& sensors,
-                 bool all_rays) { static_cast<Own*>(stage)->cast(sensors, all_rays); },
-      .collect = [](void* stage, Sensors& sensors) { static_cast<Own*>(stage)->collect(sensors); },
-      .solve = [](void* stage, Sensors& sensors) { static_cast<Own*>(stage)->solve(sensors); }};
+      .cast = [](void* stage, State& state, const Step& step,
+                 bool all_rays) { static_cast<Own*>(stage)->cast(state, step, all_rays); },
+      .collect = [](void* stage, State& state,
+                    Step& step) { static_cast<Own*>(stage)->collect(state, step); },
+      .solve = [](void* stage, State& state,
+                  Step& step) { static_cast<Own*>(stage)->solve(state, step); }};
   return own;
 }
 
-template <Scalar S, typename Backend>
-const HostKernels<S, Backend>& host_kernels() {
-  return own_host_kernels<S, Backend>();
+template <Scalar S>
+const HostKernels<S>& host_kernels() {
+  return own_host_kernels<S>();
 }
 
 // Implementation ----------------------------------------------------------------------------------
 
-template <Scalar S, typename Backend>
-void HostStage<S, Backend>::cast(Sensors& sensors, bool all_rays) {
-  State& state = sensors.state();
+template <Scalar S>
+void HostStage<S>::cast(State& state, const Step& step, bool all_rays) {
   near_something_.clear();
   for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
     if (!state.patches.is_live(i)) continue;
     SensorPatch<S>& patch = state.patches.at(i);
     shapes_.clear();
-    if (sensors.is_sensing(i)) find_shapes(sensors, patch);
-    if (shapes_.empty() && !(all_rays && sensors.is_sensing(i))) {
+    const bool is_sensing = step.is_sensing(state, i);
+    if (is_sensing) find_shapes(state, step, patch);
+    if (shapes_.empty() && !(all_rays && is_sensing)) {
       clear_patch(patch);
       continue;
     }
@@ -127,17 +130,17 @@ void HostStage<S, Backend>::cast(Sensors& sensors, bool all_rays) {
 }
 
 /// Finds shapes that a patch may meet this step.
-template <Scalar S, typename Backend>
-void HostStage<S, Backend>::find_shapes(Sensors& sensors, const SensorPatch<S>& patch) {
-  const State& state = sensors.state();
+template <Scalar S>
+void HostStage<S>::find_shapes(const State& state, const Step& step, const SensorPatch<S>& patch) {
   const Body<S>& A = state.bodies.at(patch.body.index);
-  const Twist<S>& free_a = sensors.bodies_[patch.body.index].free;
+  const Twist<S>& free_a = step.bodies[patch.body.index].free;
   const auto approach_of = [&](std::uint32_t slot) {
     return state.def.time_step * closing_speed(patch.box, A.center_pose, free_a,
                                                state.bodies.at(slot).center_pose.translation,
-                                               sensors.bodies_[slot].free);
+                                               step.bodies[slot].free);
   };
-  const Aabb<S> box = transformed(patch.box, A.center_pose).inflated(sensors.host_reach(patch));
+  const Aabb<S> box =
+      transformed(patch.box, A.center_pose).inflated(step.reach(patch, state.def.time_step));
   candidates_.clear();
   state.broad_phase.overlap(box, [&](std::uint32_t tag) {
     candidates_.push_back(tag);
@@ -146,7 +149,7 @@ void HostStage<S, Backend>::find_shapes(Sensors& sensors, const SensorPatch<S>& 
   std::sort(candidates_.begin(), candidates_.end());
   for (const std::uint32_t tag : candidates_) {
     const Collider<S>& c = state.colliders.at(tag);
-    if (!sensors.bodies_[c.body.index].is_there || !senses(state, patch, c)) continue;
+    if (!step.bodies[c.body.index].is_there || !senses(state, patch, c)) continue;
     const Shape shape = shape_in_reach(patch, state.colliders.handle(tag), c,
                                        relative_pose(A.center_pose, state.body_of(c).center_pose),
                                        approach_of(c.body.index));
@@ -154,10 +157,9 @@ void HostStage<S, Backend>::find_shapes(Sensors& sensors, const SensorPatch<S>& 
   }
 }
 
-template <Scalar S, typename Backend>
-void HostStage<S, Backend>::collect(Sensors& sensors) {
-  State& state = sensors.state();
-  sensors.touched_.clear();
+template <Scalar S>
+void HostStage<S>::collect(State& state, Step& step) {
+  step.touched.clear();
   const auto slot_of = [&](std::uint32_t tag) {
     return tag >= first_host_tag ? tag - first_host_tag : state.colliders.at(tag).body.index;
   };
@@ -171,23 +173,22 @@ void HostStage<S, Backend>::collect(Sensors& sensors) {
                      {.dt = state.def.time_step, .measures_lambda = false});
     if (patch.contacts.empty()) clear_patch(patch);
   }
-  for_each_pair(sensors, [&](const SensorPatch<S>& patch, const PatchPair<S>& pair) {
-    sensors.touched_.push_back(patch.body.index);
-    sensors.touched_.push_back(pair.body_b);
-    ++sensors.report_.pairs;
+  for_each_pair(state, [&](const SensorPatch<S>& patch, const PatchPair<S>& pair) {
+    step.touched.push_back(patch.body.index);
+    step.touched.push_back(pair.body_b);
+    ++step.report.pairs;
   });
-  std::sort(sensors.touched_.begin(), sensors.touched_.end());
-  sensors.touched_.erase(std::unique(sensors.touched_.begin(), sensors.touched_.end()),
-                         sensors.touched_.end());
+  std::sort(step.touched.begin(), step.touched.end());
+  step.touched.erase(std::unique(step.touched.begin(), step.touched.end()), step.touched.end());
 }
 
-template <Scalar S, typename Backend>
-void HostStage<S, Backend>::solve(Sensors& sensors) {
-  const S dt = sensors.state().def.time_step;
-  add_bodies(sensors);
-  add_touches(sensors);
+template <Scalar S>
+void HostStage<S>::solve(State& state, Step& step) {
+  const S dt = state.def.time_step;
+  add_bodies(step);
+  add_touches(state);
   if (!blocks_.empty()) {
-    sensors.report_.passes = solve_in_passes(
+    step.report.passes = solve_in_passes(
         SolverDef<S>{}.max_passes,
         [this] {
           fill_blocks();
@@ -195,23 +196,23 @@ void HostStage<S, Backend>::solve(Sensors& sensors) {
         },
         [&](const SolvePass& pass) { return answer(dt, pass); });
   }
-  deliver(sensors);
+  deliver(state, step);
 }
 
 /// Adds the bodies in contact to the system.
-template <Scalar S, typename Backend>
-void HostStage<S, Backend>::add_bodies(const Sensors& sensors) {
+template <Scalar S>
+void HostStage<S>::add_bodies(const Step& step) {
   system_.clear();
-  number_.resize(sensors.bodies_.size());
-  own_mobility_.resize(sensors.bodies_.size());
-  for (const std::uint32_t slot : sensors.touched_) {
-    number_[slot] = system_.add_body(sensors.bodies_[slot].free);
+  number_.resize(step.bodies.size());
+  own_mobility_.resize(step.bodies.size());
+  for (const std::uint32_t slot : step.touched) {
+    number_[slot] = system_.add_body(step.bodies[slot].free);
     set_zero(own_mobility_[slot]);
   }
   const auto to_mirrored = [&](std::uint32_t slot) {
-    return shift_matrix<S>(sensors.bodies_[slot].shift);
+    return shift_matrix<S>(step.bodies[slot].shift);
   };
-  for (const HostMobility<S>& m : sensors.mobilities_) {
+  for (const HostMobility<S>& m : step.mobilities) {
     if (m.matrix.isZero(S(0))) continue;
     const Mat6<S> matrix = to_mirrored(m.from) * m.matrix * to_mirrored(m.to).transpose();
     system_.set_mobility(number_[m.from], number_[m.to], matrix);
@@ -220,13 +221,12 @@ void HostStage<S, Backend>::add_bodies(const Sensors& sensors) {
 }
 
 /// Makes a soft block of each implicit pair, and finds the impulses of the others.
-template <Scalar S, typename Backend>
-void HostStage<S, Backend>::add_touches(Sensors& sensors) {
-  const State& state = sensors.state();
+template <Scalar S>
+void HostStage<S>::add_touches(State& state) {
   const S dt = state.def.time_step;
   blocks_.clear();
   touches_.clear();
-  for_each_pair(sensors, [&](SensorPatch<S>& patch, PatchPair<S>& pair) {
+  for_each_pair(state, [&](SensorPatch<S>& patch, PatchPair<S>& pair) {
     Touch& touch = touches_.emplace_back();
     touch.patch = &patch;
     touch.pair = &pair;
@@ -253,8 +253,8 @@ void HostStage<S, Backend>::add_touches(Sensors& sensors) {
   });
 }
 
-template <Scalar S, typename Backend>
-void HostStage<S, Backend>::fill_blocks() {
+template <Scalar S>
+void HostStage<S>::fill_blocks() {
   for (const Touch& touch : touches_) {
     if (touch.pair->is_implicit) fill_block(*touch.pair, blocks_[touch.pair->soft]);
   }
@@ -262,8 +262,8 @@ void HostStage<S, Backend>::fill_blocks() {
 
 /// Evaluates all patches at the solved motion.
 /// @return True if any left the state it was linearised for.
-template <Scalar S, typename Backend>
-bool HostStage<S, Backend>::answer(S dt, const SolvePass& pass) {
+template <Scalar S>
+bool HostStage<S>::answer(S dt, const SolvePass& pass) {
   bool has_changed = false;
   for (Touch& touch : touches_) {
     if (!touch.pair->is_implicit) continue;
@@ -276,28 +276,27 @@ bool HostStage<S, Backend>::answer(S dt, const SolvePass& pass) {
 }
 
 /// Turns impulses into readings and wrenches on both bodies.
-template <Scalar S, typename Backend>
-void HostStage<S, Backend>::deliver(Sensors& sensors) {
-  const State& state = sensors.state();
+template <Scalar S>
+void HostStage<S>::deliver(State& state, Step& step) {
   const S dt = state.def.time_step;
-  sensors.wrenches_.clear();
+  step.wrenches.clear();
   const auto give = [&](std::uint32_t slot, const Wrench<S>& wrench) {
-    if (!sensors.is_mobile(slot)) return;
+    if (!is_mobile(state, slot)) return;
     // From the mirrored centre of mass to the engine's.
-    sensors.wrenches_.push_back({slot, wrench.shifted(-sensors.bodies_[slot].shift)});
+    step.wrenches.push_back({slot, wrench.shifted(-step.bodies[slot].shift)});
   };
   for (const Touch& touch : touches_) {
     const Wrench<S> on_b = (S(1) / dt) * touch.on_b;
     if (!has_finite_square(on_b.force) || !has_finite_square(on_b.torque)) {
       clear_impulses(*touch.patch, *touch.pair);
-      ++sensors.report_.discarded;
+      ++step.report.discarded;
       continue;
     }
     give(touch.patch->body.index, -on_b.shifted(-touch.pair->arm_a));
     give(touch.pair->body_b, on_b.shifted(-touch.pair->arm_b));
   }
   for (const std::uint32_t i : near_something_) {
-    SensorPatch<S>& patch = sensors.state().patches.at(i);
+    SensorPatch<S>& patch = state.patches.at(i);
     if (patch.contacts.empty() && !patch.was_active) continue;
     fill_readings<S>(patch, state.bodies.at(patch.body.index).center_pose.translation, dt,
                      [&](std::uint32_t slot) { return state.bodies.handle(slot); });

@@ -1,10 +1,10 @@
-// Loaders of meshes in the scalar BRISTLE_INSTANTIATE.
+// Loaders of meshes in float and double.
 // SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/io/mesh_file.hpp>
 
 namespace bristle::inline BRISTLE_ABI {
 
-template TriangleMesh<BRISTLE_INSTANTIATE> load_mesh<BRISTLE_INSTANTIATE>(
-    const std::filesystem::path& path);
+template TriangleMesh<float> load_mesh<float>(const std::filesystem::path& path);
+template TriangleMesh<double> load_mesh<double>(const std::filesystem::path& path);
 
 }  // namespace bristle::inline BRISTLE_ABI

@@ -37,7 +37,7 @@
 
 namespace bristle::inline BRISTLE_ABI {
 namespace detail {
-template <Scalar S, typename Backend>
+template <Scalar S>
 class HapticSubstep;
 }  // namespace detail
 
@@ -67,7 +67,7 @@ struct ToolPatchId {
 ///
 /// The patches of a loop belong to it alone. The world does not sense with them. They are always
 /// implicit; `PatchDef::integration` and `explicit_below` are ignored.
-template <Scalar S, typename Backend>
+template <Scalar S>
 class HapticLoop {
  public:
   /// @throws InvalidArgument naming the field.
@@ -160,7 +160,7 @@ class HapticLoop {
   template <Scalar T, typename B>
   requires ShapeBackend<B, T>
   friend class World;
-  friend class detail::HapticSubstep<S, Backend>;
+  friend class detail::HapticSubstep<S>;
 
   struct Tool {
     BodyId body{};
@@ -240,7 +240,7 @@ class HapticLoop {
   [[nodiscard]] Vec6<S> other_force(const detail::WorldState<S>& state, BodyId id,
                                     const detail::HeldMobility<S>& held) const;
 
-  const detail::HapticKernels<S, Backend>* kernels_ = &detail::haptic_kernels<S, Backend>();
+  const detail::HapticKernels<S>* kernels_ = &detail::haptic_kernels<S>();
   HapticDef<S> def_;
   detail::DynamicArray<Tool> tools_;
   detail::DynamicArray<Skin> tool_patches_;
@@ -265,8 +265,8 @@ class HapticLoop {
 namespace bristle::inline BRISTLE_ABI {
 
 /// Resets the loop, as before its first substep. Tools keep their poses.
-template <Scalar S, typename Backend>
-void HapticLoop<S, Backend>::forget() {
+template <Scalar S>
+void HapticLoop<S>::forget() {
   for (Tool& tool : tools_) {
     tool.twist = {};
     tool.wrench = {};
@@ -277,8 +277,8 @@ void HapticLoop<S, Backend>::forget() {
   substeps_ = rays_cast_ = 0;
 }
 
-template <Scalar S, typename Backend>
-void HapticLoop<S, Backend>::observe(const detail::WorldState<S>& state) {
+template <Scalar S>
+void HapticLoop<S>::observe(const detail::WorldState<S>& state) {
   h_ = state.def.time_step / S(def_.substeps);
   done_ = 0;
   std::swap(bodies_, last_bodies_);
@@ -302,9 +302,8 @@ void HapticLoop<S, Backend>::observe(const detail::WorldState<S>& state) {
 }
 
 /// Finds shapes that a patch may meet in a step.
-template <Scalar S, typename Backend>
-void HapticLoop<S, Backend>::find_near(const detail::WorldState<S>& state, Skin& tool_patch,
-                                       S fastest) {
+template <Scalar S>
+void HapticLoop<S>::find_near(const detail::WorldState<S>& state, Skin& tool_patch, S fastest) {
   const Tool& tool = tools_[tool_patch.tool];
   tool_patch.near.clear();
   if (!state.bodies.contains(tool.body)) return;
@@ -332,8 +331,8 @@ void HapticLoop<S, Backend>::find_near(const detail::WorldState<S>& state, Skin&
   }
 }
 
-template <Scalar S, typename Backend>
-std::uint32_t HapticLoop<S, Backend>::add_body(const detail::WorldState<S>& state, BodyId id) {
+template <Scalar S>
+std::uint32_t HapticLoop<S>::add_body(const detail::WorldState<S>& state, BodyId id) {
   const auto known =
       std::find_if(bodies_.begin(), bodies_.end(),
                    [id](const detail::HapticBody<S>& body) { return body.id() == id; });
@@ -345,9 +344,9 @@ std::uint32_t HapticLoop<S, Backend>::add_body(const detail::WorldState<S>& stat
 }
 
 /// [N, N m] Forces on a body besides the loop's, taken from the last step where they are known.
-template <Scalar S, typename Backend>
-Vec6<S> HapticLoop<S, Backend>::other_force(const detail::WorldState<S>& state, BodyId id,
-                                            const detail::HeldMobility<S>& held) const {
+template <Scalar S>
+Vec6<S> HapticLoop<S>::other_force(const detail::WorldState<S>& state, BodyId id,
+                                   const detail::HeldMobility<S>& held) const {
   const Body<S>& body = state.bodies.at(id.index);
   const auto last = std::find_if(last_bodies_.begin(), last_bodies_.end(),
                                  [id](const detail::HapticBody<S>& b) { return b.id() == id; });
@@ -360,8 +359,8 @@ Vec6<S> HapticLoop<S, Backend>::other_force(const detail::WorldState<S>& state, 
          state.def.time_step;
 }
 
-template <Scalar S, typename Backend>
-void HapticLoop<S, Backend>::substep() {
+template <Scalar S>
+void HapticLoop<S>::substep() {
   require_open();
   detail::require(done_ < def_.substeps, "HapticLoop: substeps", done_ + 1,
                   "must be <= HapticDef::substeps between two steps");

@@ -17,15 +17,15 @@
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Implements `HapticLoop::substep`. The loop is open and has a substep left.
-template <Scalar S, typename Backend>
+template <Scalar S>
 class HapticSubstep {
  public:
-  explicit HapticSubstep(HapticLoop<S, Backend>& loop) : loop_(loop) {}
+  explicit HapticSubstep(HapticLoop<S>& loop) : loop_(loop) {}
 
   void run();
 
  private:
-  using Loop = HapticLoop<S, Backend>;
+  using Loop = HapticLoop<S>;
   using Tool = typename Loop::Tool;
   using NearShape = typename Loop::NearShape;
   using Skin = typename Loop::Skin;
@@ -53,8 +53,8 @@ class HapticSubstep {
 
 // Implementation ----------------------------------------------------------------------------------
 
-template <Scalar S, typename Backend>
-void HapticSubstep<S, Backend>::run() {
+template <Scalar S>
+void HapticSubstep<S>::run() {
   for (Tool& tool : loop_.tools_) {
     if (!tool.is_moved) tool.twist = {};
     if (tool.is_placed) tool.last_pose = tool.pose;
@@ -82,8 +82,8 @@ void HapticSubstep<S, Backend>::run() {
   ++loop_.substeps_;
 }
 
-template <Scalar S, typename Backend>
-void HapticSubstep<S, Backend>::sense(Skin& tool_patch, std::uint32_t number) {
+template <Scalar S>
+void HapticSubstep<S>::sense(Skin& tool_patch, std::uint32_t number) {
   const Tool& tool = loop_.tools_[tool_patch.tool];
   SensorPatch<S>& patch = tool_patch.patch;
   tool_patch.in_reach.clear();
@@ -119,8 +119,8 @@ void HapticSubstep<S, Backend>::sense(Skin& tool_patch, std::uint32_t number) {
 }
 
 /// Makes a soft block of each pair.
-template <Scalar S, typename Backend>
-void HapticSubstep<S, Backend>::start(Skin& tool_patch) {
+template <Scalar S>
+void HapticSubstep<S>::start(Skin& tool_patch) {
   tool_patch.blocks.clear();
   tool_patch.touched.clear();
   for (PatchPair<S>& pair : tool_patch.patch.pairs) {
@@ -136,8 +136,8 @@ void HapticSubstep<S, Backend>::start(Skin& tool_patch) {
   }
 }
 
-template <Scalar S, typename Backend>
-void HapticSubstep<S, Backend>::solve_once() {
+template <Scalar S>
+void HapticSubstep<S>::solve_once() {
   for (HapticBody<S>& body : loop_.bodies_) body.clear_system();
   for (Skin& tool_patch : loop_.tool_patches_) {
     for (std::size_t k = 0; k < tool_patch.blocks.size(); ++k) {
@@ -156,8 +156,8 @@ void HapticSubstep<S, Backend>::solve_once() {
   }
 }
 
-template <Scalar S, typename Backend>
-bool HapticSubstep<S, Backend>::answer(const SolvePass& pass) {
+template <Scalar S>
+bool HapticSubstep<S>::answer(const SolvePass& pass) {
   bool has_changed = false;
   for (Skin& tool_patch : loop_.tool_patches_) {
     for (std::size_t k = 0; k < tool_patch.blocks.size(); ++k) {
@@ -172,8 +172,8 @@ bool HapticSubstep<S, Backend>::answer(const SolvePass& pass) {
 }
 
 /// Applies the impulses of a patch to tool and bodies, and turns them into readings.
-template <Scalar S, typename Backend>
-void HapticSubstep<S, Backend>::deliver(Skin& tool_patch) {
+template <Scalar S>
+void HapticSubstep<S>::deliver(Skin& tool_patch) {
   Tool& tool = loop_.tools_[tool_patch.tool];
   const S left = S(loop_.def_.substeps - loop_.done_) * loop_.h_;
   for (std::size_t k = 0; k < tool_patch.blocks.size(); ++k) {

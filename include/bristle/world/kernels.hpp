@@ -21,7 +21,7 @@ template <Scalar S>
 struct WorldHit;
 template <Scalar S>
 class ProximityArray;
-template <Scalar S, typename Backend = AnalyticBackend>
+template <Scalar S>
 class HapticLoop;
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -47,16 +47,16 @@ struct WorldKernels {
 
 /// Kernels of a haptic loop. They are apart, so that a header-only program without a loop does not
 /// compile them.
-template <Scalar S, typename Backend>
+template <Scalar S>
 struct HapticKernels {
   /// One substep of an open loop with one left.
-  void (*substep)(HapticLoop<S, Backend>& loop);
+  void (*substep)(HapticLoop<S>& loop);
 };
 
 /// The tables to use from here on.
 template <Scalar S, typename Backend>
 [[nodiscard]] const WorldKernels<S>& world_kernels();
-template <Scalar S, typename Backend>
-[[nodiscard]] const HapticKernels<S, Backend>& haptic_kernels();
+template <Scalar S>
+[[nodiscard]] const HapticKernels<S>& haptic_kernels();
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

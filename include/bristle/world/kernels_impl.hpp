@@ -41,10 +41,10 @@ template <Scalar S>
   }};
   return own;
 }
-template <Scalar S, typename Backend>
-[[nodiscard]] const HapticKernels<S, Backend>& own_haptic_kernels() {
-  static constexpr HapticKernels<S, Backend> own{
-      .substep = [](HapticLoop<S, Backend>& loop) { HapticSubstep<S, Backend>(loop).run(); }};
+template <Scalar S>
+[[nodiscard]] const HapticKernels<S>& own_haptic_kernels() {
+  static constexpr HapticKernels<S> own{
+      .substep = [](HapticLoop<S>& loop) { HapticSubstep<S>(loop).run(); }};
   return own;
 }
 
@@ -56,9 +56,9 @@ template <Scalar S>
 const JointKernels<S>& joint_kernels() {
   return own_joint_kernels<S>();
 }
-template <Scalar S, typename Backend>
-const HapticKernels<S, Backend>& haptic_kernels() {
-  return own_haptic_kernels<S, Backend>();
+template <Scalar S>
+const HapticKernels<S>& haptic_kernels() {
+  return own_haptic_kernels<S>();
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

@@ -10,20 +10,20 @@ const detail::JointKernels<BRISTLE_INSTANTIATE>& detail::joint_kernels<BRISTLE_I
   return *static_cast<const detail::JointKernels<BRISTLE_INSTANTIATE>*>(
       BRISTLE_CHOSEN_KERNELS(BRISTLE_INSTANTIATE)().joint);
 }
+template <>
+const detail::HapticKernels<BRISTLE_INSTANTIATE>& detail::haptic_kernels<BRISTLE_INSTANTIATE>() {
+  return *static_cast<const detail::HapticKernels<BRISTLE_INSTANTIATE>*>(
+      BRISTLE_CHOSEN_KERNELS(BRISTLE_INSTANTIATE)().haptic);
+}
+template class HapticLoop<BRISTLE_INSTANTIATE>;
 
-#define BRISTLE_WORLD(S, Backend, backend)                                        \
-  template <>                                                                     \
-  const detail::WorldKernels<S>& detail::world_kernels<S, Backend>() {            \
-    return *static_cast<const detail::WorldKernels<S>*>(                          \
-        BRISTLE_CHOSEN_KERNELS(S)().backend.world);                               \
-  }                                                                               \
-  template <>                                                                     \
-  const detail::HapticKernels<S, Backend>& detail::haptic_kernels<S, Backend>() { \
-    return *static_cast<const detail::HapticKernels<S, Backend>*>(                \
-        BRISTLE_CHOSEN_KERNELS(S)().backend.haptic);                              \
-  }                                                                               \
-  template class World<S, Backend>;                                               \
-  template class HapticLoop<S, Backend>;
+#define BRISTLE_WORLD(S, Backend, backend)                             \
+  template <>                                                          \
+  const detail::WorldKernels<S>& detail::world_kernels<S, Backend>() { \
+    return *static_cast<const detail::WorldKernels<S>*>(               \
+        BRISTLE_CHOSEN_KERNELS(S)().backend##_world);                  \
+  }                                                                    \
+  template class World<S, Backend>;
 
 BRISTLE_WORLD(BRISTLE_INSTANTIATE, AnalyticBackend, analytic)
 #if defined(BRISTLE_WITH_FCL)

@@ -286,13 +286,13 @@ class World {
   /// poses, at rest. Do not open a copy of a loop that goes with a snapshot.
   /// @throws InvalidArgument when a tool names a body that is not kinematic, or that never existed,
   ///         or when a ray of a new patch ends inside its own body. The loop is unchanged then.
-  void open(HapticLoop<S, Backend>& loop) const;
+  void open(HapticLoop<S>& loop) const;
   /// Applies the impulses of a loop's substeps to the bodies and moves the tools to their poses.
   /// Then advances the world by one time step and shows the loop the new state. Removed bodies
   /// receive nothing. Tools whose body was removed feel nothing.
   /// @throws InvalidArgument when the loop has substeps left, or for its tools as `open`. Nothing
   ///         has changed then.
-  void step(HapticLoop<S, Backend>& loop);
+  void step(HapticLoop<S>& loop);
 
   /// [s] Length of the next step.
   [[nodiscard]] S time_step() const noexcept { return state_.def.time_step; }
@@ -351,7 +351,7 @@ class World {
   template <typename Visit>
   static void for_each_impulse(State& state, Visit&& visit);
   /// @param opens  Of an open loop only new patches are checked.
-  void require_tools(const HapticLoop<S, Backend>& loop, bool opens) const;
+  void require_tools(const HapticLoop<S>& loop, bool opens) const;
   void erase_joint(std::uint32_t index);
 
   State state_;
@@ -376,17 +376,19 @@ class World {
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
 namespace bristle::inline BRISTLE_ABI {
 
-template <>
-const detail::JointKernels<float>& detail::joint_kernels<float>();
-template <>
-const detail::JointKernels<double>& detail::joint_kernels<double>();
-#define BRISTLE_COMPILED_WORLD(S, Backend)                                       \
-  template <>                                                                    \
-  const detail::WorldKernels<S>& detail::world_kernels<S, Backend>();            \
-  template <>                                                                    \
-  const detail::HapticKernels<S, Backend>& detail::haptic_kernels<S, Backend>(); \
-  extern template class World<S, Backend>;                                       \
-  extern template class HapticLoop<S, Backend>;
+#define BRISTLE_COMPILED_WORLDS(S)                             \
+  template <>                                                  \
+  const detail::JointKernels<S>& detail::joint_kernels<S>();   \
+  template <>                                                  \
+  const detail::HapticKernels<S>& detail::haptic_kernels<S>(); \
+  extern template class HapticLoop<S>;
+BRISTLE_COMPILED_WORLDS(float)
+BRISTLE_COMPILED_WORLDS(double)
+#undef BRISTLE_COMPILED_WORLDS
+#define BRISTLE_COMPILED_WORLD(S, Backend)                            \
+  template <>                                                         \
+  const detail::WorldKernels<S>& detail::world_kernels<S, Backend>(); \
+  extern template class World<S, Backend>;
 BRISTLE_COMPILED_WORLD(float, AnalyticBackend)
 BRISTLE_COMPILED_WORLD(double, AnalyticBackend)
 #if defined(BRISTLE_WITH_FCL)

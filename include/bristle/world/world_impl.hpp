@@ -327,7 +327,7 @@ void World<S, Backend>::step() { stepper_.kernels().step(stepper_.get(), state_)
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
-void World<S, Backend>::require_tools(const HapticLoop<S, Backend>& loop, bool opens) const {
+void World<S, Backend>::require_tools(const HapticLoop<S>& loop, bool opens) const {
   for (std::size_t i = 0; i < loop.tools_.size(); ++i) {
     const auto& tool = loop.tools_[i];
     const std::uint32_t slot = tool.body.index;
@@ -349,7 +349,7 @@ void World<S, Backend>::require_tools(const HapticLoop<S, Backend>& loop, bool o
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
-void World<S, Backend>::open(HapticLoop<S, Backend>& loop) const {
+void World<S, Backend>::open(HapticLoop<S>& loop) const {
   require_tools(loop, true);
   loop.forget();
   loop.observe(state_);
@@ -357,7 +357,7 @@ void World<S, Backend>::open(HapticLoop<S, Backend>& loop) const {
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
-void World<S, Backend>::step(HapticLoop<S, Backend>& loop) {
+void World<S, Backend>::step(HapticLoop<S>& loop) {
   loop.require_tool_patch();
   require_tools(loop, false);
   const auto is_moved = [&](const auto& tool) { return tool.is_placed && contains(tool.body); };

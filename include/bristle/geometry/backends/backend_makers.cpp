@@ -1,4 +1,4 @@
-// How the backends make collidables in the scalar BRISTLE_INSTANTIATE.
+// How the backends make collidables, in float and double.
 // SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/geometry/backends/analytic_backend.hpp>
 #if defined(BRISTLE_WITH_FCL)
@@ -7,10 +7,13 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-BRISTLE_BACKEND_MAKERS(template, AnalyticBackend, BRISTLE_INSTANTIATE)
+BRISTLE_BACKEND_MAKERS(template, AnalyticBackend, float)
+BRISTLE_BACKEND_MAKERS(template, AnalyticBackend, double)
 #if defined(BRISTLE_WITH_FCL)
-template class FclBackend::Collidable<BRISTLE_INSTANTIATE>;
-BRISTLE_BACKEND_MAKERS(template, FclBackend, BRISTLE_INSTANTIATE)
+template class FclBackend::Collidable<float>;
+template class FclBackend::Collidable<double>;
+BRISTLE_BACKEND_MAKERS(template, FclBackend, float)
+BRISTLE_BACKEND_MAKERS(template, FclBackend, double)
 #endif
 
 }  // namespace bristle::inline BRISTLE_ABI

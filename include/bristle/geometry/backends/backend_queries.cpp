@@ -1,5 +1,6 @@
-// What a step asks of the backends, in the scalar BRISTLE_INSTANTIATE. Both are in one file, since
-// they share most of their geometry. This file is compiled for the instruction set BRISTLE_KERNELS.
+// What a step asks of the backends. Both are in one file, since they share most of their geometry.
+// So are both scalars: narrow phases of float search in double. This file is compiled for the
+// instruction set BRISTLE_KERNELS.
 // SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/geometry/backends/analytic_backend.hpp>
 #if defined(BRISTLE_WITH_FCL)
@@ -8,9 +9,11 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-BRISTLE_BACKEND_QUERIES(template, AnalyticBackend, BRISTLE_INSTANTIATE)
+BRISTLE_BACKEND_QUERIES(template, AnalyticBackend, float)
+BRISTLE_BACKEND_QUERIES(template, AnalyticBackend, double)
 #if defined(BRISTLE_WITH_FCL)
-BRISTLE_BACKEND_QUERIES(template, FclBackend, BRISTLE_INSTANTIATE)
+BRISTLE_BACKEND_QUERIES(template, FclBackend, float)
+BRISTLE_BACKEND_QUERIES(template, FclBackend, double)
 #endif
 
 }  // namespace bristle::inline BRISTLE_ABI

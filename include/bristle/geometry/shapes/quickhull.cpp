@@ -1,9 +1,10 @@
-// Convex hulls in the scalar BRISTLE_INSTANTIATE.
+// Convex hulls in float and double.
 // SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/geometry/shapes/quickhull.hpp>
 
 namespace bristle::inline BRISTLE_ABI {
 
-BRISTLE_HULL_FUNCTIONS(template, BRISTLE_INSTANTIATE)
+BRISTLE_HULL_FUNCTIONS(template, float)
+BRISTLE_HULL_FUNCTIONS(template, double)
 
 }  // namespace bristle::inline BRISTLE_ABI
