@@ -250,22 +250,32 @@ template <typename S>
 /// Text of a value: returns text unchanged.
 [[nodiscard]] inline std::string to_text(const char* value) { return value; }
 
-/// Raises InvalidArgument{field, value, rule}. This is a function of its own, so that the many
-/// checks stay small.
-[[noreturn]] BRISTLE_COLD inline void raise_invalid(std::string_view field, std::string value,
-                                                    std::string_view rule) {
-  raise(InvalidArgument(std::string(field), std::move(value), std::string(rule)));
-}
+/// Raises InvalidArgument{field, value, rule}. What raises is in functions of its own, so that the
+/// many checks stay small.
 template <typename S>
-[[noreturn]] BRISTLE_COLD void raise_broken_rule(std::string_view field, const S& value,
-                                                 std::string_view rule) {
-  raise_invalid(field, to_text(value), rule);
+[[noreturn]] BRISTLE_COLD void raise_invalid(std::string_view field, const S& value,
+                                             std::string_view rule) {
+  raise(InvalidArgument(std::string(field), to_text(value), std::string(rule)));
+}
+/// The same for a number whose square is not finite.
+template <typename S>
+[[noreturn]] BRISTLE_COLD void raise_too_large(std::string_view field, const S& value) {
+  raise_invalid(
+      field, value,
+      "must be at most " + to_text(largest_number<S>) + " in size: its square has to be finite");
+}
+/// The same for a divisor whose inverse has no finite square.
+template <typename S>
+[[noreturn]] BRISTLE_COLD void raise_too_small(std::string_view field, const S& value) {
+  raise_invalid(field, value,
+                "must be at least " + to_text(S(1) / largest_number<S>) +
+                    ": the square of its inverse has to be finite");
 }
 
 /// Raises InvalidArgument{field, value, rule} unless `holds`.
 template <typename S>
 void require(bool holds, std::string_view field, const S& value, std::string_view rule) {
-  if (!holds) raise_broken_rule(field, value, rule);
+  if (!holds) raise_invalid(field, value, rule);
 }
 
 /// Returns whether a number is finite and has all its digits. It is then neither zero nor
@@ -280,10 +290,7 @@ template <typename S>
 /// Raises InvalidArgument if the square of a finite number is not finite.
 template <typename S>
 void require_finite_square(std::string_view field, const S& value) {
-  if (has_finite_square(value)) return;
-  raise(InvalidArgument(
-      std::string(field), to_text(value),
-      "must be at most " + to_text(largest_number<S>) + " in size: its square has to be finite"));
+  if (!has_finite_square(value)) raise_too_large(field, value);
 }
 
 /// Raises InvalidArgument unless a number and its square are finite.
@@ -301,10 +308,7 @@ void require_positive(std::string_view field, const S& value) {
   using std::isfinite;
   require(isfinite(value) && value > S(0), field, value, "must be finite and > 0");
   require_finite_square(field, value);
-  if (value * largest_number<S> >= S(1)) return;
-  raise(InvalidArgument(std::string(field), to_text(value),
-                        "must be at least " + to_text(S(1) / largest_number<S>) +
-                            ": the square of its inverse has to be finite"));
+  if (!(value * largest_number<S> >= S(1))) raise_too_small(field, value);
 }
 
 /// Raises InvalidArgument unless a number is finite and >= 0. Its square must be finite, too.
@@ -315,20 +319,19 @@ void require_not_negative(std::string_view field, const S& value) {
   require_finite_square(field, value);
 }
 
-/// Applies `require_finite` to numbers. The message names the first one that fails.
+/// Raises what is wrong with number `i` of a field.
 template <typename S>
-BRISTLE_COLD void require_all_finite(std::string_view field, const S* values,
-                                     std::ptrdiff_t count) {
-  for (std::ptrdiff_t i = 0; i < count; ++i) {
-    if (has_finite_square(values[i])) continue;
-    require_finite(std::string(field) + "[" + std::to_string(i) + "]", values[i]);
-  }
+BRISTLE_COLD void raise_entry(std::string_view field, std::ptrdiff_t i, const S& value) {
+  require_finite(std::string(field) + "[" + std::to_string(i) + "]", value);
 }
 
-/// Applies `require_finite` to every coefficient of a matrix of Eigen.
+/// Applies `require_finite` to every coefficient of an Eigen expression. The message names the
+/// first one that fails.
 template <typename Matrix>
 void require_all_finite(std::string_view field, const Matrix& values) {
-  require_all_finite(field, values.data(), values.size());
+  for (std::ptrdiff_t i = 0; i < values.size(); ++i) {
+    if (!has_finite_square(values.coeff(i))) raise_entry(field, i, values.coeff(i));
+  }
 }
 
 }  // namespace detail
@@ -948,7 +951,7 @@ using LineArray = DynamicArray<T, 64>;
 // === bristle/math/matrix_arithmetic.hpp
 
 /// @file
-/// Sums and products of small vectors and matrices, as values.
+/// Sums, products, comparisons, inverses and constants of small vectors and matrices, as values.
 ///
 /// The operators of Eigen give expressions. Each formula has a type of its own, with some hundred
 /// functions to make and inline. That was more than half of a compiler's work on this library.
@@ -1020,10 +1023,12 @@ template <SmallMatrix M>
 }
 
 /// The matrix whose entries are `make(row, column)`.
-template <typename Value, typename Make>
+template <SmallMatrix Value, typename Make>
 [[nodiscard]] BRISTLE_FORCE_INLINE Value matrix_of(const Make& make) {
   constexpr int rows = Value::RowsAtCompileTime;
   constexpr int columns = Value::ColsAtCompileTime;
+  constexpr int row_step = Value::IsRowMajor ? columns : 1;
+  constexpr int column_step = Value::IsRowMajor ? 1 : rows;
   if constexpr (rows == 3 && columns == 1) {
     return {make(0, 0), make(1, 0), make(2, 0)};
   } else {
@@ -1031,45 +1036,48 @@ template <typename Value, typename Make>
     BRISTLE_UNROLL
     for (int column = 0; column < columns; ++column) {
       BRISTLE_UNROLL
-      for (int row = 0; row < rows; ++row) value.data()[column * rows + row] = make(row, column);
+      for (int row = 0; row < rows; ++row) {
+        value.data()[column * column_step + row * row_step] = make(row, column);
+      }
     }
     return value;
   }
 }
 
 /// The matrix whose entries all have one value.
-template <typename Value>
+template <SmallMatrix Value>
 [[nodiscard]] BRISTLE_FORCE_INLINE Value filled(const typename Value::Scalar& value) {
   return matrix_of<Value>([&](int, int) BRISTLE_FORCE_INLINE_LAMBDA { return value; });
 }
-template <typename Value>
+template <SmallMatrix Value>
 [[nodiscard]] BRISTLE_FORCE_INLINE Value zero() {
   return filled<Value>(typename Value::Scalar(0));
 }
-template <typename Value>
+template <SmallMatrix Value>
 BRISTLE_FORCE_INLINE void set_zero(Value& value) {
   value = zero<Value>();
 }
-template <typename Value>
+template <SmallMatrix Value>
 [[nodiscard]] BRISTLE_FORCE_INLINE Value identity() {
   using S = typename Value::Scalar;
   return matrix_of<Value>([](int i, int j) BRISTLE_FORCE_INLINE_LAMBDA { return S(i == j); });
 }
 /// The unit vector along an axis: 0 is x.
-template <typename Value>
-[[nodiscard]] BRISTLE_FORCE_INLINE Value unit_vector(Eigen::Index axis) {
+template <SmallMatrix Value>
+requires(int{Value::ColsAtCompileTime} == 1)  //
+    [[nodiscard]] BRISTLE_FORCE_INLINE Value unit_vector(Eigen::Index axis) {
   using S = typename Value::Scalar;
   return matrix_of<Value>([&](int i, int) BRISTLE_FORCE_INLINE_LAMBDA { return S(i == axis); });
 }
-template <typename Value>
+template <SmallMatrix Value>
 [[nodiscard]] BRISTLE_FORCE_INLINE Value unit_x() {
   return unit_vector<Value>(0);
 }
-template <typename Value>
+template <SmallMatrix Value>
 [[nodiscard]] BRISTLE_FORCE_INLINE Value unit_y() {
   return unit_vector<Value>(1);
 }
-template <typename Value>
+template <SmallMatrix Value>
 [[nodiscard]] BRISTLE_FORCE_INLINE Value unit_z() {
   return unit_vector<Value>(2);
 }
@@ -7873,6 +7881,11 @@ class RayTree {
   return (a + b + std::sqrt((a + b) * (a + b) + 4 * gaps * a * b)) / (2 * gaps);
 }
 
+/// Sorts numbers of rays. By pointers, since std::sort then is the one of other numbers in a file.
+inline void sort_places(std::span<std::uint32_t> places) {
+  std::sort(places.data(), places.data() + places.size());
+}
+
 /// Divides rays along the longest extent of their starts into two parts of whole `size`s. The cut
 /// is near the middle, at a multiple of the side of a square of `size` rays. Halves would tear the
 /// rows of grids, and torn parts overlap. The part with the lowest starts comes first.
@@ -7935,7 +7948,7 @@ RayTree<S>::RayTree(const RayBatch<S>& rays) {
 template <Scalar S>
 void RayTree<S>::build(const RayBatch<S>& rays, Places places, std::size_t parent) {
   // The standard library leaves parts in any order. Sums of floats depend on it.
-  std::sort(places.data(), places.data() + places.size());
+  sort_places(places);
   const std::size_t id = nodes_.size();
   RayTreeNode<S> node;
   node.first = static_cast<std::uint32_t>(places.data() - order_.data());
@@ -8012,7 +8025,7 @@ template <Scalar S>
 void RayTree<S>::split_into_packets(const RayBatch<S>& rays, Places places) {
   if (places.size() <= packet_size) {
     // The standard library left them in any order.
-    std::sort(places.data(), places.data() + places.size());
+    sort_places(places);
     return;
   }
   const std::size_t first = split_rays(rays, places, packet_size);
@@ -15462,7 +15475,7 @@ struct HostStep {
 
 /// Returns whether the engine moves a mirrored body.
 template <Scalar S>
-[[nodiscard]] bool is_mobile(const WorldState<S>& world, std::uint32_t slot) {
+[[nodiscard]] bool is_moved_by_engine(const WorldState<S>& world, std::uint32_t slot) {
   return world.bodies.at(slot).motion != Motion::fixed;
 }
 
@@ -15559,7 +15572,7 @@ class HostSensors {
     step_.mobilities.clear();
     for (std::size_t k = 0; k < touched.size(); ++k) {
       for (std::size_t l = 0; l <= k; ++l) {
-        if (k == l ? !detail::is_mobile(state(), touched[k])
+        if (k == l ? !detail::is_moved_by_engine(state(), touched[k])
                    : !step_.are_coupled(touched[k], touched[l])) {
           continue;
         }
@@ -20573,13 +20586,13 @@ void for_face_normals(const Self& shape, const Try& try_axis) {
   if constexpr (std::is_same_v<Self, Box<S>>) {
     for (int axis = 0; axis < 3; ++axis) {
       try_axis(unit_vector<Vec3<S>>(axis));
-      try_axis(Vec3<S>(-unit_vector<Vec3<S>>(axis)));
+      try_axis(-unit_vector<Vec3<S>>(axis));
     }
   } else if constexpr (std::is_same_v<Self, Cylinder<S>>) {
     try_axis(unit_z<Vec3<S>>());
-    try_axis(Vec3<S>(-unit_z<Vec3<S>>()));
+    try_axis(-unit_z<Vec3<S>>());
   } else if constexpr (std::is_same_v<Self, Cone<S>>) {
-    try_axis(Vec3<S>(-unit_z<Vec3<S>>()));
+    try_axis(-unit_z<Vec3<S>>());
   } else if constexpr (std::is_same_v<Self, ConvexHull<S>>) {
     for (const Vec3<S>& n : shape.face_normals) try_axis(n);
   } else if constexpr (std::is_same_v<Self, Plate<S>>) {
@@ -23875,6 +23888,8 @@ struct PackCast {
 
 template <Scalar S, typename ConvexShape>
 void cast_packs(const PackCast<S>& self, RayRows<S> rows, std::size_t first, std::size_t end) {
+  // What the loop needs is copied: for all that a compiler knows, it writes hits over the
+  // originals.
   const auto& shape = *static_cast<const ConvexShape*>(self.shape);
   const Mat3<S> R_RC = self.R_RC;
   const Mat3<S> R_CR = self.R_CR;
@@ -23906,10 +23921,9 @@ void cast_packs(const PackCast<S>& self, RayRows<S> rows, std::size_t first, std
       continue;
     }
     const std::uint32_t met = bits(is_nearer);
-    // Compilers vectorise this selection. It works by masks, on a number that no tag can overwrite.
-    const std::uint32_t own = tag;
+    // Compilers vectorise this selection, since it works by masks.
     for (std::uint32_t k = 0; k < lanes<S>; ++k) {
-      tags[k] ^= (tags[k] ^ own) & (0u - (met >> k & 1u));
+      tags[k] ^= (tags[k] ^ tag) & (0u - (met >> k & 1u));
     }
   }
 }
@@ -38972,7 +38986,7 @@ void HostStage<S>::deliver(State& state, Step& step) {
   const S dt = state.def.time_step;
   step.wrenches.clear();
   const auto give = [&](std::uint32_t slot, const Wrench<S>& wrench) {
-    if (!is_mobile(state, slot)) return;
+    if (!is_moved_by_engine(state, slot)) return;
     // From the mirrored centre of mass to the engine's.
     step.wrenches.push_back({slot, wrench.shifted(-step.bodies[slot].shift)});
   };

@@ -101,22 +101,32 @@ template <typename S>
 /// Text of a value: returns text unchanged.
 [[nodiscard]] inline std::string to_text(const char* value) { return value; }
 
-/// Raises InvalidArgument{field, value, rule}. This is a function of its own, so that the many
-/// checks stay small.
-[[noreturn]] BRISTLE_COLD inline void raise_invalid(std::string_view field, std::string value,
-                                                    std::string_view rule) {
-  raise(InvalidArgument(std::string(field), std::move(value), std::string(rule)));
-}
+/// Raises InvalidArgument{field, value, rule}. What raises is in functions of its own, so that the
+/// many checks stay small.
 template <typename S>
-[[noreturn]] BRISTLE_COLD void raise_broken_rule(std::string_view field, const S& value,
-                                                 std::string_view rule) {
-  raise_invalid(field, to_text(value), rule);
+[[noreturn]] BRISTLE_COLD void raise_invalid(std::string_view field, const S& value,
+                                             std::string_view rule) {
+  raise(InvalidArgument(std::string(field), to_text(value), std::string(rule)));
+}
+/// The same for a number whose square is not finite.
+template <typename S>
+[[noreturn]] BRISTLE_COLD void raise_too_large(std::string_view field, const S& value) {
+  raise_invalid(
+      field, value,
+      "must be at most " + to_text(largest_number<S>) + " in size: its square has to be finite");
+}
+/// The same for a divisor whose inverse has no finite square.
+template <typename S>
+[[noreturn]] BRISTLE_COLD void raise_too_small(std::string_view field, const S& value) {
+  raise_invalid(field, value,
+                "must be at least " + to_text(S(1) / largest_number<S>) +
+                    ": the square of its inverse has to be finite");
 }
 
 /// Raises InvalidArgument{field, value, rule} unless `holds`.
 template <typename S>
 void require(bool holds, std::string_view field, const S& value, std::string_view rule) {
-  if (!holds) raise_broken_rule(field, value, rule);
+  if (!holds) raise_invalid(field, value, rule);
 }
 
 /// Returns whether a number is finite and has all its digits. It is then neither zero nor
@@ -131,10 +141,7 @@ template <typename S>
 /// Raises InvalidArgument if the square of a finite number is not finite.
 template <typename S>
 void require_finite_square(std::string_view field, const S& value) {
-  if (has_finite_square(value)) return;
-  raise(InvalidArgument(
-      std::string(field), to_text(value),
-      "must be at most " + to_text(largest_number<S>) + " in size: its square has to be finite"));
+  if (!has_finite_square(value)) raise_too_large(field, value);
 }
 
 /// Raises InvalidArgument unless a number and its square are finite.
@@ -152,10 +159,7 @@ void require_positive(std::string_view field, const S& value) {
   using std::isfinite;
   require(isfinite(value) && value > S(0), field, value, "must be finite and > 0");
   require_finite_square(field, value);
-  if (value * largest_number<S> >= S(1)) return;
-  raise(InvalidArgument(std::string(field), to_text(value),
-                        "must be at least " + to_text(S(1) / largest_number<S>) +
-                            ": the square of its inverse has to be finite"));
+  if (!(value * largest_number<S> >= S(1))) raise_too_small(field, value);
 }
 
 /// Raises InvalidArgument unless a number is finite and >= 0. Its square must be finite, too.
@@ -166,20 +170,19 @@ void require_not_negative(std::string_view field, const S& value) {
   require_finite_square(field, value);
 }
 
-/// Applies `require_finite` to numbers. The message names the first one that fails.
+/// Raises what is wrong with number `i` of a field.
 template <typename S>
-BRISTLE_COLD void require_all_finite(std::string_view field, const S* values,
-                                     std::ptrdiff_t count) {
-  for (std::ptrdiff_t i = 0; i < count; ++i) {
-    if (has_finite_square(values[i])) continue;
-    require_finite(std::string(field) + "[" + std::to_string(i) + "]", values[i]);
-  }
+BRISTLE_COLD void raise_entry(std::string_view field, std::ptrdiff_t i, const S& value) {
+  require_finite(std::string(field) + "[" + std::to_string(i) + "]", value);
 }
 
-/// Applies `require_finite` to every coefficient of a matrix of Eigen.
+/// Applies `require_finite` to every coefficient of an Eigen expression. The message names the
+/// first one that fails.
 template <typename Matrix>
 void require_all_finite(std::string_view field, const Matrix& values) {
-  require_all_finite(field, values.data(), values.size());
+  for (std::ptrdiff_t i = 0; i < values.size(); ++i) {
+    if (!has_finite_square(values.coeff(i))) raise_entry(field, i, values.coeff(i));
+  }
 }
 
 }  // namespace detail

@@ -21,8 +21,8 @@ namespace bristle::inline BRISTLE_ABI {
 namespace detail {
 
 /// Addresses of a `JointKernels`, a `HapticKernels`, a `HostKernels`, and of a `WorldKernels` for
-/// each backend, in the scalar that the function's name has. Null for a backend that the library
-/// was built without.
+/// each backend, in the scalar that the function's name has. `fcl_world` is null in a library that
+/// was built without FCL.
 struct KernelTables {
   const void* joint = nullptr;
   const void* haptic = nullptr;

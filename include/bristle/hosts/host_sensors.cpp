@@ -5,23 +5,17 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-template <>
-const detail::HostKernels<float>& detail::host_kernels<float>() {
-  return *static_cast<const detail::HostKernels<float>*>(chosen_kernels_float().host);
-}
-template struct detail::HostStep<float>;
-template class HostSensors<float, AnalyticBackend>;
+#define BRISTLE_HOSTS(S)                                                                  \
+  template <>                                                                             \
+  const detail::HostKernels<S>& detail::host_kernels<S>() {                               \
+    return *static_cast<const detail::HostKernels<S>*>(BRISTLE_CHOSEN_KERNELS(S)().host); \
+  }                                                                                       \
+  template struct detail::HostStep<S>;                                                    \
+  template class HostSensors<S, AnalyticBackend>;
+BRISTLE_HOSTS(float)
+BRISTLE_HOSTS(double)
 #if defined(BRISTLE_WITH_FCL)
 template class HostSensors<float, FclBackend>;
-#endif
-
-template <>
-const detail::HostKernels<double>& detail::host_kernels<double>() {
-  return *static_cast<const detail::HostKernels<double>*>(chosen_kernels_double().host);
-}
-template struct detail::HostStep<double>;
-template class HostSensors<double, AnalyticBackend>;
-#if defined(BRISTLE_WITH_FCL)
 template class HostSensors<double, FclBackend>;
 #endif
 

@@ -184,7 +184,7 @@ struct HostStep {
 
 /// Returns whether the engine moves a mirrored body.
 template <Scalar S>
-[[nodiscard]] bool is_mobile(const WorldState<S>& world, std::uint32_t slot) {
+[[nodiscard]] bool is_moved_by_engine(const WorldState<S>& world, std::uint32_t slot) {
   return world.bodies.at(slot).motion != Motion::fixed;
 }
 
@@ -281,7 +281,7 @@ class HostSensors {
     step_.mobilities.clear();
     for (std::size_t k = 0; k < touched.size(); ++k) {
       for (std::size_t l = 0; l <= k; ++l) {
-        if (k == l ? !detail::is_mobile(state(), touched[k])
+        if (k == l ? !detail::is_moved_by_engine(state(), touched[k])
                    : !step_.are_coupled(touched[k], touched[l])) {
           continue;
         }

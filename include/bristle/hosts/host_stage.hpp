@@ -281,7 +281,7 @@ void HostStage<S>::deliver(State& state, Step& step) {
   const S dt = state.def.time_step;
   step.wrenches.clear();
   const auto give = [&](std::uint32_t slot, const Wrench<S>& wrench) {
-    if (!is_mobile(state, slot)) return;
+    if (!is_moved_by_engine(state, slot)) return;
     // From the mirrored centre of mass to the engine's.
     step.wrenches.push_back({slot, wrench.shifted(-step.bodies[slot].shift)});
   };

@@ -1,5 +1,5 @@
 /// @file
-/// Sums and products of small vectors and matrices, as values.
+/// Sums, products, comparisons, inverses and constants of small vectors and matrices, as values.
 ///
 /// The operators of Eigen give expressions. Each formula has a type of its own, with some hundred
 /// functions to make and inline. That was more than half of a compiler's work on this library.
@@ -74,10 +74,12 @@ template <SmallMatrix M>
 }
 
 /// The matrix whose entries are `make(row, column)`.
-template <typename Value, typename Make>
+template <SmallMatrix Value, typename Make>
 [[nodiscard]] BRISTLE_FORCE_INLINE Value matrix_of(const Make& make) {
   constexpr int rows = Value::RowsAtCompileTime;
   constexpr int columns = Value::ColsAtCompileTime;
+  constexpr int row_step = Value::IsRowMajor ? columns : 1;
+  constexpr int column_step = Value::IsRowMajor ? 1 : rows;
   if constexpr (rows == 3 && columns == 1) {
     return {make(0, 0), make(1, 0), make(2, 0)};
   } else {
@@ -85,45 +87,48 @@ template <typename Value, typename Make>
     BRISTLE_UNROLL
     for (int column = 0; column < columns; ++column) {
       BRISTLE_UNROLL
-      for (int row = 0; row < rows; ++row) value.data()[column * rows + row] = make(row, column);
+      for (int row = 0; row < rows; ++row) {
+        value.data()[column * column_step + row * row_step] = make(row, column);
+      }
     }
     return value;
   }
 }
 
 /// The matrix whose entries all have one value.
-template <typename Value>
+template <SmallMatrix Value>
 [[nodiscard]] BRISTLE_FORCE_INLINE Value filled(const typename Value::Scalar& value) {
   return matrix_of<Value>([&](int, int) BRISTLE_FORCE_INLINE_LAMBDA { return value; });
 }
-template <typename Value>
+template <SmallMatrix Value>
 [[nodiscard]] BRISTLE_FORCE_INLINE Value zero() {
   return filled<Value>(typename Value::Scalar(0));
 }
-template <typename Value>
+template <SmallMatrix Value>
 BRISTLE_FORCE_INLINE void set_zero(Value& value) {
   value = zero<Value>();
 }
-template <typename Value>
+template <SmallMatrix Value>
 [[nodiscard]] BRISTLE_FORCE_INLINE Value identity() {
   using S = typename Value::Scalar;
   return matrix_of<Value>([](int i, int j) BRISTLE_FORCE_INLINE_LAMBDA { return S(i == j); });
 }
 /// The unit vector along an axis: 0 is x.
-template <typename Value>
-[[nodiscard]] BRISTLE_FORCE_INLINE Value unit_vector(Eigen::Index axis) {
+template <SmallMatrix Value>
+requires(int{Value::ColsAtCompileTime} == 1)  //
+    [[nodiscard]] BRISTLE_FORCE_INLINE Value unit_vector(Eigen::Index axis) {
   using S = typename Value::Scalar;
   return matrix_of<Value>([&](int i, int) BRISTLE_FORCE_INLINE_LAMBDA { return S(i == axis); });
 }
-template <typename Value>
+template <SmallMatrix Value>
 [[nodiscard]] BRISTLE_FORCE_INLINE Value unit_x() {
   return unit_vector<Value>(0);
 }
-template <typename Value>
+template <SmallMatrix Value>
 [[nodiscard]] BRISTLE_FORCE_INLINE Value unit_y() {
   return unit_vector<Value>(1);
 }
-template <typename Value>
+template <SmallMatrix Value>
 [[nodiscard]] BRISTLE_FORCE_INLINE Value unit_z() {
   return unit_vector<Value>(2);
 }

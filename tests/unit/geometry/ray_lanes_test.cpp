@@ -131,30 +131,46 @@ TEST_CASE_TEMPLATE(
   CHECK(hits > 250 * static_cast<int>(lanes<S>));
 }
 
-TEST_CASE_TEMPLATE("cast_rays: any number of rays, from any on, and no other", S, float, double) {
+TEST_CASE_TEMPLATE("cast_rays: any range of rays or packets, and no other ray", S, float, double) {
   const auto made = AnalyticBackend::make<S>(Shape<S>{Sphere<S>{S(0.03)}});
-  constexpr std::size_t most = 2 * lanes<S> + 1;
+  constexpr std::size_t most = 2 * packet_size + 1;
   for (std::size_t count = 0; count <= most; ++count) {
     // Arrays of exactly `count`, so that a sanitizer sees what lies behind them. Each ray goes down
-    // to the ball from a height of its own, and the third beside it.
-    std::vector<S> x(count, S(0)), zero(count, S(0)), z(count), down(count, S(-1)),
-        lengths(count, S(9));
+    // to the ball from a height of its own, and the third beside it. The fifth was hit before.
+    std::vector<S> x(count, S(0)), none(count, S(0)), z(count), down(count, S(-1));
+    std::vector<S> lengths(count, S(99));
     for (std::size_t i = 0; i < count; ++i) z[i] = S(1) + S(i);
     if (count > 2) x[2] = S(1);
-    for (std::size_t first = 0; first < count; ++first) {
+    const auto check = [&](RayBatch<S> rays, const auto& is_asked) {
       RayHits<S> hits;
       hits.reset(count);
-      RayBatch<S> rays{x, zero, z, zero, zero, down, lengths};
-      rays.range.first = static_cast<std::uint32_t>(first);
+      if (count > 4) hits.offer(4, {S(0.5), {S(1), S(0), S(0)}}, 3);
       AnalyticBackend::cast_rays<S>(made, Transform<S>{}, rays, 5, hits);
       for (std::size_t i = 0; i < count; ++i) {
-        const bool is_hit = i >= first && i != 2 && z[i] - S(0.03) <= S(9);
-        CHECK(hits.tag[i] == (is_hit ? 5u : 0xffffffffu));
-        // Three roundings of numbers up to 40.
-        CHECK((is_hit ? std::abs(hits.distance[i] - (z[i] - S(0.03))) <=
-                            S(120) * std::numeric_limits<S>::epsilon()
-                      : hits.distance[i] == infinity<S>));
+        const bool is_hit = is_asked(i) && i != 2 && i != 4;
+        CHECK(hits.tag[i] == (is_hit ? 5u : (i == 4 ? 3u : 0xffffffffu)));
+        if (!is_hit) {
+          CHECK(hits.distance[i] == (i == 4 ? S(0.5) : infinity<S>));
+          continue;
+        }
+        // Three roundings of numbers up to 40; those of a normal are of numbers over 0.03.
+        constexpr S rounding = S(120) * std::numeric_limits<S>::epsilon();
+        CHECK(std::abs(hits.distance[i] - (z[i] - S(0.03))) <= rounding);
+        CHECK((hits.normal[i] - Vec3<S>(0, 0, 1)).norm() <= rounding / S(0.03));
+      }
+    };
+    RayBatch<S> rays{x, none, z, none, none, down, lengths};
+    for (std::size_t first = 0; first < count; ++first) {
+      for (std::size_t end = first; end <= count; end += packet_size / 2) {
+        rays.range = {static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(end)};
+        check(rays, [&](std::size_t i) { return i >= first && i < end; });
       }
     }
+    rays.range = {};
+    detail::DynamicArray<std::uint32_t> packets;
+    packets.push_back(0);
+    packets.push_back(2);
+    rays.near_packets = &packets;
+    check(rays, [](std::size_t i) { return i < packet_size || i >= 2 * packet_size; });
   }
 }

@@ -145,14 +145,29 @@ TEST_CASE_TEMPLATE("matrix_arithmetic: constants, and comparisons of all entries
   CHECK(detail::unit_x<Vec3<S>>() == Vec3<S>(1, 0, 0));
   CHECK(detail::unit_y<Vec3<S>>() == Vec3<S>(0, 1, 0));
   CHECK(detail::unit_z<Vec3<S>>() == Vec3<S>(0, 0, 1));
+  // Entry (1, 0) of a matrix that is stored by rows.
+  using Rows = Eigen::Matrix<S, 2, 3, Eigen::RowMajor>;
+  const auto by_rows = detail::matrix_of<Rows>([](int i, int j) { return S(10 * i + j); });
+  CHECK(by_rows(1, 0) == S(10));
+  CHECK(by_rows(0, 2) == S(2));
 
+  // Compared out here: doctest would compare where only Eigen's operators are found.
+  const auto are_equal = [](const auto& a, const auto& b) {
+    const bool is_equal = a == b, differs = a != b;
+    CHECK(is_equal == !differs);
+    return is_equal;
+  };
+  const Mat3<S> one = detail::identity<Mat3<S>>();
+  CHECK(are_equal(one, one));
   for (int i = 0; i < 9; ++i) {
-    Mat3<S> m = detail::identity<Mat3<S>>();
+    Mat3<S> m = one;
     m.data()[i] += S(2);
-    CHECK(m != detail::identity<Mat3<S>>());
-    CHECK_FALSE(m == detail::identity<Mat3<S>>());
+    CHECK_FALSE(are_equal(m, one));
+    CHECK(are_equal(m.transpose(), Eigen::Matrix<S, 3, 3, Eigen::RowMajor>(m.transpose())));
+    CHECK(are_equal(m.row(i % 3), m.transpose().col(i % 3).transpose()));
+    CHECK(are_equal(m * one, m));
     m.data()[i] = std::numeric_limits<S>::quiet_NaN();
-    CHECK(m != m);  // NOLINT: NaN differs from itself.
+    CHECK_FALSE(are_equal(m, m));
   }
 }
 

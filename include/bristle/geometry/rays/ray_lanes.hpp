@@ -457,6 +457,8 @@ struct PackCast {
 
 template <Scalar S, typename ConvexShape>
 void cast_packs(const PackCast<S>& self, RayRows<S> rows, std::size_t first, std::size_t end) {
+  // What the loop needs is copied: for all that a compiler knows, it writes hits over the
+  // originals.
   const auto& shape = *static_cast<const ConvexShape*>(self.shape);
   const Mat3<S> R_RC = self.R_RC;
   const Mat3<S> R_CR = self.R_CR;
@@ -488,10 +490,9 @@ void cast_packs(const PackCast<S>& self, RayRows<S> rows, std::size_t first, std
       continue;
     }
     const std::uint32_t met = bits(is_nearer);
-    // Compilers vectorise this selection. It works by masks, on a number that no tag can overwrite.
-    const std::uint32_t own = tag;
+    // Compilers vectorise this selection, since it works by masks.
     for (std::uint32_t k = 0; k < lanes<S>; ++k) {
-      tags[k] ^= (tags[k] ^ own) & (0u - (met >> k & 1u));
+      tags[k] ^= (tags[k] ^ tag) & (0u - (met >> k & 1u));
     }
   }
 }

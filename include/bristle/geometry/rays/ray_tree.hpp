@@ -141,6 +141,11 @@ class RayTree {
   return (a + b + std::sqrt((a + b) * (a + b) + 4 * gaps * a * b)) / (2 * gaps);
 }
 
+/// Sorts numbers of rays. By pointers, since std::sort then is the one of other numbers in a file.
+inline void sort_places(std::span<std::uint32_t> places) {
+  std::sort(places.data(), places.data() + places.size());
+}
+
 /// Divides rays along the longest extent of their starts into two parts of whole `size`s. The cut
 /// is near the middle, at a multiple of the side of a square of `size` rays. Halves would tear the
 /// rows of grids, and torn parts overlap. The part with the lowest starts comes first.
@@ -203,7 +208,7 @@ RayTree<S>::RayTree(const RayBatch<S>& rays) {
 template <Scalar S>
 void RayTree<S>::build(const RayBatch<S>& rays, Places places, std::size_t parent) {
   // The standard library leaves parts in any order. Sums of floats depend on it.
-  std::sort(places.data(), places.data() + places.size());
+  sort_places(places);
   const std::size_t id = nodes_.size();
   RayTreeNode<S> node;
   node.first = static_cast<std::uint32_t>(places.data() - order_.data());
@@ -280,7 +285,7 @@ template <Scalar S>
 void RayTree<S>::split_into_packets(const RayBatch<S>& rays, Places places) {
   if (places.size() <= packet_size) {
     // The standard library left them in any order.
-    std::sort(places.data(), places.data() + places.size());
+    sort_places(places);
     return;
   }
   const std::size_t first = split_rays(rays, places, packet_size);

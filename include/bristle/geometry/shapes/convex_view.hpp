@@ -149,13 +149,13 @@ void for_face_normals(const Self& shape, const Try& try_axis) {
   if constexpr (std::is_same_v<Self, Box<S>>) {
     for (int axis = 0; axis < 3; ++axis) {
       try_axis(unit_vector<Vec3<S>>(axis));
-      try_axis(Vec3<S>(-unit_vector<Vec3<S>>(axis)));
+      try_axis(-unit_vector<Vec3<S>>(axis));
     }
   } else if constexpr (std::is_same_v<Self, Cylinder<S>>) {
     try_axis(unit_z<Vec3<S>>());
-    try_axis(Vec3<S>(-unit_z<Vec3<S>>()));
+    try_axis(-unit_z<Vec3<S>>());
   } else if constexpr (std::is_same_v<Self, Cone<S>>) {
-    try_axis(Vec3<S>(-unit_z<Vec3<S>>()));
+    try_axis(-unit_z<Vec3<S>>());
   } else if constexpr (std::is_same_v<Self, ConvexHull<S>>) {
     for (const Vec3<S>& n : shape.face_normals) try_axis(n);
   } else if constexpr (std::is_same_v<Self, Plate<S>>) {
