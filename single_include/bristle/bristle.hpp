@@ -15290,15 +15290,15 @@ BRISTLE_BACKEND_MAKERS(extern template, FclBackend, double)
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
 namespace bristle::inline BRISTLE_ABI {
 
-#define BRISTLE_COMPILED_WORLDS(S)                             \
+#define BRISTLE_COMPILED_LOOPS(S)                              \
   template <>                                                  \
   const detail::JointKernels<S>& detail::joint_kernels<S>();   \
   template <>                                                  \
   const detail::HapticKernels<S>& detail::haptic_kernels<S>(); \
   extern template class HapticLoop<S>;
-BRISTLE_COMPILED_WORLDS(float)
-BRISTLE_COMPILED_WORLDS(double)
-#undef BRISTLE_COMPILED_WORLDS
+BRISTLE_COMPILED_LOOPS(float)
+BRISTLE_COMPILED_LOOPS(double)
+#undef BRISTLE_COMPILED_LOOPS
 #define BRISTLE_COMPILED_WORLD(S, Backend)                            \
   template <>                                                         \
   const detail::WorldKernels<S>& detail::world_kernels<S, Backend>(); \
@@ -23941,11 +23941,16 @@ void cast_in_packs(const PackCast<S>& cast, const RayBatch<S>& rays, RayHits<S>&
     if (rays.range.first < n) cast(rows, rays.range.first, n);
     return;
   }
-  auto run = std::lower_bound(rays.near_packets->begin(), rays.near_packets->end(),
-                              rays.range.first / packet_size);
-  for (; run != rays.near_packets->end() && *run * packet_size < n; ++run) {
-    const std::size_t first = *run * packet_size;
-    cast(rows, first, std::min(n, first + packet_size));
+  auto near = std::lower_bound(rays.near_packets->begin(), rays.near_packets->end(),
+                               rays.range.first / packet_size);
+  // Neighbours are cast at once: a packet may be a single pack.
+  while (near != rays.near_packets->end() && *near * packet_size < n) {
+    const std::size_t first = *near * packet_size;
+    std::size_t end = first;
+    for (; near != rays.near_packets->end() && *near * packet_size == end; ++near) {
+      end += packet_size;
+    }
+    cast(rows, first, std::min(n, end));
   }
 }
 
@@ -39080,8 +39085,8 @@ void HostSensors<S, Backend>::take_hits(detail::SensorPatch<S>& patch) {
                     "must be the index of another body that is mirrored");
     const RayHit<S> hit{host_hits_.distance[i], host_hits_.normal[i]};
     const bool is_valid = hit.distance >= S(0) && detail::has_finite_square(hit.normal);
-    if (is_valid && step_.bodies[tag].is_there)
-      patch.hits.offer(i, hit, detail::first_host_tag | tag);
+    if (!is_valid || !step_.bodies[tag].is_there) continue;
+    patch.hits.offer(i, hit, detail::first_host_tag | tag);
   }
 }
 

@@ -377,8 +377,8 @@ void HostSensors<S, Backend>::take_hits(detail::SensorPatch<S>& patch) {
                     "must be the index of another body that is mirrored");
     const RayHit<S> hit{host_hits_.distance[i], host_hits_.normal[i]};
     const bool is_valid = hit.distance >= S(0) && detail::has_finite_square(hit.normal);
-    if (is_valid && step_.bodies[tag].is_there)
-      patch.hits.offer(i, hit, detail::first_host_tag | tag);
+    if (!is_valid || !step_.bodies[tag].is_there) continue;
+    patch.hits.offer(i, hit, detail::first_host_tag | tag);
   }
 }
 

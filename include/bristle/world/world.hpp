@@ -376,15 +376,15 @@ class World {
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
 namespace bristle::inline BRISTLE_ABI {
 
-#define BRISTLE_COMPILED_WORLDS(S)                             \
+#define BRISTLE_COMPILED_LOOPS(S)                              \
   template <>                                                  \
   const detail::JointKernels<S>& detail::joint_kernels<S>();   \
   template <>                                                  \
   const detail::HapticKernels<S>& detail::haptic_kernels<S>(); \
   extern template class HapticLoop<S>;
-BRISTLE_COMPILED_WORLDS(float)
-BRISTLE_COMPILED_WORLDS(double)
-#undef BRISTLE_COMPILED_WORLDS
+BRISTLE_COMPILED_LOOPS(float)
+BRISTLE_COMPILED_LOOPS(double)
+#undef BRISTLE_COMPILED_LOOPS
 #define BRISTLE_COMPILED_WORLD(S, Backend)                            \
   template <>                                                         \
   const detail::WorldKernels<S>& detail::world_kernels<S, Backend>(); \

@@ -167,10 +167,14 @@ TEST_CASE_TEMPLATE("cast_rays: any range of rays or packets, and no other ray", 
       }
     }
     rays.range = {};
-    detail::DynamicArray<std::uint32_t> packets;
-    packets.push_back(0);
-    packets.push_back(2);
-    rays.near_packets = &packets;
-    check(rays, [](std::size_t i) { return i < packet_size || i >= 2 * packet_size; });
+    // Neighbours, and packets with one between them.
+    for (const std::uint32_t skipped : {0u, 1u}) {
+      detail::DynamicArray<std::uint32_t> packets;
+      for (const std::uint32_t packet : {0u, 1u, 2u}) {
+        if (packet != skipped) packets.push_back(packet);
+      }
+      rays.near_packets = &packets;
+      check(rays, [&](std::size_t i) { return i / packet_size != skipped; });
+    }
   }
 }

@@ -510,11 +510,16 @@ void cast_in_packs(const PackCast<S>& cast, const RayBatch<S>& rays, RayHits<S>&
     if (rays.range.first < n) cast(rows, rays.range.first, n);
     return;
   }
-  auto run = std::lower_bound(rays.near_packets->begin(), rays.near_packets->end(),
-                              rays.range.first / packet_size);
-  for (; run != rays.near_packets->end() && *run * packet_size < n; ++run) {
-    const std::size_t first = *run * packet_size;
-    cast(rows, first, std::min(n, first + packet_size));
+  auto near = std::lower_bound(rays.near_packets->begin(), rays.near_packets->end(),
+                               rays.range.first / packet_size);
+  // Neighbours are cast at once: a packet may be a single pack.
+  while (near != rays.near_packets->end() && *near * packet_size < n) {
+    const std::size_t first = *near * packet_size;
+    std::size_t end = first;
+    for (; near != rays.near_packets->end() && *near * packet_size == end; ++near) {
+      end += packet_size;
+    }
+    cast(rows, first, std::min(n, end));
   }
 }
 
