@@ -2137,20 +2137,7 @@ class EnvelopeMatrix {
 
   /// x := A^-1 x, after `factor`.
   void solve(S* x) const {
-    for (std::size_t i = 0; i < blocks(); ++i) {
-      S own[Block6<S>::stride] = {};
-      std::copy_n(x + 6 * i, 6, own);
-      Six<S> rest = Six<S>::load(own);
-      for (std::size_t j = 6 * first_[i]; j < 6 * i; ++j) {
-        rest.subtract(x[j], Six<S>::load(column(i, j)));
-      }
-      rest.store(own);
-      for (std::size_t a = 0; a < 6; ++a) {
-        const S* const below = column(i, 6 * i + a);
-        x[6 * i + a] = own[a] / below[a];
-        for (std::size_t b = a + 1; b < 6; ++b) own[b] -= below[b] * x[6 * i + a];
-      }
-    }
+    for (std::size_t i = 0; i < blocks(); ++i) solve_lower(i, first_[i], x);
     for (std::size_t i = blocks(); i-- > 0;) {
       for (std::size_t a = 6; a-- > 0;) {
         const S* const below = column(i, 6 * i + a);
@@ -2161,8 +2148,36 @@ class EnvelopeMatrix {
     }
   }
 
+  /// Returns whether x^T A^-1 x > bound, after `factor`. That is the square of L^-1 x, a sum that
+  /// only grows, so that its first blocks mostly tell.
+  /// @param x      Is overwritten.
+  /// @param start  First block of x that is not zero.
+  [[nodiscard]] bool responds_by(const S& bound, S* x, std::size_t start) const {
+    S sum = S(0);
+    for (std::size_t i = start; i < blocks(); ++i) {
+      solve_lower(i, std::max<std::size_t>(start, first_[i]), x);
+      sum += dot6(x + 6 * i, x + 6 * i);
+      if (sum > bound) return true;
+    }
+    return false;
+  }
+
  private:
   static constexpr std::size_t stride = Block6<S>::stride;
+
+  /// Finds block i of L^-1 x from those before it. Those before `from` are zero.
+  void solve_lower(std::size_t i, std::size_t from, S* x) const {
+    S own[Block6<S>::stride] = {};
+    std::copy_n(x + 6 * i, 6, own);
+    Six<S> rest = Six<S>::load(own);
+    for (std::size_t j = 6 * from; j < 6 * i; ++j) rest.subtract(x[j], Six<S>::load(column(i, j)));
+    rest.store(own);
+    for (std::size_t a = 0; a < 6; ++a) {
+      const S* const below = column(i, 6 * i + a);
+      x[6 * i + a] = own[a] / below[a];
+      for (std::size_t b = a + 1; b < 6; ++b) own[b] -= below[b] * x[6 * i + a];
+    }
+  }
 
   /// The six entries of a block row in a column.
   [[nodiscard]] S* column(std::size_t block, std::size_t j) {
@@ -2237,6 +2252,8 @@ enum class RowSide : std::uint8_t { inside, at_bound, sliding };
 template <typename Real>
 struct IslandRow {
   static constexpr std::uint32_t none = 0xffffffffu;
+  /// [1] Least eps. Below it round-off of the stiffness M^-1 J^T J / eps shows.
+  static constexpr double least_eps = 1e-6;
 
   // What decides the branch of a row fills the first cache line.
   std::uint32_t a = none;  // First unknown of each body; `none` if it has none.
@@ -2281,9 +2298,14 @@ struct IslandRow {
   [[nodiscard]] Real clamped(Real x) const {
     return kind == RowKind::free ? x : std::min(std::max(x, lower), upper);
   }
+  /// [velocity per impulse] R = eps K. A large eps keeps a step from leaving the branch of its law.
+  /// A row without bounds has one branch, so its eps is the least at once.
+  [[nodiscard]] Real regularisation(Real eps) const {
+    return (kind == RowKind::free ? std::min(eps, Real(least_eps)) : eps) * response;
+  }
   /// [velocity per impulse] R plus the row's own compliance. It is the inverse of the slope of
   /// lambda+.
-  [[nodiscard]] Real softness(Real eps) const { return eps * response + compliance; }
+  [[nodiscard]] Real softness(Real eps) const { return regularisation(eps) + compliance; }
   /// The multiplier without its bounds, at a share s of the way along the step.
   [[nodiscard]] Real proposed(Real eps, Real s) const {
     if (!(response > Real(0))) return Real(0);
@@ -2754,15 +2776,17 @@ class CoulombNewton {
     answer.residual = infinity<Real>;
 
     Real factored_eps = Real(-1);  // No factor yet.
-    Real least_eps = Real(1e-6);
+    Real least_eps = Real(Row::least_eps);
     Real nearest = infinity<Real>;  // Least distance of all steps from this centre.
     Real before = infinity<Real>;
     Real at_centre = infinity<Real>;
     Real last_left = infinity<Real>;
     int centres = 0;
+    bool is_solved = false;
     for (int i = 0; i < std::min(problem.most_steps, most_iterations); ++i) {
       const bool has_switched = linearise(rows, eps);
       const bool is_fresh = has_switched || factored_eps != eps;
+      if (is_solved && is_fresh) break;
       find_gradient(problem);
       if (is_fresh) {
         if (!factor(problem)) break;
@@ -2775,14 +2799,20 @@ class CoulombNewton {
       const Distances distances = measure(rows, eps);
       answer.slip = distances.slip;
       const Real left = distances.law;
-      if (left <= problem.tolerance) {
+      if (left <= problem.tolerance && left < answer.residual) {
         answer.residual = left;
         best_ = impulse_;
         move_into_bounds(rows, best_);
         best_v_ = v_;
         answer.change = largest_change(velocity_);
-        break;
+        // One more step with the same factor costs little, and leaves round-off. What rests then
+        // needs no step at all in the next one.
+        if (is_solved) break;
+        is_solved = true;
+        centre_ = impulse_;
+        continue;
       }
+      if (is_solved) break;
       if (left < answer.residual) judge(problem, answer);
       // What is good enough is improved as long as that is cheap. A motion that goes on as it is
       // then needs no Newton step at all in the next step.
@@ -2910,9 +2940,9 @@ class CoulombNewton {
     nearest_impulse_ = impulse_;
   }
 
-  /// w~ of row k, whose response is that of `row`.
+  /// w~ of row k, whose kind and response are those of `row`.
   [[nodiscard]] Real compliant(const Row& row, std::size_t k, Real eps) const {
-    return velocity_[k] + eps * row.response * (impulse_[k] - centre_[k]);
+    return velocity_[k] + row.regularisation(eps) * (impulse_[k] - centre_[k]);
   }
 
   /// Finds the branch of each row.
@@ -30927,6 +30957,120 @@ class IslandOrder {
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
+// === bristle/dynamics/solver/joint_locks.hpp
+
+/// @file
+/// Which rows may need a motion that joints lock, as far as the joints' graph tells.
+///
+/// A finger on a slide that is pushed across it gives way nowhere
+/// (docs/decisions/0009-locked-contact-directions.md). Most rows are safe from that, wherever their
+/// bodies are:
+///  - Bodies in different sets of jointed bodies. One of the sets at least is not held by anything
+///    immovable. It moves as a whole, and the row with it.
+///  - Motors and limits in a set without loops. Their joint can move while all others rest.
+/// The rest are tested by numbers.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/core/disjoint_sets.hpp
+
+/// @file
+/// Disjoint sets of numbers, joined two by two.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstddef>
+#include <cstdint>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Union-find over [0, count). Each set is named by its lowest member, whatever the order of joins.
+/// Allocates only when it grows.
+class DisjointSets {
+ public:
+  /// Makes every number a set of its own.
+  void reset(std::size_t count) {
+    parent_.resize(count);
+    for (std::uint32_t i = 0; i < count; ++i) parent_[i] = i;
+  }
+
+  /// The lowest member of a number's set.
+  [[nodiscard]] std::uint32_t find(std::uint32_t i) {
+    while (parent_[i] != i) {
+      parent_[i] = parent_[parent_[i]];
+      i = parent_[i];
+    }
+    return i;
+  }
+
+  /// Joins the sets of two numbers.
+  void join(std::uint32_t a, std::uint32_t b) {
+    const std::uint32_t anchor_a = find(a);
+    const std::uint32_t anchor_b = find(b);
+    if (anchor_a < anchor_b) {
+      parent_[anchor_b] = anchor_a;
+    } else {
+      parent_[anchor_a] = anchor_b;
+    }
+  }
+
+ private:
+  DynamicArray<std::uint32_t> parent_;
+};
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// The graph of an island's joints. Bodies are numbers below `ground()`, which stands for all that
+/// cannot move.
+class JointLocks {
+ public:
+  /// Starts an island of so many movable bodies, without joints.
+  void reset(std::size_t bodies) {
+    ground_ = static_cast<std::uint32_t>(bodies);
+    sets_.reset(bodies + 1);
+    closing_.clear();
+    has_loop_.assign(bodies + 1, false);
+  }
+  /// Number of all immovable bodies together.
+  [[nodiscard]] std::uint32_t ground() const { return ground_; }
+
+  /// Adds a joint, or whatever else holds one body against another.
+  void join(std::uint32_t a, std::uint32_t b) {
+    if (sets_.find(a) == sets_.find(b)) closing_.push_back(a);
+    sets_.join(a, b);
+  }
+  /// Adds the locked axes of a body. They hold it against the world in part, beside its joints.
+  void hold(std::uint32_t body) {
+    sets_.join(body, ground_);
+    closing_.push_back(body);
+  }
+  /// Ends the list of joints.
+  void finish() {
+    for (const std::uint32_t body : closing_) has_loop_[sets_.find(body)] = true;
+  }
+
+  /// Returns whether joints may lock a contact between two bodies.
+  [[nodiscard]] bool may_lock_contact(std::uint32_t a, std::uint32_t b) {
+    return sets_.find(a) == sets_.find(b);
+  }
+  /// Returns whether other joints may lock the motor or a limit of a joint between two bodies.
+  [[nodiscard]] bool may_lock_joint(std::uint32_t a, std::uint32_t b) {
+    return sets_.find(a) == sets_.find(b) && has_loop_[sets_.find(a)];
+  }
+
+ private:
+  std::uint32_t ground_ = 0;
+  DisjointSets sets_;
+  DynamicArray<std::uint32_t> closing_;  // A body of each loop.
+  DynamicArray<bool> has_loop_;          // By set.
+};
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -30983,6 +31127,7 @@ class IslandRows {
       const Real response = std::max({last[0].response, last[-1].response, last[-2].response});
       last[0].response = last[-1].response = last[-2].response = response;
     }
+    contact_rows_ = rows_.size();
     for (const std::uint32_t i : island.blocks) {
       const ConstraintBlock<S>& block = constraints.blocks[i];
       for (std::uint32_t r = block.first; r < block.first + block.count; ++r) {
@@ -31014,6 +31159,7 @@ class IslandRows {
       if (c.parts) row.lower = row.lambda;
       row.kind = Kind::bounded;
     }
+    contact_rows_ = rows_.size();
     for (const std::uint32_t i : island.blocks) {
       const ConstraintBlock<S>& block = constraints.blocks[i];
       for (std::uint32_t r = block.first; r < block.first + corrected_rows(block); ++r) {
@@ -31059,12 +31205,6 @@ class IslandRows {
     return {{S(u[0]), S(u[1]), S(u[2])}, {S(u[3]), S(u[4]), S(u[5])}};
   }
 
-  /// Returns whether there are joints beside other rows. Such rows may need motions that joints
-  /// lock.
-  [[nodiscard]] bool has_joints_beside_others() const {
-    return can_switch_ && std::any_of(rows_.begin(), rows_.end(),
-                                      [](const Row& row) { return row.kind == Kind::free; });
-  }
   /// Adds J^T J / (eps K) of the joints alone.
   void add_joints(Real eps, EnvelopeMatrix<Real>& h) const {
     for (const Row& row : rows_) {
@@ -31072,16 +31212,20 @@ class IslandRows {
       add_square(h, Real(1) / (eps * row.response), row);
     }
   }
-  /// Drops rows whose response in a factored matrix is less than `share` of their own response. A
-  /// contact is dropped with its normal.
+  /// Lists the rows that may need motions which joints lock.
+  /// @return Whether there are any.
+  bool find_lockable(const Island& island, const Constraints<S>& constraints,
+                     std::span<const SolverBody<S>> bodies);
+  /// Drops those of the listed rows whose response in a factored matrix is at most `share` of their
+  /// own response. A contact is dropped with its normal.
   void drop_locked(const EnvelopeMatrix<Real>& factored, Real share, DynamicArray<Real>& scratch) {
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
+    for (const std::size_t i : lockable_) {
       Row& row = rows_[i];
-      if (row.kind == Kind::free || row.kind == Kind::tangent) continue;
       scratch.assign(unknowns_, Real(0));
       row.add_to(scratch, Real(1));
-      factored.solve(scratch.data());
-      if (row.times(scratch) > share * row.response) continue;
+      // An immovable body has the largest number.
+      const std::uint32_t first = std::min(row.a, row.b) / 6;
+      if (factored.responds_by(share * row.response, scratch.data(), first)) continue;
       row.response = Real(0);
       if (row.kind == Kind::cone) rows_[i + 1].response = rows_[i + 2].response = Real(0);
     }
@@ -31318,10 +31462,49 @@ class IslandRows {
   std::size_t unknowns_ = 0;
   DynamicArray<std::uint32_t> unknown_, last_, envelope_;
   DynamicArray<Row> rows_;
+  std::size_t contact_rows_ = 0;  // The first rows, up to those of joints.
   bool can_switch_ = false;
+  JointLocks locks_;
+  DynamicArray<std::size_t> lockable_;
 };
 
 // Implementation ----------------------------------------------------------------------------------
+
+template <Scalar S, typename Real>
+bool IslandRows<S, Real>::find_lockable(const Island& island, const Constraints<S>& constraints,
+                                        std::span<const SolverBody<S>> bodies) {
+  lockable_.clear();
+  locks_.reset(island.bodies.size());
+  const auto number = [this](std::uint32_t unknown) {
+    return unknown == none ? locks_.ground() : unknown / 6;
+  };
+  bool has_joints = false;
+  for (const std::uint32_t i : island.blocks) {
+    const ConstraintBlock<S>& block = constraints.blocks[i];
+    if (block.kind != BlockKind::equality) continue;
+    has_joints = true;
+    locks_.join(number(unknown_[block.body_a]), number(unknown_[block.body_b]));
+  }
+  if (!has_joints) return false;
+  for (const std::uint32_t slot : island.bodies) {
+    bool is_locked = false;
+    for (Eigen::Index axis = 0; axis < 6; ++axis) {
+      is_locked = is_locked || bodies[slot].is_locked(axis);
+    }
+    if (is_locked) locks_.hold(number(unknown_[slot]));
+  }
+  locks_.finish();
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    const Row& row = rows_[i];
+    if (row.kind == Kind::free || row.kind == Kind::tangent) continue;
+    const std::uint32_t a = number(row.a);
+    const std::uint32_t b = number(row.b);
+    if (i < contact_rows_ ? locks_.may_lock_contact(a, b) : locks_.may_lock_joint(a, b)) {
+      lockable_.push_back(i);
+    }
+  }
+  return !lockable_.empty();
+}
 
 template <Scalar S, typename Real>
 void IslandRows<S, Real>::add_hessian(Real eps, EnvelopeMatrix<Real>& h) {
@@ -31389,7 +31572,7 @@ class ProximalSolver {
     rows_.number(island, constraints, bodies);
     rows_.add_velocity_rows(island, constraints, bodies);
     make_matrix(island, constraints, bodies);
-    drop_locked_rows();
+    drop_locked_rows(island, constraints, bodies);
     // If all is linear, one step from zero is exact. From anywhere else it would leave the
     // round-off of stiff blocks.
     v_.assign(rows_.unknowns(), Real(0));
@@ -31434,7 +31617,7 @@ class ProximalSolver {
     rows_.number(island, constraints, bodies);
     rows_.add_position_rows(island, constraints, bodies, context.dt);
     make_mass(island, bodies);
-    drop_locked_rows();
+    drop_locked_rows(island, constraints, bodies);
     is_stiff_ = false;
     // Motion without position impulses: the present motion less their effect.
     v_.resize(rows_.unknowns());
@@ -31462,7 +31645,8 @@ class ProximalSolver {
   void make_matrix(const Island& island, const Constraints<S>& constraints,
                    std::span<const SolverBody<S>> bodies);
   void add_soft(const SoftBlock<S>& soft, std::span<const SolverBody<S>> bodies);
-  void drop_locked_rows();
+  void drop_locked_rows(const Island& island, const Constraints<S>& constraints,
+                        std::span<const SolverBody<S>> bodies);
   template <typename SolveLinear>
   void find_transient_impulses(const Island& island, Constraints<S>& constraints,
                                std::span<const SolverBody<S>> bodies,
@@ -31632,8 +31816,9 @@ void ProximalSolver<S>::add_soft(const SoftBlock<S>& soft, std::span<const Solve
 /// could only yield by being torn off (docs/decisions/0009-locked-contact-directions.md). The
 /// remaining response of a row is that of the matrix with all joints held by springs of 1e-9.
 template <Scalar S>
-void ProximalSolver<S>::drop_locked_rows() {
-  if (!rows_.has_joints_beside_others()) return;
+void ProximalSolver<S>::drop_locked_rows(const Island& island, const Constraints<S>& constraints,
+                                         std::span<const SolverBody<S>> bodies) {
+  if (!rows_.find_lockable(island, constraints, bodies)) return;
   hessian_ = matrix_;
   rows_.add_joints(Real(1e-9), hessian_);
   if (!hessian_.factor()) return;
@@ -31668,7 +31853,7 @@ auto ProximalSolver<S>::iterate(Real tolerance, const SolveContext<S>& context,
                                 SolveReport<S>& report) -> Real {
   // A smaller eps is a stiffer penalty. It needs fewer outer iterations, but many Newton steps if
   // one starts from far away. Where no row can switch, the smallest eps is right at once.
-  const Real smallest = Real(1e-6);
+  const Real smallest = Real(IslandRow<Real>::least_eps);
   Real eps = rows_.can_switch() ? Real(1e-3) : smallest;
   Real left = infinity<Real>;
   Real inner = Real(0);
@@ -35178,53 +35363,6 @@ void SensorStage<S>::find_near(const State& state, const SensorPatch<S>& patch,
 /// within the reach of a step, by joints, or by patches with bodies in the range of their rays. The
 /// same reach wakes. So an island next to a moving body does not fall asleep and wake in turns.
 // SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/core/disjoint_sets.hpp
-
-/// @file
-/// Disjoint sets of numbers, joined two by two.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <cstddef>
-#include <cstdint>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// Union-find over [0, count). Each set is named by its lowest member, whatever the order of joins.
-/// Allocates only when it grows.
-class DisjointSets {
- public:
-  /// Makes every number a set of its own.
-  void reset(std::size_t count) {
-    parent_.resize(count);
-    for (std::uint32_t i = 0; i < count; ++i) parent_[i] = i;
-  }
-
-  /// The lowest member of a number's set.
-  [[nodiscard]] std::uint32_t find(std::uint32_t i) {
-    while (parent_[i] != i) {
-      parent_[i] = parent_[parent_[i]];
-      i = parent_[i];
-    }
-    return i;
-  }
-
-  /// Joins the sets of two numbers.
-  void join(std::uint32_t a, std::uint32_t b) {
-    const std::uint32_t anchor_a = find(a);
-    const std::uint32_t anchor_b = find(b);
-    if (anchor_a < anchor_b) {
-      parent_[anchor_b] = anchor_a;
-    } else {
-      parent_[anchor_a] = anchor_b;
-    }
-  }
-
- private:
-  DynamicArray<std::uint32_t> parent_;
-};
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/world/solve_stage.hpp
 

@@ -92,20 +92,7 @@ class EnvelopeMatrix {
 
   /// x := A^-1 x, after `factor`.
   void solve(S* x) const {
-    for (std::size_t i = 0; i < blocks(); ++i) {
-      S own[Block6<S>::stride] = {};
-      std::copy_n(x + 6 * i, 6, own);
-      Six<S> rest = Six<S>::load(own);
-      for (std::size_t j = 6 * first_[i]; j < 6 * i; ++j) {
-        rest.subtract(x[j], Six<S>::load(column(i, j)));
-      }
-      rest.store(own);
-      for (std::size_t a = 0; a < 6; ++a) {
-        const S* const below = column(i, 6 * i + a);
-        x[6 * i + a] = own[a] / below[a];
-        for (std::size_t b = a + 1; b < 6; ++b) own[b] -= below[b] * x[6 * i + a];
-      }
-    }
+    for (std::size_t i = 0; i < blocks(); ++i) solve_lower(i, first_[i], x);
     for (std::size_t i = blocks(); i-- > 0;) {
       for (std::size_t a = 6; a-- > 0;) {
         const S* const below = column(i, 6 * i + a);
@@ -116,8 +103,36 @@ class EnvelopeMatrix {
     }
   }
 
+  /// Returns whether x^T A^-1 x > bound, after `factor`. That is the square of L^-1 x, a sum that
+  /// only grows, so that its first blocks mostly tell.
+  /// @param x      Is overwritten.
+  /// @param start  First block of x that is not zero.
+  [[nodiscard]] bool responds_by(const S& bound, S* x, std::size_t start) const {
+    S sum = S(0);
+    for (std::size_t i = start; i < blocks(); ++i) {
+      solve_lower(i, std::max<std::size_t>(start, first_[i]), x);
+      sum += dot6(x + 6 * i, x + 6 * i);
+      if (sum > bound) return true;
+    }
+    return false;
+  }
+
  private:
   static constexpr std::size_t stride = Block6<S>::stride;
+
+  /// Finds block i of L^-1 x from those before it. Those before `from` are zero.
+  void solve_lower(std::size_t i, std::size_t from, S* x) const {
+    S own[Block6<S>::stride] = {};
+    std::copy_n(x + 6 * i, 6, own);
+    Six<S> rest = Six<S>::load(own);
+    for (std::size_t j = 6 * from; j < 6 * i; ++j) rest.subtract(x[j], Six<S>::load(column(i, j)));
+    rest.store(own);
+    for (std::size_t a = 0; a < 6; ++a) {
+      const S* const below = column(i, 6 * i + a);
+      x[6 * i + a] = own[a] / below[a];
+      for (std::size_t b = a + 1; b < 6; ++b) own[b] -= below[b] * x[6 * i + a];
+    }
+  }
 
   /// The six entries of a block row in a column.
   [[nodiscard]] S* column(std::size_t block, std::size_t j) {

@@ -41,6 +41,21 @@ TEST_CASE_TEMPLATE("EnvelopeMatrix: solves random sparse positive definite syste
     REQUIRE(a.factor());
     a.solve(b.data());
     for (std::size_t i = 0; i < n; ++i) CHECK(std::abs(b[i] - x[i]) < rounding);
+
+    // x^T A^-1 x of a vector that begins in the middle: by the solution, and against bounds.
+    const std::uint32_t start = blocks / 2;
+    for (std::uint32_t i = 0; i < n; ++i) {
+      x[i] = i < 6 * start ? S(0) : random.uniform(S(-1), S(1));
+      b[i] = x[i];
+    }
+    a.solve(b.data());
+    S response = S(0);
+    for (std::uint32_t i = 0; i < n; ++i) response += x[i] * b[i];
+    for (const bool is_above : {true, false}) {
+      product = x;
+      const S bound = response * (is_above ? S(1) - rounding : S(1) + rounding);
+      CHECK(a.responds_by(bound, product.data(), start) == is_above);
+    }
   }
 }
 

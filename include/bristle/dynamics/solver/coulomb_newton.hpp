@@ -97,15 +97,17 @@ class CoulombNewton {
     answer.residual = infinity<Real>;
 
     Real factored_eps = Real(-1);  // No factor yet.
-    Real least_eps = Real(1e-6);
+    Real least_eps = Real(Row::least_eps);
     Real nearest = infinity<Real>;  // Least distance of all steps from this centre.
     Real before = infinity<Real>;
     Real at_centre = infinity<Real>;
     Real last_left = infinity<Real>;
     int centres = 0;
+    bool is_solved = false;
     for (int i = 0; i < std::min(problem.most_steps, most_iterations); ++i) {
       const bool has_switched = linearise(rows, eps);
       const bool is_fresh = has_switched || factored_eps != eps;
+      if (is_solved && is_fresh) break;
       find_gradient(problem);
       if (is_fresh) {
         if (!factor(problem)) break;
@@ -118,14 +120,20 @@ class CoulombNewton {
       const Distances distances = measure(rows, eps);
       answer.slip = distances.slip;
       const Real left = distances.law;
-      if (left <= problem.tolerance) {
+      if (left <= problem.tolerance && left < answer.residual) {
         answer.residual = left;
         best_ = impulse_;
         move_into_bounds(rows, best_);
         best_v_ = v_;
         answer.change = largest_change(velocity_);
-        break;
+        // One more step with the same factor costs little, and leaves round-off. What rests then
+        // needs no step at all in the next one.
+        if (is_solved) break;
+        is_solved = true;
+        centre_ = impulse_;
+        continue;
       }
+      if (is_solved) break;
       if (left < answer.residual) judge(problem, answer);
       // What is good enough is improved as long as that is cheap. A motion that goes on as it is
       // then needs no Newton step at all in the next step.
@@ -253,9 +261,9 @@ class CoulombNewton {
     nearest_impulse_ = impulse_;
   }
 
-  /// w~ of row k, whose response is that of `row`.
+  /// w~ of row k, whose kind and response are those of `row`.
   [[nodiscard]] Real compliant(const Row& row, std::size_t k, Real eps) const {
-    return velocity_[k] + eps * row.response * (impulse_[k] - centre_[k]);
+    return velocity_[k] + row.regularisation(eps) * (impulse_[k] - centre_[k]);
   }
 
   /// Finds the branch of each row.

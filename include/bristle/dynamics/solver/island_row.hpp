@@ -36,6 +36,8 @@ enum class RowSide : std::uint8_t { inside, at_bound, sliding };
 template <typename Real>
 struct IslandRow {
   static constexpr std::uint32_t none = 0xffffffffu;
+  /// [1] Least eps. Below it round-off of the stiffness M^-1 J^T J / eps shows.
+  static constexpr double least_eps = 1e-6;
 
   // What decides the branch of a row fills the first cache line.
   std::uint32_t a = none;  // First unknown of each body; `none` if it has none.
@@ -80,9 +82,14 @@ struct IslandRow {
   [[nodiscard]] Real clamped(Real x) const {
     return kind == RowKind::free ? x : std::min(std::max(x, lower), upper);
   }
+  /// [velocity per impulse] R = eps K. A large eps keeps a step from leaving the branch of its law.
+  /// A row without bounds has one branch, so its eps is the least at once.
+  [[nodiscard]] Real regularisation(Real eps) const {
+    return (kind == RowKind::free ? std::min(eps, Real(least_eps)) : eps) * response;
+  }
   /// [velocity per impulse] R plus the row's own compliance. It is the inverse of the slope of
   /// lambda+.
-  [[nodiscard]] Real softness(Real eps) const { return eps * response + compliance; }
+  [[nodiscard]] Real softness(Real eps) const { return regularisation(eps) + compliance; }
   /// The multiplier without its bounds, at a share s of the way along the step.
   [[nodiscard]] Real proposed(Real eps, Real s) const {
     if (!(response > Real(0))) return Real(0);

@@ -10,6 +10,7 @@
 #include <bristle/core/dynamic_array.hpp>
 #include <bristle/dynamics/solver/island_order.hpp>
 #include <bristle/dynamics/solver/island_row.hpp>
+#include <bristle/dynamics/solver/joint_locks.hpp>
 #include <bristle/dynamics/solver/solver_types.hpp>
 #include <bristle/math/envelope_cholesky.hpp>
 
@@ -69,6 +70,7 @@ class IslandRows {
       const Real response = std::max({last[0].response, last[-1].response, last[-2].response});
       last[0].response = last[-1].response = last[-2].response = response;
     }
+    contact_rows_ = rows_.size();
     for (const std::uint32_t i : island.blocks) {
       const ConstraintBlock<S>& block = constraints.blocks[i];
       for (std::uint32_t r = block.first; r < block.first + block.count; ++r) {
@@ -100,6 +102,7 @@ class IslandRows {
       if (c.parts) row.lower = row.lambda;
       row.kind = Kind::bounded;
     }
+    contact_rows_ = rows_.size();
     for (const std::uint32_t i : island.blocks) {
       const ConstraintBlock<S>& block = constraints.blocks[i];
       for (std::uint32_t r = block.first; r < block.first + corrected_rows(block); ++r) {
@@ -145,12 +148,6 @@ class IslandRows {
     return {{S(u[0]), S(u[1]), S(u[2])}, {S(u[3]), S(u[4]), S(u[5])}};
   }
 
-  /// Returns whether there are joints beside other rows. Such rows may need motions that joints
-  /// lock.
-  [[nodiscard]] bool has_joints_beside_others() const {
-    return can_switch_ && std::any_of(rows_.begin(), rows_.end(),
-                                      [](const Row& row) { return row.kind == Kind::free; });
-  }
   /// Adds J^T J / (eps K) of the joints alone.
   void add_joints(Real eps, EnvelopeMatrix<Real>& h) const {
     for (const Row& row : rows_) {
@@ -158,16 +155,20 @@ class IslandRows {
       add_square(h, Real(1) / (eps * row.response), row);
     }
   }
-  /// Drops rows whose response in a factored matrix is less than `share` of their own response. A
-  /// contact is dropped with its normal.
+  /// Lists the rows that may need motions which joints lock.
+  /// @return Whether there are any.
+  bool find_lockable(const Island& island, const Constraints<S>& constraints,
+                     std::span<const SolverBody<S>> bodies);
+  /// Drops those of the listed rows whose response in a factored matrix is at most `share` of their
+  /// own response. A contact is dropped with its normal.
   void drop_locked(const EnvelopeMatrix<Real>& factored, Real share, DynamicArray<Real>& scratch) {
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
+    for (const std::size_t i : lockable_) {
       Row& row = rows_[i];
-      if (row.kind == Kind::free || row.kind == Kind::tangent) continue;
       scratch.assign(unknowns_, Real(0));
       row.add_to(scratch, Real(1));
-      factored.solve(scratch.data());
-      if (row.times(scratch) > share * row.response) continue;
+      // An immovable body has the largest number.
+      const std::uint32_t first = std::min(row.a, row.b) / 6;
+      if (factored.responds_by(share * row.response, scratch.data(), first)) continue;
       row.response = Real(0);
       if (row.kind == Kind::cone) rows_[i + 1].response = rows_[i + 2].response = Real(0);
     }
@@ -404,10 +405,49 @@ class IslandRows {
   std::size_t unknowns_ = 0;
   DynamicArray<std::uint32_t> unknown_, last_, envelope_;
   DynamicArray<Row> rows_;
+  std::size_t contact_rows_ = 0;  // The first rows, up to those of joints.
   bool can_switch_ = false;
+  JointLocks locks_;
+  DynamicArray<std::size_t> lockable_;
 };
 
 // Implementation ----------------------------------------------------------------------------------
+
+template <Scalar S, typename Real>
+bool IslandRows<S, Real>::find_lockable(const Island& island, const Constraints<S>& constraints,
+                                        std::span<const SolverBody<S>> bodies) {
+  lockable_.clear();
+  locks_.reset(island.bodies.size());
+  const auto number = [this](std::uint32_t unknown) {
+    return unknown == none ? locks_.ground() : unknown / 6;
+  };
+  bool has_joints = false;
+  for (const std::uint32_t i : island.blocks) {
+    const ConstraintBlock<S>& block = constraints.blocks[i];
+    if (block.kind != BlockKind::equality) continue;
+    has_joints = true;
+    locks_.join(number(unknown_[block.body_a]), number(unknown_[block.body_b]));
+  }
+  if (!has_joints) return false;
+  for (const std::uint32_t slot : island.bodies) {
+    bool is_locked = false;
+    for (Eigen::Index axis = 0; axis < 6; ++axis) {
+      is_locked = is_locked || bodies[slot].is_locked(axis);
+    }
+    if (is_locked) locks_.hold(number(unknown_[slot]));
+  }
+  locks_.finish();
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    const Row& row = rows_[i];
+    if (row.kind == Kind::free || row.kind == Kind::tangent) continue;
+    const std::uint32_t a = number(row.a);
+    const std::uint32_t b = number(row.b);
+    if (i < contact_rows_ ? locks_.may_lock_contact(a, b) : locks_.may_lock_joint(a, b)) {
+      lockable_.push_back(i);
+    }
+  }
+  return !lockable_.empty();
+}
 
 template <Scalar S, typename Real>
 void IslandRows<S, Real>::add_hessian(Real eps, EnvelopeMatrix<Real>& h) {

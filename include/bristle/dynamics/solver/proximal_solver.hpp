@@ -48,7 +48,7 @@ class ProximalSolver {
     rows_.number(island, constraints, bodies);
     rows_.add_velocity_rows(island, constraints, bodies);
     make_matrix(island, constraints, bodies);
-    drop_locked_rows();
+    drop_locked_rows(island, constraints, bodies);
     // If all is linear, one step from zero is exact. From anywhere else it would leave the
     // round-off of stiff blocks.
     v_.assign(rows_.unknowns(), Real(0));
@@ -93,7 +93,7 @@ class ProximalSolver {
     rows_.number(island, constraints, bodies);
     rows_.add_position_rows(island, constraints, bodies, context.dt);
     make_mass(island, bodies);
-    drop_locked_rows();
+    drop_locked_rows(island, constraints, bodies);
     is_stiff_ = false;
     // Motion without position impulses: the present motion less their effect.
     v_.resize(rows_.unknowns());
@@ -121,7 +121,8 @@ class ProximalSolver {
   void make_matrix(const Island& island, const Constraints<S>& constraints,
                    std::span<const SolverBody<S>> bodies);
   void add_soft(const SoftBlock<S>& soft, std::span<const SolverBody<S>> bodies);
-  void drop_locked_rows();
+  void drop_locked_rows(const Island& island, const Constraints<S>& constraints,
+                        std::span<const SolverBody<S>> bodies);
   template <typename SolveLinear>
   void find_transient_impulses(const Island& island, Constraints<S>& constraints,
                                std::span<const SolverBody<S>> bodies,
@@ -291,8 +292,9 @@ void ProximalSolver<S>::add_soft(const SoftBlock<S>& soft, std::span<const Solve
 /// could only yield by being torn off (docs/decisions/0009-locked-contact-directions.md). The
 /// remaining response of a row is that of the matrix with all joints held by springs of 1e-9.
 template <Scalar S>
-void ProximalSolver<S>::drop_locked_rows() {
-  if (!rows_.has_joints_beside_others()) return;
+void ProximalSolver<S>::drop_locked_rows(const Island& island, const Constraints<S>& constraints,
+                                         std::span<const SolverBody<S>> bodies) {
+  if (!rows_.find_lockable(island, constraints, bodies)) return;
   hessian_ = matrix_;
   rows_.add_joints(Real(1e-9), hessian_);
   if (!hessian_.factor()) return;
@@ -327,7 +329,7 @@ auto ProximalSolver<S>::iterate(Real tolerance, const SolveContext<S>& context,
                                 SolveReport<S>& report) -> Real {
   // A smaller eps is a stiffer penalty. It needs fewer outer iterations, but many Newton steps if
   // one starts from far away. Where no row can switch, the smallest eps is right at once.
-  const Real smallest = Real(1e-6);
+  const Real smallest = Real(IslandRow<Real>::least_eps);
   Real eps = rows_.can_switch() ? Real(1e-3) : smallest;
   Real left = infinity<Real>;
   Real inner = Real(0);
