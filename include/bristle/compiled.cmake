@@ -16,6 +16,10 @@ endif()
 set(BRISTLE_KERNELS "${kernels}" CACHE STRING
     "Instruction sets besides the baseline that bristle::compiled has kernels for: v3, v4")
 
+set(BRISTLE_COMPILED_FLAGS "" CACHE STRING
+    "Flags of bristle::compiled after those of the build type, such as -O2")
+mark_as_advanced(BRISTLE_COMPILED_FLAGS)
+
 set(sources "${CMAKE_CURRENT_LIST_DIR}")
 # What a step computes is compiled for each instruction set: kernels in each scalar, and what they ask
 # of the backends in both at once.
@@ -58,7 +62,7 @@ function(bristle_compiled_options target)
   target_link_libraries(${target} PRIVATE bristle ${with_fcl})
   target_compile_definitions(${target} PRIVATE BRISTLE_COMPILED)
   target_compile_options(
-    ${target} PRIVATE $<$<CXX_COMPILER_ID:GNU,Clang>:-ffp-contract=off>
+    ${target} PRIVATE ${BRISTLE_COMPILED_FLAGS} $<$<CXX_COMPILER_ID:GNU,Clang>:-ffp-contract=off>
                       $<$<BOOL:${BRISTLE_BUILD_FUZZERS}>:-fsanitize=fuzzer-no-link>)
   foreach(set IN LISTS BRISTLE_KERNELS)
     string(TOUPPER "${set}" name)
