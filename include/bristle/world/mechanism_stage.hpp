@@ -37,6 +37,9 @@ class MechanismStage final : public JointStage<S> {
       const JointGap<S> gap = joint_gap(joint, state.constraints);
       state.report.joint_gap = std::max(state.report.joint_gap, gap.distance);
       state.report.joint_tilt = std::max(state.report.joint_tilt, gap.angle);
+      const S arm2 = std::max(joint.X_CmA_J.translation.squaredNorm(),
+                              joint.X_CmB_J.translation.squaredNorm());
+      has_wide_gaps_ = has_wide_gaps_ || gap.distance * gap.distance > wide * wide * arm2;
     }
   }
 
@@ -60,7 +63,7 @@ class MechanismStage final : public JointStage<S> {
   }
 
   void close_wide_gaps(State& state, const Island& island) override {
-    if (!has_far_turns(state, island)) return;
+    if (!has_wide_gaps_ && !has_far_turns(state, island)) return;
     find_groups(state, island);
     for (const std::uint32_t slot : island.bodies) {
       if (parent_[slot] == slot && gather(state, island, slot)) close_wide_gaps(state);
@@ -68,7 +71,7 @@ class MechanismStage final : public JointStage<S> {
   }
 
   void move(Body<S>& body, const SolverBody<S>& solved, std::uint32_t slot, S dt) const override {
-    const Twist<S> rest = solved.motion - solved.mean_free;
+    const Twist<S> rest = solved.motion - mean_motions_[slot];
     body.center_pose = end_poses_[slot];
     body.center_pose.translation += dt * rest.linear;
     if (rest.angular != zero<Vec3<S>>()) {
@@ -102,6 +105,8 @@ class MechanismStage final : public JointStage<S> {
 
  private:
   static constexpr std::uint32_t none = 0xffffffffu;
+  // Gap of a joint that steps do not close by themselves, as a part of its arms.
+  static constexpr S wide = S(3e-2);
 
   [[nodiscard]] static bool is_awake_joint(const State& state, std::uint32_t index) {
     if (!state.joints.is_live(index)) return false;
@@ -112,11 +117,14 @@ class MechanismStage final : public JointStage<S> {
 
   /// Clears the mechanisms of the last step.
   void begin_step(const State& state) {
-    has_mechanism_ = false;
+    has_mechanism_ = has_wide_gaps_ = false;
     if (state.joints.size() == 0) return;
     end_poses_.resize(std::max<std::size_t>(end_poses_.size(), state.bodies.slot_count()));
     parent_.resize(std::max<std::size_t>(parent_.size(), state.bodies.slot_count()));
     local_.resize(std::max<std::size_t>(local_.size(), state.bodies.slot_count()), none);
+    contact_impulses_.resize(end_poses_.size());
+    mean_motions_.resize(end_poses_.size());
+    responses_.assign(state.joints.slot_count(), Wrench<S>{});
     joint_impulses_.assign(state.joints.slot_count(), Wrench<S>{});
   }
 
@@ -156,13 +164,16 @@ class MechanismStage final : public JointStage<S> {
     find_groups(state, island);
     saved_.clear();
     for (const std::uint32_t slot : island.bodies) saved_.push_back(state.solver_bodies[slot]);
-    if (!advance_groups(state, island) || !keeps_limits(state, island)) {
-      for (std::size_t k = 0; k < saved_.size(); ++k) {
-        state.solver_bodies[island.bodies[k]] = saved_[k];
-      }
-      for (const std::uint32_t i : island.blocks) {
-        joint_impulses_[state.constraints.blocks[i].joint] = {};
-      }
+    bool moved = find_contact_impulses(state, island) && advance_groups(state, island) &&
+                 !turn_far(state, island);
+    if (!moved) {
+      // Nothing leans on anything, or impulses that go on as they were spin light bodies.
+      restore(state, island);
+      for (const std::uint32_t slot : island.bodies) contact_impulses_[slot] = {};
+      moved = advance_groups(state, island);
+    }
+    if (!moved || !keeps_limits(state, island)) {
+      restore(state, island);
       return false;
     }
     has_mechanism_ = true;
@@ -172,15 +183,71 @@ class MechanismStage final : public JointStage<S> {
       if (joint.is_sprung) set_zero(state.constraints.soft[joint.soft_block].impulse);
       const std::uint32_t a = joint.def.body_a.index;
       const std::uint32_t b = joint.def.body_b.index;
-      turn_joint_rows(joint, end_pose(state, a), end_pose(state, b),
-                      state.solver_bodies[a].mean_free, state.solver_bodies[b].mean_free,
-                      state.def.time_step, state.constraints);
-      if (!island.contacts.empty()) continue;
+      turn_joint_rows(joint, end_pose(state, a), end_pose(state, b), mean_motion_of(state, a),
+                      mean_motion_of(state, b), state.def.time_step, state.constraints);
+      const Wrench<S>& response = responses_[state.constraints.blocks[i].joint];
       for (std::uint32_t r = 0; r < state.constraints.blocks[i].count; ++r) {
-        state.constraints.rows[state.constraints.blocks[i].first + r].impulse = S(0);
+        ConstraintRow<S>& row = state.constraints.rows[state.constraints.blocks[i].first + r];
+        row.impulse = row.direction.isZero(S(0)) ? row.angular_b.dot(response.torque)
+                                                 : row.direction.dot(response.force);
       }
     }
     return true;
+  }
+
+  /// Sums the impulses of the last step that contacts are expected to repeat, by body. A mechanism
+  /// that leans on something moves little. Without what holds it, it would fall in its free motion,
+  /// and contacts would have to push it back along the directions at the end of that fall.
+  /// @return Whether there are any.
+  [[nodiscard]] bool find_contact_impulses(const State& state, const Island& island) {
+    bool has_any = false;
+    for (const std::uint32_t slot : island.bodies) contact_impulses_[slot] = {};
+    for (const std::uint32_t i : island.contacts) {
+      const ContactConstraint<S>& c = state.constraints.contacts[i];
+      if (c.is_fresh || !(c.impulse[0] > S(0))) continue;
+      has_any = true;
+      const Vec3<S> impulse = c.impulse_W();
+      const auto add = [&](std::uint32_t slot, const Vec3<S>& arm, const Vec3<S>& on_body) {
+        if (!state.solver_bodies[slot].moves) return;
+        contact_impulses_[slot] += Wrench<S>::at(arm, on_body);
+      };
+      add(c.body_a, c.arm_a, -impulse);
+      add(c.body_b, c.arm_b, impulse);
+    }
+    return has_any;
+  }
+
+  /// Returns whether a mechanism turns a body so far that the directions of its contacts are lost.
+  [[nodiscard]] bool turn_far(const State& state, const Island& island) const {
+    return std::any_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t slot) {
+      return state.solver_bodies[slot].follows_joints &&
+             turns_far<S>(mean_motions_[slot].angular, state.def.time_step);
+    });
+  }
+
+  /// Brings back the bodies and joints of an island as they were before `advance`.
+  void restore(State& state, const Island& island) {
+    for (std::size_t k = 0; k < saved_.size(); ++k) {
+      state.solver_bodies[island.bodies[k]] = saved_[k];
+    }
+    for (const std::uint32_t i : island.blocks) {
+      joint_impulses_[state.constraints.blocks[i].joint] = {};
+      responses_[state.constraints.blocks[i].joint] = {};
+    }
+  }
+
+  /// Velocity change of a body by an impulse.
+  [[nodiscard]] static Twist<S> impulse_response(const SolverBody<S>& body,
+                                                 const Wrench<S>& impulse) {
+    Twist<S> change{};
+    body.apply_impulse(change, impulse.force, impulse.torque);
+    return change;
+  }
+
+  /// Mean motion of a body in the step of its mechanism, or in free motion.
+  [[nodiscard]] Twist<S> mean_motion_of(const State& state, std::uint32_t slot) const {
+    const SolverBody<S>& body = state.solver_bodies[slot];
+    return body.follows_joints ? mean_motions_[slot] : body.mean_free;
   }
 
   /// Joins the bodies of each mechanism: `parent_` leads to the lowest index of its movable bodies.
@@ -256,6 +323,10 @@ class MechanismStage final : public JointStage<S> {
 
   bool advance_group(State& state, const Island& island, std::uint32_t group) {
     if (!gather(state, island, group)) return true;
+    for (std::size_t k = 0; k < slots_.size(); ++k) {
+      if (!bodies_[k].moves_by_forces) continue;
+      bodies_[k].load += (S(1) / state.def.time_step) * contact_impulses_[slots_[k]];
+    }
     poses_.resize(bodies_.size());
     twists_.resize(bodies_.size());
     impulses_.resize(joints_.size());
@@ -264,9 +335,42 @@ class MechanismStage final : public JointStage<S> {
     }
     state.report.mechanism_evaluations += static_cast<std::uint64_t>(integrator_.evaluations());
     for (std::size_t k = 0; k < slots_.size(); ++k) write(state, slots_[k], k);
+    if (!take_out_contacts(state)) return false;
     for (std::size_t k = 0; k < joint_slots_.size(); ++k) {
       joint_impulses_[joint_slots_[k]] = impulses_[k];
+      responses_[joint_slots_[k]] = -without_contacts_[k];
     }
+    return true;
+  }
+
+  /// Finds the free motion of the gathered group, and what joints do against the impulses of
+  /// contacts. Rows have both impulses, too. With them, free motion is the integrated one.
+  /// @return False if its matrix is singular.
+  bool take_out_contacts(State& state) {
+    without_contacts_.assign(joints_.size(), Wrench<S>{});
+    const bool has_contacts = std::any_of(slots_.begin(), slots_.end(), [&](std::uint32_t slot) {
+      const Wrench<S>& impulse = contact_impulses_[slot];
+      return impulse.force != zero<Vec3<S>>() || impulse.torque != zero<Vec3<S>>();
+    });
+    if (!has_contacts) return true;
+    for (std::size_t k = 0; k < slots_.size(); ++k) {
+      if (!bodies_[k].moves_by_forces) continue;
+      bodies_[k].center_pose = poses_[k];
+      bodies_[k].twist = twists_[k] - impulse_response(state.solver_bodies[slots_[k]],
+                                                       contact_impulses_[slots_[k]]);
+    }
+    system_.set(bodies_, joints_);
+    system_.place();
+    if (!system_.factor()) return false;
+    projection_.close_velocities(system_, without_contacts_);
+    for (std::size_t k = 0; k < slots_.size(); ++k) {
+      if (!bodies_[k].moves_by_forces) continue;
+      SolverBody<S>& body = state.solver_bodies[slots_[k]];
+      body.free = system_.nodes()[k].now.twist;
+      body.mean_free =
+          body.motion - usual_share<S>(Integrator::trapezoidal) * (body.twist - body.free);
+    }
+    for (std::size_t k = 0; k < joints_.size(); ++k) impulses_[k] += without_contacts_[k];
     return true;
   }
 
@@ -281,15 +385,16 @@ class MechanismStage final : public JointStage<S> {
     body.motion = body.mean_free;
     body.follows_joints = true;
     end_poses_[slot] = poses_[k];
+    mean_motions_[slot] = body.motion;
   }
 
   /// Returns whether joints hold a body that turns far.
-  [[nodiscard]] static bool has_far_turns(const State& state, const Island& island) {
+  [[nodiscard]] bool has_far_turns(const State& state, const Island& island) const {
     return !island.blocks.empty() &&
            std::any_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t slot) {
              const SolverBody<S>& body = state.solver_bodies[slot];
              const Twist<S> solved =
-                 body.follows_joints ? body.motion - body.mean_free : body.motion;
+                 body.follows_joints ? body.motion - mean_motions_[slot] : body.motion;
              return turns_far<S>(solved.angular, state.def.time_step);
            });
   }
@@ -301,15 +406,15 @@ class MechanismStage final : public JointStage<S> {
     }
     system_.set(bodies_, joints_);
     system_.place();
-    const S wide = S(3e-2) * system_.size();
-    if (projection_.find_gaps(system_) <= wide) return;
+    const S most = wide * system_.size();
+    if (projection_.find_gaps(system_) <= most) return;
     // The next position correction closes the remaining gap.
-    if (!projection_.close_wide_gaps(system_, S(0.1) * wide)) return;
+    if (!projection_.close_wide_gaps(system_, S(0.1) * most)) return;
     for (std::size_t k = 0; k < slots_.size(); ++k) {
       SolverBody<S>& body = state.solver_bodies[slots_[k]];
       if (!body.moves) continue;
       // `move` takes the body there.
-      body.motion = body.mean_free;
+      mean_motions_[slots_[k]] = body.motion;
       body.follows_joints = true;
       const auto& found = system_.nodes()[k].now;
       end_poses_[slots_[k]] = {found.q.normalized(), found.x};
@@ -341,7 +446,11 @@ class MechanismStage final : public JointStage<S> {
   JointSystem<S> system_;
   JointProjection<S> projection_;
   bool has_mechanism_ = false;
+  bool has_wide_gaps_ = false;                  // At the start of the step.
   DynamicArray<Transform<S>> end_poses_;        // By body index, for integrated bodies.
+  DynamicArray<Twist<S>> mean_motions_;         // The same.
+  DynamicArray<Wrench<S>> contact_impulses_;    // By body index.
+  DynamicArray<Wrench<S>> responses_;           // Of joints to these, by joint index.
   DynamicArray<Wrench<S>> joint_impulses_;      // By joint index.
   DynamicArray<std::uint32_t> parent_, local_;  // By body index.
   DynamicArray<SolverBody<S>> saved_;
@@ -350,7 +459,7 @@ class MechanismStage final : public JointStage<S> {
   DynamicArray<std::uint32_t> slots_, joint_slots_;
   DynamicArray<Transform<S>> poses_;
   DynamicArray<Twist<S>> twists_;
-  DynamicArray<Wrench<S>> impulses_;
+  DynamicArray<Wrench<S>> impulses_, without_contacts_;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

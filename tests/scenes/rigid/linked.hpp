@@ -4,12 +4,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "scenes/chain_links.hpp"
 #include "scenes/rigid/watched.hpp"
 #include "support/random.hpp"
 
 #include <cmath>
+#include <cstddef>
 #include <numbers>
 #include <optional>
+#include <vector>
 
 namespace bristle::scenes {
 
@@ -27,33 +30,15 @@ namespace bristle::scenes {
   Scene scene;
   scene.duration = 3;
   scene.is_large = true;
-  // From the top to each side along the cylinder, then straight down.
-  const auto along = [&](double s) -> Vector {
-    const double quarter = round * std::numbers::pi / 2;
-    const double side = s < 0 ? -1 : 1;
-    const double length = std::abs(s);
-    if (length > quarter) return {side * round, 0, quarter - length};
-    return {side * round * std::sin(length / round), 0, round * std::cos(length / round)};
-  };
-  const double start = -pitch * links / 2 + 12 * pitch;
-  // Chords of the curve, each of the length of a link.
-  double s = start;
-  Vector from = along(s);
+  const std::vector<Vector> ends = chain_links(links, pitch, round, 12 * pitch);
   for (int i = 0; i < links; ++i) {
-    double low = s;
-    double high = s + 2 * pitch;
-    for (int k = 0; k < 60; ++k) {
-      const double middle = (low + high) / 2;
-      ((along(middle) - from).norm() < pitch ? low : high) = middle;
-    }
-    s = high;
-    const Vector to = along(s);
+    const Vector& from = ends[static_cast<std::size_t>(i)];
+    const Vector& to = ends[static_cast<std::size_t>(i) + 1];
     SceneBody link =
         capsule_body({thickness, pitch / 2 - thickness}, 0.1, (from + to) / 2, friction);
     link.orientation = turn_between(Vector::UnitZ(), to - from);
     scene.add(link);
     if (i > 0) scene.joints.push_back({i - 1, i, from});
-    from = to;
   }
   SceneBody roller;
   roller.shape = Cylinder<double>{drum, 0.5};
