@@ -39,7 +39,7 @@ class MechanismStage final : public JointStage<S> {
       state.report.joint_tilt = std::max(state.report.joint_tilt, gap.angle);
       const S arm2 = std::max(joint.X_CmA_J.translation.squaredNorm(),
                               joint.X_CmB_J.translation.squaredNorm());
-      has_wide_gaps_ = has_wide_gaps_ || gap.distance * gap.distance > wide * wide * arm2;
+      is_open_[i] = arm2 > S(0) && gap.distance * gap.distance > wide * wide * arm2;
     }
   }
 
@@ -63,7 +63,7 @@ class MechanismStage final : public JointStage<S> {
   }
 
   void close_wide_gaps(State& state, const Island& island) override {
-    if (!has_wide_gaps_ && !has_far_turns(state, island)) return;
+    if (!has_open_joints(state, island) && !has_far_turns(state, island)) return;
     find_groups(state, island);
     for (const std::uint32_t slot : island.bodies) {
       if (parent_[slot] == slot && gather(state, island, slot)) close_wide_gaps(state);
@@ -117,13 +117,14 @@ class MechanismStage final : public JointStage<S> {
 
   /// Clears the mechanisms of the last step.
   void begin_step(const State& state) {
-    has_mechanism_ = has_wide_gaps_ = false;
+    has_mechanism_ = false;
     if (state.joints.size() == 0) return;
     end_poses_.resize(std::max<std::size_t>(end_poses_.size(), state.bodies.slot_count()));
     parent_.resize(std::max<std::size_t>(parent_.size(), state.bodies.slot_count()));
     local_.resize(std::max<std::size_t>(local_.size(), state.bodies.slot_count()), none);
-    contact_impulses_.resize(end_poses_.size());
+    contact_impulses_.assign(end_poses_.size(), Wrench<S>{});
     mean_motions_.resize(end_poses_.size());
+    is_open_.assign(state.joints.slot_count(), false);
     responses_.assign(state.joints.slot_count(), Wrench<S>{});
     joint_impulses_.assign(state.joints.slot_count(), Wrench<S>{});
   }
@@ -354,8 +355,8 @@ class MechanismStage final : public JointStage<S> {
     });
     if (!has_contacts) return true;
     for (std::size_t k = 0; k < slots_.size(); ++k) {
-      if (!bodies_[k].moves_by_forces) continue;
       bodies_[k].center_pose = poses_[k];
+      if (!bodies_[k].moves_by_forces) continue;
       bodies_[k].twist = twists_[k] - impulse_response(state.solver_bodies[slots_[k]],
                                                        contact_impulses_[slots_[k]]);
     }
@@ -365,8 +366,15 @@ class MechanismStage final : public JointStage<S> {
     projection_.close_velocities(system_, without_contacts_);
     for (std::size_t k = 0; k < slots_.size(); ++k) {
       if (!bodies_[k].moves_by_forces) continue;
+      // The system has the inertias of the end, and rows those of the start.
+      const auto& node = system_.nodes()[k];
+      const Twist<S> by_joints = node.now.twist - bodies_[k].twist;
+      const Mat3<S>& R = node.now.R;
+      const Vec3<S> turning_B = R.transpose() * by_joints.angular;
       SolverBody<S>& body = state.solver_bodies[slots_[k]];
-      body.free = system_.nodes()[k].now.twist;
+      body.free = bodies_[k].twist;
+      body.free.linear += by_joints.linear;
+      body.free.angular += body.inverse_inertia * (R * (bodies_[k].inertia_B * turning_B));
       body.mean_free =
           body.motion - usual_share<S>(Integrator::trapezoidal) * (body.twist - body.free);
     }
@@ -386,6 +394,13 @@ class MechanismStage final : public JointStage<S> {
     body.follows_joints = true;
     end_poses_[slot] = poses_[k];
     mean_motions_[slot] = body.motion;
+  }
+
+  /// Returns whether a joint was wide open at the start of the step.
+  [[nodiscard]] bool has_open_joints(const State& state, const Island& island) const {
+    return std::any_of(island.blocks.begin(), island.blocks.end(), [&](std::uint32_t i) {
+      return is_open_[state.constraints.blocks[i].joint];
+    });
   }
 
   /// Returns whether joints hold a body that turns far.
@@ -446,10 +461,10 @@ class MechanismStage final : public JointStage<S> {
   JointSystem<S> system_;
   JointProjection<S> projection_;
   bool has_mechanism_ = false;
-  bool has_wide_gaps_ = false;                  // At the start of the step.
   DynamicArray<Transform<S>> end_poses_;        // By body index, for integrated bodies.
   DynamicArray<Twist<S>> mean_motions_;         // The same.
   DynamicArray<Wrench<S>> contact_impulses_;    // By body index.
+  DynamicArray<bool> is_open_;                  // By joint index.
   DynamicArray<Wrench<S>> responses_;           // Of joints to these, by joint index.
   DynamicArray<Wrench<S>> joint_impulses_;      // By joint index.
   DynamicArray<std::uint32_t> parent_, local_;  // By body index.

@@ -118,8 +118,8 @@ class CoulombNewton {
       solve_linear(step_);
       if (!advance(rows)) break;
       const Distances distances = measure(rows, eps);
-      answer.slip = distances.slip;
       const Real left = distances.law;
+      if (!is_solved || left < answer.residual) answer.slip = distances.slip;
       if (left <= problem.tolerance && left < answer.residual) {
         answer.residual = left;
         best_ = impulse_;
