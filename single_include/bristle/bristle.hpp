@@ -31018,7 +31018,6 @@ class DisjointSets {
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
@@ -31038,7 +31037,7 @@ class JointLocks {
   /// Number of all immovable bodies together.
   [[nodiscard]] std::uint32_t ground() const { return ground_; }
 
-  /// Adds a joint, or whatever else holds one body against another.
+  /// Adds a joint between two bodies.
   void join(std::uint32_t a, std::uint32_t b) {
     if (sets_.find(a) == sets_.find(b)) closing_.push_back(a);
     sets_.join(a, b);
@@ -34432,7 +34431,7 @@ class MechanismStage final : public JointStage<S> {
     const S dt = state.def.time_step;
     body.free = body.twist = twists_[k];
     body.mean_free = {(poses_[k].translation - start.translation) / dt,
-                          log_rotation<S>(poses_[k].rotation * start.rotation.conjugate()) / dt};
+                      log_rotation<S>(poses_[k].rotation * start.rotation.conjugate()) / dt};
     body.motion = body.mean_free;
     body.follows_joints = true;
     end_poses_[slot] = poses_[k];

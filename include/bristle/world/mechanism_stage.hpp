@@ -389,7 +389,7 @@ class MechanismStage final : public JointStage<S> {
     const S dt = state.def.time_step;
     body.free = body.twist = twists_[k];
     body.mean_free = {(poses_[k].translation - start.translation) / dt,
-                          log_rotation<S>(poses_[k].rotation * start.rotation.conjugate()) / dt};
+                      log_rotation<S>(poses_[k].rotation * start.rotation.conjugate()) / dt};
     body.motion = body.mean_free;
     body.follows_joints = true;
     end_poses_[slot] = poses_[k];

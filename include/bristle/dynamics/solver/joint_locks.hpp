@@ -15,7 +15,6 @@
 #include <bristle/core/disjoint_sets.hpp>
 #include <bristle/core/dynamic_array.hpp>
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
@@ -35,7 +34,7 @@ class JointLocks {
   /// Number of all immovable bodies together.
   [[nodiscard]] std::uint32_t ground() const { return ground_; }
 
-  /// Adds a joint, or whatever else holds one body against another.
+  /// Adds a joint between two bodies.
   void join(std::uint32_t a, std::uint32_t b) {
     if (sets_.find(a) == sets_.find(b)) closing_.push_back(a);
     sets_.join(a, b);
