@@ -34,9 +34,9 @@ bool print_postures() {
             fig6::hold({.posture = posture, .time_step = dt, .integration = integration});
         std::vector<figure::Cell> row{fig6::name_of(posture), figure::number("%.3g", 1e3 * dt),
                                       figure::name_of(integration)};
-        // Explicit steps of 1/240 s are too long for these pads.
-        if (held.is_lost() && integration == Integration::explicit_ && dt > 2e-3) {
-          row.push_back("lost");
+        // Explicit steps of 1/240 s are too long for these pads. How they fail is chance.
+        if (!held.is_right() && integration == Integration::explicit_ && dt > 2e-3) {
+          row.push_back(held.is_lost() ? "lost" : "shakes");
           table.add(row);
           continue;
         }
