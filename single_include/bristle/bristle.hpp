@@ -34207,15 +34207,7 @@ class MechanismStage final : public JointStage<S> {
     find_groups(state, island);
     saved_.clear();
     for (const std::uint32_t slot : island.bodies) saved_.push_back(state.solver_bodies[slot]);
-    bool moved = find_contact_impulses(state, island) && advance_groups(state, island) &&
-                 !turn_far(state, island);
-    if (!moved) {
-      // Nothing leans on anything, or impulses that go on as they were spin light bodies.
-      restore(state, island);
-      for (const std::uint32_t slot : island.bodies) contact_impulses_[slot] = {};
-      moved = advance_groups(state, island);
-    }
-    if (!moved || !keeps_limits(state, island)) {
+    if ((!lean(state, island) && !advance_groups(state, island)) || !keeps_limits(state, island)) {
       restore(state, island);
       return false;
     }
@@ -34236,6 +34228,17 @@ class MechanismStage final : public JointStage<S> {
       }
     }
     return true;
+  }
+
+  /// Lets mechanisms move with what holds them.
+  /// @return False if nothing does, or if impulses that go on as they were spin light bodies. The
+  ///         island is then as before.
+  [[nodiscard]] bool lean(State& state, const Island& island) {
+    if (!find_contact_impulses(state, island)) return false;
+    if (advance_groups(state, island) && !turn_far(state, island)) return true;
+    restore(state, island);
+    for (const std::uint32_t slot : island.bodies) contact_impulses_[slot] = {};
+    return false;
   }
 
   /// Sums the impulses of the last step that contacts are expected to repeat, by body. A mechanism

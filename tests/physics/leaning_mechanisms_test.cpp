@@ -1,7 +1,8 @@
 /// @file
 /// Mechanisms that lean on something: a chain over a cylinder, which friction holds or not.
 // SPDX-License-Identifier: BSD-3-Clause
-#include "scenes/chain_links.hpp"
+#include "scenes/draped_chain.hpp"
+#include "support/relative.hpp"
 
 #include <bristle/bristle.hpp>
 
@@ -9,67 +10,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <numbers>
-#include <vector>
 
 using namespace bristle;
+using namespace bristle::scenes;
 
 namespace {
-
-constexpr double link_pitch = 0.05;
-constexpr double link_radius = 0.01;
-constexpr double drum_radius = 0.5;
-constexpr double drum_friction = 0.2;
-
-/// 100 capsules of 0.1 kg on ball joints over a cylinder, 1 mm above it.
-struct DrapedChain {
-  World<double> world;
-  std::vector<BodyId> links;
-
-  /// @param shift  [m] Length that hangs further down on one side.
-  DrapedChain(double shift, double time_step) : world({.time_step = time_step}) {
-    const auto ends = scenes::chain_links(100, link_pitch, drum_radius + link_radius + 1e-3, shift);
-    const Material<double> material{.friction = drum_friction};
-    for (std::size_t i = 0; i + 1 < ends.size(); ++i) {
-      const Vec3<double> along = ends[i + 1] - ends[i];
-      links.push_back(world.add_body(
-          {.mass = 0.1,
-           .shape = Capsule<double>{link_radius, link_pitch / 2 - link_radius},
-           .material = material,
-           .position = (ends[i] + ends[i + 1]) / 2,
-           .orientation = Quat<double>::FromTwoVectors(Vec3<double>::UnitZ(), along)}));
-      if (i == 0) continue;
-      const Transform<double> joint{Quat<double>::Identity(), ends[i]};
-      world.add_joint({.kind = JointKind::ball,
-                       .body_a = links[i - 1],
-                       .body_b = links[i],
-                       .X_AJ = world.pose(links[i - 1]).inverse() * joint,
-                       .X_BJ = world.pose(links[i]).inverse() * joint});
-    }
-    world.add_body({.motion = Motion::fixed,
-                    .shape = Cylinder<double>{drum_radius, 0.5},
-                    .material = material,
-                    .orientation = exp_rotation<double>({std::numbers::pi / 2, 0, 0})});
-  }
-
-  /// [m] Takes steps, and returns the widest gap of a joint.
-  double run(double duration) {
-    double gap = 0;
-    const long steps = std::lround(duration / world.def().time_step);
-    for (long i = 0; i < steps; ++i) {
-      world.step();
-      gap = std::max(gap, world.report().joint_gap);
-    }
-    return gap;
-  }
-  /// [m/s] Speed of the fastest link.
-  [[nodiscard]] double speed() const {
-    double most = 0;
-    for (const BodyId id : links) most = std::max(most, world.body(id).twist.linear.norm());
-    return most;
-  }
-};
 
 /// [m] Length that may hang on the heavier side, by the equation of a heavy belt in the plane:
 /// dT/dq = mu (T + r cos q) - r sin q, with the tension T in weights of a metre and the angle q
@@ -159,5 +105,93 @@ TEST_CASE("leaning_mechanisms: a copy goes on with the same bits, whatever leane
     world.step();
     copy.step();
     REQUIRE(world.state_hash() == copy.state_hash());
+  }
+}
+
+// A link on a hinge of a turntable leans on it. In a step of length h the table turns the axis by
+// w h, from a torque T of the joint that has no part along it. The mean of that torque has
+// T w h / 2 along the axis of the end.
+TEST_CASE("leaning_mechanisms: joints of a carrier that turns hold along its axes of the end") {
+  constexpr double spin = 6;
+  for (const double time_step : {1.0 / 60, 1.0 / 240}) {
+    CAPTURE(time_step);
+    World<double> world({.time_step = time_step});
+    const Material<double> smooth{.friction = 0};
+    const BodyId table = world.add_body({.motion = Motion::kinematic,
+                                         .shape = Box<double>{{2, 2, 0.05}},
+                                         .material = smooth,
+                                         .position = {0, 0, -0.05},
+                                         .angular_velocity = {0, 0, spin}});
+    BodyDef<double> def;
+    def.mass = 1;
+    def.center_of_mass = Vec3<double>(0.2, 0, 0);
+    def.inertia = Mat3<double>(Vec3<double>(0.01, 0.02, 0.02).asDiagonal());
+    def.shapes = {{.shape = Sphere<double>{0.02},
+                   .X_BS = {Quat<double>::Identity(), {0.4, 0.15, 0}},
+                   .material = smooth}};
+    def.position = {0.3, 0, 0.02};
+    def.velocity = {0, 0.5 * spin, 0};
+    def.angular_velocity = {0, 0, spin};
+    const BodyId link = world.add_body(def);
+    const Quat<double> along_y = exp_rotation<double>({0, 0, std::numbers::pi / 2});
+    const JointId hinge = world.add_joint({.kind = JointKind::revolute,
+                                           .body_a = table,
+                                           .body_b = link,
+                                           .X_AJ = {along_y, {0.3, 0, 0.07}},
+                                           .X_BJ = {along_y, {0, 0, 0}},
+                                           .bodies_collide = true});
+    const long steps = std::lround(1 / time_step);
+    for (long i = 0; i < steps; ++i) world.step();
+    const Wrench<double> reaction = world.reading(hinge).reaction;
+    const Vec3<double> axis = world.pose(link).rotation_matrix().col(1);
+    const double across = reaction.torque.norm();
+    const double exact = across * spin * time_step / 2;
+    CHECK(reaction.torque.dot(axis) == test::relative(exact).epsilon(0.1));
+    // The foot is twice as far from the hinge as the centre of mass.
+    CHECK(world.contact_impulse(link).force.z() / time_step ==
+          test::relative(9.81 / 2).epsilon(0.02));
+  }
+}
+
+// Nothing gives or takes energy. What the floor gives all the same is a fault of first order, and
+// half of it came from contacts that were taken out of free motion with one inertia and put back
+// with another.
+TEST_CASE("leaning_mechanisms: a whirling rod on a smooth floor gains no more than a fifth") {
+  for (const double spin : {2.0, 5.0}) {
+    CAPTURE(spin);
+    World<double> world({.time_step = 1.0 / 240});
+    const Material<double> smooth{.friction = 0};
+    world.add_body({.motion = Motion::fixed, .shape = HalfSpace<double>{}, .material = smooth});
+    const Vec3<double> top(0, 0, 0.3);
+    const Vec3<double> tip(0.5, 0, 0.02);
+    const double length = (tip - top).norm();
+    BodyDef<double> def;
+    def.mass = 1;
+    def.center_of_mass = Vec3<double>(0, 0, 0);
+    def.inertia = Mat3<double>(Vec3<double>(0.004, 0.03, 0.03).asDiagonal());
+    def.shapes = {{.shape = Sphere<double>{0.02},
+                   .X_BS = {Quat<double>::Identity(), {length / 2, 0, 0}},
+                   .material = smooth}};
+    def.position = (tip + top) / 2;
+    def.orientation = Quat<double>::FromTwoVectors(Vec3<double>::UnitX(), tip - top);
+    def.angular_velocity = {0, 0, spin};
+    def.velocity = def.angular_velocity.cross(def.position - top);
+    const BodyId rod = world.add_body(def);
+    const Transform<double> joint{Quat<double>::Identity(), top};
+    world.add_joint({.kind = JointKind::ball,
+                     .body_b = rod,
+                     .X_AJ = joint,
+                     .X_BJ = world.pose(rod).inverse() * joint});
+    const auto energy = [&] {
+      return world.body(rod).kinetic_energy() + 9.81 * world.pose(rod).translation.z();
+    };
+    const double start = energy();
+    double most = start;
+    for (int i = 0; i < 5 * 240; ++i) {
+      world.step();
+      most = std::max(most, energy());
+    }
+    MESSAGE(spin, " rad/s: gains ", most - start, " J of ", start);
+    CHECK(most < 1.2 * start);
   }
 }

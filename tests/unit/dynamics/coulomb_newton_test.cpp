@@ -165,6 +165,24 @@ TEST_CASE("CoulombNewton: a pushed row moves as one, or as fast as the motor's f
   }
 }
 
+// A long chain has little resistance to a wave of its own length, a thousandth of that of a joint.
+// A softer regularisation of its joints takes another factorisation.
+TEST_CASE("CoulombNewton: joints of a long chain hold at once") {
+  constexpr std::uint32_t n = 40;
+  Balls chain(DynamicArray<double>(n, 1.0));
+  chain.speed_change = 1;
+  // The last one is pulled, and friction holds the first.
+  chain.add_contact(2, 10, 0);
+  for (std::uint32_t i = 1; i < n; ++i) chain.rows.push_back(chain.along(0, i, i - 1));
+  chain.free[2] = -1;
+  chain.free[6 * (n - 1)] = 1;
+  const CoulombResult<double> answer = chain.solve();
+  CHECK(answer.residual <= error);
+  CHECK(answer.factorisations <= 3);
+  CHECK(chain.newton.impulse(1) == test::relative(-1).epsilon(1e-8));
+  for (std::size_t i = 0; i < n; ++i) CHECK(std::abs(chain.velocity(6 * i)) < 1e-8);
+}
+
 // Whatever jams, and however few steps there are, the answer does not add to the energy, and stays
 // within its bounds.
 TEST_CASE("CoulombNewton: answers take energy, solved or not") {
