@@ -65,7 +65,6 @@
 #include <bristle/dynamics/bodies/material.hpp>
 #include <bristle/dynamics/contacts/contact_constraint.hpp>
 #include <bristle/dynamics/contacts/contact_target.hpp>
-#include <bristle/dynamics/contacts/kept_wrenches.hpp>
 #include <bristle/dynamics/contacts/manifold_block.hpp>
 #include <bristle/dynamics/contacts/manifold_kernel.hpp>
 #include <bristle/dynamics/contacts/manifold_mobility.hpp>

@@ -12419,9 +12419,8 @@ struct SolverDef {
   S position_tolerance = std::numeric_limits<S>::digits > 30 ? S(1e-6) : S(1e-3);
   /// [-] Most multiply-adds of one factorisation of the matrix of an island. Islands within it are
   /// solved by factorisation where sweeps converge too slowly. Examples are a tower of some five
-  /// hundred bodies, or a heap of some forty. Larger islands are swept while they move. Near rest
-  /// five times as many are allowed. 0 for plain sequential impulses. Twenty times as many are the
-  /// budget of one solve of an island.
+  /// hundred bodies, or a heap of some forty. Larger islands are swept. 0 for plain sequential
+  /// impulses. Twenty times as many are the budget of one solve of an island.
   std::uint64_t max_direct_work = 700000;
   /// [-] Most Newton steps of one such solve. Islands for which they exceed the budget take fewer.
   /// With the bounds on sweeps and passes it bounds the cost of the worst step.
@@ -12564,9 +12563,6 @@ struct SolveContext {
   S restitution_speed = S(0);
   /// [-] Multiply-adds of one factorisation of the island's matrix; see `factor_work`.
   std::uint64_t factor_work = 0;
-  /// True if a large island of contacts is nearly at rest, and the budget pays for some Newton
-  /// steps. Surfaces move on each other no faster than forces change velocities within the step.
-  bool is_quiet = false;
   /// True if the island gets a bounded number of sweeps, converged or not.
   bool is_swept = false;
   SolverDef<S> settings{};
@@ -12590,16 +12586,12 @@ struct SolveContext {
   [[nodiscard]] double cost_share() const {
     return 2.0 * settings.max_newton_steps / affordable_steps();
   }
-  /// [1] Share of the change by forces that a result may leave if the island is not cheap.
-  [[nodiscard]] double leftover() const { return 1e-2 * cost_share(); }
   /// Returns whether both take less than half of it. The island is then solved exactly, or stacks
   /// would never come to rest.
   [[nodiscard]] bool is_cheap() const { return cost_share() <= 0.5; }
   /// Returns whether both do not fit. The convex problems are then left out, and so are most
   /// sweeps.
   [[nodiscard]] bool is_costly() const { return cost_share() > 1; }
-  /// Returns whether the island is too large for factorisations while it moves.
-  [[nodiscard]] bool is_large() const { return factor_work > settings.max_direct_work; }
 
   /// The same for one of several equal substeps.
   [[nodiscard]] SolveContext part(S parts) const {
@@ -31709,7 +31701,7 @@ auto ProximalSolver<S>::follow(const Island& island, Constraints<S>& constraints
   // Where that is not cheap, sweeps go on from there instead.
   Real acceptable = enough_;
   if (!context.is_cheap()) {
-    acceptable = std::max(enough_, Real(context.leftover()) * answer.change);
+    acceptable = std::max(enough_, Real(1e-2 * context.cost_share()) * answer.change);
   }
   if (context.is_costly()) acceptable = largest_number<Real>;
   if (!(answer.residual <= acceptable)) return infinity<Real>;
@@ -33560,11 +33552,9 @@ class IslandSolver {
   /// warm start.
   void solve(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
              const SolveContext<S>& context, SolveReport<S>& report) {
-    is_swept_ = context.is_large() &&
-                !(context.is_quiet && settle(island, constraints, bodies, context, report));
-    if (is_swept_) {
+    if (is_large(context)) {
       solve_large(island, constraints, bodies, context, report);
-    } else if (!context.is_large()) {
+    } else {
       target(island, constraints, bodies, context);
       solve_small(island, constraints, bodies, context, report);
     }
@@ -33576,7 +33566,7 @@ class IslandSolver {
   /// @return Whether the velocities are to be solved anew (`open_contacts`).
   bool place(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
              const SolveContext<S>& context, SolveReport<S>& report) {
-    if (!is_swept_) {
+    if (!is_large(context)) {
       return place_small(island, constraints, bodies, context, report) &&
              context.integrator == Integrator::trapezoidal &&
              open_contacts<S>(island, constraints, bodies, context);
@@ -33605,8 +33595,10 @@ class IslandSolver {
     return assembly + order_.factor_work();
   }
 
-  /// Returns whether the last island was solved by sweeps alone, substep by substep.
-  [[nodiscard]] bool is_swept() const { return is_swept_; }
+  /// Returns whether an island is solved by sweeps.
+  [[nodiscard]] static bool is_large(const SolveContext<S>& context) {
+    return context.factor_work > context.settings.max_direct_work;
+  }
 
  private:
   static void target(const Island& island, Constraints<S>& constraints,
@@ -33698,25 +33690,6 @@ class IslandSolver {
     }
     saved_.restore(island, constraints);
     apply_impulses(island, constraints, bodies);
-  }
-
-  /// Solves a large island that is nearly at rest. Sweeps never find the rest of a wide heap, and
-  /// it creeps. The impulses of the last step are the solution once it is at rest. Until then
-  /// Newton's method comes nearer to it in each step, as far as the budget goes.
-  /// @return Whether the result is near enough. If not, all impulses are as before.
-  bool settle(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
-              const SolveContext<S>& context, SolveReport<S>& report) {
-    target(island, constraints, bodies, context);
-    sequential_.start(island, constraints, bodies);
-    saved_.save(island, constraints);
-    report.residual = sequential_.sweep(island, constraints, bodies, false);
-    ++report.sweeps;
-    if (report.residual <= context.velocity_tolerance) return true;
-    report.residual = S(proximal_.solve(island, constraints, bodies, context, report));
-    const bool is_near = report.residual <= S(context.leftover()) * context.speed_change;
-    if (!is_near) saved_.restore(island, constraints);
-    apply_impulses(island, constraints, bodies);
-    return is_near;
   }
 
   /// Solves a large island by few sweeps. Its substeps are short enough for them. Gaps follow the
@@ -34073,7 +34046,6 @@ class IslandSolver {
   IslandOrder order_;
   SavedImpulses<S> saved_;
   DerivativeWatch<S> watch_;
-  bool is_swept_ = false;
 
   /// Whole step of a body that is solved in substeps. Velocity change of one substep.
   struct Parts {
@@ -34119,7 +34091,7 @@ class MechanismStage final : public JointStage<S> {
 
   /// Rows that follow their mechanism are at their instants already.
   void time_rows(State& state, const Island& island, const SolveContext<S>& context) override {
-    if (context.is_large()) return;
+    if (IslandSolver<S>::is_large(context)) return;
     for (const std::uint32_t i : island.blocks) {
       const ConstraintBlock<S>& block = state.constraints.blocks[i];
       if (block.kind != BlockKind::equality || state.solver_bodies[block.body_a].follows_joints ||
@@ -34222,7 +34194,8 @@ class MechanismStage final : public JointStage<S> {
       has_limits = true;
     }
     if (springs != island.soft.size()) return false;  // The others are stiff springs or patches.
-    if (!island.contacts.empty() && (has_limits || context.is_large())) return false;
+    if (!island.contacts.empty() && (has_limits || IslandSolver<S>::is_large(context)))
+      return false;
     return std::none_of(island.bodies.begin(), island.bodies.end(),
                         [&](std::uint32_t slot) { return state.solver_bodies[slot].is_sensed; });
   }
@@ -35639,141 +35612,6 @@ class IslandBuilder {
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
-// === bristle/dynamics/contacts/kept_wrenches.hpp
-
-/// @file
-/// Impulses of manifolds whose points have moved along their bodies.
-///
-/// Edges that nearly coincide cross anywhere along each other. Such a point of contact jumps with
-/// the last bits of the poses. An impulse that jumps with it turns bodies at rest, by up to ten
-/// times as much in each step. The force and torque of a manifold are what its bodies need. How its
-/// points share them is not.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <algorithm>
-#include <span>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// Changes the impulses that the contacts of an island start from, so that each manifold gives the
-/// force and torque that it gave before its points moved. The changes are the smallest that do.
-/// Points without load stay without. Loads do not become negative.
-///
-/// @param points  What each contact came from; see `ContactConstraint::point`.
-/// @param dt      [s] Length of the last step.
-template <Scalar S>
-void keep_wrenches(const Island& island, Constraints<S>& constraints,
-                   std::span<const CachedPoint<S>> points, std::span<const SolverBody<S>> bodies,
-                   S dt);
-
-// Implementation ----------------------------------------------------------------------------------
-
-/// The loaded points of a manifold, in the plane of its tangents.
-template <Scalar S>
-class LoadedPoints {
- public:
-  LoadedPoints(std::span<const std::uint32_t> manifold, Constraints<S>& constraints)
-      : manifold_(manifold), constraints_(constraints) {
-    for_each([&](const ContactConstraint<S>& c) {
-      center_ += in_plane(c, c.arm_a);
-      count_ += S(1);
-    });
-    center_ /= std::max(S(1), count_);
-    for_each([&](const ContactConstraint<S>& c) {
-      const Vec2<S> r = from_center(c);
-      xx_ += r.x() * r.x();
-      xy_ += r.x() * r.y();
-      yy_ += r.y() * r.y();
-    });
-  }
-
-  /// [N m s] Torques that impulses gain as their points move.
-  struct Torques {
-    /// By loads: the sum of load times shift.
-    Vec2<S> tilt = zero<Vec2<S>>();
-    /// By friction, about the normal.
-    S twist = S(0);
-  };
-  template <typename Shift>
-  [[nodiscard]] Torques gained(const Shift& shift) const {
-    Torques sum;
-    for_each([&](const ContactConstraint<S>& c) {
-      const Vec2<S> moved = in_plane(c, shift(c));
-      sum.tilt += c.impulse[0] * moved;
-      sum.twist += moved.x() * c.impulse[2] - moved.y() * c.impulse[1];
-    });
-    return sum;
-  }
-
-  /// Takes torques out. Does nothing for points on a line, which tilt no body.
-  void take_out(const Torques& torques) const {
-    const S determinant = xx_ * yy_ - xy_ * xy_;
-    const S spread = xx_ + yy_;
-    if (!(determinant > Tolerance<S>::equal() * spread * spread)) return;
-    const Vec2<S>& tilt = torques.tilt;
-    const Vec2<S> gradient((yy_ * tilt.x() - xy_ * tilt.y()) / determinant,
-                           (xx_ * tilt.y() - xy_ * tilt.x()) / determinant);
-    const S spin = torques.twist / spread;
-    for_each([&](ContactConstraint<S>& c) {
-      const Vec2<S> r = from_center(c);
-      c.impulse[0] = std::max(S(0), c.impulse[0] - gradient.dot(r));
-      c.impulse[1] += spin * r.y();
-      c.impulse[2] -= spin * r.x();
-    });
-  }
-
- private:
-  [[nodiscard]] static Vec2<S> in_plane(const ContactConstraint<S>& c, const Vec3<S>& r) {
-    return {c.axes[1].dot(r), c.axes[2].dot(r)};
-  }
-  [[nodiscard]] Vec2<S> from_center(const ContactConstraint<S>& c) const {
-    return in_plane(c, c.arm_a) - center_;
-  }
-  template <typename Use>
-  void for_each(const Use& use) const {
-    for (const std::uint32_t i : manifold_) {
-      if (constraints_.contacts[i].impulse[0] > S(0)) use(constraints_.contacts[i]);
-    }
-  }
-
-  std::span<const std::uint32_t> manifold_;
-  Constraints<S>& constraints_;
-  Vec2<S> center_ = zero<Vec2<S>>();  // [m]
-  S count_ = S(0);
-  S xx_ = S(0);  // [m^2] Sums over the points.
-  S xy_ = S(0);
-  S yy_ = S(0);
-};
-
-template <Scalar S>
-void keep_wrenches(const Island& island, Constraints<S>& constraints,
-                   std::span<const CachedPoint<S>> points, std::span<const SolverBody<S>> bodies,
-                   S dt) {
-  for (std::size_t k = 0; k < island.contacts.size();) {
-    const std::size_t begin = k;
-    const ContactConstraint<S>& first = constraints.contacts[island.contacts[begin]];
-    while (k < island.contacts.size() &&
-           are_of_one_manifold(first, constraints.contacts[island.contacts[k]])) {
-      ++k;
-    }
-    const LoadedPoints<S> loaded(std::span(island.contacts).subspan(begin, k - begin), constraints);
-    // Arms also change as their bodies turn.
-    const Vec3<S> turn_a = dt * bodies[first.body_a].start.angular;
-    const Vec3<S> turn_b = dt * bodies[first.body_b].start.angular;
-    const auto by_a = loaded.gained([&](const ContactConstraint<S>& c) -> Vec3<S> {
-      return S(2) * points[c.point].mid_offset_a - turn_a.cross(c.arm_a);
-    });
-    const auto by_b = loaded.gained([&](const ContactConstraint<S>& c) -> Vec3<S> {
-      return S(2) * points[c.point].mid_offset_b - turn_b.cross(c.arm_b);
-    });
-    // Where bodies slide, points that stay on one of them move along the other.
-    loaded.take_out({by_a.tilt.squaredNorm() < by_b.tilt.squaredNorm() ? by_a.tilt : by_b.tilt,
-                     by_a.twist * by_a.twist < by_b.twist * by_b.twist ? by_a.twist : by_b.twist});
-  }
-}
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
 // === bristle/dynamics/contacts/passive_restitution.hpp
 
 /// @file
@@ -35803,7 +35641,7 @@ class PassiveRestitution {
   void calm(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
             const SolveContext<S>& context, IslandSolver<S>& solver, SolveReport<S>& report) {
     if (island.blocks.empty() || island.contacts.empty() || !island.soft.empty()) return;
-    if (context.is_large()) return;
+    if (IslandSolver<S>::is_large(context)) return;
     const S gained = gained_energy(island, bodies);
     if (!(gained > S(0)) || !is_closed(island, constraints, bodies)) return;
     saved_.save(island, constraints);
@@ -36166,15 +36004,6 @@ class SolveStage {
     std::span<SolverBody<S>> bodies = state.solver_bodies;
     context.factor_work =
         solver_.factor_work(island, constraints, bodies.size(), context.settings.max_direct_work);
-    if (context.is_large() && is_quiet(state, island, context)) {
-      // A quarter of the budget of a step pays for the largest factorisation.
-      const std::uint64_t most = 5 * context.settings.max_direct_work;
-      context.factor_work = solver_.factor_work(island, constraints, bodies.size(), most);
-      context.is_quiet = context.factor_work <= most;
-      if (context.is_quiet) {
-        keep_wrenches<S>(island, constraints, state.contacts.points(), bodies, context.dt);
-      }
-    }
     if (joints != nullptr && joints->follow(state, island, context)) {
       // A mechanism without contacts is solved. Its springs are done, too.
       if (island.contacts.empty()) return;
@@ -36211,14 +36040,14 @@ class SolveStage {
         return;
       }
       // Positions need no more digits than velocities have.
-      const S most = S(std::min(1e-2, context.leftover())) * context.speed_change;
+      const S most = S(1e-2 * std::min(1.0, context.cost_share())) * context.speed_change;
       context.position_tolerance =
           std::max(position_tolerance, context.dt * std::min(report.residual, most));
       if (!solver_.place(island, constraints, bodies, context, report)) break;
       if (pass >= context.settings.max_passes) break;
     }
     if (context.integrator == Integrator::trapezoidal) keep_angular_momentum(state, island);
-    if (!solver_.is_swept()) limit_corrections(state, island, context);
+    if (!IslandSolver<S>::is_large(context)) limit_corrections(state, island, context);
     if (joints != nullptr) joints->close_wide_gaps(state, island);
     state.report.position_sweeps += static_cast<std::uint64_t>(report.position_sweeps);
     state.report.direct_islands += report.factorisations > 0 ? 1 : 0;
@@ -36228,28 +36057,10 @@ class SolveStage {
     state.report.capped_islands += report.residual > context.velocity_tolerance ? 1u : 0u;
   }
 
-  /// Returns whether contacts alone hold an island, and no surfaces move on each other faster than
-  /// forces change velocities within the step.
-  [[nodiscard]] static bool is_quiet(const State& state, const Island& island,
-                                     const SolveContext<S>& context) {
-    if (!island.blocks.empty() || !island.soft.empty()) return false;
-    return std::all_of(island.contacts.begin(), island.contacts.end(), [&](std::uint32_t i) {
-      const ContactConstraint<S>& c = state.constraints.contacts[i];
-      const Vec3<S> v =
-          c.velocity(state.solver_bodies[c.body_a].start, state.solver_bodies[c.body_b].start);
-      S speed2 = S(0);
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        const S slip = c.axes[axis].dot(v) - c.bias[axis];
-        speed2 += slip * slip;
-      }
-      return speed2 <= context.speed_change * context.speed_change;
-    });
-  }
-
   /// Moves contacts to the instants at which their impulses act.
   static void time_contacts(State& state, const Island& island, const SolveContext<S>& context) {
     using std::max;
-    const bool is_large = context.is_large();
+    const bool is_large = IslandSolver<S>::is_large(context);
     // An arm r of a turning body leaves an error of h w^2 r / 2 at most. Below the velocity
     // tolerance it is not corrected.
     const S least = S(2) * context.velocity_tolerance / context.dt;

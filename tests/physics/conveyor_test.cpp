@@ -138,12 +138,6 @@ TEST_CASE("conveyor: a pyramid of 120 crates is dragged as one, and then rides a
   for (const BodyId id : boxes) {
     CHECK(world.body(id).twist.linear.x() == test::relative(1).epsilon(0.01));
   }
-  // On the belt it is at rest: the impulses of the last step are the solution.
-  for (int i = 0; i < 480; ++i) world.step();
-  CHECK(world.report().sweeps == 1);
-  for (const BodyId id : boxes) {
-    CHECK(world.body(id).twist.linear.x() == test::relative(1).epsilon(1e-6));
-  }
 }
 
 TEST_CASE("conveyor: two belts on one body drag two crates both ways") {

@@ -6,7 +6,6 @@
 #include <bristle/dynamics/bodies/integrator.hpp>
 #include <bristle/dynamics/bodies/islands.hpp>
 #include <bristle/dynamics/contacts/contact_target.hpp>
-#include <bristle/dynamics/contacts/kept_wrenches.hpp>
 #include <bristle/dynamics/contacts/passive_restitution.hpp>
 #include <bristle/dynamics/solver/guarded_sweeps.hpp>
 #include <bristle/dynamics/solver/island_solver.hpp>
@@ -210,15 +209,6 @@ class SolveStage {
     std::span<SolverBody<S>> bodies = state.solver_bodies;
     context.factor_work =
         solver_.factor_work(island, constraints, bodies.size(), context.settings.max_direct_work);
-    if (context.is_large() && is_quiet(state, island, context)) {
-      // A quarter of the budget of a step pays for the largest factorisation.
-      const std::uint64_t most = 5 * context.settings.max_direct_work;
-      context.factor_work = solver_.factor_work(island, constraints, bodies.size(), most);
-      context.is_quiet = context.factor_work <= most;
-      if (context.is_quiet) {
-        keep_wrenches<S>(island, constraints, state.contacts.points(), bodies, context.dt);
-      }
-    }
     if (joints != nullptr && joints->follow(state, island, context)) {
       // A mechanism without contacts is solved. Its springs are done, too.
       if (island.contacts.empty()) return;
@@ -255,14 +245,14 @@ class SolveStage {
         return;
       }
       // Positions need no more digits than velocities have.
-      const S most = S(std::min(1e-2, context.leftover())) * context.speed_change;
+      const S most = S(1e-2 * std::min(1.0, context.cost_share())) * context.speed_change;
       context.position_tolerance =
           std::max(position_tolerance, context.dt * std::min(report.residual, most));
       if (!solver_.place(island, constraints, bodies, context, report)) break;
       if (pass >= context.settings.max_passes) break;
     }
     if (context.integrator == Integrator::trapezoidal) keep_angular_momentum(state, island);
-    if (!solver_.is_swept()) limit_corrections(state, island, context);
+    if (!IslandSolver<S>::is_large(context)) limit_corrections(state, island, context);
     if (joints != nullptr) joints->close_wide_gaps(state, island);
     state.report.position_sweeps += static_cast<std::uint64_t>(report.position_sweeps);
     state.report.direct_islands += report.factorisations > 0 ? 1 : 0;
@@ -272,28 +262,10 @@ class SolveStage {
     state.report.capped_islands += report.residual > context.velocity_tolerance ? 1u : 0u;
   }
 
-  /// Returns whether contacts alone hold an island, and no surfaces move on each other faster than
-  /// forces change velocities within the step.
-  [[nodiscard]] static bool is_quiet(const State& state, const Island& island,
-                                     const SolveContext<S>& context) {
-    if (!island.blocks.empty() || !island.soft.empty()) return false;
-    return std::all_of(island.contacts.begin(), island.contacts.end(), [&](std::uint32_t i) {
-      const ContactConstraint<S>& c = state.constraints.contacts[i];
-      const Vec3<S> v =
-          c.velocity(state.solver_bodies[c.body_a].start, state.solver_bodies[c.body_b].start);
-      S speed2 = S(0);
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        const S slip = c.axes[axis].dot(v) - c.bias[axis];
-        speed2 += slip * slip;
-      }
-      return speed2 <= context.speed_change * context.speed_change;
-    });
-  }
-
   /// Moves contacts to the instants at which their impulses act.
   static void time_contacts(State& state, const Island& island, const SolveContext<S>& context) {
     using std::max;
-    const bool is_large = context.is_large();
+    const bool is_large = IslandSolver<S>::is_large(context);
     // An arm r of a turning body leaves an error of h w^2 r / 2 at most. Below the velocity
     // tolerance it is not corrected.
     const S least = S(2) * context.velocity_tolerance / context.dt;

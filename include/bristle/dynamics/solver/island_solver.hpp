@@ -28,11 +28,9 @@ class IslandSolver {
   /// warm start.
   void solve(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
              const SolveContext<S>& context, SolveReport<S>& report) {
-    is_swept_ = context.is_large() &&
-                !(context.is_quiet && settle(island, constraints, bodies, context, report));
-    if (is_swept_) {
+    if (is_large(context)) {
       solve_large(island, constraints, bodies, context, report);
-    } else if (!context.is_large()) {
+    } else {
       target(island, constraints, bodies, context);
       solve_small(island, constraints, bodies, context, report);
     }
@@ -44,7 +42,7 @@ class IslandSolver {
   /// @return Whether the velocities are to be solved anew (`open_contacts`).
   bool place(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
              const SolveContext<S>& context, SolveReport<S>& report) {
-    if (!is_swept_) {
+    if (!is_large(context)) {
       return place_small(island, constraints, bodies, context, report) &&
              context.integrator == Integrator::trapezoidal &&
              open_contacts<S>(island, constraints, bodies, context);
@@ -73,8 +71,10 @@ class IslandSolver {
     return assembly + order_.factor_work();
   }
 
-  /// Returns whether the last island was solved by sweeps alone, substep by substep.
-  [[nodiscard]] bool is_swept() const { return is_swept_; }
+  /// Returns whether an island is solved by sweeps.
+  [[nodiscard]] static bool is_large(const SolveContext<S>& context) {
+    return context.factor_work > context.settings.max_direct_work;
+  }
 
  private:
   static void target(const Island& island, Constraints<S>& constraints,
@@ -166,25 +166,6 @@ class IslandSolver {
     }
     saved_.restore(island, constraints);
     apply_impulses(island, constraints, bodies);
-  }
-
-  /// Solves a large island that is nearly at rest. Sweeps never find the rest of a wide heap, and
-  /// it creeps. The impulses of the last step are the solution once it is at rest. Until then
-  /// Newton's method comes nearer to it in each step, as far as the budget goes.
-  /// @return Whether the result is near enough. If not, all impulses are as before.
-  bool settle(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
-              const SolveContext<S>& context, SolveReport<S>& report) {
-    target(island, constraints, bodies, context);
-    sequential_.start(island, constraints, bodies);
-    saved_.save(island, constraints);
-    report.residual = sequential_.sweep(island, constraints, bodies, false);
-    ++report.sweeps;
-    if (report.residual <= context.velocity_tolerance) return true;
-    report.residual = S(proximal_.solve(island, constraints, bodies, context, report));
-    const bool is_near = report.residual <= S(context.leftover()) * context.speed_change;
-    if (!is_near) saved_.restore(island, constraints);
-    apply_impulses(island, constraints, bodies);
-    return is_near;
   }
 
   /// Solves a large island by few sweeps. Its substeps are short enough for them. Gaps follow the
@@ -541,7 +522,6 @@ class IslandSolver {
   IslandOrder order_;
   SavedImpulses<S> saved_;
   DerivativeWatch<S> watch_;
-  bool is_swept_ = false;
 
   /// Whole step of a body that is solved in substeps. Velocity change of one substep.
   struct Parts {

@@ -178,7 +178,7 @@ auto ProximalSolver<S>::follow(const Island& island, Constraints<S>& constraints
   // Where that is not cheap, sweeps go on from there instead.
   Real acceptable = enough_;
   if (!context.is_cheap()) {
-    acceptable = std::max(enough_, Real(context.leftover()) * answer.change);
+    acceptable = std::max(enough_, Real(1e-2 * context.cost_share()) * answer.change);
   }
   if (context.is_costly()) acceptable = largest_number<Real>;
   if (!(answer.residual <= acceptable)) return infinity<Real>;

@@ -136,9 +136,6 @@ struct SolveContext {
   S restitution_speed = S(0);
   /// [-] Multiply-adds of one factorisation of the island's matrix; see `factor_work`.
   std::uint64_t factor_work = 0;
-  /// True if a large island of contacts is nearly at rest, and the budget pays for some Newton
-  /// steps. Surfaces move on each other no faster than forces change velocities within the step.
-  bool is_quiet = false;
   /// True if the island gets a bounded number of sweeps, converged or not.
   bool is_swept = false;
   SolverDef<S> settings{};
@@ -162,16 +159,12 @@ struct SolveContext {
   [[nodiscard]] double cost_share() const {
     return 2.0 * settings.max_newton_steps / affordable_steps();
   }
-  /// [1] Share of the change by forces that a result may leave if the island is not cheap.
-  [[nodiscard]] double leftover() const { return 1e-2 * cost_share(); }
   /// Returns whether both take less than half of it. The island is then solved exactly, or stacks
   /// would never come to rest.
   [[nodiscard]] bool is_cheap() const { return cost_share() <= 0.5; }
   /// Returns whether both do not fit. The convex problems are then left out, and so are most
   /// sweeps.
   [[nodiscard]] bool is_costly() const { return cost_share() > 1; }
-  /// Returns whether the island is too large for factorisations while it moves.
-  [[nodiscard]] bool is_large() const { return factor_work > settings.max_direct_work; }
 
   /// The same for one of several equal substeps.
   [[nodiscard]] SolveContext part(S parts) const {
