@@ -63,16 +63,14 @@ TEST_CASE("leaning_mechanisms: a chain slides off where friction cannot hold it,
 }
 
 // Once torn, a chain stayed torn: corrections along the directions at the start of a step are too
-// large for them, and the smooth motion of a mechanism does not start from open joints.
+// large for them, and the smooth motion of a mechanism does not start from open joints. More steps
+// and starts are in stress/draped_chains_test.cpp.
 TEST_CASE("leaning_mechanisms: long steps tear no chain") {
-  for (const double steps_per_second : {50.0, 60.0, 80.0}) {
-    for (const double shift : {0.4, 1.0}) {
-      CAPTURE(steps_per_second);
-      CAPTURE(shift);
-      DrapedChain chain(shift, 1 / steps_per_second);
-      // Half of a link.
-      CHECK(chain.run(1) < link_pitch / 2);
-    }
+  for (const double shift : {0.4, 1.0}) {
+    CAPTURE(shift);
+    DrapedChain chain(shift, 1.0 / 50);
+    // Half of a link.
+    CHECK(chain.run(1) < link_pitch / 2);
   }
 }
 
