@@ -3,9 +3,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "support/momentum.hpp"
+
 #include <bristle/world/world.hpp>
 
 #include <algorithm>
+#include <cmath>
+#include <span>
 #include <vector>
 
 namespace bristle::scenes {
@@ -15,7 +19,7 @@ class FallingWires {
  public:
   /// @param slenderness  [1] Length by thickness.
   FallingWires(double slenderness, double time_step)
-      : world_({.gravity = {0, 0, -9.81}, .time_step = time_step}), time_step_(time_step) {
+      : world_({.gravity = {0, 0, -9.81}, .time_step = time_step}) {
     world_.add_body({.motion = Motion::fixed, .shape = HalfSpace<double>{}});
     for (int i = 0; i < 6; ++i) {
       wires_.push_back(world_.add_body(
@@ -29,7 +33,8 @@ class FallingWires {
   /// @return [J] The most energy after a step.
   double run(double duration) {
     double most = 0;
-    for (double t = 0; t < duration; t += time_step_) {
+    const long steps = std::lround(duration / world_.time_step());
+    for (long i = 0; i < steps; ++i) {
       world_.step();
       most = std::max(most, energy());
     }
@@ -38,17 +43,11 @@ class FallingWires {
 
   /// [J] Kinetic, and potential above the floor.
   [[nodiscard]] double energy() const {
-    double sum = 0;
-    for (const BodyId id : wires_) {
-      const Body<double>& wire = world_.body(id);
-      sum += wire.kinetic_energy() + wire.mass * 9.81 * wire.center_pose.translation.z();
-    }
-    return sum;
+    return test::energy_of(world_, std::span<const BodyId>(wires_));
   }
 
  private:
   World<double> world_;
-  double time_step_;
   std::vector<BodyId> wires_;
 };
 

@@ -98,7 +98,9 @@ void add_loads(RecipeBook& book) {
 
 void add_heaps(RecipeBook& book) {
   book.open("heap", {1.0 / 60, 1.0 / 240});
-  book.add<Pyramid>("pyramid20", "210 boxes, deepest overlap at the end [m]");
+  book.add<StandingHeap>("pyramid20", "210 boxes, deepest overlap at the end [m]", pyramid());
+  book.add<StandingHeap>("planks30", "tower of 120 planks, deepest overlap at the end [m]",
+                         tower_of_planks());
   book.add<Pile>("pile200", "200 boxes and balls in a bin, deepest overlap at the end [m]", 200);
   book.add<Pile>("pile1000", "1000 of them [m]", 1000);
 }

@@ -1,5 +1,5 @@
 /// @file
-/// Many bodies: a pyramid of boxes, and boxes and balls poured into a bin.
+/// Many bodies: a pyramid of boxes, a tower of planks, and boxes and balls poured into a bin.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -7,14 +7,48 @@
 
 #include <cmath>
 #include <random>
+#include <utility>
 
 namespace bristle::scenes {
 
-/// A wall-like pyramid of 210 boxes of 0.2 m and 1 kg, 20 in the lowest row, 10 mm apart. The error
-/// is the deepest overlap after 10 s [m].
-class Pyramid : public Trial {
+/// A wall-like pyramid of 210 boxes of 0.2 m and 1 kg, 20 in the lowest row, 10 mm apart.
+inline Scene pyramid() {
+  constexpr int rows = 20;
+  Scene scene;
+  scene.duration = 10;
+  scene.is_large = true;
+  scene.add(floor_body(0.5));
+  for (int row = 0; row < rows; ++row) {
+    for (int i = 0; i < rows - row; ++i) {
+      scene.add(box_body({0.1, 0.1, 0.1}, 1,
+                         {(i - (rows - row - 1) / 2.0) * 0.21, 0, 0.1 + 0.2 * row}, 0.5));
+    }
+  }
+  return scene;
+}
+
+/// A tower of 30 layers of four planks of 0.5 m and 5 kg, 10 mm apart, each layer across the last.
+inline Scene tower_of_planks() {
+  Scene scene;
+  scene.duration = 10;
+  scene.is_large = true;
+  scene.add(floor_body(0.5));
+  for (int layer = 0; layer < 30; ++layer) {
+    const double height = 0.05 + 0.1 * layer;
+    for (int i = 0; i < 4; ++i) {
+      const double aside = (i - 1.5) * 0.11;
+      scene.add(layer % 2 == 0 ? box_body({0.25, 0.05, 0.05}, 5, {0, aside, height}, 0.5)
+                               : box_body({0.05, 0.25, 0.05}, 5, {aside, 0, height}, 0.5));
+    }
+  }
+  return scene;
+}
+
+/// Boxes that stand on each other and should not move. The error is the deepest overlap at the end
+/// [m].
+class StandingHeap : public Trial {
  public:
-  Pyramid() : Trial(make()) {}
+  explicit StandingHeap(Scene heap) : Trial(std::move(heap)) {}
 
   void observe(const Engine& engine, const Instant& now) override {
     if (!now.is(scene().duration)) return;
@@ -33,21 +67,6 @@ class Pyramid : public Trial {
   }
 
  private:
-  static Scene make() {
-    constexpr int rows = 20;
-    Scene scene;
-    scene.duration = 10;
-    scene.is_large = true;
-    scene.add(floor_body(0.5));
-    for (int row = 0; row < rows; ++row) {
-      for (int i = 0; i < rows - row; ++i) {
-        scene.add(box_body({0.1, 0.1, 0.1}, 1,
-                           {(i - (rows - row - 1) / 2.0) * 0.21, 0, 0.1 + 0.2 * row}, 0.5));
-      }
-    }
-    return scene;
-  }
-
   Overlaps found_{};
   double kinetic_ = 0;
   double farthest_ = 0;
