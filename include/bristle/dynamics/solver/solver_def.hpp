@@ -47,11 +47,11 @@ struct SolverDef {
   /// [-] Most Newton steps of one such solve. Islands for which they exceed the budget take fewer.
   /// With the bounds on sweeps and passes it bounds the cost of the worst step.
   int max_newton_steps = 60;
-  /// [-] Most sweeps over a larger island in each substep. It is `max_sweeps` if most of its
-  /// contacts are new.
-  int large_sweeps = 10;
-  /// [-] Most sweeps of the position problem of a larger island, in each substep.
-  int large_position_sweeps = 4;
+  /// [-] Most sweeps over a larger island in each substep. Half of them run, and the others as long
+  /// as extrapolating them gains. `max_sweeps` run if most of its contacts are new.
+  int large_sweeps = 20;
+  /// [-] The same for the position problem of a larger island.
+  int large_position_sweeps = 20;
   /// [s] Longest substep over which a larger island is solved at once, > 0. Infinite for one
   /// substep per step.
   S longest_substep = S(1) / S(240);
