@@ -49,7 +49,9 @@ class ManifoldSweeps {
     const auto free = [](const SolverBody<S>& body) -> const Twist<S>& { return body.free; };
     read(bodies, start, starts_);
     load(bodies, free);
-    for_each_block([&](Part part) { part.target(starts_, velocities_, context); });
+    bounces_ = false;
+    for_each_block(
+        [&](Part part) { bounces_ = part.target(starts_, velocities_, context) || bounces_; });
   }
 
   /// Reads the bodies' velocities, or their displacements. The calls that follow use them.
@@ -82,7 +84,7 @@ class ManifoldSweeps {
     extrapolation_.start(moving_rows(), [&](auto&& use) { show_impulses(problem, use); });
   }
   /// Goes on as the last pair of sweeps did (`SweepExtrapolation`). At least one sweep has to
-  /// follow.
+  /// follow. Impacts that bounce do not make energy the least, so they are left as they are.
   /// @return Whether there was something to gain.
   bool extrapolate(SweptProblem problem) {
     return extrapolation_.move_on(
@@ -186,6 +188,7 @@ class ManifoldSweeps {
   VelocityTable<S> velocities_, starts_;
   SweepExtrapolation<S> extrapolation_;
   bool restitution_ = false;
+  bool bounces_ = false;  // Whether any contact has to part in this substep.
   bool is_cold_ = false;
 };
 
