@@ -87,6 +87,7 @@ class ManifoldSweeps {
   /// follow. Impacts that bounce do not make energy the least, so they are left as they are.
   /// @return Whether there was something to gain.
   bool extrapolate(SweptProblem problem) {
+    if (bounces_) return false;
     return extrapolation_.move_on(
         moving_rows(), [&](auto&& use) { show_residuals(problem, use); },
         [&](auto&& use) { show_impulses(problem, use); });
