@@ -32793,8 +32793,7 @@ class ManifoldPart : ManifoldMotion<S> {
   /// Sets the velocity targets of the contacts (`target_at`). Starts from their impulses.
   /// @param start, free  Velocities at the start of the substep. Velocities of free motion at its
   ///               end.
-  /// @return Whether any contact has to part.
-  bool target(const VelocityTable<S>& start, const VelocityTable<S>& free,
+  void target(const VelocityTable<S>& start, const VelocityTable<S>& free,
               const SolveContext<S>& context);
 
   /// Ends the sweeps. Friction is spread over the points in proportion to their normal impulses.
@@ -32832,14 +32831,13 @@ class ManifoldPart : ManifoldMotion<S> {
 // Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
-bool ManifoldPart<S>::target(const VelocityTable<S>& start, const VelocityTable<S>& free,
+void ManifoldPart<S>::target(const VelocityTable<S>& start, const VelocityTable<S>& free,
                              const SolveContext<S>& context) {
   const Relative v_start = relative(motion(start));
   const Relative v_free = relative(motion(free));
   const Mask<S> follow_joints = mask(m_.follow_joints);
   const T zero = S(0);
   Friction friction;
-  T most = zero;
   for (std::size_t k = 0; k < points_.size(); ++k) {
     Points& p = points_[k];
     Contacts& c = contacts_[k];
@@ -32848,7 +32846,6 @@ bool ManifoldPart<S>::target(const VelocityTable<S>& start, const VelocityTable<
     const ContactTarget<T> target = target_at<T>(row(c.gap), row(c.restitution), row(p.impulse),
                                                  speeds, follow_joints, context);
     target.target.store(p.target.data());
-    most = max(most, target.target);
     target.restitution_share.store(c.restitution_share.data());
     c.impacts = bits(target.is_impact);
     // An impact does not predict the load that follows. Neither does the load predict the impact.
@@ -32858,7 +32855,6 @@ bool ManifoldPart<S>::target(const VelocityTable<S>& start, const VelocityTable<
   friction.along1.store(m_.friction_impulse1.data());
   friction.along2.store(m_.friction_impulse2.data());
   friction.spin.store(m_.torsion.data());
-  return any(most > zero);
 }
 
 template <Scalar S>
@@ -33213,9 +33209,7 @@ class ManifoldSweeps {
     const auto free = [](const SolverBody<S>& body) -> const Twist<S>& { return body.free; };
     read(bodies, start, starts_);
     load(bodies, free);
-    bounces_ = false;
-    for_each_block(
-        [&](Part part) { bounces_ = part.target(starts_, velocities_, context) || bounces_; });
+    for_each_block([&](Part part) { part.target(starts_, velocities_, context); });
   }
 
   /// Reads the bodies' velocities, or their displacements. The calls that follow use them.
@@ -33248,10 +33242,10 @@ class ManifoldSweeps {
     extrapolation_.start(moving_rows(), [&](auto&& use) { show_impulses(problem, use); });
   }
   /// Goes on as the last pair of sweeps did (`SweepExtrapolation`). At least one sweep has to
-  /// follow. Impacts that bounce do not make energy the least, so they are left as they are.
+  /// follow. Bodies that may bounce are left as they are: impacts do not make energy the least.
   /// @return Whether there was something to gain.
   bool extrapolate(SweptProblem problem) {
-    if (bounces_) return false;
+    if (restitution_) return false;
     return extrapolation_.move_on(
         moving_rows(), [&](auto&& use) { show_residuals(problem, use); },
         [&](auto&& use) { show_impulses(problem, use); });
@@ -33353,7 +33347,6 @@ class ManifoldSweeps {
   VelocityTable<S> velocities_, starts_;
   SweepExtrapolation<S> extrapolation_;
   bool restitution_ = false;
-  bool bounces_ = false;  // Whether any contact has to part in this substep.
   bool is_cold_ = false;
 };
 

@@ -33,8 +33,7 @@ class ManifoldPart : ManifoldMotion<S> {
   /// Sets the velocity targets of the contacts (`target_at`). Starts from their impulses.
   /// @param start, free  Velocities at the start of the substep. Velocities of free motion at its
   ///               end.
-  /// @return Whether any contact has to part.
-  bool target(const VelocityTable<S>& start, const VelocityTable<S>& free,
+  void target(const VelocityTable<S>& start, const VelocityTable<S>& free,
               const SolveContext<S>& context);
 
   /// Ends the sweeps. Friction is spread over the points in proportion to their normal impulses.
@@ -72,14 +71,13 @@ class ManifoldPart : ManifoldMotion<S> {
 // Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
-bool ManifoldPart<S>::target(const VelocityTable<S>& start, const VelocityTable<S>& free,
+void ManifoldPart<S>::target(const VelocityTable<S>& start, const VelocityTable<S>& free,
                              const SolveContext<S>& context) {
   const Relative v_start = relative(motion(start));
   const Relative v_free = relative(motion(free));
   const Mask<S> follow_joints = mask(m_.follow_joints);
   const T zero = S(0);
   Friction friction;
-  T most = zero;
   for (std::size_t k = 0; k < points_.size(); ++k) {
     Points& p = points_[k];
     Contacts& c = contacts_[k];
@@ -88,7 +86,6 @@ bool ManifoldPart<S>::target(const VelocityTable<S>& start, const VelocityTable<
     const ContactTarget<T> target = target_at<T>(row(c.gap), row(c.restitution), row(p.impulse),
                                                  speeds, follow_joints, context);
     target.target.store(p.target.data());
-    most = max(most, target.target);
     target.restitution_share.store(c.restitution_share.data());
     c.impacts = bits(target.is_impact);
     // An impact does not predict the load that follows. Neither does the load predict the impact.
@@ -98,7 +95,6 @@ bool ManifoldPart<S>::target(const VelocityTable<S>& start, const VelocityTable<
   friction.along1.store(m_.friction_impulse1.data());
   friction.along2.store(m_.friction_impulse2.data());
   friction.spin.store(m_.torsion.data());
-  return any(most > zero);
 }
 
 template <Scalar S>

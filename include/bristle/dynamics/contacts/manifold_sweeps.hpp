@@ -49,9 +49,7 @@ class ManifoldSweeps {
     const auto free = [](const SolverBody<S>& body) -> const Twist<S>& { return body.free; };
     read(bodies, start, starts_);
     load(bodies, free);
-    bounces_ = false;
-    for_each_block(
-        [&](Part part) { bounces_ = part.target(starts_, velocities_, context) || bounces_; });
+    for_each_block([&](Part part) { part.target(starts_, velocities_, context); });
   }
 
   /// Reads the bodies' velocities, or their displacements. The calls that follow use them.
@@ -84,10 +82,10 @@ class ManifoldSweeps {
     extrapolation_.start(moving_rows(), [&](auto&& use) { show_impulses(problem, use); });
   }
   /// Goes on as the last pair of sweeps did (`SweepExtrapolation`). At least one sweep has to
-  /// follow. Impacts that bounce do not make energy the least, so they are left as they are.
+  /// follow. Bodies that may bounce are left as they are: impacts do not make energy the least.
   /// @return Whether there was something to gain.
   bool extrapolate(SweptProblem problem) {
-    if (bounces_) return false;
+    if (restitution_) return false;
     return extrapolation_.move_on(
         moving_rows(), [&](auto&& use) { show_residuals(problem, use); },
         [&](auto&& use) { show_impulses(problem, use); });
@@ -189,7 +187,6 @@ class ManifoldSweeps {
   VelocityTable<S> velocities_, starts_;
   SweepExtrapolation<S> extrapolation_;
   bool restitution_ = false;
-  bool bounces_ = false;  // Whether any contact has to part in this substep.
   bool is_cold_ = false;
 };
 
