@@ -74,7 +74,8 @@ Run<S> run_pairs(ManifoldSweeps<S>& sweeps, SweptProblem problem, int pairs, boo
 }  // namespace
 
 // Conjugate gradients end after as many pairs as the problem has unknowns: the motions of three
-// bodies, 18. Twice as many leave room for rounding. Sweeps alone are far from it by then.
+// bodies, 18. Twice as many leave room for rounding. Measured: up to 5e-7 of what sweeps alone leave,
+// and 3e-5 with directions that are not conjugate.
 TEST_CASE("SweepExtrapolation: what holds is solved in as many pairs as bodies have freedoms") {
   for (const SweptProblem problem : {SweptProblem::velocities, SweptProblem::positions}) {
     for (std::uint64_t seed = 1; seed <= 5; ++seed) {
@@ -93,7 +94,7 @@ TEST_CASE("SweepExtrapolation: what holds is solved in as many pairs as bodies h
       };
       const Run<double> fast = solve(true);
       const Run<double> slow = solve(false);
-      CHECK(fast.residual <= 1e-3 * slow.residual);
+      CHECK(fast.residual <= 5e-6 * slow.residual);
       CHECK(fast.extrapolated > 0);
     }
   }
