@@ -74,8 +74,8 @@ Run<S> run_pairs(ManifoldSweeps<S>& sweeps, SweptProblem problem, int pairs, boo
 }  // namespace
 
 // Conjugate gradients end after as many pairs as the problem has unknowns: the motions of three
-// bodies, 18. Twice as many leave room for rounding. Measured: up to 5e-7 of what sweeps alone leave,
-// and 3e-5 with directions that are not conjugate.
+// bodies, 18. Twice as many leave room for rounding. Measured: up to 5e-7 of what sweeps alone
+// leave, and 3e-5 with directions that are not conjugate.
 TEST_CASE("SweepExtrapolation: what holds is solved in as many pairs as bodies have freedoms") {
   for (const SweptProblem problem : {SweptProblem::velocities, SweptProblem::positions}) {
     for (std::uint64_t seed = 1; seed <= 5; ++seed) {
