@@ -32981,6 +32981,7 @@ void ManifoldPart<S>::move_on(const VelocityTable<S>& displacements, S dt) {
 /// length that does not ask for the energy. docs/measurements/0021-large-islands.md compares both.
 // SPDX-License-Identifier: BSD-3-Clause
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -33025,9 +33026,7 @@ class SweepExtrapolation {
     DynamicArray<S> before, change, direction;
 
     void resize(std::size_t size) {
-      for (auto* numbers : {&before, &change, &direction}) {
-        if (numbers->size() < size) numbers->resize(size, S(0));
-      }
+      for (auto* numbers : {&before, &change, &direction}) numbers->resize(size);
     }
   };
   struct Mass {
@@ -33051,7 +33050,6 @@ class SweepExtrapolation {
 
   Path impulses_, velocities_;
   DynamicArray<Mass> masses_;
-  bool has_direction_ = false;
 };
 
 // Implementation ----------------------------------------------------------------------------------
@@ -33086,7 +33084,10 @@ void SweepExtrapolation<S>::forget(std::span<const S> velocities, ShowImpulses&&
     before += lanes<S>;
   });
   for (std::size_t k = 0; k < velocities.size(); ++k) velocities_.before[k] = velocities[k];
-  has_direction_ = false;
+  // An island that overflowed must not leave numbers to the next one that are none.
+  for (Path* path : {&impulses_, &velocities_}) {
+    std::fill(path->direction.begin(), path->direction.end(), S(0));
+  }
 }
 
 template <Scalar S>
@@ -33112,7 +33113,7 @@ auto SweepExtrapolation<S>::step_to_least(const S& whole, const S& slope, const 
   Step step{S(0), S(0), S(0), S(0)};
   S conjugate = whole;
   S conjugate_slope = slope;
-  if (has_direction_ && last_slope < S(0)) {
+  if (last_slope < S(0)) {
     const S shared = energy(velocities_.change, velocities_.direction);
     const S last = energy(velocities_.direction, velocities_.direction);
     if (last > S(0)) {
@@ -33172,7 +33173,6 @@ bool SweepExtrapolation<S>::move_on(std::span<S> velocities, ShowResiduals&& sho
     velocities_.before[k] = velocities[k];
     velocities_.direction[k] = along;
   }
-  has_direction_ = true;
   return true;
 }
 

@@ -26,6 +26,7 @@
 #include <bristle/dynamics/solver/solver_types.hpp>
 #include <bristle/math/simd.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -70,9 +71,7 @@ class SweepExtrapolation {
     DynamicArray<S> before, change, direction;
 
     void resize(std::size_t size) {
-      for (auto* numbers : {&before, &change, &direction}) {
-        if (numbers->size() < size) numbers->resize(size, S(0));
-      }
+      for (auto* numbers : {&before, &change, &direction}) numbers->resize(size);
     }
   };
   struct Mass {
@@ -96,7 +95,6 @@ class SweepExtrapolation {
 
   Path impulses_, velocities_;
   DynamicArray<Mass> masses_;
-  bool has_direction_ = false;
 };
 
 // Implementation ----------------------------------------------------------------------------------
@@ -131,7 +129,10 @@ void SweepExtrapolation<S>::forget(std::span<const S> velocities, ShowImpulses&&
     before += lanes<S>;
   });
   for (std::size_t k = 0; k < velocities.size(); ++k) velocities_.before[k] = velocities[k];
-  has_direction_ = false;
+  // An island that overflowed must not leave numbers to the next one that are none.
+  for (Path* path : {&impulses_, &velocities_}) {
+    std::fill(path->direction.begin(), path->direction.end(), S(0));
+  }
 }
 
 template <Scalar S>
@@ -157,7 +158,7 @@ auto SweepExtrapolation<S>::step_to_least(const S& whole, const S& slope, const 
   Step step{S(0), S(0), S(0), S(0)};
   S conjugate = whole;
   S conjugate_slope = slope;
-  if (has_direction_ && last_slope < S(0)) {
+  if (last_slope < S(0)) {
     const S shared = energy(velocities_.change, velocities_.direction);
     const S last = energy(velocities_.direction, velocities_.direction);
     if (last > S(0)) {
@@ -217,7 +218,6 @@ bool SweepExtrapolation<S>::move_on(std::span<S> velocities, ShowResiduals&& sho
     velocities_.before[k] = velocities[k];
     velocities_.direction[k] = along;
   }
-  has_direction_ = true;
   return true;
 }
 
