@@ -33239,7 +33239,7 @@ class ManifoldSweeps {
   /// Starts to watch pairs of sweeps. Only these sweeps may then change velocities, or
   /// displacements.
   void start_extrapolation(SweptProblem problem) {
-    extrapolation_.start(moving_rows(), [&](auto&& use) { show_impulses(problem, use); });
+    extrapolation_.start(rows_of_bodies(), [&](auto&& use) { show_impulses(problem, use); });
   }
   /// Goes on as the last pair of sweeps did (`SweepExtrapolation`). At least one sweep has to
   /// follow. Bodies that may bounce are left as they are: impacts do not make energy the least.
@@ -33247,7 +33247,7 @@ class ManifoldSweeps {
   bool extrapolate(SweptProblem problem) {
     if (restitution_) return false;
     return extrapolation_.move_on(
-        moving_rows(), [&](auto&& use) { show_residuals(problem, use); },
+        rows_of_bodies(), [&](auto&& use) { show_residuals(problem, use); },
         [&](auto&& use) { show_impulses(problem, use); });
   }
 
@@ -33310,8 +33310,8 @@ class ManifoldSweeps {
   void for_each_block(Use&& use) {
     for (Block& block : blocks_) use(Part(block, points_, contacts_));
   }
-  /// Velocities of the bodies that may move.
-  [[nodiscard]] std::span<S> moving_rows() { return velocities_.rows(1, slots_.size()); }
+  /// Velocities of all bodies of the island's contacts.
+  [[nodiscard]] std::span<S> rows_of_bodies() { return velocities_.rows(1, slots_.size()); }
   /// Shows the impulses of a problem, and what their velocities lack, to `SweepExtrapolation`.
   template <typename Use>
   void show_impulses(SweptProblem problem, const Use& use);
@@ -33321,6 +33321,7 @@ class ManifoldSweeps {
   template <typename Of>
   void read(std::span<const SolverBody<S>> bodies, Of&& of, VelocityTable<S>& table) const {
     table.resize(slots_.size() + 1);
+    table.set(0, {});  // Unused lanes read what immovable bodies have left there.
     for (std::size_t k = 0; k < slots_.size(); ++k) table.set(k + 1, of(bodies[slots_[k]]));
   }
 
