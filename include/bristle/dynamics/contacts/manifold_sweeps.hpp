@@ -5,7 +5,7 @@
 /// tangents at the centre of pressure and a torsion about the normal. The normal impulses bound it.
 /// Friction that differs within one patch is given up. Rigid bodies leave it undetermined anyway.
 /// Manifolds without a common moving body are solved side by side. They are lanes
-/// (`ManifoldKernel`). The results are those of one after the other.
+/// (`ManifoldKernel`). A sweep has the results of one after the other.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -76,19 +76,20 @@ class ManifoldSweeps {
     return sweep_blocks(backwards, [this](Kernel block) { return block.solve(velocities_); });
   }
 
-  /// Starts to watch pairs of sweeps. Only these sweeps may then change velocities, or
-  /// displacements.
+  /// Starts to watch pairs of sweeps for `extrapolate`.
   void start_extrapolation(SweptProblem problem) {
+    if (!may_extrapolate_) return;
     extrapolation_.start(rows_of_bodies(), [&](auto&& use) { show_impulses(problem, use); });
   }
   /// Goes on as the last pair of sweeps did (`SweepExtrapolation`). At least one sweep has to
-  /// follow. Bodies that may bounce are left as they are: impacts do not make energy the least.
+  /// follow. Islands in which anything may bounce are left as they are: impacts do not make energy
+  /// the least. So are those with joints or sensors, whose rows would have to go on, too.
   /// @return Whether there was something to gain.
   bool extrapolate(SweptProblem problem) {
-    if (restitution_) return false;
-    return extrapolation_.move_on(
-        rows_of_bodies(), [&](auto&& use) { show_residuals(problem, use); },
-        [&](auto&& use) { show_impulses(problem, use); });
+    return may_extrapolate_ &&
+           extrapolation_.move_on(
+               rows_of_bodies(), [&](auto&& use) { show_residuals(problem, use); },
+               [&](auto&& use) { show_impulses(problem, use); });
   }
 
   /// Ends the sweeps over velocities.
@@ -188,6 +189,7 @@ class ManifoldSweeps {
   VelocityTable<S> velocities_, starts_;
   SweepExtrapolation<S> extrapolation_;
   bool restitution_ = false;
+  bool may_extrapolate_ = false;
   bool is_cold_ = false;
 };
 
@@ -218,7 +220,8 @@ void ManifoldSweeps<S>::start(const Island& island, const Constraints<S>& constr
     }
     add_manifold(manifolds_[place.manifold], island, constraints, bodies, parts);
   }
-  extrapolation_.read_masses(slots_, bodies);
+  may_extrapolate_ = !restitution_ && island.blocks.empty() && island.soft.empty();
+  if (may_extrapolate_) extrapolation_.read_masses(slots_, bodies);
 }
 
 template <Scalar S>

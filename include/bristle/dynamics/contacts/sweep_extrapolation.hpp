@@ -6,10 +6,11 @@
 /// as when a column leans, would take thousands of them. As long as no contact opens or slides, the
 /// impulses x minimise the energy
 ///     f(x) = x'Wx / 2 + q'x.
-/// A sweep there and back changes x by d = -M^-1 grad f, where M is symmetric. So conjugate
-/// gradients with the preconditioner M (Hestenes and Stiefel 1952) apply: f is minimised in the
-/// plane of d and of the last direction p. That needs no W. The slope of f along d is the sum of d
-/// times what velocities lack. d'Wd is twice the kinetic energy of the velocities that d adds.
+/// A sweep there and back changes x by d = -M^-1 grad f. M is nearly symmetric: the points of a
+/// manifold are solved in the same order there and back. So it serves conjugate gradients (Hestenes
+/// and Stiefel 1952) as a preconditioner, each direction conjugate to the last: f is minimised in
+/// the plane of d and of the last direction p. That needs no W. The slope of f along d is the sum
+/// of d times what velocities lack. d'Wd is twice the kinetic energy of the velocities that d adds.
 ///
 /// Where contacts open or slide, the laws hold sweeps back, and f may rise along d. Such a change
 /// says nothing of the next one. Nothing is extrapolated then, and p is forgotten. The same holds

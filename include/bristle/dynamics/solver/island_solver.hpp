@@ -222,7 +222,7 @@ class IslandSolver {
                   std::span<SolverBody<S>> bodies, const SolveContext<S>& part, SweepCount count,
                   SolveReport<S>& report) {
     sequential_.start_part(island, constraints, bodies, part);
-    sweep_while_it_pays(island, SweptProblem::velocities, count, [&](bool backwards) {
+    sweep_while_it_pays(SweptProblem::velocities, count, [&](bool backwards) {
       report.residual = sequential_.sweep(island, constraints, bodies, backwards);
       ++report.sweeps;
       return report.residual <= part.velocity_tolerance;
@@ -234,15 +234,14 @@ class IslandSolver {
   /// extrapolating gains nothing, contacts open or slide. Many more sweeps would gain little there.
   /// @param sweep  sweep(backwards) returns whether the problem is solved.
   template <typename Sweep>
-  void sweep_while_it_pays(const Island& island, SweptProblem problem, SweepCount count,
-                           const Sweep& sweep) {
-    sequential_.start_extrapolation(island, problem);
+  void sweep_while_it_pays(SweptProblem problem, SweepCount count, const Sweep& sweep) {
+    sequential_.start_extrapolation(problem);
     bool gains = false;
     for (int n = 0; n < count.least || gains; ++n) {
       const bool backwards = n % 2 != 0;
       if (sweep(backwards)) return;
       // Two more sweeps follow, as an extrapolation may violate the laws of contacts.
-      if (backwards) gains = n + 2 < count.most && sequential_.extrapolate(island, problem);
+      if (backwards) gains = n + 2 < count.most && sequential_.extrapolate(problem);
     }
   }
 
@@ -326,7 +325,7 @@ class IslandSolver {
     sequential_.start_positions(island, bodies, part);
     // Positions need no more digits than velocities have. A third of the error adds little to it.
     const S enough = std::max(part.position_tolerance / part.dt, S(0.3) * report.residual);
-    sweep_while_it_pays(island, SweptProblem::positions, count, [&](bool backwards) {
+    sweep_while_it_pays(SweptProblem::positions, count, [&](bool backwards) {
       ++report.position_sweeps;
       return sequential_.sweep_positions(island, constraints, bodies, part.dt, backwards) <= enough;
     });

@@ -85,15 +85,11 @@ class SequentialSolver {
   }
 
   /// Starts to watch the sweeps that follow, there and back in turn, for `extrapolate`.
-  void start_extrapolation(const Island& island, SweptProblem problem) {
-    if (!shares_bodies(island)) manifolds_.start_extrapolation(problem);
-  }
+  void start_extrapolation(SweptProblem problem) { manifolds_.start_extrapolation(problem); }
   /// Moves on as the last sweep there and back did (`ManifoldSweeps::extrapolate`). At least one
-  /// sweep has to follow. Islands with joints or sensors are left as they are.
+  /// sweep has to follow.
   /// @return Whether there was something to gain.
-  bool extrapolate(const Island& island, SweptProblem problem) {
-    return !shares_bodies(island) && manifolds_.extrapolate(problem);
-  }
+  bool extrapolate(SweptProblem problem) { return manifolds_.extrapolate(problem); }
 
   /// Ends the sweeps of a substep.
   void finish(const Island& island, std::span<SolverBody<S>> bodies) const {

@@ -48,7 +48,8 @@ struct SolverDef {
   /// With the bounds on sweeps and passes it bounds the cost of the worst step.
   int max_newton_steps = 60;
   /// [-] Most sweeps over a larger island in each substep. Half of them run, and the others as long
-  /// as extrapolating them gains. `max_sweeps` run if most of its contacts are new.
+  /// as extrapolating them gains. That is never so with joints, sensors or restitution.
+  /// `max_sweeps` run if most of its contacts are new.
   int large_sweeps = 20;
   /// [-] The same for the position problem of a larger island.
   int large_position_sweeps = 20;
