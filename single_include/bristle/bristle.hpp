@@ -12426,7 +12426,8 @@ struct SolverDef {
   /// With the bounds on sweeps and passes it bounds the cost of the worst step.
   int max_newton_steps = 60;
   /// [-] Most sweeps over a larger island in each substep. Half of them run, and the others as long
-  /// as extrapolating them gains. `max_sweeps` run if most of its contacts are new.
+  /// as extrapolating them gains. That is never so with joints, sensors or restitution.
+  /// `max_sweeps` run if most of its contacts are new.
   int large_sweeps = 20;
   /// [-] The same for the position problem of a larger island.
   int large_position_sweeps = 20;
@@ -32009,7 +32010,7 @@ auto ProximalSolver<S>::search_line(Real eps) -> Real {
 /// tangents at the centre of pressure and a torsion about the normal. The normal impulses bound it.
 /// Friction that differs within one patch is given up. Rigid bodies leave it undetermined anyway.
 /// Manifolds without a common moving body are solved side by side. They are lanes
-/// (`ManifoldKernel`). The results are those of one after the other.
+/// (`ManifoldKernel`). A sweep has the results of one after the other.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/dynamics/contacts/manifold_block.hpp
@@ -32967,10 +32968,11 @@ void ManifoldPart<S>::move_on(const VelocityTable<S>& displacements, S dt) {
 /// as when a column leans, would take thousands of them. As long as no contact opens or slides, the
 /// impulses x minimise the energy
 ///     f(x) = x'Wx / 2 + q'x.
-/// A sweep there and back changes x by d = -M^-1 grad f, where M is symmetric. So conjugate
-/// gradients with the preconditioner M (Hestenes and Stiefel 1952) apply: f is minimised in the
-/// plane of d and of the last direction p. That needs no W. The slope of f along d is the sum of d
-/// times what velocities lack. d'Wd is twice the kinetic energy of the velocities that d adds.
+/// A sweep there and back changes x by d = -M^-1 grad f. M is nearly symmetric: the points of a
+/// manifold are solved in the same order there and back. So it serves conjugate gradients (Hestenes
+/// and Stiefel 1952) as a preconditioner, each direction conjugate to the last: f is minimised in
+/// the plane of d and of the last direction p. That needs no W. The slope of f along d is the sum
+/// of d times what velocities lack. d'Wd is twice the kinetic energy of the velocities that d adds.
 ///
 /// Where contacts open or slide, the laws hold sweeps back, and f may rise along d. Such a change
 /// says nothing of the next one. Nothing is extrapolated then, and p is forgotten. The same holds
@@ -33236,19 +33238,20 @@ class ManifoldSweeps {
     return sweep_blocks(backwards, [this](Kernel block) { return block.solve(velocities_); });
   }
 
-  /// Starts to watch pairs of sweeps. Only these sweeps may then change velocities, or
-  /// displacements.
+  /// Starts to watch pairs of sweeps for `extrapolate`.
   void start_extrapolation(SweptProblem problem) {
+    if (!may_extrapolate_) return;
     extrapolation_.start(rows_of_bodies(), [&](auto&& use) { show_impulses(problem, use); });
   }
   /// Goes on as the last pair of sweeps did (`SweepExtrapolation`). At least one sweep has to
-  /// follow. Bodies that may bounce are left as they are: impacts do not make energy the least.
+  /// follow. Islands in which anything may bounce are left as they are: impacts do not make energy
+  /// the least. So are those with joints or sensors, whose rows would have to go on, too.
   /// @return Whether there was something to gain.
   bool extrapolate(SweptProblem problem) {
-    if (restitution_) return false;
-    return extrapolation_.move_on(
-        rows_of_bodies(), [&](auto&& use) { show_residuals(problem, use); },
-        [&](auto&& use) { show_impulses(problem, use); });
+    return may_extrapolate_ &&
+           extrapolation_.move_on(
+               rows_of_bodies(), [&](auto&& use) { show_residuals(problem, use); },
+               [&](auto&& use) { show_impulses(problem, use); });
   }
 
   /// Ends the sweeps over velocities.
@@ -33348,6 +33351,7 @@ class ManifoldSweeps {
   VelocityTable<S> velocities_, starts_;
   SweepExtrapolation<S> extrapolation_;
   bool restitution_ = false;
+  bool may_extrapolate_ = false;
   bool is_cold_ = false;
 };
 
@@ -33378,7 +33382,8 @@ void ManifoldSweeps<S>::start(const Island& island, const Constraints<S>& constr
     }
     add_manifold(manifolds_[place.manifold], island, constraints, bodies, parts);
   }
-  extrapolation_.read_masses(slots_, bodies);
+  may_extrapolate_ = !restitution_ && island.blocks.empty() && island.soft.empty();
+  if (may_extrapolate_) extrapolation_.read_masses(slots_, bodies);
 }
 
 template <Scalar S>
@@ -33658,15 +33663,11 @@ class SequentialSolver {
   }
 
   /// Starts to watch the sweeps that follow, there and back in turn, for `extrapolate`.
-  void start_extrapolation(const Island& island, SweptProblem problem) {
-    if (!shares_bodies(island)) manifolds_.start_extrapolation(problem);
-  }
+  void start_extrapolation(SweptProblem problem) { manifolds_.start_extrapolation(problem); }
   /// Moves on as the last sweep there and back did (`ManifoldSweeps::extrapolate`). At least one
-  /// sweep has to follow. Islands with joints or sensors are left as they are.
+  /// sweep has to follow.
   /// @return Whether there was something to gain.
-  bool extrapolate(const Island& island, SweptProblem problem) {
-    return !shares_bodies(island) && manifolds_.extrapolate(problem);
-  }
+  bool extrapolate(SweptProblem problem) { return manifolds_.extrapolate(problem); }
 
   /// Ends the sweeps of a substep.
   void finish(const Island& island, std::span<SolverBody<S>> bodies) const {
@@ -34077,7 +34078,7 @@ class IslandSolver {
                   std::span<SolverBody<S>> bodies, const SolveContext<S>& part, SweepCount count,
                   SolveReport<S>& report) {
     sequential_.start_part(island, constraints, bodies, part);
-    sweep_while_it_pays(island, SweptProblem::velocities, count, [&](bool backwards) {
+    sweep_while_it_pays(SweptProblem::velocities, count, [&](bool backwards) {
       report.residual = sequential_.sweep(island, constraints, bodies, backwards);
       ++report.sweeps;
       return report.residual <= part.velocity_tolerance;
@@ -34089,15 +34090,14 @@ class IslandSolver {
   /// extrapolating gains nothing, contacts open or slide. Many more sweeps would gain little there.
   /// @param sweep  sweep(backwards) returns whether the problem is solved.
   template <typename Sweep>
-  void sweep_while_it_pays(const Island& island, SweptProblem problem, SweepCount count,
-                           const Sweep& sweep) {
-    sequential_.start_extrapolation(island, problem);
+  void sweep_while_it_pays(SweptProblem problem, SweepCount count, const Sweep& sweep) {
+    sequential_.start_extrapolation(problem);
     bool gains = false;
     for (int n = 0; n < count.least || gains; ++n) {
       const bool backwards = n % 2 != 0;
       if (sweep(backwards)) return;
       // Two more sweeps follow, as an extrapolation may violate the laws of contacts.
-      if (backwards) gains = n + 2 < count.most && sequential_.extrapolate(island, problem);
+      if (backwards) gains = n + 2 < count.most && sequential_.extrapolate(problem);
     }
   }
 
@@ -34181,7 +34181,7 @@ class IslandSolver {
     sequential_.start_positions(island, bodies, part);
     // Positions need no more digits than velocities have. A third of the error adds little to it.
     const S enough = std::max(part.position_tolerance / part.dt, S(0.3) * report.residual);
-    sweep_while_it_pays(island, SweptProblem::positions, count, [&](bool backwards) {
+    sweep_while_it_pays(SweptProblem::positions, count, [&](bool backwards) {
       ++report.position_sweeps;
       return sequential_.sweep_positions(island, constraints, bodies, part.dt, backwards) <= enough;
     });

@@ -178,3 +178,19 @@ TEST_CASE("swept islands: boxes that bounce between walls gain no energy") {
     CHECK(heap.world.report().frozen_bodies == 0);
   }
 }
+
+TEST_CASE("swept islands: an elastic heap without friction keeps its energy") {
+  // The same bound as in stress/bouncing_heaps_test.cpp, which has more of them.
+  scenes::BouncingHeapDef def;
+  def.solver.max_direct_work = 0;
+  def.friction = 0;
+  def.seed = 4;
+  scenes::BouncingHeap heap = scenes::make_bouncing_heap(def);
+  const double start = heap.energy();
+  double most = start;
+  for (int i = 0; i < 3 * 240; ++i) {
+    heap.world.step();
+    most = std::max(most, heap.energy());
+  }
+  CHECK(most <= 1.06 * start);
+}
