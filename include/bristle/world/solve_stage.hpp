@@ -207,8 +207,7 @@ class SolveStage {
     SolveContext<S> context = context_of(state, island);
     Constraints<S>& constraints = state.constraints;
     std::span<SolverBody<S>> bodies = state.solver_bodies;
-    context.factor_work =
-        solver_.factor_work(island, constraints, bodies.size(), context.settings.max_direct_work);
+    solver_.choose(island, constraints, bodies, context);
     if (joints != nullptr && joints->follow(state, island, context)) {
       // A mechanism without contacts is solved. Its springs are done, too.
       if (island.contacts.empty()) return;
@@ -252,7 +251,7 @@ class SolveStage {
       if (pass >= context.settings.max_passes) break;
     }
     if (context.integrator == Integrator::trapezoidal) keep_angular_momentum(state, island);
-    if (!IslandSolver<S>::is_large(context)) limit_corrections(state, island, context);
+    if (!context.is_swept) limit_corrections(state, island, context);
     if (joints != nullptr) joints->close_wide_gaps(state, island);
     state.report.position_sweeps += static_cast<std::uint64_t>(report.position_sweeps);
     state.report.direct_islands += report.factorisations > 0 ? 1 : 0;
@@ -265,7 +264,6 @@ class SolveStage {
   /// Moves contacts to the instants at which their impulses act.
   static void time_contacts(State& state, const Island& island, const SolveContext<S>& context) {
     using std::max;
-    const bool is_large = IslandSolver<S>::is_large(context);
     // An arm r of a turning body leaves an error of h w^2 r / 2 at most. Below the velocity
     // tolerance it is not corrected.
     const S least = S(2) * context.velocity_tolerance / context.dt;
@@ -291,7 +289,7 @@ class SolveStage {
       if (!(hold > S(0))) continue;
       for (std::size_t n = begin; n < k; ++n) {
         ContactConstraint<S>& c = state.constraints.contacts[island.contacts[n]];
-        time_contact(c, state.contacts.points()[c.point], hold, a, b, context, is_large);
+        time_contact(c, state.contacts.points()[c.point], hold, a, b, context);
       }
     }
   }

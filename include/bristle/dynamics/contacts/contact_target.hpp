@@ -64,11 +64,9 @@ void add_contacts(const CachedManifold<S>& manifold, const DynamicArray<CachedPo
 /// @param point     The point of the contact.
 /// @param hold      [1] `hold_of` the impulses of its manifold. Where surfaces slide, the rotation
 ///                  of the normal counts as much as that of the arms. It is not known.
-/// @param is_swept  Large islands get no bias. Sweeps that are cut short keep no energy.
 template <Scalar S>
 void time_contact(ContactConstraint<S>& c, CachedPoint<S>& point, const S& hold,
-                  const SolverBody<S>& a, const SolverBody<S>& b, const SolveContext<S>& context,
-                  bool is_swept);
+                  const SolverBody<S>& a, const SolverBody<S>& b, const SolveContext<S>& context);
 
 /// [m/s] Normal velocities of a contact. They are those that the start leaves (`kept_start`), and
 /// of free motion at its end and in the mean. What free motion adds is then by forces: it goes on
@@ -167,11 +165,11 @@ template <Value T>
 
 template <Scalar S>
 void time_contact(ContactConstraint<S>& c, CachedPoint<S>& point, const S& hold,
-                  const SolverBody<S>& a, const SolverBody<S>& b, const SolveContext<S>& context,
-                  bool is_swept) {
+                  const SolverBody<S>& a, const SolverBody<S>& b, const SolveContext<S>& context) {
   const Vec3<S>& to_mid_a = point.mid_offset_a *= hold;
   const Vec3<S>& to_mid_b = point.mid_offset_b *= hold;
-  if (!is_swept) {
+  // Sweeps that are cut short keep no energy, so they get no bias.
+  if (!context.is_swept) {
     const Vec3<S> bias = a.start.angular.cross(to_mid_a) - b.start.angular.cross(to_mid_b);
     for (std::size_t k = 0; k < 3; ++k) c.bias[k] += c.axes[k].dot(bias);
   }

@@ -26,10 +26,14 @@ class IslandSolver {
  public:
   /// Finds the impulses of all constraints and the velocities at the end of the step. Starts from a
   /// warm start.
+  ///
+  /// A sliding heap that goes on as it was is not swept: it sets `is_swept` of the context anew.
   void solve(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
-             const SolveContext<S>& context, SolveReport<S>& report) {
-    if (is_large(context)) {
-      solve_large(island, constraints, bodies, context, report);
+             SolveContext<S>& context, SolveReport<S>& report) {
+    if (context.is_swept_by_choice() && goes_on(island, constraints, bodies, context, report)) {
+      context.is_swept = false;
+    } else if (context.is_swept) {
+      solve_by_sweeps(island, constraints, bodies, context, report);
     } else {
       target(island, constraints, bodies, context);
       solve_small(island, constraints, bodies, context, report);
@@ -42,7 +46,7 @@ class IslandSolver {
   /// @return Whether the velocities are to be solved anew (`open_contacts`).
   bool place(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
              const SolveContext<S>& context, SolveReport<S>& report) {
-    if (!is_large(context)) {
+    if (!context.is_swept) {
       return place_small(island, constraints, bodies, context, report) &&
              context.integrator == Integrator::trapezoidal &&
              open_contacts<S>(island, constraints, bodies, context);
@@ -50,39 +54,81 @@ class IslandSolver {
     if (!island.soft.empty()) {
       // Other islands are placed substep by substep as they are solved.
       const int most = context.settings.max_position_sweeps;
-      place_part(island, constraints, bodies, context, {most, most}, report);
+      place_part(island, constraints, bodies, context, SweepCount::exactly(most), report);
     }
     return false;
   }
 
-  /// [-] Multiply-adds of one assembly and factorisation of an island's matrix, for
-  /// `SolveContext::factor_work`. Only a bound if that decides the comparison with `enough`.
-  [[nodiscard]] std::uint64_t factor_work(const Island& island, const Constraints<S>& constraints,
-                                          std::size_t slots, std::uint64_t enough) {
+  /// Chooses between factorisations and sweeps. Sets `factor_work` and `is_swept` of the context.
+  void choose(const Island& island, const Constraints<S>& constraints,
+              std::span<const SolverBody<S>> bodies, SolveContext<S>& context) {
+    const std::uint64_t most = context.settings.max_direct_work;
     // A row of a contact is squared over both of its bodies, in three blocks.
     const std::uint64_t rows = 3 * (island.contacts.size() + island.blocks.size());
     const std::uint64_t assembly = 78 * rows + 500 * island.soft.size();
     const std::uint64_t unknowns = 6 * island.bodies.size();
     const std::uint64_t dense = assembly + unknowns * unknowns * unknowns / 6;
-    if (dense <= enough) return dense;
-    if (assembly > enough) return assembly;
-    order_.build(island, constraints, slots);
-    order_.clear(island);
-    return assembly + order_.factor_work();
-  }
-
-  /// Returns whether an island is solved by sweeps.
-  [[nodiscard]] static bool is_large(const SolveContext<S>& context) {
-    return context.factor_work > context.settings.max_direct_work;
+    context.factor_work = dense;
+    if (dense > most && assembly <= most) {
+      order_.build(island, constraints, bodies.size());
+      order_.clear(island);
+      context.factor_work = std::min(dense, assembly + order_.factor_work());
+    }
+    context.is_swept =
+        context.factor_work > most || (context.factor_work > most / sweeps_pay_from &&
+                                       has_sliding_heap(island, constraints, bodies, context));
   }
 
  private:
-  /// [-] Sweeps that run unless the problem is solved, and how many there may be if more pay.
-  struct SweepCount {
-    int least, most;
+  /// Sweeps solve moving heaps from this share of the largest factorisation on.
+  static constexpr std::uint64_t sweeps_pay_from = 20;
 
-    [[nodiscard]] static SweepCount half_of(int most) { return {(most + 1) / 2, most}; }
+  /// [-] Sweeps that run unless the problem is solved, how many there may be as long as
+  /// extrapolation gains, and how many far from a solution.
+  struct SweepCount {
+    int least, most, most_if_far;
+
+    [[nodiscard]] static SweepCount exactly(int count) { return {count, count, count}; }
+    [[nodiscard]] static SweepCount half_of(int most) { return {(most + 1) / 2, most, most}; }
   };
+
+  /// [m/s] Residuals at which a problem is solved, and from which on it is far from that.
+  struct SweepGoal {
+    S solved, far;
+  };
+
+  /// Returns whether an island has contacts alone, none of which may bounce, and surfaces that move
+  /// past or towards each other faster than forces change velocities in a substep. What rests or is
+  /// held has to be exact. What slides has friction that does not tell where it will be.
+  [[nodiscard]] static bool has_sliding_heap(const Island& island,
+                                             const Constraints<S>& constraints,
+                                             std::span<const SolverBody<S>> bodies,
+                                             const SolveContext<S>& context) {
+    // Derivatives need a solution.
+    if (derivatives_of<S> != 0 || !island.blocks.empty() || !island.soft.empty()) return false;
+    const S change = context.speed_change / S(part_count(context));
+    S fastest2 = S(0);
+    for (const std::uint32_t i : island.contacts) {
+      const ContactConstraint<S>& c = constraints.contacts[i];
+      if (c.restitution > S(0)) return false;
+      Vec3<S> v = c.velocity(bodies[c.body_a].start, bodies[c.body_b].start);
+      v[1] -= c.drift[0];
+      v[2] -= c.drift[1];
+      fastest2 = std::max(fastest2, v.squaredNorm());
+    }
+    return fastest2 > change * change;
+  }
+
+  /// Returns whether one sweep from the warm start solves an island.
+  [[nodiscard]] bool goes_on(const Island& island, Constraints<S>& constraints,
+                             std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
+                             SolveReport<S>& report) {
+    target(island, constraints, bodies, context);
+    sequential_.start(island, constraints, bodies);
+    report.residual = sequential_.sweep(island, constraints, bodies, false);
+    ++report.sweeps;
+    return report.residual <= context.velocity_tolerance;
+  }
 
   static void target(const Island& island, Constraints<S>& constraints,
                      std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
@@ -176,22 +222,19 @@ class IslandSolver {
     apply_impulses(island, constraints, bodies);
   }
 
-  /// Solves a large island by few sweeps. Its substeps are short enough for them. Gaps follow the
-  /// motion from substep to substep. Arms and normals stay.
-  void solve_large(const Island& island, Constraints<S>& constraints,
-                   std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
-                   SolveReport<S>& report) {
+  /// Solves an island by few sweeps. Its substeps are short enough for them. Gaps follow the motion
+  /// from substep to substep. Arms and normals stay.
+  void solve_by_sweeps(const Island& island, Constraints<S>& constraints,
+                       std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
+                       SolveReport<S>& report) {
     // Soft blocks are linearised over the whole step.
     const int count = island.soft.empty() ? part_count(context) : 1;
     const S parts = S(count);
     SolveContext<S> part = context.part(parts);
-    part.is_swept = true;
     begin_parts(island, constraints, bodies, parts);
     sequential_.start_manifolds(island, constraints, bodies, parts);
-    const SolverDef<S>& settings = context.settings;
-    const SweepCount sweeps = sequential_.is_cold()
-                                  ? SweepCount{settings.max_sweeps, settings.max_sweeps}
-                                  : SweepCount::half_of(settings.large_sweeps);
+    const SweepCount sweeps = velocity_sweeps(context);
+    const SweepCount position_sweeps = position_sweeps_of(island, context, count);
     for (int k = 0; k < count; ++k) {
       for (std::size_t n = 0; n < island.bodies.size(); ++n) {
         SolverBody<S>& body = bodies[island.bodies[n]];
@@ -207,8 +250,7 @@ class IslandSolver {
       }
       sequential_.keep_impulses();
       if (!island.soft.empty()) break;  // Placed when their sensors have settled.
-      place_part(island, constraints, bodies, part,
-                 SweepCount::half_of(settings.large_position_sweeps), report);
+      place_part(island, constraints, bodies, part, position_sweeps, report);
       if (k + 1 < count) sequential_.move_on(bodies, part.dt);
       end_part(island, constraints, bodies, part.dt, parts);
     }
@@ -217,31 +259,62 @@ class IslandSolver {
     scale_bounds(island, constraints, parts);
   }
 
+  /// [-] Sweeps of a substep. Those over islands that could be factorised cost little beside it.
+  [[nodiscard]] SweepCount velocity_sweeps(const SolveContext<S>& context) const {
+    const SolverDef<S>& settings = context.settings;
+    if (sequential_.is_cold()) return SweepCount::exactly(settings.max_sweeps);
+    return context.is_swept_by_choice()
+               ? SweepCount{settings.large_sweeps, settings.large_sweeps, settings.max_sweeps}
+               : SweepCount::half_of(settings.large_sweeps);
+  }
+  /// [-] The same for the position problem. It is convex, so sweeps and extrapolation find its
+  /// solution. An island that could be factorised gets as many as all steps of Newton's method may
+  /// cost.
+  [[nodiscard]] static SweepCount position_sweeps_of(const Island& island,
+                                                     const SolveContext<S>& context, int parts) {
+    const SolverDef<S>& settings = context.settings;
+    if (!context.is_swept_by_choice()) return SweepCount::half_of(settings.large_position_sweeps);
+    // A contact takes some hundred multiply-adds in a sweep.
+    const double affordable = SolveContext<S>::budget * static_cast<double>(context.factor_work) /
+                              (100.0 * static_cast<double>(island.contacts.size()) * parts);
+    return SweepCount::exactly(
+        std::max(settings.large_position_sweeps, static_cast<int>(affordable)));
+  }
+
   /// Finds the velocities at the end of a substep.
   void sweep_part(const Island& island, Constraints<S>& constraints,
                   std::span<SolverBody<S>> bodies, const SolveContext<S>& part, SweepCount count,
                   SolveReport<S>& report) {
     sequential_.start_part(island, constraints, bodies, part);
-    sweep_while_it_pays(SweptProblem::velocities, count, [&](bool backwards) {
+    const S far = part.is_swept_by_choice() ? part.speed_change : infinity<S>;
+    const SweepGoal goal{part.velocity_tolerance, far};
+    sweep_while_it_pays(SweptProblem::velocities, count, goal, [&](bool backwards) {
       report.residual = sequential_.sweep(island, constraints, bodies, backwards);
       ++report.sweeps;
-      return report.residual <= part.velocity_tolerance;
+      return report.residual;
     });
     sequential_.finish(island, bodies);
   }
 
   /// Sweeps there and back in turn until the problem is solved, or as often as `count` says. Where
   /// extrapolating gains nothing, contacts open or slide. Many more sweeps would gain little there.
-  /// @param sweep  sweep(backwards) returns whether the problem is solved.
+  /// @param sweep  sweep(backwards) returns the residual [m/s].
   template <typename Sweep>
-  void sweep_while_it_pays(SweptProblem problem, SweepCount count, const Sweep& sweep) {
+  void sweep_while_it_pays(SweptProblem problem, SweepCount count, const SweepGoal& goal,
+                           const Sweep& sweep) {
     sequential_.start_extrapolation(problem);
-    bool gains = false;
-    for (int n = 0; n < count.least || gains; ++n) {
+    int most = count.least;
+    for (int n = 0; n < most; ++n) {
       const bool backwards = n % 2 != 0;
-      if (sweep(backwards)) return;
+      const S residual = sweep(backwards);
+      if (residual <= goal.solved) return;
       // Two more sweeps follow, as an extrapolation may violate the laws of contacts.
-      if (backwards) gains = n + 2 < count.most && sequential_.extrapolate(problem);
+      const bool may_go_on = backwards && n + 2 < std::max(count.most, count.most_if_far);
+      const bool gains = may_go_on && sequential_.extrapolate(problem);
+      if (!backwards) continue;
+      most = std::max(count.least, residual > goal.far ? count.most_if_far
+                                   : gains             ? count.most
+                                                       : 0);
     }
   }
 
@@ -324,10 +397,12 @@ class IslandSolver {
     }
     sequential_.start_positions(island, bodies, part);
     // Positions need no more digits than velocities have. A third of the error adds little to it.
-    const S enough = std::max(part.position_tolerance / part.dt, S(0.3) * report.residual);
-    sweep_while_it_pays(SweptProblem::positions, count, [&](bool backwards) {
+    // A hundredth of the change by forces is no overlap that anybody sees.
+    const S enough = std::max(part.position_tolerance / part.dt,
+                              std::min(S(0.3) * report.residual, S(3e-2) * part.speed_change));
+    sweep_while_it_pays(SweptProblem::positions, count, {enough, infinity<S>}, [&](bool backwards) {
       ++report.position_sweeps;
-      return sequential_.sweep_positions(island, constraints, bodies, part.dt, backwards) <= enough;
+      return sequential_.sweep_positions(island, constraints, bodies, part.dt, backwards);
     });
     sequential_.finish_positions(island, bodies);
   }

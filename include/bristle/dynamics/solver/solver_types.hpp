@@ -134,17 +134,25 @@ struct SolveContext {
   S position_tolerance = S(0);
   /// [m/s] Impacts slower than this do not bounce.
   S restitution_speed = S(0);
-  /// [-] Multiply-adds of one factorisation of the island's matrix; see `factor_work`.
+  /// [-] Multiply-adds of one assembly and factorisation of the island's matrix. Only a bound if
+  /// that decides (`IslandSolver::choose`).
   std::uint64_t factor_work = 0;
   /// True if the island gets a bounded number of sweeps, converged or not.
   bool is_swept = false;
   SolverDef<S> settings{};
 
-  /// [-] Factorisations that the budget of one problem pays for. It is as many multiply-adds as
-  /// twenty factorisations of the largest island take.
+  /// [-] Factorisations of the largest island that are as many multiply-adds as the budget of one
+  /// problem.
+  static constexpr double budget = 20;
+
+  /// [-] Factorisations that the budget of one problem pays for.
   [[nodiscard]] double affordable_steps() const {
-    return 20.0 * static_cast<double>(settings.max_direct_work) /
+    return budget * static_cast<double>(settings.max_direct_work) /
            static_cast<double>(std::max<std::uint64_t>(1, factor_work));
+  }
+  /// Returns whether an island is swept though it could be factorised (`IslandSolver::choose`).
+  [[nodiscard]] bool is_swept_by_choice() const {
+    return is_swept && factor_work <= settings.max_direct_work;
   }
   /// [-] Newton steps that the island may still take to solve one problem, at least one. The cost
   /// of a step so does not grow with the island. What is left of the law grows instead. All passes
