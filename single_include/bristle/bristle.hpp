@@ -12562,7 +12562,8 @@ struct SolveContext {
   S position_tolerance = S(0);
   /// [m/s] Impacts slower than this do not bounce.
   S restitution_speed = S(0);
-  /// [-] Multiply-adds of one factorisation of the island's matrix; see `factor_work`.
+  /// [-] Multiply-adds of one assembly and factorisation of the island's matrix. Only a bound if
+  /// that decides (`IslandSolver::choose_method`).
   std::uint64_t factor_work = 0;
   /// True if the island gets a bounded number of sweeps, converged or not.
   bool is_swept = false;
@@ -12573,6 +12574,11 @@ struct SolveContext {
   [[nodiscard]] double affordable_steps() const {
     return 20.0 * static_cast<double>(settings.max_direct_work) /
            static_cast<double>(std::max<std::uint64_t>(1, factor_work));
+  }
+  /// Returns whether an island is swept though it could be factorised
+  /// (`IslandSolver::choose_method`).
+  [[nodiscard]] bool is_swept_by_choice() const {
+    return is_swept && factor_work <= settings.max_direct_work;
   }
   /// [-] Newton steps that the island may still take to solve one problem, at least one. The cost
   /// of a step so does not grow with the island. What is left of the law grows instead. All passes
@@ -30355,11 +30361,9 @@ void add_contacts(const CachedManifold<S>& manifold, const DynamicArray<CachedPo
 /// @param point     The point of the contact.
 /// @param hold      [1] `hold_of` the impulses of its manifold. Where surfaces slide, the rotation
 ///                  of the normal counts as much as that of the arms. It is not known.
-/// @param is_swept  Large islands get no bias. Sweeps that are cut short keep no energy.
 template <Scalar S>
 void time_contact(ContactConstraint<S>& c, CachedPoint<S>& point, const S& hold,
-                  const SolverBody<S>& a, const SolverBody<S>& b, const SolveContext<S>& context,
-                  bool is_swept);
+                  const SolverBody<S>& a, const SolverBody<S>& b, const SolveContext<S>& context);
 
 /// [m/s] Normal velocities of a contact. They are those that the start leaves (`kept_start`), and
 /// of free motion at its end and in the mean. What free motion adds is then by forces: it goes on
@@ -30458,11 +30462,12 @@ template <Value T>
 
 template <Scalar S>
 void time_contact(ContactConstraint<S>& c, CachedPoint<S>& point, const S& hold,
-                  const SolverBody<S>& a, const SolverBody<S>& b, const SolveContext<S>& context,
-                  bool is_swept) {
+                  const SolverBody<S>& a, const SolverBody<S>& b, const SolveContext<S>& context) {
   const Vec3<S>& to_mid_a = point.mid_offset_a *= hold;
   const Vec3<S>& to_mid_b = point.mid_offset_b *= hold;
-  if (!is_swept) {
+  // Sweeps that are cut short keep no energy, so large islands get no bias. Sweeps over manifolds
+  // do not read that of others.
+  if (!context.is_swept || context.is_swept_by_choice()) {
     const Vec3<S> bias = a.start.angular.cross(to_mid_a) - b.start.angular.cross(to_mid_b);
     for (std::size_t k = 0; k < 3; ++k) c.bias[k] += c.axes[k].dot(bias);
   }
@@ -33882,14 +33887,25 @@ class IslandSolver {
  public:
   /// Finds the impulses of all constraints and the velocities at the end of the step. Starts from a
   /// warm start.
+  ///
+  /// A sliding heap that goes on as it was, or that sweeps do not solve, is not swept: `is_swept`
+  /// of the context is false then.
   void solve(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
-             const SolveContext<S>& context, SolveReport<S>& report) {
-    if (is_large(context)) {
-      solve_large(island, constraints, bodies, context, report);
-    } else {
-      target(island, constraints, bodies, context);
-      solve_small(island, constraints, bodies, context, report);
+             SolveContext<S>& context, SolveReport<S>& report) {
+    if (context.is_swept) {
+      const bool may_factor = context.is_swept_by_choice();
+      if (may_factor) saved_.save(island, constraints);
+      if (may_factor && goes_on(island, constraints, bodies, context, report)) {
+        context.is_swept = false;
+        return;
+      }
+      if (may_factor) saved_.restore(island, constraints);
+      if (solve_by_sweeps(island, constraints, bodies, context, report)) return;
+      saved_.restore(island, constraints);
+      context.is_swept = false;
     }
+    target(island, constraints, bodies, context);
+    solve_small(island, constraints, bodies, context, report);
   }
 
   /// Finds the displacements of the step from solved velocities. In a quiet step they follow from
@@ -33898,7 +33914,7 @@ class IslandSolver {
   /// @return Whether the velocities are to be solved anew (`open_contacts`).
   bool place(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
              const SolveContext<S>& context, SolveReport<S>& report) {
-    if (!is_large(context)) {
+    if (!context.is_swept) {
       return place_small(island, constraints, bodies, context, report) &&
              context.integrator == Integrator::trapezoidal &&
              open_contacts<S>(island, constraints, bodies, context);
@@ -33906,39 +33922,86 @@ class IslandSolver {
     if (!island.soft.empty()) {
       // Other islands are placed substep by substep as they are solved.
       const int most = context.settings.max_position_sweeps;
-      place_part(island, constraints, bodies, context, {most, most}, report);
+      place_part(island, constraints, bodies, context, SweepCount::exactly(most), report);
     }
     return false;
   }
 
-  /// [-] Multiply-adds of one assembly and factorisation of an island's matrix, for
-  /// `SolveContext::factor_work`. Only a bound if that decides the comparison with `enough`.
-  [[nodiscard]] std::uint64_t factor_work(const Island& island, const Constraints<S>& constraints,
-                                          std::size_t slots, std::uint64_t enough) {
+  /// Chooses between factorisations and sweeps. Sets `factor_work` and `is_swept` of the context.
+  void choose_method(const Island& island, const Constraints<S>& constraints,
+                     std::span<const SolverBody<S>> bodies, SolveContext<S>& context) {
+    const std::uint64_t most = context.settings.max_direct_work;
     // A row of a contact is squared over both of its bodies, in three blocks.
     const std::uint64_t rows = 3 * (island.contacts.size() + island.blocks.size());
     const std::uint64_t assembly = 78 * rows + 500 * island.soft.size();
     const std::uint64_t unknowns = 6 * island.bodies.size();
     const std::uint64_t dense = assembly + unknowns * unknowns * unknowns / 6;
-    if (dense <= enough) return dense;
-    if (assembly > enough) return assembly;
-    order_.build(island, constraints, slots);
-    order_.clear(island);
-    return assembly + order_.factor_work();
-  }
-
-  /// Returns whether an island is solved by sweeps.
-  [[nodiscard]] static bool is_large(const SolveContext<S>& context) {
-    return context.factor_work > context.settings.max_direct_work;
+    const bool may_be_large = dense > most;
+    const bool slides =
+        dense > most / sweeps_pay_from && has_sliding_heap(island, constraints, bodies, context);
+    context.factor_work = dense;
+    if (!may_be_large && !slides) return;
+    if (assembly <= most) {
+      order_.build(island, constraints, bodies.size());
+      order_.clear(island);
+      const std::uint64_t work = std::min(dense, assembly + order_.factor_work());
+      context.is_swept = work > most || (slides && work > most / sweeps_pay_from);
+      // The full matrix bounds the work of small islands. It decides what their budget allows.
+      if (may_be_large || context.is_swept) context.factor_work = work;
+    } else {
+      context.is_swept = true;
+    }
   }
 
  private:
+  /// Sweeps solve moving heaps from this share of the largest factorisation on.
+  static constexpr std::uint64_t sweeps_pay_from = 20;
+
   /// [-] Sweeps that run unless the problem is solved, and how many there may be if more pay.
   struct SweepCount {
     int least, most;
 
+    [[nodiscard]] static SweepCount exactly(int count) { return {count, count}; }
     [[nodiscard]] static SweepCount half_of(int most) { return {(most + 1) / 2, most}; }
   };
+
+  /// Returns whether an island has contacts alone, none of which may bounce, and surfaces that
+  /// slide or close faster than forces change velocities in a substep. What rests or is held has to
+  /// be exact. Where one contact slides, all of its island is swept.
+  [[nodiscard]] static bool has_sliding_heap(const Island& island,
+                                             const Constraints<S>& constraints,
+                                             std::span<const SolverBody<S>> bodies,
+                                             const SolveContext<S>& context) {
+    // Derivatives need a solution. Symplectic Euler is for those who ask for it.
+    if (derivatives_of<S> != 0 || context.integrator != Integrator::trapezoidal) return false;
+    if (!island.blocks.empty() || !island.soft.empty()) return false;
+    const S slow =
+        std::max(context.speed_change / S(part_count(context)), context.velocity_tolerance);
+    S fastest2 = S(0);
+    for (const std::uint32_t i : island.contacts) {
+      const ContactConstraint<S>& c = constraints.contacts[i];
+      if (c.restitution > S(0)) return false;
+      const Vec3<S> v = c.velocity(bodies[c.body_a].start, bodies[c.body_b].start);
+      const S closing = std::min(S(0), c.axes[0].dot(v));
+      const bool touches = c.impulse[0] > S(0) || c.gap + context.dt * closing < S(0);
+      if (!touches) continue;
+      const S slip1 = c.axes[1].dot(v) - c.drift[0];
+      const S slip2 = c.axes[2].dot(v) - c.drift[1];
+      fastest2 = std::max(fastest2, closing * closing + slip1 * slip1 + slip2 * slip2);
+    }
+    return fastest2 > slow * slow;
+  }
+
+  /// Returns whether one sweep from the warm start solves an island.
+  [[nodiscard]] bool goes_on(const Island& island, Constraints<S>& constraints,
+                             std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
+                             SolveReport<S>& report) {
+    target(island, constraints, bodies, context);
+    sequential_.start(island, constraints, bodies);
+    report.residual = sequential_.sweep(island, constraints, bodies, false);
+    ++report.sweeps;
+    return report.residual <= context.velocity_tolerance;
+  }
 
   static void target(const Island& island, Constraints<S>& constraints,
                      std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
@@ -34032,22 +34095,34 @@ class IslandSolver {
     apply_impulses(island, constraints, bodies);
   }
 
-  /// Solves a large island by few sweeps. Its substeps are short enough for them. Gaps follow the
-  /// motion from substep to substep. Arms and normals stay.
-  void solve_large(const Island& island, Constraints<S>& constraints,
-                   std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
-                   SolveReport<S>& report) {
+  /// Solves an island by few sweeps. Its substeps are short enough for them. Gaps follow the motion
+  /// from substep to substep. Arms and normals stay.
+  /// @return Whether the result serves. Large islands have no other one. Others have Newton's
+  /// method
+  ///         where sweeps leave more than what forces change: where heavy bodies hit light ones.
+  bool solve_by_sweeps(const Island& island, Constraints<S>& constraints,
+                       std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
+                       SolveReport<S>& report) {
     // Soft blocks are linearised over the whole step.
     const int count = island.soft.empty() ? part_count(context) : 1;
     const S parts = S(count);
     SolveContext<S> part = context.part(parts);
-    part.is_swept = true;
     begin_parts(island, constraints, bodies, parts);
     sequential_.start_manifolds(island, constraints, bodies, parts);
     const SolverDef<S>& settings = context.settings;
-    const SweepCount sweeps = sequential_.is_cold()
-                                  ? SweepCount{settings.max_sweeps, settings.max_sweeps}
-                                  : SweepCount::half_of(settings.large_sweeps);
+    SweepCount sweeps = sequential_.is_cold() ? SweepCount::exactly(settings.max_sweeps)
+                                              : SweepCount::half_of(settings.large_sweeps);
+    SweepCount position_sweeps = SweepCount::half_of(settings.large_position_sweeps);
+    if (context.is_swept_by_choice()) {
+      const int affordable = affordable_sweeps(island, context, count);
+      static const int mf = getenv("MF") ? atoi(getenv("MF")) : 0;
+      sweeps = {settings.large_sweeps,
+                std::max(settings.large_sweeps, mf ? mf : settings.max_sweeps)};
+      // It is convex, so sweeps and extrapolation do find its solution.
+      if (position_sweeps.most > 0) {
+        position_sweeps = SweepCount::exactly(std::max(position_sweeps.most, affordable));
+      }
+    }
     for (int k = 0; k < count; ++k) {
       for (std::size_t n = 0; n < island.bodies.size(); ++n) {
         SolverBody<S>& body = bodies[island.bodies[n]];
@@ -34062,15 +34137,36 @@ class IslandSolver {
         sweep_part(island, constraints, bodies, part, sweeps, report);
       }
       sequential_.keep_impulses();
+      if (context.is_swept_by_choice() && is_far(report, part)) {
+        end_parts(island, constraints, bodies);
+        return false;
+      }
       if (!island.soft.empty()) break;  // Placed when their sensors have settled.
-      place_part(island, constraints, bodies, part,
-                 SweepCount::half_of(settings.large_position_sweeps), report);
+      place_part(island, constraints, bodies, part, position_sweeps, report);
       if (k + 1 < count) sequential_.move_on(bodies, part.dt);
       end_part(island, constraints, bodies, part.dt, parts);
     }
     sequential_.finish_parts(island, constraints);
     end_parts(island, constraints, bodies);
     scale_bounds(island, constraints, parts);
+    return true;
+  }
+
+  /// Returns whether sweeps have left more than forces change.
+  [[nodiscard]] static bool is_far(const SolveReport<S>& report, const SolveContext<S>& part) {
+    static const double f = getenv("FAR") ? atof(getenv("FAR")) : 1;
+    return report.residual > std::max(S(f) * part.speed_change, part.velocity_tolerance);
+  }
+
+  /// [-] Sweeps of a problem of an island that could be factorised. As many as all steps of
+  /// Newton's method may cost.
+  [[nodiscard]] static int affordable_sweeps(const Island& island, const SolveContext<S>& context,
+                                             int parts) {
+    const double steps =
+        std::min<double>(context.settings.max_newton_steps, context.affordable_steps());
+    // A contact takes some hundred multiply-adds in a sweep.
+    const double work = 100.0 * static_cast<double>(island.contacts.size()) * parts;
+    return static_cast<int>(std::min(1e4, steps * static_cast<double>(context.factor_work) / work));
   }
 
   /// Finds the velocities at the end of a substep.
@@ -34078,11 +34174,19 @@ class IslandSolver {
                   std::span<SolverBody<S>> bodies, const SolveContext<S>& part, SweepCount count,
                   SolveReport<S>& report) {
     sequential_.start_part(island, constraints, bodies, part);
-    sweep_while_it_pays(SweptProblem::velocities, count, [&](bool backwards) {
+    const auto sweep = [&](bool backwards) {
       report.residual = sequential_.sweep(island, constraints, bodies, backwards);
       ++report.sweeps;
       return report.residual <= part.velocity_tolerance;
-    });
+    };
+    if (part.is_swept_by_choice()) {
+      // Extrapolation is of no use: where surfaces slide, no energy becomes the least.
+      for (int n = 0; n < count.least || (n < count.most && is_far(report, part)); ++n) {
+        if (sweep(n % 2 != 0)) break;
+      }
+    } else {
+      sweep_while_it_pays(SweptProblem::velocities, count, sweep);
+    }
     sequential_.finish(island, bodies);
   }
 
@@ -34180,7 +34284,10 @@ class IslandSolver {
     }
     sequential_.start_positions(island, bodies, part);
     // Positions need no more digits than velocities have. A third of the error adds little to it.
-    const S enough = std::max(part.position_tolerance / part.dt, S(0.3) * report.residual);
+    // Sliding surfaces leave large ones. Overlaps of a thirtieth of what forces move are small.
+    S enough = S(0.3) * report.residual;
+    if (part.is_swept_by_choice()) enough = std::min(enough, S(3e-2) * part.speed_change);
+    enough = std::max({enough, part.position_tolerance / part.dt, part.velocity_tolerance});
     sweep_while_it_pays(SweptProblem::positions, count, [&](bool backwards) {
       ++report.position_sweeps;
       return sequential_.sweep_positions(island, constraints, bodies, part.dt, backwards) <= enough;
@@ -34449,7 +34556,7 @@ class MechanismStage final : public JointStage<S> {
 
   /// Rows that follow their mechanism are at their instants already.
   void time_rows(State& state, const Island& island, const SolveContext<S>& context) override {
-    if (IslandSolver<S>::is_large(context)) return;
+    if (context.is_swept) return;
     for (const std::uint32_t i : island.blocks) {
       const ConstraintBlock<S>& block = state.constraints.blocks[i];
       if (block.kind != BlockKind::equality || state.solver_bodies[block.body_a].follows_joints ||
@@ -34552,8 +34659,7 @@ class MechanismStage final : public JointStage<S> {
       has_limits = true;
     }
     if (springs != island.soft.size()) return false;  // The others are stiff springs or patches.
-    if (!island.contacts.empty() && (has_limits || IslandSolver<S>::is_large(context)))
-      return false;
+    if (!island.contacts.empty() && (has_limits || context.is_swept)) return false;
     return std::none_of(island.bodies.begin(), island.bodies.end(),
                         [&](std::uint32_t slot) { return state.solver_bodies[slot].is_sensed; });
   }
@@ -35999,7 +36105,7 @@ class PassiveRestitution {
   void calm(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
             const SolveContext<S>& context, IslandSolver<S>& solver, SolveReport<S>& report) {
     if (island.blocks.empty() || island.contacts.empty() || !island.soft.empty()) return;
-    if (IslandSolver<S>::is_large(context)) return;
+    if (context.is_swept) return;
     const S gained = gained_energy(island, bodies);
     if (!(gained > S(0)) || !is_closed(island, constraints, bodies)) return;
     saved_.save(island, constraints);
@@ -36360,8 +36466,7 @@ class SolveStage {
     SolveContext<S> context = context_of(state, island);
     Constraints<S>& constraints = state.constraints;
     std::span<SolverBody<S>> bodies = state.solver_bodies;
-    context.factor_work =
-        solver_.factor_work(island, constraints, bodies.size(), context.settings.max_direct_work);
+    solver_.choose_method(island, constraints, bodies, context);
     if (joints != nullptr && joints->follow(state, island, context)) {
       // A mechanism without contacts is solved. Its springs are done, too.
       if (island.contacts.empty()) return;
@@ -36405,7 +36510,8 @@ class SolveStage {
       if (pass >= context.settings.max_passes) break;
     }
     if (context.integrator == Integrator::trapezoidal) keep_angular_momentum(state, island);
-    if (!IslandSolver<S>::is_large(context)) limit_corrections(state, island, context);
+    const bool is_large = context.factor_work > context.settings.max_direct_work;
+    if (!is_large) limit_corrections(state, island, context);
     if (joints != nullptr) joints->close_wide_gaps(state, island);
     state.report.position_sweeps += static_cast<std::uint64_t>(report.position_sweeps);
     state.report.direct_islands += report.factorisations > 0 ? 1 : 0;
@@ -36418,7 +36524,6 @@ class SolveStage {
   /// Moves contacts to the instants at which their impulses act.
   static void time_contacts(State& state, const Island& island, const SolveContext<S>& context) {
     using std::max;
-    const bool is_large = IslandSolver<S>::is_large(context);
     // An arm r of a turning body leaves an error of h w^2 r / 2 at most. Below the velocity
     // tolerance it is not corrected.
     const S least = S(2) * context.velocity_tolerance / context.dt;
@@ -36444,7 +36549,7 @@ class SolveStage {
       if (!(hold > S(0))) continue;
       for (std::size_t n = begin; n < k; ++n) {
         ContactConstraint<S>& c = state.constraints.contacts[island.contacts[n]];
-        time_contact(c, state.contacts.points()[c.point], hold, a, b, context, is_large);
+        time_contact(c, state.contacts.points()[c.point], hold, a, b, context);
       }
     }
   }

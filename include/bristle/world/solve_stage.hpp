@@ -207,7 +207,7 @@ class SolveStage {
     SolveContext<S> context = context_of(state, island);
     Constraints<S>& constraints = state.constraints;
     std::span<SolverBody<S>> bodies = state.solver_bodies;
-    solver_.choose(island, constraints, bodies, context);
+    solver_.choose_method(island, constraints, bodies, context);
     if (joints != nullptr && joints->follow(state, island, context)) {
       // A mechanism without contacts is solved. Its springs are done, too.
       if (island.contacts.empty()) return;
@@ -251,7 +251,8 @@ class SolveStage {
       if (pass >= context.settings.max_passes) break;
     }
     if (context.integrator == Integrator::trapezoidal) keep_angular_momentum(state, island);
-    if (!context.is_swept) limit_corrections(state, island, context);
+    const bool is_large = context.factor_work > context.settings.max_direct_work;
+    if (!is_large) limit_corrections(state, island, context);
     if (joints != nullptr) joints->close_wide_gaps(state, island);
     state.report.position_sweeps += static_cast<std::uint64_t>(report.position_sweeps);
     state.report.direct_islands += report.factorisations > 0 ? 1 : 0;

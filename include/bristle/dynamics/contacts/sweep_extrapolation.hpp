@@ -66,9 +66,6 @@ class SweepExtrapolation {
  private:
   using T = Pack<S>;
   static constexpr std::size_t stride = VelocityTable<S>::stride;
-  /// [-] Pairs of sweeps whose gain a step may take. Heaps that come to rest need six of them in
-  /// all steps but one of a hundred. Sixty is the most that was seen.
-  static constexpr S most_pairs = S(30);
   /// Numbers of a problem, each with its value after the last pair of sweeps, its change in this
   /// one, and the last direction.
   struct Path {
@@ -199,9 +196,9 @@ bool SweepExtrapolation<S>::move_on(std::span<S> velocities, ShowResiduals&& sho
   const Step step = step_to_least(whole, slope_along, sum_of_lanes(last_slope));
   const S gain_of_sweeps = S(0.5) * whole - slope_along;
   // The energy of bodies that are pressed from two sides falls without end. So no step takes more
-  // than many pairs of sweeps would. In this order a number that is NaN ends it.
+  // than there is. In this order a number that is NaN ends it.
   if (!(slope_along < S(0) && step.gain > S(0.5) * gain_of_sweeps &&
-        step.gain <= most_pairs * gain_of_sweeps)) {
+        step.gain <= S(0.5) * energy(velocities, velocities))) {
     forget(velocities, show_impulses);
     return false;
   }

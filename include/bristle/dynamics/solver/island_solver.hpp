@@ -27,17 +27,24 @@ class IslandSolver {
   /// Finds the impulses of all constraints and the velocities at the end of the step. Starts from a
   /// warm start.
   ///
-  /// A sliding heap that goes on as it was is not swept: it sets `is_swept` of the context anew.
+  /// A sliding heap that goes on as it was, or that sweeps do not solve, is not swept: `is_swept`
+  /// of the context is false then.
   void solve(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
              SolveContext<S>& context, SolveReport<S>& report) {
-    if (context.is_swept_by_choice() && goes_on(island, constraints, bodies, context, report)) {
+    if (context.is_swept) {
+      const bool may_factor = context.is_swept_by_choice();
+      if (may_factor) saved_.save(island, constraints);
+      if (may_factor && goes_on(island, constraints, bodies, context, report)) {
+        context.is_swept = false;
+        return;
+      }
+      if (may_factor) saved_.restore(island, constraints);
+      if (solve_by_sweeps(island, constraints, bodies, context, report)) return;
+      saved_.restore(island, constraints);
       context.is_swept = false;
-    } else if (context.is_swept) {
-      solve_by_sweeps(island, constraints, bodies, context, report);
-    } else {
-      target(island, constraints, bodies, context);
-      solve_small(island, constraints, bodies, context, report);
     }
+    target(island, constraints, bodies, context);
+    solve_small(island, constraints, bodies, context, report);
   }
 
   /// Finds the displacements of the step from solved velocities. In a quiet step they follow from
@@ -60,63 +67,68 @@ class IslandSolver {
   }
 
   /// Chooses between factorisations and sweeps. Sets `factor_work` and `is_swept` of the context.
-  void choose(const Island& island, const Constraints<S>& constraints,
-              std::span<const SolverBody<S>> bodies, SolveContext<S>& context) {
+  void choose_method(const Island& island, const Constraints<S>& constraints,
+                     std::span<const SolverBody<S>> bodies, SolveContext<S>& context) {
     const std::uint64_t most = context.settings.max_direct_work;
     // A row of a contact is squared over both of its bodies, in three blocks.
     const std::uint64_t rows = 3 * (island.contacts.size() + island.blocks.size());
     const std::uint64_t assembly = 78 * rows + 500 * island.soft.size();
     const std::uint64_t unknowns = 6 * island.bodies.size();
     const std::uint64_t dense = assembly + unknowns * unknowns * unknowns / 6;
+    const bool may_be_large = dense > most;
+    const bool slides =
+        dense > most / sweeps_pay_from && has_sliding_heap(island, constraints, bodies, context);
     context.factor_work = dense;
-    if (dense > most && assembly <= most) {
+    if (!may_be_large && !slides) return;
+    if (assembly <= most) {
       order_.build(island, constraints, bodies.size());
       order_.clear(island);
-      context.factor_work = std::min(dense, assembly + order_.factor_work());
+      const std::uint64_t work = std::min(dense, assembly + order_.factor_work());
+      context.is_swept = work > most || (slides && work > most / sweeps_pay_from);
+      // The full matrix bounds the work of small islands. It decides what their budget allows.
+      if (may_be_large || context.is_swept) context.factor_work = work;
+    } else {
+      context.is_swept = true;
     }
-    context.is_swept =
-        context.factor_work > most || (context.factor_work > most / sweeps_pay_from &&
-                                       has_sliding_heap(island, constraints, bodies, context));
   }
 
  private:
   /// Sweeps solve moving heaps from this share of the largest factorisation on.
   static constexpr std::uint64_t sweeps_pay_from = 20;
 
-  /// [-] Sweeps that run unless the problem is solved, how many there may be as long as
-  /// extrapolation gains, and how many far from a solution.
+  /// [-] Sweeps that run unless the problem is solved, and how many there may be if more pay.
   struct SweepCount {
-    int least, most, most_if_far;
+    int least, most;
 
-    [[nodiscard]] static SweepCount exactly(int count) { return {count, count, count}; }
-    [[nodiscard]] static SweepCount half_of(int most) { return {(most + 1) / 2, most, most}; }
+    [[nodiscard]] static SweepCount exactly(int count) { return {count, count}; }
+    [[nodiscard]] static SweepCount half_of(int most) { return {(most + 1) / 2, most}; }
   };
 
-  /// [m/s] Residuals at which a problem is solved, and from which on it is far from that.
-  struct SweepGoal {
-    S solved, far;
-  };
-
-  /// Returns whether an island has contacts alone, none of which may bounce, and surfaces that move
-  /// past or towards each other faster than forces change velocities in a substep. What rests or is
-  /// held has to be exact. What slides has friction that does not tell where it will be.
+  /// Returns whether an island has contacts alone, none of which may bounce, and surfaces that
+  /// slide or close faster than forces change velocities in a substep. What rests or is held has to
+  /// be exact. Where one contact slides, all of its island is swept.
   [[nodiscard]] static bool has_sliding_heap(const Island& island,
                                              const Constraints<S>& constraints,
                                              std::span<const SolverBody<S>> bodies,
                                              const SolveContext<S>& context) {
-    // Derivatives need a solution.
-    if (derivatives_of<S> != 0 || !island.blocks.empty() || !island.soft.empty()) return false;
-    const S change = context.speed_change / S(part_count(context));
+    // Derivatives need a solution. Symplectic Euler is for those who ask for it.
+    if (derivatives_of<S> != 0 || context.integrator != Integrator::trapezoidal) return false;
+    if (!island.blocks.empty() || !island.soft.empty()) return false;
+    const S slow =
+        std::max(context.speed_change / S(part_count(context)), context.velocity_tolerance);
     S fastest2 = S(0);
     for (const std::uint32_t i : island.contacts) {
       const ContactConstraint<S>& c = constraints.contacts[i];
       if (c.restitution > S(0)) return false;
-      Vec3<S> v = c.velocity(bodies[c.body_a].start, bodies[c.body_b].start);
-      v[1] -= c.drift[0];
-      v[2] -= c.drift[1];
-      fastest2 = std::max(fastest2, v.squaredNorm());
+      const Vec3<S> v = c.velocity(bodies[c.body_a].start, bodies[c.body_b].start);
+      const S closing = std::min(S(0), c.axes[0].dot(v));
+      const bool touches = c.impulse[0] > S(0) || c.gap + context.dt * closing < S(0);
+      if (!touches) continue;
+      const S slip1 = c.axes[1].dot(v) - c.drift[0];
+      const S slip2 = c.axes[2].dot(v) - c.drift[1];
+      fastest2 = std::max(fastest2, closing * closing + slip1 * slip1 + slip2 * slip2);
     }
-    return fastest2 > change * change;
+    return fastest2 > slow * slow;
   }
 
   /// Returns whether one sweep from the warm start solves an island.
@@ -224,7 +236,10 @@ class IslandSolver {
 
   /// Solves an island by few sweeps. Its substeps are short enough for them. Gaps follow the motion
   /// from substep to substep. Arms and normals stay.
-  void solve_by_sweeps(const Island& island, Constraints<S>& constraints,
+  /// @return Whether the result serves. Large islands have no other one. Others have Newton's
+  /// method
+  ///         where sweeps leave more than what forces change: where heavy bodies hit light ones.
+  bool solve_by_sweeps(const Island& island, Constraints<S>& constraints,
                        std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
                        SolveReport<S>& report) {
     // Soft blocks are linearised over the whole step.
@@ -233,8 +248,20 @@ class IslandSolver {
     SolveContext<S> part = context.part(parts);
     begin_parts(island, constraints, bodies, parts);
     sequential_.start_manifolds(island, constraints, bodies, parts);
-    const SweepCount sweeps = velocity_sweeps(context);
-    const SweepCount position_sweeps = position_sweeps_of(island, context, count);
+    const SolverDef<S>& settings = context.settings;
+    SweepCount sweeps = sequential_.is_cold() ? SweepCount::exactly(settings.max_sweeps)
+                                              : SweepCount::half_of(settings.large_sweeps);
+    SweepCount position_sweeps = SweepCount::half_of(settings.large_position_sweeps);
+    if (context.is_swept_by_choice()) {
+      const int affordable = affordable_sweeps(island, context, count);
+      static const int mf = getenv("MF") ? atoi(getenv("MF")) : 0;
+      sweeps = {settings.large_sweeps,
+                std::max(settings.large_sweeps, mf ? mf : settings.max_sweeps)};
+      // It is convex, so sweeps and extrapolation do find its solution.
+      if (position_sweeps.most > 0) {
+        position_sweeps = SweepCount::exactly(std::max(position_sweeps.most, affordable));
+      }
+    }
     for (int k = 0; k < count; ++k) {
       for (std::size_t n = 0; n < island.bodies.size(); ++n) {
         SolverBody<S>& body = bodies[island.bodies[n]];
@@ -249,6 +276,10 @@ class IslandSolver {
         sweep_part(island, constraints, bodies, part, sweeps, report);
       }
       sequential_.keep_impulses();
+      if (context.is_swept_by_choice() && is_far(report, part)) {
+        end_parts(island, constraints, bodies);
+        return false;
+      }
       if (!island.soft.empty()) break;  // Placed when their sensors have settled.
       place_part(island, constraints, bodies, part, position_sweeps, report);
       if (k + 1 < count) sequential_.move_on(bodies, part.dt);
@@ -257,28 +288,24 @@ class IslandSolver {
     sequential_.finish_parts(island, constraints);
     end_parts(island, constraints, bodies);
     scale_bounds(island, constraints, parts);
+    return true;
   }
 
-  /// [-] Sweeps of a substep. Those over islands that could be factorised cost little beside it.
-  [[nodiscard]] SweepCount velocity_sweeps(const SolveContext<S>& context) const {
-    const SolverDef<S>& settings = context.settings;
-    if (sequential_.is_cold()) return SweepCount::exactly(settings.max_sweeps);
-    return context.is_swept_by_choice()
-               ? SweepCount{settings.large_sweeps, settings.large_sweeps, settings.max_sweeps}
-               : SweepCount::half_of(settings.large_sweeps);
+  /// Returns whether sweeps have left more than forces change.
+  [[nodiscard]] static bool is_far(const SolveReport<S>& report, const SolveContext<S>& part) {
+    static const double f = getenv("FAR") ? atof(getenv("FAR")) : 1;
+    return report.residual > std::max(S(f) * part.speed_change, part.velocity_tolerance);
   }
-  /// [-] The same for the position problem. It is convex, so sweeps and extrapolation find its
-  /// solution. An island that could be factorised gets as many as all steps of Newton's method may
-  /// cost.
-  [[nodiscard]] static SweepCount position_sweeps_of(const Island& island,
-                                                     const SolveContext<S>& context, int parts) {
-    const SolverDef<S>& settings = context.settings;
-    if (!context.is_swept_by_choice()) return SweepCount::half_of(settings.large_position_sweeps);
+
+  /// [-] Sweeps of a problem of an island that could be factorised. As many as all steps of
+  /// Newton's method may cost.
+  [[nodiscard]] static int affordable_sweeps(const Island& island, const SolveContext<S>& context,
+                                             int parts) {
+    const double steps =
+        std::min<double>(context.settings.max_newton_steps, context.affordable_steps());
     // A contact takes some hundred multiply-adds in a sweep.
-    const double affordable = SolveContext<S>::budget * static_cast<double>(context.factor_work) /
-                              (100.0 * static_cast<double>(island.contacts.size()) * parts);
-    return SweepCount::exactly(
-        std::max(settings.large_position_sweeps, static_cast<int>(affordable)));
+    const double work = 100.0 * static_cast<double>(island.contacts.size()) * parts;
+    return static_cast<int>(std::min(1e4, steps * static_cast<double>(context.factor_work) / work));
   }
 
   /// Finds the velocities at the end of a substep.
@@ -286,35 +313,34 @@ class IslandSolver {
                   std::span<SolverBody<S>> bodies, const SolveContext<S>& part, SweepCount count,
                   SolveReport<S>& report) {
     sequential_.start_part(island, constraints, bodies, part);
-    const S far = part.is_swept_by_choice() ? part.speed_change : infinity<S>;
-    const SweepGoal goal{part.velocity_tolerance, far};
-    sweep_while_it_pays(SweptProblem::velocities, count, goal, [&](bool backwards) {
+    const auto sweep = [&](bool backwards) {
       report.residual = sequential_.sweep(island, constraints, bodies, backwards);
       ++report.sweeps;
-      return report.residual;
-    });
+      return report.residual <= part.velocity_tolerance;
+    };
+    if (part.is_swept_by_choice()) {
+      // Extrapolation is of no use: where surfaces slide, no energy becomes the least.
+      for (int n = 0; n < count.least || (n < count.most && is_far(report, part)); ++n) {
+        if (sweep(n % 2 != 0)) break;
+      }
+    } else {
+      sweep_while_it_pays(SweptProblem::velocities, count, sweep);
+    }
     sequential_.finish(island, bodies);
   }
 
   /// Sweeps there and back in turn until the problem is solved, or as often as `count` says. Where
   /// extrapolating gains nothing, contacts open or slide. Many more sweeps would gain little there.
-  /// @param sweep  sweep(backwards) returns the residual [m/s].
+  /// @param sweep  sweep(backwards) returns whether the problem is solved.
   template <typename Sweep>
-  void sweep_while_it_pays(SweptProblem problem, SweepCount count, const SweepGoal& goal,
-                           const Sweep& sweep) {
+  void sweep_while_it_pays(SweptProblem problem, SweepCount count, const Sweep& sweep) {
     sequential_.start_extrapolation(problem);
-    int most = count.least;
-    for (int n = 0; n < most; ++n) {
+    bool gains = false;
+    for (int n = 0; n < count.least || gains; ++n) {
       const bool backwards = n % 2 != 0;
-      const S residual = sweep(backwards);
-      if (residual <= goal.solved) return;
+      if (sweep(backwards)) return;
       // Two more sweeps follow, as an extrapolation may violate the laws of contacts.
-      const bool may_go_on = backwards && n + 2 < std::max(count.most, count.most_if_far);
-      const bool gains = may_go_on && sequential_.extrapolate(problem);
-      if (!backwards) continue;
-      most = std::max(count.least, residual > goal.far ? count.most_if_far
-                                   : gains             ? count.most
-                                                       : 0);
+      if (backwards) gains = n + 2 < count.most && sequential_.extrapolate(problem);
     }
   }
 
@@ -397,12 +423,13 @@ class IslandSolver {
     }
     sequential_.start_positions(island, bodies, part);
     // Positions need no more digits than velocities have. A third of the error adds little to it.
-    // A hundredth of the change by forces is no overlap that anybody sees.
-    const S enough = std::max(part.position_tolerance / part.dt,
-                              std::min(S(0.3) * report.residual, S(3e-2) * part.speed_change));
-    sweep_while_it_pays(SweptProblem::positions, count, {enough, infinity<S>}, [&](bool backwards) {
+    // Sliding surfaces leave large ones. Overlaps of a thirtieth of what forces move are small.
+    S enough = S(0.3) * report.residual;
+    if (part.is_swept_by_choice()) enough = std::min(enough, S(3e-2) * part.speed_change);
+    enough = std::max({enough, part.position_tolerance / part.dt, part.velocity_tolerance});
+    sweep_while_it_pays(SweptProblem::positions, count, [&](bool backwards) {
       ++report.position_sweeps;
-      return sequential_.sweep_positions(island, constraints, bodies, part.dt, backwards);
+      return sequential_.sweep_positions(island, constraints, bodies, part.dt, backwards) <= enough;
     });
     sequential_.finish_positions(island, bodies);
   }

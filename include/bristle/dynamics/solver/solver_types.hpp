@@ -135,22 +135,20 @@ struct SolveContext {
   /// [m/s] Impacts slower than this do not bounce.
   S restitution_speed = S(0);
   /// [-] Multiply-adds of one assembly and factorisation of the island's matrix. Only a bound if
-  /// that decides (`IslandSolver::choose`).
+  /// that decides (`IslandSolver::choose_method`).
   std::uint64_t factor_work = 0;
   /// True if the island gets a bounded number of sweeps, converged or not.
   bool is_swept = false;
   SolverDef<S> settings{};
 
-  /// [-] Factorisations of the largest island that are as many multiply-adds as the budget of one
-  /// problem.
-  static constexpr double budget = 20;
-
-  /// [-] Factorisations that the budget of one problem pays for.
+  /// [-] Factorisations that the budget of one problem pays for. It is as many multiply-adds as
+  /// twenty factorisations of the largest island take.
   [[nodiscard]] double affordable_steps() const {
-    return budget * static_cast<double>(settings.max_direct_work) /
+    return 20.0 * static_cast<double>(settings.max_direct_work) /
            static_cast<double>(std::max<std::uint64_t>(1, factor_work));
   }
-  /// Returns whether an island is swept though it could be factorised (`IslandSolver::choose`).
+  /// Returns whether an island is swept though it could be factorised
+  /// (`IslandSolver::choose_method`).
   [[nodiscard]] bool is_swept_by_choice() const {
     return is_swept && factor_work <= settings.max_direct_work;
   }
