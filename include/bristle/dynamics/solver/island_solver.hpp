@@ -1,9 +1,11 @@
 /// @file
 /// Velocities and displacements of one island, with a choice of solvers.
 ///
-/// Resting and sliding islands take one sweep of sequential impulses. The proximal solver takes
-/// over where sweeps converge so slowly that factorisations are cheaper. It also solves every small
-/// island with sensors, joints or only new contacts. These need their load spread evenly.
+/// Resting islands, and those that slide on as before, take one sweep of sequential impulses. The
+/// proximal solver takes over where sweeps converge so slowly that factorisations are cheaper. It
+/// also solves every small island with sensors, joints or only new contacts. These need their load
+/// spread evenly. Large islands are swept, and so are smaller heaps that slide, if sweeps come
+/// near.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -86,7 +88,7 @@ class IslandSolver {
       const std::uint64_t work = std::min(dense, assembly + order_.factor_work());
       context.is_swept = work > most || (slides && work > most / sweeps_pay_from);
       // The full matrix bounds the work of small islands. It decides what their budget allows.
-      if (may_be_large || context.is_swept) context.factor_work = work;
+      if (may_be_large) context.factor_work = work;
     } else {
       context.is_swept = true;
     }
@@ -253,12 +255,10 @@ class IslandSolver {
                                               : SweepCount::half_of(settings.large_sweeps);
     SweepCount position_sweeps = SweepCount::half_of(settings.large_position_sweeps);
     if (context.is_swept_by_choice()) {
-      const int affordable = affordable_sweeps(island, context, count);
-      static const int mf = getenv("MF") ? atoi(getenv("MF")) : 0;
-      sweeps = {settings.large_sweeps,
-                std::max(settings.large_sweeps, mf ? mf : settings.max_sweeps)};
-      // It is convex, so sweeps and extrapolation do find its solution.
+      sweeps = {settings.large_sweeps, std::max(settings.large_sweeps, settings.max_sweeps)};
+      // The position problem is convex, so sweeps and extrapolation do find its solution.
       if (position_sweeps.most > 0) {
+        const int affordable = affordable_sweeps(island, context, count);
         position_sweeps = SweepCount::exactly(std::max(position_sweeps.most, affordable));
       }
     }
@@ -293,12 +293,11 @@ class IslandSolver {
 
   /// Returns whether sweeps have left more than forces change.
   [[nodiscard]] static bool is_far(const SolveReport<S>& report, const SolveContext<S>& part) {
-    static const double f = getenv("FAR") ? atof(getenv("FAR")) : 1;
-    return report.residual > std::max(S(f) * part.speed_change, part.velocity_tolerance);
+    return report.residual > std::max(part.speed_change, part.velocity_tolerance);
   }
 
-  /// [-] Sweeps of a problem of an island that could be factorised. As many as all steps of
-  /// Newton's method may cost.
+  /// [-] Sweeps of the position problem of an island that could be factorised. As many as all steps
+  /// of Newton's method may cost.
   [[nodiscard]] static int affordable_sweeps(const Island& island, const SolveContext<S>& context,
                                              int parts) {
     const double steps =
