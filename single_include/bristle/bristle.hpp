@@ -33957,7 +33957,7 @@ class IslandSolver {
 
  private:
   /// Sweeps solve moving heaps from this share of the largest factorisation on.
-  static constexpr std::uint64_t sweeps_pay_from = 20;
+  static constexpr std::uint64_t sweeps_pay_from = 10;
 
   /// [-] Sweeps that run unless the problem is solved, and how many there may be if more pay.
   struct SweepCount {
@@ -34137,7 +34137,7 @@ class IslandSolver {
         sweep_part(island, constraints, bodies, part, sweeps, report);
       }
       sequential_.keep_impulses();
-      if (context.is_swept_by_choice() && is_far(report, part)) {
+      if (context.is_swept_by_choice() && (is_far(report, part) || is_near(report, part))) {
         end_parts(island, constraints, bodies);
         return false;
       }
@@ -34152,6 +34152,11 @@ class IslandSolver {
     return true;
   }
 
+  /// Returns whether sweeps leave so little that Newton's method finds the rest in a step or two.
+  /// What slides on as before then takes one sweep.
+  [[nodiscard]] static bool is_near(const SolveReport<S>& report, const SolveContext<S>& part) {
+    return report.residual <= std::max(S(1e-3) * part.speed_change, part.velocity_tolerance);
+  }
   /// Returns whether sweeps have left more than forces change.
   [[nodiscard]] static bool is_far(const SolveReport<S>& report, const SolveContext<S>& part) {
     return report.residual > std::max(part.speed_change, part.velocity_tolerance);
