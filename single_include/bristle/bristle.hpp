@@ -33968,17 +33968,18 @@ class IslandSolver {
   };
 
   /// Returns whether an island has contacts alone, none of which may bounce, and surfaces that
-  /// slide or close faster than forces change velocities in a substep. What rests or is held has to
+  /// slide or close faster than forces change velocities in a step. What rests or is held has to
   /// be exact. Where one contact slides, all of its island is swept.
   [[nodiscard]] static bool has_sliding_heap(const Island& island,
                                              const Constraints<S>& constraints,
                                              std::span<const SolverBody<S>> bodies,
                                              const SolveContext<S>& context) {
-    // Derivatives need a solution. Symplectic Euler is for those who ask for it.
+    // Derivatives need a solution. Symplectic Euler is for those who ask for it. In steps of
+    // several substeps heaps that are hit overlap by centimetres (docs/measurements/0042).
     if (derivatives_of<S> != 0 || context.integrator != Integrator::trapezoidal) return false;
+    if (part_count(context) > 1) return false;
     if (!island.blocks.empty() || !island.soft.empty()) return false;
-    const S slow =
-        std::max(context.speed_change / S(part_count(context)), context.velocity_tolerance);
+    const S slow = std::max(context.speed_change, context.velocity_tolerance);
     S fastest2 = S(0);
     for (const std::uint32_t i : island.contacts) {
       const ContactConstraint<S>& c = constraints.contacts[i];
@@ -34100,8 +34101,8 @@ class IslandSolver {
   /// Solves an island by few sweeps. Its substeps are short enough for them. Gaps follow the motion
   /// from substep to substep. Arms and normals stay.
   /// @return Whether the result serves. Large islands have no other one. Others have Newton's
-  /// method
-  ///         where sweeps leave more than what forces change: where heavy bodies hit light ones.
+  ///         method, where sweeps have nearly found the solution, or leave more than what forces
+  ///         change: where heavy bodies hit light ones.
   bool solve_by_sweeps(const Island& island, Constraints<S>& constraints,
                        std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
                        SolveReport<S>& report) {
@@ -34119,7 +34120,7 @@ class IslandSolver {
       sweeps = {settings.large_sweeps, std::max(settings.large_sweeps, settings.max_sweeps)};
       // The position problem is convex, so sweeps and extrapolation do find its solution.
       if (position_sweeps.most > 0) {
-        const int affordable = affordable_sweeps(island, context, count);
+        const int affordable = affordable_sweeps(island, context);
         position_sweeps = SweepCount::exactly(std::max(position_sweeps.most, affordable));
       }
     }
@@ -34164,12 +34165,11 @@ class IslandSolver {
 
   /// [-] Sweeps of the position problem of an island that could be factorised. As many as all steps
   /// of Newton's method may cost.
-  [[nodiscard]] static int affordable_sweeps(const Island& island, const SolveContext<S>& context,
-                                             int parts) {
+  [[nodiscard]] static int affordable_sweeps(const Island& island, const SolveContext<S>& context) {
     const double steps =
         std::min<double>(context.settings.max_newton_steps, context.affordable_steps());
     // A contact takes some hundred multiply-adds in a sweep.
-    const double work = 100.0 * static_cast<double>(island.contacts.size()) * parts;
+    const double work = 100.0 * static_cast<double>(island.contacts.size());
     return static_cast<int>(std::min(1e4, steps * static_cast<double>(context.factor_work) / work));
   }
 
