@@ -93,6 +93,7 @@
 #include <bristle/dynamics/solver/island_rows.hpp>
 #include <bristle/dynamics/solver/island_solver.hpp>
 #include <bristle/dynamics/solver/joint_locks.hpp>
+#include <bristle/dynamics/solver/method_choice.hpp>
 #include <bristle/dynamics/solver/proximal_solver.hpp>
 #include <bristle/dynamics/solver/sequential_solver.hpp>
 #include <bristle/dynamics/solver/soft_block.hpp>

@@ -9,6 +9,7 @@
 #include <bristle/dynamics/contacts/passive_restitution.hpp>
 #include <bristle/dynamics/solver/guarded_sweeps.hpp>
 #include <bristle/dynamics/solver/island_solver.hpp>
+#include <bristle/dynamics/solver/method_choice.hpp>
 #include <bristle/sensors/passes.hpp>
 #include <bristle/world/joint_stage.hpp>
 #include <bristle/world/sensor_stage.hpp>
@@ -207,7 +208,7 @@ class SolveStage {
     SolveContext<S> context = context_of(state, island);
     Constraints<S>& constraints = state.constraints;
     std::span<SolverBody<S>> bodies = state.solver_bodies;
-    solver_.choose_method(island, constraints, bodies, context);
+    choice_.make(island, constraints, bodies, context);
     if (joints != nullptr && joints->follow(state, island, context)) {
       // A mechanism without contacts is solved. Its springs are done, too.
       if (island.contacts.empty()) return;
@@ -410,6 +411,7 @@ class SolveStage {
   }
 
   IslandBuilder<S> islands_;
+  MethodChoice<S> choice_;
   IslandSolver<S> solver_;
   PassiveRestitution<S> restitution_;
 };

@@ -3,6 +3,7 @@
 #include "support/relative.hpp"
 
 #include <bristle/dynamics/solver/island_solver.hpp>
+#include <bristle/dynamics/solver/method_choice.hpp>
 
 #include <doctest/doctest.h>
 
@@ -251,7 +252,7 @@ TEST_CASE("IslandSolver: impulses are exactly what moves the bodies, however the
     auto c = island_context<double>();
     c.dt = 4 * c.settings.longest_substep;
     c.settings.max_direct_work = 100000;
-    solver.choose_method(pile.island(), pile.constraints, pile.bodies, c);
+    MethodChoice<double>().make(pile.island(), pile.constraints, pile.bodies, c);
     CHECK(c.is_swept == (count == 100));
     solver.solve(pile.island(), pile.constraints, pile.bodies, c, report);
     auto check = pile;

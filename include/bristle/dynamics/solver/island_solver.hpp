@@ -68,36 +68,7 @@ class IslandSolver {
     return false;
   }
 
-  /// Chooses between factorisations and sweeps. Sets `factor_work` and `is_swept` of the context.
-  void choose_method(const Island& island, const Constraints<S>& constraints,
-                     std::span<const SolverBody<S>> bodies, SolveContext<S>& context) {
-    const std::uint64_t most = context.settings.max_direct_work;
-    // A row of a contact is squared over both of its bodies, in three blocks.
-    const std::uint64_t rows = 3 * (island.contacts.size() + island.blocks.size());
-    const std::uint64_t assembly = 78 * rows + 500 * island.soft.size();
-    const std::uint64_t unknowns = 6 * island.bodies.size();
-    const std::uint64_t dense = assembly + unknowns * unknowns * unknowns / 6;
-    const bool may_be_large = dense > most;
-    const bool slides =
-        dense > most / sweeps_pay_from && has_sliding_heap(island, constraints, bodies, context);
-    context.factor_work = dense;
-    if (!may_be_large && !slides) return;
-    if (assembly <= most) {
-      order_.build(island, constraints, bodies.size());
-      order_.clear(island);
-      const std::uint64_t work = std::min(dense, assembly + order_.factor_work());
-      context.is_swept = work > most || (slides && work > most / sweeps_pay_from);
-      // The full matrix bounds the work of small islands. It decides what their budget allows.
-      if (may_be_large) context.factor_work = work;
-    } else {
-      context.is_swept = true;
-    }
-  }
-
  private:
-  /// Sweeps solve moving heaps from this share of the largest factorisation on.
-  static constexpr std::uint64_t sweeps_pay_from = 10;
-
   /// [-] Sweeps that run unless the problem is solved, and how many there may be if more pay.
   struct SweepCount {
     int least, most;
@@ -105,34 +76,6 @@ class IslandSolver {
     [[nodiscard]] static SweepCount exactly(int count) { return {count, count}; }
     [[nodiscard]] static SweepCount half_of(int most) { return {(most + 1) / 2, most}; }
   };
-
-  /// Returns whether an island has contacts alone, none of which may bounce, and surfaces that
-  /// slide or close faster than forces change velocities in a step. What rests or is held has to
-  /// be exact. Where one contact slides, all of its island is swept.
-  [[nodiscard]] static bool has_sliding_heap(const Island& island,
-                                             const Constraints<S>& constraints,
-                                             std::span<const SolverBody<S>> bodies,
-                                             const SolveContext<S>& context) {
-    // Derivatives need a solution. Symplectic Euler is for those who ask for it. In steps of
-    // several substeps heaps that are hit overlap by centimetres (docs/measurements/0042).
-    if (derivatives_of<S> != 0 || context.integrator != Integrator::trapezoidal) return false;
-    if (part_count(context) > 1) return false;
-    if (!island.blocks.empty() || !island.soft.empty()) return false;
-    const S slow = std::max(context.speed_change, context.velocity_tolerance);
-    S fastest2 = S(0);
-    for (const std::uint32_t i : island.contacts) {
-      const ContactConstraint<S>& c = constraints.contacts[i];
-      if (c.restitution > S(0)) return false;
-      const Vec3<S> v = c.velocity(bodies[c.body_a].start, bodies[c.body_b].start);
-      const S closing = std::min(S(0), c.axes[0].dot(v));
-      const bool touches = c.impulse[0] > S(0) || c.gap + context.dt * closing < S(0);
-      if (!touches) continue;
-      const S slip1 = c.axes[1].dot(v) - c.drift[0];
-      const S slip2 = c.axes[2].dot(v) - c.drift[1];
-      fastest2 = std::max(fastest2, closing * closing + slip1 * slip1 + slip2 * slip2);
-    }
-    return fastest2 > slow * slow;
-  }
 
   /// Returns whether one sweep from the warm start solves an island.
   [[nodiscard]] bool goes_on(const Island& island, Constraints<S>& constraints,
@@ -246,7 +189,7 @@ class IslandSolver {
                        std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
                        SolveReport<S>& report) {
     // Soft blocks are linearised over the whole step.
-    const int count = island.soft.empty() ? part_count(context) : 1;
+    const int count = island.soft.empty() ? context.part_count() : 1;
     const S parts = S(count);
     SolveContext<S> part = context.part(parts);
     begin_parts(island, constraints, bodies, parts);
@@ -357,16 +300,6 @@ class IslandSolver {
                                          std::span<const SolverBody<S>> bodies) {
     const IslandEnergy<S> energy = energy_of<S>(island, bodies);
     return energy.found > S(2) * std::max(energy.start, energy.free);
-  }
-
-  /// Number of substeps. It has an upper bound, whatever the length of the step.
-  [[nodiscard]] static int part_count(const SolveContext<S>& context) {
-    using std::ceil;
-    using std::max;
-    using std::min;
-    const S most = S(64);
-    const S wanted = ceil(context.dt / context.settings.longest_substep);
-    return static_cast<int>(min(most, max(S(1), wanted)));  // Infinite length: one.
   }
 
   /// Stores the whole step of each body. Scales the warm start of joints to a substep.
@@ -651,7 +584,6 @@ class IslandSolver {
 
   SequentialSolver<S> sequential_;
   ProximalSolver<S> proximal_;
-  IslandOrder order_;
   SavedImpulses<S> saved_;
   DerivativeWatch<S> watch_;
 

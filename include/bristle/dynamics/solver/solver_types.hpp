@@ -11,6 +11,7 @@
 #include <bristle/dynamics/solver/solver_def.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <span>
 
@@ -135,7 +136,7 @@ struct SolveContext {
   /// [m/s] Impacts slower than this do not bounce.
   S restitution_speed = S(0);
   /// [-] Multiply-adds of one assembly and factorisation of the island's matrix. Only a bound if
-  /// that decides (`IslandSolver::choose_method`).
+  /// that decides (`MethodChoice`).
   std::uint64_t factor_work = 0;
   /// True if the island gets a bounded number of sweeps, converged or not.
   bool is_swept = false;
@@ -148,7 +149,7 @@ struct SolveContext {
            static_cast<double>(std::max<std::uint64_t>(1, factor_work));
   }
   /// Returns whether an island is swept though it could be factorised
-  /// (`IslandSolver::choose_method`).
+  /// (`MethodChoice`).
   [[nodiscard]] bool is_swept_by_choice() const {
     return is_swept && factor_work <= settings.max_direct_work;
   }
@@ -172,6 +173,16 @@ struct SolveContext {
   /// sweeps.
   [[nodiscard]] bool is_costly() const { return cost_share() > 1; }
 
+  /// [-] Number of substeps of a swept island. It has an upper bound, whatever the length of the
+  /// step.
+  [[nodiscard]] int part_count() const {
+    using std::ceil;
+    using std::max;
+    using std::min;
+    const S most = S(64);
+    const S wanted = ceil(dt / settings.longest_substep);
+    return static_cast<int>(min(most, max(S(1), wanted)));  // Infinite length: one.
+  }
   /// The same for one of several equal substeps.
   [[nodiscard]] SolveContext part(S parts) const {
     SolveContext result = *this;

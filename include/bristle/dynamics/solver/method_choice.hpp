@@ -1,0 +1,80 @@
+/// @file
+/// The choice between factorisations and sweeps for one island.
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <bristle/dynamics/solver/island_order.hpp>
+#include <bristle/dynamics/solver/solver_types.hpp>
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// The choice with its scratch memory. One object serves many islands in turn.
+template <Scalar S>
+class MethodChoice {
+ public:
+  /// Chooses between factorisations and sweeps. Sets `factor_work` and `is_swept` of the context.
+  void make(const Island& island, const Constraints<S>& constraints,
+            std::span<const SolverBody<S>> bodies, SolveContext<S>& context) {
+    const std::uint64_t most = context.settings.max_direct_work;
+    // A row of a contact is squared over both of its bodies, in three blocks.
+    const std::uint64_t rows = 3 * (island.contacts.size() + island.blocks.size());
+    const std::uint64_t assembly = 78 * rows + 500 * island.soft.size();
+    const std::uint64_t unknowns = 6 * island.bodies.size();
+    const std::uint64_t dense = assembly + unknowns * unknowns * unknowns / 6;
+    const bool may_be_large = dense > most;
+    const bool slides =
+        dense > most / sweeps_pay_from && has_sliding_heap(island, constraints, bodies, context);
+    context.factor_work = dense;
+    if (!may_be_large && !slides) return;
+    if (assembly <= most) {
+      order_.build(island, constraints, bodies.size());
+      order_.clear(island);
+      const std::uint64_t work = std::min(dense, assembly + order_.factor_work());
+      context.is_swept = work > most || (slides && work > most / sweeps_pay_from);
+      // The full matrix bounds the work of small islands. It decides what their budget allows.
+      if (may_be_large) context.factor_work = work;
+    } else {
+      context.is_swept = true;
+    }
+  }
+
+ private:
+  /// Sweeps solve moving heaps from this share of the largest factorisation on.
+  static constexpr std::uint64_t sweeps_pay_from = 10;
+
+  /// Returns whether an island has contacts alone, none of which may bounce, and surfaces that
+  /// slide or close faster than forces change velocities in a step. What rests or is held has to
+  /// be exact. Where one contact slides, all of its island is swept.
+  [[nodiscard]] static bool has_sliding_heap(const Island& island,
+                                             const Constraints<S>& constraints,
+                                             std::span<const SolverBody<S>> bodies,
+                                             const SolveContext<S>& context) {
+    // Derivatives need a solution. Symplectic Euler is for those who ask for it. In steps of
+    // several substeps heaps that are hit overlap by centimetres (docs/measurements/0042).
+    if (derivatives_of<S> != 0 || context.integrator != Integrator::trapezoidal) return false;
+    if (context.part_count() > 1) return false;
+    if (!island.blocks.empty() || !island.soft.empty()) return false;
+    const S slow = std::max(context.speed_change, context.velocity_tolerance);
+    S fastest2 = S(0);
+    for (const std::uint32_t i : island.contacts) {
+      const ContactConstraint<S>& c = constraints.contacts[i];
+      if (c.restitution > S(0)) return false;
+      const Vec3<S> v = c.velocity(bodies[c.body_a].start, bodies[c.body_b].start);
+      const S closing = std::min(S(0), c.axes[0].dot(v));
+      const bool touches = c.impulse[0] > S(0) || c.gap + context.dt * closing < S(0);
+      if (!touches) continue;
+      const S slip1 = c.axes[1].dot(v) - c.drift[0];
+      const S slip2 = c.axes[2].dot(v) - c.drift[1];
+      fastest2 = std::max(fastest2, closing * closing + slip1 * slip1 + slip2 * slip2);
+    }
+    return fastest2 > slow * slow;
+  }
+
+  IslandOrder order_;
+};
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
