@@ -12428,9 +12428,10 @@ struct SolverDef {
   int max_newton_steps = 60;
   /// [-] Most sweeps over a larger island in each substep. Half of them run, and the others as long
   /// as extrapolating them gains. That is never so with joints, sensors or restitution.
-  /// `max_sweeps` run if most of its contacts are new.
+  /// `max_sweeps` run if most of its contacts are new. All of them run over a smaller heap that
+  /// slides, and up to `max_sweeps` where it is hit.
   int large_sweeps = 20;
-  /// [-] The same for the position problem of a larger island.
+  /// [-] The same for the position problem of a larger island. Smaller heaps have a bound by work.
   int large_position_sweeps = 20;
   /// [s] Longest substep over which a larger island is solved at once, > 0. Infinite for one
   /// substep per step.
@@ -12577,10 +12578,14 @@ struct SolveContext {
     return 20.0 * static_cast<double>(settings.max_direct_work) /
            static_cast<double>(std::max<std::uint64_t>(1, factor_work));
   }
-  /// Returns whether an island is swept though it could be factorised
-  /// (`MethodChoice`).
-  [[nodiscard]] bool is_swept_by_choice() const {
-    return is_swept && factor_work <= settings.max_direct_work;
+  /// Returns whether a factorisation exceeds its bound. The island is then swept in any case.
+  [[nodiscard]] bool is_large() const { return factor_work > settings.max_direct_work; }
+  /// [-] Sweeps of the position problem that cost as much as all steps of Newton's method may.
+  [[nodiscard]] int affordable_sweeps(const Island& island) const {
+    const double steps = std::min<double>(settings.max_newton_steps, affordable_steps());
+    // A contact takes some hundred multiply-adds in a sweep.
+    const double work = 100.0 * static_cast<double>(island.contacts.size());
+    return static_cast<int>(std::min(1e4, steps * static_cast<double>(factor_work) / work));
   }
   /// [-] Newton steps that the island may still take to solve one problem, at least one. The cost
   /// of a step so does not grow with the island. What is left of the law grows instead. All passes
@@ -30479,9 +30484,9 @@ void time_contact(ContactConstraint<S>& c, CachedPoint<S>& point, const S& hold,
                   const SolverBody<S>& a, const SolverBody<S>& b, const SolveContext<S>& context) {
   const Vec3<S>& to_mid_a = point.mid_offset_a *= hold;
   const Vec3<S>& to_mid_b = point.mid_offset_b *= hold;
-  // Sweeps that are cut short keep no energy, so large islands get no bias. Sweeps over manifolds
-  // do not read that of others.
-  if (!context.is_swept || context.is_swept_by_choice()) {
+  // Large islands get no bias: sweeps that are cut short keep no energy. Sweeps over manifolds do
+  // not read it at all.
+  if (!context.is_large()) {
     const Vec3<S> bias = a.start.angular.cross(to_mid_a) - b.start.angular.cross(to_mid_b);
     for (std::size_t k = 0; k < 3; ++k) c.bias[k] += c.axes[k].dot(bias);
   }
@@ -33901,20 +33906,19 @@ class IslandSolver {
  public:
   /// Finds the impulses of all constraints and the velocities at the end of the step. Starts from a
   /// warm start.
-  ///
-  /// A sliding heap that goes on as it was, or that sweeps do not solve, is not swept: `is_swept`
-  /// of the context is false then.
+  /// @param context  `is_swept` is false afterwards if a heap that slides was solved otherwise.
   void solve(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
              SolveContext<S>& context, SolveReport<S>& report) {
+    if (context.is_large()) {
+      solve_large(island, constraints, bodies, context, report);
+      return;
+    }
     if (context.is_swept) {
-      const bool may_factor = context.is_swept_by_choice();
-      if (may_factor) saved_.save(island, constraints);
-      if (may_factor && goes_on(island, constraints, bodies, context, report)) {
-        context.is_swept = false;
-        return;
-      }
-      if (may_factor) saved_.restore(island, constraints);
-      if (solve_by_sweeps(island, constraints, bodies, context, report)) return;
+      saved_.save(island, constraints);
+      context.is_swept = !goes_on(island, constraints, bodies, context, report);
+      if (!context.is_swept) return;
+      saved_.restore(island, constraints);
+      if (sweep_sliding(island, constraints, bodies, context, report)) return;
       saved_.restore(island, constraints);
       context.is_swept = false;
     }
@@ -33936,7 +33940,8 @@ class IslandSolver {
     if (!island.soft.empty()) {
       // Other islands are placed substep by substep as they are solved.
       const int most = context.settings.max_position_sweeps;
-      place_part(island, constraints, bodies, context, SweepCount::exactly(most), report);
+      place_part(island, constraints, bodies, context, {most, most}, S(0.3) * report.residual,
+                 report);
     }
     return false;
   }
@@ -33946,14 +33951,14 @@ class IslandSolver {
   struct SweepCount {
     int least, most;
 
-    [[nodiscard]] static SweepCount exactly(int count) { return {count, count}; }
     [[nodiscard]] static SweepCount half_of(int most) { return {(most + 1) / 2, most}; }
   };
 
-  /// Returns whether one sweep from the warm start solves an island.
+  /// Returns whether one sweep solves an island from the warm start: it moves on as before.
   [[nodiscard]] bool goes_on(const Island& island, Constraints<S>& constraints,
-                             std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
+                             std::span<SolverBody<S>> bodies, SolveContext<S> context,
                              SolveReport<S>& report) {
+    context.is_swept = false;
     target(island, constraints, bodies, context);
     sequential_.start(island, constraints, bodies);
     report.residual = sequential_.sweep(island, constraints, bodies, false);
@@ -34053,14 +34058,46 @@ class IslandSolver {
     apply_impulses(island, constraints, bodies);
   }
 
-  /// Solves an island by few sweeps. Its substeps are short enough for them. Gaps follow the motion
-  /// from substep to substep. Arms and normals stay.
-  /// @return Whether the result serves. Large islands have no other one. Others have Newton's
-  ///         method, where sweeps have nearly found the solution, or leave more than what forces
-  ///         change: where heavy bodies hit light ones.
-  bool solve_by_sweeps(const Island& island, Constraints<S>& constraints,
-                       std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
-                       SolveReport<S>& report) {
+  /// Sweeps a heap that slides (`MethodChoice`) over one substep.
+  ///
+  /// Velocities are not extrapolated: where surfaces slide, no energy becomes the least. Positions
+  /// are a convex problem, so sweeps and extrapolation find their solution.
+  /// @return Whether the result serves. Newton's method takes over where sweeps have nearly found
+  ///         the solution: it needs a step or two, and what slides on as before then takes one
+  ///         sweep. So it does where they leave more than forces change: heavy bodies hit light
+  ///         ones there.
+  bool sweep_sliding(const Island& island, Constraints<S>& constraints,
+                     std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
+                     SolveReport<S>& report) {
+    const S far = std::max(context.velocity_tolerance, context.speed_change);
+    const S near = std::max(context.velocity_tolerance, S(1e-3) * context.speed_change);
+    sequential_.start_manifolds(island, constraints, bodies, S(1));
+    sequential_.start_part(island, constraints, bodies, context);
+    const SolverDef<S>& settings = context.settings;
+    for (int n = 0; n < settings.large_sweeps || (n < settings.max_sweeps && report.residual > far);
+         ++n) {
+      report.residual = sequential_.sweep(island, constraints, bodies, n % 2 != 0);
+      ++report.sweeps;
+      if (report.residual <= context.velocity_tolerance) return false;
+    }
+    if (report.residual <= near || report.residual > far) return false;
+    sequential_.finish(island, bodies);
+    sequential_.keep_impulses();
+    // Velocities are left far from their laws. Overlaps of a thirtieth of what forces move are
+    // small.
+    const S enough = std::min(S(0.3) * report.residual, S(3e-2) * context.speed_change);
+    const int count = context.affordable_sweeps(island);
+    place_part(island, constraints, bodies, context, {count, count}, enough, report);
+    sequential_.finish_parts(island, constraints);
+    apply_impulses(island, constraints, bodies);
+    return true;
+  }
+
+  /// Solves a large island by few sweeps. Its substeps are short enough for them. Gaps follow the
+  /// motion from substep to substep. Arms and normals stay.
+  void solve_large(const Island& island, Constraints<S>& constraints,
+                   std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
+                   SolveReport<S>& report) {
     // Soft blocks are linearised over the whole step.
     const int count = island.soft.empty() ? context.part_count() : 1;
     const S parts = S(count);
@@ -34068,17 +34105,9 @@ class IslandSolver {
     begin_parts(island, constraints, bodies, parts);
     sequential_.start_manifolds(island, constraints, bodies, parts);
     const SolverDef<S>& settings = context.settings;
-    SweepCount sweeps = sequential_.is_cold() ? SweepCount::exactly(settings.max_sweeps)
-                                              : SweepCount::half_of(settings.large_sweeps);
-    SweepCount position_sweeps = SweepCount::half_of(settings.large_position_sweeps);
-    if (context.is_swept_by_choice()) {
-      sweeps = {settings.large_sweeps, std::max(settings.large_sweeps, settings.max_sweeps)};
-      // The position problem is convex, so sweeps and extrapolation do find its solution.
-      if (position_sweeps.most > 0) {
-        const int affordable = affordable_sweeps(island, context);
-        position_sweeps = SweepCount::exactly(std::max(position_sweeps.most, affordable));
-      }
-    }
+    const SweepCount sweeps = sequential_.is_cold()
+                                  ? SweepCount{settings.max_sweeps, settings.max_sweeps}
+                                  : SweepCount::half_of(settings.large_sweeps);
     for (int k = 0; k < count; ++k) {
       for (std::size_t n = 0; n < island.bodies.size(); ++n) {
         SolverBody<S>& body = bodies[island.bodies[n]];
@@ -34093,39 +34122,17 @@ class IslandSolver {
         sweep_part(island, constraints, bodies, part, sweeps, report);
       }
       sequential_.keep_impulses();
-      if (context.is_swept_by_choice() && (is_far(report, part) || is_near(report, part))) {
-        end_parts(island, constraints, bodies);
-        return false;
-      }
       if (!island.soft.empty()) break;  // Placed when their sensors have settled.
-      place_part(island, constraints, bodies, part, position_sweeps, report);
+      // A third of the error of the velocities adds little to it.
+      place_part(island, constraints, bodies, part,
+                 SweepCount::half_of(settings.large_position_sweeps), S(0.3) * report.residual,
+                 report);
       if (k + 1 < count) sequential_.move_on(bodies, part.dt);
       end_part(island, constraints, bodies, part.dt, parts);
     }
     sequential_.finish_parts(island, constraints);
     end_parts(island, constraints, bodies);
     scale_bounds(island, constraints, parts);
-    return true;
-  }
-
-  /// Returns whether sweeps leave so little that Newton's method finds the rest in a step or two.
-  /// What slides on as before then takes one sweep.
-  [[nodiscard]] static bool is_near(const SolveReport<S>& report, const SolveContext<S>& part) {
-    return report.residual <= std::max(S(1e-3) * part.speed_change, part.velocity_tolerance);
-  }
-  /// Returns whether sweeps have left more than forces change.
-  [[nodiscard]] static bool is_far(const SolveReport<S>& report, const SolveContext<S>& part) {
-    return report.residual > std::max(part.speed_change, part.velocity_tolerance);
-  }
-
-  /// [-] Sweeps of the position problem of an island that could be factorised. As many as all steps
-  /// of Newton's method may cost.
-  [[nodiscard]] static int affordable_sweeps(const Island& island, const SolveContext<S>& context) {
-    const double steps =
-        std::min<double>(context.settings.max_newton_steps, context.affordable_steps());
-    // A contact takes some hundred multiply-adds in a sweep.
-    const double work = 100.0 * static_cast<double>(island.contacts.size());
-    return static_cast<int>(std::min(1e4, steps * static_cast<double>(context.factor_work) / work));
   }
 
   /// Finds the velocities at the end of a substep.
@@ -34133,19 +34140,11 @@ class IslandSolver {
                   std::span<SolverBody<S>> bodies, const SolveContext<S>& part, SweepCount count,
                   SolveReport<S>& report) {
     sequential_.start_part(island, constraints, bodies, part);
-    const auto sweep = [&](bool backwards) {
+    sweep_while_it_pays(SweptProblem::velocities, count, [&](bool backwards) {
       report.residual = sequential_.sweep(island, constraints, bodies, backwards);
       ++report.sweeps;
       return report.residual <= part.velocity_tolerance;
-    };
-    if (part.is_swept_by_choice()) {
-      // Extrapolation is of no use: where surfaces slide, no energy becomes the least.
-      for (int n = 0; n < count.least || (n < count.most && is_far(report, part)); ++n) {
-        if (sweep(n % 2 != 0)) break;
-      }
-    } else {
-      sweep_while_it_pays(SweptProblem::velocities, count, sweep);
-    }
+    });
     sequential_.finish(island, bodies);
   }
 
@@ -34225,18 +34224,15 @@ class IslandSolver {
   }
 
   /// Solves the position problem of a substep by sweeps.
+  /// @param enough  [m/s] Residual at which it is solved.
   void place_part(const Island& island, Constraints<S>& constraints,
                   std::span<SolverBody<S>> bodies, const SolveContext<S>& part, SweepCount count,
-                  SolveReport<S>& report) {
+                  S enough, SolveReport<S>& report) {
+    enough = std::max(enough, part.position_tolerance / part.dt);
     for (const std::uint32_t slot : island.bodies) {
       bodies[slot].motion = mean_motion(bodies[slot], part.integrator);
     }
     sequential_.start_positions(island, bodies, part);
-    // Positions need no more digits than velocities have. A third of the error adds little to it.
-    // Sliding surfaces leave large ones. Overlaps of a thirtieth of what forces move are small.
-    S enough = S(0.3) * report.residual;
-    if (part.is_swept_by_choice()) enough = std::min(enough, S(3e-2) * part.speed_change);
-    enough = std::max({enough, part.position_tolerance / part.dt, part.velocity_tolerance});
     sweep_while_it_pays(SweptProblem::positions, count, [&](bool backwards) {
       ++report.position_sweeps;
       return sequential_.sweep_positions(island, constraints, bodies, part.dt, backwards) <= enough;
@@ -34504,7 +34500,7 @@ class MechanismStage final : public JointStage<S> {
 
   /// Rows that follow their mechanism are at their instants already.
   void time_rows(State& state, const Island& island, const SolveContext<S>& context) override {
-    if (context.is_swept) return;
+    if (context.is_large()) return;
     for (const std::uint32_t i : island.blocks) {
       const ConstraintBlock<S>& block = state.constraints.blocks[i];
       if (block.kind != BlockKind::equality || state.solver_bodies[block.body_a].follows_joints ||
@@ -34607,7 +34603,7 @@ class MechanismStage final : public JointStage<S> {
       has_limits = true;
     }
     if (springs != island.soft.size()) return false;  // The others are stiff springs or patches.
-    if (!island.contacts.empty() && (has_limits || context.is_swept)) return false;
+    if (!island.contacts.empty() && (has_limits || context.is_large())) return false;
     return std::none_of(island.bodies.begin(), island.bodies.end(),
                         [&](std::uint32_t slot) { return state.solver_bodies[slot].is_sensed; });
   }
@@ -36053,7 +36049,7 @@ class PassiveRestitution {
   void calm(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
             const SolveContext<S>& context, IslandSolver<S>& solver, SolveReport<S>& report) {
     if (island.blocks.empty() || island.contacts.empty() || !island.soft.empty()) return;
-    if (context.is_swept) return;
+    if (context.is_large()) return;
     const S gained = gained_energy(island, bodies);
     if (!(gained > S(0)) || !is_closed(island, constraints, bodies)) return;
     saved_.save(island, constraints);
@@ -36537,8 +36533,7 @@ class SolveStage {
       if (pass >= context.settings.max_passes) break;
     }
     if (context.integrator == Integrator::trapezoidal) keep_angular_momentum(state, island);
-    const bool is_large = context.factor_work > context.settings.max_direct_work;
-    if (!is_large) limit_corrections(state, island, context);
+    if (!context.is_large()) limit_corrections(state, island, context);
     if (joints != nullptr) joints->close_wide_gaps(state, island);
     state.report.position_sweeps += static_cast<std::uint64_t>(report.position_sweeps);
     state.report.direct_islands += report.factorisations > 0 ? 1 : 0;

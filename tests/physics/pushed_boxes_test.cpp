@@ -29,6 +29,7 @@ struct Course {
   double fastest = 0;         // [m/s]
   double force = 0;           // [N] Mean of the plate's, along its way.
   double factorisations = 0;  // [-] In a step, in the mean.
+  double sweeps = 0;          // [-] The same.
   std::uint64_t most_factorised = 0;
 };
 
@@ -56,6 +57,7 @@ struct Boxes {
       world.step();
       const StepReport<double>& report = world.report();
       course.factorisations += static_cast<double>(report.factorisations) / steps;
+      course.sweeps += static_cast<double>(report.sweeps) / steps;
       course.most_factorised = std::max(course.most_factorised, report.factorisations);
       course.force += std::abs(world.contact_impulse(plate).force.x()) / dt / steps;
       for (const BodyId id : boxes) {
@@ -96,6 +98,29 @@ TEST_CASE("pushed_boxes: a row that slides along takes Coulomb's force, and few 
     CHECK(course.deepest < 2e-5);
     CHECK(course.factorisations < 3);
   }
+}
+
+TEST_CASE("pushed_boxes: a heap that slides on as before takes one sweep a step, and is exact") {
+  const double friction = 0.4;
+  Boxes scene;
+  scene.world.add_body(
+      {.motion = Motion::fixed, .shape = HalfSpace<double>{}, .material = {friction, 0}});
+  for (int x = 0; x < 5; ++x) {
+    for (int y = 0; y < 5; ++y) scene.add({0.2002 * x, 0.2002 * y, half}, 1, friction);
+  }
+  BodyDef<double> plate;
+  plate.motion = Motion::kinematic;
+  plate.shape = Box<double>{{0.05, 1, 0.1}};
+  plate.position = {-0.16, 0.4, 0.1};
+  plate.material = {0, 0};  // So that it carries no weight.
+  plate.velocity = {0.3, 0, 0};
+  const BodyId pusher = scene.world.add_body(plate);
+  scene.run(2, pusher);
+  const Course course = scene.run(2, pusher);
+  CHECK(course.sweeps < 1.5);
+  CHECK(course.factorisations < 0.1);
+  CHECK(course.force == test::relative(friction * scene.mass * g).epsilon(1e-6));
+  CHECK(course.fastest == test::relative(0.3).epsilon(1e-6));
 }
 
 TEST_CASE("pushed_boxes: two layers of unlike masses jam, and stay bodies") {

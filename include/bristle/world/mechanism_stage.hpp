@@ -49,7 +49,7 @@ class MechanismStage final : public JointStage<S> {
 
   /// Rows that follow their mechanism are at their instants already.
   void time_rows(State& state, const Island& island, const SolveContext<S>& context) override {
-    if (context.is_swept) return;
+    if (context.is_large()) return;
     for (const std::uint32_t i : island.blocks) {
       const ConstraintBlock<S>& block = state.constraints.blocks[i];
       if (block.kind != BlockKind::equality || state.solver_bodies[block.body_a].follows_joints ||
@@ -152,7 +152,7 @@ class MechanismStage final : public JointStage<S> {
       has_limits = true;
     }
     if (springs != island.soft.size()) return false;  // The others are stiff springs or patches.
-    if (!island.contacts.empty() && (has_limits || context.is_swept)) return false;
+    if (!island.contacts.empty() && (has_limits || context.is_large())) return false;
     return std::none_of(island.bodies.begin(), island.bodies.end(),
                         [&](std::uint32_t slot) { return state.solver_bodies[slot].is_sensed; });
   }

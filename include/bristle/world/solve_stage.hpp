@@ -252,8 +252,7 @@ class SolveStage {
       if (pass >= context.settings.max_passes) break;
     }
     if (context.integrator == Integrator::trapezoidal) keep_angular_momentum(state, island);
-    const bool is_large = context.factor_work > context.settings.max_direct_work;
-    if (!is_large) limit_corrections(state, island, context);
+    if (!context.is_large()) limit_corrections(state, island, context);
     if (joints != nullptr) joints->close_wide_gaps(state, island);
     state.report.position_sweeps += static_cast<std::uint64_t>(report.position_sweeps);
     state.report.direct_islands += report.factorisations > 0 ? 1 : 0;

@@ -168,9 +168,9 @@ void time_contact(ContactConstraint<S>& c, CachedPoint<S>& point, const S& hold,
                   const SolverBody<S>& a, const SolverBody<S>& b, const SolveContext<S>& context) {
   const Vec3<S>& to_mid_a = point.mid_offset_a *= hold;
   const Vec3<S>& to_mid_b = point.mid_offset_b *= hold;
-  // Sweeps that are cut short keep no energy, so large islands get no bias. Sweeps over manifolds
-  // do not read that of others.
-  if (!context.is_swept || context.is_swept_by_choice()) {
+  // Large islands get no bias: sweeps that are cut short keep no energy. Sweeps over manifolds do
+  // not read it at all.
+  if (!context.is_large()) {
     const Vec3<S> bias = a.start.angular.cross(to_mid_a) - b.start.angular.cross(to_mid_b);
     for (std::size_t k = 0; k < 3; ++k) c.bias[k] += c.axes[k].dot(bias);
   }

@@ -31,7 +31,7 @@ class PassiveRestitution {
   void calm(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
             const SolveContext<S>& context, IslandSolver<S>& solver, SolveReport<S>& report) {
     if (island.blocks.empty() || island.contacts.empty() || !island.soft.empty()) return;
-    if (context.is_swept) return;
+    if (context.is_large()) return;
     const S gained = gained_energy(island, bodies);
     if (!(gained > S(0)) || !is_closed(island, constraints, bodies)) return;
     saved_.save(island, constraints);

@@ -148,10 +148,14 @@ struct SolveContext {
     return 20.0 * static_cast<double>(settings.max_direct_work) /
            static_cast<double>(std::max<std::uint64_t>(1, factor_work));
   }
-  /// Returns whether an island is swept though it could be factorised
-  /// (`MethodChoice`).
-  [[nodiscard]] bool is_swept_by_choice() const {
-    return is_swept && factor_work <= settings.max_direct_work;
+  /// Returns whether a factorisation exceeds its bound. The island is then swept in any case.
+  [[nodiscard]] bool is_large() const { return factor_work > settings.max_direct_work; }
+  /// [-] Sweeps of the position problem that cost as much as all steps of Newton's method may.
+  [[nodiscard]] int affordable_sweeps(const Island& island) const {
+    const double steps = std::min<double>(settings.max_newton_steps, affordable_steps());
+    // A contact takes some hundred multiply-adds in a sweep.
+    const double work = 100.0 * static_cast<double>(island.contacts.size());
+    return static_cast<int>(std::min(1e4, steps * static_cast<double>(factor_work) / work));
   }
   /// [-] Newton steps that the island may still take to solve one problem, at least one. The cost
   /// of a step so does not grow with the island. What is left of the law grows instead. All passes
