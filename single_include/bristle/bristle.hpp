@@ -30515,11 +30515,15 @@ BRISTLE_FORCE_INLINE ContactTarget<T> target_at(const T& gap, const T& restituti
   const T change = free - start;  // Velocity change by forces.
   const T closing_speed = gap / dt;
   const Truth<T> may_bounce = restitution > zero;
-  const Truth<T> closes = gap + dt * speeds.mean_free < zero;
-  const Truth<T> bounces = may_bounce & closes & (start < T(-context.restitution_speed));
+  const T end_gap = gap + dt * speeds.mean_free;
+  // Bodies that came as near as they may in the last step close their gap exactly at the end of
+  // this one. Round-off must not decide that point by point. Surfaces that bounce fly on.
+  const Truth<T> touches =
+      (end_gap < zero) | ((min(gap, end_gap) <= T(context.position_tolerance)) & !may_bounce);
+  const Truth<T> bounces = may_bounce & touches & (start < T(-context.restitution_speed));
   ContactTarget<T> target;
   target.restitution_share = S(-1);
-  target.is_impact = closes & (-start > T(context.speed_change));
+  target.is_impact = touches & (-start > T(context.speed_change));
   // A contact that carried a load should not approach. If it does, sweeps were cut short.
   if (context.is_swept) target.is_impact = target.is_impact & !(impulse > zero);
   if (context.integrator != Integrator::trapezoidal) {
@@ -30531,7 +30535,6 @@ BRISTLE_FORCE_INLINE ContactTarget<T> target_at(const T& gap, const T& restituti
   // bodies together. They may close the gap at most. If they bounce, the speed of approach is not
   // lost. They may then come together as fast as closes the gap by the end of the step. Stopping
   // bodies that separate would give energy to whatever pushes them.
-  const Truth<T> touches = closes | ((gap <= T(context.position_tolerance)) & !may_bounce);
   const T nearest = select(may_bounce, S(-2) * closing_speed - start, -closing_speed);
   target.target = select(touches, zero, min(free, nearest));
   if (!any(bounces)) return target;
@@ -31322,6 +31325,18 @@ class IslandRows {
         rows_, [this](std::size_t i) { return rows_[i].lambda; },
         [this](std::size_t i) { return rows_[i].velocity; });
   }
+  /// [m/s] The same with the laws of the convex problem: cones whose contacts open at their shifts.
+  [[nodiscard]] Real convex_residual() const {
+    Real largest = Real(0);
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      const Row& row = rows_[i];
+      if (!(row.response > Real(0)) || row.kind == Kind::tangent) continue;
+      largest = std::max(largest, row.kind == Kind::cone
+                                      ? distance_from_cone(i)
+                                      : distance_from_law(row, &row.lambda, &row.velocity));
+    }
+    return largest;
+  }
 
   /// Calls use(multiplier, response) for all rows.
   template <typename Use>
@@ -31413,6 +31428,19 @@ class IslandRows {
         planar_length(rows_[i + 1].proposed(eps, Real(0)), rows_[i + 2].proposed(eps, Real(0)));
     if (x >= Real(0) && t <= row.friction * x) return Side::inside;
     return row.friction * t <= -x ? Side::at_bound : Side::sliding;
+  }
+
+  /// [m/s] Distance of a cone from its law in the convex problem.
+  [[nodiscard]] Real distance_from_cone(std::size_t i) const {
+    const Row* const row = &rows_[i];
+    const Real K = row->response;
+    Real n = row[0].lambda - (row[0].velocity + row[0].shift) / K;
+    Real x = row[1].lambda - row[1].velocity / K;
+    Real y = row[2].lambda - row[2].velocity / K;
+    project_on_cone(row->friction, n, x, y);
+    using std::abs;
+    return K * std::max(Real(abs(n - row[0].lambda)),
+                        planar_length(Real(x - row[1].lambda), Real(y - row[2].lambda)));
   }
 
   /// Calls use(number of the row, lambda+) for all rows. It is at a share s of the way along the
@@ -31886,7 +31914,9 @@ auto ProximalSolver<S>::iterate(Real tolerance, const SolveContext<S>& context,
   watch_.start();
   rows_.evaluate(v_);
   for (int outer = 0; steps < most_steps; ++outer) {
-    if (outer > 0) rows_.set_shifts();
+    // Shifts follow the slip of a solved convex problem. Before, all that is loaded creeps by eps.
+    // Shifts by that creep would unload what sticks, and what could hold would begin to slide.
+    if (outer > 0 && rows_.convex_residual() <= Real(0.5) * left) rows_.set_shifts();
     if (!minimise(eps, std::max(Real(0.1) * tolerance, inner), steps, most_steps)) {
       // The impulses of an iteration that was cut short match no velocities. Those of the iteration
       // before do.

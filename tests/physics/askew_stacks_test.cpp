@@ -20,6 +20,9 @@ using namespace bristle::scenes;
 // is allowed. Contacts that were yet to close inherited impulses of ten thousand times the load:
 // in float one stack in fifty was torn by what was left of them, which ones being a matter of
 // rounding. In double none was.
+// Faces land flat, so in the end nothing slips. Layers that come as near as they may close their
+// gaps exactly at the end of the next step. Where round-off decided that corner by corner, all
+// towers were pushed aside by 3 mm.
 TEST_CASE_TEMPLATE("askew stacks: land and stand", S, float, double) {
   const int seeds = std::is_same_v<S, float> ? test::rounds(300) : 10;
   for (int seed = 1; seed <= seeds; ++seed) {
@@ -41,6 +44,7 @@ TEST_CASE_TEMPLATE("askew stacks: land and stand", S, float, double) {
       }
     }
     CHECK(drift < 0.01);
+    if (std::is_same_v<S, double>) CHECK(drift < 1e-6);
     CHECK(total_kinetic_energy(scene, engine) < 1e-6);
   }
 }

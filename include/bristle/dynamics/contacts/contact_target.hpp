@@ -199,11 +199,15 @@ BRISTLE_FORCE_INLINE ContactTarget<T> target_at(const T& gap, const T& restituti
   const T change = free - start;  // Velocity change by forces.
   const T closing_speed = gap / dt;
   const Truth<T> may_bounce = restitution > zero;
-  const Truth<T> closes = gap + dt * speeds.mean_free < zero;
-  const Truth<T> bounces = may_bounce & closes & (start < T(-context.restitution_speed));
+  const T end_gap = gap + dt * speeds.mean_free;
+  // Bodies that came as near as they may in the last step close their gap exactly at the end of
+  // this one. Round-off must not decide that point by point. Surfaces that bounce fly on.
+  const Truth<T> touches =
+      (end_gap < zero) | ((min(gap, end_gap) <= T(context.position_tolerance)) & !may_bounce);
+  const Truth<T> bounces = may_bounce & touches & (start < T(-context.restitution_speed));
   ContactTarget<T> target;
   target.restitution_share = S(-1);
-  target.is_impact = closes & (-start > T(context.speed_change));
+  target.is_impact = touches & (-start > T(context.speed_change));
   // A contact that carried a load should not approach. If it does, sweeps were cut short.
   if (context.is_swept) target.is_impact = target.is_impact & !(impulse > zero);
   if (context.integrator != Integrator::trapezoidal) {
@@ -215,7 +219,6 @@ BRISTLE_FORCE_INLINE ContactTarget<T> target_at(const T& gap, const T& restituti
   // bodies together. They may close the gap at most. If they bounce, the speed of approach is not
   // lost. They may then come together as fast as closes the gap by the end of the step. Stopping
   // bodies that separate would give energy to whatever pushes them.
-  const Truth<T> touches = closes | ((gap <= T(context.position_tolerance)) & !may_bounce);
   const T nearest = select(may_bounce, S(-2) * closing_speed - start, -closing_speed);
   target.target = select(touches, zero, min(free, nearest));
   if (!any(bounces)) return target;

@@ -338,7 +338,9 @@ auto ProximalSolver<S>::iterate(Real tolerance, const SolveContext<S>& context,
   watch_.start();
   rows_.evaluate(v_);
   for (int outer = 0; steps < most_steps; ++outer) {
-    if (outer > 0) rows_.set_shifts();
+    // Shifts follow the slip of a solved convex problem. Before, all that is loaded creeps by eps.
+    // Shifts by that creep would unload what sticks, and what could hold would begin to slide.
+    if (outer > 0 && rows_.convex_residual() <= Real(0.5) * left) rows_.set_shifts();
     if (!minimise(eps, std::max(Real(0.1) * tolerance, inner), steps, most_steps)) {
       // The impulses of an iteration that was cut short match no velocities. Those of the iteration
       // before do.

@@ -1,0 +1,184 @@
+// Cubes that plates press together: friction alone holds them, from cube to cube.
+// SPDX-License-Identifier: BSD-3-Clause
+#include "support/numbers.hpp"
+
+#include <bristle/world/world.hpp>
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+using namespace bristle;
+using bristle::test::g;
+
+namespace {
+
+constexpr double half = 0.05;       // [m] Of a cube.
+constexpr double friction = 0.5;    // [1]
+constexpr double thickness = 0.04;  // [m] Of a plate of 2 kg.
+
+/// Cubes in the air between plates that slide towards them. Gravity pulls along -z.
+class SqueezedCubes {
+ public:
+  explicit SqueezedCubes(double time_step) : world_(WorldDef<double>{.time_step = time_step}) {}
+
+  void add_cube(double mass, const Vec3<double>& position) {
+    BodyDef<double> cube;
+    cube.shape = Box<double>{{half, half, half}};
+    cube.mass = mass;
+    cube.position = position;
+    cube.material = {friction, 0};
+    cubes_.push_back({world_.add_body(cube), position.z()});
+    weight_ += mass * g;
+  }
+
+  /// Adds a pair of plates that press along an axis.
+  /// @param reach    [m] Of the cubes along it.
+  /// @param extents  [m] Half extents of a plate. That along the axis is its thickness.
+  /// @param share    [1] Share of the weight that the pair holds at most.
+  void add_plates(Eigen::Index axis, double reach, Vec3<double> extents, double share, bool turns) {
+    for (const double side : {-1.0, 1.0}) {
+      BodyDef<double> plate;
+      extents[axis] = thickness / 2;
+      plate.shape = Box<double>{extents};
+      plate.mass = 2;
+      plate.position = Vec3<double>(0, 0, 0);
+      plate.position[axis] = side * (reach + thickness / 2);
+      plate.material = {friction, 0};
+      plate.locked.linear = {axis != 0, axis != 1, axis != 2};
+      if (!turns) plate.locked.angular = {true, true, true};
+      Vec3<double> push(0, 0, 0);
+      push[axis] = -side * share * weight_ / (2 * friction);
+      plates_.push_back({world_.add_body(plate), push});
+    }
+  }
+
+  /// Steps on for a time [s]. Forces of `shake` [N] push all cubes to and fro along x and y.
+  void run(double seconds, double shake) {
+    const double dt = world_.time_step();
+    for (int i = 0; i < std::lround(seconds / dt); ++i) {
+      for (const Plate& plate : plates_) {
+        world_.apply_force(plate.body, plate.push, world_.body(plate.body).pose().translation);
+      }
+      for (std::size_t k = 0; k < cubes_.size(); ++k) {
+        const double phase = static_cast<double>(k);
+        const Vec3<double> push(shake * std::sin(0.3 * i + phase),
+                                shake * std::sin(0.37 * i + 2 * phase), 0);
+        const BodyId body = cubes_[k].body;
+        world_.apply_force(body, push, world_.body(body).pose().translation);
+      }
+      world_.step();
+    }
+  }
+
+  /// [m] How far the cube that sank most has come down.
+  [[nodiscard]] double sag() const {
+    double most = 0;
+    for (const Cube& cube : cubes_) {
+      most = std::max(most, cube.height - world_.body(cube.body).pose().translation.z());
+    }
+    return most;
+  }
+
+ private:
+  struct Cube {
+    BodyId body;
+    double height;  // [m] At the start.
+  };
+  struct Plate {
+    BodyId body;
+    Vec3<double> push;  // [N]
+  };
+
+  World<double> world_;
+  double weight_ = 0;  // [N] Of all cubes.
+  std::vector<Cube> cubes_;
+  std::vector<Plate> plates_;
+};
+
+/// A floor of nine cubes, pressed from four sides.
+/// @param press  [1] Force of the plates by the least that can hold the weight.
+/// @param turns  True for plates that may tilt.
+SqueezedCubes make_squeezed_floor(double rate, double press, bool turns) {
+  SqueezedCubes floor(1 / rate);
+  for (const double x : {-2 * half, 0.0, 2 * half}) {
+    for (const double y : {-2 * half, 0.0, 2 * half}) floor.add_cube(1, {x, y, 0});
+  }
+  for (const Eigen::Index axis : {0, 1}) {
+    // Plates are narrower than the floor, so they do not touch each other.
+    floor.add_plates(axis, 3 * half, {2.5 * half, 2.5 * half, half}, press / 2, turns);
+  }
+  return floor;
+}
+
+/// A wall of twelve cubes of 0.5 to 2 kg, pressed from two sides.
+SqueezedCubes make_squeezed_wall(double rate, double press) {
+  SqueezedCubes wall(1 / rate);
+  for (int row = 0; row < 3; ++row) {
+    for (int i = 0; i < 4; ++i) {
+      const double mass = 0.5 + 0.5 * ((7 * i + 3 * row) % 4);
+      wall.add_cube(mass, 2 * half * Vec3<double>(i - 1.5, 0, row - 1));
+    }
+  }
+  wall.add_plates(0, 4 * half, {0, half, 3 * half}, press, false);
+  return wall;
+}
+
+/// [m] A thousandth of the free fall in one step: what the first steps may leave, and no creep.
+double still(double rate) { return 1e-3 * g / (2 * rate * rate); }
+
+}  // namespace
+
+TEST_CASE("squeezed_cubes: a floor that friction can hold stays up") {
+  for (const double rate : {60.0, 240.0}) {
+    for (const double press : {1.1, 1.3, 1.5, 2.0, 3.0}) {
+      for (const bool turns : {false, true}) {
+        CAPTURE(rate);
+        CAPTURE(press);
+        CAPTURE(turns);
+        SqueezedCubes floor = make_squeezed_floor(rate, press, turns);
+        floor.run(1, 0);
+        CHECK(floor.sag() < still(rate));
+      }
+    }
+  }
+}
+
+TEST_CASE("squeezed_cubes: a floor stays up while its cubes are pushed to and fro") {
+  for (const double rate : {60.0, 240.0}) {
+    for (const double press : {1.3, 2.0}) {
+      CAPTURE(rate);
+      CAPTURE(press);
+      SqueezedCubes floor = make_squeezed_floor(rate, press, false);
+      floor.run(1, 5);
+      CHECK(floor.sag() < still(rate));
+    }
+  }
+}
+
+TEST_CASE("squeezed_cubes: a wall of unlike cubes stays up between two plates") {
+  for (const double rate : {60.0, 240.0}) {
+    for (const double press : {1.3, 1.5, 2.0}) {
+      CAPTURE(rate);
+      CAPTURE(press);
+      SqueezedCubes wall = make_squeezed_wall(rate, press);
+      wall.run(1, 0);
+      CHECK(wall.sag() < still(rate));
+    }
+  }
+}
+
+TEST_CASE("squeezed_cubes: what friction cannot hold comes down as fast as it must") {
+  // Plates that press with a share p of the force needed leave (1 - p) g at least.
+  constexpr double press = 0.8;
+  constexpr double seconds = 0.1;
+  for (const double rate : {60.0, 240.0}) {
+    CAPTURE(rate);
+    SqueezedCubes floor = make_squeezed_floor(rate, press, false);
+    floor.run(seconds, 0);
+    CHECK(floor.sag() > 0.999 * (1 - press) * g * seconds * seconds / 2);
+    CHECK(floor.sag() < g * seconds * seconds / 2);
+  }
+}
