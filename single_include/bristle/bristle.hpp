@@ -30839,8 +30839,8 @@ template <Scalar S>
 /// Nothing is ever divided by their (singular) response.
 ///
 /// The projection on a cone makes sliding surfaces separate at mu |v_t|. The shift s = mu |v_t| of
-/// the last iteration cancels that (De Saxce and Feng 1998; Acary, Cadoux, Lemarechal and Malick
-/// 2011). docs/solver.md derives this, and compares it with friction disks of fixed radius.
+/// the last solved problem cancels that (De Saxce and Feng 1998; Acary, Cadoux, Lemarechal and
+/// Malick 2011). docs/solver.md derives this, and compares it with friction disks of fixed radius.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/dynamics/solver/island_rows.hpp
@@ -31899,7 +31899,7 @@ void ProximalSolver<S>::find_transient_impulses(const Island& island, Constraint
   rows_.store_transient_impulses(eps_, island, constraints, product_);
 }
 
-/// The outer loop: updates multipliers, opening speeds and eps.
+/// The outer loop: updates multipliers and eps, and opening speeds once their problem is solved.
 template <Scalar S>
 auto ProximalSolver<S>::iterate(Real tolerance, const SolveContext<S>& context,
                                 SolveReport<S>& report) -> Real {

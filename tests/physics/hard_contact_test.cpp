@@ -250,3 +250,38 @@ TEST_CASE("hard_contact: filters, groups and connected bodies do not touch") {
     CHECK(falls == (variant != 0));
   }
 }
+
+TEST_CASE("hard_contact: a stack on a plate that is shaken follows it") {
+  // Friction needs a quarter of what it has. The velocity of the plate is constant in each step,
+  // and that of a held box is the same at the end of it. By the trapezoidal rule the box lags by
+  // half of the change in each step, so by dt v / 2 in all.
+  constexpr double dt = 1.0 / 240;
+  const double rate = 2 * std::numbers::pi;  // [rad/s]
+  World<double> world(WorldDef<double>{.time_step = dt});
+  BodyDef<double> plate;
+  plate.motion = Motion::kinematic;
+  plate.shape = Box<double>{{0.5, 0.5, 0.05}};
+  plate.position = {0, 0, -0.05};
+  plate.material = {0.6, 0};
+  const BodyId carrier = world.add_body(plate);
+  std::array<BodyId, 8> boxes;
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    BodyDef<double> box;
+    box.mass = 1;
+    box.shape = Box<double>{{0.1, 0.1, 0.05}};
+    box.position = {0, 0, 0.05 + 0.1 * static_cast<double>(i)};
+    box.material = {0.6, 0};
+    boxes[i] = world.add_body(box);
+  }
+  const double speed = 0.15 * 9.81 / rate;  // [m/s]
+  for (int i = 0; i < 360; ++i) {
+    const double now = -speed * std::sin(rate * (i + 1) * dt);
+    world.set_velocity(carrier, {{now, 0, 0}, {0, 0, 0}});
+    world.step();
+    const double x = world.pose(carrier).translation.x();
+    for (const BodyId box : boxes) {
+      const Vec3<double> lag = world.pose(box).translation - Vec3<double>(x - dt * now / 2, 0, 0);
+      REQUIRE(std::abs(lag.x()) < 1e-6);
+    }
+  }
+}

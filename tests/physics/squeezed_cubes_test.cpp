@@ -1,6 +1,7 @@
 // Cubes that plates press together: friction alone holds them, from cube to cube.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/numbers.hpp"
+#include "support/relative.hpp"
 
 #include <bristle/world/world.hpp>
 
@@ -80,6 +81,15 @@ class SqueezedCubes {
       most = std::max(most, cube.height - world_.body(cube.body).pose().translation.z());
     }
     return most;
+  }
+
+  /// [m] How far the centre of mass has come down. All cubes have one mass.
+  [[nodiscard]] double fall() const {
+    double sum = 0;
+    for (const Cube& cube : cubes_) {
+      sum += cube.height - world_.body(cube.body).pose().translation.z();
+    }
+    return sum / static_cast<double>(cubes_.size());
   }
 
  private:
@@ -170,15 +180,16 @@ TEST_CASE("squeezed_cubes: a wall of unlike cubes stays up between two plates") 
   }
 }
 
-TEST_CASE("squeezed_cubes: what friction cannot hold comes down as fast as it must") {
-  // Plates that press with a share p of the force needed leave (1 - p) g at least.
+TEST_CASE("squeezed_cubes: what friction cannot hold comes down by Coulomb's law") {
+  // All contacts of the plates slide. So plates that press with a share p of the force needed leave
+  // (1 - p) g to the centre of mass, however cubes slide along each other. It is exact for the
+  // trapezoidal rule but for what the solver leaves, a thousandth of the slip in a step.
   constexpr double press = 0.8;
-  constexpr double seconds = 0.1;
+  constexpr double seconds = 0.25;
   for (const double rate : {60.0, 240.0}) {
     CAPTURE(rate);
     SqueezedCubes floor = make_squeezed_floor(rate, press, false);
     floor.run(seconds, 0);
-    CHECK(floor.sag() > 0.999 * (1 - press) * g * seconds * seconds / 2);
-    CHECK(floor.sag() < g * seconds * seconds / 2);
+    CHECK(floor.fall() == test::relative((1 - press) * g * seconds * seconds / 2, 0.01));
   }
 }
