@@ -190,6 +190,6 @@ TEST_CASE("squeezed_cubes: what friction cannot hold comes down by Coulomb's law
     CAPTURE(rate);
     SqueezedCubes floor = make_squeezed_floor(rate, press, false);
     floor.run(seconds, 0);
-    CHECK(floor.fall() == test::relative((1 - press) * g * seconds * seconds / 2, 0.01));
+    CHECK(floor.fall() == test::relative((1 - press) * g * seconds * seconds / 2).epsilon(0.01));
   }
 }
