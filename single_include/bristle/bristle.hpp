@@ -2511,7 +2511,8 @@ template <typename Real>
 /// converge only by a factor of about mu^2 a pass.
 ///
 /// Newton's method does not converge from far away. It starts at the end of the last step. It moves
-/// the centre. It reduces eps once the problem with eps is solved. Only impulses within their
+/// the centre. It reduces eps once the problem with eps is solved, and raises it where a step leads
+/// away. Only impulses within their
 /// bounds are judged, with their velocities. The best that add no energy are kept.
 // SPDX-License-Identifier: BSD-3-Clause
 
@@ -2718,6 +2719,8 @@ struct CoulombProblem {
   std::span<const Real> rhs;
   /// True if Mt is M. Then bodies act on each other through the rows alone.
   bool is_uncoupled;
+  /// True if no surfaces slide. The law is linear as long as none begins to, and opens or closes.
+  bool is_held;
   /// [m/s, rad/s] Velocities at the start of the step, and after it without constraints.
   const DynamicArray<Real>*start, *free;
   /// [m/s] Residual that counts as zero.
@@ -2761,7 +2764,8 @@ class CoulombNewton {
     CoulombResult<Real> answer;
     const std::span<const Row> rows = problem.rows;
     start(problem);
-    Real eps = Real(1e-3);
+    // The least eps solves a linear law by one factorisation.
+    Real eps = Real(problem.is_held ? Row::least_eps : 1e-3);
     evaluate(rows, v_, velocity_);
     // Impulses of the last step that are far from any solution give no hint.
     if (measure(rows, eps).law > Real(3) * problem.speed_change) {
@@ -11974,6 +11978,15 @@ template <Scalar S>
   const S friction2 = impulse[1] * impulse[1] + impulse[2] * impulse[2];
   if (!(friction2 < most * most)) return S(0);
   return friction2 > S(0) ? min(S(1), S(10) * (S(1) - sqrt(friction2) / most)) : S(1);
+}
+
+/// Returns whether surfaces hold each other by an impulse. It is within its friction cone, and not
+/// at its edge but for round-off. Without friction there is nothing to hold, and this is true.
+/// @param impulse  [N s] Along the normal and two tangents.
+template <Scalar S>
+[[nodiscard]] bool holds(const std::array<S, 3>& impulse, const S& friction) {
+  const S bound = S(0.999) * friction * impulse[0];
+  return impulse[1] * impulse[1] + impulse[2] * impulse[2] <= bound * bound;
 }
 
 /// Returns whether two contacts have the same bodies and axes, and surfaces that run alike.
@@ -31602,6 +31615,107 @@ void IslandRows<S, Real>::add_hessian(Real eps, EnvelopeMatrix<Real>& h) {
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
+// === bristle/dynamics/solver/method_choice.hpp
+
+/// @file
+/// The choice between factorisations and sweeps for one island, and where factorisations start.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// [m^2/s^2] Square of the speed at which the surfaces of a contact slide at the start of the step.
+template <Scalar S>
+[[nodiscard]] S slip2_at_start(const ContactConstraint<S>& c,
+                               std::span<const SolverBody<S>> bodies) {
+  const Vec3<S> v = c.velocity(bodies[c.body_a].start, bodies[c.body_b].start);
+  const S slip1 = c.axes[1].dot(v) - c.drift[0];
+  const S slip2 = c.axes[2].dot(v) - c.drift[1];
+  return slip1 * slip1 + slip2 * slip2;
+}
+
+/// Returns whether no surfaces of an island slide. Those that do have an impulse at the edge of its
+/// friction cone, and they move. Surfaces that rest may be at the edge where the load is spread
+/// over more points than it needs. Surfaces whose impulse is within its cone move where a driven
+/// body has a new velocity.
+template <Scalar S>
+[[nodiscard]] bool is_held(const Island& island, const Constraints<S>& constraints,
+                           std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
+  const S still2 = context.velocity_tolerance * context.velocity_tolerance;
+  return std::none_of(island.contacts.begin(), island.contacts.end(), [&](std::uint32_t i) {
+    const ContactConstraint<S>& c = constraints.contacts[i];
+    return !holds(c.impulse, c.friction) && slip2_at_start(c, bodies) > still2;
+  });
+}
+
+/// The choice with its scratch memory. One object serves many islands in turn.
+template <Scalar S>
+class MethodChoice {
+ public:
+  /// Chooses between factorisations and sweeps. Sets `factor_work` and `is_swept` of the context.
+  void make(const Island& island, const Constraints<S>& constraints,
+            std::span<const SolverBody<S>> bodies, SolveContext<S>& context) {
+    const std::uint64_t most = context.settings.max_direct_work;
+    // A row of a contact is squared over both of its bodies, in three blocks.
+    const std::uint64_t rows = 3 * (island.contacts.size() + island.blocks.size());
+    const std::uint64_t assembly = 78 * rows + 500 * island.soft.size();
+    const std::uint64_t unknowns = 6 * island.bodies.size();
+    const std::uint64_t dense = assembly + unknowns * unknowns * unknowns / 6;
+    const bool may_be_large = dense > most;
+    const bool slides =
+        dense > most / sweeps_pay_from && has_sliding_heap(island, constraints, bodies, context);
+    context.factor_work = dense;
+    if (!may_be_large && !slides) return;
+    if (assembly <= most) {
+      order_.build(island, constraints, bodies.size());
+      order_.clear(island);
+      const std::uint64_t work = std::min(dense, assembly + order_.factor_work());
+      context.is_swept = work > most || (slides && work > most / sweeps_pay_from);
+      // The full matrix bounds the work of small islands. It decides what their budget allows.
+      if (may_be_large) context.factor_work = work;
+    } else {
+      context.is_swept = true;
+    }
+  }
+
+ private:
+  /// Sweeps solve moving heaps from this share of the largest factorisation on.
+  static constexpr std::uint64_t sweeps_pay_from = 10;
+
+  /// Returns whether an island has contacts alone, none of which may bounce, and surfaces that
+  /// slide or close faster than forces change velocities in a step. What rests or is held has to
+  /// be exact. Where one contact slides, all of its island is swept.
+  [[nodiscard]] static bool has_sliding_heap(const Island& island,
+                                             const Constraints<S>& constraints,
+                                             std::span<const SolverBody<S>> bodies,
+                                             const SolveContext<S>& context) {
+    // Derivatives need a solution. Symplectic Euler is for those who ask for it. In steps of
+    // several substeps heaps that are hit overlap by centimetres (docs/measurements/0042).
+    if (derivatives_of<S> != 0 || context.integrator != Integrator::trapezoidal) return false;
+    if (context.part_count() > 1) return false;
+    if (!island.blocks.empty() || !island.soft.empty()) return false;
+    const S slow = std::max(context.speed_change, context.velocity_tolerance);
+    S fastest2 = S(0);
+    for (const std::uint32_t i : island.contacts) {
+      const ContactConstraint<S>& c = constraints.contacts[i];
+      if (c.restitution > S(0)) return false;
+      const S closing =
+          std::min(S(0), c.normal_velocity(bodies[c.body_a].start, bodies[c.body_b].start));
+      const bool touches = c.impulse[0] > S(0) || c.gap + context.dt * closing < S(0);
+      if (!touches) continue;
+      fastest2 = std::max(fastest2, closing * closing + slip2_at_start(c, bodies));
+    }
+    return fastest2 > slow * slow;
+  }
+
+  IslandOrder order_;
+};
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
 #include <algorithm>
 #include <type_traits>
 
@@ -31742,6 +31856,7 @@ auto ProximalSolver<S>::follow(const Island& island, Constraints<S>& constraints
       .matrix = &matrix_,
       .rhs = rhs_,
       .is_uncoupled = island.soft.empty(),
+      .is_held = is_held<S>(island, constraints, bodies, context),
       .start = &step_,
       .free = &product_,
       .tolerance = Real(is_swept_first ? 0.01 : 0.1) * Real(context.velocity_tolerance),
@@ -34007,9 +34122,14 @@ class IslandSolver {
   void solve_small(const Island& island, Constraints<S>& constraints,
                    std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
                    SolveReport<S>& report) {
-    sequential_.start(island, constraints, bodies);
     bool may_factor = island.soft.empty();
-    if (needs_even_load(island, constraints)) {
+    const bool needs_even = needs_even_load(island, constraints);
+    // Sweeps put the load of what is held on single points, whose friction reaches its bound. The
+    // warm start is nearer to the solution.
+    const bool starts_warm = !needs_even && is_held<S>(island, constraints, bodies, context);
+    if (!needs_even) warm_start_.save(island, constraints);
+    sequential_.start(island, constraints, bodies);
+    if (needs_even) {
       // A second solve from where sweeps have led finds some of what the first did not.
       may_factor = may_factor && context.is_cheap();
       report.residual = S(proximal_.solve(island, constraints, bodies, context, report));
@@ -34033,6 +34153,11 @@ class IslandSolver {
       }
       if (may_factor && progress.is_slow()) {
         may_factor = false;
+        saved_.save(island, constraints);
+        if (starts_warm) {
+          warm_start_.restore(island, constraints);
+          apply_impulses(island, constraints, bodies);
+        }
         if (try_proximal(island, constraints, bodies, context, residual, report)) return;
         progress.accept(S(proximal_.enough()));
         most_sweeps = std::min(most_sweeps, n + 1 + most_repairs(context));
@@ -34427,12 +34552,12 @@ class IslandSolver {
   }
 
   /// Solves by factorisation. Keeps the result if it is exact. Also keeps it if a sweep then finds
-  /// a smaller residual than before.
+  /// a smaller residual than that of the saved impulses.
+  /// @param residual  [m/s] Residual of the saved impulses.
   /// @return Whether nothing is left to do.
   bool try_proximal(const Island& island, Constraints<S>& constraints,
                     std::span<SolverBody<S>> bodies, const SolveContext<S>& context, S residual,
                     SolveReport<S>& report) {
-    saved_.save(island, constraints);
     const auto left = S(proximal_.solve(island, constraints, bodies, context, report));
     if (left < infinity<S>) {
       apply_impulses(island, constraints, bodies);
@@ -34483,7 +34608,7 @@ class IslandSolver {
 
   SequentialSolver<S> sequential_;
   ProximalSolver<S> proximal_;
-  SavedImpulses<S> saved_;
+  SavedImpulses<S> saved_, warm_start_;
   DerivativeWatch<S> watch_;
 
   /// Whole step of a body that is solved in substeps. Velocity change of one substep.
@@ -36243,85 +36368,6 @@ class GuardedSweeps {
     a.twist = twist_a;
     b.twist = twist_b;
   }
-};
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
-// === bristle/dynamics/solver/method_choice.hpp
-
-/// @file
-/// The choice between factorisations and sweeps for one island.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <algorithm>
-#include <cstdint>
-#include <span>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// The choice with its scratch memory. One object serves many islands in turn.
-template <Scalar S>
-class MethodChoice {
- public:
-  /// Chooses between factorisations and sweeps. Sets `factor_work` and `is_swept` of the context.
-  void make(const Island& island, const Constraints<S>& constraints,
-            std::span<const SolverBody<S>> bodies, SolveContext<S>& context) {
-    const std::uint64_t most = context.settings.max_direct_work;
-    // A row of a contact is squared over both of its bodies, in three blocks.
-    const std::uint64_t rows = 3 * (island.contacts.size() + island.blocks.size());
-    const std::uint64_t assembly = 78 * rows + 500 * island.soft.size();
-    const std::uint64_t unknowns = 6 * island.bodies.size();
-    const std::uint64_t dense = assembly + unknowns * unknowns * unknowns / 6;
-    const bool may_be_large = dense > most;
-    const bool slides =
-        dense > most / sweeps_pay_from && has_sliding_heap(island, constraints, bodies, context);
-    context.factor_work = dense;
-    if (!may_be_large && !slides) return;
-    if (assembly <= most) {
-      order_.build(island, constraints, bodies.size());
-      order_.clear(island);
-      const std::uint64_t work = std::min(dense, assembly + order_.factor_work());
-      context.is_swept = work > most || (slides && work > most / sweeps_pay_from);
-      // The full matrix bounds the work of small islands. It decides what their budget allows.
-      if (may_be_large) context.factor_work = work;
-    } else {
-      context.is_swept = true;
-    }
-  }
-
- private:
-  /// Sweeps solve moving heaps from this share of the largest factorisation on.
-  static constexpr std::uint64_t sweeps_pay_from = 10;
-
-  /// Returns whether an island has contacts alone, none of which may bounce, and surfaces that
-  /// slide or close faster than forces change velocities in a step. What rests or is held has to
-  /// be exact. Where one contact slides, all of its island is swept.
-  [[nodiscard]] static bool has_sliding_heap(const Island& island,
-                                             const Constraints<S>& constraints,
-                                             std::span<const SolverBody<S>> bodies,
-                                             const SolveContext<S>& context) {
-    // Derivatives need a solution. Symplectic Euler is for those who ask for it. In steps of
-    // several substeps heaps that are hit overlap by centimetres (docs/measurements/0042).
-    if (derivatives_of<S> != 0 || context.integrator != Integrator::trapezoidal) return false;
-    if (context.part_count() > 1) return false;
-    if (!island.blocks.empty() || !island.soft.empty()) return false;
-    const S slow = std::max(context.speed_change, context.velocity_tolerance);
-    S fastest2 = S(0);
-    for (const std::uint32_t i : island.contacts) {
-      const ContactConstraint<S>& c = constraints.contacts[i];
-      if (c.restitution > S(0)) return false;
-      const Vec3<S> v = c.velocity(bodies[c.body_a].start, bodies[c.body_b].start);
-      const S closing = std::min(S(0), c.axes[0].dot(v));
-      const bool touches = c.impulse[0] > S(0) || c.gap + context.dt * closing < S(0);
-      if (!touches) continue;
-      const S slip1 = c.axes[1].dot(v) - c.drift[0];
-      const S slip2 = c.axes[2].dot(v) - c.drift[1];
-      fastest2 = std::max(fastest2, closing * closing + slip1 * slip1 + slip2 * slip2);
-    }
-    return fastest2 > slow * slow;
-  }
-
-  IslandOrder order_;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

@@ -29,6 +29,7 @@ struct Balls {
   DynamicArray<double> start{}, free{};
   // Where surfaces slide an error of 1e-3 of this ends the iteration.
   double speed_change = 1e-8;
+  bool is_held = false;
   int most_steps = 30;
   DynamicArray<double> rhs{};
   EnvelopeMatrix<double> matrix{};
@@ -75,6 +76,7 @@ struct Balls {
                          .matrix = &matrix,
                          .rhs = rhs,
                          .is_uncoupled = true,
+                         .is_held = is_held,
                          .start = &start,
                          .free = &free,
                          .tolerance = tolerance,
@@ -181,6 +183,40 @@ TEST_CASE("CoulombNewton: joints of a long chain hold at once") {
   CHECK(answer.factorisations <= 3);
   CHECK(chain.newton.impulse(1) == test::relative(-1).epsilon(1e-8));
   for (std::size_t i = 0; i < n; ++i) CHECK(std::abs(chain.velocity(6 * i)) < 1e-8);
+}
+
+// Balls on each other hold by friction alone. As long as nothing slips the law is linear, and one
+// factorisation solves it whatever pulls at them.
+TEST_CASE("CoulombNewton: what holds takes one factorisation, and what begins to slip is found") {
+  constexpr std::uint32_t n = 12;
+  Balls stack(DynamicArray<double>(n, 1.0));
+  stack.speed_change = 1;
+  stack.is_held = true;
+  for (std::uint32_t i = 0; i < n; ++i) {
+    stack.add_contact(2, 0.5, i, i == 0 ? LawRow::none : i - 1);
+    stack.free[6 * i + 2] = -1;
+    // The weight of those above.
+    stack.rows[3 * i].lambda = n - i;
+  }
+  for (const double pull : {0.1, 0.4}) {
+    CAPTURE(pull);
+    for (std::uint32_t i = 0; i < n; ++i) stack.free[6 * i] = pull;
+    const CoulombResult<double> answer = stack.solve();
+    CHECK(answer.residual <= error);
+    CHECK(answer.factorisations == 1);
+    for (std::size_t i = 0; i < n; ++i) {
+      CHECK(std::abs(stack.velocity(6 * i)) < 1e-9);
+      CHECK(stack.newton.impulse(3 * i + 1) ==
+            test::relative(-pull * static_cast<double>(n - i)).epsilon(1e-8));
+    }
+  }
+  // More than friction holds: all slide on as one, and each has what the ground lets through.
+  for (std::uint32_t i = 0; i < n; ++i) stack.free[6 * i] = 0.7;
+  const CoulombResult<double> answer = stack.solve();
+  CHECK(answer.residual <= stack.speed_change * 1e-3);
+  for (std::size_t i = 0; i < n; ++i) {
+    CHECK(stack.velocity(6 * i) == test::relative(0.2).epsilon(1e-2));
+  }
 }
 
 // Whatever jams, and however few steps there are, the answer does not add to the energy, and stays

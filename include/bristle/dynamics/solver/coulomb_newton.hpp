@@ -9,7 +9,8 @@
 /// converge only by a factor of about mu^2 a pass.
 ///
 /// Newton's method does not converge from far away. It starts at the end of the last step. It moves
-/// the centre. It reduces eps once the problem with eps is solved. Only impulses within their
+/// the centre. It reduces eps once the problem with eps is solved, and raises it where a step leads
+/// away. Only impulses within their
 /// bounds are judged, with their velocities. The best that add no energy are kept.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
@@ -39,6 +40,8 @@ struct CoulombProblem {
   std::span<const Real> rhs;
   /// True if Mt is M. Then bodies act on each other through the rows alone.
   bool is_uncoupled;
+  /// True if no surfaces slide. The law is linear as long as none begins to, and opens or closes.
+  bool is_held;
   /// [m/s, rad/s] Velocities at the start of the step, and after it without constraints.
   const DynamicArray<Real>*start, *free;
   /// [m/s] Residual that counts as zero.
@@ -82,7 +85,8 @@ class CoulombNewton {
     CoulombResult<Real> answer;
     const std::span<const Row> rows = problem.rows;
     start(problem);
-    Real eps = Real(1e-3);
+    // The least eps solves a linear law by one factorisation.
+    Real eps = Real(problem.is_held ? Row::least_eps : 1e-3);
     evaluate(rows, v_, velocity_);
     // Impulses of the last step that are far from any solution give no hint.
     if (measure(rows, eps).law > Real(3) * problem.speed_change) {

@@ -99,9 +99,14 @@ class IslandSolver {
   void solve_small(const Island& island, Constraints<S>& constraints,
                    std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
                    SolveReport<S>& report) {
-    sequential_.start(island, constraints, bodies);
     bool may_factor = island.soft.empty();
-    if (needs_even_load(island, constraints)) {
+    const bool needs_even = needs_even_load(island, constraints);
+    // Sweeps put the load of what is held on single points, whose friction reaches its bound. The
+    // warm start is nearer to the solution.
+    const bool starts_warm = !needs_even && is_held<S>(island, constraints, bodies, context);
+    if (!needs_even) warm_start_.save(island, constraints);
+    sequential_.start(island, constraints, bodies);
+    if (needs_even) {
       // A second solve from where sweeps have led finds some of what the first did not.
       may_factor = may_factor && context.is_cheap();
       report.residual = S(proximal_.solve(island, constraints, bodies, context, report));
@@ -125,6 +130,11 @@ class IslandSolver {
       }
       if (may_factor && progress.is_slow()) {
         may_factor = false;
+        saved_.save(island, constraints);
+        if (starts_warm) {
+          warm_start_.restore(island, constraints);
+          apply_impulses(island, constraints, bodies);
+        }
         if (try_proximal(island, constraints, bodies, context, residual, report)) return;
         progress.accept(S(proximal_.enough()));
         most_sweeps = std::min(most_sweeps, n + 1 + most_repairs(context));
@@ -519,12 +529,12 @@ class IslandSolver {
   }
 
   /// Solves by factorisation. Keeps the result if it is exact. Also keeps it if a sweep then finds
-  /// a smaller residual than before.
+  /// a smaller residual than that of the saved impulses.
+  /// @param residual  [m/s] Residual of the saved impulses.
   /// @return Whether nothing is left to do.
   bool try_proximal(const Island& island, Constraints<S>& constraints,
                     std::span<SolverBody<S>> bodies, const SolveContext<S>& context, S residual,
                     SolveReport<S>& report) {
-    saved_.save(island, constraints);
     const auto left = S(proximal_.solve(island, constraints, bodies, context, report));
     if (left < infinity<S>) {
       apply_impulses(island, constraints, bodies);
@@ -575,7 +585,7 @@ class IslandSolver {
 
   SequentialSolver<S> sequential_;
   ProximalSolver<S> proximal_;
-  SavedImpulses<S> saved_;
+  SavedImpulses<S> saved_, warm_start_;
   DerivativeWatch<S> watch_;
 
   /// Whole step of a body that is solved in substeps. Velocity change of one substep.

@@ -1,5 +1,5 @@
 /// @file
-/// The choice between factorisations and sweeps for one island.
+/// The choice between factorisations and sweeps for one island, and where factorisations start.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -11,6 +11,30 @@
 #include <span>
 
 namespace bristle::inline BRISTLE_ABI::detail {
+
+/// [m^2/s^2] Square of the speed at which the surfaces of a contact slide at the start of the step.
+template <Scalar S>
+[[nodiscard]] S slip2_at_start(const ContactConstraint<S>& c,
+                               std::span<const SolverBody<S>> bodies) {
+  const Vec3<S> v = c.velocity(bodies[c.body_a].start, bodies[c.body_b].start);
+  const S slip1 = c.axes[1].dot(v) - c.drift[0];
+  const S slip2 = c.axes[2].dot(v) - c.drift[1];
+  return slip1 * slip1 + slip2 * slip2;
+}
+
+/// Returns whether no surfaces of an island slide. Those that do have an impulse at the edge of its
+/// friction cone, and they move. Surfaces that rest may be at the edge where the load is spread
+/// over more points than it needs. Surfaces whose impulse is within its cone move where a driven
+/// body has a new velocity.
+template <Scalar S>
+[[nodiscard]] bool is_held(const Island& island, const Constraints<S>& constraints,
+                           std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
+  const S still2 = context.velocity_tolerance * context.velocity_tolerance;
+  return std::none_of(island.contacts.begin(), island.contacts.end(), [&](std::uint32_t i) {
+    const ContactConstraint<S>& c = constraints.contacts[i];
+    return !holds(c.impulse, c.friction) && slip2_at_start(c, bodies) > still2;
+  });
+}
 
 /// The choice with its scratch memory. One object serves many islands in turn.
 template <Scalar S>
@@ -63,13 +87,11 @@ class MethodChoice {
     for (const std::uint32_t i : island.contacts) {
       const ContactConstraint<S>& c = constraints.contacts[i];
       if (c.restitution > S(0)) return false;
-      const Vec3<S> v = c.velocity(bodies[c.body_a].start, bodies[c.body_b].start);
-      const S closing = std::min(S(0), c.axes[0].dot(v));
+      const S closing =
+          std::min(S(0), c.normal_velocity(bodies[c.body_a].start, bodies[c.body_b].start));
       const bool touches = c.impulse[0] > S(0) || c.gap + context.dt * closing < S(0);
       if (!touches) continue;
-      const S slip1 = c.axes[1].dot(v) - c.drift[0];
-      const S slip2 = c.axes[2].dot(v) - c.drift[1];
-      fastest2 = std::max(fastest2, closing * closing + slip1 * slip1 + slip2 * slip2);
+      fastest2 = std::max(fastest2, closing * closing + slip2_at_start(c, bodies));
     }
     return fastest2 > slow * slow;
   }

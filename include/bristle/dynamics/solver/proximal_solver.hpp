@@ -23,6 +23,7 @@
 #include <bristle/dynamics/solver/coulomb_newton.hpp>
 #include <bristle/dynamics/solver/derivative_watch.hpp>
 #include <bristle/dynamics/solver/island_rows.hpp>
+#include <bristle/dynamics/solver/method_choice.hpp>
 #include <bristle/dynamics/solver/solver_types.hpp>
 #include <bristle/math/spatial.hpp>
 
@@ -166,6 +167,7 @@ auto ProximalSolver<S>::follow(const Island& island, Constraints<S>& constraints
       .matrix = &matrix_,
       .rhs = rhs_,
       .is_uncoupled = island.soft.empty(),
+      .is_held = is_held<S>(island, constraints, bodies, context),
       .start = &step_,
       .free = &product_,
       .tolerance = Real(is_swept_first ? 0.01 : 0.1) * Real(context.velocity_tolerance),
