@@ -2512,8 +2512,8 @@ template <typename Real>
 ///
 /// Newton's method does not converge from far away. It starts at the end of the last step. It moves
 /// the centre. It reduces eps once the problem with eps is solved, and raises it where a step leads
-/// away. Only impulses within their
-/// bounds are judged, with their velocities. The best that add no energy are kept.
+/// farther away than one before. Only impulses within their bounds are judged, with their
+/// velocities. The best that add no energy are kept.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/math/envelope_lu.hpp
@@ -2719,7 +2719,8 @@ struct CoulombProblem {
   std::span<const Real> rhs;
   /// True if Mt is M. Then bodies act on each other through the rows alone.
   bool is_uncoupled;
-  /// True if no surfaces slide. The law is linear as long as none begins to, and opens or closes.
+  /// True if no surfaces slide. The law is linear until a row switches its branch. Surfaces may
+  /// begin to slide, open or close, and joints may reach their limits.
   bool is_held;
   /// [m/s, rad/s] Velocities at the start of the step, and after it without constraints.
   const DynamicArray<Real>*start, *free;
@@ -31637,10 +31638,10 @@ template <Scalar S>
   return slip1 * slip1 + slip2 * slip2;
 }
 
-/// Returns whether no surfaces of an island slide. Those that do have an impulse at the edge of its
-/// friction cone, and they move. Surfaces that rest may be at the edge where the load is spread
-/// over more points than it needs. Surfaces whose impulse is within its cone move where a driven
-/// body has a new velocity.
+/// Returns whether no rough surfaces of an island that carry load slide. Those that do have an
+/// impulse at the edge of its friction cone, and they move. Surfaces that rest may be at the edge
+/// where the load is spread over more points than it needs. Surfaces whose impulse is within its
+/// cone move where a driven body has a new velocity.
 template <Scalar S>
 [[nodiscard]] bool is_held(const Island& island, const Constraints<S>& constraints,
                            std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
@@ -34553,7 +34554,7 @@ class IslandSolver {
 
   /// Solves by factorisation. Keeps the result if it is exact. Also keeps it if a sweep then finds
   /// a smaller residual than that of the saved impulses.
-  /// @param residual  [m/s] Residual of the saved impulses.
+  /// @param residual  [m/s] Residual of the impulses that are in `saved_`.
   /// @return Whether nothing is left to do.
   bool try_proximal(const Island& island, Constraints<S>& constraints,
                     std::span<SolverBody<S>> bodies, const SolveContext<S>& context, S residual,

@@ -1,5 +1,5 @@
 /// @file
-/// Which islands are factorised, and which are swept.
+/// Which islands are factorised, which are swept, and which are held.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/contact_island.hpp"
 
@@ -69,6 +69,32 @@ TEST_CASE("MethodChoice: a heap is swept while it slides, and only then") {
   CHECK(heap.is_swept());
   heap.slide(1e-3 * heap.context.velocity_tolerance);
   CHECK_FALSE(heap.is_swept());
+}
+
+TEST_CASE("is_held: surfaces slide if their friction is at its bound and they move") {
+  test::Random random(3);
+  auto island = test::random_pile<double>(random, 3, 4, 0.5, 1.0);
+  SolveContext<double> context;
+  context.velocity_tolerance = 1e-9;
+  const double friction = island.constraints.contacts.front().friction;
+  const auto is_held_with = [&](double speed, double normal, double tangential) {
+    for (auto& body : island.bodies) body.start = {};
+    for (auto& c : island.constraints.contacts) c.impulse = {1, 0, 0};
+    auto& c = island.constraints.contacts.front();
+    c.impulse = {normal, 0, tangential * friction * normal};
+    island.bodies[c.body_b].start.linear = speed * c.axes[1];
+    return is_held<double>(island.island(), island.constraints, island.bodies, context);
+  };
+  CHECK(is_held_with(0, 2, 0.5));
+  CHECK(is_held_with(1, 2, 0.5));
+  CHECK(is_held_with(0, 2, 1));
+  CHECK(is_held_with(1e-10, 2, -1));
+  CHECK_FALSE(is_held_with(1e-8, 2, 1));
+  CHECK_FALSE(is_held_with(1, 2, -1));
+  // What carries nothing cannot slide, nor what is smooth.
+  CHECK(is_held_with(1, 0, 0));
+  for (auto& c : island.constraints.contacts) c.friction = 0;
+  CHECK(is_held_with(1, 2, 0));
 }
 
 TEST_CASE("MethodChoice: what parts, or neither touches nor presses, does not slide") {

@@ -10,8 +10,8 @@
 ///
 /// Newton's method does not converge from far away. It starts at the end of the last step. It moves
 /// the centre. It reduces eps once the problem with eps is solved, and raises it where a step leads
-/// away. Only impulses within their
-/// bounds are judged, with their velocities. The best that add no energy are kept.
+/// farther away than one before. Only impulses within their bounds are judged, with their
+/// velocities. The best that add no energy are kept.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -40,7 +40,8 @@ struct CoulombProblem {
   std::span<const Real> rhs;
   /// True if Mt is M. Then bodies act on each other through the rows alone.
   bool is_uncoupled;
-  /// True if no surfaces slide. The law is linear as long as none begins to, and opens or closes.
+  /// True if no surfaces slide. The law is linear until a row switches its branch. Surfaces may
+  /// begin to slide, open or close, and joints may reach their limits.
   bool is_held;
   /// [m/s, rad/s] Velocities at the start of the step, and after it without constraints.
   const DynamicArray<Real>*start, *free;

@@ -530,7 +530,7 @@ class IslandSolver {
 
   /// Solves by factorisation. Keeps the result if it is exact. Also keeps it if a sweep then finds
   /// a smaller residual than that of the saved impulses.
-  /// @param residual  [m/s] Residual of the saved impulses.
+  /// @param residual  [m/s] Residual of the impulses that are in `saved_`.
   /// @return Whether nothing is left to do.
   bool try_proximal(const Island& island, Constraints<S>& constraints,
                     std::span<SolverBody<S>> bodies, const SolveContext<S>& context, S residual,

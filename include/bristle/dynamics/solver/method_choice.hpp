@@ -22,10 +22,10 @@ template <Scalar S>
   return slip1 * slip1 + slip2 * slip2;
 }
 
-/// Returns whether no surfaces of an island slide. Those that do have an impulse at the edge of its
-/// friction cone, and they move. Surfaces that rest may be at the edge where the load is spread
-/// over more points than it needs. Surfaces whose impulse is within its cone move where a driven
-/// body has a new velocity.
+/// Returns whether no rough surfaces of an island that carry load slide. Those that do have an
+/// impulse at the edge of its friction cone, and they move. Surfaces that rest may be at the edge
+/// where the load is spread over more points than it needs. Surfaces whose impulse is within its
+/// cone move where a driven body has a new velocity.
 template <Scalar S>
 [[nodiscard]] bool is_held(const Island& island, const Constraints<S>& constraints,
                            std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
