@@ -11981,15 +11981,6 @@ template <Scalar S>
   return friction2 > S(0) ? min(S(1), S(10) * (S(1) - sqrt(friction2) / most)) : S(1);
 }
 
-/// Returns whether surfaces hold each other by an impulse. It is within its friction cone, and not
-/// at its edge but for round-off. Without friction there is nothing to hold, and this is true.
-/// @param impulse  [N s] Along the normal and two tangents.
-template <Scalar S>
-[[nodiscard]] bool holds(const std::array<S, 3>& impulse, const S& friction) {
-  const S bound = S(0.999) * friction * impulse[0];
-  return impulse[1] * impulse[1] + impulse[2] * impulse[2] <= bound * bound;
-}
-
 /// Returns whether two contacts have the same bodies and axes, and surfaces that run alike.
 template <Scalar S>
 [[nodiscard]] bool are_of_one_manifold(const ContactConstraint<S>& c,
@@ -30671,11 +30662,11 @@ template <Scalar S>
 class SavedImpulses {
  public:
   void save(const Island& island, const Constraints<S>& constraints) {
-    contacts_.clear();
+    contacts_.resize(island.contacts.size());
     rows_.clear();
     soft_.clear();
-    for (const std::uint32_t i : island.contacts) {
-      contacts_.push_back(constraints.contacts[i].impulse);
+    for (std::size_t k = 0; k < contacts_.size(); ++k) {
+      contacts_[k] = constraints.contacts[island.contacts[k]].impulse;
     }
     for_each_row(island, constraints,
                  [&](const ConstraintRow<S>& row) { rows_.push_back(row.impulse); });
@@ -30836,35 +30827,10 @@ template <Scalar S>
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
-// === bristle/dynamics/solver/proximal_solver.hpp
+// === bristle/dynamics/solver/method_choice.hpp
 
 /// @file
-/// Solver of small stiff islands. Stacks of unlike masses, grips, mechanisms and patches of sensors
-/// are all in one system.
-///
-/// The unknowns are the velocities v of the bodies. Soft blocks are linear in v and belong to the
-/// matrix Mt = M + sum G^T A6 G. Every other constraint i has a multiplier. A projection P_i maps
-/// it onto the allowed impulses (any value, an interval, Coulomb's cone). The proximal-point method
-///     lambda+ = P(lambda - (J v - b + s) / R),   Mt v = r + J^T lambda+
-/// is iterated with R = eps K. Here K is the response of each constraint by itself. For a given
-/// lambda the two equations are the gradient of a convex function of v. Newton's method with an
-/// exact line search minimises it from anywhere. Its Hessian Mt + J^T D J is as sparse as the
-/// island. It is factored within its envelope. Redundant constraints share their load evenly.
-/// Nothing is ever divided by their (singular) response.
-///
-/// The projection on a cone makes sliding surfaces separate at mu |v_t|. The shift s = mu |v_t| of
-/// the last solved problem cancels that (De Saxce and Feng 1998; Acary, Cadoux, Lemarechal and
-/// Malick 2011). docs/solver.md derives this, and compares it with friction disks of fixed radius.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/dynamics/solver/island_rows.hpp
-
-/// @file
-/// The constraints of one island as rows over its unknown velocities, for `ProximalSolver`.
-///
-/// A row has a Jacobian J over the two bodies. It has a multiplier, and bounds for the multiplier.
-/// Immovable bodies and locked axes have no unknowns. Their known velocity goes into the rows'
-/// targets.
+/// The choice between factorisations and sweeps for one island, and where factorisations start.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/dynamics/solver/island_order.hpp
@@ -30998,6 +30964,144 @@ class IslandOrder {
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Returns whether the load must be spread by factorisation. Sweeps put all load on the first
+/// points. That would decide the readings of sensors and contacts, or whether a grip slips.
+template <Scalar S>
+[[nodiscard]] bool needs_even_load(const Island& island, const Constraints<S>& constraints) {
+  if (!island.soft.empty() || !island.blocks.empty()) return true;
+  return island.contacts.size() > 1 &&
+         std::all_of(island.contacts.begin(), island.contacts.end(),
+                     [&](std::uint32_t i) { return constraints.contacts[i].is_fresh; });
+}
+
+/// [m^2/s^2] Square of the speed at which the surfaces of a contact slide.
+/// @param v  [m/s] Velocity of the contact (`ContactConstraint::velocity`).
+template <Scalar S>
+[[nodiscard]] S slip2_of(const ContactConstraint<S>& c, const Vec3<S>& v) {
+  const S slip1 = c.axes[1].dot(v) - c.drift[0];
+  const S slip2 = c.axes[2].dot(v) - c.drift[1];
+  return slip1 * slip1 + slip2 * slip2;
+}
+
+/// Returns whether no rough surfaces of an island that carry load slide. Those that do have an
+/// impulse at the edge of its friction cone, and they move. Surfaces that rest may be at the edge
+/// where the load is spread over more points than it needs. Surfaces whose impulse is within its
+/// cone move where a driven body has a new velocity.
+template <Scalar S>
+[[nodiscard]] bool is_held(const Island& island, const Constraints<S>& constraints,
+                           std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
+  const S still2 = context.velocity_tolerance * context.velocity_tolerance;
+  return std::none_of(island.contacts.begin(), island.contacts.end(), [&](std::uint32_t i) {
+    const ContactConstraint<S>& c = constraints.contacts[i];
+    const bool is_at_edge =
+        c.friction * c.impulse[0] > S(0) && hold_of(c.impulse, c.friction) < S(0.01);
+    if (!is_at_edge) return false;
+    return slip2_of(c, c.velocity(bodies[c.body_a].start, bodies[c.body_b].start)) > still2;
+  });
+}
+
+/// The choice with its scratch memory. One object serves many islands in turn.
+template <Scalar S>
+class MethodChoice {
+ public:
+  /// Chooses between factorisations and sweeps. Sets `factor_work` and `is_swept` of the context.
+  void make(const Island& island, const Constraints<S>& constraints,
+            std::span<const SolverBody<S>> bodies, SolveContext<S>& context) {
+    const std::uint64_t most = context.settings.max_direct_work;
+    // A row of a contact is squared over both of its bodies, in three blocks.
+    const std::uint64_t rows = 3 * (island.contacts.size() + island.blocks.size());
+    const std::uint64_t assembly = 78 * rows + 500 * island.soft.size();
+    const std::uint64_t unknowns = 6 * island.bodies.size();
+    const std::uint64_t dense = assembly + unknowns * unknowns * unknowns / 6;
+    const bool may_be_large = dense > most;
+    const bool slides =
+        dense > most / sweeps_pay_from && has_sliding_heap(island, constraints, bodies, context);
+    context.factor_work = dense;
+    if (!may_be_large && !slides) return;
+    if (assembly <= most) {
+      order_.build(island, constraints, bodies.size());
+      order_.clear(island);
+      const std::uint64_t work = std::min(dense, assembly + order_.factor_work());
+      context.is_swept = work > most || (slides && work > most / sweeps_pay_from);
+      // The full matrix bounds the work of small islands. It decides what their budget allows.
+      if (may_be_large) context.factor_work = work;
+    } else {
+      context.is_swept = true;
+    }
+  }
+
+ private:
+  /// Sweeps solve moving heaps from this share of the largest factorisation on.
+  static constexpr std::uint64_t sweeps_pay_from = 10;
+
+  /// Returns whether an island has contacts alone, none of which may bounce, and surfaces that
+  /// slide or close faster than forces change velocities in a step. What rests or is held has to
+  /// be exact. Where one contact slides, all of its island is swept.
+  [[nodiscard]] static bool has_sliding_heap(const Island& island,
+                                             const Constraints<S>& constraints,
+                                             std::span<const SolverBody<S>> bodies,
+                                             const SolveContext<S>& context) {
+    // Derivatives need a solution. Symplectic Euler is for those who ask for it. In steps of
+    // several substeps heaps that are hit overlap by centimetres (docs/measurements/0042).
+    if (derivatives_of<S> != 0 || context.integrator != Integrator::trapezoidal) return false;
+    if (context.part_count() > 1) return false;
+    if (!island.blocks.empty() || !island.soft.empty()) return false;
+    const S slow = std::max(context.speed_change, context.velocity_tolerance);
+    S fastest2 = S(0);
+    for (const std::uint32_t i : island.contacts) {
+      const ContactConstraint<S>& c = constraints.contacts[i];
+      if (c.restitution > S(0)) return false;
+      const Vec3<S> v = c.velocity(bodies[c.body_a].start, bodies[c.body_b].start);
+      const S closing = std::min(S(0), c.axes[0].dot(v));
+      const bool touches = c.impulse[0] > S(0) || c.gap + context.dt * closing < S(0);
+      if (!touches) continue;
+      fastest2 = std::max(fastest2, closing * closing + slip2_of(c, v));
+    }
+    return fastest2 > slow * slow;
+  }
+
+  IslandOrder order_;
+};
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+// === bristle/dynamics/solver/proximal_solver.hpp
+
+/// @file
+/// Solver of small stiff islands. Stacks of unlike masses, grips, mechanisms and patches of sensors
+/// are all in one system.
+///
+/// The unknowns are the velocities v of the bodies. Soft blocks are linear in v and belong to the
+/// matrix Mt = M + sum G^T A6 G. Every other constraint i has a multiplier. A projection P_i maps
+/// it onto the allowed impulses (any value, an interval, Coulomb's cone). The proximal-point method
+///     lambda+ = P(lambda - (J v - b + s) / R),   Mt v = r + J^T lambda+
+/// is iterated with R = eps K. Here K is the response of each constraint by itself. For a given
+/// lambda the two equations are the gradient of a convex function of v. Newton's method with an
+/// exact line search minimises it from anywhere. Its Hessian Mt + J^T D J is as sparse as the
+/// island. It is factored within its envelope. Redundant constraints share their load evenly.
+/// Nothing is ever divided by their (singular) response.
+///
+/// The projection on a cone makes sliding surfaces separate at mu |v_t|. The shift s = mu |v_t| of
+/// the last solved problem cancels that (De Saxce and Feng 1998; Acary, Cadoux, Lemarechal and
+/// Malick 2011). docs/solver.md derives this, and compares it with friction disks of fixed radius.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/dynamics/solver/island_rows.hpp
+
+/// @file
+/// The constraints of one island as rows over its unknown velocities, for `ProximalSolver`.
+///
+/// A row has a Jacobian J over the two bodies. It has a multiplier, and bounds for the multiplier.
+/// Immovable bodies and locked axes have no unknowns. Their known velocity goes into the rows'
+/// targets.
+// SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/dynamics/solver/joint_locks.hpp
 
@@ -31613,107 +31717,6 @@ void IslandRows<S, Real>::add_hessian(Real eps, EnvelopeMatrix<Real>& h) {
     if (t > Real(0)) add_square(h, stiffness * mu * on_edge / t, across);
   }
 }
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
-// === bristle/dynamics/solver/method_choice.hpp
-
-/// @file
-/// The choice between factorisations and sweeps for one island, and where factorisations start.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <algorithm>
-#include <cstdint>
-#include <span>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// [m^2/s^2] Square of the speed at which the surfaces of a contact slide at the start of the step.
-template <Scalar S>
-[[nodiscard]] S slip2_at_start(const ContactConstraint<S>& c,
-                               std::span<const SolverBody<S>> bodies) {
-  const Vec3<S> v = c.velocity(bodies[c.body_a].start, bodies[c.body_b].start);
-  const S slip1 = c.axes[1].dot(v) - c.drift[0];
-  const S slip2 = c.axes[2].dot(v) - c.drift[1];
-  return slip1 * slip1 + slip2 * slip2;
-}
-
-/// Returns whether no rough surfaces of an island that carry load slide. Those that do have an
-/// impulse at the edge of its friction cone, and they move. Surfaces that rest may be at the edge
-/// where the load is spread over more points than it needs. Surfaces whose impulse is within its
-/// cone move where a driven body has a new velocity.
-template <Scalar S>
-[[nodiscard]] bool is_held(const Island& island, const Constraints<S>& constraints,
-                           std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
-  const S still2 = context.velocity_tolerance * context.velocity_tolerance;
-  return std::none_of(island.contacts.begin(), island.contacts.end(), [&](std::uint32_t i) {
-    const ContactConstraint<S>& c = constraints.contacts[i];
-    return !holds(c.impulse, c.friction) && slip2_at_start(c, bodies) > still2;
-  });
-}
-
-/// The choice with its scratch memory. One object serves many islands in turn.
-template <Scalar S>
-class MethodChoice {
- public:
-  /// Chooses between factorisations and sweeps. Sets `factor_work` and `is_swept` of the context.
-  void make(const Island& island, const Constraints<S>& constraints,
-            std::span<const SolverBody<S>> bodies, SolveContext<S>& context) {
-    const std::uint64_t most = context.settings.max_direct_work;
-    // A row of a contact is squared over both of its bodies, in three blocks.
-    const std::uint64_t rows = 3 * (island.contacts.size() + island.blocks.size());
-    const std::uint64_t assembly = 78 * rows + 500 * island.soft.size();
-    const std::uint64_t unknowns = 6 * island.bodies.size();
-    const std::uint64_t dense = assembly + unknowns * unknowns * unknowns / 6;
-    const bool may_be_large = dense > most;
-    const bool slides =
-        dense > most / sweeps_pay_from && has_sliding_heap(island, constraints, bodies, context);
-    context.factor_work = dense;
-    if (!may_be_large && !slides) return;
-    if (assembly <= most) {
-      order_.build(island, constraints, bodies.size());
-      order_.clear(island);
-      const std::uint64_t work = std::min(dense, assembly + order_.factor_work());
-      context.is_swept = work > most || (slides && work > most / sweeps_pay_from);
-      // The full matrix bounds the work of small islands. It decides what their budget allows.
-      if (may_be_large) context.factor_work = work;
-    } else {
-      context.is_swept = true;
-    }
-  }
-
- private:
-  /// Sweeps solve moving heaps from this share of the largest factorisation on.
-  static constexpr std::uint64_t sweeps_pay_from = 10;
-
-  /// Returns whether an island has contacts alone, none of which may bounce, and surfaces that
-  /// slide or close faster than forces change velocities in a step. What rests or is held has to
-  /// be exact. Where one contact slides, all of its island is swept.
-  [[nodiscard]] static bool has_sliding_heap(const Island& island,
-                                             const Constraints<S>& constraints,
-                                             std::span<const SolverBody<S>> bodies,
-                                             const SolveContext<S>& context) {
-    // Derivatives need a solution. Symplectic Euler is for those who ask for it. In steps of
-    // several substeps heaps that are hit overlap by centimetres (docs/measurements/0042).
-    if (derivatives_of<S> != 0 || context.integrator != Integrator::trapezoidal) return false;
-    if (context.part_count() > 1) return false;
-    if (!island.blocks.empty() || !island.soft.empty()) return false;
-    const S slow = std::max(context.speed_change, context.velocity_tolerance);
-    S fastest2 = S(0);
-    for (const std::uint32_t i : island.contacts) {
-      const ContactConstraint<S>& c = constraints.contacts[i];
-      if (c.restitution > S(0)) return false;
-      const S closing =
-          std::min(S(0), c.normal_velocity(bodies[c.body_a].start, bodies[c.body_b].start));
-      const bool touches = c.impulse[0] > S(0) || c.gap + context.dt * closing < S(0);
-      if (!touches) continue;
-      fastest2 = std::max(fastest2, closing * closing + slip2_at_start(c, bodies));
-    }
-    return fastest2 > slow * slow;
-  }
-
-  IslandOrder order_;
-};
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
@@ -34125,9 +34128,6 @@ class IslandSolver {
                    SolveReport<S>& report) {
     bool may_factor = island.soft.empty();
     const bool needs_even = needs_even_load(island, constraints);
-    // Sweeps put the load of what is held on single points, whose friction reaches its bound. The
-    // warm start is nearer to the solution.
-    const bool starts_warm = !needs_even && is_held<S>(island, constraints, bodies, context);
     if (!needs_even) warm_start_.save(island, constraints);
     sequential_.start(island, constraints, bodies);
     if (needs_even) {
@@ -34155,10 +34155,7 @@ class IslandSolver {
       if (may_factor && progress.is_slow()) {
         may_factor = false;
         saved_.save(island, constraints);
-        if (starts_warm) {
-          warm_start_.restore(island, constraints);
-          apply_impulses(island, constraints, bodies);
-        }
+        if (!needs_even) start_where_held(island, constraints, bodies, context);
         if (try_proximal(island, constraints, bodies, context, residual, report)) return;
         progress.accept(S(proximal_.enough()));
         most_sweeps = std::min(most_sweeps, n + 1 + most_repairs(context));
@@ -34166,6 +34163,19 @@ class IslandSolver {
     }
     if (report.residual > context.velocity_tolerance && has_gained_energy(island, bodies)) {
       sweep_from_nothing(island, constraints, bodies, context, report);
+    }
+  }
+
+  /// Goes back from swept impulses, which are saved, to the warm start of an island that is held.
+  /// It is nearer to the solution. Sweeps put the load on single points, whose friction reaches its
+  /// bound.
+  void start_where_held(const Island& island, Constraints<S>& constraints,
+                        std::span<SolverBody<S>> bodies, const SolveContext<S>& context) {
+    warm_start_.restore(island, constraints);
+    if (is_held<S>(island, constraints, bodies, context)) {
+      apply_impulses(island, constraints, bodies);
+    } else {
+      saved_.restore(island, constraints);
     }
   }
 
@@ -34540,16 +34550,6 @@ class IslandSolver {
         for (const S& x : c.impulse) watch.impulse(x, response);
       }
     });
-  }
-
-  /// Returns whether the load must be spread by factorisation. Sweeps put all load on the first
-  /// points. That would decide the readings of sensors and contacts, or whether a grip slips.
-  [[nodiscard]] static bool needs_even_load(const Island& island,
-                                            const Constraints<S>& constraints) {
-    if (!island.soft.empty() || !island.blocks.empty()) return true;
-    return island.contacts.size() > 1 &&
-           std::all_of(island.contacts.begin(), island.contacts.end(),
-                       [&](std::uint32_t i) { return constraints.contacts[i].is_fresh; });
   }
 
   /// Solves by factorisation. Keeps the result if it is exact. Also keeps it if a sweep then finds

@@ -254,92 +254,86 @@ TEST_CASE("hard_contact: filters, groups and connected bodies do not touch") {
   }
 }
 
-TEST_CASE(
-    "hard_contact: a stack on a plate that is shaken follows it, by one factorisation a step") {
-  // Friction needs a quarter of what it has. The velocity of the plate is constant in each step,
-  // and that of a held box is the same at the end of it. By the trapezoidal rule the box lags by
-  // half of the change in each step, so by dt v / 2 in all. Velocities may be wrong by 4e-10 m/s,
-  // a hundred-millionth of g dt, so the lag by 6e-10 m in the end.
-  constexpr double dt = 1.0 / 240;
-  const double rate = 2 * std::numbers::pi;  // [rad/s]
-  World<double> world(WorldDef<double>{.time_step = dt});
-  BodyDef<double> plate;
-  plate.motion = Motion::kinematic;
-  plate.shape = Box<double>{{0.5, 0.5, 0.05}};
-  plate.position = {0, 0, -0.05};
-  plate.material = {0.6, 0};
-  const BodyId carrier = world.add_body(plate);
-  std::array<BodyId, 8> boxes;
-  for (std::size_t i = 0; i < boxes.size(); ++i) {
-    BodyDef<double> box;
-    box.mass = 1;
-    box.shape = Box<double>{{0.1, 0.1, 0.05}};
-    box.position = {0, 0, 0.05 + 0.1 * static_cast<double>(i)};
-    box.material = {0.6, 0};
-    boxes[i] = world.add_body(box);
-  }
-  const double speed = 0.15 * 9.81 / rate;  // [m/s]
-  constexpr int steps = 360;
+namespace {
+
+/// Boxes on a driven plate, whose friction holds them.
+struct Tray {
+  static constexpr double dt = 1.0 / 240;
+  World<double> world{WorldDef<double>{.time_step = dt}};
+  BodyId plate;
+  std::vector<BodyId> boxes{};
+  std::vector<Vec3<double>> places{};
   std::uint64_t factorisations = 0;
-  for (int i = 0; i < steps; ++i) {
-    const double now = -speed * std::sin(rate * (i + 1) * dt);
-    world.set_velocity(carrier, {{now, 0, 0}, {0, 0, 0}});
+
+  Tray() {
+    BodyDef<double> def;
+    def.motion = Motion::kinematic;
+    def.shape = Box<double>{{0.5, 0.5, 0.05}};
+    def.material = {0.6, 0};
+    plate = world.add_body(def);
+  }
+  /// A box of 0.1 m height and twice `half` wide. `place` is above the top of the plate.
+  void add(double half, const Vec3<double>& place) {
+    BodyDef<double> def;
+    def.mass = 1;
+    def.shape = Box<double>{{half, half, 0.05}};
+    def.position = place + Vec3<double>(0, 0, 0.05);
+    def.material = {0.6, 0};
+    boxes.push_back(world.add_body(def));
+    places.push_back(def.position);
+  }
+  /// Steps with a velocity of the plate, and requires that all boxes follow it.
+  ///
+  /// The velocity of the plate is constant in each step, and that of a held box is the same at the
+  /// end of it. By the trapezoidal rule the box lags by half of the change in each step, so by
+  /// dt v / 2 in all. Velocities may be wrong by 4e-10 m/s, a hundred-millionth of g dt, so the lag
+  /// by 6e-10 m in the end.
+  void step(const Vec3<double>& velocity) {
+    world.set_velocity(plate, {velocity, {0, 0, 0}});
     world.step();
     factorisations += world.report().factorisations;
-    const double x = world.pose(carrier).translation.x();
-    for (const BodyId box : boxes) {
-      const Vec3<double> lag = world.pose(box).translation - Vec3<double>(x - dt * now / 2, 0, 0);
-      REQUIRE(std::abs(lag.x()) < 1e-8);
+    const Vec3<double> moved = world.pose(plate).translation - dt / 2 * velocity;
+    for (std::size_t k = 0; k < boxes.size(); ++k) {
+      REQUIRE((world.pose(boxes[k]).translation - places[k] - moved).norm() < 1e-8);
     }
+  }
+};
+
+}  // namespace
+
+TEST_CASE(
+    "hard_contact: a stack on a plate that is shaken follows it, by one factorisation a step") {
+  Tray tray;
+  for (int i = 0; i < 8; ++i) tray.add(0.1, {0, 0, 0.05 + 0.1 * i});
+  const double rate = 2 * std::numbers::pi;  // [rad/s]
+  const double speed = 0.15 * 9.81 / rate;   // [m/s] Friction needs a quarter of what it has.
+  constexpr int steps = 360;
+  for (int i = 0; i < steps; ++i) {
+    tray.step({-speed * std::sin(rate * (i + 1) * Tray::dt), 0, 0});
   }
   // All that holds is linear. It took 16.5 a step from sweeps, and 3 by an eps that decreases.
   // In the first step nothing is known yet.
-  CHECK(factorisations < steps + 10);
+  CHECK(tray.factorisations < steps + 10);
 }
 
 // Each box rests on the corners of others. Their load is spread over more points than it needs, so
 // that some are at the edge of their cones, although nothing slides.
 TEST_CASE("hard_contact: a pyramid on a tray that circles stays, by few factorisations") {
-  constexpr double dt = 1.0 / 240;
-  const double rate = 3 * std::numbers::pi;  // [rad/s]
-  World<double> world(WorldDef<double>{.time_step = dt});
-  BodyDef<double> tray;
-  tray.motion = Motion::kinematic;
-  tray.shape = Box<double>{{0.5, 0.5, 0.05}};
-  tray.position = {0, 0, -0.05};
-  tray.material = {0.6, 0};
-  const BodyId carrier = world.add_body(tray);
-  std::vector<BodyId> boxes;
+  Tray tray;
   for (int layer = 0; layer < 3; ++layer) {
     const int n = 3 - layer;
     for (int i = 0; i < n * n; ++i) {
-      BodyDef<double> box;
-      box.mass = 1;
-      box.shape = Box<double>{{0.095, 0.095, 0.05}};
-      box.position = {0.2 * (i % n - 0.5 * (n - 1)), 0.2 * (i / n - 0.5 * (n - 1)),
-                      0.05 + 0.1 * layer};
-      box.material = {0.6, 0};
-      boxes.push_back(world.add_body(box));
+      tray.add(0.095,
+               {0.2 * (i % n - 0.5 * (n - 1)), 0.2 * (i / n - 0.5 * (n - 1)), 0.05 + 0.1 * layer});
     }
   }
-  std::vector<Vec3<double>> places;
-  for (const BodyId box : boxes) places.push_back(world.pose(box).translation);
-  const double speed = 0.2 * 9.81 / rate;  // [m/s] Friction needs a third of what it has.
+  const double rate = 3 * std::numbers::pi;  // [rad/s]
+  const double speed = 0.2 * 9.81 / rate;    // [m/s] Friction needs a third of what it has.
   constexpr int steps = 160;
-  std::uint64_t factorisations = 0;
   for (int i = 0; i < steps; ++i) {
-    const double angle = rate * (i + 1) * dt;
-    const Vec3<double> now = speed * Vec3<double>(-std::sin(angle), std::cos(angle) - 1, 0);
-    world.set_velocity(carrier, {now, {0, 0, 0}});
-    world.step();
-    factorisations += world.report().factorisations;
-    // By the trapezoidal rule all lag by half of each step's change, as in the stack above.
-    const Vec3<double> moved =
-        world.pose(carrier).translation - tray.position - dt / 2 * Vec3<double>(now);
-    for (std::size_t k = 0; k < boxes.size(); ++k) {
-      REQUIRE((world.pose(boxes[k]).translation - places[k] - moved).norm() < 1e-8);
-    }
+    const double angle = rate * (i + 1) * Tray::dt;
+    tray.step(speed * Vec3<double>(-std::sin(angle), std::cos(angle) - 1, 0));
   }
   // It takes 6.5 a step. From sweeps it took 13, and boxes crept.
-  CHECK(factorisations < 8 * steps);
+  CHECK(tray.factorisations < 8 * steps);
 }

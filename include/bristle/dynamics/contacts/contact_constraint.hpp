@@ -104,15 +104,6 @@ template <Scalar S>
   return friction2 > S(0) ? min(S(1), S(10) * (S(1) - sqrt(friction2) / most)) : S(1);
 }
 
-/// Returns whether surfaces hold each other by an impulse. It is within its friction cone, and not
-/// at its edge but for round-off. Without friction there is nothing to hold, and this is true.
-/// @param impulse  [N s] Along the normal and two tangents.
-template <Scalar S>
-[[nodiscard]] bool holds(const std::array<S, 3>& impulse, const S& friction) {
-  const S bound = S(0.999) * friction * impulse[0];
-  return impulse[1] * impulse[1] + impulse[2] * impulse[2] <= bound * bound;
-}
-
 /// Returns whether two contacts have the same bodies and axes, and surfaces that run alike.
 template <Scalar S>
 [[nodiscard]] bool are_of_one_manifold(const ContactConstraint<S>& c,

@@ -24,11 +24,11 @@ template <Scalar S>
 class SavedImpulses {
  public:
   void save(const Island& island, const Constraints<S>& constraints) {
-    contacts_.clear();
+    contacts_.resize(island.contacts.size());
     rows_.clear();
     soft_.clear();
-    for (const std::uint32_t i : island.contacts) {
-      contacts_.push_back(constraints.contacts[i].impulse);
+    for (std::size_t k = 0; k < contacts_.size(); ++k) {
+      contacts_[k] = constraints.contacts[island.contacts[k]].impulse;
     }
     for_each_row(island, constraints,
                  [&](const ConstraintRow<S>& row) { rows_.push_back(row.impulse); });

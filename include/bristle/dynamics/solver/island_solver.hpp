@@ -14,6 +14,7 @@
 #include <bristle/dynamics/contacts/saved_impulses.hpp>
 #include <bristle/dynamics/solver/derivative_watch.hpp>
 #include <bristle/dynamics/solver/island_energy.hpp>
+#include <bristle/dynamics/solver/method_choice.hpp>
 #include <bristle/dynamics/solver/proximal_solver.hpp>
 #include <bristle/dynamics/solver/sequential_solver.hpp>
 
@@ -101,9 +102,6 @@ class IslandSolver {
                    SolveReport<S>& report) {
     bool may_factor = island.soft.empty();
     const bool needs_even = needs_even_load(island, constraints);
-    // Sweeps put the load of what is held on single points, whose friction reaches its bound. The
-    // warm start is nearer to the solution.
-    const bool starts_warm = !needs_even && is_held<S>(island, constraints, bodies, context);
     if (!needs_even) warm_start_.save(island, constraints);
     sequential_.start(island, constraints, bodies);
     if (needs_even) {
@@ -131,10 +129,7 @@ class IslandSolver {
       if (may_factor && progress.is_slow()) {
         may_factor = false;
         saved_.save(island, constraints);
-        if (starts_warm) {
-          warm_start_.restore(island, constraints);
-          apply_impulses(island, constraints, bodies);
-        }
+        if (!needs_even) start_where_held(island, constraints, bodies, context);
         if (try_proximal(island, constraints, bodies, context, residual, report)) return;
         progress.accept(S(proximal_.enough()));
         most_sweeps = std::min(most_sweeps, n + 1 + most_repairs(context));
@@ -142,6 +137,19 @@ class IslandSolver {
     }
     if (report.residual > context.velocity_tolerance && has_gained_energy(island, bodies)) {
       sweep_from_nothing(island, constraints, bodies, context, report);
+    }
+  }
+
+  /// Goes back from swept impulses, which are saved, to the warm start of an island that is held.
+  /// It is nearer to the solution. Sweeps put the load on single points, whose friction reaches its
+  /// bound.
+  void start_where_held(const Island& island, Constraints<S>& constraints,
+                        std::span<SolverBody<S>> bodies, const SolveContext<S>& context) {
+    warm_start_.restore(island, constraints);
+    if (is_held<S>(island, constraints, bodies, context)) {
+      apply_impulses(island, constraints, bodies);
+    } else {
+      saved_.restore(island, constraints);
     }
   }
 
@@ -516,16 +524,6 @@ class IslandSolver {
         for (const S& x : c.impulse) watch.impulse(x, response);
       }
     });
-  }
-
-  /// Returns whether the load must be spread by factorisation. Sweeps put all load on the first
-  /// points. That would decide the readings of sensors and contacts, or whether a grip slips.
-  [[nodiscard]] static bool needs_even_load(const Island& island,
-                                            const Constraints<S>& constraints) {
-    if (!island.soft.empty() || !island.blocks.empty()) return true;
-    return island.contacts.size() > 1 &&
-           std::all_of(island.contacts.begin(), island.contacts.end(),
-                       [&](std::uint32_t i) { return constraints.contacts[i].is_fresh; });
   }
 
   /// Solves by factorisation. Keeps the result if it is exact. Also keeps it if a sweep then finds

@@ -12,11 +12,20 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// [m^2/s^2] Square of the speed at which the surfaces of a contact slide at the start of the step.
+/// Returns whether the load must be spread by factorisation. Sweeps put all load on the first
+/// points. That would decide the readings of sensors and contacts, or whether a grip slips.
 template <Scalar S>
-[[nodiscard]] S slip2_at_start(const ContactConstraint<S>& c,
-                               std::span<const SolverBody<S>> bodies) {
-  const Vec3<S> v = c.velocity(bodies[c.body_a].start, bodies[c.body_b].start);
+[[nodiscard]] bool needs_even_load(const Island& island, const Constraints<S>& constraints) {
+  if (!island.soft.empty() || !island.blocks.empty()) return true;
+  return island.contacts.size() > 1 &&
+         std::all_of(island.contacts.begin(), island.contacts.end(),
+                     [&](std::uint32_t i) { return constraints.contacts[i].is_fresh; });
+}
+
+/// [m^2/s^2] Square of the speed at which the surfaces of a contact slide.
+/// @param v  [m/s] Velocity of the contact (`ContactConstraint::velocity`).
+template <Scalar S>
+[[nodiscard]] S slip2_of(const ContactConstraint<S>& c, const Vec3<S>& v) {
   const S slip1 = c.axes[1].dot(v) - c.drift[0];
   const S slip2 = c.axes[2].dot(v) - c.drift[1];
   return slip1 * slip1 + slip2 * slip2;
@@ -32,7 +41,10 @@ template <Scalar S>
   const S still2 = context.velocity_tolerance * context.velocity_tolerance;
   return std::none_of(island.contacts.begin(), island.contacts.end(), [&](std::uint32_t i) {
     const ContactConstraint<S>& c = constraints.contacts[i];
-    return !holds(c.impulse, c.friction) && slip2_at_start(c, bodies) > still2;
+    const bool is_at_edge =
+        c.friction * c.impulse[0] > S(0) && hold_of(c.impulse, c.friction) < S(0.01);
+    if (!is_at_edge) return false;
+    return slip2_of(c, c.velocity(bodies[c.body_a].start, bodies[c.body_b].start)) > still2;
   });
 }
 
@@ -87,11 +99,11 @@ class MethodChoice {
     for (const std::uint32_t i : island.contacts) {
       const ContactConstraint<S>& c = constraints.contacts[i];
       if (c.restitution > S(0)) return false;
-      const S closing =
-          std::min(S(0), c.normal_velocity(bodies[c.body_a].start, bodies[c.body_b].start));
+      const Vec3<S> v = c.velocity(bodies[c.body_a].start, bodies[c.body_b].start);
+      const S closing = std::min(S(0), c.axes[0].dot(v));
       const bool touches = c.impulse[0] > S(0) || c.gap + context.dt * closing < S(0);
       if (!touches) continue;
-      fastest2 = std::max(fastest2, closing * closing + slip2_at_start(c, bodies));
+      fastest2 = std::max(fastest2, closing * closing + slip2_of(c, v));
     }
     return fastest2 > slow * slow;
   }
