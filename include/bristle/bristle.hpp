@@ -14,6 +14,7 @@
 #include <bristle/dynamics/solver/coulomb_newton.hpp>
 #include <bristle/geometry/meshes/drawn_mesh.hpp>
 #include <bristle/geometry/meshes/mesh_shapes.hpp>
+#include <bristle/geometry/meshes/terrain.hpp>
 #include <bristle/geometry/shapes/quickhull.hpp>
 #include <bristle/geometry/shapes/shapes.hpp>
 #include <bristle/hosts/host_sensors.hpp>

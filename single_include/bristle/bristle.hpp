@@ -3866,6 +3866,7 @@ struct EdgeUse {
   [[nodiscard]] bool is_same_edge(const EdgeUse& other) const {
     return low == other.low && high == other.high;
   }
+  [[nodiscard]] std::string text() const { return "edge " + to_tuple_text(std::array{low, high}); }
 };
 
 /// All passages through the edges of triangles. Those of one edge are adjacent, and edges ascend.
@@ -3886,31 +3887,40 @@ struct EdgeUse {
   return uses;
 }
 
-/// Throws unless every edge is passed exactly once in each direction.
-inline void require_closed(const DynamicArray<EdgeUse>& uses) {
+/// Returns the passages through edges that only one triangle has, ascending. Throws unless every
+/// edge is passed at most once in each direction.
+/// @param uses  Those of `sorted_edges`.
+[[nodiscard]] inline DynamicArray<EdgeUse> border_edges(const DynamicArray<EdgeUse>& uses) {
+  DynamicArray<EdgeUse> borders;
   for (std::size_t i = 0; i < uses.size();) {
     std::size_t end = i + 1;
     while (end < uses.size() && uses[end].is_same_edge(uses[i])) ++end;
     const EdgeUse& use = uses[i];
-    const std::string edge = "edge " + to_tuple_text(std::array{use.low, use.high});
-    if (end - i == 1) {
-      raise_triangle(use.triangle, edge,
-                     "must be closed, but no other triangle shares this edge (open mesh; are "
-                     "vertices repeated? see weld)");
-    }
     if (end - i > 2) {
       raise_triangle(
-          use.triangle, edge,
+          use.triangle, use.text(),
           "must be manifold, but " + std::to_string(end - i) + " triangles share this edge");
     }
-    if (use.is_ascending == uses[i + 1].is_ascending) {
-      raise_triangle(use.triangle, edge,
+    if (end - i == 1) {
+      borders.push_back(use);
+    } else if (use.is_ascending == uses[i + 1].is_ascending) {
+      raise_triangle(use.triangle, use.text(),
                      "must be wound consistently, but triangle " +
                          std::to_string(uses[i + 1].triangle) +
                          " runs through this edge in the same direction");
     }
     i = end;
   }
+  return borders;
+}
+
+/// Throws unless every edge is passed exactly once in each direction.
+inline void require_closed(const DynamicArray<EdgeUse>& uses) {
+  const DynamicArray<EdgeUse> borders = border_edges(uses);
+  if (borders.empty()) return;
+  raise_triangle(borders.front().triangle, borders.front().text(),
+                 "must be closed, but no other triangle shares this edge (open mesh; are "
+                 "vertices repeated? see weld, or extruded_mesh for terrain)");
 }
 
 }  // namespace detail
@@ -4640,6 +4650,112 @@ TriangleMesh<S> drawn_mesh(const Shape<S>& shape, S plane_size) {
   validate(shape);
   detail::require_positive("drawn_mesh: plane_size", plane_size);
   return detail::visit_shape(detail::ShapeDrawer<S>{plane_size}, shape);
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/geometry/meshes/terrain.hpp
+
+/// @file
+/// Terrain: heights over a grid as a surface, and the solid ground under an open surface.
+///
+/// A shape is a solid, so that what is deep in it knows the way out and what comes from below is
+/// stopped. Terrain is a surface without an inside. It becomes a solid by a copy of it some way
+/// below and walls between their borders. Contacts, rays and queries are those of any mesh.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Open surface of heights over a rectangle around the origin, facing +z.
+///
+/// Vertex j (cells[0] + 1) + i has heights[j (cells[0] + 1) + i] at the i-th of the equally spaced
+/// places along x and the j-th along y. The diagonal of a cell runs from its corner of least x and
+/// y to the opposite one.
+///
+/// @param size     [m] Whole sides along x and y, > 0.
+/// @param cells    [-] Cells along x and y, >= 1 each. A cell is two triangles.
+/// @param heights  [m] z at each corner of a cell, rows of equal y one after the other: as many as
+///                 (cells[0] + 1) (cells[1] + 1).
+/// @throws InvalidArgument if a size, a count or a height is not as above, or not finite.
+template <Scalar S>
+[[nodiscard]] TriangleMesh<S> height_field_mesh(const detail::Vec2<S>& size,
+                                                const std::array<std::uint32_t, 2>& cells,
+                                                std::span<const S> heights);
+
+/// Solid between an open surface and its copy moved by `offset`: ground for a `ShapeDef`.
+///
+/// The triangles of the surface come first, in their order, then those of the copy, then walls
+/// along all borders. The solid has a volume of the surface's area seen along the offset, times the
+/// offset's length.
+///
+/// @param surface  Every triangle faces against the offset, so that the ground lies behind it.
+///                 Holes and several pieces are fine. Vertices that repeat along seams leave walls
+///                 inside: see `weld`.
+/// @param offset   [m] From the surface into the ground, say (0, 0, -0.5): how thick the ground is.
+///                 It should be more than what a fast body passes in two steps.
+/// @throws InvalidArgument that names the first triangle that faces along the offset or is
+///         degenerate, an edge of more than two triangles or of two that are wound differently, a
+///         surface that is none (`validate_surface`), or an offset that is not finite.
+template <Scalar S>
+[[nodiscard]] TriangleMesh<S> extruded_mesh(const TriangleMesh<S>& surface, const Vec3<S>& offset);
+
+// Implementation ----------------------------------------------------------------------------------
+
+template <Scalar S>
+TriangleMesh<S> height_field_mesh(const detail::Vec2<S>& size,
+                                  const std::array<std::uint32_t, 2>& cells,
+                                  std::span<const S> heights) {
+  TriangleMesh<S> mesh = grid_mesh(size, cells);
+  detail::require(
+      heights.size() == mesh.vertices.size(), "height_field_mesh: heights.size()", heights.size(),
+      "must be " + std::to_string(mesh.vertices.size()) + ", one for each corner of a cell");
+  for (std::size_t v = 0; v < heights.size(); ++v) {
+    detail::require_finite("height_field_mesh: heights[" + std::to_string(v) + "]", heights[v]);
+    mesh.vertices[v].z() = heights[v];
+  }
+  return mesh;
+}
+
+template <Scalar S>
+TriangleMesh<S> extruded_mesh(const TriangleMesh<S>& surface, const Vec3<S>& offset) {
+  detail::require_all_finite("extruded_mesh: offset", offset);
+  validate_surface(surface);
+  const Vec3<S> up = -offset.stableNormalized();
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    // A triangle without a normal fails, too, and so do all for an offset of length 0.
+    if (triangle_normal(surface, t).dot(up) > detail::Tolerance<S>::round_off()) continue;
+    detail::raise_triangle(t, detail::to_tuple_text(surface.triangles[t]),
+                           "must face against the offset " + detail::to_tuple_text(offset));
+  }
+  const detail::DynamicArray<detail::EdgeUse> borders =
+      detail::border_edges(detail::sorted_edges(surface.triangles));
+
+  TriangleMesh<S> solid = surface;
+  const auto below = static_cast<std::uint32_t>(surface.vertices.size());
+  for (const Vec3<S>& vertex : surface.vertices) solid.vertices.push_back(vertex + offset);
+  for (const auto& t : surface.triangles) {
+    solid.triangles.push_back({below + t[0], below + t[2], below + t[1]});
+  }
+  std::vector<bool> has_wall(surface.vertices.size());
+  for (const detail::EdgeUse& border : borders) {
+    const std::uint32_t from = border.is_ascending ? border.low : border.high;
+    const std::uint32_t to = border.is_ascending ? border.high : border.low;
+    if (has_wall[from]) {
+      detail::raise_triangle(border.triangle, "vertex " + std::to_string(from),
+                             "must not lie on two borders, or on one twice");
+    }
+    has_wall[from] = true;
+    solid.triangles.push_back({to, from, below + from});
+    solid.triangles.push_back({to, below + from, below + to});
+  }
+  return solid;
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -19553,6 +19669,8 @@ struct SupportFeature {
   S cosine = S(0);
   /// True if the corners are samples of a curve.
   bool is_round = false;
+  /// [-] For each corner of a polygon, true if its edge to the next is inside a larger flat face.
+  std::array<bool, capacity> is_inner_edge{};
 
   [[nodiscard]] bool is_polygon() const { return size >= 3; }
   void add(const Vec3<S>& point, std::uint32_t id) {
@@ -20068,6 +20186,7 @@ class HeightField {
       place_[i] = {t1.dot(feature.points[i]), t2.dot(feature.points[i])};
       height_[i] = n.dot(feature.points[i]);
       name_[i] = mix(side, feature.ids[i]);
+      is_inner_edge_[i] = feature.is_inner_edge[i];
       extent_ = std::max(extent_, cwise_abs(feature.points[i]).maxCoeff());
     }
     // Both faces run counter-clockwise seen from +n. That of B is seen from behind.
@@ -20076,6 +20195,8 @@ class HeightField {
       std::reverse(place_.begin(), place_.begin() + count);
       std::reverse(height_.begin(), height_.begin() + count);
       std::reverse(name_.begin(), name_.begin() + count);
+      // The edge that ran to a corner now starts there.
+      std::reverse(is_inner_edge_.begin(), is_inner_edge_.begin() + count - 1);
     }
     if (is_polygon()) {
       slope_ = -Vec2<S>(t1.dot(feature.normal), t2.dot(feature.normal)) / n.dot(feature.normal);
@@ -20094,6 +20215,20 @@ class HeightField {
   [[nodiscard]] std::uint32_t edge_name(std::size_t i) const {
     return mix_unordered(name_[i], name_[next(i)]);
   }
+  /// Returns whether a point of a polygon's outline is inside a larger flat face: within
+  /// `tolerance` [m] of an edge there, and of no other edge.
+  [[nodiscard]] bool is_inside_face(const Vec2<S>& place, S tolerance) const {
+    using std::abs;
+    bool is_on_inner_edge = false;
+    for (std::size_t i = 0; i < size_; ++i) {
+      const Vec2<S> along = (place_[next(i)] - place_[i]).normalized();
+      const Vec2<S> r = place - place_[i];
+      if (abs(along.x() * r.y() - along.y() * r.x()) > tolerance) continue;
+      if (!is_inner_edge_[i]) return false;
+      is_on_inner_edge = true;
+    }
+    return is_on_inner_edge;
+  }
   /// [m] Largest coordinate: the scale of rounding errors.
   [[nodiscard]] S extent() const { return extent_; }
 
@@ -20109,17 +20244,20 @@ class HeightField {
   std::array<Vec2<S>, capacity> place_;
   std::array<S, capacity> height_;
   std::array<std::uint32_t, capacity> name_;
+  std::array<bool, capacity> is_inner_edge_;
   std::size_t size_;
   Vec2<S> slope_ = zero<Vec2<S>>();
   S extent_ = S(0);
 };
 
-/// Corner of an intersection. `edge` names the edge that starts there.
+/// Corner of an intersection. `edge` names the edge that starts there. `is_cut` tells a corner that
+/// a cut has made from one of what is cut.
 template <Scalar S>
 struct ClipCorner {
   Vec2<S> place;
   std::uint32_t name = 0;
   std::uint32_t edge = 0;
+  bool is_cut = false;
 };
 
 /// A convex polygon, open path of two corners, or single corner that is clipped.
@@ -20160,7 +20298,8 @@ class ClipPolygon {
       if (is_in == (side[j] >= -tolerance)) continue;
       const S t = std::clamp(side[i] / (side[i] - side[j]), S(0), S(1));
       const Vec2<S> crossing = corners_[i].place + t * (corners_[j].place - corners_[i].place);
-      keep({crossing, mix_unordered(corners_[i].edge, edge), is_in ? edge : corners_[i].edge});
+      keep(
+          {crossing, mix_unordered(corners_[i].edge, edge), is_in ? edge : corners_[i].edge, true});
     }
     corners_ = kept;
     size_ = count;
@@ -20336,7 +20475,11 @@ void intersect(const HeightField<S>& a, const HeightField<S>& b, S tolerance,
   } else {
     common.cut_by(a.size() == 2 ? b : a, tolerance);
   }
-  for (const ClipCorner<S>& corner : common.corners()) add(corner.place, corner.name);
+  for (const ClipCorner<S>& corner : common.corners()) {
+    // Edges inside a flat face cut what it touches into pieces, which has no corners there.
+    if (corner.is_cut && a.is_inside_face(corner.place, tolerance)) continue;
+    add(corner.place, corner.name);
+  }
 }
 
 /// The manifold of two features in one frame. Empty if they do not meet across the normal.
@@ -20385,14 +20528,22 @@ template <Scalar S, typename ShapeA, typename ShapeB>
   return {face_a, face_b.transformed(X_AB)};
 }
 
-/// Contact of the two farthest points, wherever they are across the normal.
+/// Contact of the two farthest points. It lies at that of the shape whose face is turned more
+/// against the normal, since all of a face across the normal is as far. Between two edges it lies
+/// halfway.
 template <Scalar S, typename ShapeA, typename ShapeB>
 [[nodiscard]] ContactPoint<S> extreme_contact(const ShapeA& a, const ShapeB& b,
                                               const Transform<S>& X_AB, const Vec3<S>& normal) {
   const Vec3<S> on_a = support_point(a, normal);
   const Vec3<S> on_b =
       X_AB * support_point(b, Vec3<S>(X_AB.rotation.conjugate() * Vec3<S>(-normal)));
-  return {S(0.5) * (on_a + on_b), normal.dot(on_b - on_a), 0};
+  const S gap = normal.dot(on_b - on_a);
+  const FeaturePair<S> features = feature_pair(a, b, X_AB, normal);
+  const Vec3<S> beside_a = on_a + S(0.5) * gap * normal;
+  const Vec3<S> beside_b = on_b - S(0.5) * gap * normal;
+  if (features.a.cosine < features.b.cosine) return {beside_a, gap, 0};
+  if (features.b.cosine < features.a.cosine) return {beside_b, gap, 0};
+  return {S(0.5) * (beside_a + beside_b), gap, 0};
 }
 
 template <Scalar S, typename ShapeA, typename ShapeB>
@@ -22388,12 +22539,12 @@ class ContactSink {
 /// @file
 /// Partition of a closed mesh's surface into convex plates.
 ///
-/// Triangles of one flat face are joined across inner edges, the longest first, as long as the
+/// Triangles of one flat face are joined across inner edges, the longest first, as long as any
 /// union is convex (Hertel and Mehlhorn 1983). So contacts cost the plates of a part, not the
 /// triangles that its export made of them. A curved surface keeps its triangles.
 ///
-/// Each edge of a plate is one edge of the mesh. So each has one neighbour. A plate turns at each
-/// of its corners.
+/// A plate turns at each of its corners. Each of its outer edges is one edge of the mesh and has
+/// one neighbour. An inner edge, which no contact has, may be several in a line.
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <algorithm>
@@ -22437,7 +22588,7 @@ class MeshPlates {
   /// [-] Number that all plates of one flat face share, below `face_count()`.
   [[nodiscard]] std::uint32_t face(std::uint32_t i) const { return faces_[i]; }
   [[nodiscard]] std::size_t face_count() const { return face_count_; }
-  /// [-] The plate across edge k, which runs from corner k to the next.
+  /// [-] The plate across edge k, which runs from corner k to the next: of an inner edge the first.
   [[nodiscard]] std::uint32_t neighbour(std::uint32_t i, std::size_t k) const {
     return neighbours_[first_[i] + k];
   }
@@ -22475,7 +22626,7 @@ template <Scalar S>
 }
 
 /// The triangles of a closed mesh while they are joined to plates. Half-edge 3 t + k runs from
-/// corner k of triangle t to the next.
+/// corner k of triangle t to the next. Those around a plate are linked.
 template <Scalar S>
 class PlateJoin {
  public:
@@ -22485,8 +22636,12 @@ class PlateJoin {
   /// Corners of each plate by the half-edges that start there. Empty for a triangle that has joined
   /// another.
   [[nodiscard]] std::span<const DynamicArray<std::uint32_t>> outlines() const { return outlines_; }
-  /// [-] The outline that a half-edge belongs to.
-  [[nodiscard]] std::uint32_t owner(std::uint32_t half_edge) const { return owners_[half_edge]; }
+  /// [-] The outline of the plate that a half-edge belongs to.
+  [[nodiscard]] std::uint32_t owner(std::uint32_t half_edge) const {
+    std::uint32_t plate = half_edge / 3;
+    while (joined_to_[plate] != plate) plate = joined_to_[plate];
+    return plate;
+  }
   [[nodiscard]] std::uint32_t twin(std::uint32_t half_edge) const { return twins_[half_edge]; }
   [[nodiscard]] SurfaceEdge edge(std::uint32_t half_edge) const { return edges_[half_edge]; }
   [[nodiscard]] const Vec3<S>& start(std::uint32_t half_edge) const { return starts_[half_edge]; }
@@ -22509,8 +22664,13 @@ class PlateJoin {
   void find_edges();
   void find_faces();
   void join();
-  [[nodiscard]] DynamicArray<std::uint32_t> joined_across(std::uint32_t half_edge) const;
+  [[nodiscard]] bool try_join(std::uint32_t side);
   [[nodiscard]] bool is_plate(std::span<const std::uint32_t> outline) const;
+  [[nodiscard]] bool is_straight(std::span<const std::uint32_t> outline, std::size_t corner) const;
+  void link(std::uint32_t half_edge, std::uint32_t next) {
+    next_[half_edge] = next;
+    previous_[next] = half_edge;
+  }
 
   DynamicArray<std::array<std::uint32_t, 3>> triangles_;  // Vertex numbers.
   DynamicArray<Vec3<S>> starts_;
@@ -22520,7 +22680,13 @@ class PlateJoin {
   DynamicArray<std::uint32_t> faces_;  // By triangle.
   std::size_t face_count_ = 0;
   DynamicArray<DynamicArray<std::uint32_t>> outlines_;
-  DynamicArray<std::uint32_t> owners_;
+  // By triangle: one that it has joined, or itself. Chains are short, since it is the larger plate
+  // that stays.
+  DynamicArray<std::uint32_t> joined_to_;
+  DynamicArray<std::uint32_t> sizes_;     // Triangles of each plate.
+  DynamicArray<std::uint32_t> next_;      // Around the plate.
+  DynamicArray<std::uint32_t> previous_;  // Around the plate.
+  DynamicArray<bool> is_corner_;          // Where the half-edge starts.
   S hair_;  // [m] Round-off of a mesh that was written in single precision.
 };
 
@@ -22533,11 +22699,15 @@ PlateJoin<S>::PlateJoin(const Tree& tree) {
   for (std::uint32_t t = 0; t < count; ++t) {
     const auto corners = tree.corners(t);
     triangles_.push_back(tree.vertex_numbers(t));
-    for (const auto& corner : corners) {
-      starts_.push_back(corner.template cast<S>());
-      owners_.push_back(t);
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      starts_.push_back(corners[k].template cast<S>());
+      next_.push_back(3 * t + (k + 1) % 3);
+      previous_.push_back(3 * t + (k + 2) % 3);
+      is_corner_.push_back(true);
     }
     outlines_.push_back({3 * t, 3 * t + 1, 3 * t + 2});
+    joined_to_.push_back(t);
+    sizes_.push_back(1);
     normals_.push_back(normal(outlines_.back()));
   }
   find_edges();
@@ -22599,47 +22769,102 @@ void PlateJoin<S>::join() {
   DynamicArray<Inner> inner;
   for (std::uint32_t h = 0; h < twins_.size(); ++h) {
     const std::uint32_t t = twins_[h];
-    if (h > t || edges_[h] != SurfaceEdge::flat || faces_[h / 3] != faces_[t / 3]) continue;
+    if (h > t) continue;
     inner.push_back({(starts_[t] - starts_[h]).squaredNorm(), h});
   }
   std::sort(inner.begin(), inner.end(), [](const Inner& a, const Inner& b) {
     return std::tie(b.length2, a.half_edge) < std::tie(a.length2, b.half_edge);
   });
+  DynamicArray<std::uint32_t> sides;
   for (const Inner& at : inner) {
-    const std::uint32_t stays = owners_[at.half_edge];
-    const std::uint32_t goes = owners_[twins_[at.half_edge]];
-    if (stays == goes) continue;
-    DynamicArray<std::uint32_t> outline = joined_across(at.half_edge);
-    if (!is_plate(outline)) continue;
-    for (const std::uint32_t h : outlines_[goes]) owners_[h] = stays;
-    outlines_[goes].clear();
-    outlines_[stays] = std::move(outline);
+    sides.push_back(at.half_edge);
+    sides.push_back(twins_[at.half_edge]);
+  }
+  // What did not fit at first may do so beside a plate that has grown. Each round but the last
+  // joins two plates at least.
+  DynamicArray<std::uint32_t> grown;
+  while (!sides.empty()) {
+    grown.clear();
+    for (const std::uint32_t side : sides) {
+      if (is_corner_[side] && try_join(side)) grown.push_back(owner(twins_[side]));
+    }
+    std::sort(grown.begin(), grown.end());
+    grown.erase(std::unique(grown.begin(), grown.end()), grown.end());
+    sides.clear();
+    for (const std::uint32_t plate : grown) {
+      for (const std::uint32_t h : outlines_[plate]) sides.push_back(h);
+    }
   }
 }
 
-/// The outline of two plates without the edges between them.
+/// Joins two plates along a side, unless that makes no plate.
+///
+/// A convex union has a whole side of each as common line: elsewhere a side of the one would meet
+/// the other at a hollow corner.
+/// @param side  Half-edge that starts at the corner where the side begins.
 template <Scalar S>
-DynamicArray<std::uint32_t> PlateJoin<S>::joined_across(std::uint32_t half_edge) const {
+bool PlateJoin<S>::try_join(std::uint32_t side) {
+  const std::uint32_t other_last = twins_[side];
+  if (edges_[side] != SurfaceEdge::flat || faces_[side / 3] != faces_[other_last / 3] ||
+      !is_corner_[next_[other_last]]) {
+    return false;
+  }
+  std::uint32_t last = side;
+  while (!is_corner_[next_[last]]) {
+    if (is_corner_[twins_[last]] || twins_[next_[last]] != previous_[twins_[last]]) return false;
+    last = next_[last];
+  }
+  const std::uint32_t other_side = twins_[last];
+  if (!is_corner_[other_side]) return false;
+  const std::array<std::uint32_t, 2> plates{owner(side), owner(other_side)};
+
   DynamicArray<std::uint32_t> outline;
-  for (const std::uint32_t h : {half_edge, twins_[half_edge]}) {
-    const DynamicArray<std::uint32_t>& from = outlines_[owners_[h]];
+  for (const std::uint32_t h : {side, other_side}) {
+    const DynamicArray<std::uint32_t>& from = outlines_[owner(h)];
     const auto place = std::find(from.begin(), from.end(), h);
-    // Both begin behind the common edge.
+    // Both begin behind the common side.
     for (auto it = place + 1; it != from.end(); ++it) outline.push_back(*it);
     for (auto it = from.begin(); it != place; ++it) outline.push_back(*it);
   }
-  // Beside the common edge there may be more.
-  for (std::size_t k = 0; outline.size() > 2 && k < outline.size();) {
-    const std::size_t next = (k + 1) % outline.size();
-    if (outline[next] != twins_[outline[k]]) {
-      ++k;
-      continue;
-    }
-    outline.erase(outline.begin() + static_cast<std::ptrdiff_t>(std::max(k, next)));
-    outline.erase(outline.begin() + static_cast<std::ptrdiff_t>(std::min(k, next)));
-    k = 0;
+  // Where the common side ends the outline may be straight. An inner edge has no corner there.
+  const std::array<std::pair<std::uint32_t, std::uint32_t>, 2> ends{
+      std::pair{previous_[other_side], next_[last]}, std::pair{previous_[side], next_[other_last]}};
+  std::array<bool, 2> are_straight{};
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto [before, after] = ends[i];
+    if (edges_[before] != SurfaceEdge::flat || edges_[after] != SurfaceEdge::flat) continue;
+    const auto place = std::find(outline.begin(), outline.end(), after);
+    are_straight[i] = is_straight(outline, static_cast<std::size_t>(place - outline.begin()));
+    if (are_straight[i]) outline.erase(place);
   }
-  return outline;
+  if (!is_plate(outline)) return false;
+
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto [before, after] = ends[i];
+    link(before, after);
+    if (are_straight[i]) is_corner_[after] = false;
+  }
+  // Inside a plate there are no sides to try again.
+  is_corner_[side] = is_corner_[other_side] = false;
+  const bool is_first_larger = sizes_[plates[0]] >= sizes_[plates[1]];
+  const std::uint32_t stays = plates[is_first_larger ? 0 : 1];
+  const std::uint32_t goes = plates[is_first_larger ? 1 : 0];
+  joined_to_[goes] = stays;
+  sizes_[stays] += sizes_[goes];
+  outlines_[goes].clear();
+  outlines_[stays] = std::move(outline);
+  return true;
+}
+
+/// Returns whether an outline goes straight on at a corner, to round-off.
+template <Scalar S>
+bool PlateJoin<S>::is_straight(std::span<const std::uint32_t> outline, std::size_t corner) const {
+  const std::size_t count = outline.size();
+  const Vec3<S>& before = start(outline[(corner + count - 1) % count]);
+  const Vec3<S>& after = start(outline[(corner + 1) % count]);
+  const Vec3<S> in = start(outline[corner]) - before;
+  const Vec3<S> out = after - start(outline[corner]);
+  return in.cross(out).norm() <= hair_ * (after - before).norm() && in.dot(out) > S(0);
 }
 
 /// Returns whether an outline is that of a flat plate that turns the same way at every corner. Then
@@ -22763,6 +22988,10 @@ class MeshSurface {
   }
   /// [1] Outward unit normal of a plate.
   [[nodiscard]] const Vec3<S>& normal(std::uint32_t plate) const { return plates_.normal(plate); }
+  /// Shape of the solid at edge k of a plate, which runs from corner k to the next.
+  [[nodiscard]] SurfaceEdge edge(std::uint32_t plate, std::size_t k) const {
+    return plates_.edge(plate, k);
+  }
   /// [-] Number that all plates of one flat face share.
   [[nodiscard]] std::uint32_t face_number(std::uint32_t plate) const { return plates_.face(plate); }
   /// The flat face of a plate as a convex whole. It has the corners of the face, its normal and
@@ -23228,12 +23457,16 @@ class MeshConvexContacts {
     return true;
   }
 
-  /// Contacts of the part of the solid over the plate, along its normal. Empty if there is none.
+  /// Contacts of the part of the solid over the plate, along its normal, that are corners of the
+  /// contact with the whole face. Empty if there is none.
   [[nodiscard]] ContactManifold<P> face_manifold(std::uint32_t i) const {
     const Plate<P> plate = mesh_.plate(i);
     const Vec3<P>& n = plate.normal;
     const ConvexView<P> view = convex_view(plate);
-    const auto features = feature_pair(view, convex_, X_MC_, n);
+    auto features = feature_pair(view, convex_, X_MC_, n);
+    for (std::size_t k = 0; k < features.a.size; ++k) {
+      features.a.is_inner_edge[k] = mesh_.edge(i, k) == SurfaceEdge::flat;
+    }
     const ContactManifold<P> clipped = clip_features(features.a, features.b, n, margin_);
     ContactManifold<P> manifold;
     manifold.normal = n;
@@ -23247,10 +23480,10 @@ class MeshConvexContacts {
     }
     // Rims of round shapes are clipped as polygons. The deepest point may lie between their
     // corners.
-    const ContactPoint<P> deepest = extreme_contact(view, convex_, X_MC_, n);
-    if (deepest.gap < gap - hair() && is_over(plate, deepest_place(n))) {
+    const P least = lowest_above(plate, n);
+    if (least < gap - hair() && is_over(plate, deepest_place(n))) {
       if (manifold.size == manifold.capacity) --manifold.size;
-      manifold.add({deepest_place(n) - P(0.5) * deepest.gap * n, deepest.gap, 0});
+      manifold.add({deepest_place(n) - P(0.5) * least * n, least, 0});
     }
     return manifold;
   }
@@ -23321,11 +23554,10 @@ class MeshConvexContacts {
                  });
     }
     if (way_out_ && is_inside) {
-      ContactManifold<P> manifold = face_manifold(*way_out_);
-      if (manifold.size == 0) {
-        const Plate<P> plate = mesh_.plate(*way_out_);
-        manifold.add(extreme_contact(convex_view(plate), convex_, X_MC_, manifold.normal));
-      }
+      const Plate<P> plate = mesh_.plate(*way_out_);
+      ContactManifold<P> manifold =
+          contact_manifold(convex_view(plate), convex_, X_MC_, plate.normal, margin_);
+      manifold.key = mix(mesh_.face_number(*way_out_), 0);
       sink_.add(manifold);
     } else if (deepest_cut_) {
       add_cut(*deepest_cut_);
@@ -23424,8 +23656,10 @@ void collide_meshes(const MeshSurface<Precise<S>, Tree>& a, const MeshSurface<Pr
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
+#include <span>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -23452,15 +23686,17 @@ bool collide_convex(const ConvexView<P>& a, const ConvexView<P>& b, const Transf
                     P margin, ContactSink<S>& sink) {
   const ContactNormal<P> found = contact_normal<Distance>(a, b, X_AB, margin);
   if (found.nearness != Nearness::near) return found.nearness == Nearness::apart;
-  sink.add(contact_manifold(a, b, X_AB, found.normal, margin));
+  ContactManifold<P> manifold = contact_manifold(a, b, X_AB, found.normal, margin);
   // Rims and sides of round shapes are clipped as polygons and lines. The deepest point may lie
   // between those.
-  if (!sink.reaches(found.gap + Tolerance<P>::equal() * a.reach)) {
-    ContactManifold<P> deepest;
-    deepest.normal = found.normal;
-    deepest.add(extreme_contact(a, b, X_AB, found.normal));
-    sink.add(deepest);
+  const P deep = found.gap + Tolerance<P>::equal() * a.reach;
+  const auto points = std::span(manifold.points).first(manifold.size);
+  if (std::none_of(points.begin(), points.end(), [&](const auto& p) { return p.gap <= deep; })) {
+    sink.add(manifold);
+    manifold.size = 0;
+    manifold.add(extreme_contact(a, b, X_AB, found.normal));
   }
+  sink.add(manifold);
   return true;
 }
 

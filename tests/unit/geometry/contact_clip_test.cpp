@@ -219,6 +219,28 @@ TEST_CASE_TEMPLATE("build_manifold: points and lines against faces", S, float, d
   CHECK(out[0].key == 42);
 }
 
+// All corners of a face across the normal are as far as each other, so that none of them tells a
+// place.
+TEST_CASE_TEMPLATE("extreme_contact: of the farthest points a face's tells no place", S, float,
+                   double) {
+  const Box<S> table{{S(2), S(2), S(0.5)}};
+  const Capsule<S> pin{S(0.2), S(1)};
+  const Quat<S> tilt = exp_rotation<S>({S(0), S(1), S(0)});
+  const Transform<S> X_AB{tilt, {S(0.3), S(0.4), S(1)}};
+  const Vec3<S> up = Vec3<S>::UnitZ();
+  const Vec3<S> end = X_AB * Vec3<S>(0, 0, -1) - S(0.2) * up;
+  const S tolerance = S(4) * Tolerance<S>::round_off();
+  const ContactPoint<S> on_table = extreme_contact(table, pin, X_AB, up);
+  CHECK(std::abs(on_table.gap - (end.z() - S(0.5))) <= tolerance);
+  CHECK((on_table.position - Vec3<S>(end.x(), end.y(), S(0.5) * (end.z() + S(0.5)))).norm() <=
+        tolerance);
+  // The same seen from the capsule.
+  const Transform<S> X_BA = X_AB.inverse();
+  const ContactPoint<S> on_pin =
+      extreme_contact(pin, table, X_BA, Vec3<S>(X_BA.rotate(Vec3<S>(-up))));
+  CHECK((X_AB * on_pin.position - on_table.position).norm() <= tolerance);
+}
+
 TEST_CASE_TEMPLATE("build_manifold: the same at one hundredth and a hundred times the size", S,
                    float, double) {
   Random random(64);

@@ -136,9 +136,13 @@ void check_partition(const TriangleMesh<double>& mesh) {
         CHECK(edge.cross(corner - plate.corners[k]).dot(plate.normal) >=
               -1e-12 * size * edge.norm());
       }
-      // The neighbour has the same edge, the other way.
       const std::uint32_t other = plates.neighbour(i, k);
       REQUIRE(other != i);
+      if (plates.edge(i, k) == SurfaceEdge::flat) {
+        CHECK(plates.face(other) == plates.face(i));
+        continue;
+      }
+      // Across an outer edge the neighbour has the same edge, the other way.
       const Plate<double> beside = plates.plate(other);
       bool is_shared = false;
       for (std::size_t j = 0; j < beside.corners.size(); ++j) {
@@ -190,6 +194,19 @@ TEST_CASE("MeshPlates: a side of a box is one plate, and a curved surface keeps 
   // Three for each cap, seven sides.
   CHECK(count(angle_bar()) == 13);
   CHECK(count(tiled_box({0.1, 0.2, 0.3}, 2)) == 24);
+}
+
+// Only along the rim of a face does each edge need a plate. Two squares of a rim that meet at a
+// straight corner are two plates.
+TEST_CASE("MeshPlates: a flat face that is meshed finely has plates in proportion to its rim") {
+  const auto count = [](int n) {
+    const MeshTree<double> tree(tiled_box({0.1, 0.2, 0.3}, n));
+    return static_cast<int>(MeshPlates<double>(tree).size());
+  };
+  for (const int n : {5, 10, 20, 40}) {
+    CAPTURE(n);
+    CHECK(count(n) <= 6 * 4 * n);
+  }
 }
 
 // A contact along a straight side takes one edge of a plate. Where a side had several, bodies fell

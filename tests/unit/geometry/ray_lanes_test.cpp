@@ -169,7 +169,7 @@ TEST_CASE_TEMPLATE("cast_rays: any range of rays or packets, and no other ray", 
     rays.range = {};
     // Neighbours, and packets with one between them.
     for (const std::uint32_t skipped : {0u, 1u}) {
-      detail::DynamicArray<std::uint32_t> packets;
+      DynamicArray<std::uint32_t> packets;
       for (const std::uint32_t packet : {0u, 1u, 2u}) {
         if (packet != skipped) packets.push_back(packet);
       }

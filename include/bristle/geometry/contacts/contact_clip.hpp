@@ -81,6 +81,7 @@ class HeightField {
       place_[i] = {t1.dot(feature.points[i]), t2.dot(feature.points[i])};
       height_[i] = n.dot(feature.points[i]);
       name_[i] = mix(side, feature.ids[i]);
+      is_inner_edge_[i] = feature.is_inner_edge[i];
       extent_ = std::max(extent_, cwise_abs(feature.points[i]).maxCoeff());
     }
     // Both faces run counter-clockwise seen from +n. That of B is seen from behind.
@@ -89,6 +90,8 @@ class HeightField {
       std::reverse(place_.begin(), place_.begin() + count);
       std::reverse(height_.begin(), height_.begin() + count);
       std::reverse(name_.begin(), name_.begin() + count);
+      // The edge that ran to a corner now starts there.
+      std::reverse(is_inner_edge_.begin(), is_inner_edge_.begin() + count - 1);
     }
     if (is_polygon()) {
       slope_ = -Vec2<S>(t1.dot(feature.normal), t2.dot(feature.normal)) / n.dot(feature.normal);
@@ -107,6 +110,20 @@ class HeightField {
   [[nodiscard]] std::uint32_t edge_name(std::size_t i) const {
     return mix_unordered(name_[i], name_[next(i)]);
   }
+  /// Returns whether a point of a polygon's outline is inside a larger flat face: within
+  /// `tolerance` [m] of an edge there, and of no other edge.
+  [[nodiscard]] bool is_inside_face(const Vec2<S>& place, S tolerance) const {
+    using std::abs;
+    bool is_on_inner_edge = false;
+    for (std::size_t i = 0; i < size_; ++i) {
+      const Vec2<S> along = (place_[next(i)] - place_[i]).normalized();
+      const Vec2<S> r = place - place_[i];
+      if (abs(along.x() * r.y() - along.y() * r.x()) > tolerance) continue;
+      if (!is_inner_edge_[i]) return false;
+      is_on_inner_edge = true;
+    }
+    return is_on_inner_edge;
+  }
   /// [m] Largest coordinate: the scale of rounding errors.
   [[nodiscard]] S extent() const { return extent_; }
 
@@ -122,17 +139,20 @@ class HeightField {
   std::array<Vec2<S>, capacity> place_;
   std::array<S, capacity> height_;
   std::array<std::uint32_t, capacity> name_;
+  std::array<bool, capacity> is_inner_edge_;
   std::size_t size_;
   Vec2<S> slope_ = zero<Vec2<S>>();
   S extent_ = S(0);
 };
 
-/// Corner of an intersection. `edge` names the edge that starts there.
+/// Corner of an intersection. `edge` names the edge that starts there. `is_cut` tells a corner that
+/// a cut has made from one of what is cut.
 template <Scalar S>
 struct ClipCorner {
   Vec2<S> place;
   std::uint32_t name = 0;
   std::uint32_t edge = 0;
+  bool is_cut = false;
 };
 
 /// A convex polygon, open path of two corners, or single corner that is clipped.
@@ -173,7 +193,8 @@ class ClipPolygon {
       if (is_in == (side[j] >= -tolerance)) continue;
       const S t = std::clamp(side[i] / (side[i] - side[j]), S(0), S(1));
       const Vec2<S> crossing = corners_[i].place + t * (corners_[j].place - corners_[i].place);
-      keep({crossing, mix_unordered(corners_[i].edge, edge), is_in ? edge : corners_[i].edge});
+      keep(
+          {crossing, mix_unordered(corners_[i].edge, edge), is_in ? edge : corners_[i].edge, true});
     }
     corners_ = kept;
     size_ = count;
@@ -349,7 +370,11 @@ void intersect(const HeightField<S>& a, const HeightField<S>& b, S tolerance,
   } else {
     common.cut_by(a.size() == 2 ? b : a, tolerance);
   }
-  for (const ClipCorner<S>& corner : common.corners()) add(corner.place, corner.name);
+  for (const ClipCorner<S>& corner : common.corners()) {
+    // Edges inside a flat face cut what it touches into pieces, which has no corners there.
+    if (corner.is_cut && a.is_inside_face(corner.place, tolerance)) continue;
+    add(corner.place, corner.name);
+  }
 }
 
 /// The manifold of two features in one frame. Empty if they do not meet across the normal.
@@ -398,14 +423,22 @@ template <Scalar S, typename ShapeA, typename ShapeB>
   return {face_a, face_b.transformed(X_AB)};
 }
 
-/// Contact of the two farthest points, wherever they are across the normal.
+/// Contact of the two farthest points. It lies at that of the shape whose face is turned more
+/// against the normal, since all of a face across the normal is as far. Between two edges it lies
+/// halfway.
 template <Scalar S, typename ShapeA, typename ShapeB>
 [[nodiscard]] ContactPoint<S> extreme_contact(const ShapeA& a, const ShapeB& b,
                                               const Transform<S>& X_AB, const Vec3<S>& normal) {
   const Vec3<S> on_a = support_point(a, normal);
   const Vec3<S> on_b =
       X_AB * support_point(b, Vec3<S>(X_AB.rotation.conjugate() * Vec3<S>(-normal)));
-  return {S(0.5) * (on_a + on_b), normal.dot(on_b - on_a), 0};
+  const S gap = normal.dot(on_b - on_a);
+  const FeaturePair<S> features = feature_pair(a, b, X_AB, normal);
+  const Vec3<S> beside_a = on_a + S(0.5) * gap * normal;
+  const Vec3<S> beside_b = on_b - S(0.5) * gap * normal;
+  if (features.a.cosine < features.b.cosine) return {beside_a, gap, 0};
+  if (features.b.cosine < features.a.cosine) return {beside_b, gap, 0};
+  return {S(0.5) * (beside_a + beside_b), gap, 0};
 }
 
 template <Scalar S, typename ShapeA, typename ShapeB>

@@ -324,12 +324,16 @@ class MeshConvexContacts {
     return true;
   }
 
-  /// Contacts of the part of the solid over the plate, along its normal. Empty if there is none.
+  /// Contacts of the part of the solid over the plate, along its normal, that are corners of the
+  /// contact with the whole face. Empty if there is none.
   [[nodiscard]] ContactManifold<P> face_manifold(std::uint32_t i) const {
     const Plate<P> plate = mesh_.plate(i);
     const Vec3<P>& n = plate.normal;
     const ConvexView<P> view = convex_view(plate);
-    const auto features = feature_pair(view, convex_, X_MC_, n);
+    auto features = feature_pair(view, convex_, X_MC_, n);
+    for (std::size_t k = 0; k < features.a.size; ++k) {
+      features.a.is_inner_edge[k] = mesh_.edge(i, k) == SurfaceEdge::flat;
+    }
     const ContactManifold<P> clipped = clip_features(features.a, features.b, n, margin_);
     ContactManifold<P> manifold;
     manifold.normal = n;
@@ -343,10 +347,10 @@ class MeshConvexContacts {
     }
     // Rims of round shapes are clipped as polygons. The deepest point may lie between their
     // corners.
-    const ContactPoint<P> deepest = extreme_contact(view, convex_, X_MC_, n);
-    if (deepest.gap < gap - hair() && is_over(plate, deepest_place(n))) {
+    const P least = lowest_above(plate, n);
+    if (least < gap - hair() && is_over(plate, deepest_place(n))) {
       if (manifold.size == manifold.capacity) --manifold.size;
-      manifold.add({deepest_place(n) - P(0.5) * deepest.gap * n, deepest.gap, 0});
+      manifold.add({deepest_place(n) - P(0.5) * least * n, least, 0});
     }
     return manifold;
   }
@@ -417,11 +421,10 @@ class MeshConvexContacts {
                  });
     }
     if (way_out_ && is_inside) {
-      ContactManifold<P> manifold = face_manifold(*way_out_);
-      if (manifold.size == 0) {
-        const Plate<P> plate = mesh_.plate(*way_out_);
-        manifold.add(extreme_contact(convex_view(plate), convex_, X_MC_, manifold.normal));
-      }
+      const Plate<P> plate = mesh_.plate(*way_out_);
+      ContactManifold<P> manifold =
+          contact_manifold(convex_view(plate), convex_, X_MC_, plate.normal, margin_);
+      manifold.key = mix(mesh_.face_number(*way_out_), 0);
       sink_.add(manifold);
     } else if (deepest_cut_) {
       add_cut(*deepest_cut_);

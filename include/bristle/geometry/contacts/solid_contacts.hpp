@@ -14,8 +14,10 @@
 #include <bristle/math/finite.hpp>
 #include <bristle/math/transform.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
+#include <span>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -42,15 +44,17 @@ bool collide_convex(const ConvexView<P>& a, const ConvexView<P>& b, const Transf
                     P margin, ContactSink<S>& sink) {
   const ContactNormal<P> found = contact_normal<Distance>(a, b, X_AB, margin);
   if (found.nearness != Nearness::near) return found.nearness == Nearness::apart;
-  sink.add(contact_manifold(a, b, X_AB, found.normal, margin));
+  ContactManifold<P> manifold = contact_manifold(a, b, X_AB, found.normal, margin);
   // Rims and sides of round shapes are clipped as polygons and lines. The deepest point may lie
   // between those.
-  if (!sink.reaches(found.gap + Tolerance<P>::equal() * a.reach)) {
-    ContactManifold<P> deepest;
-    deepest.normal = found.normal;
-    deepest.add(extreme_contact(a, b, X_AB, found.normal));
-    sink.add(deepest);
+  const P deep = found.gap + Tolerance<P>::equal() * a.reach;
+  const auto points = std::span(manifold.points).first(manifold.size);
+  if (std::none_of(points.begin(), points.end(), [&](const auto& p) { return p.gap <= deep; })) {
+    sink.add(manifold);
+    manifold.size = 0;
+    manifold.add(extreme_contact(a, b, X_AB, found.normal));
   }
+  sink.add(manifold);
   return true;
 }
 

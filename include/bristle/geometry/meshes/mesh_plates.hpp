@@ -1,12 +1,12 @@
 /// @file
 /// Partition of a closed mesh's surface into convex plates.
 ///
-/// Triangles of one flat face are joined across inner edges, the longest first, as long as the
+/// Triangles of one flat face are joined across inner edges, the longest first, as long as any
 /// union is convex (Hertel and Mehlhorn 1983). So contacts cost the plates of a part, not the
 /// triangles that its export made of them. A curved surface keeps its triangles.
 ///
-/// Each edge of a plate is one edge of the mesh. So each has one neighbour. A plate turns at each
-/// of its corners.
+/// A plate turns at each of its corners. Each of its outer edges is one edge of the mesh and has
+/// one neighbour. An inner edge, which no contact has, may be several in a line.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -57,7 +57,7 @@ class MeshPlates {
   /// [-] Number that all plates of one flat face share, below `face_count()`.
   [[nodiscard]] std::uint32_t face(std::uint32_t i) const { return faces_[i]; }
   [[nodiscard]] std::size_t face_count() const { return face_count_; }
-  /// [-] The plate across edge k, which runs from corner k to the next.
+  /// [-] The plate across edge k, which runs from corner k to the next: of an inner edge the first.
   [[nodiscard]] std::uint32_t neighbour(std::uint32_t i, std::size_t k) const {
     return neighbours_[first_[i] + k];
   }
@@ -95,7 +95,7 @@ template <Scalar S>
 }
 
 /// The triangles of a closed mesh while they are joined to plates. Half-edge 3 t + k runs from
-/// corner k of triangle t to the next.
+/// corner k of triangle t to the next. Those around a plate are linked.
 template <Scalar S>
 class PlateJoin {
  public:
@@ -105,8 +105,12 @@ class PlateJoin {
   /// Corners of each plate by the half-edges that start there. Empty for a triangle that has joined
   /// another.
   [[nodiscard]] std::span<const DynamicArray<std::uint32_t>> outlines() const { return outlines_; }
-  /// [-] The outline that a half-edge belongs to.
-  [[nodiscard]] std::uint32_t owner(std::uint32_t half_edge) const { return owners_[half_edge]; }
+  /// [-] The outline of the plate that a half-edge belongs to.
+  [[nodiscard]] std::uint32_t owner(std::uint32_t half_edge) const {
+    std::uint32_t plate = half_edge / 3;
+    while (joined_to_[plate] != plate) plate = joined_to_[plate];
+    return plate;
+  }
   [[nodiscard]] std::uint32_t twin(std::uint32_t half_edge) const { return twins_[half_edge]; }
   [[nodiscard]] SurfaceEdge edge(std::uint32_t half_edge) const { return edges_[half_edge]; }
   [[nodiscard]] const Vec3<S>& start(std::uint32_t half_edge) const { return starts_[half_edge]; }
@@ -129,8 +133,13 @@ class PlateJoin {
   void find_edges();
   void find_faces();
   void join();
-  [[nodiscard]] DynamicArray<std::uint32_t> joined_across(std::uint32_t half_edge) const;
+  [[nodiscard]] bool try_join(std::uint32_t side);
   [[nodiscard]] bool is_plate(std::span<const std::uint32_t> outline) const;
+  [[nodiscard]] bool is_straight(std::span<const std::uint32_t> outline, std::size_t corner) const;
+  void link(std::uint32_t half_edge, std::uint32_t next) {
+    next_[half_edge] = next;
+    previous_[next] = half_edge;
+  }
 
   DynamicArray<std::array<std::uint32_t, 3>> triangles_;  // Vertex numbers.
   DynamicArray<Vec3<S>> starts_;
@@ -140,7 +149,13 @@ class PlateJoin {
   DynamicArray<std::uint32_t> faces_;  // By triangle.
   std::size_t face_count_ = 0;
   DynamicArray<DynamicArray<std::uint32_t>> outlines_;
-  DynamicArray<std::uint32_t> owners_;
+  // By triangle: one that it has joined, or itself. Chains are short, since it is the larger plate
+  // that stays.
+  DynamicArray<std::uint32_t> joined_to_;
+  DynamicArray<std::uint32_t> sizes_;     // Triangles of each plate.
+  DynamicArray<std::uint32_t> next_;      // Around the plate.
+  DynamicArray<std::uint32_t> previous_;  // Around the plate.
+  DynamicArray<bool> is_corner_;          // Where the half-edge starts.
   S hair_;  // [m] Round-off of a mesh that was written in single precision.
 };
 
@@ -153,11 +168,15 @@ PlateJoin<S>::PlateJoin(const Tree& tree) {
   for (std::uint32_t t = 0; t < count; ++t) {
     const auto corners = tree.corners(t);
     triangles_.push_back(tree.vertex_numbers(t));
-    for (const auto& corner : corners) {
-      starts_.push_back(corner.template cast<S>());
-      owners_.push_back(t);
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      starts_.push_back(corners[k].template cast<S>());
+      next_.push_back(3 * t + (k + 1) % 3);
+      previous_.push_back(3 * t + (k + 2) % 3);
+      is_corner_.push_back(true);
     }
     outlines_.push_back({3 * t, 3 * t + 1, 3 * t + 2});
+    joined_to_.push_back(t);
+    sizes_.push_back(1);
     normals_.push_back(normal(outlines_.back()));
   }
   find_edges();
@@ -219,47 +238,102 @@ void PlateJoin<S>::join() {
   DynamicArray<Inner> inner;
   for (std::uint32_t h = 0; h < twins_.size(); ++h) {
     const std::uint32_t t = twins_[h];
-    if (h > t || edges_[h] != SurfaceEdge::flat || faces_[h / 3] != faces_[t / 3]) continue;
+    if (h > t) continue;
     inner.push_back({(starts_[t] - starts_[h]).squaredNorm(), h});
   }
   std::sort(inner.begin(), inner.end(), [](const Inner& a, const Inner& b) {
     return std::tie(b.length2, a.half_edge) < std::tie(a.length2, b.half_edge);
   });
+  DynamicArray<std::uint32_t> sides;
   for (const Inner& at : inner) {
-    const std::uint32_t stays = owners_[at.half_edge];
-    const std::uint32_t goes = owners_[twins_[at.half_edge]];
-    if (stays == goes) continue;
-    DynamicArray<std::uint32_t> outline = joined_across(at.half_edge);
-    if (!is_plate(outline)) continue;
-    for (const std::uint32_t h : outlines_[goes]) owners_[h] = stays;
-    outlines_[goes].clear();
-    outlines_[stays] = std::move(outline);
+    sides.push_back(at.half_edge);
+    sides.push_back(twins_[at.half_edge]);
+  }
+  // What did not fit at first may do so beside a plate that has grown. Each round but the last
+  // joins two plates at least.
+  DynamicArray<std::uint32_t> grown;
+  while (!sides.empty()) {
+    grown.clear();
+    for (const std::uint32_t side : sides) {
+      if (is_corner_[side] && try_join(side)) grown.push_back(owner(twins_[side]));
+    }
+    std::sort(grown.begin(), grown.end());
+    grown.erase(std::unique(grown.begin(), grown.end()), grown.end());
+    sides.clear();
+    for (const std::uint32_t plate : grown) {
+      for (const std::uint32_t h : outlines_[plate]) sides.push_back(h);
+    }
   }
 }
 
-/// The outline of two plates without the edges between them.
+/// Joins two plates along a side, unless that makes no plate.
+///
+/// A convex union has a whole side of each as common line: elsewhere a side of the one would meet
+/// the other at a hollow corner.
+/// @param side  Half-edge that starts at the corner where the side begins.
 template <Scalar S>
-DynamicArray<std::uint32_t> PlateJoin<S>::joined_across(std::uint32_t half_edge) const {
+bool PlateJoin<S>::try_join(std::uint32_t side) {
+  const std::uint32_t other_last = twins_[side];
+  if (edges_[side] != SurfaceEdge::flat || faces_[side / 3] != faces_[other_last / 3] ||
+      !is_corner_[next_[other_last]]) {
+    return false;
+  }
+  std::uint32_t last = side;
+  while (!is_corner_[next_[last]]) {
+    if (is_corner_[twins_[last]] || twins_[next_[last]] != previous_[twins_[last]]) return false;
+    last = next_[last];
+  }
+  const std::uint32_t other_side = twins_[last];
+  if (!is_corner_[other_side]) return false;
+  const std::array<std::uint32_t, 2> plates{owner(side), owner(other_side)};
+
   DynamicArray<std::uint32_t> outline;
-  for (const std::uint32_t h : {half_edge, twins_[half_edge]}) {
-    const DynamicArray<std::uint32_t>& from = outlines_[owners_[h]];
+  for (const std::uint32_t h : {side, other_side}) {
+    const DynamicArray<std::uint32_t>& from = outlines_[owner(h)];
     const auto place = std::find(from.begin(), from.end(), h);
-    // Both begin behind the common edge.
+    // Both begin behind the common side.
     for (auto it = place + 1; it != from.end(); ++it) outline.push_back(*it);
     for (auto it = from.begin(); it != place; ++it) outline.push_back(*it);
   }
-  // Beside the common edge there may be more.
-  for (std::size_t k = 0; outline.size() > 2 && k < outline.size();) {
-    const std::size_t next = (k + 1) % outline.size();
-    if (outline[next] != twins_[outline[k]]) {
-      ++k;
-      continue;
-    }
-    outline.erase(outline.begin() + static_cast<std::ptrdiff_t>(std::max(k, next)));
-    outline.erase(outline.begin() + static_cast<std::ptrdiff_t>(std::min(k, next)));
-    k = 0;
+  // Where the common side ends the outline may be straight. An inner edge has no corner there.
+  const std::array<std::pair<std::uint32_t, std::uint32_t>, 2> ends{
+      std::pair{previous_[other_side], next_[last]}, std::pair{previous_[side], next_[other_last]}};
+  std::array<bool, 2> are_straight{};
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto [before, after] = ends[i];
+    if (edges_[before] != SurfaceEdge::flat || edges_[after] != SurfaceEdge::flat) continue;
+    const auto place = std::find(outline.begin(), outline.end(), after);
+    are_straight[i] = is_straight(outline, static_cast<std::size_t>(place - outline.begin()));
+    if (are_straight[i]) outline.erase(place);
   }
-  return outline;
+  if (!is_plate(outline)) return false;
+
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto [before, after] = ends[i];
+    link(before, after);
+    if (are_straight[i]) is_corner_[after] = false;
+  }
+  // Inside a plate there are no sides to try again.
+  is_corner_[side] = is_corner_[other_side] = false;
+  const bool is_first_larger = sizes_[plates[0]] >= sizes_[plates[1]];
+  const std::uint32_t stays = plates[is_first_larger ? 0 : 1];
+  const std::uint32_t goes = plates[is_first_larger ? 1 : 0];
+  joined_to_[goes] = stays;
+  sizes_[stays] += sizes_[goes];
+  outlines_[goes].clear();
+  outlines_[stays] = std::move(outline);
+  return true;
+}
+
+/// Returns whether an outline goes straight on at a corner, to round-off.
+template <Scalar S>
+bool PlateJoin<S>::is_straight(std::span<const std::uint32_t> outline, std::size_t corner) const {
+  const std::size_t count = outline.size();
+  const Vec3<S>& before = start(outline[(corner + count - 1) % count]);
+  const Vec3<S>& after = start(outline[(corner + 1) % count]);
+  const Vec3<S> in = start(outline[corner]) - before;
+  const Vec3<S> out = after - start(outline[corner]);
+  return in.cross(out).norm() <= hair_ * (after - before).norm() && in.dot(out) > S(0);
 }
 
 /// Returns whether an outline is that of a flat plate that turns the same way at every corner. Then

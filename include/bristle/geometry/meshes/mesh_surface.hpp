@@ -79,6 +79,10 @@ class MeshSurface {
   }
   /// [1] Outward unit normal of a plate.
   [[nodiscard]] const Vec3<S>& normal(std::uint32_t plate) const { return plates_.normal(plate); }
+  /// Shape of the solid at edge k of a plate, which runs from corner k to the next.
+  [[nodiscard]] SurfaceEdge edge(std::uint32_t plate, std::size_t k) const {
+    return plates_.edge(plate, k);
+  }
   /// [-] Number that all plates of one flat face share.
   [[nodiscard]] std::uint32_t face_number(std::uint32_t plate) const { return plates_.face(plate); }
   /// The flat face of a plate as a convex whole. It has the corners of the face, its normal and

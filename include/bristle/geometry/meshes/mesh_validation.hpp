@@ -70,6 +70,7 @@ struct EdgeUse {
   [[nodiscard]] bool is_same_edge(const EdgeUse& other) const {
     return low == other.low && high == other.high;
   }
+  [[nodiscard]] std::string text() const { return "edge " + to_tuple_text(std::array{low, high}); }
 };
 
 /// All passages through the edges of triangles. Those of one edge are adjacent, and edges ascend.
@@ -90,31 +91,40 @@ struct EdgeUse {
   return uses;
 }
 
-/// Throws unless every edge is passed exactly once in each direction.
-inline void require_closed(const DynamicArray<EdgeUse>& uses) {
+/// Returns the passages through edges that only one triangle has, ascending. Throws unless every
+/// edge is passed at most once in each direction.
+/// @param uses  Those of `sorted_edges`.
+[[nodiscard]] inline DynamicArray<EdgeUse> border_edges(const DynamicArray<EdgeUse>& uses) {
+  DynamicArray<EdgeUse> borders;
   for (std::size_t i = 0; i < uses.size();) {
     std::size_t end = i + 1;
     while (end < uses.size() && uses[end].is_same_edge(uses[i])) ++end;
     const EdgeUse& use = uses[i];
-    const std::string edge = "edge " + to_tuple_text(std::array{use.low, use.high});
-    if (end - i == 1) {
-      raise_triangle(use.triangle, edge,
-                     "must be closed, but no other triangle shares this edge (open mesh; are "
-                     "vertices repeated? see weld)");
-    }
     if (end - i > 2) {
       raise_triangle(
-          use.triangle, edge,
+          use.triangle, use.text(),
           "must be manifold, but " + std::to_string(end - i) + " triangles share this edge");
     }
-    if (use.is_ascending == uses[i + 1].is_ascending) {
-      raise_triangle(use.triangle, edge,
+    if (end - i == 1) {
+      borders.push_back(use);
+    } else if (use.is_ascending == uses[i + 1].is_ascending) {
+      raise_triangle(use.triangle, use.text(),
                      "must be wound consistently, but triangle " +
                          std::to_string(uses[i + 1].triangle) +
                          " runs through this edge in the same direction");
     }
     i = end;
   }
+  return borders;
+}
+
+/// Throws unless every edge is passed exactly once in each direction.
+inline void require_closed(const DynamicArray<EdgeUse>& uses) {
+  const DynamicArray<EdgeUse> borders = border_edges(uses);
+  if (borders.empty()) return;
+  raise_triangle(borders.front().triangle, borders.front().text(),
+                 "must be closed, but no other triangle shares this edge (open mesh; are "
+                 "vertices repeated? see weld, or extruded_mesh for terrain)");
 }
 
 }  // namespace detail

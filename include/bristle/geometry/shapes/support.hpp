@@ -35,6 +35,8 @@ struct SupportFeature {
   S cosine = S(0);
   /// True if the corners are samples of a curve.
   bool is_round = false;
+  /// [-] For each corner of a polygon, true if its edge to the next is inside a larger flat face.
+  std::array<bool, capacity> is_inner_edge{};
 
   [[nodiscard]] bool is_polygon() const { return size >= 3; }
   void add(const Vec3<S>& point, std::uint32_t id) {
