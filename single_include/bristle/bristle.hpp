@@ -22664,7 +22664,7 @@ class PlateJoin {
   void find_edges();
   void find_faces();
   void join();
-  [[nodiscard]] bool try_join(std::uint32_t side);
+  bool try_join(std::uint32_t side);
   [[nodiscard]] bool is_plate(std::span<const std::uint32_t> outline) const;
   [[nodiscard]] bool is_straight(std::span<const std::uint32_t> outline, std::size_t corner) const;
   void link(std::uint32_t half_edge, std::uint32_t next) {
@@ -22763,52 +22763,33 @@ void PlateJoin<S>::find_faces() {
 template <Scalar S>
 void PlateJoin<S>::join() {
   struct Inner {
-    S length2;
+    float length2;  // Lengths that differ by rounding are equal: their order would be any.
     std::uint32_t half_edge;
   };
   DynamicArray<Inner> inner;
   for (std::uint32_t h = 0; h < twins_.size(); ++h) {
     const std::uint32_t t = twins_[h];
-    if (h > t) continue;
-    inner.push_back({(starts_[t] - starts_[h]).squaredNorm(), h});
+    if (h > t || edges_[h] != SurfaceEdge::flat || faces_[h / 3] != faces_[t / 3]) continue;
+    inner.push_back({static_cast<float>((starts_[t] - starts_[h]).squaredNorm()), h});
   }
   std::sort(inner.begin(), inner.end(), [](const Inner& a, const Inner& b) {
     return std::tie(b.length2, a.half_edge) < std::tie(a.length2, b.half_edge);
   });
-  DynamicArray<std::uint32_t> sides;
   for (const Inner& at : inner) {
-    sides.push_back(at.half_edge);
-    sides.push_back(twins_[at.half_edge]);
-  }
-  // What did not fit at first may do so beside a plate that has grown. Each round but the last
-  // joins two plates at least.
-  DynamicArray<std::uint32_t> grown;
-  while (!sides.empty()) {
-    grown.clear();
-    for (const std::uint32_t side : sides) {
-      if (is_corner_[side] && try_join(side)) grown.push_back(owner(twins_[side]));
-    }
-    std::sort(grown.begin(), grown.end());
-    grown.erase(std::unique(grown.begin(), grown.end()), grown.end());
-    sides.clear();
-    for (const std::uint32_t plate : grown) {
-      for (const std::uint32_t h : outlines_[plate]) sides.push_back(h);
-    }
+    // One of the two starts at the corner where a side begins, if the edge is one of a side's ends.
+    if (!try_join(at.half_edge)) try_join(twins_[at.half_edge]);
   }
 }
 
-/// Joins two plates along a side, unless that makes no plate.
+/// Joins two plates along a side, unless that makes no plate. Returns whether it has.
 ///
 /// A convex union has a whole side of each as common line: elsewhere a side of the one would meet
 /// the other at a hollow corner.
-/// @param side  Half-edge that starts at the corner where the side begins.
+/// @param side  Half-edge at which the side begins.
 template <Scalar S>
 bool PlateJoin<S>::try_join(std::uint32_t side) {
   const std::uint32_t other_last = twins_[side];
-  if (edges_[side] != SurfaceEdge::flat || faces_[side / 3] != faces_[other_last / 3] ||
-      !is_corner_[next_[other_last]]) {
-    return false;
-  }
+  if (!is_corner_[side] || !is_corner_[next_[other_last]]) return false;
   std::uint32_t last = side;
   while (!is_corner_[next_[last]]) {
     if (is_corner_[twins_[last]] || twins_[next_[last]] != previous_[twins_[last]]) return false;
@@ -22844,7 +22825,7 @@ bool PlateJoin<S>::try_join(std::uint32_t side) {
     link(before, after);
     if (are_straight[i]) is_corner_[after] = false;
   }
-  // Inside a plate there are no sides to try again.
+  // Inside a plate there are no sides to try.
   is_corner_[side] = is_corner_[other_side] = false;
   const bool is_first_larger = sizes_[plates[0]] >= sizes_[plates[1]];
   const std::uint32_t stays = plates[is_first_larger ? 0 : 1];

@@ -6,6 +6,7 @@
 #include <bristle/geometry/meshes/mesh_plates.hpp>
 #include <bristle/geometry/meshes/mesh_shapes.hpp>
 #include <bristle/geometry/meshes/mesh_tree.hpp>
+#include <bristle/geometry/meshes/terrain.hpp>
 
 #include <doctest/doctest.h>
 
@@ -199,13 +200,28 @@ TEST_CASE("MeshPlates: a side of a box is one plate, and a curved surface keeps 
 // Only along the rim of a face does each edge need a plate. Two squares of a rim that meet at a
 // straight corner are two plates.
 TEST_CASE("MeshPlates: a flat face that is meshed finely has plates in proportion to its rim") {
-  const auto count = [](int n) {
-    const MeshTree<double> tree(tiled_box({0.1, 0.2, 0.3}, n));
+  const auto count_of = [](const TriangleMesh<double>& mesh) {
+    const MeshTree<double> tree(mesh);
     return static_cast<int>(MeshPlates<double>(tree).size());
   };
   for (const int n : {5, 10, 20, 40}) {
     CAPTURE(n);
-    CHECK(count(n) <= 6 * 4 * n);
+    CHECK(count_of(tiled_box({0.1, 0.2, 0.3}, n)) <= 6 * 4 * n);
+  }
+}
+
+// Turned, lengths that are equal differ by rounding. Tried in that order, edges left thousands.
+TEST_CASE("MeshPlates: a turned face has as few plates as one along the axes") {
+  const Quat<double> turn(Eigen::AngleAxisd(0.3, Vec3<double>(1, 2, 3).normalized()));
+  for (const std::uint32_t n : {16u, 32u, 64u}) {
+    CAPTURE(n);
+    TriangleMesh<double> mesh =
+        extruded_mesh<double>(grid_mesh<double>({1, 1}, {n, n}), {0, 0, -0.5});
+    const MeshTree<double> tree(mesh);
+    for (Vec3<double>& v : mesh.vertices) v = turn * v;
+    const MeshTree<double> turned(mesh);
+    CHECK(MeshPlates<double>(tree).size() <= 10 * n);
+    CHECK(MeshPlates<double>(turned).size() == MeshPlates<double>(tree).size());
   }
 }
 
