@@ -4697,12 +4697,13 @@ template <Scalar S>
 ///
 /// @param surface  Every triangle faces against the offset, so that the ground lies behind it.
 ///                 Holes and several pieces are fine. Vertices that repeat along seams leave walls
-///                 inside: see `weld`.
+///                 inside: see `weld`. No line along the offset may meet the surface twice within
+///                 the offset's length; this is not checked.
 /// @param offset   [m] From the surface into the ground, say (0, 0, -0.5): how thick the ground is.
-///                 It should be more than what a fast body passes in two steps.
 /// @throws InvalidArgument that names the first triangle that faces along the offset or is
 ///         degenerate, an edge of more than two triangles or of two that are wound differently, a
-///         surface that is none (`validate_surface`), or an offset that is not finite.
+///         vertex where two borders meet, a surface that is none (`validate_surface`), or an offset
+///         that is not finite or 0.
 template <Scalar S>
 [[nodiscard]] TriangleMesh<S> extruded_mesh(const TriangleMesh<S>& surface, const Vec3<S>& offset);
 
@@ -4712,10 +4713,10 @@ template <Scalar S>
 TriangleMesh<S> height_field_mesh(const detail::Vec2<S>& size,
                                   const std::array<std::uint32_t, 2>& cells,
                                   std::span<const S> heights) {
+  const std::size_t corners = (std::size_t(cells[0]) + 1) * (std::size_t(cells[1]) + 1);
+  detail::require(heights.size() == corners, "height_field_mesh: heights.size()", heights.size(),
+                  "must be " + std::to_string(corners) + ", one for each corner of a cell");
   TriangleMesh<S> mesh = grid_mesh(size, cells);
-  detail::require(
-      heights.size() == mesh.vertices.size(), "height_field_mesh: heights.size()", heights.size(),
-      "must be " + std::to_string(mesh.vertices.size()) + ", one for each corner of a cell");
   for (std::size_t v = 0; v < heights.size(); ++v) {
     detail::require_finite("height_field_mesh: heights[" + std::to_string(v) + "]", heights[v]);
     mesh.vertices[v].z() = heights[v];
@@ -4726,10 +4727,11 @@ TriangleMesh<S> height_field_mesh(const detail::Vec2<S>& size,
 template <Scalar S>
 TriangleMesh<S> extruded_mesh(const TriangleMesh<S>& surface, const Vec3<S>& offset) {
   detail::require_all_finite("extruded_mesh: offset", offset);
+  detail::require(offset.stableNorm() > S(0), "extruded_mesh: offset", S(0), "must not be 0");
   validate_surface(surface);
   const Vec3<S> up = -offset.stableNormalized();
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    // A triangle without a normal fails, too, and so do all for an offset of length 0.
+    // A triangle without a normal fails, too.
     if (triangle_normal(surface, t).dot(up) > detail::Tolerance<S>::round_off()) continue;
     detail::raise_triangle(t, detail::to_tuple_text(surface.triangles[t]),
                            "must face against the offset " + detail::to_tuple_text(offset));
@@ -20483,10 +20485,12 @@ void intersect(const HeightField<S>& a, const HeightField<S>& b, S tolerance,
 }
 
 /// The manifold of two features in one frame. Empty if they do not meet across the normal.
+/// @param uncertainty  [m] How far the features' corners may be from their places across the
+/// normal.
 template <Scalar S>
 [[nodiscard]] ContactManifold<S> clip_features(const SupportFeature<S>& a,
                                                const SupportFeature<S>& b, const Vec3<S>& normal,
-                                               S margin) {
+                                               S margin, S uncertainty = S(0)) {
   Vec3<S> t1;
   Vec3<S> t2;
   tangent_basis(normal, t1, t2);
@@ -20494,7 +20498,7 @@ template <Scalar S>
   const HeightField<S> field_b(b, t1, t2, normal, 2);
   const S extent = std::max(field_a.extent(), field_b.extent());
   ClipContacts<S> contacts(margin, extent);
-  intersect(field_a, field_b, Tolerance<S>::equal() * extent, contacts);
+  intersect(field_a, field_b, std::max(Tolerance<S>::equal() * extent, uncertainty), contacts);
   contacts.thin(a.is_round || b.is_round ? 4 : ContactManifold<S>::capacity);
 
   ContactManifold<S> manifold;
@@ -20529,8 +20533,8 @@ template <Scalar S, typename ShapeA, typename ShapeB>
 }
 
 /// Contact of the two farthest points. It lies at that of the shape whose face is turned more
-/// against the normal, since all of a face across the normal is as far. Between two edges it lies
-/// halfway.
+/// against the normal, since all of a face across the normal is as far. Between two edges, or faces
+/// that are turned alike, it lies halfway.
 template <Scalar S, typename ShapeA, typename ShapeB>
 [[nodiscard]] ContactPoint<S> extreme_contact(const ShapeA& a, const ShapeB& b,
                                               const Transform<S>& X_AB, const Vec3<S>& normal) {
@@ -22539,7 +22543,7 @@ class ContactSink {
 /// @file
 /// Partition of a closed mesh's surface into convex plates.
 ///
-/// Triangles of one flat face are joined across inner edges, the longest first, as long as any
+/// Triangles of one flat face are joined across inner edges, the longest first, as long as the
 /// union is convex (Hertel and Mehlhorn 1983). So contacts cost the plates of a part, not the
 /// triangles that its export made of them. A curved surface keeps its triangles.
 ///
@@ -22576,7 +22580,7 @@ class MeshPlates {
   /// [-] Number of plates.
   [[nodiscard]] std::size_t size() const { return normals_.size(); }
   /// Returns a plate. Its names are vertex numbers of the mesh. So neighbours have the same names
-  /// for common corners and edges.
+  /// for common outer edges.
   [[nodiscard]] Plate<S> plate(std::uint32_t i) const {
     const std::size_t first = first_[i];
     const std::size_t count = first_[i + 1] - first;
@@ -22595,6 +22599,14 @@ class MeshPlates {
   [[nodiscard]] SurfaceEdge edge(std::uint32_t i, std::size_t k) const {
     return edges_[first_[i] + k];
   }
+  /// Returns whether edge k is inside a flat face. Flat edges may also lie between two faces: those
+  /// of a surface that is curved so little that each of its edges is flat.
+  [[nodiscard]] bool is_inner_edge(std::uint32_t i, std::size_t k) const {
+    return edge(i, k) == SurfaceEdge::flat && face(neighbour(i, k)) == face(i);
+  }
+  /// [m] Round-off of the corners: those of a plate are in its plane, and its inner edges straight,
+  /// to this much.
+  [[nodiscard]] S hair() const { return hair_; }
 
  private:
   DynamicArray<std::uint32_t> first_;  // Of the corners of each plate, and of the end.
@@ -22605,6 +22617,7 @@ class MeshPlates {
   DynamicArray<Vec3<S>> normals_;
   DynamicArray<std::uint32_t> faces_;
   std::size_t face_count_ = 0;
+  S hair_ = S(0);
 };
 
 // Implementation ----------------------------------------------------------------------------------
@@ -22650,6 +22663,7 @@ class PlateJoin {
   }
   [[nodiscard]] std::uint32_t face(std::uint32_t triangle) const { return faces_[triangle]; }
   [[nodiscard]] std::size_t face_count() const { return face_count_; }
+  [[nodiscard]] S hair() const { return hair_; }
   /// [1] Unit normal of an outline: that of its area.
   [[nodiscard]] Vec3<S> normal(std::span<const std::uint32_t> outline) const {
     Vec3<S> area = zero<Vec3<S>>();
@@ -22665,6 +22679,10 @@ class PlateJoin {
   void find_faces();
   void join();
   bool try_join(std::uint32_t side);
+  [[nodiscard]] bool is_inner_edge(std::uint32_t half_edge) const {
+    return edges_[half_edge] == SurfaceEdge::flat &&
+           faces_[half_edge / 3] == faces_[twins_[half_edge] / 3];
+  }
   [[nodiscard]] bool is_plate(std::span<const std::uint32_t> outline) const;
   [[nodiscard]] bool is_straight(std::span<const std::uint32_t> outline, std::size_t corner) const;
   void link(std::uint32_t half_edge, std::uint32_t next) {
@@ -22763,17 +22781,25 @@ void PlateJoin<S>::find_faces() {
 template <Scalar S>
 void PlateJoin<S>::join() {
   struct Inner {
-    float length2;  // Lengths that differ by rounding are equal: their order would be any.
+    S length;            // [m]
+    std::uint32_t rank;  // By length, the same for those that are equal.
     std::uint32_t half_edge;
   };
   DynamicArray<Inner> inner;
   for (std::uint32_t h = 0; h < twins_.size(); ++h) {
     const std::uint32_t t = twins_[h];
-    if (h > t || edges_[h] != SurfaceEdge::flat || faces_[h / 3] != faces_[t / 3]) continue;
-    inner.push_back({static_cast<float>((starts_[t] - starts_[h]).squaredNorm()), h});
+    if (h < t && is_inner_edge(h)) inner.push_back({(starts_[t] - starts_[h]).norm(), 0, h});
   }
   std::sort(inner.begin(), inner.end(), [](const Inner& a, const Inner& b) {
-    return std::tie(b.length2, a.half_edge) < std::tie(a.length2, b.half_edge);
+    return std::tie(b.length, a.half_edge) < std::tie(a.length, b.half_edge);
+  });
+  // Lengths that are equal to round-off would come in any order.
+  for (std::size_t i = 1, longest = 0; i < inner.size(); ++i) {
+    if (inner[longest].length - inner[i].length > S(4) * hair_) longest = i;
+    inner[i].rank = static_cast<std::uint32_t>(longest);
+  }
+  std::sort(inner.begin(), inner.end(), [](const Inner& a, const Inner& b) {
+    return std::tie(a.rank, a.half_edge) < std::tie(b.rank, b.half_edge);
   });
   for (const Inner& at : inner) {
     // One of the two starts at the corner where a side begins, if the edge is one of a side's ends.
@@ -22813,7 +22839,7 @@ bool PlateJoin<S>::try_join(std::uint32_t side) {
   std::array<bool, 2> are_straight{};
   for (std::size_t i = 0; i < 2; ++i) {
     const auto [before, after] = ends[i];
-    if (edges_[before] != SurfaceEdge::flat || edges_[after] != SurfaceEdge::flat) continue;
+    if (!is_inner_edge(before) || !is_inner_edge(after)) continue;
     const auto place = std::find(outline.begin(), outline.end(), after);
     are_straight[i] = is_straight(outline, static_cast<std::size_t>(place - outline.begin()));
     if (are_straight[i]) outline.erase(place);
@@ -22850,7 +22876,7 @@ bool PlateJoin<S>::is_straight(std::span<const std::uint32_t> outline, std::size
 
 /// Returns whether an outline is that of a flat plate that turns the same way at every corner. Then
 /// all of it is behind each of its edges. It must not be straight at a corner, either: a contact
-/// along a straight side takes one edge, and each edge is that of one plate on each side.
+/// along a straight side takes one edge, and each outer edge is that of one plate on each side.
 template <Scalar S>
 bool PlateJoin<S>::is_plate(std::span<const std::uint32_t> outline) const {
   using std::abs;
@@ -22893,6 +22919,7 @@ MeshPlates<S>::MeshPlates(const Tree& tree) {
     faces_.push_back(join.face(t));
   }
   face_count_ = join.face_count();
+  hair_ = join.hair();
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -22943,7 +22970,7 @@ class MeshSurface {
   /// [-] Number of plates.
   [[nodiscard]] std::size_t size() const { return plates_.size(); }
   /// Returns a plate. Its names are vertex numbers of the mesh. So neighbours have the same names
-  /// for common corners and edges.
+  /// for common outer edges.
   [[nodiscard]] Plate<S> plate(std::uint32_t i) const { return plates_.plate(i); }
   /// [m] Box around all plates.
   [[nodiscard]] Aabb<S> bounds() const { return tree_.root_box(); }
@@ -22969,10 +22996,13 @@ class MeshSurface {
   }
   /// [1] Outward unit normal of a plate.
   [[nodiscard]] const Vec3<S>& normal(std::uint32_t plate) const { return plates_.normal(plate); }
-  /// Shape of the solid at edge k of a plate, which runs from corner k to the next.
-  [[nodiscard]] SurfaceEdge edge(std::uint32_t plate, std::size_t k) const {
-    return plates_.edge(plate, k);
+  /// Returns whether edge k of a plate, which runs from corner k to the next, is inside a flat
+  /// face.
+  [[nodiscard]] bool is_inner_edge(std::uint32_t plate, std::size_t k) const {
+    return plates_.is_inner_edge(plate, k);
   }
+  /// [m] Round-off of the plates. Between two of a face there may be as much.
+  [[nodiscard]] S hair() const { return plates_.hair(); }
   /// [-] Number that all plates of one flat face share.
   [[nodiscard]] std::uint32_t face_number(std::uint32_t plate) const { return plates_.face(plate); }
   /// The flat face of a plate as a convex whole. It has the corners of the face, its normal and
@@ -23446,9 +23476,10 @@ class MeshConvexContacts {
     const ConvexView<P> view = convex_view(plate);
     auto features = feature_pair(view, convex_, X_MC_, n);
     for (std::size_t k = 0; k < features.a.size; ++k) {
-      features.a.is_inner_edge[k] = mesh_.edge(i, k) == SurfaceEdge::flat;
+      features.a.is_inner_edge[k] = mesh_.is_inner_edge(i, k);
     }
-    const ContactManifold<P> clipped = clip_features(features.a, features.b, n, margin_);
+    const ContactManifold<P> clipped =
+        clip_features(features.a, features.b, n, margin_, P(2) * mesh_.hair());
     ContactManifold<P> manifold;
     manifold.normal = n;
     manifold.key = mix(mesh_.face_number(i), 0);
@@ -23498,11 +23529,13 @@ class MeshConvexContacts {
   }
 
   /// Returns whether a point is above or below a plate. Its edges and a hair beyond are included.
-  [[nodiscard]] static bool is_over(const Plate<P>& plate, const Vec3<P>& point) {
+  [[nodiscard]] bool is_over(const Plate<P>& plate, const Vec3<P>& point) const {
     for (std::size_t k = 0; k < plate.corners.size(); ++k) {
       const Vec3<P> edge = edge_of(plate, k);
       const P beside = edge.cross(point - plate.corners[k]).dot(plate.normal);
-      if (beside < -Tolerance<P>::equal() * edge.squaredNorm()) return false;
+      const P length = edge.norm();
+      const P hair = std::max(Tolerance<P>::equal() * length, P(2) * mesh_.hair());
+      if (beside < -hair * length) return false;
     }
     return true;
   }

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/pinch.hpp"
 #include "support/pinch_checks.hpp"
+#include "support/random.hpp"
 #include "support/relative.hpp"
 
 #include <bristle/hosts/mujoco_host.hpp>
@@ -14,6 +15,7 @@
 #include <cstdint>
 #include <cstring>
 #include <memory>
+#include <numbers>
 #include <string>
 
 using namespace bristle;
@@ -66,18 +68,24 @@ std::string pinch_xml(const PinchDef& def) {
          "</mujoco>";
 }
 
+using Model = std::unique_ptr<mjModel, decltype(&mj_deleteModel)>;
+using Data = std::unique_ptr<mjData, decltype(&mj_deleteData)>;
+
+Model model_of(const std::string& xml) {
+  auto files = std::make_unique<mjVFS>();
+  mj_defaultVFS(files.get());
+  REQUIRE(mj_makeEmptyFileVFS(files.get(), "model.xml", static_cast<int>(xml.size() + 1)) == 0);
+  std::memcpy(files->filedata[0], xml.c_str(), xml.size() + 1);
+  char error[500] = "";
+  Model model(mj_loadXML("model.xml", files.get(), error, sizeof(error)), mj_deleteModel);
+  mj_deleteVFS(files.get());
+  REQUIRE_MESSAGE(model != nullptr, error);
+  return model;
+}
+
 class MujocoPinch : public Pinch {
  public:
-  explicit MujocoPinch(const PinchDef& d) : Pinch(d) {
-    const std::string xml = pinch_xml(def);
-    auto files = std::make_unique<mjVFS>();
-    mj_defaultVFS(files.get());
-    REQUIRE(mj_makeEmptyFileVFS(files.get(), "pinch.xml", static_cast<int>(xml.size() + 1)) == 0);
-    std::memcpy(files->filedata[0], xml.c_str(), xml.size() + 1);
-    char error[500] = "";
-    model.reset(mj_loadXML("pinch.xml", files.get(), error, sizeof(error)));
-    mj_deleteVFS(files.get());
-    REQUIRE_MESSAGE(model != nullptr, error);
+  explicit MujocoPinch(const PinchDef& d) : Pinch(d), model(model_of(pinch_xml(def))) {
     model->opt.timestep = def.dt;
     data.reset(mj_makeData(model.get()));
     part_number = mj_name2id(model.get(), mjOBJ_BODY, "part");
@@ -116,8 +124,8 @@ class MujocoPinch : public Pinch {
     mj_kinematics(model.get(), data.get());
   }
 
-  std::unique_ptr<mjModel, decltype(&mj_deleteModel)> model{nullptr, mj_deleteModel};
-  std::unique_ptr<mjData, decltype(&mj_deleteData)> data{nullptr, mj_deleteData};
+  Model model;
+  Data data{nullptr, mj_deleteData};
   std::unique_ptr<MujocoHost<>> host;
   int part_number = 0;
 
@@ -187,4 +195,41 @@ TEST_CASE("MuJoCo: a body is let go, and mirrored again") {
   (void)pinch.host->mirror("part");
   pinch.run(0.1);
   CHECK(pinch.reading(0).touching() == 36);
+}
+
+// MuJoCo's own rays tell where the surface is. Heights are at least 0 there.
+TEST_CASE("MuJoCo: a height field is seen where MuJoCo's rays meet it") {
+  const std::string xml =
+      "<mujoco><asset><hfield name=\"field\" nrow=\"9\" ncol=\"13\" size=\"0.6 0.4 0.2 0.1\"/>"
+      "</asset><worldbody><body name=\"ground\" pos=\"0.1 -0.2 0.3\" euler=\"0 0 30\">"
+      "<geom type=\"hfield\" hfield=\"field\"/></body></worldbody></mujoco>";
+  const Model model = model_of(xml);
+  const auto field = [](double x, double y) {
+    return 0.6 + 0.3 * x - 0.2 * y + 0.1 * std::sin(7 * x) + 0.1 * std::cos(9 * y);
+  };
+  for (int j = 0; j < 9; ++j) {
+    for (int i = 0; i < 13; ++i) {
+      model->hfield_data[13 * j + i] = static_cast<float>(field(0.1 * i - 0.6, 0.1 * j - 0.4));
+    }
+  }
+  const Data data(mj_makeData(model.get()), mj_deleteData);
+  mj_forward(model.get(), data.get());
+  MujocoHost<> host(*model, *data);
+  (void)host.mirror("ground");
+  test::Random random(3);
+  for (int k = 0; k < 200; ++k) {
+    const double turn = std::numbers::pi / 6;
+    const double x = random.uniform(-0.59, 0.59);
+    const double y = random.uniform(-0.39, 0.39);
+    const Vec3<double> from(0.1 + std::cos(turn) * x - std::sin(turn) * y,
+                            -0.2 + std::sin(turn) * x + std::cos(turn) * y, 5);
+    const mjtNum down[3] = {0, 0, -1};
+    int geom = -1;
+    const double expected =
+        mj_ray(model.get(), data.get(), from.data(), down, nullptr, 1, -1, &geom);
+    REQUIRE(expected > 0);
+    const auto hit = host.world().cast_ray({.origin = from, .direction = {0, 0, -1}});
+    REQUIRE(hit.is_hit());
+    CHECK(std::abs(hit.distance - expected) <= 1e-9);
+  }
 }

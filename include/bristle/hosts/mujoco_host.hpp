@@ -10,10 +10,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/geometry/meshes/terrain.hpp>
 #include <bristle/geometry/shapes/quickhull.hpp>
 #include <bristle/hosts/engine_host.hpp>
 #include <bristle/sensors/placement.hpp>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <mujoco/mujoco.h>
@@ -41,12 +43,13 @@ class MujocoHost : public EngineHost<int, Backend> {
   }
 
   /// Mirrors a body with its geoms for the sensors. MuJoCo's collision filters do not matter.
-  /// Meshes are seen as their convex hulls, as MuJoCo collides them.
+  /// Meshes are seen as their convex hulls, as MuJoCo collides them. Height fields are seen as they
+  /// are now, as thick all over as MuJoCo has them below their zero.
   /// @return The same id again for a body that is mirrored already.
-  /// @throws InvalidArgument when there is no such body, or a geom is a height field.
+  /// @throws InvalidArgument when there is no such body, or a geom is of a kind that has no shape.
   BodyId mirror(const std::string& body) { return mirror(number_of(mjOBJ_BODY, body)); }
   /// Mirrors all bodies of the model.
-  /// @throws InvalidArgument when a geom is a height field.
+  /// @throws InvalidArgument when a geom is of a kind that has no shape.
   void mirror_all() {
     for (int i = 0; i < model_->nbody; ++i) (void)mirror(i);
   }
@@ -197,8 +200,23 @@ class MujocoHost : public EngineHost<int, Backend> {
         def.shape = convex_hull<double>(points);
         break;
       }
+      case mjGEOM_HFIELD: {
+        const int field = model_->geom_dataid[geom];
+        const mjtNum* sizes = model_->hfield_size + 4 * field;
+        const int rows = model_->hfield_nrow[field];
+        const int columns = model_->hfield_ncol[field];
+        std::vector<double> heights(static_cast<std::size_t>(rows * columns));
+        const float* next = model_->hfield_data + model_->hfield_adr[field];
+        for (double& height : heights) height = sizes[2] * static_cast<double>(*next++);
+        const std::array<std::uint32_t, 2> cells{static_cast<std::uint32_t>(columns - 1),
+                                                 static_cast<std::uint32_t>(rows - 1)};
+        def.shape = extruded_mesh<double>(
+            height_field_mesh<double>({2 * sizes[0], 2 * sizes[1]}, cells, heights),
+            {0, 0, -sizes[3]});
+        break;
+      }
       default:
-        detail::require(false, "geom", geom, "must not be a height field: no shape is like it");
+        detail::require(false, "geom", geom, "must be of a kind that has a shape");
     }
     return def;
   }

@@ -126,7 +126,7 @@ TEST_CASE_TEMPLATE("extruded_mesh: refuses what encloses no ground, and names th
   const TriangleMesh<S> flat = grid_mesh<S>({1, 1}, {2, 2});
   CHECK(is_told(refusal_of_extrusion<S>(flat, {0, 0, S(1)}), "triangles[0]"));
   CHECK(is_told(refusal_of_extrusion<S>(flat, {S(1), 0, 0}), "must face against the offset"));
-  CHECK(is_told(refusal_of_extrusion<S>(flat, {0, 0, 0}), "must face against the offset"));
+  CHECK(is_told(refusal_of_extrusion<S>(flat, {0, 0, 0}), "must not be 0"));
   CHECK(is_told(refusal_of_extrusion<S>(flat, {0, 0, -infinity<S>}), "offset"));
   // All around there is no side that all triangles face.
   CHECK(is_told(refusal_of_extrusion<S>(box_mesh<S>({1, 1, 1}), {0, 0, S(-1)}), "offset"));

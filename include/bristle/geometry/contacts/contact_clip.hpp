@@ -378,10 +378,12 @@ void intersect(const HeightField<S>& a, const HeightField<S>& b, S tolerance,
 }
 
 /// The manifold of two features in one frame. Empty if they do not meet across the normal.
+/// @param uncertainty  [m] How far the features' corners may be from their places across the
+/// normal.
 template <Scalar S>
 [[nodiscard]] ContactManifold<S> clip_features(const SupportFeature<S>& a,
                                                const SupportFeature<S>& b, const Vec3<S>& normal,
-                                               S margin) {
+                                               S margin, S uncertainty = S(0)) {
   Vec3<S> t1;
   Vec3<S> t2;
   tangent_basis(normal, t1, t2);
@@ -389,7 +391,7 @@ template <Scalar S>
   const HeightField<S> field_b(b, t1, t2, normal, 2);
   const S extent = std::max(field_a.extent(), field_b.extent());
   ClipContacts<S> contacts(margin, extent);
-  intersect(field_a, field_b, Tolerance<S>::equal() * extent, contacts);
+  intersect(field_a, field_b, std::max(Tolerance<S>::equal() * extent, uncertainty), contacts);
   contacts.thin(a.is_round || b.is_round ? 4 : ContactManifold<S>::capacity);
 
   ContactManifold<S> manifold;
@@ -424,8 +426,8 @@ template <Scalar S, typename ShapeA, typename ShapeB>
 }
 
 /// Contact of the two farthest points. It lies at that of the shape whose face is turned more
-/// against the normal, since all of a face across the normal is as far. Between two edges it lies
-/// halfway.
+/// against the normal, since all of a face across the normal is as far. Between two edges, or faces
+/// that are turned alike, it lies halfway.
 template <Scalar S, typename ShapeA, typename ShapeB>
 [[nodiscard]] ContactPoint<S> extreme_contact(const ShapeA& a, const ShapeB& b,
                                               const Transform<S>& X_AB, const Vec3<S>& normal) {

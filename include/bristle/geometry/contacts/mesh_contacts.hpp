@@ -332,9 +332,10 @@ class MeshConvexContacts {
     const ConvexView<P> view = convex_view(plate);
     auto features = feature_pair(view, convex_, X_MC_, n);
     for (std::size_t k = 0; k < features.a.size; ++k) {
-      features.a.is_inner_edge[k] = mesh_.edge(i, k) == SurfaceEdge::flat;
+      features.a.is_inner_edge[k] = mesh_.is_inner_edge(i, k);
     }
-    const ContactManifold<P> clipped = clip_features(features.a, features.b, n, margin_);
+    const ContactManifold<P> clipped =
+        clip_features(features.a, features.b, n, margin_, P(2) * mesh_.hair());
     ContactManifold<P> manifold;
     manifold.normal = n;
     manifold.key = mix(mesh_.face_number(i), 0);
@@ -384,11 +385,13 @@ class MeshConvexContacts {
   }
 
   /// Returns whether a point is above or below a plate. Its edges and a hair beyond are included.
-  [[nodiscard]] static bool is_over(const Plate<P>& plate, const Vec3<P>& point) {
+  [[nodiscard]] bool is_over(const Plate<P>& plate, const Vec3<P>& point) const {
     for (std::size_t k = 0; k < plate.corners.size(); ++k) {
       const Vec3<P> edge = edge_of(plate, k);
       const P beside = edge.cross(point - plate.corners[k]).dot(plate.normal);
-      if (beside < -Tolerance<P>::equal() * edge.squaredNorm()) return false;
+      const P length = edge.norm();
+      const P hair = std::max(Tolerance<P>::equal() * length, P(2) * mesh_.hair());
+      if (beside < -hair * length) return false;
     }
     return true;
   }

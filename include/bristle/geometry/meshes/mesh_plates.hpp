@@ -1,7 +1,7 @@
 /// @file
 /// Partition of a closed mesh's surface into convex plates.
 ///
-/// Triangles of one flat face are joined across inner edges, the longest first, as long as any
+/// Triangles of one flat face are joined across inner edges, the longest first, as long as the
 /// union is convex (Hertel and Mehlhorn 1983). So contacts cost the plates of a part, not the
 /// triangles that its export made of them. A curved surface keeps its triangles.
 ///
@@ -45,7 +45,7 @@ class MeshPlates {
   /// [-] Number of plates.
   [[nodiscard]] std::size_t size() const { return normals_.size(); }
   /// Returns a plate. Its names are vertex numbers of the mesh. So neighbours have the same names
-  /// for common corners and edges.
+  /// for common outer edges.
   [[nodiscard]] Plate<S> plate(std::uint32_t i) const {
     const std::size_t first = first_[i];
     const std::size_t count = first_[i + 1] - first;
@@ -64,6 +64,14 @@ class MeshPlates {
   [[nodiscard]] SurfaceEdge edge(std::uint32_t i, std::size_t k) const {
     return edges_[first_[i] + k];
   }
+  /// Returns whether edge k is inside a flat face. Flat edges may also lie between two faces: those
+  /// of a surface that is curved so little that each of its edges is flat.
+  [[nodiscard]] bool is_inner_edge(std::uint32_t i, std::size_t k) const {
+    return edge(i, k) == SurfaceEdge::flat && face(neighbour(i, k)) == face(i);
+  }
+  /// [m] Round-off of the corners: those of a plate are in its plane, and its inner edges straight,
+  /// to this much.
+  [[nodiscard]] S hair() const { return hair_; }
 
  private:
   DynamicArray<std::uint32_t> first_;  // Of the corners of each plate, and of the end.
@@ -74,6 +82,7 @@ class MeshPlates {
   DynamicArray<Vec3<S>> normals_;
   DynamicArray<std::uint32_t> faces_;
   std::size_t face_count_ = 0;
+  S hair_ = S(0);
 };
 
 // Implementation ----------------------------------------------------------------------------------
@@ -119,6 +128,7 @@ class PlateJoin {
   }
   [[nodiscard]] std::uint32_t face(std::uint32_t triangle) const { return faces_[triangle]; }
   [[nodiscard]] std::size_t face_count() const { return face_count_; }
+  [[nodiscard]] S hair() const { return hair_; }
   /// [1] Unit normal of an outline: that of its area.
   [[nodiscard]] Vec3<S> normal(std::span<const std::uint32_t> outline) const {
     Vec3<S> area = zero<Vec3<S>>();
@@ -134,6 +144,10 @@ class PlateJoin {
   void find_faces();
   void join();
   bool try_join(std::uint32_t side);
+  [[nodiscard]] bool is_inner_edge(std::uint32_t half_edge) const {
+    return edges_[half_edge] == SurfaceEdge::flat &&
+           faces_[half_edge / 3] == faces_[twins_[half_edge] / 3];
+  }
   [[nodiscard]] bool is_plate(std::span<const std::uint32_t> outline) const;
   [[nodiscard]] bool is_straight(std::span<const std::uint32_t> outline, std::size_t corner) const;
   void link(std::uint32_t half_edge, std::uint32_t next) {
@@ -232,17 +246,25 @@ void PlateJoin<S>::find_faces() {
 template <Scalar S>
 void PlateJoin<S>::join() {
   struct Inner {
-    float length2;  // Lengths that differ by rounding are equal: their order would be any.
+    S length;            // [m]
+    std::uint32_t rank;  // By length, the same for those that are equal.
     std::uint32_t half_edge;
   };
   DynamicArray<Inner> inner;
   for (std::uint32_t h = 0; h < twins_.size(); ++h) {
     const std::uint32_t t = twins_[h];
-    if (h > t || edges_[h] != SurfaceEdge::flat || faces_[h / 3] != faces_[t / 3]) continue;
-    inner.push_back({static_cast<float>((starts_[t] - starts_[h]).squaredNorm()), h});
+    if (h < t && is_inner_edge(h)) inner.push_back({(starts_[t] - starts_[h]).norm(), 0, h});
   }
   std::sort(inner.begin(), inner.end(), [](const Inner& a, const Inner& b) {
-    return std::tie(b.length2, a.half_edge) < std::tie(a.length2, b.half_edge);
+    return std::tie(b.length, a.half_edge) < std::tie(a.length, b.half_edge);
+  });
+  // Lengths that are equal to round-off would come in any order.
+  for (std::size_t i = 1, longest = 0; i < inner.size(); ++i) {
+    if (inner[longest].length - inner[i].length > S(4) * hair_) longest = i;
+    inner[i].rank = static_cast<std::uint32_t>(longest);
+  }
+  std::sort(inner.begin(), inner.end(), [](const Inner& a, const Inner& b) {
+    return std::tie(a.rank, a.half_edge) < std::tie(b.rank, b.half_edge);
   });
   for (const Inner& at : inner) {
     // One of the two starts at the corner where a side begins, if the edge is one of a side's ends.
@@ -282,7 +304,7 @@ bool PlateJoin<S>::try_join(std::uint32_t side) {
   std::array<bool, 2> are_straight{};
   for (std::size_t i = 0; i < 2; ++i) {
     const auto [before, after] = ends[i];
-    if (edges_[before] != SurfaceEdge::flat || edges_[after] != SurfaceEdge::flat) continue;
+    if (!is_inner_edge(before) || !is_inner_edge(after)) continue;
     const auto place = std::find(outline.begin(), outline.end(), after);
     are_straight[i] = is_straight(outline, static_cast<std::size_t>(place - outline.begin()));
     if (are_straight[i]) outline.erase(place);
@@ -319,7 +341,7 @@ bool PlateJoin<S>::is_straight(std::span<const std::uint32_t> outline, std::size
 
 /// Returns whether an outline is that of a flat plate that turns the same way at every corner. Then
 /// all of it is behind each of its edges. It must not be straight at a corner, either: a contact
-/// along a straight side takes one edge, and each edge is that of one plate on each side.
+/// along a straight side takes one edge, and each outer edge is that of one plate on each side.
 template <Scalar S>
 bool PlateJoin<S>::is_plate(std::span<const std::uint32_t> outline) const {
   using std::abs;
@@ -362,6 +384,7 @@ MeshPlates<S>::MeshPlates(const Tree& tree) {
     faces_.push_back(join.face(t));
   }
   face_count_ = join.face_count();
+  hair_ = join.hair();
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

@@ -53,7 +53,7 @@ class MeshSurface {
   /// [-] Number of plates.
   [[nodiscard]] std::size_t size() const { return plates_.size(); }
   /// Returns a plate. Its names are vertex numbers of the mesh. So neighbours have the same names
-  /// for common corners and edges.
+  /// for common outer edges.
   [[nodiscard]] Plate<S> plate(std::uint32_t i) const { return plates_.plate(i); }
   /// [m] Box around all plates.
   [[nodiscard]] Aabb<S> bounds() const { return tree_.root_box(); }
@@ -79,10 +79,13 @@ class MeshSurface {
   }
   /// [1] Outward unit normal of a plate.
   [[nodiscard]] const Vec3<S>& normal(std::uint32_t plate) const { return plates_.normal(plate); }
-  /// Shape of the solid at edge k of a plate, which runs from corner k to the next.
-  [[nodiscard]] SurfaceEdge edge(std::uint32_t plate, std::size_t k) const {
-    return plates_.edge(plate, k);
+  /// Returns whether edge k of a plate, which runs from corner k to the next, is inside a flat
+  /// face.
+  [[nodiscard]] bool is_inner_edge(std::uint32_t plate, std::size_t k) const {
+    return plates_.is_inner_edge(plate, k);
   }
+  /// [m] Round-off of the plates. Between two of a face there may be as much.
+  [[nodiscard]] S hair() const { return plates_.hair(); }
   /// [-] Number that all plates of one flat face share.
   [[nodiscard]] std::uint32_t face_number(std::uint32_t plate) const { return plates_.face(plate); }
   /// The flat face of a plate as a convex whole. It has the corners of the face, its normal and

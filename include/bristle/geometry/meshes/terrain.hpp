@@ -47,12 +47,13 @@ template <Scalar S>
 ///
 /// @param surface  Every triangle faces against the offset, so that the ground lies behind it.
 ///                 Holes and several pieces are fine. Vertices that repeat along seams leave walls
-///                 inside: see `weld`.
+///                 inside: see `weld`. No line along the offset may meet the surface twice within
+///                 the offset's length; this is not checked.
 /// @param offset   [m] From the surface into the ground, say (0, 0, -0.5): how thick the ground is.
-///                 It should be more than what a fast body passes in two steps.
 /// @throws InvalidArgument that names the first triangle that faces along the offset or is
 ///         degenerate, an edge of more than two triangles or of two that are wound differently, a
-///         surface that is none (`validate_surface`), or an offset that is not finite.
+///         vertex where two borders meet, a surface that is none (`validate_surface`), or an offset
+///         that is not finite or 0.
 template <Scalar S>
 [[nodiscard]] TriangleMesh<S> extruded_mesh(const TriangleMesh<S>& surface, const Vec3<S>& offset);
 
@@ -62,10 +63,10 @@ template <Scalar S>
 TriangleMesh<S> height_field_mesh(const detail::Vec2<S>& size,
                                   const std::array<std::uint32_t, 2>& cells,
                                   std::span<const S> heights) {
+  const std::size_t corners = (std::size_t(cells[0]) + 1) * (std::size_t(cells[1]) + 1);
+  detail::require(heights.size() == corners, "height_field_mesh: heights.size()", heights.size(),
+                  "must be " + std::to_string(corners) + ", one for each corner of a cell");
   TriangleMesh<S> mesh = grid_mesh(size, cells);
-  detail::require(
-      heights.size() == mesh.vertices.size(), "height_field_mesh: heights.size()", heights.size(),
-      "must be " + std::to_string(mesh.vertices.size()) + ", one for each corner of a cell");
   for (std::size_t v = 0; v < heights.size(); ++v) {
     detail::require_finite("height_field_mesh: heights[" + std::to_string(v) + "]", heights[v]);
     mesh.vertices[v].z() = heights[v];
@@ -76,10 +77,11 @@ TriangleMesh<S> height_field_mesh(const detail::Vec2<S>& size,
 template <Scalar S>
 TriangleMesh<S> extruded_mesh(const TriangleMesh<S>& surface, const Vec3<S>& offset) {
   detail::require_all_finite("extruded_mesh: offset", offset);
+  detail::require(offset.stableNorm() > S(0), "extruded_mesh: offset", S(0), "must not be 0");
   validate_surface(surface);
   const Vec3<S> up = -offset.stableNormalized();
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    // A triangle without a normal fails, too, and so do all for an offset of length 0.
+    // A triangle without a normal fails, too.
     if (triangle_normal(surface, t).dot(up) > detail::Tolerance<S>::round_off()) continue;
     detail::raise_triangle(t, detail::to_tuple_text(surface.triangles[t]),
                            "must face against the offset " + detail::to_tuple_text(offset));
