@@ -19672,6 +19672,7 @@ struct SupportFeature {
   /// True if the corners are samples of a curve.
   bool is_round = false;
   /// [-] For each corner of a polygon, true if its edge to the next is inside a larger flat face.
+  /// Clipping asks it of shape A alone, whose corners keep their order there.
   std::array<bool, capacity> is_inner_edge{};
 
   [[nodiscard]] bool is_polygon() const { return size >= 3; }
@@ -20197,8 +20198,6 @@ class HeightField {
       std::reverse(place_.begin(), place_.begin() + count);
       std::reverse(height_.begin(), height_.begin() + count);
       std::reverse(name_.begin(), name_.begin() + count);
-      // The edge that ran to a corner now starts there.
-      std::reverse(is_inner_edge_.begin(), is_inner_edge_.begin() + count - 1);
     }
     if (is_polygon()) {
       slope_ = -Vec2<S>(t1.dot(feature.normal), t2.dot(feature.normal)) / n.dot(feature.normal);

@@ -137,7 +137,7 @@ TEST_CASE_TEMPLATE("extruded_mesh: refuses what encloses no ground, and names th
 
   TriangleMesh<S> doubled = flat;
   doubled.triangles.push_back(doubled.triangles[3]);
-  CHECK(refusal_of_extrusion<S>(doubled, {0, 0, S(-1)}) != "");
+  CHECK(is_told(refusal_of_extrusion<S>(doubled, {0, 0, S(-1)}), "edge ("));
 
   // Two squares that share nothing but a corner: the walls under it would meet.
   const std::vector<std::uint32_t> others{2, 3, 4, 5};

@@ -90,8 +90,6 @@ class HeightField {
       std::reverse(place_.begin(), place_.begin() + count);
       std::reverse(height_.begin(), height_.begin() + count);
       std::reverse(name_.begin(), name_.begin() + count);
-      // The edge that ran to a corner now starts there.
-      std::reverse(is_inner_edge_.begin(), is_inner_edge_.begin() + count - 1);
     }
     if (is_polygon()) {
       slope_ = -Vec2<S>(t1.dot(feature.normal), t2.dot(feature.normal)) / n.dot(feature.normal);

@@ -36,6 +36,7 @@ struct SupportFeature {
   /// True if the corners are samples of a curve.
   bool is_round = false;
   /// [-] For each corner of a polygon, true if its edge to the next is inside a larger flat face.
+  /// Clipping asks it of shape A alone, whose corners keep their order there.
   std::array<bool, capacity> is_inner_edge{};
 
   [[nodiscard]] bool is_polygon() const { return size >= 3; }
