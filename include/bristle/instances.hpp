@@ -55,8 +55,7 @@ template SensorLayout<BRISTLE_INSTANTIATE> sensors_from_mesh<BRISTLE_INSTANTIATE
     PlacementReport* report);
 template std::string glb<BRISTLE_INSTANTIATE>(const Recording<BRISTLE_INSTANTIATE>& recording,
                                               const GlbDef& def);
-template TriangleMesh<BRISTLE_INSTANTIATE> load_mesh<BRISTLE_INSTANTIATE>(
-    const std::filesystem::path& path);
+template TriangleMesh<BRISTLE_INSTANTIATE> load_mesh<BRISTLE_INSTANTIATE>(const std::string& path);
 
 }  // namespace bristle::inline BRISTLE_ABI
 #endif

@@ -15797,36 +15797,61 @@ BRISTLE_COMPILED_HOSTS(double, FclBackend)
 
 /// @file
 /// Reads and writes whole files, with errors that name the cause.
+///
+/// Paths are strings, as the C library opens them. A std::filesystem::path becomes one by itself on
+/// POSIX, and by `string()` elsewhere. Its header would cost whoever includes the library a fifth
+/// of a second.
 // SPDX-License-Identifier: BSD-3-Clause
 
-#include <filesystem>
-#include <fstream>
-#include <ios>
+#include <algorithm>
+#include <cerrno>
+#include <cstddef>
+#include <cstdio>
+#include <cstring>
+#include <memory>
 #include <string>
 #include <string_view>
-#include <system_error>
 
 namespace bristle::inline BRISTLE_ABI {
 
+namespace detail {
+
+struct FileCloser {
+  void operator()(std::FILE* file) const noexcept { (void)std::fclose(file); }
+};
+using OpenFile = std::unique_ptr<std::FILE, FileCloser>;
+
+[[noreturn]] inline void raise_file_error(const std::string& path, const char* what) {
+  const int cause = errno;
+  std::string text = what;
+  if (cause != 0) text += std::string(": ") + std::strerror(cause);
+  raise(IoError(path, 0, text));
+}
+
+}  // namespace detail
+
 /// Returns all bytes of a file.
 ///
-/// @throws IoError if the file does not exist, is a directory, or cannot be read.
-[[nodiscard]] inline std::string read_file(const std::filesystem::path& path) {
-  std::error_code error;
-  const std::filesystem::file_status status = std::filesystem::status(path, error);
-  if (!std::filesystem::exists(status)) {
-    detail::raise(IoError(path.string(), 0, "no such file"));
-  }
-  if (!std::filesystem::is_regular_file(status)) {
-    detail::raise(IoError(path.string(), 0, "not a regular file"));
-  }
-  const std::uintmax_t size = std::filesystem::file_size(path, error);
-  std::ifstream stream(path, std::ios::binary);
-  if (error || !stream) detail::raise(IoError(path.string(), 0, "cannot be opened for reading"));
-  std::string bytes(static_cast<std::size_t>(size), '\0');
-  stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  if (stream.gcount() != static_cast<std::streamsize>(bytes.size())) {
-    detail::raise(IoError(path.string(), 0, "cannot be read to its end"));
+/// @throws IoError if the file does not exist, is a directory or a stream without a size, or cannot
+///         be read.
+[[nodiscard]] inline std::string read_file(const std::string& path) {
+  errno = 0;
+  const detail::OpenFile file(std::fopen(path.c_str(), "rb"));
+  if (!file) detail::raise_file_error(path, "cannot be opened for reading");
+  const bool is_at_end = std::fseek(file.get(), 0, SEEK_END) == 0;
+  const long size = is_at_end ? std::ftell(file.get()) : -1;
+  if (size < 0) detail::raise_file_error(path, "has no size");
+  std::rewind(file.get());
+  // In parts that grow: a directory says that it is larger than any memory, and has no first byte.
+  std::string bytes;
+  const std::size_t all = static_cast<std::size_t>(size);
+  while (bytes.size() < all) {
+    const std::size_t known = bytes.size();
+    bytes.resize(std::min(all, std::max<std::size_t>(2 * known, 1 << 16)));
+    const std::size_t part = bytes.size() - known;
+    if (std::fread(bytes.data() + known, 1, part, file.get()) != part) {
+      detail::raise_file_error(path, "cannot be read to its end");
+    }
   }
   return bytes;
 }
@@ -15834,12 +15859,14 @@ namespace bristle::inline BRISTLE_ABI {
 /// Writes a file, replacing an existing one.
 ///
 /// @throws IoError if it cannot be written in full.
-inline void write_file(const std::filesystem::path& path, std::string_view bytes) {
-  std::ofstream stream(path, std::ios::binary | std::ios::trunc);
-  if (!stream) detail::raise(IoError(path.string(), 0, "cannot be opened for writing"));
-  stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  stream.close();
-  if (!stream) detail::raise(IoError(path.string(), 0, "cannot be written to its end"));
+inline void write_file(const std::string& path, std::string_view bytes) {
+  errno = 0;
+  detail::OpenFile file(std::fopen(path.c_str(), "wb"));
+  if (!file) detail::raise_file_error(path, "cannot be opened for writing");
+  const bool is_written = std::fwrite(bytes.data(), 1, bytes.size(), file.get()) == bytes.size();
+  // What the buffer still holds is written by closing.
+  const bool is_closed = std::fclose(file.release()) == 0;
+  if (!is_written || !is_closed) detail::raise_file_error(path, "cannot be written to its end");
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -16421,7 +16448,6 @@ void Recorder<S>::observe(const World<S, Backend>& world) {
 }  // namespace bristle::inline BRISTLE_ABI
 
 #include <cstddef>
-#include <filesystem>
 #include <string>
 
 namespace bristle::inline BRISTLE_ABI {
@@ -16458,8 +16484,7 @@ template <Scalar S>
 /// `glb` to a file, replacing one that exists.
 /// @throws IoError when it cannot be written in full.
 template <Scalar S>
-void write_glb(const std::filesystem::path& path, const Recording<S>& recording,
-               const GlbDef& def = {}) {
+void write_glb(const std::string& path, const Recording<S>& recording, const GlbDef& def = {}) {
   write_file(path, glb(recording, def));
 }
 
@@ -16482,8 +16507,6 @@ extern template std::string glb<double>(const Recording<double>& recording, cons
 /// Mesh files of any known kind, distinguished by extension.
 // SPDX-License-Identifier: BSD-3-Clause
 
-#include <filesystem>
-
 namespace bristle::inline BRISTLE_ABI {
 
 /// Reads a mesh from an .stl or .obj file (in either case), as `read_stl` and `read_obj` do. It may
@@ -16491,7 +16514,7 @@ namespace bristle::inline BRISTLE_ABI {
 ///
 /// @throws IoError if the file cannot be read or parsed, or has another extension.
 template <Scalar S>
-[[nodiscard]] TriangleMesh<S> load_mesh(const std::filesystem::path& path);
+[[nodiscard]] TriangleMesh<S> load_mesh(const std::string& path);
 
 }  // namespace bristle::inline BRISTLE_ABI
 
@@ -16500,8 +16523,8 @@ template <Scalar S>
 #if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
 namespace bristle::inline BRISTLE_ABI {
 
-extern template TriangleMesh<float> load_mesh<float>(const std::filesystem::path& path);
-extern template TriangleMesh<double> load_mesh<double>(const std::filesystem::path& path);
+extern template TriangleMesh<float> load_mesh<float>(const std::string& path);
+extern template TriangleMesh<double> load_mesh<double>(const std::string& path);
 
 }  // namespace bristle::inline BRISTLE_ABI
 #endif
@@ -16646,7 +16669,6 @@ class TextScanner {
 #include <charconv>
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -16678,7 +16700,7 @@ template <Scalar S>
 /// Writes `write_obj` to a file.
 /// @throws IoError if it cannot be written.
 template <Scalar S>
-void save_obj(const std::filesystem::path& path, const TriangleMesh<S>& mesh) {
+void save_obj(const std::string& path, const TriangleMesh<S>& mesh) {
   write_file(path, write_obj(mesh));
 }
 
@@ -16804,7 +16826,6 @@ std::string write_obj(const TriangleMesh<S>& mesh) {
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -16831,7 +16852,7 @@ template <Scalar S>
 /// Writes `write_stl` to a file.
 /// @throws IoError if it cannot be written.
 template <Scalar S>
-void save_stl(const std::filesystem::path& path, const TriangleMesh<S>& mesh) {
+void save_stl(const std::string& path, const TriangleMesh<S>& mesh) {
   write_file(path, write_stl(mesh));
 }
 
@@ -17006,7 +17027,6 @@ std::string write_stl(const TriangleMesh<S>& mesh) {
 #include <charconv>
 #include <cmath>
 #include <cstddef>
-#include <filesystem>
 #include <initializer_list>
 #include <span>
 #include <string>
@@ -17083,9 +17103,7 @@ class Trace {
 
   /// Writes `csv` to a file, replacing an existing one.
   /// @throws IoError if it cannot be written in full.
-  void write_csv(const std::filesystem::path& path, int digits = 9) const {
-    write_file(path, csv(digits));
-  }
+  void write_csv(const std::string& path, int digits = 9) const { write_file(path, csv(digits)); }
 
  private:
   std::vector<detail::TraceChannel> channels_;
@@ -41019,16 +41037,17 @@ std::string glb(const Recording<S>& recording, const GlbDef& def) {
 
 // === bristle/io/mesh_file.hpp: definitions
 
-#include <string>
+#include <cstddef>
 
 namespace bristle::inline BRISTLE_ABI {
 
 template <Scalar S>
-TriangleMesh<S> load_mesh(const std::filesystem::path& path) {
-  const std::string extension = detail::to_lower(path.extension().string());
-  if (extension == ".stl") return read_stl<S>(read_file(path), path.string());
-  if (extension == ".obj") return read_obj<S>(read_file(path), path.string());
-  detail::raise(IoError(path.string(), 0, "unknown kind of mesh file (known: .stl, .obj)"));
+TriangleMesh<S> load_mesh(const std::string& path) {
+  const std::size_t dot = path.find_last_of("./\\");
+  const std::string extension = dot == std::string::npos ? "" : detail::to_lower(path.substr(dot));
+  if (extension == ".stl") return read_stl<S>(read_file(path), path);
+  if (extension == ".obj") return read_obj<S>(read_file(path), path);
+  detail::raise(IoError(path, 0, "unknown kind of mesh file (known: .stl, .obj)"));
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -41718,8 +41737,7 @@ template SensorLayout<BRISTLE_INSTANTIATE> sensors_from_mesh<BRISTLE_INSTANTIATE
     PlacementReport* report);
 template std::string glb<BRISTLE_INSTANTIATE>(const Recording<BRISTLE_INSTANTIATE>& recording,
                                               const GlbDef& def);
-template TriangleMesh<BRISTLE_INSTANTIATE> load_mesh<BRISTLE_INSTANTIATE>(
-    const std::filesystem::path& path);
+template TriangleMesh<BRISTLE_INSTANTIATE> load_mesh<BRISTLE_INSTANTIATE>(const std::string& path);
 
 }  // namespace bristle::inline BRISTLE_ABI
 #endif

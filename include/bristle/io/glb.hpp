@@ -7,7 +7,6 @@
 #include <bristle/io/recorder.hpp>
 
 #include <cstddef>
-#include <filesystem>
 #include <string>
 
 namespace bristle::inline BRISTLE_ABI {
@@ -44,8 +43,7 @@ template <Scalar S>
 /// `glb` to a file, replacing one that exists.
 /// @throws IoError when it cannot be written in full.
 template <Scalar S>
-void write_glb(const std::filesystem::path& path, const Recording<S>& recording,
-               const GlbDef& def = {}) {
+void write_glb(const std::string& path, const Recording<S>& recording, const GlbDef& def = {}) {
   write_file(path, glb(recording, def));
 }
 

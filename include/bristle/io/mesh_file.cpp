@@ -4,7 +4,7 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-template TriangleMesh<float> load_mesh<float>(const std::filesystem::path& path);
-template TriangleMesh<double> load_mesh<double>(const std::filesystem::path& path);
+template TriangleMesh<float> load_mesh<float>(const std::string& path);
+template TriangleMesh<double> load_mesh<double>(const std::string& path);
 
 }  // namespace bristle::inline BRISTLE_ABI

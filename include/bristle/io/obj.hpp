@@ -13,7 +13,6 @@
 #include <charconv>
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -45,7 +44,7 @@ template <Scalar S>
 /// Writes `write_obj` to a file.
 /// @throws IoError if it cannot be written.
 template <Scalar S>
-void save_obj(const std::filesystem::path& path, const TriangleMesh<S>& mesh) {
+void save_obj(const std::string& path, const TriangleMesh<S>& mesh) {
   write_file(path, write_obj(mesh));
 }
 

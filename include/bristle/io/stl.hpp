@@ -15,7 +15,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -42,7 +41,7 @@ template <Scalar S>
 /// Writes `write_stl` to a file.
 /// @throws IoError if it cannot be written.
 template <Scalar S>
-void save_stl(const std::filesystem::path& path, const TriangleMesh<S>& mesh) {
+void save_stl(const std::string& path, const TriangleMesh<S>& mesh) {
   write_file(path, write_stl(mesh));
 }
 

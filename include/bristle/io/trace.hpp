@@ -9,7 +9,6 @@
 #include <charconv>
 #include <cmath>
 #include <cstddef>
-#include <filesystem>
 #include <initializer_list>
 #include <span>
 #include <string>
@@ -86,9 +85,7 @@ class Trace {
 
   /// Writes `csv` to a file, replacing an existing one.
   /// @throws IoError if it cannot be written in full.
-  void write_csv(const std::filesystem::path& path, int digits = 9) const {
-    write_file(path, csv(digits));
-  }
+  void write_csv(const std::string& path, int digits = 9) const { write_file(path, csv(digits)); }
 
  private:
   std::vector<detail::TraceChannel> channels_;

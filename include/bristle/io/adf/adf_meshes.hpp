@@ -53,7 +53,7 @@ class AdfMeshes {
            "must not be larger than " + std::to_string(limits_.max_mesh_bytes) + " bytes");
     }
     try {
-      return meshes_.emplace(one_name, weld(load_mesh<S>(path))).first->second;
+      return meshes_.emplace(one_name, weld(load_mesh<S>(path.string()))).first->second;
     } catch (const IoError& fault) {
       fail(item, key, file, std::string("must be a mesh that can be read: ") + fault.what());
     } catch (const InvalidArgument& fault) {

@@ -174,7 +174,7 @@ inline AdfModel load_adf(const std::filesystem::path& path, const AdfLimits& lim
     raise(AdfError(path.string(), 0, "", "",
                    "larger than " + std::to_string(limits.max_bytes) + " bytes"));
   }
-  return read_adf(read_file(path), path, limits);
+  return read_adf(read_file(path.string()), path, limits);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
