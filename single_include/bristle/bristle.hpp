@@ -12031,6 +12031,9 @@ struct ContactConstraint {
   Vec3<S> arm_b = zero<Vec3<S>>();
   /// [-] Number of its `CachedPoint`.
   std::uint32_t point = 0;
+  /// [-] The same of the first point of its manifold; `none` where it is not of a manifold.
+  static constexpr std::uint32_t none = 0xffffffffu;
+  std::uint32_t first_point = none;
   /// [m/s] Final velocity along the axes, by these arms, of surfaces that stay together. It is not
   /// zero, since the arms go on turning, and since surfaces may run on their bodies.
   std::array<S, 3> bias{};
@@ -12096,13 +12099,16 @@ template <Scalar S>
   const S most = friction * impulse[0];
   const S friction2 = impulse[1] * impulse[1] + impulse[2] * impulse[2];
   if (!(friction2 < most * most)) return S(0);
-  return friction2 > S(0) ? min(S(1), S(10) * (S(1) - sqrt(friction2) / most)) : S(1);
+  if (friction2 <= S(0.81) * (most * most)) return S(1);
+  return min(S(1), S(10) * (S(1) - sqrt(friction2) / most));
 }
 
-/// Returns whether two contacts have the same bodies and axes, and surfaces that run alike.
+/// Returns whether two contacts have the same bodies and axes, and surfaces that run alike, as the
+/// points of a manifold have.
 template <Scalar S>
 [[nodiscard]] bool are_of_one_manifold(const ContactConstraint<S>& c,
                                        const ContactConstraint<S>& d) {
+  if (c.first_point == d.first_point && c.first_point != c.none) return true;
   return c.body_a == d.body_a && c.body_b == d.body_b && c.axes[0] == d.axes[0] &&
          c.friction == d.friction && c.drift[0] == d.drift[0] && c.drift[1] == d.drift[1];
 }
@@ -12605,9 +12611,11 @@ struct SolverBody {
   Mat3<S> inertia = zero<Mat3<S>>();
 
   [[nodiscard]] bool is_moving() const { return moves; }
+  /// Returns whether damping takes nothing of `start`.
+  [[nodiscard]] bool keeps_all() const { return kept_linear == S(1) && kept_angular == S(1); }
   /// [m/s, rad/s] The part of `free` that the start leaves. The rest of it comes from forces.
   [[nodiscard]] Twist<S> kept_start() const {
-    if (kept_linear == S(1) && kept_angular == S(1)) return start;
+    if (keeps_all()) return start;
     return {kept_linear * start.linear, kept_angular * start.angular};
   }
   /// Returns whether it is locked along (0 to 2) or about (3 to 5) an axis of the world.
@@ -30619,6 +30627,7 @@ void add_contacts(const CachedManifold<S>& manifold, const DynamicArray<CachedPo
   ContactConstraint<S> c;
   c.body_a = slot_a;
   c.body_b = slot_b;
+  c.first_point = manifold.first;
   c.axes[0] = manifold.normal;
   tangent_basis<S>(manifold.normal, c.axes[1], c.axes[2]);
   c.drift = {c.axes[1].dot(drift), c.axes[2].dot(drift)};
@@ -30832,8 +30841,11 @@ void target_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const Solve
   const auto normal_part = [&](const Twist<S>& u, const Twist<S>& v) {
     return n.dot(v.linear - u.linear) + (torque_b.dot(v.angular) - torque_a.dot(u.angular));
   };
-  const NormalSpeeds<S> speeds{normal_part(a.kept_start(), b.kept_start()),
-                               normal_part(a.free, b.free), normal_part(a.mean_free, b.mean_free)};
+  // Most bodies are not damped. Their velocities need no copy.
+  const bool keeps_all = a.keeps_all() && b.keeps_all();
+  const NormalSpeeds<S> speeds{
+      keeps_all ? normal_part(a.start, b.start) : normal_part(a.kept_start(), b.kept_start()),
+      normal_part(a.free, b.free), normal_part(a.mean_free, b.mean_free)};
   const bool is_trapezoidal = context.integrator == Integrator::trapezoidal;
   c.transient_impulse = {};
   if (c.is_open) {
@@ -36893,24 +36905,24 @@ class SolveStage {
     // An arm r of a turning body leaves an error of h w^2 r / 2 at most. Below the velocity
     // tolerance it is not corrected.
     const S least = S(2) * context.velocity_tolerance / context.dt;
+    const S most = far_turn(context.dt);
     for (std::size_t k = 0; k < island.contacts.size();) {
       const ContactConstraint<S>& first = state.constraints.contacts[island.contacts[k]];
       const SolverBody<S>& a = state.solver_bodies[first.body_a];
       const SolverBody<S>& b = state.solver_bodies[first.body_b];
+      const S w2 = max(a.start.angular.squaredNorm(), b.start.angular.squaredNorm());
+      const S reach2 = max(first.arm_a.squaredNorm(), first.arm_b.squaredNorm());
+      const bool moves_arms = w2 * w2 * reach2 > least * least && !(w2 > most * most);
       const std::size_t begin = k;
       // The split of a manifold's impulse among its points is not unique. Its sum is.
       std::array<S, 3> impulse{};
       for (; k < island.contacts.size(); ++k) {
         const ContactConstraint<S>& c = state.constraints.contacts[island.contacts[k]];
         if (!are_of_one_manifold(first, c)) break;
+        if (!moves_arms) continue;
         for (std::size_t axis = 0; axis < 3; ++axis) impulse[axis] += c.impulse[axis];
       }
-      const S w2 = max(a.start.angular.squaredNorm(), b.start.angular.squaredNorm());
-      const S reach2 = max(first.arm_a.squaredNorm(), first.arm_b.squaredNorm());
-      if (!(w2 * w2 * reach2 > least * least)) continue;
-      if (turns_far<S>(a.start.angular, context.dt) || turns_far<S>(b.start.angular, context.dt)) {
-        continue;
-      }
+      if (!moves_arms) continue;
       const S hold = hold_of(impulse, first.friction);
       if (!(hold > S(0))) continue;
       for (std::size_t n = begin; n < k; ++n) {
@@ -37003,27 +37015,23 @@ class SolveStage {
     }
   }
 
-  /// Returns whether all velocities and impulses of an island are finite. Heavy bodies may take an
-  /// impulse that overflows at a velocity that does not.
+  /// Returns whether all velocities and impulses of an island are finite, with their squares. Heavy
+  /// bodies may take an impulse that overflows at a velocity that does not.
   [[nodiscard]] static bool is_finite(const State& state, const Island& island) {
     const Constraints<S>& constraints = state.constraints;
-    bool holds = true;
-    for_each_row(island, constraints, [&](const ConstraintRow<S>& row) {
-      holds = holds && has_finite_square(row.impulse);
-    });
-    return holds &&
-           std::all_of(island.bodies.begin(), island.bodies.end(),
-                       [&](std::uint32_t slot) {
-                         return has_finite_square<S>(state.solver_bodies[slot].twist);
-                       }) &&
-           std::all_of(island.contacts.begin(), island.contacts.end(),
-                       [&](std::uint32_t i) {
-                         return has_finite_square<S>(constraints.contacts[i].impulse_W());
-                       }) &&
-           std::all_of(island.soft.begin(), island.soft.end(), [&](std::uint32_t i) {
-             const Wrench<S> impulse = wrench_of<S>(constraints.soft[i].impulse);
-             return has_finite_square<S>(impulse.force) && has_finite_square<S>(impulse.torque);
-           });
+    S sum = S(0);
+    const auto add = [&sum](const auto& values) {
+      for (const S& x : values) sum += x * x;
+    };
+    for (const std::uint32_t slot : island.bodies) {
+      add(state.solver_bodies[slot].twist.linear);
+      add(state.solver_bodies[slot].twist.angular);
+    }
+    for (const std::uint32_t i : island.contacts) add(constraints.contacts[i].impulse);
+    for_each_row(island, constraints,
+                 [&](const ConstraintRow<S>& row) { sum += row.impulse * row.impulse; });
+    for (const std::uint32_t i : island.soft) add(constraints.soft[i].impulse);
+    return sum * S(0) == S(0);  // Only a finite number times 0 is 0.
   }
 
   /// Solves an island whose solution is not finite, by sweeps that skip overflowing rows.

@@ -268,24 +268,24 @@ class SolveStage {
     // An arm r of a turning body leaves an error of h w^2 r / 2 at most. Below the velocity
     // tolerance it is not corrected.
     const S least = S(2) * context.velocity_tolerance / context.dt;
+    const S most = far_turn(context.dt);
     for (std::size_t k = 0; k < island.contacts.size();) {
       const ContactConstraint<S>& first = state.constraints.contacts[island.contacts[k]];
       const SolverBody<S>& a = state.solver_bodies[first.body_a];
       const SolverBody<S>& b = state.solver_bodies[first.body_b];
+      const S w2 = max(a.start.angular.squaredNorm(), b.start.angular.squaredNorm());
+      const S reach2 = max(first.arm_a.squaredNorm(), first.arm_b.squaredNorm());
+      const bool moves_arms = w2 * w2 * reach2 > least * least && !(w2 > most * most);
       const std::size_t begin = k;
       // The split of a manifold's impulse among its points is not unique. Its sum is.
       std::array<S, 3> impulse{};
       for (; k < island.contacts.size(); ++k) {
         const ContactConstraint<S>& c = state.constraints.contacts[island.contacts[k]];
         if (!are_of_one_manifold(first, c)) break;
+        if (!moves_arms) continue;
         for (std::size_t axis = 0; axis < 3; ++axis) impulse[axis] += c.impulse[axis];
       }
-      const S w2 = max(a.start.angular.squaredNorm(), b.start.angular.squaredNorm());
-      const S reach2 = max(first.arm_a.squaredNorm(), first.arm_b.squaredNorm());
-      if (!(w2 * w2 * reach2 > least * least)) continue;
-      if (turns_far<S>(a.start.angular, context.dt) || turns_far<S>(b.start.angular, context.dt)) {
-        continue;
-      }
+      if (!moves_arms) continue;
       const S hold = hold_of(impulse, first.friction);
       if (!(hold > S(0))) continue;
       for (std::size_t n = begin; n < k; ++n) {
@@ -378,27 +378,23 @@ class SolveStage {
     }
   }
 
-  /// Returns whether all velocities and impulses of an island are finite. Heavy bodies may take an
-  /// impulse that overflows at a velocity that does not.
+  /// Returns whether all velocities and impulses of an island are finite, with their squares. Heavy
+  /// bodies may take an impulse that overflows at a velocity that does not.
   [[nodiscard]] static bool is_finite(const State& state, const Island& island) {
     const Constraints<S>& constraints = state.constraints;
-    bool holds = true;
-    for_each_row(island, constraints, [&](const ConstraintRow<S>& row) {
-      holds = holds && has_finite_square(row.impulse);
-    });
-    return holds &&
-           std::all_of(island.bodies.begin(), island.bodies.end(),
-                       [&](std::uint32_t slot) {
-                         return has_finite_square<S>(state.solver_bodies[slot].twist);
-                       }) &&
-           std::all_of(island.contacts.begin(), island.contacts.end(),
-                       [&](std::uint32_t i) {
-                         return has_finite_square<S>(constraints.contacts[i].impulse_W());
-                       }) &&
-           std::all_of(island.soft.begin(), island.soft.end(), [&](std::uint32_t i) {
-             const Wrench<S> impulse = wrench_of<S>(constraints.soft[i].impulse);
-             return has_finite_square<S>(impulse.force) && has_finite_square<S>(impulse.torque);
-           });
+    S sum = S(0);
+    const auto add = [&sum](const auto& values) {
+      for (const S& x : values) sum += x * x;
+    };
+    for (const std::uint32_t slot : island.bodies) {
+      add(state.solver_bodies[slot].twist.linear);
+      add(state.solver_bodies[slot].twist.angular);
+    }
+    for (const std::uint32_t i : island.contacts) add(constraints.contacts[i].impulse);
+    for_each_row(island, constraints,
+                 [&](const ConstraintRow<S>& row) { sum += row.impulse * row.impulse; });
+    for (const std::uint32_t i : island.soft) add(constraints.soft[i].impulse);
+    return sum * S(0) == S(0);  // Only a finite number times 0 is 0.
   }
 
   /// Solves an island whose solution is not finite, by sweeps that skip overflowing rows.

@@ -36,6 +36,9 @@ struct ContactConstraint {
   Vec3<S> arm_b = zero<Vec3<S>>();
   /// [-] Number of its `CachedPoint`.
   std::uint32_t point = 0;
+  /// [-] The same of the first point of its manifold; `none` where it is not of a manifold.
+  static constexpr std::uint32_t none = 0xffffffffu;
+  std::uint32_t first_point = none;
   /// [m/s] Final velocity along the axes, by these arms, of surfaces that stay together. It is not
   /// zero, since the arms go on turning, and since surfaces may run on their bodies.
   std::array<S, 3> bias{};
@@ -101,13 +104,16 @@ template <Scalar S>
   const S most = friction * impulse[0];
   const S friction2 = impulse[1] * impulse[1] + impulse[2] * impulse[2];
   if (!(friction2 < most * most)) return S(0);
-  return friction2 > S(0) ? min(S(1), S(10) * (S(1) - sqrt(friction2) / most)) : S(1);
+  if (friction2 <= S(0.81) * (most * most)) return S(1);
+  return min(S(1), S(10) * (S(1) - sqrt(friction2) / most));
 }
 
-/// Returns whether two contacts have the same bodies and axes, and surfaces that run alike.
+/// Returns whether two contacts have the same bodies and axes, and surfaces that run alike, as the
+/// points of a manifold have.
 template <Scalar S>
 [[nodiscard]] bool are_of_one_manifold(const ContactConstraint<S>& c,
                                        const ContactConstraint<S>& d) {
+  if (c.first_point == d.first_point && c.first_point != c.none) return true;
   return c.body_a == d.body_a && c.body_b == d.body_b && c.axes[0] == d.axes[0] &&
          c.friction == d.friction && c.drift[0] == d.drift[0] && c.drift[1] == d.drift[1];
 }

@@ -31,6 +31,7 @@ void add_contacts(const CachedManifold<S>& manifold, const DynamicArray<CachedPo
   ContactConstraint<S> c;
   c.body_a = slot_a;
   c.body_b = slot_b;
+  c.first_point = manifold.first;
   c.axes[0] = manifold.normal;
   tangent_basis<S>(manifold.normal, c.axes[1], c.axes[2]);
   c.drift = {c.axes[1].dot(drift), c.axes[2].dot(drift)};
@@ -244,8 +245,11 @@ void target_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const Solve
   const auto normal_part = [&](const Twist<S>& u, const Twist<S>& v) {
     return n.dot(v.linear - u.linear) + (torque_b.dot(v.angular) - torque_a.dot(u.angular));
   };
-  const NormalSpeeds<S> speeds{normal_part(a.kept_start(), b.kept_start()),
-                               normal_part(a.free, b.free), normal_part(a.mean_free, b.mean_free)};
+  // Most bodies are not damped. Their velocities need no copy.
+  const bool keeps_all = a.keeps_all() && b.keeps_all();
+  const NormalSpeeds<S> speeds{
+      keeps_all ? normal_part(a.start, b.start) : normal_part(a.kept_start(), b.kept_start()),
+      normal_part(a.free, b.free), normal_part(a.mean_free, b.mean_free)};
   const bool is_trapezoidal = context.integrator == Integrator::trapezoidal;
   c.transient_impulse = {};
   if (c.is_open) {

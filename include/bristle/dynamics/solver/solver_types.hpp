@@ -52,9 +52,11 @@ struct SolverBody {
   Mat3<S> inertia = zero<Mat3<S>>();
 
   [[nodiscard]] bool is_moving() const { return moves; }
+  /// Returns whether damping takes nothing of `start`.
+  [[nodiscard]] bool keeps_all() const { return kept_linear == S(1) && kept_angular == S(1); }
   /// [m/s, rad/s] The part of `free` that the start leaves. The rest of it comes from forces.
   [[nodiscard]] Twist<S> kept_start() const {
-    if (kept_linear == S(1) && kept_angular == S(1)) return start;
+    if (keeps_all()) return start;
     return {kept_linear * start.linear, kept_angular * start.angular};
   }
   /// Returns whether it is locked along (0 to 2) or about (3 to 5) an axis of the world.
