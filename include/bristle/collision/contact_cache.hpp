@@ -22,14 +22,17 @@ struct CachedPoint {
   /// [m] Arm from each centre of mass to the point at the start of the step, world axes.
   Vec3<S> arm_a = zero<Vec3<S>>();
   Vec3<S> arm_b = zero<Vec3<S>>();
-  /// [m] Offset from these arms to those in the middle of the step. It is half of their change in
-  /// the last step. Zero for a new point.
+  /// [m] Offset from these arms to those in the middle of the step, where that was asked for
+  /// (`ContactCache::find_mid_offsets`), else zero.
   Vec3<S> mid_offset_a = zero<Vec3<S>>();
   Vec3<S> mid_offset_b = zero<Vec3<S>>();
   /// [m] Distance of the surfaces; negative where they overlap.
   S gap = S(0);
   /// [-] Pair of features in contact; see `ContactPoint::feature`.
   std::uint32_t feature = 0;
+  /// [-] Number of the point of the last step that it goes on from; `none` for a new point.
+  static constexpr std::uint32_t none = 0xffffffffu;
+  std::uint32_t last = none;
   /// [N s] Impulses along the normal, and along the two tangents of `tangent_basis`.
   std::array<S, 3> impulse{};
   /// [N s] Part that the next step does not need; see `ContactConstraint::transient_impulse`.
@@ -151,6 +154,14 @@ class ContactCache {
     }
   }
 
+  /// Sets the offsets of a point to half of the change of its arms in the last step.
+  void find_mid_offsets(CachedPoint<S>& point) const {
+    if (point.last == point.none) return;
+    const CachedPoint<S>& last = old_points_[point.last];
+    point.mid_offset_a = mid_offset(point.arm_a, last.arm_a);
+    point.mid_offset_b = mid_offset(point.arm_b, last.arm_b);
+  }
+
   /// Removes the contacts of a shape. The next shape with its tag then inherits nothing.
   void forget(std::uint32_t tag) {
     forget(tag, manifolds_, points_);
@@ -224,8 +235,7 @@ class ContactCache {
             is_taken[k] = true;
             point.is_fresh = false;
             point.impulse = turn(other);
-            point.mid_offset_a = mid_offset(point.arm_a, other.arm_a);
-            point.mid_offset_b = mid_offset(point.arm_b, other.arm_b);
+            point.last = old.first + k;
             --fresh;
           }
           k = k + 1 < old.count ? k + 1 : 0;

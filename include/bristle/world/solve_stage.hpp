@@ -290,7 +290,9 @@ class SolveStage {
       if (!(hold > S(0))) continue;
       for (std::size_t n = begin; n < k; ++n) {
         ContactConstraint<S>& c = state.constraints.contacts[island.contacts[n]];
-        time_contact(c, state.contacts.points()[c.point], hold, a, b, context);
+        CachedPoint<S>& point = state.contacts.points()[c.point];
+        state.contacts.find_mid_offsets(point);
+        time_contact(c, point, hold, a, b, context);
       }
     }
   }

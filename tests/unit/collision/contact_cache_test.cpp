@@ -233,6 +233,7 @@ TEST_CASE_TEMPLATE("ContactCache: an arm goes on changing as in the last step, h
     cache.begin_step(second);
     found[0].points[0].position = {S(3), way, 0};
     add<S>(cache, {0, 1}, found);
+    cache.find_mid_offsets(cache.points()[0]);
     return Vec3<S>(cache.points()[0].mid_offset_a);
   };
   CHECK(offset_after(S(0.5), S(0.5), S(0.25)) == Vec3<S>(0, S(0.125), 0));
