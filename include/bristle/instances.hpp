@@ -6,6 +6,7 @@
 #pragma once
 
 #if defined(BRISTLE_INSTANTIATE)
+#include <bristle/geometry/meshes/terrain.hpp>
 #include <bristle/geometry/shapes/quickhull.hpp>
 #include <bristle/hosts/host_stage.hpp>
 #include <bristle/io/glb.hpp>
@@ -48,6 +49,7 @@ BRISTLE_MAKE_WORLD(BRISTLE_INSTANTIATE, FclBackend)
 #undef BRISTLE_MAKE_WORLD
 
 BRISTLE_HULL_FUNCTIONS(template, BRISTLE_INSTANTIATE)
+BRISTLE_TERRAIN_FUNCTIONS(template, BRISTLE_INSTANTIATE)
 template SensorLayout<BRISTLE_INSTANTIATE> sensor_grid<BRISTLE_INSTANTIATE>(
     const SensorGridDef<BRISTLE_INSTANTIATE>& def);
 template SensorLayout<BRISTLE_INSTANTIATE> sensors_from_mesh<BRISTLE_INSTANTIATE>(

@@ -4670,11 +4670,8 @@ TriangleMesh<S> drawn_mesh(const Shape<S>& shape, S plane_size) {
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <array>
-#include <cstddef>
 #include <cstdint>
 #include <span>
-#include <string>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -4712,60 +4709,26 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] TriangleMesh<S> extruded_mesh(const TriangleMesh<S>& surface, const Vec3<S>& offset);
 
+}  // namespace bristle::inline BRISTLE_ABI
+
 // Implementation ----------------------------------------------------------------------------------
 
-template <Scalar S>
-TriangleMesh<S> height_field_mesh(const detail::Vec2<S>& size,
-                                  const std::array<std::uint32_t, 2>& cells,
-                                  std::span<const S> heights) {
-  const std::size_t corners = (std::size_t(cells[0]) + 1) * (std::size_t(cells[1]) + 1);
-  detail::require(heights.size() == corners, "height_field_mesh: heights.size()", heights.size(),
-                  "must be " + std::to_string(corners) + ", one for each corner of a cell");
-  TriangleMesh<S> mesh = grid_mesh(size, cells);
-  for (std::size_t v = 0; v < heights.size(); ++v) {
-    detail::require_finite("height_field_mesh: heights[" + std::to_string(v) + "]", heights[v]);
-    mesh.vertices[v].z() = heights[v];
-  }
-  return mesh;
-}
+/// Declares (`extern template`) or defines (`template`) the functions of terrain in a scalar.
+#define BRISTLE_TERRAIN_FUNCTIONS(declare_or_make, S)                                       \
+  declare_or_make TriangleMesh<S> height_field_mesh<S>(const detail::Vec2<S>& size,         \
+                                                       const std::array<std::uint32_t, 2>&, \
+                                                       std::span<const S> heights);         \
+  declare_or_make TriangleMesh<S> extruded_mesh<S>(const TriangleMesh<S>& surface,          \
+                                                   const Vec3<S>& offset);
 
-template <Scalar S>
-TriangleMesh<S> extruded_mesh(const TriangleMesh<S>& surface, const Vec3<S>& offset) {
-  detail::require_all_finite("extruded_mesh: offset", offset);
-  detail::require(offset.stableNorm() > S(0), "extruded_mesh: offset", S(0), "must not be 0");
-  validate_surface(surface);
-  const Vec3<S> up = -offset.stableNormalized();
-  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    // A triangle without a normal fails, too.
-    if (triangle_normal(surface, t).dot(up) > detail::Tolerance<S>::round_off()) continue;
-    detail::raise_triangle(t, detail::to_tuple_text(surface.triangles[t]),
-                           "must face against the offset " + detail::to_tuple_text(offset));
-  }
-  const detail::DynamicArray<detail::EdgeUse> borders =
-      detail::border_edges(detail::sorted_edges(surface.triangles));
+#if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
+namespace bristle::inline BRISTLE_ABI {
 
-  TriangleMesh<S> solid = surface;
-  const auto below = static_cast<std::uint32_t>(surface.vertices.size());
-  for (const Vec3<S>& vertex : surface.vertices) solid.vertices.push_back(vertex + offset);
-  for (const auto& t : surface.triangles) {
-    solid.triangles.push_back({below + t[0], below + t[2], below + t[1]});
-  }
-  std::vector<bool> has_wall(surface.vertices.size());
-  for (const detail::EdgeUse& border : borders) {
-    const std::uint32_t from = border.is_ascending ? border.low : border.high;
-    const std::uint32_t to = border.is_ascending ? border.high : border.low;
-    if (has_wall[from]) {
-      detail::raise_triangle(border.triangle, "vertex " + std::to_string(from),
-                             "must not lie on two borders, or on one twice");
-    }
-    has_wall[from] = true;
-    solid.triangles.push_back({to, from, below + from});
-    solid.triangles.push_back({to, below + from, below + to});
-  }
-  return solid;
-}
+BRISTLE_TERRAIN_FUNCTIONS(extern template, float)
+BRISTLE_TERRAIN_FUNCTIONS(extern template, double)
 
 }  // namespace bristle::inline BRISTLE_ABI
+#endif
 
 // === bristle/geometry/shapes/quickhull.hpp
 
@@ -18998,6 +18961,67 @@ class ThreadPool {
 #endif
 
 #if BRISTLE_HAS_DEFINITIONS
+
+// === bristle/geometry/meshes/terrain.hpp: definitions
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+template <Scalar S>
+TriangleMesh<S> height_field_mesh(const detail::Vec2<S>& size,
+                                  const std::array<std::uint32_t, 2>& cells,
+                                  std::span<const S> heights) {
+  const std::size_t corners = (std::size_t(cells[0]) + 1) * (std::size_t(cells[1]) + 1);
+  detail::require(heights.size() == corners, "height_field_mesh: heights.size()", heights.size(),
+                  "must be " + std::to_string(corners) + ", one for each corner of a cell");
+  TriangleMesh<S> mesh = grid_mesh(size, cells);
+  for (std::size_t v = 0; v < heights.size(); ++v) {
+    detail::require_finite("height_field_mesh: heights[" + std::to_string(v) + "]", heights[v]);
+    mesh.vertices[v].z() = heights[v];
+  }
+  return mesh;
+}
+
+template <Scalar S>
+TriangleMesh<S> extruded_mesh(const TriangleMesh<S>& surface, const Vec3<S>& offset) {
+  detail::require_all_finite("extruded_mesh: offset", offset);
+  detail::require(offset.stableNorm() > S(0), "extruded_mesh: offset", S(0), "must not be 0");
+  validate_surface(surface);
+  const Vec3<S> up = -offset.stableNormalized();
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    // A triangle without a normal fails, too.
+    if (triangle_normal(surface, t).dot(up) > detail::Tolerance<S>::round_off()) continue;
+    detail::raise_triangle(t, detail::to_tuple_text(surface.triangles[t]),
+                           "must face against the offset " + detail::to_tuple_text(offset));
+  }
+  const detail::DynamicArray<detail::EdgeUse> borders =
+      detail::border_edges(detail::sorted_edges(surface.triangles));
+
+  TriangleMesh<S> solid = surface;
+  const auto below = static_cast<std::uint32_t>(surface.vertices.size());
+  for (const Vec3<S>& vertex : surface.vertices) solid.vertices.push_back(vertex + offset);
+  for (const auto& t : surface.triangles) {
+    solid.triangles.push_back({below + t[0], below + t[2], below + t[1]});
+  }
+  std::vector<bool> has_wall(surface.vertices.size());
+  for (const detail::EdgeUse& border : borders) {
+    const std::uint32_t from = border.is_ascending ? border.low : border.high;
+    const std::uint32_t to = border.is_ascending ? border.high : border.low;
+    if (has_wall[from]) {
+      detail::raise_triangle(border.triangle, "vertex " + std::to_string(from),
+                             "must not lie on two borders, or on one twice");
+    }
+    has_wall[from] = true;
+    solid.triangles.push_back({to, from, below + from});
+    solid.triangles.push_back({to, below + from, below + to});
+  }
+  return solid;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/geometry/shapes/quickhull.hpp: definitions
 // === bristle/geometry/shapes/grid_hull.hpp
@@ -41755,6 +41779,7 @@ BRISTLE_MAKE_WORLD(BRISTLE_INSTANTIATE, FclBackend)
 #undef BRISTLE_MAKE_WORLD
 
 BRISTLE_HULL_FUNCTIONS(template, BRISTLE_INSTANTIATE)
+BRISTLE_TERRAIN_FUNCTIONS(template, BRISTLE_INSTANTIATE)
 template SensorLayout<BRISTLE_INSTANTIATE> sensor_grid<BRISTLE_INSTANTIATE>(
     const SensorGridDef<BRISTLE_INSTANTIATE>& def);
 template SensorLayout<BRISTLE_INSTANTIATE> sensors_from_mesh<BRISTLE_INSTANTIATE>(

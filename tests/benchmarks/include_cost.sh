@@ -31,20 +31,22 @@ for compiler in "$@"; do
   done
 done
 
-# Cost of a file with a world and a patch, header-only and declared: processor seconds, memory of
-# the compiler, size of the object.
+# Cost of a file with a world and a patch, and of two others, header-only and declared: processor
+# seconds, memory of the compiler, size of the object.
 object="$(mktemp --suffix=.o)"
 trap 'rm -f "$file" "$object"' EXIT
 for compiler in "$@"; do
   command -v "$compiler" >/dev/null || continue
-  printf '%s -O2 examples/01_falling_box.cpp\n' "$compiler"
-  printf '  %-34s  %8s  %8s  %8s\n' "" seconds MB kB
-  for way in header-only compiled; do
-    define=-DBRISTLE_WAY
-    [ $way = header-only ] || define=-DBRISTLE_COMPILED
-    cost="$(/usr/bin/time -f '%U %S %M' "$compiler" "${flags[@]}" -O2 "$define" -c \
-      "$root/examples/01_falling_box.cpp" -o "$object" 2>&1 | tail -1)"
-    echo "$cost" | awk -v way=$way -v size="$(stat -c %s "$object")" \
-      '{ printf "  %-34s  %8.1f  %8.0f  %8.0f\n", way, $1 + $2, $3 / 1024, size / 1000 }'
+  for example in 01_falling_box 12_snapshot 21_terrain; do
+    printf '%s -O2 examples/%s.cpp\n' "$compiler" "$example"
+    printf '  %-34s  %8s  %8s  %8s\n' "" seconds MB kB
+    for way in header-only compiled; do
+      define=-DBRISTLE_WAY
+      [ $way = header-only ] || define=-DBRISTLE_COMPILED
+      cost="$(/usr/bin/time -f '%U %S %M' "$compiler" "${flags[@]}" -O2 "$define" -c \
+        "$root/examples/$example.cpp" -o "$object" 2>&1 | tail -1)"
+      echo "$cost" | awk -v way=$way -v size="$(stat -c %s "$object")" \
+        '{ printf "  %-34s  %8.1f  %8.0f  %8.0f\n", way, $1 + $2, $3 / 1024, size / 1000 }'
+    done
   done
 done

@@ -7,19 +7,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/core/dynamic_array.hpp>
-#include <bristle/core/error.hpp>
-#include <bristle/geometry/meshes/mesh_shapes.hpp>
-#include <bristle/geometry/meshes/mesh_validation.hpp>
 #include <bristle/geometry/meshes/triangle_mesh.hpp>
 #include <bristle/math/types.hpp>
 
 #include <array>
-#include <cstddef>
 #include <cstdint>
 #include <span>
-#include <string>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -57,7 +50,21 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] TriangleMesh<S> extruded_mesh(const TriangleMesh<S>& surface, const Vec3<S>& offset);
 
+}  // namespace bristle::inline BRISTLE_ABI
+
 // Implementation ----------------------------------------------------------------------------------
+
+#if BRISTLE_HAS_DEFINITIONS
+#include <bristle/core/dynamic_array.hpp>
+#include <bristle/core/error.hpp>
+#include <bristle/geometry/meshes/mesh_shapes.hpp>
+#include <bristle/geometry/meshes/mesh_validation.hpp>
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
 
 template <Scalar S>
 TriangleMesh<S> height_field_mesh(const detail::Vec2<S>& size,
@@ -111,3 +118,21 @@ TriangleMesh<S> extruded_mesh(const TriangleMesh<S>& surface, const Vec3<S>& off
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
+#endif
+
+/// Declares (`extern template`) or defines (`template`) the functions of terrain in a scalar.
+#define BRISTLE_TERRAIN_FUNCTIONS(declare_or_make, S)                                       \
+  declare_or_make TriangleMesh<S> height_field_mesh<S>(const detail::Vec2<S>& size,         \
+                                                       const std::array<std::uint32_t, 2>&, \
+                                                       std::span<const S> heights);         \
+  declare_or_make TriangleMesh<S> extruded_mesh<S>(const TriangleMesh<S>& surface,          \
+                                                   const Vec3<S>& offset);
+
+#if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
+namespace bristle::inline BRISTLE_ABI {
+
+BRISTLE_TERRAIN_FUNCTIONS(extern template, float)
+BRISTLE_TERRAIN_FUNCTIONS(extern template, double)
+
+}  // namespace bristle::inline BRISTLE_ABI
+#endif
