@@ -10662,15 +10662,16 @@ struct CachedPoint {
   /// [m] Arm from each centre of mass to the point at the start of the step, world axes.
   Vec3<S> arm_a = zero<Vec3<S>>();
   Vec3<S> arm_b = zero<Vec3<S>>();
-  /// [m] Offset from these arms to those in the middle of the step, where that was asked for
-  /// (`ContactCache::find_mid_offsets`), else zero.
+  /// [m] Offset from these arms to those in the middle of the step (`time_contact`). Zero where the
+  /// impulse acts at the arms themselves.
   Vec3<S> mid_offset_a = zero<Vec3<S>>();
   Vec3<S> mid_offset_b = zero<Vec3<S>>();
   /// [m] Distance of the surfaces; negative where they overlap.
   S gap = S(0);
   /// [-] Pair of features in contact; see `ContactPoint::feature`.
   std::uint32_t feature = 0;
-  /// [-] Number of the point of the last step that it goes on from; `none` for a new point.
+  /// [-] Number of the point of the last step that it goes on from; `none` for a new point. Valid
+  /// within the step that has found the point.
   static constexpr std::uint32_t none = 0xffffffffu;
   std::uint32_t last = none;
   /// [N s] Impulses along the normal, and along the two tangents of `tangent_basis`.
@@ -15818,27 +15819,26 @@ using OpenFile = std::unique_ptr<std::FILE, FileCloser>;
 
 /// Returns all bytes of a file.
 ///
-/// @throws IoError if the file does not exist, is a directory or a stream without a size, or cannot
-///         be read.
+/// @throws IoError if the file does not exist, is a directory or a device, or cannot be read.
 [[nodiscard]] inline std::string read_file(const std::string& path) {
   errno = 0;
   const detail::OpenFile file(std::fopen(path.c_str(), "rb"));
   if (!file) detail::raise_file_error(path, "cannot be opened for reading");
-  const bool is_at_end = std::fseek(file.get(), 0, SEEK_END) == 0;
-  const long size = is_at_end ? std::ftell(file.get()) : -1;
-  if (size < 0) detail::raise_file_error(path, "has no size");
+  // A directory opens, too. It has no end, one beyond all memory, or no first byte; a device may
+  // have no last one.
+  const bool has_end = std::fseek(file.get(), 0, SEEK_END) == 0;
+  const long end = has_end ? std::ftell(file.get()) : -1;
+  if (end < 0) detail::raise_file_error(path, "not a regular file");
   std::rewind(file.get());
-  // In parts that grow: a directory says that it is larger than any memory, and has no first byte.
   std::string bytes;
-  const std::size_t all = static_cast<std::size_t>(size);
-  while (bytes.size() < all) {
-    const std::size_t known = bytes.size();
-    bytes.resize(std::min(all, std::max<std::size_t>(2 * known, 1 << 16)));
-    const std::size_t part = bytes.size() - known;
-    if (std::fread(bytes.data() + known, 1, part, file.get()) != part) {
-      detail::raise_file_error(path, "cannot be read to its end");
-    }
-  }
+  std::size_t size = 0;
+  do {
+    bytes.resize(std::max<std::size_t>(2 * size, 1 << 16));
+    size += std::fread(bytes.data() + size, 1, bytes.size() - size, file.get());
+  } while (size == bytes.size() && size <= static_cast<std::size_t>(end));
+  if (std::ferror(file.get()) != 0) detail::raise_file_error(path, "cannot be read to its end");
+  if (size > static_cast<std::size_t>(end)) detail::raise(IoError(path, 0, "not a regular file"));
+  bytes.resize(size);
   return bytes;
 }
 
@@ -16492,6 +16492,8 @@ extern template std::string glb<double>(const Recording<double>& recording, cons
 /// @file
 /// Mesh files of any known kind, distinguished by extension.
 // SPDX-License-Identifier: BSD-3-Clause
+
+#include <string>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -36928,7 +36930,7 @@ class SolveStage {
       if (pass >= context.settings.max_passes) break;
     }
     if (context.integrator == Integrator::trapezoidal) keep_angular_momentum(state, island);
-    if (!context.is_large()) limit_corrections(state, island, context);
+    if (!context.is_large()) limit_turns(state, island, context, bodies);
     if (joints != nullptr) joints->close_wide_gaps(state, island);
     state.report.position_sweeps += static_cast<std::uint64_t>(report.position_sweeps);
     state.report.direct_islands += report.factorisations > 0 ? 1 : 0;
@@ -36973,27 +36975,57 @@ class SolveStage {
     }
   }
 
-  /// Scales down the position corrections of an island if they would turn a body by more than half
-  /// a radian. They are solved along the directions of the start of the step and mean nothing
-  /// beyond that. They have no bound where a light link stands across its chain, or where bodies
-  /// that interlock are pushed apart both ways; and such a body pushes others just as far.
-  void limit_corrections(State& state, const Island& island, const SolveContext<S>& context) const {
-    using std::max;
+  /// Bounds how far the position corrections of an island turn a body: by half a radian. They are
+  /// solved along the directions of the start of the step, which mean nothing beyond that. They
+  /// have no bound where a body is hit far from its centre, where a light link stands across its
+  /// chain, or where bodies that interlock are pushed apart both ways; and such a body pushes
+  /// others just as far.
+  ///
+  /// What is corrected is the motion in which all impulses move the bodies by the same share, the
+  /// least that keeps surfaces apart. So does what lies between it and the solved motion. By the
+  /// usual share a fast body would pass through a wall by half of its way.
+  static void limit_turns(const State& state, const Island& island, const SolveContext<S>& context,
+                          std::span<SolverBody<S>> bodies) {
     using std::sqrt;
-    S turn2 = S(0);
-    for (const std::uint32_t slot : island.bodies) {
-      const SolverBody<S>& body = state.solver_bodies[slot];
-      const Twist<S> correction = body.motion - mean_motion(body, context.integrator);
-      turn2 = max(turn2, correction.angular.squaredNorm());
-    }
     const S most = far_turn(context.dt);
-    if (turn2 <= most * most) return;
-    const S share = most / sqrt(turn2);
-    for (const std::uint32_t slot : island.bodies) {
-      SolverBody<S>& body = state.solver_bodies[slot];
-      const Twist<S> mean = mean_motion(body, context.integrator);
-      body.motion = mean + share * (body.motion - mean);
+    S share = usual_share<S>(context.integrator);
+    if (!(fastest_turn2(island, bodies, share) > most * most)) return;
+    for (const std::uint32_t i : island.contacts) {
+      const ContactConstraint<S>& c = state.constraints.contacts[i];
+      share = std::max(
+          share, std::min(S(1), least_share(c, bodies[c.body_a], bodies[c.body_b], context.dt)));
     }
+    const S turn2 = fastest_turn2(island, bodies, share);
+    if (!(turn2 > most * most)) return;
+    const S part = most / sqrt(turn2);
+    for (const std::uint32_t slot : island.bodies) {
+      SolverBody<S>& body = bodies[slot];
+      const Twist<S> start = motion_by(body, share);
+      body.motion = start + part * (body.motion - start);
+    }
+  }
+  /// Motion of a body if its impulses move it by a share.
+  [[nodiscard]] static Twist<S> motion_by(const SolverBody<S>& body, const S& share) {
+    return body.mean_free + share * (body.twist - body.free);
+  }
+  /// [rad^2/s^2] Square of the fastest turn in an island that corrections add to that motion.
+  [[nodiscard]] static S fastest_turn2(const Island& island, std::span<const SolverBody<S>> bodies,
+                                       const S& share) {
+    S fastest2 = S(0);
+    for (const std::uint32_t slot : island.bodies) {
+      const SolverBody<S>& body = bodies[slot];
+      fastest2 = std::max(fastest2, (body.motion - motion_by(body, share)).angular.squaredNorm());
+    }
+    return fastest2;
+  }
+  /// [1] Share of the impulses of two bodies by which a contact closes its gap in the step, and an
+  /// overlap does not grow. Negative or infinite if there is none.
+  [[nodiscard]] static S least_share(const ContactConstraint<S>& c, const SolverBody<S>& a,
+                                     const SolverBody<S>& b, const S& dt) {
+    const S given = c.normal_velocity(a.twist, b.twist) - c.normal_velocity(a.free, b.free);
+    const S closing = -c.normal_velocity(a.mean_free, b.mean_free);
+    const S missing = closing - std::max(S(0), c.gap) / dt;
+    return given > S(0) ? missing / given : S(0);
   }
 
   /// Restores the angular momentum of an isolated island.
@@ -37056,8 +37088,8 @@ class SolveStage {
     }
   }
 
-  /// Returns whether all velocities and impulses of an island are finite, with their squares. Heavy
-  /// bodies may take an impulse that overflows at a velocity that does not.
+  /// Returns whether all velocities and impulses of an island are finite, and the sum of their
+  /// squares. Heavy bodies may take an impulse that overflows at a velocity that does not.
   [[nodiscard]] static bool is_finite(const State& state, const Island& island) {
     const Constraints<S>& constraints = state.constraints;
     S sum = S(0);

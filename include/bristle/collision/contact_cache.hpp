@@ -22,15 +22,16 @@ struct CachedPoint {
   /// [m] Arm from each centre of mass to the point at the start of the step, world axes.
   Vec3<S> arm_a = zero<Vec3<S>>();
   Vec3<S> arm_b = zero<Vec3<S>>();
-  /// [m] Offset from these arms to those in the middle of the step, where that was asked for
-  /// (`ContactCache::find_mid_offsets`), else zero.
+  /// [m] Offset from these arms to those in the middle of the step (`time_contact`). Zero where the
+  /// impulse acts at the arms themselves.
   Vec3<S> mid_offset_a = zero<Vec3<S>>();
   Vec3<S> mid_offset_b = zero<Vec3<S>>();
   /// [m] Distance of the surfaces; negative where they overlap.
   S gap = S(0);
   /// [-] Pair of features in contact; see `ContactPoint::feature`.
   std::uint32_t feature = 0;
-  /// [-] Number of the point of the last step that it goes on from; `none` for a new point.
+  /// [-] Number of the point of the last step that it goes on from; `none` for a new point. Valid
+  /// within the step that has found the point.
   static constexpr std::uint32_t none = 0xffffffffu;
   std::uint32_t last = none;
   /// [N s] Impulses along the normal, and along the two tangents of `tangent_basis`.

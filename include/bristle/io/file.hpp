@@ -38,27 +38,26 @@ using OpenFile = std::unique_ptr<std::FILE, FileCloser>;
 
 /// Returns all bytes of a file.
 ///
-/// @throws IoError if the file does not exist, is a directory or a stream without a size, or cannot
-///         be read.
+/// @throws IoError if the file does not exist, is a directory or a device, or cannot be read.
 [[nodiscard]] inline std::string read_file(const std::string& path) {
   errno = 0;
   const detail::OpenFile file(std::fopen(path.c_str(), "rb"));
   if (!file) detail::raise_file_error(path, "cannot be opened for reading");
-  const bool is_at_end = std::fseek(file.get(), 0, SEEK_END) == 0;
-  const long size = is_at_end ? std::ftell(file.get()) : -1;
-  if (size < 0) detail::raise_file_error(path, "has no size");
+  // A directory opens, too. It has no end, one beyond all memory, or no first byte; a device may
+  // have no last one.
+  const bool has_end = std::fseek(file.get(), 0, SEEK_END) == 0;
+  const long end = has_end ? std::ftell(file.get()) : -1;
+  if (end < 0) detail::raise_file_error(path, "not a regular file");
   std::rewind(file.get());
-  // In parts that grow: a directory says that it is larger than any memory, and has no first byte.
   std::string bytes;
-  const std::size_t all = static_cast<std::size_t>(size);
-  while (bytes.size() < all) {
-    const std::size_t known = bytes.size();
-    bytes.resize(std::min(all, std::max<std::size_t>(2 * known, 1 << 16)));
-    const std::size_t part = bytes.size() - known;
-    if (std::fread(bytes.data() + known, 1, part, file.get()) != part) {
-      detail::raise_file_error(path, "cannot be read to its end");
-    }
-  }
+  std::size_t size = 0;
+  do {
+    bytes.resize(std::max<std::size_t>(2 * size, 1 << 16));
+    size += std::fread(bytes.data() + size, 1, bytes.size() - size, file.get());
+  } while (size == bytes.size() && size <= static_cast<std::size_t>(end));
+  if (std::ferror(file.get()) != 0) detail::raise_file_error(path, "cannot be read to its end");
+  if (size > static_cast<std::size_t>(end)) detail::raise(IoError(path, 0, "not a regular file"));
+  bytes.resize(size);
   return bytes;
 }
 

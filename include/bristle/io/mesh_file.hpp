@@ -6,6 +6,8 @@
 #include <bristle/geometry/meshes/triangle_mesh.hpp>
 #include <bristle/math/types.hpp>
 
+#include <string>
+
 namespace bristle::inline BRISTLE_ABI {
 
 /// Reads a mesh from an .stl or .obj file (in either case), as `read_stl` and `read_obj` do. It may

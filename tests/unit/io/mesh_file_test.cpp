@@ -74,7 +74,9 @@ TEST_CASE("load_mesh: names the file in every error") {
     CHECK(loading_error(folder / name) == (folder / name).string() + what);
   };
   check("none.obj", ": cannot be opened for reading: No such file or directory");
-  check("folder.stl", ": cannot be read to its end: Is a directory");
+  // What tells a folder depends on the file system.
+  const std::string place = (folder / "folder.stl").string();
+  CHECK(loading_error(place).starts_with(place + ": "));
   check("empty.stl", ": file is empty");
   check("empty.obj", ": file is empty");
   check("bad.obj", ":2: 'x' is not a finite number");
