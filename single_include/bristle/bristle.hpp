@@ -10662,8 +10662,8 @@ struct CachedPoint {
   /// [m] Arm from each centre of mass to the point at the start of the step, world axes.
   Vec3<S> arm_a = zero<Vec3<S>>();
   Vec3<S> arm_b = zero<Vec3<S>>();
-  /// [m] Offset from these arms to those in the middle of the step (`time_contact`). Zero where the
-  /// impulse acts at the arms themselves.
+  /// [m] Offset from these arms to those in the middle of the step, as far as they are known to
+  /// move (`time_contact`).
   Vec3<S> mid_offset_a = zero<Vec3<S>>();
   Vec3<S> mid_offset_b = zero<Vec3<S>>();
   /// [m] Distance of the surfaces; negative where they overlap.
@@ -15819,7 +15819,8 @@ using OpenFile = std::unique_ptr<std::FILE, FileCloser>;
 
 /// Returns all bytes of a file.
 ///
-/// @throws IoError if the file does not exist, is a directory or a device, or cannot be read.
+/// @throws IoError if the file does not exist, is a directory or a device without an end, or cannot
+///         be read.
 [[nodiscard]] inline std::string read_file(const std::string& path) {
   errno = 0;
   const detail::OpenFile file(std::fopen(path.c_str(), "rb"));
@@ -15830,14 +15831,16 @@ using OpenFile = std::unique_ptr<std::FILE, FileCloser>;
   const long end = has_end ? std::ftell(file.get()) : -1;
   if (end < 0) detail::raise_file_error(path, "not a regular file");
   std::rewind(file.get());
+  // In parts that grow, up to one byte more than there should be.
+  const std::size_t most = static_cast<std::size_t>(end) + 1;
   std::string bytes;
   std::size_t size = 0;
   do {
-    bytes.resize(std::max<std::size_t>(2 * size, 1 << 16));
+    bytes.resize(std::min(most, std::max<std::size_t>(2 * size, 1 << 16)));
     size += std::fread(bytes.data() + size, 1, bytes.size() - size, file.get());
-  } while (size == bytes.size() && size <= static_cast<std::size_t>(end));
+  } while (size == bytes.size() && size < most);
   if (std::ferror(file.get()) != 0) detail::raise_file_error(path, "cannot be read to its end");
-  if (size > static_cast<std::size_t>(end)) detail::raise(IoError(path, 0, "not a regular file"));
+  if (size == most) detail::raise(IoError(path, 0, "longer than its size"));
   bytes.resize(size);
   return bytes;
 }
@@ -36929,8 +36932,8 @@ class SolveStage {
       if (!solver_.place(island, constraints, bodies, context, report)) break;
       if (pass >= context.settings.max_passes) break;
     }
-    if (context.integrator == Integrator::trapezoidal) keep_angular_momentum(state, island);
     if (!context.is_large()) limit_turns(state, island, context, bodies);
+    if (context.integrator == Integrator::trapezoidal) keep_angular_momentum(state, island);
     if (joints != nullptr) joints->close_wide_gaps(state, island);
     state.report.position_sweeps += static_cast<std::uint64_t>(report.position_sweeps);
     state.report.direct_islands += report.factorisations > 0 ? 1 : 0;
@@ -36981,20 +36984,16 @@ class SolveStage {
   /// chain, or where bodies that interlock are pushed apart both ways; and such a body pushes
   /// others just as far.
   ///
-  /// What is corrected is the motion in which all impulses move the bodies by the same share, the
-  /// least that keeps surfaces apart. So does what lies between it and the solved motion. By the
-  /// usual share a fast body would pass through a wall by half of its way.
+  /// What is corrected is then the motion in which all impulses move the bodies by one share
+  /// (`share_apart`). It keeps surfaces apart, and so does what lies between it and the solved
+  /// motion. By the usual share a fast body would pass through a wall by half of its way.
   static void limit_turns(const State& state, const Island& island, const SolveContext<S>& context,
                           std::span<SolverBody<S>> bodies) {
     using std::sqrt;
     const S most = far_turn(context.dt);
-    S share = usual_share<S>(context.integrator);
-    if (!(fastest_turn2(island, bodies, share) > most * most)) return;
-    for (const std::uint32_t i : island.contacts) {
-      const ContactConstraint<S>& c = state.constraints.contacts[i];
-      share = std::max(
-          share, std::min(S(1), least_share(c, bodies[c.body_a], bodies[c.body_b], context.dt)));
-    }
+    const S usual = usual_share<S>(context.integrator);
+    if (!(fastest_turn2(island, bodies, usual) > most * most)) return;
+    const S share = share_apart(state, island, context, bodies, usual);
     const S turn2 = fastest_turn2(island, bodies, share);
     if (!(turn2 > most * most)) return;
     const S part = most / sqrt(turn2);
@@ -37018,14 +37017,25 @@ class SolveStage {
     }
     return fastest2;
   }
-  /// [1] Share of the impulses of two bodies by which a contact closes its gap in the step, and an
-  /// overlap does not grow. Negative or infinite if there is none.
-  [[nodiscard]] static S least_share(const ContactConstraint<S>& c, const SolverBody<S>& a,
-                                     const SolverBody<S>& b, const S& dt) {
-    const S given = c.normal_velocity(a.twist, b.twist) - c.normal_velocity(a.free, b.free);
-    const S closing = -c.normal_velocity(a.mean_free, b.mean_free);
-    const S missing = closing - std::max(S(0), c.gap) / dt;
-    return given > S(0) ? missing / given : S(0);
+  /// [1] Least share of its impulses, from the usual one up to all, by which no gap of an island
+  /// closes by more than itself, and no overlap grows. It is one for all, or momentum would be
+  /// lost. Contacts that bodies are thrown at by others limit it.
+  [[nodiscard]] static S share_apart(const State& state, const Island& island,
+                                     const SolveContext<S>& context,
+                                     std::span<const SolverBody<S>> bodies, const S& usual) {
+    S least = usual;
+    S largest = S(1);
+    for (const std::uint32_t i : island.contacts) {
+      const ContactConstraint<S>& c = state.constraints.contacts[i];
+      const SolverBody<S>& a = bodies[c.body_a];
+      const SolverBody<S>& b = bodies[c.body_b];
+      const S free_way = std::max(S(0), c.gap) + context.position_tolerance;
+      const S missing = -c.normal_velocity(a.mean_free, b.mean_free) - free_way / context.dt;
+      const S given = c.normal_velocity(a.twist, b.twist) - c.normal_velocity(a.free, b.free);
+      if (given > S(0)) least = std::max(least, S(missing / given));
+      if (given < S(0)) largest = std::min(largest, S(missing / given));
+    }
+    return std::max(usual, std::min(least, largest));
   }
 
   /// Restores the angular momentum of an isolated island.

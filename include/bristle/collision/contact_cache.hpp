@@ -22,8 +22,8 @@ struct CachedPoint {
   /// [m] Arm from each centre of mass to the point at the start of the step, world axes.
   Vec3<S> arm_a = zero<Vec3<S>>();
   Vec3<S> arm_b = zero<Vec3<S>>();
-  /// [m] Offset from these arms to those in the middle of the step (`time_contact`). Zero where the
-  /// impulse acts at the arms themselves.
+  /// [m] Offset from these arms to those in the middle of the step, as far as they are known to
+  /// move (`time_contact`).
   Vec3<S> mid_offset_a = zero<Vec3<S>>();
   Vec3<S> mid_offset_b = zero<Vec3<S>>();
   /// [m] Distance of the surfaces; negative where they overlap.

@@ -38,7 +38,8 @@ using OpenFile = std::unique_ptr<std::FILE, FileCloser>;
 
 /// Returns all bytes of a file.
 ///
-/// @throws IoError if the file does not exist, is a directory or a device, or cannot be read.
+/// @throws IoError if the file does not exist, is a directory or a device without an end, or cannot
+///         be read.
 [[nodiscard]] inline std::string read_file(const std::string& path) {
   errno = 0;
   const detail::OpenFile file(std::fopen(path.c_str(), "rb"));
@@ -49,14 +50,16 @@ using OpenFile = std::unique_ptr<std::FILE, FileCloser>;
   const long end = has_end ? std::ftell(file.get()) : -1;
   if (end < 0) detail::raise_file_error(path, "not a regular file");
   std::rewind(file.get());
+  // In parts that grow, up to one byte more than there should be.
+  const std::size_t most = static_cast<std::size_t>(end) + 1;
   std::string bytes;
   std::size_t size = 0;
   do {
-    bytes.resize(std::max<std::size_t>(2 * size, 1 << 16));
+    bytes.resize(std::min(most, std::max<std::size_t>(2 * size, 1 << 16)));
     size += std::fread(bytes.data() + size, 1, bytes.size() - size, file.get());
-  } while (size == bytes.size() && size <= static_cast<std::size_t>(end));
+  } while (size == bytes.size() && size < most);
   if (std::ferror(file.get()) != 0) detail::raise_file_error(path, "cannot be read to its end");
-  if (size > static_cast<std::size_t>(end)) detail::raise(IoError(path, 0, "not a regular file"));
+  if (size == most) detail::raise(IoError(path, 0, "longer than its size"));
   bytes.resize(size);
   return bytes;
 }
