@@ -767,13 +767,10 @@ class DynamicArray {
   void assign(std::size_t count, const T& value) {
     end_from(count);
     make_room(count);
-    if constexpr (std::is_trivially_copyable_v<T>) {
-      size_ = count;
-      std::fill(begin(), end(), value);
-    } else {
-      std::fill(begin(), end(), value);
-      resize(count, value);
-    }
+    // Their life begins with the assignment. One loop then writes all.
+    if constexpr (std::is_trivially_copyable_v<T>) size_ = count;
+    std::fill(begin(), end(), value);
+    resize(count, value);
   }
 
   /// Becomes a copy of a range that lies outside the array. Elements that exist are assigned to,
@@ -12858,11 +12855,16 @@ template <Scalar S>
 void apply_impulses(const Island& island, const Constraints<S>& constraints,
                     std::span<SolverBody<S>> bodies);
 
-/// Displacement of a body in a step, divided by the step, from its velocities.
+/// Displacement of a body in a step, divided by the step, if its impulses act for a share of it.
+template <Scalar S>
+[[nodiscard]] Twist<S> motion_by(const SolverBody<S>& body, const S& share) {
+  return body.mean_free + share * (body.twist - body.free);
+}
+/// The same by the share of the integrator.
 template <Scalar S>
 [[nodiscard]] Twist<S> mean_motion(const SolverBody<S>& body, Integrator integrator) {
   if (integrator == Integrator::symplectic_euler) return body.twist;
-  return body.mean_free + S(0.5) * (body.twist - body.free);
+  return motion_by(body, S(0.5));
 }
 
 /// The same for free motion with known velocities at both ends, of a body or of a point.
@@ -15790,7 +15792,6 @@ BRISTLE_COMPILED_HOSTS(double, FclBackend)
 /// of a second.
 // SPDX-License-Identifier: BSD-3-Clause
 
-#include <algorithm>
 #include <cerrno>
 #include <cstddef>
 #include <cstdio>
@@ -15825,23 +15826,21 @@ using OpenFile = std::unique_ptr<std::FILE, FileCloser>;
   errno = 0;
   const detail::OpenFile file(std::fopen(path.c_str(), "rb"));
   if (!file) detail::raise_file_error(path, "cannot be opened for reading");
-  // A directory opens, too. It has no end, one beyond all memory, or no first byte; a device may
-  // have no last one.
   const bool has_end = std::fseek(file.get(), 0, SEEK_END) == 0;
   const long end = has_end ? std::ftell(file.get()) : -1;
   if (end < 0) detail::raise_file_error(path, "not a regular file");
   std::rewind(file.get());
-  // In parts that grow, up to one byte more than there should be.
-  const std::size_t most = static_cast<std::size_t>(end) + 1;
+  // Part by part: a directory may claim any size, and a device be longer than it says.
+  const auto size = static_cast<std::size_t>(end);
   std::string bytes;
-  std::size_t size = 0;
-  do {
-    bytes.resize(std::min(most, std::max<std::size_t>(2 * size, 1 << 16)));
-    size += std::fread(bytes.data() + size, 1, bytes.size() - size, file.get());
-  } while (size == bytes.size() && size < most);
+  char part[1 << 14];
+  while (bytes.size() <= size) {
+    const std::size_t count = std::fread(part, 1, sizeof part, file.get());
+    if (count == 0) break;
+    bytes.append(part, count);
+  }
   if (std::ferror(file.get()) != 0) detail::raise_file_error(path, "cannot be read to its end");
-  if (size == most) detail::raise(IoError(path, 0, "longer than its size"));
-  bytes.resize(size);
+  if (bytes.size() > size) detail::raise(IoError(path, 0, "longer than its size"));
   return bytes;
 }
 
@@ -36932,7 +36931,7 @@ class SolveStage {
       if (!solver_.place(island, constraints, bodies, context, report)) break;
       if (pass >= context.settings.max_passes) break;
     }
-    if (!context.is_large()) limit_turns(state, island, context, bodies);
+    if (!context.is_large()) limit_turns(state, island, context);
     if (context.integrator == Integrator::trapezoidal) keep_angular_momentum(state, island);
     if (joints != nullptr) joints->close_wide_gaps(state, island);
     state.report.position_sweeps += static_cast<std::uint64_t>(report.position_sweeps);
@@ -36956,7 +36955,7 @@ class SolveStage {
       const SolverBody<S>& b = state.solver_bodies[first.body_b];
       const S w2 = max(a.start.angular.squaredNorm(), b.start.angular.squaredNorm());
       const S reach2 = max(first.arm_a.squaredNorm(), first.arm_b.squaredNorm());
-      const bool moves_arms = w2 * w2 * reach2 > least * least && !(w2 > most * most);
+      const bool moves_arms = w2 * w2 * reach2 > least * least && w2 <= most * most;
       const std::size_t begin = k;
       // The split of a manifold's impulse among its points is not unique. Its sum is.
       std::array<S, 3> impulse{};
@@ -36987,51 +36986,55 @@ class SolveStage {
   /// What is corrected is then the motion in which all impulses move the bodies by one share
   /// (`share_apart`). It keeps surfaces apart, and so does what lies between it and the solved
   /// motion. By the usual share a fast body would pass through a wall by half of its way.
-  static void limit_turns(const State& state, const Island& island, const SolveContext<S>& context,
-                          std::span<SolverBody<S>> bodies) {
+  static void limit_turns(State& state, const Island& island, const SolveContext<S>& context) {
     using std::sqrt;
     const S most = far_turn(context.dt);
-    const S usual = usual_share<S>(context.integrator);
-    if (!(fastest_turn2(island, bodies, usual) > most * most)) return;
-    const S share = share_apart(state, island, context, bodies, usual);
-    const S turn2 = fastest_turn2(island, bodies, share);
+    S share = usual_share<S>(context.integrator);
+    if (!(fastest_turn2(state, island, share) > most * most)) return;
+    share = share_apart(state, island, context, share);
+    const S turn2 = fastest_turn2(state, island, share);
     if (!(turn2 > most * most)) return;
     const S part = most / sqrt(turn2);
     for (const std::uint32_t slot : island.bodies) {
-      SolverBody<S>& body = bodies[slot];
+      SolverBody<S>& body = state.solver_bodies[slot];
       const Twist<S> start = motion_by(body, share);
       body.motion = start + part * (body.motion - start);
     }
   }
-  /// Motion of a body if its impulses move it by a share.
-  [[nodiscard]] static Twist<S> motion_by(const SolverBody<S>& body, const S& share) {
-    return body.mean_free + share * (body.twist - body.free);
-  }
-  /// [rad^2/s^2] Square of the fastest turn in an island that corrections add to that motion.
-  [[nodiscard]] static S fastest_turn2(const Island& island, std::span<const SolverBody<S>> bodies,
-                                       const S& share) {
+  /// [rad^2/s^2] Square of the fastest turn in an island that corrections add to the motion in
+  /// which impulses act for a share of the step.
+  [[nodiscard]] static S fastest_turn2(const State& state, const Island& island, const S& share) {
     S fastest2 = S(0);
     for (const std::uint32_t slot : island.bodies) {
-      const SolverBody<S>& body = bodies[slot];
+      const SolverBody<S>& body = state.solver_bodies[slot];
       fastest2 = std::max(fastest2, (body.motion - motion_by(body, share)).angular.squaredNorm());
     }
     return fastest2;
   }
   /// [1] Least share of its impulses, from the usual one up to all, by which no gap of an island
   /// closes by more than itself, and no overlap grows. It is one for all, or momentum would be
-  /// lost. Contacts that bodies are thrown at by others limit it.
+  /// lost. Contacts towards which impulses drive the bodies bound it from above. What position
+  /// sweeps ignore has no say: round-off would decide where surfaces rest on each other.
   [[nodiscard]] static S share_apart(const State& state, const Island& island,
-                                     const SolveContext<S>& context,
-                                     std::span<const SolverBody<S>> bodies, const S& usual) {
+                                     const SolveContext<S>& context, const S& usual) {
+    // Where a body turns far its arms end up anywhere. Its centre does not.
+    const auto arm_of = [&](const SolverBody<S>& body, const Vec3<S>& arm) -> Vec3<S> {
+      return turns_far<S>(body.twist.angular, context.dt) ? zero<Vec3<S>>() : arm;
+    };
     S least = usual;
     S largest = S(1);
     for (const std::uint32_t i : island.contacts) {
       const ContactConstraint<S>& c = state.constraints.contacts[i];
-      const SolverBody<S>& a = bodies[c.body_a];
-      const SolverBody<S>& b = bodies[c.body_b];
+      const SolverBody<S>& a = state.solver_bodies[c.body_a];
+      const SolverBody<S>& b = state.solver_bodies[c.body_b];
+      const Vec3<S> arm_a = arm_of(a, c.arm_a);
+      const Vec3<S> arm_b = arm_of(b, c.arm_b);
+      const auto parting = [&](const Twist<S>& u, const Twist<S>& v) {
+        return c.axes[0].dot(v.at(arm_b) - u.at(arm_a));
+      };
       const S free_way = std::max(S(0), c.gap) + context.position_tolerance;
-      const S missing = -c.normal_velocity(a.mean_free, b.mean_free) - free_way / context.dt;
-      const S given = c.normal_velocity(a.twist, b.twist) - c.normal_velocity(a.free, b.free);
+      const S missing = -parting(a.mean_free, b.mean_free) - free_way / context.dt;
+      const S given = parting(a.twist, b.twist) - parting(a.free, b.free);
       if (given > S(0)) least = std::max(least, S(missing / given));
       if (given < S(0)) largest = std::min(largest, S(missing / given));
     }

@@ -171,13 +171,10 @@ class DynamicArray {
   void assign(std::size_t count, const T& value) {
     end_from(count);
     make_room(count);
-    if constexpr (std::is_trivially_copyable_v<T>) {
-      size_ = count;
-      std::fill(begin(), end(), value);
-    } else {
-      std::fill(begin(), end(), value);
-      resize(count, value);
-    }
+    // Their life begins with the assignment. One loop then writes all.
+    if constexpr (std::is_trivially_copyable_v<T>) size_ = count;
+    std::fill(begin(), end(), value);
+    resize(count, value);
   }
 
   /// Becomes a copy of a range that lies outside the array. Elements that exist are assigned to,

@@ -9,7 +9,6 @@
 
 #include <bristle/core/error.hpp>
 
-#include <algorithm>
 #include <cerrno>
 #include <cstddef>
 #include <cstdio>
@@ -44,23 +43,21 @@ using OpenFile = std::unique_ptr<std::FILE, FileCloser>;
   errno = 0;
   const detail::OpenFile file(std::fopen(path.c_str(), "rb"));
   if (!file) detail::raise_file_error(path, "cannot be opened for reading");
-  // A directory opens, too. It has no end, one beyond all memory, or no first byte; a device may
-  // have no last one.
   const bool has_end = std::fseek(file.get(), 0, SEEK_END) == 0;
   const long end = has_end ? std::ftell(file.get()) : -1;
   if (end < 0) detail::raise_file_error(path, "not a regular file");
   std::rewind(file.get());
-  // In parts that grow, up to one byte more than there should be.
-  const std::size_t most = static_cast<std::size_t>(end) + 1;
+  // Part by part: a directory may claim any size, and a device be longer than it says.
+  const auto size = static_cast<std::size_t>(end);
   std::string bytes;
-  std::size_t size = 0;
-  do {
-    bytes.resize(std::min(most, std::max<std::size_t>(2 * size, 1 << 16)));
-    size += std::fread(bytes.data() + size, 1, bytes.size() - size, file.get());
-  } while (size == bytes.size() && size < most);
+  char part[1 << 14];
+  while (bytes.size() <= size) {
+    const std::size_t count = std::fread(part, 1, sizeof part, file.get());
+    if (count == 0) break;
+    bytes.append(part, count);
+  }
   if (std::ferror(file.get()) != 0) detail::raise_file_error(path, "cannot be read to its end");
-  if (size == most) detail::raise(IoError(path, 0, "longer than its size"));
-  bytes.resize(size);
+  if (bytes.size() > size) detail::raise(IoError(path, 0, "longer than its size"));
   return bytes;
 }
 

@@ -251,7 +251,7 @@ class SolveStage {
       if (!solver_.place(island, constraints, bodies, context, report)) break;
       if (pass >= context.settings.max_passes) break;
     }
-    if (!context.is_large()) limit_turns(state, island, context, bodies);
+    if (!context.is_large()) limit_turns(state, island, context);
     if (context.integrator == Integrator::trapezoidal) keep_angular_momentum(state, island);
     if (joints != nullptr) joints->close_wide_gaps(state, island);
     state.report.position_sweeps += static_cast<std::uint64_t>(report.position_sweeps);
@@ -275,7 +275,7 @@ class SolveStage {
       const SolverBody<S>& b = state.solver_bodies[first.body_b];
       const S w2 = max(a.start.angular.squaredNorm(), b.start.angular.squaredNorm());
       const S reach2 = max(first.arm_a.squaredNorm(), first.arm_b.squaredNorm());
-      const bool moves_arms = w2 * w2 * reach2 > least * least && !(w2 > most * most);
+      const bool moves_arms = w2 * w2 * reach2 > least * least && w2 <= most * most;
       const std::size_t begin = k;
       // The split of a manifold's impulse among its points is not unique. Its sum is.
       std::array<S, 3> impulse{};
@@ -306,51 +306,55 @@ class SolveStage {
   /// What is corrected is then the motion in which all impulses move the bodies by one share
   /// (`share_apart`). It keeps surfaces apart, and so does what lies between it and the solved
   /// motion. By the usual share a fast body would pass through a wall by half of its way.
-  static void limit_turns(const State& state, const Island& island, const SolveContext<S>& context,
-                          std::span<SolverBody<S>> bodies) {
+  static void limit_turns(State& state, const Island& island, const SolveContext<S>& context) {
     using std::sqrt;
     const S most = far_turn(context.dt);
-    const S usual = usual_share<S>(context.integrator);
-    if (!(fastest_turn2(island, bodies, usual) > most * most)) return;
-    const S share = share_apart(state, island, context, bodies, usual);
-    const S turn2 = fastest_turn2(island, bodies, share);
+    S share = usual_share<S>(context.integrator);
+    if (!(fastest_turn2(state, island, share) > most * most)) return;
+    share = share_apart(state, island, context, share);
+    const S turn2 = fastest_turn2(state, island, share);
     if (!(turn2 > most * most)) return;
     const S part = most / sqrt(turn2);
     for (const std::uint32_t slot : island.bodies) {
-      SolverBody<S>& body = bodies[slot];
+      SolverBody<S>& body = state.solver_bodies[slot];
       const Twist<S> start = motion_by(body, share);
       body.motion = start + part * (body.motion - start);
     }
   }
-  /// Motion of a body if its impulses move it by a share.
-  [[nodiscard]] static Twist<S> motion_by(const SolverBody<S>& body, const S& share) {
-    return body.mean_free + share * (body.twist - body.free);
-  }
-  /// [rad^2/s^2] Square of the fastest turn in an island that corrections add to that motion.
-  [[nodiscard]] static S fastest_turn2(const Island& island, std::span<const SolverBody<S>> bodies,
-                                       const S& share) {
+  /// [rad^2/s^2] Square of the fastest turn in an island that corrections add to the motion in
+  /// which impulses act for a share of the step.
+  [[nodiscard]] static S fastest_turn2(const State& state, const Island& island, const S& share) {
     S fastest2 = S(0);
     for (const std::uint32_t slot : island.bodies) {
-      const SolverBody<S>& body = bodies[slot];
+      const SolverBody<S>& body = state.solver_bodies[slot];
       fastest2 = std::max(fastest2, (body.motion - motion_by(body, share)).angular.squaredNorm());
     }
     return fastest2;
   }
   /// [1] Least share of its impulses, from the usual one up to all, by which no gap of an island
   /// closes by more than itself, and no overlap grows. It is one for all, or momentum would be
-  /// lost. Contacts that bodies are thrown at by others limit it.
+  /// lost. Contacts towards which impulses drive the bodies bound it from above. What position
+  /// sweeps ignore has no say: round-off would decide where surfaces rest on each other.
   [[nodiscard]] static S share_apart(const State& state, const Island& island,
-                                     const SolveContext<S>& context,
-                                     std::span<const SolverBody<S>> bodies, const S& usual) {
+                                     const SolveContext<S>& context, const S& usual) {
+    // Where a body turns far its arms end up anywhere. Its centre does not.
+    const auto arm_of = [&](const SolverBody<S>& body, const Vec3<S>& arm) -> Vec3<S> {
+      return turns_far<S>(body.twist.angular, context.dt) ? zero<Vec3<S>>() : arm;
+    };
     S least = usual;
     S largest = S(1);
     for (const std::uint32_t i : island.contacts) {
       const ContactConstraint<S>& c = state.constraints.contacts[i];
-      const SolverBody<S>& a = bodies[c.body_a];
-      const SolverBody<S>& b = bodies[c.body_b];
+      const SolverBody<S>& a = state.solver_bodies[c.body_a];
+      const SolverBody<S>& b = state.solver_bodies[c.body_b];
+      const Vec3<S> arm_a = arm_of(a, c.arm_a);
+      const Vec3<S> arm_b = arm_of(b, c.arm_b);
+      const auto parting = [&](const Twist<S>& u, const Twist<S>& v) {
+        return c.axes[0].dot(v.at(arm_b) - u.at(arm_a));
+      };
       const S free_way = std::max(S(0), c.gap) + context.position_tolerance;
-      const S missing = -c.normal_velocity(a.mean_free, b.mean_free) - free_way / context.dt;
-      const S given = c.normal_velocity(a.twist, b.twist) - c.normal_velocity(a.free, b.free);
+      const S missing = -parting(a.mean_free, b.mean_free) - free_way / context.dt;
+      const S given = parting(a.twist, b.twist) - parting(a.free, b.free);
       if (given > S(0)) least = std::max(least, S(missing / given));
       if (given < S(0)) largest = std::min(largest, S(missing / given));
     }

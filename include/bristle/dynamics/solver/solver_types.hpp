@@ -320,11 +320,16 @@ template <Scalar S>
 void apply_impulses(const Island& island, const Constraints<S>& constraints,
                     std::span<SolverBody<S>> bodies);
 
-/// Displacement of a body in a step, divided by the step, from its velocities.
+/// Displacement of a body in a step, divided by the step, if its impulses act for a share of it.
+template <Scalar S>
+[[nodiscard]] Twist<S> motion_by(const SolverBody<S>& body, const S& share) {
+  return body.mean_free + share * (body.twist - body.free);
+}
+/// The same by the share of the integrator.
 template <Scalar S>
 [[nodiscard]] Twist<S> mean_motion(const SolverBody<S>& body, Integrator integrator) {
   if (integrator == Integrator::symplectic_euler) return body.twist;
-  return body.mean_free + S(0.5) * (body.twist - body.free);
+  return motion_by(body, S(0.5));
 }
 
 /// The same for free motion with known velocities at both ends, of a body or of a point.
