@@ -36,8 +36,8 @@ TEST_CASE("tunnelling: rods of 1 m that spin at 100 rad/s do not pass a plate of
 
 // A hit far from the middle turns a body by radians in the step, for which no correction of its
 // position holds. It moved by the mean of its velocities before and after the hit then: 77 of these
-// 200 passed, by metres. Three do still, as their middle goes on while they turn about a corner that
-// is kept out. Which ones depends on last bits.
+// 200 passed, by metres. Three do still, as their middle goes on while they turn about a corner
+// that is kept out. Which ones depends on last bits.
 TEST_CASE("tunnelling: what is hit off its centre does not pass a plate of 1 cm") {
   for (const ShotWall wall : {ShotWall::fixed, ShotWall::mesh}) {
     CAPTURE(wall);
