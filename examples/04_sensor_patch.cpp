@@ -9,6 +9,7 @@
 //
 // Expected output: 04_sensor_patch.expected
 // SPDX-License-Identifier: BSD-3-Clause
+#define BRISTLE_WITH_FILES 1  // for load_mesh
 #include <bristle/bristle.hpp>
 
 #include <cmath>

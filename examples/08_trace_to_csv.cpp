@@ -6,6 +6,7 @@
 //
 // Expected output: 08_trace_to_csv.expected
 // SPDX-License-Identifier: BSD-3-Clause
+#define BRISTLE_WITH_FILES 1  // for Trace
 #include "support/svg_plot.hpp"
 
 #include <bristle/bristle.hpp>

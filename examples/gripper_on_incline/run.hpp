@@ -6,6 +6,7 @@
 
 #include <bristle/bristle.hpp>
 #include <bristle/io/mesh_file.hpp>
+#include <bristle/io/recorder.hpp>
 
 #include <ctime>
 #include <numbers>

@@ -1,7 +1,9 @@
 /// @file
-/// The whole library. It needs only Eigen and the standard library. The CMake target `bristle::fcl`
-/// adds the FCL backend; `BRISTLE_WITH_THREADS` adds worker threads. With `BRISTLE_COMPILED` it
-/// declares the names that users need. The rest is left to the compiled library.
+/// The whole library. It needs only Eigen and the standard library. What many files do not need is
+/// left out unless asked for: the CMake target `bristle::fcl` adds the FCL backend,
+/// `BRISTLE_WITH_FILES` meshes in files, recordings and traces, and `BRISTLE_WITH_THREADS` worker
+/// threads. With `BRISTLE_COMPILED` it declares the names that users need. The rest is left to the
+/// compiled library.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -19,12 +21,6 @@
 #include <bristle/geometry/shapes/shapes.hpp>
 #include <bristle/hosts/host_sensors.hpp>
 #include <bristle/io/file.hpp>
-#include <bristle/io/glb.hpp>
-#include <bristle/io/mesh_file.hpp>
-#include <bristle/io/obj.hpp>
-#include <bristle/io/recorder.hpp>
-#include <bristle/io/stl.hpp>
-#include <bristle/io/trace.hpp>
 #include <bristle/math/envelope_lu.hpp>
 #include <bristle/math/rotation.hpp>
 #include <bristle/sensors/elastic_skin.hpp>
@@ -43,6 +39,14 @@
 
 #if defined(BRISTLE_WITH_FCL)
 #include <bristle/geometry/backends/fcl_backend.hpp>
+#endif
+#if defined(BRISTLE_WITH_FILES)
+#include <bristle/io/glb.hpp>
+#include <bristle/io/mesh_file.hpp>
+#include <bristle/io/obj.hpp>
+#include <bristle/io/recorder.hpp>
+#include <bristle/io/stl.hpp>
+#include <bristle/io/trace.hpp>
 #endif
 #if defined(BRISTLE_WITH_THREADS)
 #include <bristle/core/real_time_pacer.hpp>
@@ -147,13 +151,6 @@
 #include <bristle/geometry/trees/aabb_tree.hpp>
 #include <bristle/geometry/trees/wide_tree.hpp>
 #include <bristle/hosts/host_stage.hpp>
-#include <bristle/io/glb_extras.hpp>
-#include <bristle/io/gltf_buffer.hpp>
-#include <bristle/io/gltf_json.hpp>
-#include <bristle/io/recording.hpp>
-#include <bristle/io/recording_check.hpp>
-#include <bristle/io/text_scanner.hpp>
-#include <bristle/io/utf8.hpp>
 #include <bristle/math/block6.hpp>
 #include <bristle/math/block_envelope.hpp>
 #include <bristle/math/cholesky.hpp>
@@ -233,6 +230,15 @@
 #include <bristle/geometry/backends/fcl_rays.hpp>
 #include <bristle/geometry/backends/fcl_scene_rays.hpp>
 #include <bristle/geometry/backends/fcl_shapes.hpp>
+#endif
+#if defined(BRISTLE_WITH_FILES)
+#include <bristle/io/glb_extras.hpp>
+#include <bristle/io/gltf_buffer.hpp>
+#include <bristle/io/gltf_json.hpp>
+#include <bristle/io/recording.hpp>
+#include <bristle/io/recording_check.hpp>
+#include <bristle/io/text_scanner.hpp>
+#include <bristle/io/utf8.hpp>
 #endif
 #if defined(BRISTLE_INSTANTIATE)
 #include <bristle/instances.hpp>

@@ -9,11 +9,13 @@
 #include <bristle/geometry/meshes/terrain.hpp>
 #include <bristle/geometry/shapes/quickhull.hpp>
 #include <bristle/hosts/host_stage.hpp>
-#include <bristle/io/glb.hpp>
-#include <bristle/io/mesh_file.hpp>
 #include <bristle/sensors/placement.hpp>
 #include <bristle/world/kernels_impl.hpp>
 #include <bristle/world/world.hpp>
+#if defined(BRISTLE_WITH_FILES)
+#include <bristle/io/glb.hpp>
+#include <bristle/io/mesh_file.hpp>
+#endif
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -55,9 +57,11 @@ template SensorLayout<BRISTLE_INSTANTIATE> sensor_grid<BRISTLE_INSTANTIATE>(
 template SensorLayout<BRISTLE_INSTANTIATE> sensors_from_mesh<BRISTLE_INSTANTIATE>(
     const TriangleMesh<BRISTLE_INSTANTIATE>& mesh, const PlacementDef<BRISTLE_INSTANTIATE>& def,
     PlacementReport* report);
+#if defined(BRISTLE_WITH_FILES)
 template std::string glb<BRISTLE_INSTANTIATE>(const Recording<BRISTLE_INSTANTIATE>& recording,
                                               const GlbDef& def);
 template TriangleMesh<BRISTLE_INSTANTIATE> load_mesh<BRISTLE_INSTANTIATE>(const std::string& path);
+#endif
 
 }  // namespace bristle::inline BRISTLE_ABI
 #endif

@@ -36,9 +36,11 @@
 // === bristle/bristle.hpp
 
 /// @file
-/// The whole library. It needs only Eigen and the standard library. The CMake target `bristle::fcl`
-/// adds the FCL backend; `BRISTLE_WITH_THREADS` adds worker threads. With `BRISTLE_COMPILED` it
-/// declares the names that users need. The rest is left to the compiled library.
+/// The whole library. It needs only Eigen and the standard library. What many files do not need is
+/// left out unless asked for: the CMake target `bristle::fcl` adds the FCL backend,
+/// `BRISTLE_WITH_FILES` meshes in files, recordings and traces, and `BRISTLE_WITH_THREADS` worker
+/// threads. With `BRISTLE_COMPILED` it declares the names that users need. The rest is left to the
+/// compiled library.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/core/error.hpp
@@ -607,7 +609,6 @@ Sum sum_in_ranges(std::size_t count, std::size_t size, std::size_t fewest_shared
 #include <cstdlib>
 #include <cstring>
 #include <initializer_list>
-#include <iterator>
 #include <new>
 #include <type_traits>
 #include <utility>
@@ -655,6 +656,13 @@ struct ElementMemory {
   std::size_t alignment;
 };
 
+/// Tells iterators from counts. `std::input_iterator` does the same in ten milliseconds of compile
+/// time for each type.
+template <typename It>
+concept ElementIterator = requires(It it) {
+  *it;
+};
+
 /// A growing array with the names of `std::vector`, for data that no user sees.
 ///
 /// It exists for the sake of compile time: the library has arrays of a hundred types, and of
@@ -681,7 +689,7 @@ class DynamicArray {
   DynamicArray(std::initializer_list<T> values) : DynamicArray() {
     assign(values.begin(), values.end());
   }
-  template <std::input_iterator It>
+  template <ElementIterator It>
   DynamicArray(It first, It last) : DynamicArray() {
     assign(first, last);
   }
@@ -775,7 +783,7 @@ class DynamicArray {
 
   /// Becomes a copy of a range that lies outside the array. Elements that exist are assigned to,
   /// and so keep memory that they own.
-  template <std::input_iterator It>
+  template <ElementIterator It>
   void assign(It first, It last) {
     const auto count = static_cast<std::size_t>(std::distance(first, last));
     end_from(count);
@@ -790,7 +798,7 @@ class DynamicArray {
   }
 
   /// Adds copies of a range that lies outside the array.
-  template <std::input_iterator It>
+  template <ElementIterator It>
   void append(It first, It last) {
     make_room(size_ + static_cast<std::size_t>(std::distance(first, last)));
     for (; first != last; ++first, ++size_) ::new (static_cast<void*>(end())) T(*first);
@@ -3812,7 +3820,6 @@ template <typename Vector>
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -3872,9 +3879,9 @@ struct EdgeUse {
 };
 
 /// All passages through the edges of triangles. Those of one edge are adjacent, and edges ascend.
-/// @param triangles  Vertex numbers of each.
-[[nodiscard]] inline DynamicArray<EdgeUse> sorted_edges(
-    std::span<const std::array<std::uint32_t, 3>> triangles) {
+/// @param triangles  Array of the three vertex numbers of each.
+template <typename Triangles>
+[[nodiscard]] DynamicArray<EdgeUse> sorted_edges(const Triangles& triangles) {
   DynamicArray<EdgeUse> uses;
   uses.reserve(3 * triangles.size());
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
@@ -4030,7 +4037,7 @@ struct ConvexHull {
   [[nodiscard]] std::size_t face_count() const { return face_normals.size(); }
   /// [-] Vertex numbers of a face.
   [[nodiscard]] std::span<const std::uint32_t> face(std::size_t f) const {
-    return std::span(face_vertices).subspan(face_starts[f], face_starts[f + 1] - face_starts[f]);
+    return {face_vertices.data() + face_starts[f], face_starts[f + 1] - face_starts[f]};
   }
 
   /// Checks that the faces close a convex solid. Two faces share every edge in opposite directions.
@@ -4089,7 +4096,7 @@ void ConvexHull<S>::validate_numbers() const {
     detail::require_all_finite("ConvexHull::face_normals", face_normals[f]);
     detail::require_finite("ConvexHull::face_offsets", face_offsets[f]);
   }
-  std::vector<bool> is_used(vertices.size(), false);
+  detail::DynamicArray<bool> is_used(vertices.size(), false);
   for (const std::uint32_t v : face_vertices) {
     detail::require(v < vertices.size(), "ConvexHull::face_vertices", v,
                     "must name an existing vertex");
@@ -14708,7 +14715,7 @@ class ProximityArray {
   /// [m] Distance from each ray's start to its hit. Infinite without a hit, 0 for an inside start.
   [[nodiscard]] std::span<const S> distance() const { return hits_.distance; }
   /// [-] Body that each ray hit; names nothing without a hit.
-  [[nodiscard]] std::span<const BodyId> body() const { return body_; }
+  [[nodiscard]] std::span<const BodyId> body() const { return {body_.data(), body_.size()}; }
   /// [1] Outward unit normal of the surface that a ray hit, in the frame of the carrying body.
   [[nodiscard]] Vec3<S> normal(std::size_t ray) const { return hits_.normal[ray]; }
   /// [-] Ray with the shortest distance, the first of equals; `size()` without any hit.
@@ -15859,6 +15866,1465 @@ inline void write_file(const std::string& path, std::string_view bytes) {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
+// === bristle/sensors/elastic_skin.hpp
+
+/// @file
+/// Constants of sensors from the material of a skin: Young's modulus, Poisson's ratio, thickness.
+///
+/// A thin elastic layer on a hard body is a bed of independent springs: an elastic foundation
+/// (Johnson, *Contact Mechanics*, 4.3). Each sensor is one of them. The layer is confined sideways:
+/// its compression modulus is (1 - nu) E / ((1 + nu)(1 - 2 nu)). Its shear modulus is G = E / (2 (1
+/// + nu)). Stiffness per area is modulus over thickness h.
+// SPDX-License-Identifier: BSD-3-Clause
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Layer of soft material on a hard body. Silicone rubber is the default.
+template <Scalar S>
+struct ElasticSkin {
+  /// [Pa] Young's modulus E. Finite, > 0.
+  S young_modulus = S(1e6);
+  /// [1] Poisson's ratio nu, in [0, 0.5). An incompressible layer could not be pressed at all.
+  /// Rubbers have 0.45 to 0.49, foams about 0.1.
+  S poisson_ratio = S(0.45);
+  /// [m] Thickness h. Finite, > 0.
+  S thickness = S(0.003);
+  /// [m^2] Skin area over the number of sensors. Finite, > 0.
+  S area_per_sensor = S(1e-6);
+  /// [m] Ray length: the depth where sensors saturate. At most the thickness.
+  S length = S(0.003);
+  /// [1] Static friction coefficient. Finite, > 0.
+  S friction = S(0.8);
+  /// [s] Relaxation time of the material, viscosity over modulus (Kelvin and Voigt's solid).
+  /// Finite, >= 0.
+  S relaxation_time = S(1e-3);
+  /// [Pa] Working pressure. Finite, > 0. The shear stiffness of the bristles grows with the normal
+  /// force (Eq. 1). At this pressure it is that of the material.
+  S working_pressure = S(1e4);
+
+  /// [Pa/m] Pressure per depth of indentation.
+  [[nodiscard]] S normal_stiffness_per_area() const {
+    const S nu = poisson_ratio;
+    return (S(1) - nu) * young_modulus / ((S(1) + nu) * (S(1) - S(2) * nu) * thickness);
+  }
+  /// [Pa/m] Shear stress per displacement along the surface.
+  [[nodiscard]] S shear_stiffness_per_area() const {
+    return young_modulus / (S(2) * (S(1) + poisson_ratio) * thickness);
+  }
+
+  /// Constants of each sensor, for FrictionScaling::normal_force.
+  /// @throws InvalidArgument naming the field.
+  [[nodiscard]] SensorParameters<S> parameters() const;
+};
+
+// Implementation ----------------------------------------------------------------------------------
+
+template <Scalar S>
+SensorParameters<S> ElasticSkin<S>::parameters() const {
+  detail::require_positive("ElasticSkin::young_modulus", young_modulus);
+  detail::require_not_negative("ElasticSkin::poisson_ratio", poisson_ratio);
+  detail::require(poisson_ratio < S(0.5), "ElasticSkin::poisson_ratio", poisson_ratio,
+                  "must be < 0.5");
+  detail::require_positive("ElasticSkin::thickness", thickness);
+  detail::require_positive("ElasticSkin::area_per_sensor", area_per_sensor);
+  detail::require_positive("ElasticSkin::length", length);
+  detail::require(length <= thickness, "ElasticSkin::length", length,
+                  "must be at most the thickness, " + detail::to_text(thickness));
+  detail::require_positive("ElasticSkin::friction", friction);
+  detail::require_not_negative("ElasticSkin::relaxation_time", relaxation_time);
+  detail::require_positive("ElasticSkin::working_pressure", working_pressure);
+
+  SensorParameters<S> p;
+  // At the depth e L: F_N = p A with p = k e L.
+  p.normal_stiffness = normal_stiffness_per_area() * area_per_sensor * length;
+  // F_N = K_N (e + tau de/dt).
+  p.normal_damping = relaxation_time * p.normal_stiffness;
+  // k_t = mu_S F_N equals G A / h at F_N = working pressure times A.
+  p.static_friction = shear_stiffness_per_area() / working_pressure;
+  p.breakaway_distance = friction / p.static_friction;
+  p.sliding_friction = relaxation_time * shear_stiffness_per_area() * area_per_sensor;
+  return p;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/sensors/neighbour_order.hpp
+
+/// @file
+/// Order of sensors in which neighbours follow each other, for layouts whose order means nothing.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Returns the indices of a layout's sensors in squares: four rows of four, four such squares, and
+/// so on, as far as their number and positions allow.
+///
+/// A patch takes its sensors sixteen at a time, in the order of their layout. The edge of a contact
+/// runs through most of the rows of sixteen that it meets, but through few squares. Take a pad of
+/// 1000 to 10,000 sensors that half touches a box, a ball or a capsule. In squares it takes 4 to 16
+/// % less time. One of a hundred takes up to 14 % more (docs/decisions/0031-order-of-sensors.md).
+/// Readings are in the order of the layout. So squares suit skins that are read as sums or by a
+/// table of sensors; images want rows (`tactile_image`). Other data in the order of the layout,
+/// such as `PatchDef::per_sensor`, has to be reordered likewise.
+///
+/// @throws InvalidArgument when the layout breaks a rule of `SensorLayout::validate`.
+/// @note O(n log n).
+template <Scalar S>
+[[nodiscard]] std::vector<std::uint32_t> neighbour_order(const SensorLayout<S>& layout);
+
+/// Reorders the sensors of a layout: the k-th is `layout`'s sensor order[k]. Sensors may be left
+/// out or repeated.
+/// @throws InvalidArgument when the layout is not valid, or an index is not that of a sensor.
+template <Scalar S>
+[[nodiscard]] SensorLayout<S> in_order(const SensorLayout<S>& layout,
+                                       std::span<const std::uint32_t> order);
+
+// Implementation ----------------------------------------------------------------------------------
+
+template <Scalar S>
+std::vector<std::uint32_t> neighbour_order(const SensorLayout<S>& layout) {
+  layout.validate();
+  const detail::RayTree<S> ray_tree(layout.rays());
+  std::vector<std::uint32_t> order(layout.size());
+  if (ray_tree.is_empty()) {
+    detail::fill_numbers(order);  // No sensors, or rays without an end.
+  } else {
+    std::copy_n(ray_tree.rays_from(0), order.size(), order.begin());
+  }
+  return order;
+}
+
+template <Scalar S>
+SensorLayout<S> in_order(const SensorLayout<S>& layout, std::span<const std::uint32_t> order) {
+  layout.validate();
+  SensorLayout<S> result;
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    if (order[k] >= layout.size()) {
+      detail::raise(InvalidArgument(
+          "in_order: order[" + std::to_string(k) + "]", std::to_string(order[k]),
+          "must be less than the number of sensors, " + std::to_string(layout.size())));
+    }
+    result.add(layout.start[order[k]], layout.direction[order[k]], layout.length[order[k]]);
+  }
+  return result;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/sensors/passivity_observer.hpp
+
+/// @file
+/// Observes the energy at a port and damps exactly the energy that comes out without having gone
+/// in.
+///
+/// A hand on a haptic device feels any energy that a simulation makes up. The source is Hannaford
+/// and Ryu, *Time-domain passivity control of haptic interfaces* (2002). They count the energy at
+/// the port, where force and velocity meet. A damper acts only then, on the surplus.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <cmath>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Energy that a tool has brought into whatever resists it, less the energy it got back.
+///
+/// The sum is that of forces held over a substep: E += -dt (f . v + tau . w). It is exact if v is
+/// the mean velocity of the substep in which f acts, (x1 - x0) / dt.
+///
+/// `observe` counts the substeps that are over and leaves the forces alone. `control` stands
+/// between simulation and device, once a substep:
+///
+///     loop.move(tool, X_WT);
+///     loop.substep();
+///     device.send(observer.control(loop.wrench(tool), moved, dt));
+///
+/// `moved` is the mean velocity since the last substep. The wrench sent last acted along `moved`,
+/// so its energy is counted now. The wrench sent now acts along a velocity not yet known: the
+/// damper assumes that the tool keeps its velocity. The substeps that follow make up for the error.
+template <Scalar S>
+class PassivityObserver {
+ public:
+  /// @param allowance  [J] Energy that may come out beyond the energy put in: the energy stored in
+  ///                   the simulation at the start. Finite, >= 0.
+  /// @param most       [N s/m] Strongest damper of `control` the device can render. > 0, finite.
+  /// @param radius     [m] Turns rad/s into m/s where torques are damped. Finite, > 0.
+  /// @throws InvalidArgument naming the argument.
+  explicit PassivityObserver(S allowance = S(0), S most = S(10), S radius = S(0.05))
+      : allowance_(allowance), most_(most), radius_(radius) {
+    detail::require_not_negative("PassivityObserver: allowance", allowance);
+    detail::require_positive("PassivityObserver: most", most);
+    detail::require_positive("PassivityObserver: radius", radius);
+  }
+
+  /// Counts one substep of `dt` [s]. Skips wrenches and motions that are not finite.
+  void observe(const Wrench<S>& on_tool, const Twist<S>& tool, S dt) {
+    add(-dt * power(on_tool, tool));
+  }
+
+  /// Counts the substep that is over, in which the wrench sent last acted. Damps the next one if it
+  /// would bring the balance below minus the allowance.
+  /// @param on_tool  [N, N m] Wrench that the simulation wants to send.
+  /// @param tool     [m/s, rad/s] Mean motion of the tool in the substep that is over.
+  /// @return The wrench to send: `on_tool` - alpha times the velocity. alpha is the least that
+  ///         keeps the balance at this velocity, and `most` at most. The part that a slow tool
+  ///         cannot pay at once stays in the balance. Zero replaces a wrench that is not finite. A
+  ///         motion that is not finite damps nothing.
+  [[nodiscard]] Wrench<S> control(const Wrench<S>& on_tool, const Twist<S>& tool, S dt) {
+    using std::isfinite;
+    observe(sent_, tool, dt);
+    const S taken = -dt * power(damper_, tool);
+    if (isfinite(taken)) damped_ += taken;
+    sent_ = damper_ = {};
+    if (!detail::all_finite(on_tool.force) || !detail::all_finite(on_tool.torque)) return {};
+    // A debt within round-off does not count.
+    const S missing = -(energy_ - dt * power(on_tool, tool) + allowance_);
+    const S speed2 = tool.linear.squaredNorm() + radius_ * radius_ * tool.angular.squaredNorm();
+    if (missing > detail::Tolerance<S>::equal() * turnover_ && speed2 > S(0) && isfinite(speed2)) {
+      const S alpha = std::min(missing / (dt * speed2), most_);
+      damper_ = {-alpha * tool.linear, (-alpha * radius_ * radius_) * tool.angular};
+    }
+    sent_ = {on_tool.force + damper_.force, on_tool.torque + damper_.torque};
+    return sent_;
+  }
+
+  /// [J] Energy in less energy out, by the end of the last substep that was counted.
+  [[nodiscard]] S energy() const { return energy_; }
+  /// [J] Lowest value of `energy` so far.
+  [[nodiscard]] S lowest_energy() const { return lowest_; }
+  /// [J] Energy taken out by the dampers of `control`.
+  [[nodiscard]] S damped_energy() const { return damped_; }
+  /// Returns whether at most the energy put in and `allowance` came out, up to the sum's round-off.
+  [[nodiscard]] bool is_passive() const {
+    return lowest_ >= -allowance_ - detail::Tolerance<S>::equal() * turnover_;
+  }
+
+ private:
+  static S power(const Wrench<S>& on_tool, const Twist<S>& tool) {
+    return on_tool.force.dot(tool.linear) + on_tool.torque.dot(tool.angular);
+  }
+  void add(S work) {
+    using std::abs;
+    using std::isfinite;
+    if (!isfinite(work)) return;
+    energy_ += work;
+    turnover_ += abs(work);
+    lowest_ = std::min(lowest_, energy_);
+  }
+
+  S allowance_, most_, radius_;
+  S energy_ = S(0);
+  S lowest_ = S(0);
+  S damped_ = S(0);
+  /// Wrench that `control` sent last; its damper part.
+  Wrench<S> sent_{};
+  Wrench<S> damper_{};
+  /// [J] Sum of the sizes of all terms, for the round-off of their sum.
+  S turnover_ = S(0);
+};
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/sensors/placement.hpp
+
+/// @file
+/// Covers a surface with sensors (Algorithm 2 and its extension to vertices and edges).
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Placement of sensors on a mesh. The defaults put one 10 mm ray on every face, half of it below
+/// the surface.
+template <Scalar S>
+struct PlacementDef {
+  /// [m] Depth below the surface at which the rays start, D in Algorithm 2. Finite, >= 0.
+  S depth = S(0.005);
+  /// [m] Length of the rays from their starts, R in Algorithm 2. Finite, > depth: they end above
+  /// the surface.
+  S range = S(0.010);
+  /// [-] One sensor at the centroid of every face, along the face's normal.
+  bool faces = true;
+  /// [-] One sensor at every vertex, along the mean normal of its faces, weighted by their angles.
+  bool vertices = false;
+  /// [-] One sensor at the midpoint of every edge, along the mean normal of its faces.
+  bool edges = false;
+  /// [m] Pose of the mesh in the frame A of the body that carries the sensors.
+  Transform<S> X_AM{};
+};
+
+/// Numbers of sensors that `sensors_from_mesh` placed, and of those it had to leave out.
+struct PlacementReport {
+  /// [-] Sensors on faces. They come first.
+  std::size_t face_sensors = 0;
+  /// [-] Sensors on vertices. They follow those on faces.
+  std::size_t vertex_sensors = 0;
+  /// [-] Sensors on edges. They come last.
+  std::size_t edge_sensors = 0;
+  /// [-] Indices of the triangles without a normal. They carry no sensor and do not count for the
+  /// normals of their vertices and edges.
+  std::vector<std::uint32_t> degenerate_faces;
+  /// [-] Indices of the vertices whose faces' normals cancel (both sides of a sheet, say).
+  std::vector<std::uint32_t> vertices_without_normal;
+  /// [-] Likewise edges, by the indices of their two vertices.
+  std::vector<std::array<std::uint32_t, 2>> edges_without_normal;
+};
+
+/// Sensors along the surface of a mesh, in the frame A of the body that carries them.
+///
+/// A sensor starts `depth` below the surface and runs along the outward normal for `range`
+/// (Algorithm 2; its line 6 prints the sum of the corners where their mean is meant). Faces come
+/// first, in the order of the triangles. Vertices follow in the order of the mesh; then edges, by
+/// their lower and then their higher vertex. Vertices with equal coordinates count as the first of
+/// them, so a mesh with seams gets no sensor twice.
+///
+/// @param report  Receives the placed and the omitted sensors. May be null.
+/// @throws InvalidArgument when the mesh is no valid surface (see `validate_surface`) or the
+///         definition breaks a rule. A definition without any sensors breaks one.
+template <Scalar S>
+[[nodiscard]] SensorLayout<S> sensors_from_mesh(const TriangleMesh<S>& mesh,
+                                                const PlacementDef<S>& def,
+                                                PlacementReport* report = nullptr);
+
+/// Regular grid of sensors on a flat rectangle, all vectors in the frame A of the body.
+template <Scalar S>
+struct SensorGridDef {
+  /// [m] Middle of the rectangle.
+  Vec3<S> center = detail::zero<Vec3<S>>();
+  /// [m] One whole side of the rectangle. The rays point along side_u x side_v.
+  Vec3<S> side_u = detail::zero<Vec3<S>>();
+  /// [m] The other whole side; not parallel to side_u.
+  Vec3<S> side_v = detail::zero<Vec3<S>>();
+  /// [-] Number of sensors along side_u, >= 1.
+  std::size_t count_u = 1;
+  /// [-] Number of sensors along side_v, >= 1.
+  std::size_t count_v = 1;
+  /// [m] Depth of the rays' starts below the rectangle. Finite, >= 0.
+  S depth = S(0.005);
+  /// [m] Length of the rays from their starts. Finite, > depth.
+  S range = S(0.010);
+};
+
+/// Puts one sensor into the middle of each of count_u x count_v equal cells. Those along side_u
+/// follow one another.
+///
+/// @throws InvalidArgument when the definition breaks a rule.
+template <Scalar S>
+[[nodiscard]] SensorLayout<S> sensor_grid(const SensorGridDef<S>& def);
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// Implementation ----------------------------------------------------------------------------------
+
+#if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
+namespace bristle::inline BRISTLE_ABI {
+
+#define BRISTLE_COMPILED_PLACEMENT(S)                                          \
+  extern template SensorLayout<S> sensor_grid<S>(const SensorGridDef<S>& def); \
+  extern template SensorLayout<S> sensors_from_mesh<S>(                        \
+      const TriangleMesh<S>& mesh, const PlacementDef<S>& def, PlacementReport* report);
+BRISTLE_COMPILED_PLACEMENT(float)
+BRISTLE_COMPILED_PLACEMENT(double)
+#undef BRISTLE_COMPILED_PLACEMENT
+
+}  // namespace bristle::inline BRISTLE_ABI
+#endif
+
+// === bristle/sensors/ray_fan.hpp
+
+/// @file
+/// Rays that spread from one point, row by row: scanners, range finders, whisker fans.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Fan in the frame A of its carrier. Rays lie in the middles of equal cells of azimuth and
+/// elevation. So a fan of one row and a width of 2 pi goes round without a duplicate ray.
+template <Scalar S>
+struct RayFanDef {
+  /// [m] Point from which the rays spread.
+  Vec3<S> origin = detail::zero<Vec3<S>>();
+  /// [1] Direction of the middle of the fan; any length but 0.
+  Vec3<S> forward = detail::unit_x<Vec3<S>>();
+  /// [1] Axis of the azimuth, made perpendicular to `forward`; must not be along it.
+  Vec3<S> up = detail::unit_z<Vec3<S>>();
+  /// [rad] Whole angle of the columns, around `up`, in [0, 2 pi].
+  S width = S(std::numbers::pi) / S(2);
+  /// [rad] Whole angle of the rows, in [0, pi].
+  S height = S(0);
+  /// [-] Rays in a row, from the right (negative azimuth) to the left; >= 1.
+  std::size_t columns = 1;
+  /// [-] Rows, from below to above; >= 1.
+  std::size_t rows = 1;
+  /// [m] Distance of the rays' starts from the origin. Finite, >= 0.
+  S start = S(0);
+  /// [m] Length of the rays from there. Finite, > 0.
+  S range = S(1);
+};
+
+/// The rays of a fan, row by row.
+/// @throws InvalidArgument when the definition breaks a rule.
+template <Scalar S>
+[[nodiscard]] SensorLayout<S> ray_fan(const RayFanDef<S>& def);
+
+// Implementation ----------------------------------------------------------------------------------
+
+template <Scalar S>
+SensorLayout<S> ray_fan(const RayFanDef<S>& def) {
+  using std::cos;
+  using std::sin;
+  detail::require_all_finite("RayFanDef::origin", def.origin);
+  detail::require_all_finite("RayFanDef::forward", def.forward);
+  detail::require_all_finite("RayFanDef::up", def.up);
+  const S pi = S(std::numbers::pi);
+  detail::require(
+      def.width >= S(0) && def.width <= S(2) * pi * (S(1) + detail::Tolerance<S>::equal()),
+      "RayFanDef::width", def.width, "must be in [0, 2 pi]");
+  detail::require(def.height >= S(0) && def.height <= pi * (S(1) + detail::Tolerance<S>::equal()),
+                  "RayFanDef::height", def.height, "must be in [0, pi]");
+  detail::require(def.columns > 0, "RayFanDef::columns", def.columns, "must be >= 1");
+  detail::require(def.rows > 0, "RayFanDef::rows", def.rows, "must be >= 1");
+  detail::require_not_negative("RayFanDef::start", def.start);
+  detail::require_positive("RayFanDef::range", def.range);
+  detail::require(def.forward.stableNorm() > S(0), "RayFanDef::forward", S(0), "must not be 0");
+  const Vec3<S> forward = def.forward.stableNormalized();
+  const Vec3<S> left_of = def.up.stableNormalized().cross(forward);
+  detail::require(left_of.norm() > detail::Tolerance<S>::equal(), "RayFanDef::up", left_of.norm(),
+                  "must not be along forward");
+  const Vec3<S> left = left_of.normalized();
+  const Vec3<S> up = forward.cross(left);
+
+  const auto middle = [](std::size_t i, std::size_t count, S whole) {
+    return ((static_cast<S>(i) + S(0.5)) / static_cast<S>(count) - S(0.5)) * whole;
+  };
+  SensorLayout<S> layout;
+  for (std::size_t row = 0; row < def.rows; ++row) {
+    const S elevation = middle(row, def.rows, def.height);
+    for (std::size_t column = 0; column < def.columns; ++column) {
+      const S azimuth = middle(column, def.columns, def.width);
+      const Vec3<S> direction =
+          cos(elevation) * (cos(azimuth) * forward + sin(azimuth) * left) + sin(elevation) * up;
+      layout.add(Vec3<S>(def.origin + def.start * direction), direction.normalized(), def.range);
+    }
+  }
+  return layout;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/sensors/tactile_image.hpp
+
+/// @file
+/// Readings of a patch as images, and a history of the last ones.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <span>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Quantity shown by the pixels of a tactile image.
+enum class TactileChannel : std::uint8_t {
+  /// [1] Depth in [0, 1].
+  depth,
+  /// [N] Normal force.
+  normal_force,
+  /// [N] Shear along the sensor's t1 and t2.
+  shear_1,
+  shear_2
+};
+/// [-] Number of channels.
+inline constexpr std::size_t tactile_channel_count = 4;
+
+/// One channel of a patch, row by row. A view: valid as long as its source.
+///
+/// Row r and column c is the sensor r * columns + c. `sensor_grid` numbers its sensors this way,
+/// with count_u columns along side_u and count_v rows along side_v. A patch of any other layout is
+/// an image of one row, in the order of its sensors.
+template <Scalar S>
+struct TactileImage {
+  /// [-] Sensors in a column.
+  std::size_t rows = 0;
+  /// [-] Sensors in a row.
+  std::size_t columns = 0;
+  /// Pixels, row by row.
+  std::span<const S> pixels{};
+
+  /// Pixel at a row and column, both from 0. Not checked.
+  [[nodiscard]] S operator()(std::size_t row, std::size_t column) const {
+    return pixels[row * columns + column];
+  }
+};
+
+/// A channel of a reading as an image, without copying it.
+/// @param columns  [-] Sensors in a row; 0: all of them.
+/// @throws InvalidArgument when they do not fill whole rows.
+template <Scalar S>
+[[nodiscard]] TactileImage<S> tactile_image(const PatchReading<S>& reading, TactileChannel channel,
+                                            std::size_t columns = 0);
+
+/// The last readings of a patch as one array, [frame][channel][row][column]: the observation of a
+/// learner, say. `push` does not allocate.
+template <Scalar S>
+class TactileHistory {
+ public:
+  /// @param sensors  [-] Number of sensors of the patch, > 0.
+  /// @param frames   [-] Readings to keep, > 0.
+  /// @throws InvalidArgument naming the argument.
+  TactileHistory(std::size_t sensors, std::size_t frames) : sensors_(sensors), frames_(frames) {
+    detail::require(sensors > 0, "TactileHistory: sensors", sensors, "must be > 0");
+    detail::require(frames > 0, "TactileHistory: frames", frames, "must be > 0");
+    values_.resize(frames * tactile_channel_count * sensors);
+  }
+
+  /// Appends a reading. Drops the oldest one if all frames are taken.
+  /// @throws InvalidArgument when it is of another number of sensors.
+  void push(const PatchReading<S>& reading);
+
+  /// Drops all readings, for a new episode, say.
+  void clear() { size_ = 0; }
+
+  /// [-] Readings stored, at most the number of frames.
+  [[nodiscard]] std::size_t size() const { return size_; }
+
+  /// One channel of the reading pushed `age` pushes ago; 0 is the last.
+  /// @throws InvalidArgument when there is none that old, or as `tactile_image`.
+  [[nodiscard]] TactileImage<S> image(std::size_t age, TactileChannel channel,
+                                      std::size_t columns = 0) const;
+
+  /// [-] Values that `copy_to` writes.
+  [[nodiscard]] std::size_t value_count() const { return values_.size(); }
+  /// Writes all frames, newest first. Frames not yet taken are zero.
+  /// @throws InvalidArgument when `out` does not hold `value_count()`.
+  void copy_to(std::span<S> out) const;
+
+ private:
+  [[nodiscard]] std::size_t frame_size() const { return tactile_channel_count * sensors_; }
+  [[nodiscard]] std::span<const S> frame(std::size_t age) const {
+    const std::size_t slot = (newest_ + frames_ - age) % frames_;
+    return std::span<const S>(values_).subspan(slot * frame_size(), frame_size());
+  }
+
+  std::size_t sensors_, frames_;
+  std::size_t size_ = 0;
+  std::size_t newest_ = 0;
+  detail::DynamicArray<S> values_;
+};
+
+// Implementation ----------------------------------------------------------------------------------
+
+namespace detail {
+
+template <Scalar S>
+[[nodiscard]] TactileImage<S> rows_of(std::span<const S> pixels, std::size_t columns) {
+  if (columns == 0) columns = std::max<std::size_t>(pixels.size(), 1);
+  require(pixels.size() % columns == 0, "tactile_image: columns", columns,
+          "must divide the number of sensors, " + std::to_string(pixels.size()));
+  return {pixels.size() / columns, columns, pixels};
+}
+
+template <Scalar S>
+[[nodiscard]] std::array<std::span<const S>, tactile_channel_count> channels_of(
+    const PatchReading<S>& reading) {
+  return {reading.depth, reading.normal_force, reading.shear_1, reading.shear_2};
+}
+
+}  // namespace detail
+
+template <Scalar S>
+TactileImage<S> tactile_image(const PatchReading<S>& reading, TactileChannel channel,
+                              std::size_t columns) {
+  return detail::rows_of(detail::channels_of(reading)[static_cast<std::size_t>(channel)], columns);
+}
+
+template <Scalar S>
+void TactileHistory<S>::push(const PatchReading<S>& reading) {
+  detail::require(reading.size() == sensors_, "TactileHistory::push: size of the reading",
+                  reading.size(), "must be " + std::to_string(sensors_));
+  newest_ = (newest_ + 1) % frames_;
+  size_ = std::min(size_ + 1, frames_);
+  S* out = values_.data() + newest_ * frame_size();
+  for (const std::span<const S> channel : detail::channels_of(reading)) {
+    out = std::copy(channel.begin(), channel.end(), out);
+  }
+}
+
+template <Scalar S>
+TactileImage<S> TactileHistory<S>::image(std::size_t age, TactileChannel channel,
+                                         std::size_t columns) const {
+  detail::require(age < size_, "TactileHistory::image: age", age,
+                  "must be less than the readings taken, " + std::to_string(size_));
+  return detail::rows_of(frame(age).subspan(static_cast<std::size_t>(channel) * sensors_, sensors_),
+                         columns);
+}
+
+template <Scalar S>
+void TactileHistory<S>::copy_to(std::span<S> out) const {
+  detail::require(out.size() == values_.size(), "TactileHistory::copy_to: size", out.size(),
+                  "must be " + std::to_string(values_.size()));
+  for (std::size_t age = 0; age < frames_; ++age) {
+    const std::span<S> to = out.subspan(age * frame_size(), frame_size());
+    if (age < size_) {
+      std::copy_n(frame(age).begin(), frame_size(), to.begin());
+    } else {
+      std::fill(to.begin(), to.end(), S(0));
+    }
+  }
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/sensors/taxel_flaws.hpp
+
+/// @file
+/// Flaws of real taxels, applied to a true reading: gain, hysteresis, noise and dead taxels.
+///
+/// Flaws follow the physics and never feed back. Forces stay as applied.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <numbers>
+#include <span>
+#include <string>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Deviations of an array of taxels from perfect ones. The defaults are perfect.
+template <Scalar S>
+struct TaxelFlawsDef {
+  /// [1] Standard deviation of the taxels' gains around 1. Finite, >= 0.
+  S gain_spread = S(0);
+  /// [1] Share of dead taxels, in [0, 1]; they read 0. The seed selects them.
+  S dead_share = S(0);
+  /// [unit of the channel] Half the width of the play between true value and reading (Prandtl's
+  /// play operator). The reading follows only once the input has moved on by it. It stays behind by
+  /// it, on the way up and on the way down. Finite, >= 0.
+  S hysteresis = S(0);
+  /// [unit of the channel] Standard deviation of the noise of each sample. Finite, >= 0. It may
+  /// take a reading below 0.
+  S noise = S(0);
+  /// [-] Seed of the flaws. Equal seeds and channels give equal bits.
+  std::uint64_t seed = 1;
+  /// [-] Channel of an array with this seed. The same taxels are dead in all channels. Gains and
+  /// noise are each channel's own.
+  std::uint64_t channel = 0;
+};
+
+/// Flaws of one array of taxels in one channel. Stores the state of each taxel's play.
+template <Scalar S>
+class TaxelFlaws {
+ public:
+  /// @throws InvalidArgument naming the field, or when there are no taxels.
+  TaxelFlaws(std::size_t taxels, const TaxelFlawsDef<S>& def);
+
+  /// Turns true values into readings; `in` and `out` may be the same. Each call is one sample.
+  /// @throws InvalidArgument when a span is not of the number of taxels.
+  void apply(std::span<const S> in, std::span<S> out);
+
+  /// Returns to the first sample, at rest.
+  void reset() {
+    sample_ = 0;
+    std::fill(play_.begin(), play_.end(), S(0));
+  }
+
+  /// [-] Number of taxels.
+  [[nodiscard]] std::size_t size() const { return gain_.size(); }
+  /// [1] Gain of a taxel; 0 where it is dead.
+  [[nodiscard]] S gain(std::size_t taxel) const { return gain_[taxel]; }
+
+ private:
+  S hysteresis_, noise_;
+  std::uint64_t seed_;
+  std::uint64_t sample_ = 0;
+  detail::DynamicArray<S> gain_;
+  detail::DynamicArray<S> play_;
+};
+
+// Implementation ----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// Random bits for each (seed, stream, index), without state: the finaliser of SplitMix64 (Steele,
+/// Lea and Flood 2014) over a running sum.
+[[nodiscard]] inline std::uint64_t random_bits(std::uint64_t seed, std::uint64_t stream,
+                                               std::uint64_t index) {
+  const auto mix = [](std::uint64_t z) {
+    z += 0x9e3779b97f4a7c15u;
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+    return z ^ (z >> 31);
+  };
+  return mix(mix(mix(seed) ^ stream) ^ index);
+}
+
+/// Uniform in (0, 1).
+[[nodiscard]] inline double random_uniform(std::uint64_t seed, std::uint64_t stream,
+                                           std::uint64_t index) {
+  return (static_cast<double>(random_bits(seed, stream, index) >> 11) + 0.5) * 0x1p-53;
+}
+
+/// Normal with mean 0 and deviation 1 (Box and Muller); `index` must be below 2^63.
+[[nodiscard]] inline double random_normal(std::uint64_t seed, std::uint64_t stream,
+                                          std::uint64_t index) {
+  const double radius = std::sqrt(-2 * std::log(random_uniform(seed, stream, 2 * index)));
+  const double turn = random_uniform(seed, stream, 2 * index + 1);
+  return radius * std::cos(2 * std::numbers::pi * turn);
+}
+
+}  // namespace detail
+
+template <Scalar S>
+TaxelFlaws<S>::TaxelFlaws(std::size_t taxels, const TaxelFlawsDef<S>& def)
+    : hysteresis_(def.hysteresis),
+      noise_(def.noise),
+      seed_(def.seed ^ def.channel * 0x9e3779b97f4a7c15u) {
+  detail::require(taxels > 0, "TaxelFlaws: taxels", taxels, "must be > 0");
+  detail::require_not_negative("TaxelFlawsDef::gain_spread", def.gain_spread);
+  detail::require_not_negative("TaxelFlawsDef::dead_share", def.dead_share);
+  detail::require(def.dead_share <= S(1), "TaxelFlawsDef::dead_share", def.dead_share,
+                  "must be <= 1");
+  detail::require_not_negative("TaxelFlawsDef::hysteresis", def.hysteresis);
+  detail::require_not_negative("TaxelFlawsDef::noise", def.noise);
+  gain_.resize(taxels);
+  play_.resize(taxels);
+  // Streams 0 and 1 hold the fixed flaws. Samples have the streams from 2 on. Channels are seeds
+  // far apart (a step of SplitMix64).
+  for (std::size_t i = 0; i < taxels; ++i) {
+    const bool is_dead =
+        detail::random_uniform(def.seed, 0, i) < static_cast<double>(def.dead_share);
+    gain_[i] = is_dead
+                   ? S(0)
+                   : S(1) + def.gain_spread * static_cast<S>(detail::random_normal(seed_, 1, i));
+  }
+}
+
+template <Scalar S>
+void TaxelFlaws<S>::apply(std::span<const S> in, std::span<S> out) {
+  for (const std::size_t n : {in.size(), out.size()}) {
+    detail::require(n == size(), "TaxelFlaws::apply: size of a span", n,
+                    "must be " + std::to_string(size()));
+  }
+  for (std::size_t i = 0; i < size(); ++i) {
+    play_[i] = std::clamp(play_[i], in[i] - hysteresis_, in[i] + hysteresis_);
+    out[i] = gain_[i] * play_[i];
+    if (noise_ > S(0) && gain_[i] != S(0)) {
+      out[i] += noise_ * static_cast<S>(detail::random_normal(seed_, 2 + sample_, i));
+    }
+  }
+  ++sample_;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/sensors/wrapping.hpp
+
+/// @file
+/// Wraps a primitive patch around a shape (Algorithm 3).
+///
+/// Wrapping puts sensors on a curved surface. A patch of a simple form is laid over the shape and
+/// drawn onto it vertex by vertex. Algorithm 2 covers it with sensors. The patch keeps its
+/// resolution and smooths finer detail. It covers only the part that it lies over, so one body may
+/// carry several patches with different constants.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/sensors/patch_mesh.hpp
+
+/// @file
+/// Primitive patches to wrap around a shape: plane, cylinder, half sphere, or any mesh.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/geometry/meshes/mesh_normals.hpp
+
+/// @file
+/// Normals of the faces and vertices of a triangle mesh that may have degenerate faces.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Sum of weighted unit normals, and whether it has a direction.
+template <Scalar S>
+struct NormalSum {
+  /// [1] Weighted sum.
+  Vec3<S> sum = zero<Vec3<S>>();
+  /// [1] Sum of the weights; 0 if no triangle with a normal took part.
+  S weight = S(0);
+
+  void add(const Vec3<S>& normal, S w) {
+    sum += w * normal;
+    weight += w;
+  }
+  [[nodiscard]] bool has_direction() const { return sum.norm() > Tolerance<S>::equal() * weight; }
+};
+
+/// Outward unit normals of all triangles. Zero for those numbered in `degenerate`, which have none.
+template <Scalar S>
+[[nodiscard]] DynamicArray<Vec3<S>> face_normals(const TriangleMesh<S>& mesh,
+                                                 std::span<const std::uint32_t> degenerate);
+
+/// Sums the normals of each vertex's faces, weighted with the angles there. So the cut of a flat
+/// face into triangles does not matter (Thuermer and Wuethrich 1998).
+///
+/// @param normals  Normals of the faces from `face_normals`. Zero for degenerate ones.
+template <Scalar S>
+[[nodiscard]] DynamicArray<NormalSum<S>> vertex_normals(const TriangleMesh<S>& mesh,
+                                                        std::span<const Vec3<S>> normals);
+
+// Implementation ----------------------------------------------------------------------------------
+
+/// Angle [rad] of a triangle at its corner k.
+template <Scalar S>
+[[nodiscard]] S corner_angle(const TriangleMesh<S>& mesh, std::size_t triangle, std::size_t k) {
+  using std::atan2;
+  const auto& t = mesh.triangles[triangle];
+  const Vec3<S> a = mesh.vertices[t[(k + 1) % 3]] - mesh.vertices[t[k]];
+  const Vec3<S> b = mesh.vertices[t[(k + 2) % 3]] - mesh.vertices[t[k]];
+  return atan2(a.cross(b).norm(), a.dot(b));
+}
+
+template <Scalar S>
+DynamicArray<Vec3<S>> face_normals(const TriangleMesh<S>& mesh,
+                                   std::span<const std::uint32_t> degenerate) {
+  DynamicArray<Vec3<S>> normals;
+  normals.reserve(mesh.triangles.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    normals.push_back(triangle_normal(mesh, t));
+  }
+  for (const std::uint32_t t : degenerate) set_zero(normals[t]);
+  return normals;
+}
+
+template <Scalar S>
+DynamicArray<NormalSum<S>> vertex_normals(const TriangleMesh<S>& mesh,
+                                          std::span<const Vec3<S>> normals) {
+  DynamicArray<NormalSum<S>> sums(mesh.vertices.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (normals[t] == zero<Vec3<S>>()) continue;
+    for (std::size_t k = 0; k < 3; ++k) {
+      sums[mesh.triangles[t][k]].add(normals[t], corner_angle(mesh, t, k));
+    }
+  }
+  return sums;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Open surface with a normal at each vertex: M in Algorithm 3. It faces outwards, as the sensors
+/// on it will.
+template <Scalar S>
+struct PatchMesh {
+  /// [m] The surface.
+  TriangleMesh<S> mesh;
+  /// [1] Outward unit normals of the vertices; zero without one.
+  std::vector<Vec3<S>> normals;
+};
+
+/// Rectangle around the origin in z = 0, facing +z.
+///
+/// @param size   [m] Whole sides along x and y, > 0.
+/// @param cells  [-] Along x and y, >= 1 each; a cell is two triangles.
+template <Scalar S>
+[[nodiscard]] PatchMesh<S> plane_patch(const detail::Vec2<S>& size,
+                                       const std::array<std::uint32_t, 2>& cells);
+
+/// A cylinder's wall, or a strip of it.
+template <Scalar S>
+struct CylinderPatchDef {
+  /// [m] Radius of the cylinder, whose axis is y. > 0.
+  S radius = S(0.01);
+  /// [m] Length along y, the origin in its middle. > 0.
+  S length = S(0.01);
+  /// [rad] Arc, in (0, 2 pi], with its middle at +z; 2 pi closes the wall.
+  S arc = S(2) * S(std::numbers::pi);
+  /// [-] Cells along the arc and along y, >= 1 each and >= 3 around a closed wall; a cell is two
+  /// triangles.
+  std::array<std::uint32_t, 2> cells{16, 4};
+};
+
+/// The plane patch bent about y, facing away from the axis.
+/// @throws InvalidArgument when the definition breaks a rule.
+template <Scalar S>
+[[nodiscard]] PatchMesh<S> cylinder_patch(const CylinderPatchDef<S>& def);
+
+/// Half sphere around the origin with its pole at +z, facing away from its centre. `rings` rings of
+/// vertices follow the pole. The last one is the rim at z = 0.
+///
+/// @param radius    [m] > 0.
+/// @param rings     [-] >= 1.
+/// @param segments  [-] Vertices of each ring, >= 3.
+template <Scalar S>
+[[nodiscard]] PatchMesh<S> half_sphere_patch(S radius, std::uint32_t rings, std::uint32_t segments);
+
+/// Patch from any mesh. Vertex normals are angle-weighted means of face normals. Vertices with
+/// equal coordinates are welded: the surface does not tear along seams.
+/// @throws InvalidArgument when the mesh is no valid surface (see `validate_surface`).
+template <Scalar S>
+[[nodiscard]] PatchMesh<S> patch_from_mesh(const TriangleMesh<S>& mesh);
+
+// Implementation ----------------------------------------------------------------------------------
+
+template <Scalar S>
+PatchMesh<S> plane_patch(const detail::Vec2<S>& size, const std::array<std::uint32_t, 2>& cells) {
+  PatchMesh<S> patch{grid_mesh<S>(size, cells), {}};
+  patch.normals.assign(patch.mesh.vertices.size(), detail::unit_z<Vec3<S>>());
+  return patch;
+}
+
+template <Scalar S>
+PatchMesh<S> cylinder_patch(const CylinderPatchDef<S>& def) {
+  using std::cos;
+  using std::sin;
+  constexpr S whole = S(2) * S(std::numbers::pi);
+  detail::require_positive("CylinderPatchDef::radius", def.radius);
+  detail::require_positive("CylinderPatchDef::length", def.length);
+  detail::require_positive("CylinderPatchDef::arc", def.arc);
+  detail::require(def.arc <= whole, "CylinderPatchDef::arc", def.arc, "must be <= 2 pi");
+  const std::uint32_t fewest = def.arc < whole ? 1 : 3;
+  detail::require(def.cells[0] >= fewest, "CylinderPatchDef::cells[0]", def.cells[0],
+                  "must be >= " + std::to_string(fewest));
+  detail::require(def.cells[1] >= 1, "CylinderPatchDef::cells[1]", def.cells[1], "must be >= 1");
+
+  TriangleMesh<S> mesh = grid_mesh<S>({def.arc, def.length}, def.cells);
+  for (Vec3<S>& p : mesh.vertices) {
+    p = {def.radius * sin(p.x()), p.y(), def.radius * cos(p.x())};
+  }
+  // A closed wall's ends coincide but for rounding.
+  PatchMesh<S> patch{weld(mesh, S(16) * detail::Tolerance<S>::round_off()), {}};
+  for (const Vec3<S>& p : patch.mesh.vertices) {
+    patch.normals.push_back(Vec3<S>(p.x(), S(0), p.z()).normalized());
+  }
+  return patch;
+}
+
+template <Scalar S>
+PatchMesh<S> half_sphere_patch(S radius, std::uint32_t rings, std::uint32_t segments) {
+  using std::cos;
+  using std::sin;
+  detail::require_positive("half_sphere_patch: radius", radius);
+  detail::require(rings >= 1, "half_sphere_patch: rings", rings, "must be >= 1");
+  detail::require(segments >= 3, "half_sphere_patch: segments", segments, "must be >= 3");
+  PatchMesh<S> patch;
+  patch.normals = {detail::unit_z<Vec3<S>>()};
+  for (std::uint32_t i = 1; i <= rings; ++i) {
+    const S polar = S(0.5) * S(std::numbers::pi) * S(i) / S(rings);
+    // The rim lies exactly in the plane.
+    const S height = i < rings ? S(cos(polar)) : S(0);
+    for (std::uint32_t j = 0; j < segments; ++j) {
+      const S turn = S(2) * S(std::numbers::pi) * S(j) / S(segments);
+      patch.normals.push_back({sin(polar) * cos(turn), sin(polar) * sin(turn), height});
+    }
+  }
+  for (const Vec3<S>& n : patch.normals) patch.mesh.vertices.push_back(radius * n);
+  for (std::uint32_t j = 0; j < segments; ++j) {
+    const std::uint32_t next = (j + 1) % segments;
+    patch.mesh.triangles.push_back({0, 1 + j, 1 + next});
+    for (std::uint32_t inner = 1; inner + segments < patch.normals.size(); inner += segments) {
+      const std::uint32_t outer = inner + segments;
+      patch.mesh.triangles.push_back({inner + j, outer + j, outer + next});
+      patch.mesh.triangles.push_back({inner + j, outer + next, inner + next});
+    }
+  }
+  return patch;
+}
+
+template <Scalar S>
+PatchMesh<S> patch_from_mesh(const TriangleMesh<S>& mesh) {
+  validate_surface(mesh);
+  PatchMesh<S> patch{weld(mesh), {}};
+  const detail::DynamicArray<Vec3<S>> faces =
+      detail::face_normals<S>(patch.mesh, degenerate_triangles(patch.mesh));
+  for (const detail::NormalSum<S>& n : detail::vertex_normals<S>(patch.mesh, faces)) {
+    patch.normals.push_back(n.has_direction() ? n.sum.normalized() : detail::zero<Vec3<S>>());
+  }
+  return patch;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Direction of a wrapped vertex's offset from the surface.
+enum class WrapOffset {
+  /// Back along its ray, as in Algorithm 3. On faces that the ray meets at an angle, the clearance
+  /// is the offset times the cosine of that angle.
+  ray,
+  /// Along the normal of the face it met. The clearance is the offset.
+  normal
+};
+
+/// Definition of a wrap.
+template <Scalar S>
+struct WrapDef {
+  /// [m] Distance between the shape and its patch, p_off in Algorithm 3. Finite, >= 0.
+  S offset = S(0);
+  /// [-] Direction of the offset.
+  WrapOffset offset_along = WrapOffset::ray;
+  /// [m] Farthest distance at which a vertex finds the shape. > 0, may be infinite.
+  S reach = infinity<S>;
+  /// [m] Pose of the patch in the shape's frame.
+  Transform<S> X_SM{};
+};
+
+/// Result of wrapping a patch: indices of its vertices and triangles, ascending.
+struct WrapReport {
+  /// [-] Discarded vertices: their rays meet nothing in range.
+  std::vector<std::uint32_t> missed;
+  /// [-] Vertices whose rays meet a face from behind, as rays that start inside the shape do.
+  std::vector<std::uint32_t> met_from_behind;
+  /// [-] Vertices whose rays meet the shape closer than the offset.
+  std::vector<std::uint32_t> too_near;
+  /// [-] Vertices without a normal to cast along.
+  std::vector<std::uint32_t> without_normal;
+  /// [-] Triangles dropped because they lost a vertex.
+  std::vector<std::uint32_t> dropped_faces;
+
+  /// [-] Number of discarded vertices.
+  [[nodiscard]] std::size_t discarded() const {
+    return missed.size() + met_from_behind.size() + too_near.size() + without_normal.size();
+  }
+};
+
+/// Draws the patch onto a shape. Each vertex is cast at it against its normal, and moves to the
+/// hit, less the offset. The result is in the frame of the shape. It suits `sensors_from_mesh`, or
+/// `save_obj` and `save_stl` to edit it by hand.
+///
+/// Vertices that meet nothing are discarded with their faces. So are vertices that are left without
+/// a face. If none is left, the mesh is empty. The others keep their order. Normals are those of
+/// the triangles.
+///
+/// It departs from Algorithm 3 in two points. The patch faces outwards, like the surface it
+/// becomes, so rays run against its normals. A vertex whose ray meets nothing is discarded, where
+/// Algorithm 3 would leave it in place.
+///
+/// @param shape   Any surface, open or closed. Rays pass degenerate triangles.
+/// @param report  Receives the discarded vertices and triangles. May be null.
+/// @throws InvalidArgument when one of the meshes is no valid surface (see `validate_surface`), a
+///         normal is neither zero nor of length 1, or the definition breaks a rule.
+/// @note O((v + t) log t) for v vertices and a shape of t triangles.
+template <Scalar S>
+[[nodiscard]] TriangleMesh<S> wrap_patch(const PatchMesh<S>& patch, const TriangleMesh<S>& shape,
+                                         const WrapDef<S>& def = {}, WrapReport* report = nullptr);
+
+// Implementation ----------------------------------------------------------------------------------
+
+namespace detail {
+
+template <Scalar S>
+void require_wrappable(const PatchMesh<S>& patch, const TriangleMesh<S>& shape,
+                       const WrapDef<S>& def) {
+  using std::abs;
+  require_not_negative("WrapDef::offset", def.offset);
+  require(def.reach > S(0), "WrapDef::reach", def.reach, "must be > 0");
+  require_pose("WrapDef::X_SM", def.X_SM);
+  validate_surface(patch.mesh);
+  validate_surface(shape);
+  require(patch.normals.size() == patch.mesh.vertices.size(), "PatchMesh::normals: size",
+          patch.normals.size(),
+          "must be the number of vertices, " + std::to_string(patch.mesh.vertices.size()));
+  for (std::size_t i = 0; i < patch.normals.size(); ++i) {
+    const S length = patch.normals[i].norm();
+    require(length == S(0) || abs(length - S(1)) <= Tolerance<S>::equal(),
+            "PatchMesh::normals[" + std::to_string(i) + "]: length", length, "must be 0 or 1");
+  }
+}
+
+/// The mesh of the vertices that `is_kept` and of the triangles between them. `dropped` receives
+/// the indices of the other triangles.
+template <Scalar S>
+[[nodiscard]] TriangleMesh<S> kept_part(const TriangleMesh<S>& mesh,
+                                        const DynamicArray<bool>& is_kept,
+                                        std::vector<std::uint32_t>& dropped) {
+  TriangleMesh<S> part;
+  DynamicArray<bool> is_used(mesh.vertices.size(), false);
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto& [a, b, c] = mesh.triangles[t];
+    if (is_kept[a] && is_kept[b] && is_kept[c]) {
+      part.triangles.push_back(mesh.triangles[t]);
+      is_used[a] = is_used[b] = is_used[c] = true;
+    } else {
+      dropped.push_back(t);
+    }
+  }
+  DynamicArray<std::uint32_t> renumber(mesh.vertices.size());
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    renumber[v] = static_cast<std::uint32_t>(part.vertices.size());
+    if (is_used[v]) part.vertices.push_back(mesh.vertices[v]);
+  }
+  for (auto& triangle : part.triangles) {
+    for (std::uint32_t& v : triangle) v = renumber[v];
+  }
+  return part;
+}
+
+}  // namespace detail
+
+template <Scalar S>
+TriangleMesh<S> wrap_patch(const PatchMesh<S>& patch, const TriangleMesh<S>& shape,
+                           const WrapDef<S>& def, WrapReport* report) {
+  detail::require_wrappable(patch, shape, def);
+  const TriangleMesh<S> target = without_triangles<S>(shape, degenerate_triangles(shape));
+  const detail::RayMesh<S> surface(target.triangles.size(), [&target](std::uint32_t t) {
+    const auto& [a, b, c] = target.triangles[t];
+    return std::array<Vec3<S>, 3>{target.vertices[a], target.vertices[b], target.vertices[c]};
+  });
+
+  WrapReport result;
+  TriangleMesh<S> moved = patch.mesh;
+  detail::DynamicArray<bool> is_kept(moved.vertices.size(), false);
+  for (std::uint32_t v = 0; v < moved.vertices.size(); ++v) {
+    if (patch.normals[v] == detail::zero<Vec3<S>>()) {
+      result.without_normal.push_back(v);
+      continue;
+    }
+    const Ray<S> ray{def.X_SM * moved.vertices[v],
+                     Vec3<S>(-def.X_SM.rotate(patch.normals[v]).normalized()), def.reach};
+    const detail::MeshCrossings<S> met = detail::mesh_crossings(surface, ray);
+    if (!(met.distance <= ray.length && met.distance < infinity<S>)) {
+      result.missed.push_back(v);
+      continue;
+    }
+    const Vec3<S> normal = triangle_normal(target, met.triangle);
+    if (!(normal.dot(ray.direction) < S(0))) {
+      result.met_from_behind.push_back(v);
+    } else if (met.distance < def.offset) {
+      result.too_near.push_back(v);
+    } else {
+      const Vec3<S> out = def.offset_along == WrapOffset::ray ? Vec3<S>(-ray.direction) : normal;
+      moved.vertices[v] = ray.origin + met.distance * ray.direction + def.offset * out;
+      is_kept[v] = true;
+    }
+  }
+  moved = detail::kept_part(moved, is_kept, result.dropped_faces);
+  if (report != nullptr) *report = std::move(result);
+  return moved;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/world/world_batch.hpp
+
+/// @file
+/// Many worlds of one scene that step together, for training a learner.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <exception>
+#include <span>
+#include <string>
+#include <utility>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Copies of one world. They share its shapes and nothing else.
+///
+/// `WorldBatch<float> batch(scene, 1024, pool.hook())`, then, again and again, `batch.step(8)`,
+/// `batch.gather_taxels(pads, images)` and `batch.reset(batch.failed())`: examples/18_batch.cpp.
+///
+/// Each world behaves as it would alone, to the last bit, for any number of threads and worlds.
+/// Seed random values by the index of the world. Handles of the original are valid in all worlds.
+///
+/// A mask has one byte a world, nonzero selects. An empty mask selects all.
+template <Scalar S, typename Backend = AnalyticBackend>
+class WorldBatch {
+ public:
+  /// One byte a world: nonzero selects it. An empty mask selects all.
+  using Mask = std::span<const std::uint8_t>;
+
+  /// @param origin  World that all worlds start as and are reset to. It is copied.
+  /// @param count   [-] Number of worlds, > 0.
+  /// @param parallel_for  Steps worlds at the same time. Each world uses one thread, whatever hook
+  ///                      the original has. A world that is assigned to brings its own.
+  /// @throws InvalidArgument when `count` is 0 or the hook is empty.
+  WorldBatch(const World<S, Backend>& origin, std::size_t count,
+             ParallelFor parallel_for = serial_for);
+
+  /// [-] Number of worlds.
+  [[nodiscard]] std::size_t size() const noexcept { return worlds_.size(); }
+  /// One world of the batch.
+  /// @throws InvalidArgument when there is no world of this index.
+  [[nodiscard]] World<S, Backend>& world(std::size_t number) {
+    require_number(number);
+    return worlds_[number];
+  }
+  /// One world of the batch, for reading.
+  /// @throws InvalidArgument when there is no world of this index.
+  [[nodiscard]] const World<S, Backend>& world(std::size_t number) const {
+    require_number(number);
+    return worlds_[number];
+  }
+
+  /// Calls visit(index, world) for the worlds of a mask, several at the same time.
+  /// @throws InvalidArgument when the mask is of another size. Otherwise the exception of `visit`
+  ///         with the lowest world index. The other worlds are visited all the same.
+  template <typename Visit>
+  void for_each(Visit&& visit, Mask mask = {});
+
+  /// Advances all worlds by some steps each. One call for several steps is cheaper: a world stays
+  /// in cache.
+  void step(std::size_t steps = 1);
+
+  /// [-] One byte a world: 1 if a step of this batch failed since the last reset. Bodies were left
+  /// standing then (`StepReport::discarded_islands`, `frozen_bodies`). All worlds go on. Steps by
+  /// `world(i).step()` are not counted.
+  [[nodiscard]] Mask failed() const noexcept { return {failed_.data(), failed_.size()}; }
+
+  /// Resets the worlds of a mask to their start, masses and materials included.
+  /// @throws InvalidArgument when the mask is of another size.
+  void reset(Mask mask = {});
+
+  /// Writes bodies to out[world][body][13]: position of the body frame [m], its quaternion x, y, z,
+  /// w, velocity of the centre of mass [m/s], angular velocity [rad/s]. World axes.
+  /// @throws InvalidArgument when `out` has another size or a world lacks a body. Nothing is
+  ///         written then. The same holds for the functions below.
+  void gather_bodies(std::span<const BodyId> bodies, std::span<S> out) const;
+  /// Writes joints to out[world][joint][2]: position and velocity, as in `JointReading`.
+  void gather_joints(std::span<const JointId> joints, std::span<S> out) const;
+  /// Writes readings to out[world][patch][channel][sensor], with the channels of `TactileChannel`
+  /// in its order and units. Sensors of a `sensor_grid` are image rows. All patches must have
+  /// equally many sensors.
+  void gather_taxels(std::span<const PatchId> patches, std::span<S> out) const;
+  /// Writes the number of sensors in contact to out[world][patch].
+  void gather_touching(std::span<const PatchId> patches, std::span<std::uint32_t> out) const;
+
+ private:
+  /// [-] Worlds of one task at most. Their steps share scratch memory.
+  static constexpr std::size_t most_per_task = 16;
+  /// [-] Fewest tasks that keep all threads busy.
+  static constexpr std::size_t fewest_tasks = 64;
+
+  void require_number(std::size_t number) const {
+    detail::require(number < size(), "WorldBatch: number of a world", number,
+                    "must be below the number of worlds");
+  }
+  void require_mask(Mask mask) const {
+    detail::require(mask.empty() || mask.size() == size(), "WorldBatch: mask.size()", mask.size(),
+                    "must be 0 or the number of worlds");
+  }
+  static void require_size(std::size_t has, std::size_t needs) {
+    detail::require(has == needs, "WorldBatch: out.size()", has,
+                    "must be " + std::to_string(needs));
+  }
+  /// Runs task(index of the task, first world, end), for all worlds.
+  template <typename Task>
+  void in_tasks(const Task& task) const {
+    parallel_for_(steppers_.size(), [&](std::size_t k) {
+      task(k, k * per_task_, std::min(size(), (k + 1) * per_task_));
+    });
+  }
+  /// Throws InvalidArgument unless all worlds have these handles.
+  template <typename Id>
+  void require_handles(std::span<const Id> ids) const;
+  /// Writes `width` numbers a world and handle: write(world, id, first number).
+  template <typename Id, typename T, typename Write>
+  void gather(std::span<const Id> ids, std::size_t width, std::span<T> out,
+              const Write& write) const;
+
+  World<S, Backend> origin_;
+  detail::DynamicArray<World<S, Backend>> worlds_;
+  detail::DynamicArray<std::uint8_t> failed_;
+  std::size_t per_task_;
+  detail::DynamicArray<detail::KernelScratch<detail::WorldKernels<S>>> steppers_;
+  ParallelFor parallel_for_;
+};
+
+// Implementation ----------------------------------------------------------------------------------
+
+template <Scalar S, typename Backend>
+WorldBatch<S, Backend>::WorldBatch(const World<S, Backend>& origin, std::size_t count,
+                                   ParallelFor parallel_for)
+    : origin_(origin),
+      per_task_(std::clamp<std::size_t>(count / fewest_tasks, 1, most_per_task)),
+      parallel_for_(std::move(parallel_for)) {
+  detail::require(count > 0, "WorldBatch: count", count, "must be > 0");
+  detail::require(bool(parallel_for_), "WorldBatch: parallel_for", "empty", "must be callable");
+  // The threads of the hook are busy with worlds.
+  origin_.state_.def.parallel_for = serial_for;
+  worlds_.assign(count, origin_);
+  failed_.assign(count, std::uint8_t(0));
+  steppers_.assign((count + per_task_ - 1) / per_task_, origin_.stepper_);
+}
+
+template <Scalar S, typename Backend>
+template <typename Visit>
+void WorldBatch<S, Backend>::for_each(Visit&& visit, Mask mask) {
+  require_mask(mask);
+  const auto visit_some = [&](std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i) {
+      if (mask.empty() || mask[i] != 0) visit(i, worlds_[i]);
+    }
+  };
+#if defined(__cpp_exceptions)
+  // No exception may leave a task. Each task stores its first one.
+  detail::DynamicArray<std::exception_ptr> errors(steppers_.size());
+  in_tasks([&](std::size_t task, std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i) {
+      try {
+        visit_some(i, i + 1);
+      } catch (...) {
+        if (!errors[task]) errors[task] = std::current_exception();
+      }
+    }
+  });
+  for (const std::exception_ptr& error : errors) {
+    if (error) std::rethrow_exception(error);
+  }
+#else
+  in_tasks([&](std::size_t, std::size_t first, std::size_t end) { visit_some(first, end); });
+#endif
+}
+
+template <Scalar S, typename Backend>
+void WorldBatch<S, Backend>::step(std::size_t steps) {
+  in_tasks([&](std::size_t task, std::size_t first, std::size_t end) {
+    const auto& stepper = steppers_[task];
+    for (std::size_t i = first; i < end; ++i) {
+      World<S, Backend>& world = worlds_[i];
+      for (std::size_t k = 0; k < steps; ++k) {
+        stepper.kernels().step(stepper.get(), world.state_);
+        const StepReport<S>& report = world.report();
+        if (report.discarded_islands + report.frozen_bodies > 0) failed_[i] = 1;
+      }
+    }
+  });
+}
+
+template <Scalar S, typename Backend>
+void WorldBatch<S, Backend>::reset(Mask mask) {
+  for_each(
+      [this](std::size_t i, World<S, Backend>& world) {
+        world.state_ = origin_.state_;
+        failed_[i] = 0;
+      },
+      mask);
+}
+
+template <Scalar S, typename Backend>
+template <typename Id>
+void WorldBatch<S, Backend>::require_handles(std::span<const Id> ids) const {
+  for (const World<S, Backend>& world : worlds_) {
+    for (const Id id : ids) {
+      detail::require(world.contains(id), "WorldBatch: handle of a world", id.index,
+                      "must name what all worlds have");
+    }
+  }
+}
+
+template <Scalar S, typename Backend>
+template <typename Id, typename T, typename Write>
+void WorldBatch<S, Backend>::gather(std::span<const Id> ids, std::size_t width, std::span<T> out,
+                                    const Write& write) const {
+  require_handles(ids);
+  require_size(out.size(), size() * ids.size() * width);
+  in_tasks([&](std::size_t, std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i) {
+      for (std::size_t k = 0; k < ids.size(); ++k) {
+        write(worlds_[i], ids[k], out.data() + (i * ids.size() + k) * width);
+      }
+    }
+  });
+}
+
+template <Scalar S, typename Backend>
+void WorldBatch<S, Backend>::gather_bodies(std::span<const BodyId> bodies, std::span<S> out) const {
+  gather<BodyId>(bodies, 13, out, [](const World<S, Backend>& world, BodyId id, S* to) {
+    const Transform<S> X = world.pose(id);
+    const Twist<S>& twist = world.body(id).twist;
+    to = std::copy_n(X.translation.data(), 3, to);
+    to = std::copy_n(X.rotation.coeffs().data(), 4, to);
+    to = std::copy_n(twist.linear.data(), 3, to);
+    std::copy_n(twist.angular.data(), 3, to);
+  });
+}
+
+template <Scalar S, typename Backend>
+void WorldBatch<S, Backend>::gather_joints(std::span<const JointId> joints,
+                                           std::span<S> out) const {
+  gather<JointId>(joints, 2, out, [](const World<S, Backend>& world, JointId id, S* to) {
+    const JointReading<S> reading = world.reading(id);
+    to[0] = reading.position;
+    to[1] = reading.velocity;
+  });
+}
+
+template <Scalar S, typename Backend>
+void WorldBatch<S, Backend>::gather_taxels(std::span<const PatchId> patches,
+                                           std::span<S> out) const {
+  require_handles(patches);
+  const std::size_t sensors = patches.empty() ? 0 : worlds_[0].patch(patches.front()).size();
+  for (const World<S, Backend>& world : worlds_) {
+    for (const PatchId id : patches) {
+      detail::require(world.patch(id).size() == sensors, "WorldBatch: sensors of a patch",
+                      world.patch(id).size(), "must be as many as those of the first one");
+    }
+  }
+  gather<PatchId>(patches, tactile_channel_count * sensors, out,
+                  [](const World<S, Backend>& world, PatchId id, S* to) {
+                    const PatchReading<S> reading = world.reading(id);
+                    for (const std::span<const S> channel :
+                         {reading.depth, reading.normal_force, reading.shear_1, reading.shear_2}) {
+                      to = std::copy(channel.begin(), channel.end(), to);
+                    }
+                  });
+}
+
+template <Scalar S, typename Backend>
+void WorldBatch<S, Backend>::gather_touching(std::span<const PatchId> patches,
+                                             std::span<std::uint32_t> out) const {
+  gather<PatchId>(patches, 1, out,
+                  [](const World<S, Backend>& world, PatchId id, std::uint32_t* to) {
+                    *to = static_cast<std::uint32_t>(world.reading(id).touching());
+                  });
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+#if defined(BRISTLE_WITH_FCL)
+#endif
+#if defined(BRISTLE_WITH_FILES)
 // === bristle/io/glb.hpp
 
 /// @file
@@ -17182,1464 +18648,6 @@ inline std::string Trace::csv(int digits) const {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/sensors/elastic_skin.hpp
-
-/// @file
-/// Constants of sensors from the material of a skin: Young's modulus, Poisson's ratio, thickness.
-///
-/// A thin elastic layer on a hard body is a bed of independent springs: an elastic foundation
-/// (Johnson, *Contact Mechanics*, 4.3). Each sensor is one of them. The layer is confined sideways:
-/// its compression modulus is (1 - nu) E / ((1 + nu)(1 - 2 nu)). Its shear modulus is G = E / (2 (1
-/// + nu)). Stiffness per area is modulus over thickness h.
-// SPDX-License-Identifier: BSD-3-Clause
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Layer of soft material on a hard body. Silicone rubber is the default.
-template <Scalar S>
-struct ElasticSkin {
-  /// [Pa] Young's modulus E. Finite, > 0.
-  S young_modulus = S(1e6);
-  /// [1] Poisson's ratio nu, in [0, 0.5). An incompressible layer could not be pressed at all.
-  /// Rubbers have 0.45 to 0.49, foams about 0.1.
-  S poisson_ratio = S(0.45);
-  /// [m] Thickness h. Finite, > 0.
-  S thickness = S(0.003);
-  /// [m^2] Skin area over the number of sensors. Finite, > 0.
-  S area_per_sensor = S(1e-6);
-  /// [m] Ray length: the depth where sensors saturate. At most the thickness.
-  S length = S(0.003);
-  /// [1] Static friction coefficient. Finite, > 0.
-  S friction = S(0.8);
-  /// [s] Relaxation time of the material, viscosity over modulus (Kelvin and Voigt's solid).
-  /// Finite, >= 0.
-  S relaxation_time = S(1e-3);
-  /// [Pa] Working pressure. Finite, > 0. The shear stiffness of the bristles grows with the normal
-  /// force (Eq. 1). At this pressure it is that of the material.
-  S working_pressure = S(1e4);
-
-  /// [Pa/m] Pressure per depth of indentation.
-  [[nodiscard]] S normal_stiffness_per_area() const {
-    const S nu = poisson_ratio;
-    return (S(1) - nu) * young_modulus / ((S(1) + nu) * (S(1) - S(2) * nu) * thickness);
-  }
-  /// [Pa/m] Shear stress per displacement along the surface.
-  [[nodiscard]] S shear_stiffness_per_area() const {
-    return young_modulus / (S(2) * (S(1) + poisson_ratio) * thickness);
-  }
-
-  /// Constants of each sensor, for FrictionScaling::normal_force.
-  /// @throws InvalidArgument naming the field.
-  [[nodiscard]] SensorParameters<S> parameters() const;
-};
-
-// Implementation ----------------------------------------------------------------------------------
-
-template <Scalar S>
-SensorParameters<S> ElasticSkin<S>::parameters() const {
-  detail::require_positive("ElasticSkin::young_modulus", young_modulus);
-  detail::require_not_negative("ElasticSkin::poisson_ratio", poisson_ratio);
-  detail::require(poisson_ratio < S(0.5), "ElasticSkin::poisson_ratio", poisson_ratio,
-                  "must be < 0.5");
-  detail::require_positive("ElasticSkin::thickness", thickness);
-  detail::require_positive("ElasticSkin::area_per_sensor", area_per_sensor);
-  detail::require_positive("ElasticSkin::length", length);
-  detail::require(length <= thickness, "ElasticSkin::length", length,
-                  "must be at most the thickness, " + detail::to_text(thickness));
-  detail::require_positive("ElasticSkin::friction", friction);
-  detail::require_not_negative("ElasticSkin::relaxation_time", relaxation_time);
-  detail::require_positive("ElasticSkin::working_pressure", working_pressure);
-
-  SensorParameters<S> p;
-  // At the depth e L: F_N = p A with p = k e L.
-  p.normal_stiffness = normal_stiffness_per_area() * area_per_sensor * length;
-  // F_N = K_N (e + tau de/dt).
-  p.normal_damping = relaxation_time * p.normal_stiffness;
-  // k_t = mu_S F_N equals G A / h at F_N = working pressure times A.
-  p.static_friction = shear_stiffness_per_area() / working_pressure;
-  p.breakaway_distance = friction / p.static_friction;
-  p.sliding_friction = relaxation_time * shear_stiffness_per_area() * area_per_sensor;
-  return p;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/sensors/neighbour_order.hpp
-
-/// @file
-/// Order of sensors in which neighbours follow each other, for layouts whose order means nothing.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <span>
-#include <string>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Returns the indices of a layout's sensors in squares: four rows of four, four such squares, and
-/// so on, as far as their number and positions allow.
-///
-/// A patch takes its sensors sixteen at a time, in the order of their layout. The edge of a contact
-/// runs through most of the rows of sixteen that it meets, but through few squares. Take a pad of
-/// 1000 to 10,000 sensors that half touches a box, a ball or a capsule. In squares it takes 4 to 16
-/// % less time. One of a hundred takes up to 14 % more (docs/decisions/0031-order-of-sensors.md).
-/// Readings are in the order of the layout. So squares suit skins that are read as sums or by a
-/// table of sensors; images want rows (`tactile_image`). Other data in the order of the layout,
-/// such as `PatchDef::per_sensor`, has to be reordered likewise.
-///
-/// @throws InvalidArgument when the layout breaks a rule of `SensorLayout::validate`.
-/// @note O(n log n).
-template <Scalar S>
-[[nodiscard]] std::vector<std::uint32_t> neighbour_order(const SensorLayout<S>& layout);
-
-/// Reorders the sensors of a layout: the k-th is `layout`'s sensor order[k]. Sensors may be left
-/// out or repeated.
-/// @throws InvalidArgument when the layout is not valid, or an index is not that of a sensor.
-template <Scalar S>
-[[nodiscard]] SensorLayout<S> in_order(const SensorLayout<S>& layout,
-                                       std::span<const std::uint32_t> order);
-
-// Implementation ----------------------------------------------------------------------------------
-
-template <Scalar S>
-std::vector<std::uint32_t> neighbour_order(const SensorLayout<S>& layout) {
-  layout.validate();
-  const detail::RayTree<S> ray_tree(layout.rays());
-  std::vector<std::uint32_t> order(layout.size());
-  if (ray_tree.is_empty()) {
-    detail::fill_numbers(order);  // No sensors, or rays without an end.
-  } else {
-    std::copy_n(ray_tree.rays_from(0), order.size(), order.begin());
-  }
-  return order;
-}
-
-template <Scalar S>
-SensorLayout<S> in_order(const SensorLayout<S>& layout, std::span<const std::uint32_t> order) {
-  layout.validate();
-  SensorLayout<S> result;
-  for (std::size_t k = 0; k < order.size(); ++k) {
-    if (order[k] >= layout.size()) {
-      detail::raise(InvalidArgument(
-          "in_order: order[" + std::to_string(k) + "]", std::to_string(order[k]),
-          "must be less than the number of sensors, " + std::to_string(layout.size())));
-    }
-    result.add(layout.start[order[k]], layout.direction[order[k]], layout.length[order[k]]);
-  }
-  return result;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/sensors/passivity_observer.hpp
-
-/// @file
-/// Observes the energy at a port and damps exactly the energy that comes out without having gone
-/// in.
-///
-/// A hand on a haptic device feels any energy that a simulation makes up. The source is Hannaford
-/// and Ryu, *Time-domain passivity control of haptic interfaces* (2002). They count the energy at
-/// the port, where force and velocity meet. A damper acts only then, on the surplus.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <algorithm>
-#include <cmath>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Energy that a tool has brought into whatever resists it, less the energy it got back.
-///
-/// The sum is that of forces held over a substep: E += -dt (f . v + tau . w). It is exact if v is
-/// the mean velocity of the substep in which f acts, (x1 - x0) / dt.
-///
-/// `observe` counts the substeps that are over and leaves the forces alone. `control` stands
-/// between simulation and device, once a substep:
-///
-///     loop.move(tool, X_WT);
-///     loop.substep();
-///     device.send(observer.control(loop.wrench(tool), moved, dt));
-///
-/// `moved` is the mean velocity since the last substep. The wrench sent last acted along `moved`,
-/// so its energy is counted now. The wrench sent now acts along a velocity not yet known: the
-/// damper assumes that the tool keeps its velocity. The substeps that follow make up for the error.
-template <Scalar S>
-class PassivityObserver {
- public:
-  /// @param allowance  [J] Energy that may come out beyond the energy put in: the energy stored in
-  ///                   the simulation at the start. Finite, >= 0.
-  /// @param most       [N s/m] Strongest damper of `control` the device can render. > 0, finite.
-  /// @param radius     [m] Turns rad/s into m/s where torques are damped. Finite, > 0.
-  /// @throws InvalidArgument naming the argument.
-  explicit PassivityObserver(S allowance = S(0), S most = S(10), S radius = S(0.05))
-      : allowance_(allowance), most_(most), radius_(radius) {
-    detail::require_not_negative("PassivityObserver: allowance", allowance);
-    detail::require_positive("PassivityObserver: most", most);
-    detail::require_positive("PassivityObserver: radius", radius);
-  }
-
-  /// Counts one substep of `dt` [s]. Skips wrenches and motions that are not finite.
-  void observe(const Wrench<S>& on_tool, const Twist<S>& tool, S dt) {
-    add(-dt * power(on_tool, tool));
-  }
-
-  /// Counts the substep that is over, in which the wrench sent last acted. Damps the next one if it
-  /// would bring the balance below minus the allowance.
-  /// @param on_tool  [N, N m] Wrench that the simulation wants to send.
-  /// @param tool     [m/s, rad/s] Mean motion of the tool in the substep that is over.
-  /// @return The wrench to send: `on_tool` - alpha times the velocity. alpha is the least that
-  ///         keeps the balance at this velocity, and `most` at most. The part that a slow tool
-  ///         cannot pay at once stays in the balance. Zero replaces a wrench that is not finite. A
-  ///         motion that is not finite damps nothing.
-  [[nodiscard]] Wrench<S> control(const Wrench<S>& on_tool, const Twist<S>& tool, S dt) {
-    using std::isfinite;
-    observe(sent_, tool, dt);
-    const S taken = -dt * power(damper_, tool);
-    if (isfinite(taken)) damped_ += taken;
-    sent_ = damper_ = {};
-    if (!detail::all_finite(on_tool.force) || !detail::all_finite(on_tool.torque)) return {};
-    // A debt within round-off does not count.
-    const S missing = -(energy_ - dt * power(on_tool, tool) + allowance_);
-    const S speed2 = tool.linear.squaredNorm() + radius_ * radius_ * tool.angular.squaredNorm();
-    if (missing > detail::Tolerance<S>::equal() * turnover_ && speed2 > S(0) && isfinite(speed2)) {
-      const S alpha = std::min(missing / (dt * speed2), most_);
-      damper_ = {-alpha * tool.linear, (-alpha * radius_ * radius_) * tool.angular};
-    }
-    sent_ = {on_tool.force + damper_.force, on_tool.torque + damper_.torque};
-    return sent_;
-  }
-
-  /// [J] Energy in less energy out, by the end of the last substep that was counted.
-  [[nodiscard]] S energy() const { return energy_; }
-  /// [J] Lowest value of `energy` so far.
-  [[nodiscard]] S lowest_energy() const { return lowest_; }
-  /// [J] Energy taken out by the dampers of `control`.
-  [[nodiscard]] S damped_energy() const { return damped_; }
-  /// Returns whether at most the energy put in and `allowance` came out, up to the sum's round-off.
-  [[nodiscard]] bool is_passive() const {
-    return lowest_ >= -allowance_ - detail::Tolerance<S>::equal() * turnover_;
-  }
-
- private:
-  static S power(const Wrench<S>& on_tool, const Twist<S>& tool) {
-    return on_tool.force.dot(tool.linear) + on_tool.torque.dot(tool.angular);
-  }
-  void add(S work) {
-    using std::abs;
-    using std::isfinite;
-    if (!isfinite(work)) return;
-    energy_ += work;
-    turnover_ += abs(work);
-    lowest_ = std::min(lowest_, energy_);
-  }
-
-  S allowance_, most_, radius_;
-  S energy_ = S(0);
-  S lowest_ = S(0);
-  S damped_ = S(0);
-  /// Wrench that `control` sent last; its damper part.
-  Wrench<S> sent_{};
-  Wrench<S> damper_{};
-  /// [J] Sum of the sizes of all terms, for the round-off of their sum.
-  S turnover_ = S(0);
-};
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/sensors/placement.hpp
-
-/// @file
-/// Covers a surface with sensors (Algorithm 2 and its extension to vertices and edges).
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <cstddef>
-#include <cstdint>
-#include <span>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Placement of sensors on a mesh. The defaults put one 10 mm ray on every face, half of it below
-/// the surface.
-template <Scalar S>
-struct PlacementDef {
-  /// [m] Depth below the surface at which the rays start, D in Algorithm 2. Finite, >= 0.
-  S depth = S(0.005);
-  /// [m] Length of the rays from their starts, R in Algorithm 2. Finite, > depth: they end above
-  /// the surface.
-  S range = S(0.010);
-  /// [-] One sensor at the centroid of every face, along the face's normal.
-  bool faces = true;
-  /// [-] One sensor at every vertex, along the mean normal of its faces, weighted by their angles.
-  bool vertices = false;
-  /// [-] One sensor at the midpoint of every edge, along the mean normal of its faces.
-  bool edges = false;
-  /// [m] Pose of the mesh in the frame A of the body that carries the sensors.
-  Transform<S> X_AM{};
-};
-
-/// Numbers of sensors that `sensors_from_mesh` placed, and of those it had to leave out.
-struct PlacementReport {
-  /// [-] Sensors on faces. They come first.
-  std::size_t face_sensors = 0;
-  /// [-] Sensors on vertices. They follow those on faces.
-  std::size_t vertex_sensors = 0;
-  /// [-] Sensors on edges. They come last.
-  std::size_t edge_sensors = 0;
-  /// [-] Indices of the triangles without a normal. They carry no sensor and do not count for the
-  /// normals of their vertices and edges.
-  std::vector<std::uint32_t> degenerate_faces;
-  /// [-] Indices of the vertices whose faces' normals cancel (both sides of a sheet, say).
-  std::vector<std::uint32_t> vertices_without_normal;
-  /// [-] Likewise edges, by the indices of their two vertices.
-  std::vector<std::array<std::uint32_t, 2>> edges_without_normal;
-};
-
-/// Sensors along the surface of a mesh, in the frame A of the body that carries them.
-///
-/// A sensor starts `depth` below the surface and runs along the outward normal for `range`
-/// (Algorithm 2; its line 6 prints the sum of the corners where their mean is meant). Faces come
-/// first, in the order of the triangles. Vertices follow in the order of the mesh; then edges, by
-/// their lower and then their higher vertex. Vertices with equal coordinates count as the first of
-/// them, so a mesh with seams gets no sensor twice.
-///
-/// @param report  Receives the placed and the omitted sensors. May be null.
-/// @throws InvalidArgument when the mesh is no valid surface (see `validate_surface`) or the
-///         definition breaks a rule. A definition without any sensors breaks one.
-template <Scalar S>
-[[nodiscard]] SensorLayout<S> sensors_from_mesh(const TriangleMesh<S>& mesh,
-                                                const PlacementDef<S>& def,
-                                                PlacementReport* report = nullptr);
-
-/// Regular grid of sensors on a flat rectangle, all vectors in the frame A of the body.
-template <Scalar S>
-struct SensorGridDef {
-  /// [m] Middle of the rectangle.
-  Vec3<S> center = detail::zero<Vec3<S>>();
-  /// [m] One whole side of the rectangle. The rays point along side_u x side_v.
-  Vec3<S> side_u = detail::zero<Vec3<S>>();
-  /// [m] The other whole side; not parallel to side_u.
-  Vec3<S> side_v = detail::zero<Vec3<S>>();
-  /// [-] Number of sensors along side_u, >= 1.
-  std::size_t count_u = 1;
-  /// [-] Number of sensors along side_v, >= 1.
-  std::size_t count_v = 1;
-  /// [m] Depth of the rays' starts below the rectangle. Finite, >= 0.
-  S depth = S(0.005);
-  /// [m] Length of the rays from their starts. Finite, > depth.
-  S range = S(0.010);
-};
-
-/// Puts one sensor into the middle of each of count_u x count_v equal cells. Those along side_u
-/// follow one another.
-///
-/// @throws InvalidArgument when the definition breaks a rule.
-template <Scalar S>
-[[nodiscard]] SensorLayout<S> sensor_grid(const SensorGridDef<S>& def);
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// Implementation ----------------------------------------------------------------------------------
-
-#if defined(BRISTLE_COMPILED) && BRISTLE_HAS_DEFINITIONS
-namespace bristle::inline BRISTLE_ABI {
-
-#define BRISTLE_COMPILED_PLACEMENT(S)                                          \
-  extern template SensorLayout<S> sensor_grid<S>(const SensorGridDef<S>& def); \
-  extern template SensorLayout<S> sensors_from_mesh<S>(                        \
-      const TriangleMesh<S>& mesh, const PlacementDef<S>& def, PlacementReport* report);
-BRISTLE_COMPILED_PLACEMENT(float)
-BRISTLE_COMPILED_PLACEMENT(double)
-#undef BRISTLE_COMPILED_PLACEMENT
-
-}  // namespace bristle::inline BRISTLE_ABI
-#endif
-
-// === bristle/sensors/ray_fan.hpp
-
-/// @file
-/// Rays that spread from one point, row by row: scanners, range finders, whisker fans.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <cmath>
-#include <cstddef>
-#include <numbers>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Fan in the frame A of its carrier. Rays lie in the middles of equal cells of azimuth and
-/// elevation. So a fan of one row and a width of 2 pi goes round without a duplicate ray.
-template <Scalar S>
-struct RayFanDef {
-  /// [m] Point from which the rays spread.
-  Vec3<S> origin = detail::zero<Vec3<S>>();
-  /// [1] Direction of the middle of the fan; any length but 0.
-  Vec3<S> forward = detail::unit_x<Vec3<S>>();
-  /// [1] Axis of the azimuth, made perpendicular to `forward`; must not be along it.
-  Vec3<S> up = detail::unit_z<Vec3<S>>();
-  /// [rad] Whole angle of the columns, around `up`, in [0, 2 pi].
-  S width = S(std::numbers::pi) / S(2);
-  /// [rad] Whole angle of the rows, in [0, pi].
-  S height = S(0);
-  /// [-] Rays in a row, from the right (negative azimuth) to the left; >= 1.
-  std::size_t columns = 1;
-  /// [-] Rows, from below to above; >= 1.
-  std::size_t rows = 1;
-  /// [m] Distance of the rays' starts from the origin. Finite, >= 0.
-  S start = S(0);
-  /// [m] Length of the rays from there. Finite, > 0.
-  S range = S(1);
-};
-
-/// The rays of a fan, row by row.
-/// @throws InvalidArgument when the definition breaks a rule.
-template <Scalar S>
-[[nodiscard]] SensorLayout<S> ray_fan(const RayFanDef<S>& def);
-
-// Implementation ----------------------------------------------------------------------------------
-
-template <Scalar S>
-SensorLayout<S> ray_fan(const RayFanDef<S>& def) {
-  using std::cos;
-  using std::sin;
-  detail::require_all_finite("RayFanDef::origin", def.origin);
-  detail::require_all_finite("RayFanDef::forward", def.forward);
-  detail::require_all_finite("RayFanDef::up", def.up);
-  const S pi = S(std::numbers::pi);
-  detail::require(
-      def.width >= S(0) && def.width <= S(2) * pi * (S(1) + detail::Tolerance<S>::equal()),
-      "RayFanDef::width", def.width, "must be in [0, 2 pi]");
-  detail::require(def.height >= S(0) && def.height <= pi * (S(1) + detail::Tolerance<S>::equal()),
-                  "RayFanDef::height", def.height, "must be in [0, pi]");
-  detail::require(def.columns > 0, "RayFanDef::columns", def.columns, "must be >= 1");
-  detail::require(def.rows > 0, "RayFanDef::rows", def.rows, "must be >= 1");
-  detail::require_not_negative("RayFanDef::start", def.start);
-  detail::require_positive("RayFanDef::range", def.range);
-  detail::require(def.forward.stableNorm() > S(0), "RayFanDef::forward", S(0), "must not be 0");
-  const Vec3<S> forward = def.forward.stableNormalized();
-  const Vec3<S> left_of = def.up.stableNormalized().cross(forward);
-  detail::require(left_of.norm() > detail::Tolerance<S>::equal(), "RayFanDef::up", left_of.norm(),
-                  "must not be along forward");
-  const Vec3<S> left = left_of.normalized();
-  const Vec3<S> up = forward.cross(left);
-
-  const auto middle = [](std::size_t i, std::size_t count, S whole) {
-    return ((static_cast<S>(i) + S(0.5)) / static_cast<S>(count) - S(0.5)) * whole;
-  };
-  SensorLayout<S> layout;
-  for (std::size_t row = 0; row < def.rows; ++row) {
-    const S elevation = middle(row, def.rows, def.height);
-    for (std::size_t column = 0; column < def.columns; ++column) {
-      const S azimuth = middle(column, def.columns, def.width);
-      const Vec3<S> direction =
-          cos(elevation) * (cos(azimuth) * forward + sin(azimuth) * left) + sin(elevation) * up;
-      layout.add(Vec3<S>(def.origin + def.start * direction), direction.normalized(), def.range);
-    }
-  }
-  return layout;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/sensors/tactile_image.hpp
-
-/// @file
-/// Readings of a patch as images, and a history of the last ones.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <span>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Quantity shown by the pixels of a tactile image.
-enum class TactileChannel : std::uint8_t {
-  /// [1] Depth in [0, 1].
-  depth,
-  /// [N] Normal force.
-  normal_force,
-  /// [N] Shear along the sensor's t1 and t2.
-  shear_1,
-  shear_2
-};
-/// [-] Number of channels.
-inline constexpr std::size_t tactile_channel_count = 4;
-
-/// One channel of a patch, row by row. A view: valid as long as its source.
-///
-/// Row r and column c is the sensor r * columns + c. `sensor_grid` numbers its sensors this way,
-/// with count_u columns along side_u and count_v rows along side_v. A patch of any other layout is
-/// an image of one row, in the order of its sensors.
-template <Scalar S>
-struct TactileImage {
-  /// [-] Sensors in a column.
-  std::size_t rows = 0;
-  /// [-] Sensors in a row.
-  std::size_t columns = 0;
-  /// Pixels, row by row.
-  std::span<const S> pixels{};
-
-  /// Pixel at a row and column, both from 0. Not checked.
-  [[nodiscard]] S operator()(std::size_t row, std::size_t column) const {
-    return pixels[row * columns + column];
-  }
-};
-
-/// A channel of a reading as an image, without copying it.
-/// @param columns  [-] Sensors in a row; 0: all of them.
-/// @throws InvalidArgument when they do not fill whole rows.
-template <Scalar S>
-[[nodiscard]] TactileImage<S> tactile_image(const PatchReading<S>& reading, TactileChannel channel,
-                                            std::size_t columns = 0);
-
-/// The last readings of a patch as one array, [frame][channel][row][column]: the observation of a
-/// learner, say. `push` does not allocate.
-template <Scalar S>
-class TactileHistory {
- public:
-  /// @param sensors  [-] Number of sensors of the patch, > 0.
-  /// @param frames   [-] Readings to keep, > 0.
-  /// @throws InvalidArgument naming the argument.
-  TactileHistory(std::size_t sensors, std::size_t frames) : sensors_(sensors), frames_(frames) {
-    detail::require(sensors > 0, "TactileHistory: sensors", sensors, "must be > 0");
-    detail::require(frames > 0, "TactileHistory: frames", frames, "must be > 0");
-    values_.resize(frames * tactile_channel_count * sensors);
-  }
-
-  /// Appends a reading. Drops the oldest one if all frames are taken.
-  /// @throws InvalidArgument when it is of another number of sensors.
-  void push(const PatchReading<S>& reading);
-
-  /// Drops all readings, for a new episode, say.
-  void clear() { size_ = 0; }
-
-  /// [-] Readings stored, at most the number of frames.
-  [[nodiscard]] std::size_t size() const { return size_; }
-
-  /// One channel of the reading pushed `age` pushes ago; 0 is the last.
-  /// @throws InvalidArgument when there is none that old, or as `tactile_image`.
-  [[nodiscard]] TactileImage<S> image(std::size_t age, TactileChannel channel,
-                                      std::size_t columns = 0) const;
-
-  /// [-] Values that `copy_to` writes.
-  [[nodiscard]] std::size_t value_count() const { return values_.size(); }
-  /// Writes all frames, newest first. Frames not yet taken are zero.
-  /// @throws InvalidArgument when `out` does not hold `value_count()`.
-  void copy_to(std::span<S> out) const;
-
- private:
-  [[nodiscard]] std::size_t frame_size() const { return tactile_channel_count * sensors_; }
-  [[nodiscard]] std::span<const S> frame(std::size_t age) const {
-    const std::size_t slot = (newest_ + frames_ - age) % frames_;
-    return std::span<const S>(values_).subspan(slot * frame_size(), frame_size());
-  }
-
-  std::size_t sensors_, frames_;
-  std::size_t size_ = 0;
-  std::size_t newest_ = 0;
-  detail::DynamicArray<S> values_;
-};
-
-// Implementation ----------------------------------------------------------------------------------
-
-namespace detail {
-
-template <Scalar S>
-[[nodiscard]] TactileImage<S> rows_of(std::span<const S> pixels, std::size_t columns) {
-  if (columns == 0) columns = std::max<std::size_t>(pixels.size(), 1);
-  require(pixels.size() % columns == 0, "tactile_image: columns", columns,
-          "must divide the number of sensors, " + std::to_string(pixels.size()));
-  return {pixels.size() / columns, columns, pixels};
-}
-
-template <Scalar S>
-[[nodiscard]] std::array<std::span<const S>, tactile_channel_count> channels_of(
-    const PatchReading<S>& reading) {
-  return {reading.depth, reading.normal_force, reading.shear_1, reading.shear_2};
-}
-
-}  // namespace detail
-
-template <Scalar S>
-TactileImage<S> tactile_image(const PatchReading<S>& reading, TactileChannel channel,
-                              std::size_t columns) {
-  return detail::rows_of(detail::channels_of(reading)[static_cast<std::size_t>(channel)], columns);
-}
-
-template <Scalar S>
-void TactileHistory<S>::push(const PatchReading<S>& reading) {
-  detail::require(reading.size() == sensors_, "TactileHistory::push: size of the reading",
-                  reading.size(), "must be " + std::to_string(sensors_));
-  newest_ = (newest_ + 1) % frames_;
-  size_ = std::min(size_ + 1, frames_);
-  S* out = values_.data() + newest_ * frame_size();
-  for (const std::span<const S> channel : detail::channels_of(reading)) {
-    out = std::copy(channel.begin(), channel.end(), out);
-  }
-}
-
-template <Scalar S>
-TactileImage<S> TactileHistory<S>::image(std::size_t age, TactileChannel channel,
-                                         std::size_t columns) const {
-  detail::require(age < size_, "TactileHistory::image: age", age,
-                  "must be less than the readings taken, " + std::to_string(size_));
-  return detail::rows_of(frame(age).subspan(static_cast<std::size_t>(channel) * sensors_, sensors_),
-                         columns);
-}
-
-template <Scalar S>
-void TactileHistory<S>::copy_to(std::span<S> out) const {
-  detail::require(out.size() == values_.size(), "TactileHistory::copy_to: size", out.size(),
-                  "must be " + std::to_string(values_.size()));
-  for (std::size_t age = 0; age < frames_; ++age) {
-    const std::span<S> to = out.subspan(age * frame_size(), frame_size());
-    if (age < size_) {
-      std::copy_n(frame(age).begin(), frame_size(), to.begin());
-    } else {
-      std::fill(to.begin(), to.end(), S(0));
-    }
-  }
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/sensors/taxel_flaws.hpp
-
-/// @file
-/// Flaws of real taxels, applied to a true reading: gain, hysteresis, noise and dead taxels.
-///
-/// Flaws follow the physics and never feed back. Forces stay as applied.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <numbers>
-#include <span>
-#include <string>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Deviations of an array of taxels from perfect ones. The defaults are perfect.
-template <Scalar S>
-struct TaxelFlawsDef {
-  /// [1] Standard deviation of the taxels' gains around 1. Finite, >= 0.
-  S gain_spread = S(0);
-  /// [1] Share of dead taxels, in [0, 1]; they read 0. The seed selects them.
-  S dead_share = S(0);
-  /// [unit of the channel] Half the width of the play between true value and reading (Prandtl's
-  /// play operator). The reading follows only once the input has moved on by it. It stays behind by
-  /// it, on the way up and on the way down. Finite, >= 0.
-  S hysteresis = S(0);
-  /// [unit of the channel] Standard deviation of the noise of each sample. Finite, >= 0. It may
-  /// take a reading below 0.
-  S noise = S(0);
-  /// [-] Seed of the flaws. Equal seeds and channels give equal bits.
-  std::uint64_t seed = 1;
-  /// [-] Channel of an array with this seed. The same taxels are dead in all channels. Gains and
-  /// noise are each channel's own.
-  std::uint64_t channel = 0;
-};
-
-/// Flaws of one array of taxels in one channel. Stores the state of each taxel's play.
-template <Scalar S>
-class TaxelFlaws {
- public:
-  /// @throws InvalidArgument naming the field, or when there are no taxels.
-  TaxelFlaws(std::size_t taxels, const TaxelFlawsDef<S>& def);
-
-  /// Turns true values into readings; `in` and `out` may be the same. Each call is one sample.
-  /// @throws InvalidArgument when a span is not of the number of taxels.
-  void apply(std::span<const S> in, std::span<S> out);
-
-  /// Returns to the first sample, at rest.
-  void reset() {
-    sample_ = 0;
-    std::fill(play_.begin(), play_.end(), S(0));
-  }
-
-  /// [-] Number of taxels.
-  [[nodiscard]] std::size_t size() const { return gain_.size(); }
-  /// [1] Gain of a taxel; 0 where it is dead.
-  [[nodiscard]] S gain(std::size_t taxel) const { return gain_[taxel]; }
-
- private:
-  S hysteresis_, noise_;
-  std::uint64_t seed_;
-  std::uint64_t sample_ = 0;
-  detail::DynamicArray<S> gain_;
-  detail::DynamicArray<S> play_;
-};
-
-// Implementation ----------------------------------------------------------------------------------
-
-namespace detail {
-
-/// Random bits for each (seed, stream, index), without state: the finaliser of SplitMix64 (Steele,
-/// Lea and Flood 2014) over a running sum.
-[[nodiscard]] inline std::uint64_t random_bits(std::uint64_t seed, std::uint64_t stream,
-                                               std::uint64_t index) {
-  const auto mix = [](std::uint64_t z) {
-    z += 0x9e3779b97f4a7c15u;
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    return z ^ (z >> 31);
-  };
-  return mix(mix(mix(seed) ^ stream) ^ index);
-}
-
-/// Uniform in (0, 1).
-[[nodiscard]] inline double random_uniform(std::uint64_t seed, std::uint64_t stream,
-                                           std::uint64_t index) {
-  return (static_cast<double>(random_bits(seed, stream, index) >> 11) + 0.5) * 0x1p-53;
-}
-
-/// Normal with mean 0 and deviation 1 (Box and Muller); `index` must be below 2^63.
-[[nodiscard]] inline double random_normal(std::uint64_t seed, std::uint64_t stream,
-                                          std::uint64_t index) {
-  const double radius = std::sqrt(-2 * std::log(random_uniform(seed, stream, 2 * index)));
-  const double turn = random_uniform(seed, stream, 2 * index + 1);
-  return radius * std::cos(2 * std::numbers::pi * turn);
-}
-
-}  // namespace detail
-
-template <Scalar S>
-TaxelFlaws<S>::TaxelFlaws(std::size_t taxels, const TaxelFlawsDef<S>& def)
-    : hysteresis_(def.hysteresis),
-      noise_(def.noise),
-      seed_(def.seed ^ def.channel * 0x9e3779b97f4a7c15u) {
-  detail::require(taxels > 0, "TaxelFlaws: taxels", taxels, "must be > 0");
-  detail::require_not_negative("TaxelFlawsDef::gain_spread", def.gain_spread);
-  detail::require_not_negative("TaxelFlawsDef::dead_share", def.dead_share);
-  detail::require(def.dead_share <= S(1), "TaxelFlawsDef::dead_share", def.dead_share,
-                  "must be <= 1");
-  detail::require_not_negative("TaxelFlawsDef::hysteresis", def.hysteresis);
-  detail::require_not_negative("TaxelFlawsDef::noise", def.noise);
-  gain_.resize(taxels);
-  play_.resize(taxels);
-  // Streams 0 and 1 hold the fixed flaws. Samples have the streams from 2 on. Channels are seeds
-  // far apart (a step of SplitMix64).
-  for (std::size_t i = 0; i < taxels; ++i) {
-    const bool is_dead =
-        detail::random_uniform(def.seed, 0, i) < static_cast<double>(def.dead_share);
-    gain_[i] = is_dead
-                   ? S(0)
-                   : S(1) + def.gain_spread * static_cast<S>(detail::random_normal(seed_, 1, i));
-  }
-}
-
-template <Scalar S>
-void TaxelFlaws<S>::apply(std::span<const S> in, std::span<S> out) {
-  for (const std::size_t n : {in.size(), out.size()}) {
-    detail::require(n == size(), "TaxelFlaws::apply: size of a span", n,
-                    "must be " + std::to_string(size()));
-  }
-  for (std::size_t i = 0; i < size(); ++i) {
-    play_[i] = std::clamp(play_[i], in[i] - hysteresis_, in[i] + hysteresis_);
-    out[i] = gain_[i] * play_[i];
-    if (noise_ > S(0) && gain_[i] != S(0)) {
-      out[i] += noise_ * static_cast<S>(detail::random_normal(seed_, 2 + sample_, i));
-    }
-  }
-  ++sample_;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/sensors/wrapping.hpp
-
-/// @file
-/// Wraps a primitive patch around a shape (Algorithm 3).
-///
-/// Wrapping puts sensors on a curved surface. A patch of a simple form is laid over the shape and
-/// drawn onto it vertex by vertex. Algorithm 2 covers it with sensors. The patch keeps its
-/// resolution and smooths finer detail. It covers only the part that it lies over, so one body may
-/// carry several patches with different constants.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/sensors/patch_mesh.hpp
-
-/// @file
-/// Primitive patches to wrap around a shape: plane, cylinder, half sphere, or any mesh.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/geometry/meshes/mesh_normals.hpp
-
-/// @file
-/// Normals of the faces and vertices of a triangle mesh that may have degenerate faces.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <span>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// Sum of weighted unit normals, and whether it has a direction.
-template <Scalar S>
-struct NormalSum {
-  /// [1] Weighted sum.
-  Vec3<S> sum = zero<Vec3<S>>();
-  /// [1] Sum of the weights; 0 if no triangle with a normal took part.
-  S weight = S(0);
-
-  void add(const Vec3<S>& normal, S w) {
-    sum += w * normal;
-    weight += w;
-  }
-  [[nodiscard]] bool has_direction() const { return sum.norm() > Tolerance<S>::equal() * weight; }
-};
-
-/// Outward unit normals of all triangles. Zero for those numbered in `degenerate`, which have none.
-template <Scalar S>
-[[nodiscard]] DynamicArray<Vec3<S>> face_normals(const TriangleMesh<S>& mesh,
-                                                 std::span<const std::uint32_t> degenerate);
-
-/// Sums the normals of each vertex's faces, weighted with the angles there. So the cut of a flat
-/// face into triangles does not matter (Thuermer and Wuethrich 1998).
-///
-/// @param normals  Normals of the faces from `face_normals`. Zero for degenerate ones.
-template <Scalar S>
-[[nodiscard]] DynamicArray<NormalSum<S>> vertex_normals(const TriangleMesh<S>& mesh,
-                                                        std::span<const Vec3<S>> normals);
-
-// Implementation ----------------------------------------------------------------------------------
-
-/// Angle [rad] of a triangle at its corner k.
-template <Scalar S>
-[[nodiscard]] S corner_angle(const TriangleMesh<S>& mesh, std::size_t triangle, std::size_t k) {
-  using std::atan2;
-  const auto& t = mesh.triangles[triangle];
-  const Vec3<S> a = mesh.vertices[t[(k + 1) % 3]] - mesh.vertices[t[k]];
-  const Vec3<S> b = mesh.vertices[t[(k + 2) % 3]] - mesh.vertices[t[k]];
-  return atan2(a.cross(b).norm(), a.dot(b));
-}
-
-template <Scalar S>
-DynamicArray<Vec3<S>> face_normals(const TriangleMesh<S>& mesh,
-                                   std::span<const std::uint32_t> degenerate) {
-  DynamicArray<Vec3<S>> normals;
-  normals.reserve(mesh.triangles.size());
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    normals.push_back(triangle_normal(mesh, t));
-  }
-  for (const std::uint32_t t : degenerate) set_zero(normals[t]);
-  return normals;
-}
-
-template <Scalar S>
-DynamicArray<NormalSum<S>> vertex_normals(const TriangleMesh<S>& mesh,
-                                          std::span<const Vec3<S>> normals) {
-  DynamicArray<NormalSum<S>> sums(mesh.vertices.size());
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    if (normals[t] == zero<Vec3<S>>()) continue;
-    for (std::size_t k = 0; k < 3; ++k) {
-      sums[mesh.triangles[t][k]].add(normals[t], corner_angle(mesh, t, k));
-    }
-  }
-  return sums;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <numbers>
-#include <string>
-#include <utility>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Open surface with a normal at each vertex: M in Algorithm 3. It faces outwards, as the sensors
-/// on it will.
-template <Scalar S>
-struct PatchMesh {
-  /// [m] The surface.
-  TriangleMesh<S> mesh;
-  /// [1] Outward unit normals of the vertices; zero without one.
-  std::vector<Vec3<S>> normals;
-};
-
-/// Rectangle around the origin in z = 0, facing +z.
-///
-/// @param size   [m] Whole sides along x and y, > 0.
-/// @param cells  [-] Along x and y, >= 1 each; a cell is two triangles.
-template <Scalar S>
-[[nodiscard]] PatchMesh<S> plane_patch(const detail::Vec2<S>& size,
-                                       const std::array<std::uint32_t, 2>& cells);
-
-/// A cylinder's wall, or a strip of it.
-template <Scalar S>
-struct CylinderPatchDef {
-  /// [m] Radius of the cylinder, whose axis is y. > 0.
-  S radius = S(0.01);
-  /// [m] Length along y, the origin in its middle. > 0.
-  S length = S(0.01);
-  /// [rad] Arc, in (0, 2 pi], with its middle at +z; 2 pi closes the wall.
-  S arc = S(2) * S(std::numbers::pi);
-  /// [-] Cells along the arc and along y, >= 1 each and >= 3 around a closed wall; a cell is two
-  /// triangles.
-  std::array<std::uint32_t, 2> cells{16, 4};
-};
-
-/// The plane patch bent about y, facing away from the axis.
-/// @throws InvalidArgument when the definition breaks a rule.
-template <Scalar S>
-[[nodiscard]] PatchMesh<S> cylinder_patch(const CylinderPatchDef<S>& def);
-
-/// Half sphere around the origin with its pole at +z, facing away from its centre. `rings` rings of
-/// vertices follow the pole. The last one is the rim at z = 0.
-///
-/// @param radius    [m] > 0.
-/// @param rings     [-] >= 1.
-/// @param segments  [-] Vertices of each ring, >= 3.
-template <Scalar S>
-[[nodiscard]] PatchMesh<S> half_sphere_patch(S radius, std::uint32_t rings, std::uint32_t segments);
-
-/// Patch from any mesh. Vertex normals are angle-weighted means of face normals. Vertices with
-/// equal coordinates are welded: the surface does not tear along seams.
-/// @throws InvalidArgument when the mesh is no valid surface (see `validate_surface`).
-template <Scalar S>
-[[nodiscard]] PatchMesh<S> patch_from_mesh(const TriangleMesh<S>& mesh);
-
-// Implementation ----------------------------------------------------------------------------------
-
-template <Scalar S>
-PatchMesh<S> plane_patch(const detail::Vec2<S>& size, const std::array<std::uint32_t, 2>& cells) {
-  PatchMesh<S> patch{grid_mesh<S>(size, cells), {}};
-  patch.normals.assign(patch.mesh.vertices.size(), detail::unit_z<Vec3<S>>());
-  return patch;
-}
-
-template <Scalar S>
-PatchMesh<S> cylinder_patch(const CylinderPatchDef<S>& def) {
-  using std::cos;
-  using std::sin;
-  constexpr S whole = S(2) * S(std::numbers::pi);
-  detail::require_positive("CylinderPatchDef::radius", def.radius);
-  detail::require_positive("CylinderPatchDef::length", def.length);
-  detail::require_positive("CylinderPatchDef::arc", def.arc);
-  detail::require(def.arc <= whole, "CylinderPatchDef::arc", def.arc, "must be <= 2 pi");
-  const std::uint32_t fewest = def.arc < whole ? 1 : 3;
-  detail::require(def.cells[0] >= fewest, "CylinderPatchDef::cells[0]", def.cells[0],
-                  "must be >= " + std::to_string(fewest));
-  detail::require(def.cells[1] >= 1, "CylinderPatchDef::cells[1]", def.cells[1], "must be >= 1");
-
-  TriangleMesh<S> mesh = grid_mesh<S>({def.arc, def.length}, def.cells);
-  for (Vec3<S>& p : mesh.vertices) {
-    p = {def.radius * sin(p.x()), p.y(), def.radius * cos(p.x())};
-  }
-  // A closed wall's ends coincide but for rounding.
-  PatchMesh<S> patch{weld(mesh, S(16) * detail::Tolerance<S>::round_off()), {}};
-  for (const Vec3<S>& p : patch.mesh.vertices) {
-    patch.normals.push_back(Vec3<S>(p.x(), S(0), p.z()).normalized());
-  }
-  return patch;
-}
-
-template <Scalar S>
-PatchMesh<S> half_sphere_patch(S radius, std::uint32_t rings, std::uint32_t segments) {
-  using std::cos;
-  using std::sin;
-  detail::require_positive("half_sphere_patch: radius", radius);
-  detail::require(rings >= 1, "half_sphere_patch: rings", rings, "must be >= 1");
-  detail::require(segments >= 3, "half_sphere_patch: segments", segments, "must be >= 3");
-  PatchMesh<S> patch;
-  patch.normals = {detail::unit_z<Vec3<S>>()};
-  for (std::uint32_t i = 1; i <= rings; ++i) {
-    const S polar = S(0.5) * S(std::numbers::pi) * S(i) / S(rings);
-    // The rim lies exactly in the plane.
-    const S height = i < rings ? S(cos(polar)) : S(0);
-    for (std::uint32_t j = 0; j < segments; ++j) {
-      const S turn = S(2) * S(std::numbers::pi) * S(j) / S(segments);
-      patch.normals.push_back({sin(polar) * cos(turn), sin(polar) * sin(turn), height});
-    }
-  }
-  for (const Vec3<S>& n : patch.normals) patch.mesh.vertices.push_back(radius * n);
-  for (std::uint32_t j = 0; j < segments; ++j) {
-    const std::uint32_t next = (j + 1) % segments;
-    patch.mesh.triangles.push_back({0, 1 + j, 1 + next});
-    for (std::uint32_t inner = 1; inner + segments < patch.normals.size(); inner += segments) {
-      const std::uint32_t outer = inner + segments;
-      patch.mesh.triangles.push_back({inner + j, outer + j, outer + next});
-      patch.mesh.triangles.push_back({inner + j, outer + next, inner + next});
-    }
-  }
-  return patch;
-}
-
-template <Scalar S>
-PatchMesh<S> patch_from_mesh(const TriangleMesh<S>& mesh) {
-  validate_surface(mesh);
-  PatchMesh<S> patch{weld(mesh), {}};
-  const detail::DynamicArray<Vec3<S>> faces =
-      detail::face_normals<S>(patch.mesh, degenerate_triangles(patch.mesh));
-  for (const detail::NormalSum<S>& n : detail::vertex_normals<S>(patch.mesh, faces)) {
-    patch.normals.push_back(n.has_direction() ? n.sum.normalized() : detail::zero<Vec3<S>>());
-  }
-  return patch;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <string>
-#include <utility>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Direction of a wrapped vertex's offset from the surface.
-enum class WrapOffset {
-  /// Back along its ray, as in Algorithm 3. On faces that the ray meets at an angle, the clearance
-  /// is the offset times the cosine of that angle.
-  ray,
-  /// Along the normal of the face it met. The clearance is the offset.
-  normal
-};
-
-/// Definition of a wrap.
-template <Scalar S>
-struct WrapDef {
-  /// [m] Distance between the shape and its patch, p_off in Algorithm 3. Finite, >= 0.
-  S offset = S(0);
-  /// [-] Direction of the offset.
-  WrapOffset offset_along = WrapOffset::ray;
-  /// [m] Farthest distance at which a vertex finds the shape. > 0, may be infinite.
-  S reach = infinity<S>;
-  /// [m] Pose of the patch in the shape's frame.
-  Transform<S> X_SM{};
-};
-
-/// Result of wrapping a patch: indices of its vertices and triangles, ascending.
-struct WrapReport {
-  /// [-] Discarded vertices: their rays meet nothing in range.
-  std::vector<std::uint32_t> missed;
-  /// [-] Vertices whose rays meet a face from behind, as rays that start inside the shape do.
-  std::vector<std::uint32_t> met_from_behind;
-  /// [-] Vertices whose rays meet the shape closer than the offset.
-  std::vector<std::uint32_t> too_near;
-  /// [-] Vertices without a normal to cast along.
-  std::vector<std::uint32_t> without_normal;
-  /// [-] Triangles dropped because they lost a vertex.
-  std::vector<std::uint32_t> dropped_faces;
-
-  /// [-] Number of discarded vertices.
-  [[nodiscard]] std::size_t discarded() const {
-    return missed.size() + met_from_behind.size() + too_near.size() + without_normal.size();
-  }
-};
-
-/// Draws the patch onto a shape. Each vertex is cast at it against its normal, and moves to the
-/// hit, less the offset. The result is in the frame of the shape. It suits `sensors_from_mesh`, or
-/// `save_obj` and `save_stl` to edit it by hand.
-///
-/// Vertices that meet nothing are discarded with their faces. So are vertices that are left without
-/// a face. If none is left, the mesh is empty. The others keep their order. Normals are those of
-/// the triangles.
-///
-/// It departs from Algorithm 3 in two points. The patch faces outwards, like the surface it
-/// becomes, so rays run against its normals. A vertex whose ray meets nothing is discarded, where
-/// Algorithm 3 would leave it in place.
-///
-/// @param shape   Any surface, open or closed. Rays pass degenerate triangles.
-/// @param report  Receives the discarded vertices and triangles. May be null.
-/// @throws InvalidArgument when one of the meshes is no valid surface (see `validate_surface`), a
-///         normal is neither zero nor of length 1, or the definition breaks a rule.
-/// @note O((v + t) log t) for v vertices and a shape of t triangles.
-template <Scalar S>
-[[nodiscard]] TriangleMesh<S> wrap_patch(const PatchMesh<S>& patch, const TriangleMesh<S>& shape,
-                                         const WrapDef<S>& def = {}, WrapReport* report = nullptr);
-
-// Implementation ----------------------------------------------------------------------------------
-
-namespace detail {
-
-template <Scalar S>
-void require_wrappable(const PatchMesh<S>& patch, const TriangleMesh<S>& shape,
-                       const WrapDef<S>& def) {
-  using std::abs;
-  require_not_negative("WrapDef::offset", def.offset);
-  require(def.reach > S(0), "WrapDef::reach", def.reach, "must be > 0");
-  require_pose("WrapDef::X_SM", def.X_SM);
-  validate_surface(patch.mesh);
-  validate_surface(shape);
-  require(patch.normals.size() == patch.mesh.vertices.size(), "PatchMesh::normals: size",
-          patch.normals.size(),
-          "must be the number of vertices, " + std::to_string(patch.mesh.vertices.size()));
-  for (std::size_t i = 0; i < patch.normals.size(); ++i) {
-    const S length = patch.normals[i].norm();
-    require(length == S(0) || abs(length - S(1)) <= Tolerance<S>::equal(),
-            "PatchMesh::normals[" + std::to_string(i) + "]: length", length, "must be 0 or 1");
-  }
-}
-
-/// The mesh of the vertices that `is_kept` and of the triangles between them. `dropped` receives
-/// the indices of the other triangles.
-template <Scalar S>
-[[nodiscard]] TriangleMesh<S> kept_part(const TriangleMesh<S>& mesh,
-                                        const DynamicArray<bool>& is_kept,
-                                        std::vector<std::uint32_t>& dropped) {
-  TriangleMesh<S> part;
-  DynamicArray<bool> is_used(mesh.vertices.size(), false);
-  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-    const auto& [a, b, c] = mesh.triangles[t];
-    if (is_kept[a] && is_kept[b] && is_kept[c]) {
-      part.triangles.push_back(mesh.triangles[t]);
-      is_used[a] = is_used[b] = is_used[c] = true;
-    } else {
-      dropped.push_back(t);
-    }
-  }
-  DynamicArray<std::uint32_t> renumber(mesh.vertices.size());
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    renumber[v] = static_cast<std::uint32_t>(part.vertices.size());
-    if (is_used[v]) part.vertices.push_back(mesh.vertices[v]);
-  }
-  for (auto& triangle : part.triangles) {
-    for (std::uint32_t& v : triangle) v = renumber[v];
-  }
-  return part;
-}
-
-}  // namespace detail
-
-template <Scalar S>
-TriangleMesh<S> wrap_patch(const PatchMesh<S>& patch, const TriangleMesh<S>& shape,
-                           const WrapDef<S>& def, WrapReport* report) {
-  detail::require_wrappable(patch, shape, def);
-  const TriangleMesh<S> target = without_triangles<S>(shape, degenerate_triangles(shape));
-  const detail::RayMesh<S> surface(target.triangles.size(), [&target](std::uint32_t t) {
-    const auto& [a, b, c] = target.triangles[t];
-    return std::array<Vec3<S>, 3>{target.vertices[a], target.vertices[b], target.vertices[c]};
-  });
-
-  WrapReport result;
-  TriangleMesh<S> moved = patch.mesh;
-  detail::DynamicArray<bool> is_kept(moved.vertices.size(), false);
-  for (std::uint32_t v = 0; v < moved.vertices.size(); ++v) {
-    if (patch.normals[v] == detail::zero<Vec3<S>>()) {
-      result.without_normal.push_back(v);
-      continue;
-    }
-    const Ray<S> ray{def.X_SM * moved.vertices[v],
-                     Vec3<S>(-def.X_SM.rotate(patch.normals[v]).normalized()), def.reach};
-    const detail::MeshCrossings<S> met = detail::mesh_crossings(surface, ray);
-    if (!(met.distance <= ray.length && met.distance < infinity<S>)) {
-      result.missed.push_back(v);
-      continue;
-    }
-    const Vec3<S> normal = triangle_normal(target, met.triangle);
-    if (!(normal.dot(ray.direction) < S(0))) {
-      result.met_from_behind.push_back(v);
-    } else if (met.distance < def.offset) {
-      result.too_near.push_back(v);
-    } else {
-      const Vec3<S> out = def.offset_along == WrapOffset::ray ? Vec3<S>(-ray.direction) : normal;
-      moved.vertices[v] = ray.origin + met.distance * ray.direction + def.offset * out;
-      is_kept[v] = true;
-    }
-  }
-  moved = detail::kept_part(moved, is_kept, result.dropped_faces);
-  if (report != nullptr) *report = std::move(result);
-  return moved;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/world/world_batch.hpp
-
-/// @file
-/// Many worlds of one scene that step together, for training a learner.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <exception>
-#include <span>
-#include <string>
-#include <utility>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Copies of one world. They share its shapes and nothing else.
-///
-/// `WorldBatch<float> batch(scene, 1024, pool.hook())`, then, again and again, `batch.step(8)`,
-/// `batch.gather_taxels(pads, images)` and `batch.reset(batch.failed())`: examples/18_batch.cpp.
-///
-/// Each world behaves as it would alone, to the last bit, for any number of threads and worlds.
-/// Seed random values by the index of the world. Handles of the original are valid in all worlds.
-///
-/// A mask has one byte a world, nonzero selects. An empty mask selects all.
-template <Scalar S, typename Backend = AnalyticBackend>
-class WorldBatch {
- public:
-  /// One byte a world: nonzero selects it. An empty mask selects all.
-  using Mask = std::span<const std::uint8_t>;
-
-  /// @param origin  World that all worlds start as and are reset to. It is copied.
-  /// @param count   [-] Number of worlds, > 0.
-  /// @param parallel_for  Steps worlds at the same time. Each world uses one thread, whatever hook
-  ///                      the original has. A world that is assigned to brings its own.
-  /// @throws InvalidArgument when `count` is 0 or the hook is empty.
-  WorldBatch(const World<S, Backend>& origin, std::size_t count,
-             ParallelFor parallel_for = serial_for);
-
-  /// [-] Number of worlds.
-  [[nodiscard]] std::size_t size() const noexcept { return worlds_.size(); }
-  /// One world of the batch.
-  /// @throws InvalidArgument when there is no world of this index.
-  [[nodiscard]] World<S, Backend>& world(std::size_t number) {
-    require_number(number);
-    return worlds_[number];
-  }
-  /// One world of the batch, for reading.
-  /// @throws InvalidArgument when there is no world of this index.
-  [[nodiscard]] const World<S, Backend>& world(std::size_t number) const {
-    require_number(number);
-    return worlds_[number];
-  }
-
-  /// Calls visit(index, world) for the worlds of a mask, several at the same time.
-  /// @throws InvalidArgument when the mask is of another size. Otherwise the exception of `visit`
-  ///         with the lowest world index. The other worlds are visited all the same.
-  template <typename Visit>
-  void for_each(Visit&& visit, Mask mask = {});
-
-  /// Advances all worlds by some steps each. One call for several steps is cheaper: a world stays
-  /// in cache.
-  void step(std::size_t steps = 1);
-
-  /// [-] One byte a world: 1 if a step of this batch failed since the last reset. Bodies were left
-  /// standing then (`StepReport::discarded_islands`, `frozen_bodies`). All worlds go on. Steps by
-  /// `world(i).step()` are not counted.
-  [[nodiscard]] Mask failed() const noexcept { return failed_; }
-
-  /// Resets the worlds of a mask to their start, masses and materials included.
-  /// @throws InvalidArgument when the mask is of another size.
-  void reset(Mask mask = {});
-
-  /// Writes bodies to out[world][body][13]: position of the body frame [m], its quaternion x, y, z,
-  /// w, velocity of the centre of mass [m/s], angular velocity [rad/s]. World axes.
-  /// @throws InvalidArgument when `out` has another size or a world lacks a body. Nothing is
-  ///         written then. The same holds for the functions below.
-  void gather_bodies(std::span<const BodyId> bodies, std::span<S> out) const;
-  /// Writes joints to out[world][joint][2]: position and velocity, as in `JointReading`.
-  void gather_joints(std::span<const JointId> joints, std::span<S> out) const;
-  /// Writes readings to out[world][patch][channel][sensor], with the channels of `TactileChannel`
-  /// in its order and units. Sensors of a `sensor_grid` are image rows. All patches must have
-  /// equally many sensors.
-  void gather_taxels(std::span<const PatchId> patches, std::span<S> out) const;
-  /// Writes the number of sensors in contact to out[world][patch].
-  void gather_touching(std::span<const PatchId> patches, std::span<std::uint32_t> out) const;
-
- private:
-  /// [-] Worlds of one task at most. Their steps share scratch memory.
-  static constexpr std::size_t most_per_task = 16;
-  /// [-] Fewest tasks that keep all threads busy.
-  static constexpr std::size_t fewest_tasks = 64;
-
-  void require_number(std::size_t number) const {
-    detail::require(number < size(), "WorldBatch: number of a world", number,
-                    "must be below the number of worlds");
-  }
-  void require_mask(Mask mask) const {
-    detail::require(mask.empty() || mask.size() == size(), "WorldBatch: mask.size()", mask.size(),
-                    "must be 0 or the number of worlds");
-  }
-  static void require_size(std::size_t has, std::size_t needs) {
-    detail::require(has == needs, "WorldBatch: out.size()", has,
-                    "must be " + std::to_string(needs));
-  }
-  /// Runs task(index of the task, first world, end), for all worlds.
-  template <typename Task>
-  void in_tasks(const Task& task) const {
-    parallel_for_(steppers_.size(), [&](std::size_t k) {
-      task(k, k * per_task_, std::min(size(), (k + 1) * per_task_));
-    });
-  }
-  /// Throws InvalidArgument unless all worlds have these handles.
-  template <typename Id>
-  void require_handles(std::span<const Id> ids) const;
-  /// Writes `width` numbers a world and handle: write(world, id, first number).
-  template <typename Id, typename T, typename Write>
-  void gather(std::span<const Id> ids, std::size_t width, std::span<T> out,
-              const Write& write) const;
-
-  World<S, Backend> origin_;
-  detail::DynamicArray<World<S, Backend>> worlds_;
-  detail::DynamicArray<std::uint8_t> failed_;
-  std::size_t per_task_;
-  detail::DynamicArray<detail::KernelScratch<detail::WorldKernels<S>>> steppers_;
-  ParallelFor parallel_for_;
-};
-
-// Implementation ----------------------------------------------------------------------------------
-
-template <Scalar S, typename Backend>
-WorldBatch<S, Backend>::WorldBatch(const World<S, Backend>& origin, std::size_t count,
-                                   ParallelFor parallel_for)
-    : origin_(origin),
-      per_task_(std::clamp<std::size_t>(count / fewest_tasks, 1, most_per_task)),
-      parallel_for_(std::move(parallel_for)) {
-  detail::require(count > 0, "WorldBatch: count", count, "must be > 0");
-  detail::require(bool(parallel_for_), "WorldBatch: parallel_for", "empty", "must be callable");
-  // The threads of the hook are busy with worlds.
-  origin_.state_.def.parallel_for = serial_for;
-  worlds_.assign(count, origin_);
-  failed_.assign(count, std::uint8_t(0));
-  steppers_.assign((count + per_task_ - 1) / per_task_, origin_.stepper_);
-}
-
-template <Scalar S, typename Backend>
-template <typename Visit>
-void WorldBatch<S, Backend>::for_each(Visit&& visit, Mask mask) {
-  require_mask(mask);
-  const auto visit_some = [&](std::size_t first, std::size_t end) {
-    for (std::size_t i = first; i < end; ++i) {
-      if (mask.empty() || mask[i] != 0) visit(i, worlds_[i]);
-    }
-  };
-#if defined(__cpp_exceptions)
-  // No exception may leave a task. Each task stores its first one.
-  std::vector<std::exception_ptr> errors(steppers_.size());
-  in_tasks([&](std::size_t task, std::size_t first, std::size_t end) {
-    for (std::size_t i = first; i < end; ++i) {
-      try {
-        visit_some(i, i + 1);
-      } catch (...) {
-        if (!errors[task]) errors[task] = std::current_exception();
-      }
-    }
-  });
-  for (const std::exception_ptr& error : errors) {
-    if (error) std::rethrow_exception(error);
-  }
-#else
-  in_tasks([&](std::size_t, std::size_t first, std::size_t end) { visit_some(first, end); });
-#endif
-}
-
-template <Scalar S, typename Backend>
-void WorldBatch<S, Backend>::step(std::size_t steps) {
-  in_tasks([&](std::size_t task, std::size_t first, std::size_t end) {
-    const auto& stepper = steppers_[task];
-    for (std::size_t i = first; i < end; ++i) {
-      World<S, Backend>& world = worlds_[i];
-      for (std::size_t k = 0; k < steps; ++k) {
-        stepper.kernels().step(stepper.get(), world.state_);
-        const StepReport<S>& report = world.report();
-        if (report.discarded_islands + report.frozen_bodies > 0) failed_[i] = 1;
-      }
-    }
-  });
-}
-
-template <Scalar S, typename Backend>
-void WorldBatch<S, Backend>::reset(Mask mask) {
-  for_each(
-      [this](std::size_t i, World<S, Backend>& world) {
-        world.state_ = origin_.state_;
-        failed_[i] = 0;
-      },
-      mask);
-}
-
-template <Scalar S, typename Backend>
-template <typename Id>
-void WorldBatch<S, Backend>::require_handles(std::span<const Id> ids) const {
-  for (const World<S, Backend>& world : worlds_) {
-    for (const Id id : ids) {
-      detail::require(world.contains(id), "WorldBatch: handle of a world", id.index,
-                      "must name what all worlds have");
-    }
-  }
-}
-
-template <Scalar S, typename Backend>
-template <typename Id, typename T, typename Write>
-void WorldBatch<S, Backend>::gather(std::span<const Id> ids, std::size_t width, std::span<T> out,
-                                    const Write& write) const {
-  require_handles(ids);
-  require_size(out.size(), size() * ids.size() * width);
-  in_tasks([&](std::size_t, std::size_t first, std::size_t end) {
-    for (std::size_t i = first; i < end; ++i) {
-      for (std::size_t k = 0; k < ids.size(); ++k) {
-        write(worlds_[i], ids[k], out.data() + (i * ids.size() + k) * width);
-      }
-    }
-  });
-}
-
-template <Scalar S, typename Backend>
-void WorldBatch<S, Backend>::gather_bodies(std::span<const BodyId> bodies, std::span<S> out) const {
-  gather<BodyId>(bodies, 13, out, [](const World<S, Backend>& world, BodyId id, S* to) {
-    const Transform<S> X = world.pose(id);
-    const Twist<S>& twist = world.body(id).twist;
-    to = std::copy_n(X.translation.data(), 3, to);
-    to = std::copy_n(X.rotation.coeffs().data(), 4, to);
-    to = std::copy_n(twist.linear.data(), 3, to);
-    std::copy_n(twist.angular.data(), 3, to);
-  });
-}
-
-template <Scalar S, typename Backend>
-void WorldBatch<S, Backend>::gather_joints(std::span<const JointId> joints,
-                                           std::span<S> out) const {
-  gather<JointId>(joints, 2, out, [](const World<S, Backend>& world, JointId id, S* to) {
-    const JointReading<S> reading = world.reading(id);
-    to[0] = reading.position;
-    to[1] = reading.velocity;
-  });
-}
-
-template <Scalar S, typename Backend>
-void WorldBatch<S, Backend>::gather_taxels(std::span<const PatchId> patches,
-                                           std::span<S> out) const {
-  require_handles(patches);
-  const std::size_t sensors = patches.empty() ? 0 : worlds_[0].patch(patches.front()).size();
-  for (const World<S, Backend>& world : worlds_) {
-    for (const PatchId id : patches) {
-      detail::require(world.patch(id).size() == sensors, "WorldBatch: sensors of a patch",
-                      world.patch(id).size(), "must be as many as those of the first one");
-    }
-  }
-  gather<PatchId>(patches, tactile_channel_count * sensors, out,
-                  [](const World<S, Backend>& world, PatchId id, S* to) {
-                    const PatchReading<S> reading = world.reading(id);
-                    for (const std::span<const S> channel :
-                         {reading.depth, reading.normal_force, reading.shear_1, reading.shear_2}) {
-                      to = std::copy(channel.begin(), channel.end(), to);
-                    }
-                  });
-}
-
-template <Scalar S, typename Backend>
-void WorldBatch<S, Backend>::gather_touching(std::span<const PatchId> patches,
-                                             std::span<std::uint32_t> out) const {
-  gather<PatchId>(patches, 1, out,
-                  [](const World<S, Backend>& world, PatchId id, std::uint32_t* to) {
-                    *to = static_cast<std::uint32_t>(world.reading(id).touching());
-                  });
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-#if defined(BRISTLE_WITH_FCL)
 #endif
 #if defined(BRISTLE_WITH_THREADS)
 // === bristle/core/real_time_pacer.hpp
@@ -19038,7 +19046,7 @@ TriangleMesh<S> extruded_mesh(const TriangleMesh<S>& surface, const Vec3<S>& off
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <span>
+#include <limits>
 #include <utility>
 
 namespace bristle::inline BRISTLE_ABI::detail {
@@ -19046,8 +19054,14 @@ namespace bristle::inline BRISTLE_ABI::detail {
 /// A point on the integer grid of a hull, coordinates within +-2^29.
 using GridPoint = std::array<std::int64_t, 3>;
 
-[[nodiscard]] inline Vec3<double> to_vector(const GridPoint& p) {
-  return {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
+/// The point as a vector.
+/// @tparam Real  Type of lengths on the grid. It holds coordinates exactly. All of the hull takes
+///         `double`. It is a parameter so that files that make no hull instantiate none of Eigen's
+///         expressions of double. These take a compiler 0.15 s.
+template <Scalar Real>
+[[nodiscard]] Vec3<Real> to_vector(const GridPoint& p) {
+  static_assert(std::numeric_limits<Real>::digits >= 30);
+  return {static_cast<Real>(p[0]), static_cast<Real>(p[1]), static_cast<Real>(p[2])};
 }
 
 /// Returns 1 if d is above the plane of a, b, c, 0 if it is on the plane, -1 below. Seen from
@@ -19091,10 +19105,13 @@ struct HullTriangle {
 };
 
 /// Quickhull (Barber, Dobkin and Huhdanpaa 1996) on grid points, down to triangles.
+/// @tparam Real  As in `to_vector`.
+template <Scalar Real>
 class TriangleHull {
  public:
+  /// @param points   Must outlive the hull.
   /// @param simplex  Four points of the set that are not on a plane.
-  TriangleHull(std::span<const GridPoint> points, std::array<std::uint32_t, 4> simplex)
+  TriangleHull(const DynamicArray<GridPoint>& points, std::array<std::uint32_t, 4> simplex)
       : points_(points) {
     make_simplex(simplex);
     DynamicArray<std::uint32_t> all(points.size());
@@ -19148,13 +19165,13 @@ class TriangleHull {
   /// here.
   [[nodiscard]] std::uint32_t farthest_outside(std::uint32_t t) const {
     const HullTriangle& triangle = triangles_[t];
-    const Vec3<double> origin = to_vector(points_[triangle.corners[0]]);
-    const Vec3<double> normal = (to_vector(points_[triangle.corners[1]]) - origin)
-                                    .cross(to_vector(points_[triangle.corners[2]]) - origin);
+    const Vec3<Real> origin = to_vector<Real>(points_[triangle.corners[0]]);
+    const Vec3<Real> normal = (to_vector<Real>(points_[triangle.corners[1]]) - origin)
+                                  .cross(to_vector<Real>(points_[triangle.corners[2]]) - origin);
     std::uint32_t best = triangle.outside.front();
-    double best_height = -infinity<double>;
+    Real best_height = -infinity<Real>;
     for (const std::uint32_t p : triangle.outside) {
-      const double height = normal.dot(to_vector(points_[p]) - origin);
+      const Real height = normal.dot(to_vector<Real>(points_[p]) - origin);
       if (height > best_height) {
         best_height = height;
         best = p;
@@ -19240,7 +19257,7 @@ class TriangleHull {
     }
   }
 
-  std::span<const GridPoint> points_;
+  const DynamicArray<GridPoint>& points_;
   DynamicArray<HullTriangle> triangles_;
 };
 
@@ -19256,12 +19273,13 @@ class TriangleHull {
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <utility>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A polygon of a hull.
+/// @tparam Real  As in `to_vector`.
+template <Scalar Real>
 struct HullFace {
   /// Corners, counter-clockwise from outside.
   DynamicArray<std::uint32_t> corners;
@@ -19270,7 +19288,7 @@ struct HullFace {
   DynamicArray<std::uint32_t> ring;
   /// Outward unit normal on the grid, of the largest triangle of the face. No point of the hull is
   /// above that plane.
-  Vec3<double> normal = unit_z<Vec3<double>>();
+  Vec3<Real> normal = unit_z<Vec3<Real>>();
 };
 
 /// Joins the triangles of a closed convex surface to faces.
@@ -19280,11 +19298,13 @@ struct HullFace {
 /// it is near that plane. A region with fewer than three corners is no polygon and joins its
 /// longest neighbour. A vertex is a corner if at least three regions meet there. That does not
 /// depend on the side. So faces on both sides of an edge agree on its ends.
+template <Scalar Real>
 class FaceJoin {
  public:
-  /// @param tolerance  [grid steps] Largest distance of a face's corners from its plane.
-  FaceJoin(std::span<const GridPoint> points, std::span<const HullTriangle> triangles,
-           double tolerance)
+  /// @param points, triangles  Must outlive it.
+  /// @param tolerance          [grid steps] Largest distance of a face's corners from its plane.
+  FaceJoin(const DynamicArray<GridPoint>& points, const DynamicArray<HullTriangle>& triangles,
+           Real tolerance)
       : points_(points), triangles_(triangles), tolerance_(tolerance) {
     measure();
     grow_regions();
@@ -19293,7 +19313,7 @@ class FaceJoin {
     }
   }
 
-  [[nodiscard]] DynamicArray<HullFace> faces() const;
+  [[nodiscard]] DynamicArray<HullFace<Real>> faces() const;
 
  private:
   static constexpr std::uint32_t none = 0xffffffffu;
@@ -19313,9 +19333,9 @@ class FaceJoin {
     return triangles_[s.triangle].neighbors[s.edge];
   }
   [[nodiscard]] bool is_border(Side s) const { return region_[s.triangle] != region_[across(s)]; }
-  [[nodiscard]] double length_of(Side s) const {
+  [[nodiscard]] Real length_of(Side s) const {
     const std::uint32_t end = triangles_[s.triangle].corners[(s.edge + 1) % 3];
-    return (to_vector(points_[end]) - to_vector(points_[start_of(s)])).norm();
+    return (to_vector<Real>(points_[end]) - to_vector<Real>(points_[start_of(s)])).norm();
   }
   /// The side of a triangle that starts at one of its vertices.
   [[nodiscard]] Side side_from(std::uint32_t triangle, std::uint32_t vertex) const {
@@ -19331,7 +19351,7 @@ class FaceJoin {
   [[nodiscard]] Side turned_back(Side s) const { return side_from(across(s), start_of(s)); }
 
   void measure();
-  [[nodiscard]] double depth_below(std::uint32_t plane, std::uint32_t t) const;
+  [[nodiscard]] Real depth_below(std::uint32_t plane, std::uint32_t t) const;
   void grow_regions();
   void grow_region(std::uint32_t seed);
   bool adopt_slivers(DynamicArray<std::uint32_t>& orphans);
@@ -19339,46 +19359,50 @@ class FaceJoin {
   [[nodiscard]] DynamicArray<Side> sides_by_start() const;
   [[nodiscard]] std::size_t count_regions_around(Side first) const;
 
-  std::span<const GridPoint> points_;
-  std::span<const HullTriangle> triangles_;
-  double tolerance_;
-  DynamicArray<Vec3<double>> area_vectors_;
+  const DynamicArray<GridPoint>& points_;
+  const DynamicArray<HullTriangle>& triangles_;
+  Real tolerance_;
+  DynamicArray<Vec3<Real>> area_vectors_;
   DynamicArray<std::size_t> longest_edge_;
   DynamicArray<bool> is_sliver_;
   /// Seed triangle of each triangle's region.
   DynamicArray<std::uint32_t> region_;
 };
 
-inline void FaceJoin::measure() {
+template <Scalar Real>
+void FaceJoin<Real>::measure() {
   for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
     const auto& c = triangles_[t].corners;
-    const Vec3<double> a = to_vector(points_[c[0]]);
-    area_vectors_.push_back((to_vector(points_[c[1]]) - a).cross(to_vector(points_[c[2]]) - a));
+    const Vec3<Real> a = to_vector<Real>(points_[c[0]]);
+    area_vectors_.push_back(
+        (to_vector<Real>(points_[c[1]]) - a).cross(to_vector<Real>(points_[c[2]]) - a));
     std::size_t longest = 0;
     for (std::size_t k = 1; k < 3; ++k) {
       if (length_of({t, k}) > length_of({t, longest})) longest = k;
     }
     longest_edge_.push_back(longest);
-    is_sliver_.push_back(area_vectors_[t].norm() <= 2.0 * tolerance_ * length_of({t, longest}));
+    is_sliver_.push_back(area_vectors_[t].norm() <= Real(2) * tolerance_ * length_of({t, longest}));
   }
 }
 
 /// Depth of the lowest corner of triangle t below the plane of another. No corner is above.
-inline double FaceJoin::depth_below(std::uint32_t plane, std::uint32_t t) const {
-  const Vec3<double> normal = area_vectors_[plane].normalized();
-  const Vec3<double> origin = to_vector(points_[triangles_[plane].corners[0]]);
-  double depth = 0.0;
+template <Scalar Real>
+Real FaceJoin<Real>::depth_below(std::uint32_t plane, std::uint32_t t) const {
+  const Vec3<Real> normal = area_vectors_[plane].normalized();
+  const Vec3<Real> origin = to_vector<Real>(points_[triangles_[plane].corners[0]]);
+  Real depth = Real(0);
   for (const std::uint32_t v : triangles_[t].corners) {
-    depth = std::max(depth, normal.dot(origin - to_vector(points_[v])));
+    depth = std::max(depth, normal.dot(origin - to_vector<Real>(points_[v])));
   }
   return depth;
 }
 
-inline void FaceJoin::grow_regions() {
+template <Scalar Real>
+void FaceJoin<Real>::grow_regions() {
   region_.assign(triangles_.size(), none);
   DynamicArray<std::uint32_t> order(triangles_.size());
   fill_numbers(order);
-  DynamicArray<double> area2(order.size());
+  DynamicArray<Real> area2(order.size());
   for (const std::uint32_t t : order) area2[t] = area_vectors_[t].squaredNorm();
   // Not std::stable_sort. That of libstdc++ before 13 uses a part that C++20 deprecates, and clang
   // warns.
@@ -19397,14 +19421,15 @@ inline void FaceJoin::grow_regions() {
   }
 }
 
-inline void FaceJoin::grow_region(std::uint32_t seed) {
-  const Vec3<double>& normal = area_vectors_[seed];
+template <Scalar Real>
+void FaceJoin<Real>::grow_region(std::uint32_t seed) {
+  const Vec3<Real>& normal = area_vectors_[seed];
   DynamicArray<std::uint32_t> members{seed};
   region_[seed] = seed;
   for (std::size_t i = 0; i < members.size(); ++i) {
     for (const std::uint32_t t : triangles_[members[i]].neighbors) {
       // Thin solids have two faces in one slab, back to back.
-      if (region_[t] != none || normal.dot(area_vectors_[t]) < 0.0 ||
+      if (region_[t] != none || normal.dot(area_vectors_[t]) < Real(0) ||
           depth_below(seed, t) > tolerance_) {
         continue;
       }
@@ -19415,17 +19440,19 @@ inline void FaceJoin::grow_region(std::uint32_t seed) {
 }
 
 /// Removes the triangles that found a region from the list. Returns false if none did.
-inline bool FaceJoin::adopt_slivers(DynamicArray<std::uint32_t>& orphans) {
+template <Scalar Real>
+bool FaceJoin<Real>::adopt_slivers(DynamicArray<std::uint32_t>& orphans) {
   return erase_if(orphans, [this](std::uint32_t t) {
            const std::uint32_t heir = region_[across({t, longest_edge_[t]})];
            // Two tolerances of its own height, one of the heir's border.
-           if (heir != none && depth_below(heir, t) <= 3.0 * tolerance_) region_[t] = heir;
+           if (heir != none && depth_below(heir, t) <= Real(3) * tolerance_) region_[t] = heir;
            return region_[t] != none;
          }) > 0;
 }
 
 /// One side that starts at each vertex. `triangle` is none if the vertex is not on the hull.
-inline DynamicArray<FaceJoin::Side> FaceJoin::sides_by_start() const {
+template <Scalar Real>
+auto FaceJoin<Real>::sides_by_start() const -> DynamicArray<Side> {
   DynamicArray<Side> sides(points_.size(), Side{none, 0});
   for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) sides[triangles_[t].corners[k]] = {t, k};
@@ -19433,7 +19460,8 @@ inline DynamicArray<FaceJoin::Side> FaceJoin::sides_by_start() const {
   return sides;
 }
 
-inline std::size_t FaceJoin::count_regions_around(Side first) const {
+template <Scalar Real>
+std::size_t FaceJoin<Real>::count_regions_around(Side first) const {
   std::size_t count = 0;
   Side side = first;
   do {
@@ -19443,7 +19471,8 @@ inline std::size_t FaceJoin::count_regions_around(Side first) const {
   return count;
 }
 
-inline bool FaceJoin::dissolve_small_regions() {
+template <Scalar Real>
+bool FaceJoin<Real>::dissolve_small_regions() {
   DynamicArray<std::size_t> corner_count(triangles_.size(), 0);
   for (const Side first : sides_by_start()) {
     if (first.triangle == none || count_regions_around(first) < 3) continue;
@@ -19462,7 +19491,7 @@ inline bool FaceJoin::dissolve_small_regions() {
     }
   }
   if (region == none) return false;
-  DynamicArray<double> border_lengths(triangles_.size(), 0.0);  // By the region beyond.
+  DynamicArray<Real> border_lengths(triangles_.size(), Real(0));  // By the region beyond.
   for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
     if (region_[t] != region) continue;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -19476,20 +19505,21 @@ inline bool FaceJoin::dissolve_small_regions() {
   return true;
 }
 
-inline DynamicArray<HullFace> FaceJoin::faces() const {
+template <Scalar Real>
+DynamicArray<HullFace<Real>> FaceJoin<Real>::faces() const {
   DynamicArray<bool> is_corner(points_.size(), false);
   for (const Side side : sides_by_start()) {
     if (side.triangle == none) continue;
     is_corner[start_of(side)] = count_regions_around(side) >= 3;
   }
-  DynamicArray<HullFace> faces;
+  DynamicArray<HullFace<Real>> faces;
   DynamicArray<bool> is_done(triangles_.size(), false);
   for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) {
       const Side first{t, k};
       if (is_done[region_[t]] || !is_border(first)) continue;
       is_done[region_[t]] = true;
-      HullFace face{{}, {}, area_vectors_[region_[t]].normalized()};
+      HullFace<Real> face{{}, {}, area_vectors_[region_[t]].normalized()};
       Side side = first;
       do {
         if (is_corner[start_of(side)]) face.corners.push_back(start_of(side));
@@ -19526,12 +19556,15 @@ namespace detail {
 /// The points of a hull, each of them once, and their grid points.
 template <Scalar S>
 struct GriddedPoints {
+  /// Of lengths on the grid.
+  using Real = double;
+
   DynamicArray<Vec3<S>> points;
   DynamicArray<GridPoint> grid;
   /// [m] Distance below which points count as equal.
   S resolution = S(0);
   /// [grid steps] The same distance.
-  double tolerance = 0.0;
+  Real tolerance = Real(0);
 };
 
 [[noreturn]] inline void raise_no_volume(const std::string& what) {
@@ -19570,13 +19603,15 @@ template <Scalar S>
 }
 
 /// Four points that are far from coplanar.
-[[nodiscard]] inline std::array<std::uint32_t, 4> find_simplex(std::span<const GridPoint> points,
-                                                               double tolerance) {
+/// @tparam Real  As in `to_vector`.
+template <Scalar Real>
+[[nodiscard]] std::array<std::uint32_t, 4> find_simplex(const DynamicArray<GridPoint>& points,
+                                                        Real tolerance) {
   const auto farthest = [&](auto&& distance, const char* what) {
     std::uint32_t best = 0;
-    double best_distance = tolerance;
+    Real best_distance = tolerance;
     for (std::uint32_t i = 0; i < points.size(); ++i) {
-      const double d = distance(to_vector(points[i]));
+      const Real d = distance(to_vector<Real>(points[i]));
       if (d > best_distance) {
         best_distance = d;
         best = i;
@@ -19586,18 +19621,17 @@ template <Scalar S>
     return best;
   };
   std::array<std::uint32_t, 4> s{};
-  const Vec3<double> any = to_vector(points[0]);
-  s[0] = farthest([&](const Vec3<double>& p) { return (p - any).norm(); }, "all equal");
-  const Vec3<double> a = to_vector(points[s[0]]);
-  s[1] = farthest([&](const Vec3<double>& p) { return (p - a).norm(); }, "all equal");
-  const Vec3<double> along = (to_vector(points[s[1]]) - a).normalized();
-  s[2] =
-      farthest([&](const Vec3<double>& p) { return along.cross(p - a).norm(); }, "all on a line");
-  const Vec3<double> normal = along.cross(to_vector(points[s[2]]) - a).normalized();
+  const Vec3<Real> any = to_vector<Real>(points[0]);
+  s[0] = farthest([&](const Vec3<Real>& p) { return (p - any).norm(); }, "all equal");
+  const Vec3<Real> a = to_vector<Real>(points[s[0]]);
+  s[1] = farthest([&](const Vec3<Real>& p) { return (p - a).norm(); }, "all equal");
+  const Vec3<Real> along = (to_vector<Real>(points[s[1]]) - a).normalized();
+  s[2] = farthest([&](const Vec3<Real>& p) { return along.cross(p - a).norm(); }, "all on a line");
+  const Vec3<Real> normal = along.cross(to_vector<Real>(points[s[2]]) - a).normalized();
   // If thinner, both sides could be in the slab of one face.
-  tolerance *= 16.0;
-  s[3] = farthest([&](const Vec3<double>& p) { return std::abs(normal.dot(p - a)); },
-                  "all on a plane");
+  tolerance *= Real(16);
+  s[3] =
+      farthest([&](const Vec3<Real>& p) { return std::abs(normal.dot(p - a)); }, "all on a plane");
   return s;
 }
 
@@ -19605,7 +19639,8 @@ template <Scalar S>
 /// precision. Small or thin faces take the grid. Rounding would tilt them out of their corners or
 /// into the hull.
 template <Scalar S>
-[[nodiscard]] Vec3<S> face_normal(const GriddedPoints<S>& gridded, const HullFace& face) {
+[[nodiscard]] Vec3<S> face_normal(const GriddedPoints<S>& gridded,
+                                  const HullFace<typename GriddedPoints<S>::Real>& face) {
   const DynamicArray<Vec3<S>>& points = gridded.points;
   const Vec3<S>& origin = points[face.corners[0]];
   Vec3<S> sum = zero<Vec3<S>>();
@@ -19620,10 +19655,10 @@ template <Scalar S>
     lowest = std::min(lowest, height(v));
     highest = std::max(highest, height(v));
   }
-  const bool is_supporting =
-      std::ranges::all_of(face.ring, [&](std::uint32_t v) { return height(v) <= lowest; });
+  const bool is_supporting = std::all_of(face.ring.begin(), face.ring.end(),
+                                         [&](std::uint32_t v) { return height(v) <= lowest; });
   const bool is_flat = highest - lowest <= gridded.resolution;
-  return is_supporting && is_flat ? normal : Vec3<S>(face.normal.cast<S>());
+  return is_supporting && is_flat ? normal : Vec3<S>(face.normal.template cast<S>());
 }
 
 }  // namespace detail
@@ -19631,11 +19666,12 @@ template <Scalar S>
 template <Scalar S>
 ConvexHull<S> convex_hull(std::span<const Vec3<S>> points) {
   const detail::GriddedPoints<S> gridded = detail::put_on_grid(points);
-  const detail::TriangleHull triangles(gridded.grid,
-                                       detail::find_simplex(gridded.grid, gridded.tolerance));
-  detail::DynamicArray<detail::HullFace> faces =
-      detail::FaceJoin(gridded.grid, triangles.triangles(), gridded.tolerance).faces();
-  for (detail::HullFace& face : faces) {
+  using Real = typename detail::GriddedPoints<S>::Real;
+  const detail::TriangleHull<Real> triangles(
+      gridded.grid, detail::find_simplex<Real>(gridded.grid, gridded.tolerance));
+  auto faces =
+      detail::FaceJoin<Real>(gridded.grid, triangles.triangles(), gridded.tolerance).faces();
+  for (auto& face : faces) {
     const auto lowest = std::min_element(face.corners.begin(), face.corners.end());
     std::rotate(face.corners.begin(), lowest, face.corners.end());
   }
@@ -19647,7 +19683,7 @@ ConvexHull<S> convex_hull(std::span<const Vec3<S>> points) {
   ConvexHull<S> hull;
   constexpr std::uint32_t unused = 0xffffffffu;
   detail::DynamicArray<std::uint32_t> renumber(gridded.points.size(), unused);
-  for (const detail::HullFace& face : faces) {
+  for (const auto& face : faces) {
     for (const std::uint32_t v : face.corners) renumber[v] = 0;
   }
   for (std::size_t v = 0; v < renumber.size(); ++v) {
@@ -19656,7 +19692,7 @@ ConvexHull<S> convex_hull(std::span<const Vec3<S>> points) {
     hull.vertices.push_back(gridded.points[v]);
   }
   hull.face_starts.push_back(0);
-  for (const detail::HullFace& face : faces) {
+  for (const auto& face : faces) {
     for (const std::uint32_t v : face.corners) hull.face_vertices.push_back(renumber[v]);
     hull.face_starts.push_back(static_cast<std::uint32_t>(hull.face_vertices.size()));
     hull.face_normals.push_back(detail::face_normal(gridded, face));
@@ -22652,8 +22688,7 @@ class MeshPlates {
   [[nodiscard]] Plate<S> plate(std::uint32_t i) const {
     const std::size_t first = first_[i];
     const std::size_t count = first_[i + 1] - first;
-    return {std::span(corners_).subspan(first, count), std::span(names_).subspan(first, count),
-            normals_[i]};
+    return {{corners_.data() + first, count}, {names_.data() + first, count}, normals_[i]};
   }
   /// [1] Outward unit normal.
   [[nodiscard]] const Vec3<S>& normal(std::uint32_t i) const { return normals_[i]; }
@@ -22716,7 +22751,9 @@ class PlateJoin {
 
   /// Corners of each plate by the half-edges that start there. Empty for a triangle that has joined
   /// another.
-  [[nodiscard]] std::span<const DynamicArray<std::uint32_t>> outlines() const { return outlines_; }
+  [[nodiscard]] const DynamicArray<DynamicArray<std::uint32_t>>& outlines() const {
+    return outlines_;
+  }
   /// [-] The outline of the plate that a half-edge belongs to.
   [[nodiscard]] std::uint32_t owner(std::uint32_t half_edge) const {
     std::uint32_t plate = half_edge / 3;
@@ -29106,9 +29143,9 @@ class JointOrder {
   /// First block row of each joint: its linear row. Its angular row follows, if any.
   [[nodiscard]] std::uint32_t first_row(std::size_t joint) const { return first_row_[joint]; }
   /// For each block row, the first column where the matrix may not be zero.
-  [[nodiscard]] std::span<const std::uint32_t> envelope() const { return envelope_; }
+  [[nodiscard]] const DynamicArray<std::uint32_t>& envelope() const { return envelope_; }
   /// Couplings of all joints, in the order of rows.
-  [[nodiscard]] std::span<const JointCoupling> couplings() const { return couplings_; }
+  [[nodiscard]] const DynamicArray<JointCoupling>& couplings() const { return couplings_; }
   /// [-] Multiply-adds of a factorisation of the matrix within its envelope. If they exceed
   /// `most_work` the order is not finished. A hub with hundreds of neighbours does, say.
   [[nodiscard]] std::uint64_t factor_work() const { return factor_work_; }
@@ -31646,7 +31683,7 @@ class IslandRows {
   /// First of a body's six unknowns, or `none`.
   [[nodiscard]] std::uint32_t unknown(std::uint32_t slot) const { return unknown_[slot]; }
   /// First block of each block row of the island's matrix.
-  [[nodiscard]] std::span<const std::uint32_t> envelope() const { return envelope_; }
+  [[nodiscard]] const DynamicArray<std::uint32_t>& envelope() const { return envelope_; }
   /// Returns whether any row may change its state. If none may, the problem is linear.
   [[nodiscard]] bool can_switch() const { return can_switch_; }
 
@@ -33182,7 +33219,6 @@ struct ManifoldMobility {
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -33213,7 +33249,7 @@ class ManifoldOrder {
   };
 
   /// @param slots  [-] Number of bodies.
-  void build(std::span<const ManifoldSpan> manifolds, std::size_t slots) {
+  void build(const DynamicArray<ManifoldSpan>& manifolds, std::size_t slots) {
     found_.clear();
     next_round_.resize(std::max(next_round_.size(), slots), 0);
     std::uint32_t rounds = 0;
@@ -33233,7 +33269,7 @@ class ManifoldOrder {
     sort_by_counting(rounds, most);
   }
 
-  [[nodiscard]] std::span<const Place> places() const { return places_; }
+  [[nodiscard]] const DynamicArray<Place>& places() const { return places_; }
 
  private:
   /// Fills `places_`. Many manifolds share a round and a number of contacts. So counting sort is
@@ -38029,12 +38065,14 @@ class BitHash {
 [[nodiscard]] inline std::uint64_t hash_of(std::span<const std::byte> bytes) {
   BitHash hash;
   hash.add(bytes.size());
-  for (; bytes.size() >= sizeof(std::uint64_t); bytes = bytes.subspan(sizeof(std::uint64_t))) {
+  const std::byte* at = bytes.data();
+  const std::byte* const end = at + bytes.size();
+  for (; static_cast<std::size_t>(end - at) >= sizeof(std::uint64_t); at += sizeof(std::uint64_t)) {
     std::uint64_t word = 0;
-    std::memcpy(&word, bytes.data(), sizeof word);
+    std::memcpy(&word, at, sizeof word);
     hash.add(word);
   }
-  for (const std::byte byte : bytes) hash.add(byte);
+  for (; at != end; ++at) hash.add(*at);
   return hash.value();
 }
 
@@ -38735,7 +38773,8 @@ template <Scalar S>
   std::vector<std::byte> bytes(sizeof(SnapshotHead));
   StateWriter writer(bytes);
   for_each_state(state, writer);
-  const std::span<const std::byte> payload = std::span(bytes).subspan(sizeof(SnapshotHead));
+  const std::span<const std::byte> payload(bytes.data() + sizeof(SnapshotHead),
+                                           bytes.size() - sizeof(SnapshotHead));
   SnapshotHead head;
   head.scalar_size = sizeof(S);
   head.payload_size = payload.size();
@@ -40280,6 +40319,152 @@ void HostSensors<S, Backend>::take_hits(detail::SensorPatch<S>& patch) {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
+// === bristle/sensors/placement.hpp: definitions
+
+#include <array>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+namespace detail {
+
+template <Scalar S>
+void require_depth_and_range(const std::string& def, S depth, S range) {
+  require_not_negative(def + "::depth", depth);
+  require_positive(def + "::range", range);
+  require(range > depth, def + "::range", range,
+          "must exceed depth = " + to_text(depth) + ", so that the ray ends above the surface");
+}
+
+/// Returns the mesh with each corner replaced by the first vertex with equal coordinates.
+template <Scalar S>
+[[nodiscard]] TriangleMesh<S> without_seams(TriangleMesh<S> mesh) {
+  const MergedPoints merged = merge_points<S>(std::span<const Vec3<S>>(mesh.vertices), S(0));
+  for (auto& t : mesh.triangles) {
+    for (std::uint32_t& v : t) v = merged.unique[merged.renumber[v]];
+  }
+  return mesh;
+}
+
+/// Puts sensors on the faces, vertices and edges of a mesh without seams.
+template <Scalar S>
+class MeshPlacement {
+ public:
+  MeshPlacement(const TriangleMesh<S>& mesh, const PlacementDef<S>& def)
+      : mesh_(mesh), def_(def), R_AM_(def.X_AM.rotation_matrix()) {
+    report.degenerate_faces = degenerate_triangles(mesh);
+    normals_ = face_normals<S>(mesh, report.degenerate_faces);
+  }
+
+  void add_faces() {
+    for (std::size_t t = 0; t < normals_.size(); ++t) {
+      if (has_normal(t)) add(triangle_centroid(mesh_, t), normals_[t], report.face_sensors);
+    }
+  }
+
+  void add_vertices() {
+    const DynamicArray<NormalSum<S>> sums = vertex_normals<S>(mesh_, normals_);
+    for (std::uint32_t v = 0; v < sums.size(); ++v) {
+      if (sums[v].has_direction()) {
+        add(mesh_.vertices[v], sums[v].sum, report.vertex_sensors);
+      } else if (sums[v].weight > S(0)) {
+        report.vertices_without_normal.push_back(v);
+      }
+    }
+  }
+
+  void add_edges() {
+    const DynamicArray<EdgeUse> uses = sorted_edges(mesh_.triangles);
+    for (std::size_t i = 0; i < uses.size();) {
+      const EdgeUse& edge = uses[i];
+      NormalSum<S> normal;
+      for (; i < uses.size() && uses[i].is_same_edge(edge); ++i) {
+        if (has_normal(uses[i].triangle)) normal.add(normals_[uses[i].triangle], S(1));
+      }
+      if (normal.has_direction()) {
+        add(S(0.5) * (mesh_.vertices[edge.low] + mesh_.vertices[edge.high]), normal.sum,
+            report.edge_sensors);
+      } else if (normal.weight > S(0)) {
+        report.edges_without_normal.push_back({edge.low, edge.high});
+      }
+    }
+  }
+
+  SensorLayout<S> layout;
+  PlacementReport report;
+
+ private:
+  [[nodiscard]] bool has_normal(std::size_t triangle) const {
+    return normals_[triangle] != zero<Vec3<S>>();
+  }
+
+  void add(const Vec3<S>& p_M, const Vec3<S>& n_M, std::size_t& counter) {
+    const Vec3<S> n_A = (R_AM_ * n_M).normalized();
+    layout.add(def_.X_AM * p_M - def_.depth * n_A, n_A, def_.range);
+    ++counter;
+  }
+
+  const TriangleMesh<S>& mesh_;
+  const PlacementDef<S>& def_;
+  Mat3<S> R_AM_;
+  /// Normals of the faces; zero if degenerate.
+  DynamicArray<Vec3<S>> normals_;
+};
+
+}  // namespace detail
+
+template <Scalar S>
+SensorLayout<S> sensors_from_mesh(const TriangleMesh<S>& mesh, const PlacementDef<S>& def,
+                                  PlacementReport* report) {
+  detail::require_depth_and_range("PlacementDef", def.depth, def.range);
+  detail::require_pose("PlacementDef::X_AM", def.X_AM);
+  detail::require(def.faces || def.vertices || def.edges, "PlacementDef::faces", false,
+                  "must be true where vertices and edges are false");
+  validate_surface(mesh);
+
+  const TriangleMesh<S> seamless = detail::without_seams(mesh);
+  detail::MeshPlacement<S> placement(seamless, def);
+  if (def.faces) placement.add_faces();
+  if (def.vertices) placement.add_vertices();
+  if (def.edges) placement.add_edges();
+  if (report != nullptr) *report = std::move(placement.report);
+  return std::move(placement.layout);
+}
+
+template <Scalar S>
+SensorLayout<S> sensor_grid(const SensorGridDef<S>& def) {
+  detail::require_depth_and_range("SensorGridDef", def.depth, def.range);
+  detail::require_all_finite("SensorGridDef::center", def.center);
+  detail::require_all_finite("SensorGridDef::side_u", def.side_u);
+  detail::require_all_finite("SensorGridDef::side_v", def.side_v);
+  detail::require(def.count_u >= 1, "SensorGridDef::count_u", def.count_u, "must be >= 1");
+  detail::require(def.count_v >= 1, "SensorGridDef::count_v", def.count_v, "must be >= 1");
+  const Vec3<S> u = def.side_u.stableNormalized();
+  const Vec3<S> v = def.side_v.stableNormalized();
+  const S sine = u.cross(v).norm();
+  detail::require(sine > detail::Tolerance<S>::equal(),
+                  "SensorGridDef: sine of the angle of the sides", sine,
+                  "must not be 0 (sides parallel or of no length)");
+
+  const Vec3<S> normal = u.cross(v) / sine;
+  const Vec3<S> corner = def.center - S(0.5) * (def.side_u + def.side_v) - def.depth * normal;
+  SensorLayout<S> layout;
+  for (std::size_t j = 0; j < def.count_v; ++j) {
+    for (std::size_t i = 0; i < def.count_u; ++i) {
+      const S along_u = (S(i) + S(0.5)) / S(def.count_u);
+      const S along_v = (S(j) + S(0.5)) / S(def.count_v);
+      layout.add(corner + along_u * def.side_u + along_v * def.side_v, normal, def.range);
+    }
+  }
+  return layout;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+#if defined(BRISTLE_WITH_FILES)
+
 // === bristle/io/glb.hpp: definitions
 // === bristle/io/glb_extras.hpp
 
@@ -41129,6 +41314,10 @@ std::string glb(const Recording<S>& recording, const GlbDef& def) {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
+#endif
+
+#if defined(BRISTLE_WITH_FILES)
+
 // === bristle/io/mesh_file.hpp: definitions
 
 #include <cstddef>
@@ -41146,149 +41335,7 @@ TriangleMesh<S> load_mesh(const std::string& path) {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
-// === bristle/sensors/placement.hpp: definitions
-
-#include <array>
-#include <string>
-#include <utility>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-namespace detail {
-
-template <Scalar S>
-void require_depth_and_range(const std::string& def, S depth, S range) {
-  require_not_negative(def + "::depth", depth);
-  require_positive(def + "::range", range);
-  require(range > depth, def + "::range", range,
-          "must exceed depth = " + to_text(depth) + ", so that the ray ends above the surface");
-}
-
-/// Returns the mesh with each corner replaced by the first vertex with equal coordinates.
-template <Scalar S>
-[[nodiscard]] TriangleMesh<S> without_seams(TriangleMesh<S> mesh) {
-  const MergedPoints merged = merge_points<S>(std::span<const Vec3<S>>(mesh.vertices), S(0));
-  for (auto& t : mesh.triangles) {
-    for (std::uint32_t& v : t) v = merged.unique[merged.renumber[v]];
-  }
-  return mesh;
-}
-
-/// Puts sensors on the faces, vertices and edges of a mesh without seams.
-template <Scalar S>
-class MeshPlacement {
- public:
-  MeshPlacement(const TriangleMesh<S>& mesh, const PlacementDef<S>& def)
-      : mesh_(mesh), def_(def), R_AM_(def.X_AM.rotation_matrix()) {
-    report.degenerate_faces = degenerate_triangles(mesh);
-    normals_ = face_normals<S>(mesh, report.degenerate_faces);
-  }
-
-  void add_faces() {
-    for (std::size_t t = 0; t < normals_.size(); ++t) {
-      if (has_normal(t)) add(triangle_centroid(mesh_, t), normals_[t], report.face_sensors);
-    }
-  }
-
-  void add_vertices() {
-    const DynamicArray<NormalSum<S>> sums = vertex_normals<S>(mesh_, normals_);
-    for (std::uint32_t v = 0; v < sums.size(); ++v) {
-      if (sums[v].has_direction()) {
-        add(mesh_.vertices[v], sums[v].sum, report.vertex_sensors);
-      } else if (sums[v].weight > S(0)) {
-        report.vertices_without_normal.push_back(v);
-      }
-    }
-  }
-
-  void add_edges() {
-    const DynamicArray<EdgeUse> uses = sorted_edges(mesh_.triangles);
-    for (std::size_t i = 0; i < uses.size();) {
-      const EdgeUse& edge = uses[i];
-      NormalSum<S> normal;
-      for (; i < uses.size() && uses[i].is_same_edge(edge); ++i) {
-        if (has_normal(uses[i].triangle)) normal.add(normals_[uses[i].triangle], S(1));
-      }
-      if (normal.has_direction()) {
-        add(S(0.5) * (mesh_.vertices[edge.low] + mesh_.vertices[edge.high]), normal.sum,
-            report.edge_sensors);
-      } else if (normal.weight > S(0)) {
-        report.edges_without_normal.push_back({edge.low, edge.high});
-      }
-    }
-  }
-
-  SensorLayout<S> layout;
-  PlacementReport report;
-
- private:
-  [[nodiscard]] bool has_normal(std::size_t triangle) const {
-    return normals_[triangle] != zero<Vec3<S>>();
-  }
-
-  void add(const Vec3<S>& p_M, const Vec3<S>& n_M, std::size_t& counter) {
-    const Vec3<S> n_A = (R_AM_ * n_M).normalized();
-    layout.add(def_.X_AM * p_M - def_.depth * n_A, n_A, def_.range);
-    ++counter;
-  }
-
-  const TriangleMesh<S>& mesh_;
-  const PlacementDef<S>& def_;
-  Mat3<S> R_AM_;
-  /// Normals of the faces; zero if degenerate.
-  DynamicArray<Vec3<S>> normals_;
-};
-
-}  // namespace detail
-
-template <Scalar S>
-SensorLayout<S> sensors_from_mesh(const TriangleMesh<S>& mesh, const PlacementDef<S>& def,
-                                  PlacementReport* report) {
-  detail::require_depth_and_range("PlacementDef", def.depth, def.range);
-  detail::require_pose("PlacementDef::X_AM", def.X_AM);
-  detail::require(def.faces || def.vertices || def.edges, "PlacementDef::faces", false,
-                  "must be true where vertices and edges are false");
-  validate_surface(mesh);
-
-  const TriangleMesh<S> seamless = detail::without_seams(mesh);
-  detail::MeshPlacement<S> placement(seamless, def);
-  if (def.faces) placement.add_faces();
-  if (def.vertices) placement.add_vertices();
-  if (def.edges) placement.add_edges();
-  if (report != nullptr) *report = std::move(placement.report);
-  return std::move(placement.layout);
-}
-
-template <Scalar S>
-SensorLayout<S> sensor_grid(const SensorGridDef<S>& def) {
-  detail::require_depth_and_range("SensorGridDef", def.depth, def.range);
-  detail::require_all_finite("SensorGridDef::center", def.center);
-  detail::require_all_finite("SensorGridDef::side_u", def.side_u);
-  detail::require_all_finite("SensorGridDef::side_v", def.side_v);
-  detail::require(def.count_u >= 1, "SensorGridDef::count_u", def.count_u, "must be >= 1");
-  detail::require(def.count_v >= 1, "SensorGridDef::count_v", def.count_v, "must be >= 1");
-  const Vec3<S> u = def.side_u.stableNormalized();
-  const Vec3<S> v = def.side_v.stableNormalized();
-  const S sine = u.cross(v).norm();
-  detail::require(sine > detail::Tolerance<S>::equal(),
-                  "SensorGridDef: sine of the angle of the sides", sine,
-                  "must not be 0 (sides parallel or of no length)");
-
-  const Vec3<S> normal = u.cross(v) / sine;
-  const Vec3<S> corner = def.center - S(0.5) * (def.side_u + def.side_v) - def.depth * normal;
-  SensorLayout<S> layout;
-  for (std::size_t j = 0; j < def.count_v; ++j) {
-    for (std::size_t i = 0; i < def.count_u; ++i) {
-      const S along_u = (S(i) + S(0.5)) / S(def.count_u);
-      const S along_v = (S(j) + S(0.5)) / S(def.count_v);
-      layout.add(corner + along_u * def.side_u + along_v * def.side_v, normal, def.range);
-    }
-  }
-  return layout;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
+#endif
 
 // === bristle/bristle.hpp: definitions
 // === bristle/math/dual.hpp
@@ -41779,6 +41826,8 @@ FclSceneHit<S> cast_ray(const fcl::DynamicAABBTreeCollisionManager<S>& scene, co
 }  // namespace bristle::inline BRISTLE_ABI
 
 #endif
+#if defined(BRISTLE_WITH_FILES)
+#endif
 #if defined(BRISTLE_INSTANTIATE)
 // === bristle/instances.hpp
 
@@ -41789,6 +41838,8 @@ FclSceneHit<S> cast_ray(const fcl::DynamicAABBTreeCollisionManager<S>& scene, co
 // SPDX-License-Identifier: BSD-3-Clause
 
 #if defined(BRISTLE_INSTANTIATE)
+#if defined(BRISTLE_WITH_FILES)
+#endif
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -41830,9 +41881,11 @@ template SensorLayout<BRISTLE_INSTANTIATE> sensor_grid<BRISTLE_INSTANTIATE>(
 template SensorLayout<BRISTLE_INSTANTIATE> sensors_from_mesh<BRISTLE_INSTANTIATE>(
     const TriangleMesh<BRISTLE_INSTANTIATE>& mesh, const PlacementDef<BRISTLE_INSTANTIATE>& def,
     PlacementReport* report);
+#if defined(BRISTLE_WITH_FILES)
 template std::string glb<BRISTLE_INSTANTIATE>(const Recording<BRISTLE_INSTANTIATE>& recording,
                                               const GlbDef& def);
 template TriangleMesh<BRISTLE_INSTANTIATE> load_mesh<BRISTLE_INSTANTIATE>(const std::string& path);
+#endif
 
 }  // namespace bristle::inline BRISTLE_ABI
 #endif

@@ -133,7 +133,7 @@ if(clang)
   cmake_path(GET compiler FILENAME name)
   check("${name}, C++20, header-only, no exceptions" "${compiler}" -std=c++20 ${strict}
         ${no_exceptions})
-  set(all -DHOST_IN_FLOAT -DBRISTLE_WITH_THREADS)
+  set(all -DHOST_IN_FLOAT -DBRISTLE_WITH_THREADS -DBRISTLE_WITH_FILES)
   if(WITH_FCL)
     list(APPEND all -DBRISTLE_WITH_FCL)
   endif()

@@ -1,5 +1,7 @@
 // A ball falls, in float and in double, with every header in both translation units.
 // SPDX-License-Identifier: BSD-3-Clause
+#define BRISTLE_WITH_FILES 1
+#define BRISTLE_WITH_THREADS 1
 #include <bristle/bristle.hpp>
 
 #include <cmath>

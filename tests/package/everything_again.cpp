@@ -1,6 +1,8 @@
 // The second translation unit: what a header defines twice breaks the link, and the explicit
 // instantiation compiles every member of the world.
 // SPDX-License-Identifier: BSD-3-Clause
+#define BRISTLE_WITH_FILES 1
+#define BRISTLE_WITH_THREADS 1
 #include <bristle/bristle.hpp>
 
 template class bristle::World<float>;

@@ -80,12 +80,14 @@ class BitHash {
 [[nodiscard]] inline std::uint64_t hash_of(std::span<const std::byte> bytes) {
   BitHash hash;
   hash.add(bytes.size());
-  for (; bytes.size() >= sizeof(std::uint64_t); bytes = bytes.subspan(sizeof(std::uint64_t))) {
+  const std::byte* at = bytes.data();
+  const std::byte* const end = at + bytes.size();
+  for (; static_cast<std::size_t>(end - at) >= sizeof(std::uint64_t); at += sizeof(std::uint64_t)) {
     std::uint64_t word = 0;
-    std::memcpy(&word, bytes.data(), sizeof word);
+    std::memcpy(&word, at, sizeof word);
     hash.add(word);
   }
-  for (const std::byte byte : bytes) hash.add(byte);
+  for (; at != end; ++at) hash.add(*at);
   return hash.value();
 }
 

@@ -47,7 +47,7 @@ class ProximityArray {
   /// [m] Distance from each ray's start to its hit. Infinite without a hit, 0 for an inside start.
   [[nodiscard]] std::span<const S> distance() const { return hits_.distance; }
   /// [-] Body that each ray hit; names nothing without a hit.
-  [[nodiscard]] std::span<const BodyId> body() const { return body_; }
+  [[nodiscard]] std::span<const BodyId> body() const { return {body_.data(), body_.size()}; }
   /// [1] Outward unit normal of the surface that a ray hit, in the frame of the carrying body.
   [[nodiscard]] Vec3<S> normal(std::size_t ray) const { return hits_.normal[ray]; }
   /// [-] Ray with the shortest distance, the first of equals; `size()` without any hit.

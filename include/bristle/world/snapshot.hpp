@@ -241,7 +241,8 @@ template <Scalar S>
   std::vector<std::byte> bytes(sizeof(SnapshotHead));
   StateWriter writer(bytes);
   for_each_state(state, writer);
-  const std::span<const std::byte> payload = std::span(bytes).subspan(sizeof(SnapshotHead));
+  const std::span<const std::byte> payload(bytes.data() + sizeof(SnapshotHead),
+                                           bytes.size() - sizeof(SnapshotHead));
   SnapshotHead head;
   head.scalar_size = sizeof(S);
   head.payload_size = payload.size();

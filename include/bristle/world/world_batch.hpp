@@ -17,7 +17,6 @@
 #include <span>
 #include <string>
 #include <utility>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -72,7 +71,7 @@ class WorldBatch {
   /// [-] One byte a world: 1 if a step of this batch failed since the last reset. Bodies were left
   /// standing then (`StepReport::discarded_islands`, `frozen_bodies`). All worlds go on. Steps by
   /// `world(i).step()` are not counted.
-  [[nodiscard]] Mask failed() const noexcept { return failed_; }
+  [[nodiscard]] Mask failed() const noexcept { return {failed_.data(), failed_.size()}; }
 
   /// Resets the worlds of a mask to their start, masses and materials included.
   /// @throws InvalidArgument when the mask is of another size.
@@ -161,7 +160,7 @@ void WorldBatch<S, Backend>::for_each(Visit&& visit, Mask mask) {
   };
 #if defined(__cpp_exceptions)
   // No exception may leave a task. Each task stores its first one.
-  std::vector<std::exception_ptr> errors(steppers_.size());
+  detail::DynamicArray<std::exception_ptr> errors(steppers_.size());
   in_tasks([&](std::size_t task, std::size_t first, std::size_t end) {
     for (std::size_t i = first; i < end; ++i) {
       try {

@@ -110,7 +110,7 @@ TEST_CASE(
     "ManifoldOrder: nothing that moves is in a round twice, and neighbours keep their order") {
   test::Random random(3);
   auto heap = random_heap<double>(random, 40, 120);
-  std::vector<ManifoldSpan> manifolds;
+  DynamicArray<ManifoldSpan> manifolds;
   for (const auto& contacts : split(heap)) {
     const auto& c = heap.constraints.contacts[contacts[0]];
     manifolds.push_back({contacts[0], static_cast<std::uint32_t>(contacts.size()), c.body_a,

@@ -94,9 +94,9 @@ TEST_CASE("TriangleHull: is closed, and no point lies above it") {
     CAPTURE(round);
     // From a lattice of few steps, full of coplanar and equal points, to the whole grid.
     const std::int64_t half = round % 3 == 0 ? 2 : round % 3 == 1 ? 50 : limit;
-    std::vector<GridPoint> points{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    bristle::detail::DynamicArray<GridPoint> points{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     for (int i = 0; i < 60; ++i) points.push_back(random_point(random, half));
-    const bristle::detail::TriangleHull hull(points, {0, 1, 2, 3});
+    const bristle::detail::TriangleHull<double> hull(points, {0, 1, 2, 3});
 
     std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
     std::set<std::uint32_t> corners;

@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -40,7 +39,7 @@ class ManifoldOrder {
   };
 
   /// @param slots  [-] Number of bodies.
-  void build(std::span<const ManifoldSpan> manifolds, std::size_t slots) {
+  void build(const DynamicArray<ManifoldSpan>& manifolds, std::size_t slots) {
     found_.clear();
     next_round_.resize(std::max(next_round_.size(), slots), 0);
     std::uint32_t rounds = 0;
@@ -60,7 +59,7 @@ class ManifoldOrder {
     sort_by_counting(rounds, most);
   }
 
-  [[nodiscard]] std::span<const Place> places() const { return places_; }
+  [[nodiscard]] const DynamicArray<Place>& places() const { return places_; }
 
  private:
   /// Fills `places_`. Many manifolds share a round and a number of contacts. So counting sort is

@@ -35,9 +35,9 @@ class JointOrder {
   /// First block row of each joint: its linear row. Its angular row follows, if any.
   [[nodiscard]] std::uint32_t first_row(std::size_t joint) const { return first_row_[joint]; }
   /// For each block row, the first column where the matrix may not be zero.
-  [[nodiscard]] std::span<const std::uint32_t> envelope() const { return envelope_; }
+  [[nodiscard]] const DynamicArray<std::uint32_t>& envelope() const { return envelope_; }
   /// Couplings of all joints, in the order of rows.
-  [[nodiscard]] std::span<const JointCoupling> couplings() const { return couplings_; }
+  [[nodiscard]] const DynamicArray<JointCoupling>& couplings() const { return couplings_; }
   /// [-] Multiply-adds of a factorisation of the matrix within its envelope. If they exceed
   /// `most_work` the order is not finished. A hub with hundreds of neighbours does, say.
   [[nodiscard]] std::uint64_t factor_work() const { return factor_work_; }

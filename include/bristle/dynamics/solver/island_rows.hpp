@@ -122,7 +122,7 @@ class IslandRows {
   /// First of a body's six unknowns, or `none`.
   [[nodiscard]] std::uint32_t unknown(std::uint32_t slot) const { return unknown_[slot]; }
   /// First block of each block row of the island's matrix.
-  [[nodiscard]] std::span<const std::uint32_t> envelope() const { return envelope_; }
+  [[nodiscard]] const DynamicArray<std::uint32_t>& envelope() const { return envelope_; }
   /// Returns whether any row may change its state. If none may, the problem is linear.
   [[nodiscard]] bool can_switch() const { return can_switch_; }
 

@@ -49,8 +49,7 @@ class MeshPlates {
   [[nodiscard]] Plate<S> plate(std::uint32_t i) const {
     const std::size_t first = first_[i];
     const std::size_t count = first_[i + 1] - first;
-    return {std::span(corners_).subspan(first, count), std::span(names_).subspan(first, count),
-            normals_[i]};
+    return {{corners_.data() + first, count}, {names_.data() + first, count}, normals_[i]};
   }
   /// [1] Outward unit normal.
   [[nodiscard]] const Vec3<S>& normal(std::uint32_t i) const { return normals_[i]; }
@@ -113,7 +112,9 @@ class PlateJoin {
 
   /// Corners of each plate by the half-edges that start there. Empty for a triangle that has joined
   /// another.
-  [[nodiscard]] std::span<const DynamicArray<std::uint32_t>> outlines() const { return outlines_; }
+  [[nodiscard]] const DynamicArray<DynamicArray<std::uint32_t>>& outlines() const {
+    return outlines_;
+  }
   /// [-] The outline of the plate that a half-edge belongs to.
   [[nodiscard]] std::uint32_t owner(std::uint32_t half_edge) const {
     std::uint32_t plate = half_edge / 3;

@@ -14,7 +14,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -74,9 +73,9 @@ struct EdgeUse {
 };
 
 /// All passages through the edges of triangles. Those of one edge are adjacent, and edges ascend.
-/// @param triangles  Vertex numbers of each.
-[[nodiscard]] inline DynamicArray<EdgeUse> sorted_edges(
-    std::span<const std::array<std::uint32_t, 3>> triangles) {
+/// @param triangles  Array of the three vertex numbers of each.
+template <typename Triangles>
+[[nodiscard]] DynamicArray<EdgeUse> sorted_edges(const Triangles& triangles) {
   DynamicArray<EdgeUse> uses;
   uses.reserve(3 * triangles.size());
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {

@@ -38,7 +38,7 @@ struct ConvexHull {
   [[nodiscard]] std::size_t face_count() const { return face_normals.size(); }
   /// [-] Vertex numbers of a face.
   [[nodiscard]] std::span<const std::uint32_t> face(std::size_t f) const {
-    return std::span(face_vertices).subspan(face_starts[f], face_starts[f + 1] - face_starts[f]);
+    return {face_vertices.data() + face_starts[f], face_starts[f + 1] - face_starts[f]};
   }
 
   /// Checks that the faces close a convex solid. Two faces share every edge in opposite directions.
@@ -97,7 +97,7 @@ void ConvexHull<S>::validate_numbers() const {
     detail::require_all_finite("ConvexHull::face_normals", face_normals[f]);
     detail::require_finite("ConvexHull::face_offsets", face_offsets[f]);
   }
-  std::vector<bool> is_used(vertices.size(), false);
+  detail::DynamicArray<bool> is_used(vertices.size(), false);
   for (const std::uint32_t v : face_vertices) {
     detail::require(v < vertices.size(), "ConvexHull::face_vertices", v,
                     "must name an existing vertex");

@@ -12,12 +12,13 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <utility>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// A polygon of a hull.
+/// @tparam Real  As in `to_vector`.
+template <Scalar Real>
 struct HullFace {
   /// Corners, counter-clockwise from outside.
   DynamicArray<std::uint32_t> corners;
@@ -26,7 +27,7 @@ struct HullFace {
   DynamicArray<std::uint32_t> ring;
   /// Outward unit normal on the grid, of the largest triangle of the face. No point of the hull is
   /// above that plane.
-  Vec3<double> normal = unit_z<Vec3<double>>();
+  Vec3<Real> normal = unit_z<Vec3<Real>>();
 };
 
 /// Joins the triangles of a closed convex surface to faces.
@@ -36,11 +37,13 @@ struct HullFace {
 /// it is near that plane. A region with fewer than three corners is no polygon and joins its
 /// longest neighbour. A vertex is a corner if at least three regions meet there. That does not
 /// depend on the side. So faces on both sides of an edge agree on its ends.
+template <Scalar Real>
 class FaceJoin {
  public:
-  /// @param tolerance  [grid steps] Largest distance of a face's corners from its plane.
-  FaceJoin(std::span<const GridPoint> points, std::span<const HullTriangle> triangles,
-           double tolerance)
+  /// @param points, triangles  Must outlive it.
+  /// @param tolerance          [grid steps] Largest distance of a face's corners from its plane.
+  FaceJoin(const DynamicArray<GridPoint>& points, const DynamicArray<HullTriangle>& triangles,
+           Real tolerance)
       : points_(points), triangles_(triangles), tolerance_(tolerance) {
     measure();
     grow_regions();
@@ -49,7 +52,7 @@ class FaceJoin {
     }
   }
 
-  [[nodiscard]] DynamicArray<HullFace> faces() const;
+  [[nodiscard]] DynamicArray<HullFace<Real>> faces() const;
 
  private:
   static constexpr std::uint32_t none = 0xffffffffu;
@@ -69,9 +72,9 @@ class FaceJoin {
     return triangles_[s.triangle].neighbors[s.edge];
   }
   [[nodiscard]] bool is_border(Side s) const { return region_[s.triangle] != region_[across(s)]; }
-  [[nodiscard]] double length_of(Side s) const {
+  [[nodiscard]] Real length_of(Side s) const {
     const std::uint32_t end = triangles_[s.triangle].corners[(s.edge + 1) % 3];
-    return (to_vector(points_[end]) - to_vector(points_[start_of(s)])).norm();
+    return (to_vector<Real>(points_[end]) - to_vector<Real>(points_[start_of(s)])).norm();
   }
   /// The side of a triangle that starts at one of its vertices.
   [[nodiscard]] Side side_from(std::uint32_t triangle, std::uint32_t vertex) const {
@@ -87,7 +90,7 @@ class FaceJoin {
   [[nodiscard]] Side turned_back(Side s) const { return side_from(across(s), start_of(s)); }
 
   void measure();
-  [[nodiscard]] double depth_below(std::uint32_t plane, std::uint32_t t) const;
+  [[nodiscard]] Real depth_below(std::uint32_t plane, std::uint32_t t) const;
   void grow_regions();
   void grow_region(std::uint32_t seed);
   bool adopt_slivers(DynamicArray<std::uint32_t>& orphans);
@@ -95,46 +98,50 @@ class FaceJoin {
   [[nodiscard]] DynamicArray<Side> sides_by_start() const;
   [[nodiscard]] std::size_t count_regions_around(Side first) const;
 
-  std::span<const GridPoint> points_;
-  std::span<const HullTriangle> triangles_;
-  double tolerance_;
-  DynamicArray<Vec3<double>> area_vectors_;
+  const DynamicArray<GridPoint>& points_;
+  const DynamicArray<HullTriangle>& triangles_;
+  Real tolerance_;
+  DynamicArray<Vec3<Real>> area_vectors_;
   DynamicArray<std::size_t> longest_edge_;
   DynamicArray<bool> is_sliver_;
   /// Seed triangle of each triangle's region.
   DynamicArray<std::uint32_t> region_;
 };
 
-inline void FaceJoin::measure() {
+template <Scalar Real>
+void FaceJoin<Real>::measure() {
   for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
     const auto& c = triangles_[t].corners;
-    const Vec3<double> a = to_vector(points_[c[0]]);
-    area_vectors_.push_back((to_vector(points_[c[1]]) - a).cross(to_vector(points_[c[2]]) - a));
+    const Vec3<Real> a = to_vector<Real>(points_[c[0]]);
+    area_vectors_.push_back(
+        (to_vector<Real>(points_[c[1]]) - a).cross(to_vector<Real>(points_[c[2]]) - a));
     std::size_t longest = 0;
     for (std::size_t k = 1; k < 3; ++k) {
       if (length_of({t, k}) > length_of({t, longest})) longest = k;
     }
     longest_edge_.push_back(longest);
-    is_sliver_.push_back(area_vectors_[t].norm() <= 2.0 * tolerance_ * length_of({t, longest}));
+    is_sliver_.push_back(area_vectors_[t].norm() <= Real(2) * tolerance_ * length_of({t, longest}));
   }
 }
 
 /// Depth of the lowest corner of triangle t below the plane of another. No corner is above.
-inline double FaceJoin::depth_below(std::uint32_t plane, std::uint32_t t) const {
-  const Vec3<double> normal = area_vectors_[plane].normalized();
-  const Vec3<double> origin = to_vector(points_[triangles_[plane].corners[0]]);
-  double depth = 0.0;
+template <Scalar Real>
+Real FaceJoin<Real>::depth_below(std::uint32_t plane, std::uint32_t t) const {
+  const Vec3<Real> normal = area_vectors_[plane].normalized();
+  const Vec3<Real> origin = to_vector<Real>(points_[triangles_[plane].corners[0]]);
+  Real depth = Real(0);
   for (const std::uint32_t v : triangles_[t].corners) {
-    depth = std::max(depth, normal.dot(origin - to_vector(points_[v])));
+    depth = std::max(depth, normal.dot(origin - to_vector<Real>(points_[v])));
   }
   return depth;
 }
 
-inline void FaceJoin::grow_regions() {
+template <Scalar Real>
+void FaceJoin<Real>::grow_regions() {
   region_.assign(triangles_.size(), none);
   DynamicArray<std::uint32_t> order(triangles_.size());
   fill_numbers(order);
-  DynamicArray<double> area2(order.size());
+  DynamicArray<Real> area2(order.size());
   for (const std::uint32_t t : order) area2[t] = area_vectors_[t].squaredNorm();
   // Not std::stable_sort. That of libstdc++ before 13 uses a part that C++20 deprecates, and clang
   // warns.
@@ -153,14 +160,15 @@ inline void FaceJoin::grow_regions() {
   }
 }
 
-inline void FaceJoin::grow_region(std::uint32_t seed) {
-  const Vec3<double>& normal = area_vectors_[seed];
+template <Scalar Real>
+void FaceJoin<Real>::grow_region(std::uint32_t seed) {
+  const Vec3<Real>& normal = area_vectors_[seed];
   DynamicArray<std::uint32_t> members{seed};
   region_[seed] = seed;
   for (std::size_t i = 0; i < members.size(); ++i) {
     for (const std::uint32_t t : triangles_[members[i]].neighbors) {
       // Thin solids have two faces in one slab, back to back.
-      if (region_[t] != none || normal.dot(area_vectors_[t]) < 0.0 ||
+      if (region_[t] != none || normal.dot(area_vectors_[t]) < Real(0) ||
           depth_below(seed, t) > tolerance_) {
         continue;
       }
@@ -171,17 +179,19 @@ inline void FaceJoin::grow_region(std::uint32_t seed) {
 }
 
 /// Removes the triangles that found a region from the list. Returns false if none did.
-inline bool FaceJoin::adopt_slivers(DynamicArray<std::uint32_t>& orphans) {
+template <Scalar Real>
+bool FaceJoin<Real>::adopt_slivers(DynamicArray<std::uint32_t>& orphans) {
   return erase_if(orphans, [this](std::uint32_t t) {
            const std::uint32_t heir = region_[across({t, longest_edge_[t]})];
            // Two tolerances of its own height, one of the heir's border.
-           if (heir != none && depth_below(heir, t) <= 3.0 * tolerance_) region_[t] = heir;
+           if (heir != none && depth_below(heir, t) <= Real(3) * tolerance_) region_[t] = heir;
            return region_[t] != none;
          }) > 0;
 }
 
 /// One side that starts at each vertex. `triangle` is none if the vertex is not on the hull.
-inline DynamicArray<FaceJoin::Side> FaceJoin::sides_by_start() const {
+template <Scalar Real>
+auto FaceJoin<Real>::sides_by_start() const -> DynamicArray<Side> {
   DynamicArray<Side> sides(points_.size(), Side{none, 0});
   for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) sides[triangles_[t].corners[k]] = {t, k};
@@ -189,7 +199,8 @@ inline DynamicArray<FaceJoin::Side> FaceJoin::sides_by_start() const {
   return sides;
 }
 
-inline std::size_t FaceJoin::count_regions_around(Side first) const {
+template <Scalar Real>
+std::size_t FaceJoin<Real>::count_regions_around(Side first) const {
   std::size_t count = 0;
   Side side = first;
   do {
@@ -199,7 +210,8 @@ inline std::size_t FaceJoin::count_regions_around(Side first) const {
   return count;
 }
 
-inline bool FaceJoin::dissolve_small_regions() {
+template <Scalar Real>
+bool FaceJoin<Real>::dissolve_small_regions() {
   DynamicArray<std::size_t> corner_count(triangles_.size(), 0);
   for (const Side first : sides_by_start()) {
     if (first.triangle == none || count_regions_around(first) < 3) continue;
@@ -218,7 +230,7 @@ inline bool FaceJoin::dissolve_small_regions() {
     }
   }
   if (region == none) return false;
-  DynamicArray<double> border_lengths(triangles_.size(), 0.0);  // By the region beyond.
+  DynamicArray<Real> border_lengths(triangles_.size(), Real(0));  // By the region beyond.
   for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
     if (region_[t] != region) continue;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -232,20 +244,21 @@ inline bool FaceJoin::dissolve_small_regions() {
   return true;
 }
 
-inline DynamicArray<HullFace> FaceJoin::faces() const {
+template <Scalar Real>
+DynamicArray<HullFace<Real>> FaceJoin<Real>::faces() const {
   DynamicArray<bool> is_corner(points_.size(), false);
   for (const Side side : sides_by_start()) {
     if (side.triangle == none) continue;
     is_corner[start_of(side)] = count_regions_around(side) >= 3;
   }
-  DynamicArray<HullFace> faces;
+  DynamicArray<HullFace<Real>> faces;
   DynamicArray<bool> is_done(triangles_.size(), false);
   for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) {
       const Side first{t, k};
       if (is_done[region_[t]] || !is_border(first)) continue;
       is_done[region_[t]] = true;
-      HullFace face{{}, {}, area_vectors_[region_[t]].normalized()};
+      HullFace<Real> face{{}, {}, area_vectors_[region_[t]].normalized()};
       Side side = first;
       do {
         if (is_corner[start_of(side)]) face.corners.push_back(start_of(side));

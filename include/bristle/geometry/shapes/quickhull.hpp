@@ -69,12 +69,15 @@ namespace detail {
 /// The points of a hull, each of them once, and their grid points.
 template <Scalar S>
 struct GriddedPoints {
+  /// Of lengths on the grid.
+  using Real = double;
+
   DynamicArray<Vec3<S>> points;
   DynamicArray<GridPoint> grid;
   /// [m] Distance below which points count as equal.
   S resolution = S(0);
   /// [grid steps] The same distance.
-  double tolerance = 0.0;
+  Real tolerance = Real(0);
 };
 
 [[noreturn]] inline void raise_no_volume(const std::string& what) {
@@ -113,13 +116,15 @@ template <Scalar S>
 }
 
 /// Four points that are far from coplanar.
-[[nodiscard]] inline std::array<std::uint32_t, 4> find_simplex(std::span<const GridPoint> points,
-                                                               double tolerance) {
+/// @tparam Real  As in `to_vector`.
+template <Scalar Real>
+[[nodiscard]] std::array<std::uint32_t, 4> find_simplex(const DynamicArray<GridPoint>& points,
+                                                        Real tolerance) {
   const auto farthest = [&](auto&& distance, const char* what) {
     std::uint32_t best = 0;
-    double best_distance = tolerance;
+    Real best_distance = tolerance;
     for (std::uint32_t i = 0; i < points.size(); ++i) {
-      const double d = distance(to_vector(points[i]));
+      const Real d = distance(to_vector<Real>(points[i]));
       if (d > best_distance) {
         best_distance = d;
         best = i;
@@ -129,18 +134,17 @@ template <Scalar S>
     return best;
   };
   std::array<std::uint32_t, 4> s{};
-  const Vec3<double> any = to_vector(points[0]);
-  s[0] = farthest([&](const Vec3<double>& p) { return (p - any).norm(); }, "all equal");
-  const Vec3<double> a = to_vector(points[s[0]]);
-  s[1] = farthest([&](const Vec3<double>& p) { return (p - a).norm(); }, "all equal");
-  const Vec3<double> along = (to_vector(points[s[1]]) - a).normalized();
-  s[2] =
-      farthest([&](const Vec3<double>& p) { return along.cross(p - a).norm(); }, "all on a line");
-  const Vec3<double> normal = along.cross(to_vector(points[s[2]]) - a).normalized();
+  const Vec3<Real> any = to_vector<Real>(points[0]);
+  s[0] = farthest([&](const Vec3<Real>& p) { return (p - any).norm(); }, "all equal");
+  const Vec3<Real> a = to_vector<Real>(points[s[0]]);
+  s[1] = farthest([&](const Vec3<Real>& p) { return (p - a).norm(); }, "all equal");
+  const Vec3<Real> along = (to_vector<Real>(points[s[1]]) - a).normalized();
+  s[2] = farthest([&](const Vec3<Real>& p) { return along.cross(p - a).norm(); }, "all on a line");
+  const Vec3<Real> normal = along.cross(to_vector<Real>(points[s[2]]) - a).normalized();
   // If thinner, both sides could be in the slab of one face.
-  tolerance *= 16.0;
-  s[3] = farthest([&](const Vec3<double>& p) { return std::abs(normal.dot(p - a)); },
-                  "all on a plane");
+  tolerance *= Real(16);
+  s[3] =
+      farthest([&](const Vec3<Real>& p) { return std::abs(normal.dot(p - a)); }, "all on a plane");
   return s;
 }
 
@@ -148,7 +152,8 @@ template <Scalar S>
 /// precision. Small or thin faces take the grid. Rounding would tilt them out of their corners or
 /// into the hull.
 template <Scalar S>
-[[nodiscard]] Vec3<S> face_normal(const GriddedPoints<S>& gridded, const HullFace& face) {
+[[nodiscard]] Vec3<S> face_normal(const GriddedPoints<S>& gridded,
+                                  const HullFace<typename GriddedPoints<S>::Real>& face) {
   const DynamicArray<Vec3<S>>& points = gridded.points;
   const Vec3<S>& origin = points[face.corners[0]];
   Vec3<S> sum = zero<Vec3<S>>();
@@ -163,10 +168,10 @@ template <Scalar S>
     lowest = std::min(lowest, height(v));
     highest = std::max(highest, height(v));
   }
-  const bool is_supporting =
-      std::ranges::all_of(face.ring, [&](std::uint32_t v) { return height(v) <= lowest; });
+  const bool is_supporting = std::all_of(face.ring.begin(), face.ring.end(),
+                                         [&](std::uint32_t v) { return height(v) <= lowest; });
   const bool is_flat = highest - lowest <= gridded.resolution;
-  return is_supporting && is_flat ? normal : Vec3<S>(face.normal.cast<S>());
+  return is_supporting && is_flat ? normal : Vec3<S>(face.normal.template cast<S>());
 }
 
 }  // namespace detail
@@ -174,11 +179,12 @@ template <Scalar S>
 template <Scalar S>
 ConvexHull<S> convex_hull(std::span<const Vec3<S>> points) {
   const detail::GriddedPoints<S> gridded = detail::put_on_grid(points);
-  const detail::TriangleHull triangles(gridded.grid,
-                                       detail::find_simplex(gridded.grid, gridded.tolerance));
-  detail::DynamicArray<detail::HullFace> faces =
-      detail::FaceJoin(gridded.grid, triangles.triangles(), gridded.tolerance).faces();
-  for (detail::HullFace& face : faces) {
+  using Real = typename detail::GriddedPoints<S>::Real;
+  const detail::TriangleHull<Real> triangles(
+      gridded.grid, detail::find_simplex<Real>(gridded.grid, gridded.tolerance));
+  auto faces =
+      detail::FaceJoin<Real>(gridded.grid, triangles.triangles(), gridded.tolerance).faces();
+  for (auto& face : faces) {
     const auto lowest = std::min_element(face.corners.begin(), face.corners.end());
     std::rotate(face.corners.begin(), lowest, face.corners.end());
   }
@@ -190,7 +196,7 @@ ConvexHull<S> convex_hull(std::span<const Vec3<S>> points) {
   ConvexHull<S> hull;
   constexpr std::uint32_t unused = 0xffffffffu;
   detail::DynamicArray<std::uint32_t> renumber(gridded.points.size(), unused);
-  for (const detail::HullFace& face : faces) {
+  for (const auto& face : faces) {
     for (const std::uint32_t v : face.corners) renumber[v] = 0;
   }
   for (std::size_t v = 0; v < renumber.size(); ++v) {
@@ -199,7 +205,7 @@ ConvexHull<S> convex_hull(std::span<const Vec3<S>> points) {
     hull.vertices.push_back(gridded.points[v]);
   }
   hull.face_starts.push_back(0);
-  for (const detail::HullFace& face : faces) {
+  for (const auto& face : faces) {
     for (const std::uint32_t v : face.corners) hull.face_vertices.push_back(renumber[v]);
     hull.face_starts.push_back(static_cast<std::uint32_t>(hull.face_vertices.size()));
     hull.face_normals.push_back(detail::face_normal(gridded, face));
