@@ -6,6 +6,8 @@
 #include "arrays.hpp"
 
 #include <bristle/bristle.hpp>
+#include <bristle/io/glb.hpp>
+#include <bristle/io/recorder.hpp>
 
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>

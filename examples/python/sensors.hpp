@@ -6,6 +6,7 @@
 #include "arrays.hpp"
 
 #include <bristle/bristle.hpp>
+#include <bristle/io/mesh_file.hpp>
 
 #include <cstddef>
 #include <pybind11/eigen.h>
