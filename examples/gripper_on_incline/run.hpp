@@ -5,6 +5,7 @@
 #include "scenario.hpp"
 
 #include <bristle/bristle.hpp>
+#include <bristle/io/glb.hpp>
 #include <bristle/io/mesh_file.hpp>
 #include <bristle/io/recorder.hpp>
 
