@@ -53,3 +53,34 @@ TEST_CASE("implicit_friction: models made with the contacts are those made when 
   CHECK(slips > 0);
   CHECK(early.world.reading(early.patch).slipping() == 0);
 }
+
+TEST_CASE("implicit_friction: two patches that are explicit alone are implicit on one body") {
+  // Each has Lambda = dt^2 K_N w / L = 0.3, below 0.5; a body that both press feels twice that.
+  // Half a side from the middle of a cube the mean mobility is w = 2 / m: r^2 / I = 3 / (2 m) for
+  // two axes.
+  const auto step = [](int patches) {
+    WorldDef<double> world_def;
+    world_def.gravity.setZero();
+    world_def.time_step = 1e-3;
+    World<double> world(world_def);
+    BodyDef<double> pressed;
+    pressed.mass = 1;
+    pressed.shape = Box<double>{{0.1, 0.1, 0.1}};
+    world.add_body(pressed);
+    for (int i = 0; i < patches; ++i) {
+      BodyDef<double> pad;
+      pad.motion = Motion::fixed;
+      pad.shape = Box<double>{{0.02, 0.02, 0.02}};
+      pad.position = {0, 0, i == 0 ? -0.125 : 0.125};  // 5 mm from the pressed box.
+      PatchDef<double> patch;
+      patch.sensors.add(Vec3<double>::Zero(), {0, 0, i == 0 ? 1.0 : -1.0}, 0.03);
+      patch.parameters = {4500, 0, 1, 0, 1e-3};
+      patch.integration = Integration::automatic;
+      world.add_patch(world.add_body(pad), patch);
+    }
+    world.step();
+    return world.report();
+  };
+  CHECK(step(1).explicit_pairs == 1);
+  CHECK(step(2).implicit_pairs == 2);
+}

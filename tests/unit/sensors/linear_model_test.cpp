@@ -71,3 +71,67 @@ TEST_CASE_TEMPLATE("linearise_stuck: implicit Euler where bristles are stiff", S
     CHECK(c.a_along == c.a_across);
   }
 }
+
+TEST_CASE_TEMPLATE(
+    "mean_slip_stretch: the mean over a step that drags a bristle further than sigma", S, float,
+    double) {
+  test::Random random(3);
+  const S sigma = S(1e-3);
+  for (int i = 0; i < 50; ++i) {
+    const S dt = random.uniform(S(1e-3), S(1e-2));
+    const Vec3<S> along = random.direction<S>();
+    const S start = random.uniform(S(0), sigma);
+    const S passed = random.uniform(S(1.01), S(5)) * sigma;
+    PatchContact<S> c;
+    c.stretch = start * along;
+    const Vec3<S> found =
+        mean_slip_stretch<S>({}, c, (passed / dt) * along, sigma, SlipReset::drag, dt);
+    // The stretch grows from `start` to sigma along the way, then stays there.
+    const S expected = (sigma * sigma - start * start) / (S(2) * passed) +
+                       sigma * (S(1) - (sigma - start) / passed);
+    CHECK((found - expected * along).norm() <= S(8) * model_round_off<S> * sigma);
+  }
+}
+
+TEST_CASE_TEMPLATE("update_normal: a contact that begins or ceases to push is told", S, float,
+                   double) {
+  // The force that it begins or ceases with may be too small to ask for another pass by itself.
+  for (const bool was_pushing : {false, true}) {
+    for (const bool pushes : {false, true}) {
+      PatchContact<S> c;
+      c.g = unit_z<Vec3<S>>();
+      c.normal_constant = pushes ? S(1e-9) : S(-1e-9);
+      c.a_normal = S(0);
+      c.force = S(0);
+      c.is_pushing = was_pushing;
+      PassChange<S> change;
+      update_normal<S>(c, true, zero<Vec3<S>>(), S(1e-3), change);
+      CHECK(c.is_pushing == pushes);
+      CHECK(change.did_switch == (was_pushing != pushes));
+    }
+  }
+}
+
+TEST_CASE_TEMPLATE("update_slip: a bristle that lets go, or turns out to stick, is told", S, float,
+                   double) {
+  const S sigma = S(1e-3);
+  const S dt = S(1e-2);
+  for (const SlipReset reset : {SlipReset::drag, SlipReset::release}) {
+    for (const bool was_slipping : {false, true}) {
+      for (const bool overshoots : {false, true}) {
+        PatchContact<S> c;
+        c.stretch = zero<Vec3<S>>();
+        c.last_slip = zero<Vec3<S>>();
+        c.is_touching = true;
+        c.is_slipping = was_slipping;
+        PassChange<S> change;
+        const Vec3<S> v = (overshoots ? S(1.1) : S(0.9)) * (sigma / dt) * unit_z<Vec3<S>>();
+        update_slip<S>(c, v, sigma, reset, dt, 0, false, change);
+        // A released bristle stays released for the step.
+        const bool slips = overshoots || (reset == SlipReset::release && was_slipping);
+        CHECK(c.is_slipping == slips);
+        CHECK(change.did_switch == (was_slipping != slips));
+      }
+    }
+  }
+}
