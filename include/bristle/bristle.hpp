@@ -211,6 +211,7 @@
 #include <bristle/world/ray_query.hpp>
 #include <bristle/world/report.hpp>
 #include <bristle/world/sensor_stage.hpp>
+#include <bristle/world/shapes_of_bodies.hpp>
 #include <bristle/world/sleep_stage.hpp>
 #include <bristle/world/snapshot.hpp>
 #include <bristle/world/solve_stage.hpp>

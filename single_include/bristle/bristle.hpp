@@ -162,11 +162,13 @@
 
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <cstdio>
 #include <limits>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 
 namespace bristle::inline BRISTLE_ABI {
@@ -241,9 +243,10 @@ template <typename Exception>
 #endif
 }
 
-/// Text of a number that reads back as the same float ("%.9g").
+/// Text of a number that reads back as the same float ("%.9g"), or has all digits of an integer.
 template <typename S>
 [[nodiscard]] std::string to_text(const S& value) {
+  if constexpr (std::is_integral_v<S>) return std::to_string(value);
   char buffer[32];
   std::snprintf(buffer, sizeof buffer, "%.9g", static_cast<double>(value));
   return buffer;
@@ -278,6 +281,20 @@ template <typename S>
 template <typename S>
 void require(bool holds, std::string_view field, const S& value, std::string_view rule) {
   if (!holds) raise_invalid(field, value, rule);
+}
+
+/// Raises InvalidArgument{field} unless a value is an enumerator, of those from zero to `last`.
+template <typename Enum>
+void require_enumerator(std::string_view field, Enum value, Enum last) {
+  const auto number = static_cast<long long>(value);
+  require(number >= 0 && number <= static_cast<long long>(last), field, number,
+          "must be an enumerator");
+}
+/// Raises InvalidArgument{field, value} unless `count` things can be numbered in 32 bits.
+template <typename S>
+void require_countable(std::string_view field, const S& value, std::uint64_t count) {
+  require(count <= std::numeric_limits<std::uint32_t>::max(), field, value,
+          "must be smaller: vertices are numbered in 32 bits");
 }
 
 /// Returns whether a number is finite and has all its digits. It is then neither zero nor
@@ -4458,6 +4475,10 @@ template <Scalar S>
 TriangleMesh<S> sphere_mesh(S radius, std::uint32_t frequency) {
   detail::require_positive("sphere_mesh: radius", radius);
   detail::require(frequency >= 1, "sphere_mesh: frequency", frequency, "must be >= 1");
+  // Of each of twenty faces, before they share edges.
+  detail::require_countable(
+      "sphere_mesh: frequency", frequency,
+      10 * (std::min<std::uint64_t>(frequency, 1u << 28) + 2) * (std::uint64_t{frequency} + 1));
   // Corners of an icosahedron: the cyclic permutations of (0, +-1, +-golden ratio).
   const S g = S(std::numbers::phi);
   const std::array<Vec3<S>, 12> corners{Vec3<S>(-1, g, 0),  Vec3<S>(1, g, 0),   Vec3<S>(-1, -g, 0),
@@ -4499,6 +4520,7 @@ TriangleMesh<S> cylinder_mesh(const Cylinder<S>& cylinder, std::uint32_t segment
   using std::sin;
   validate<S>(Shape<S>(cylinder));
   detail::require(segments >= 3, "cylinder_mesh: segments", segments, "must be >= 3");
+  detail::require_countable("cylinder_mesh: segments", segments, 2 * std::uint64_t{segments} + 2);
   const S h = cylinder.half_length;
   TriangleMesh<S> mesh;
   mesh.vertices = {{S(0), S(0), -h}, {S(0), S(0), h}};
@@ -4526,6 +4548,10 @@ TriangleMesh<S> grid_mesh(const detail::Vec2<S>& size, const std::array<std::uin
   detail::require_positive("grid_mesh: size[1]", size.y());
   detail::require(cells[0] >= 1, "grid_mesh: cells[0]", cells[0], "must be >= 1");
   detail::require(cells[1] >= 1, "grid_mesh: cells[1]", cells[1], "must be >= 1");
+  const auto above = [](std::uint32_t n) { return std::uint64_t{n} + 1; };
+  const std::size_t longer = cells[0] >= cells[1] ? 0 : 1;
+  detail::require_countable(longer == 0 ? "grid_mesh: cells[0]" : "grid_mesh: cells[1]",
+                            cells[longer], above(cells[0]) * above(cells[1]));
   TriangleMesh<S> mesh;
   for (std::uint32_t j = 0; j <= cells[1]; ++j) {
     for (std::uint32_t i = 0; i <= cells[0]; ++i) {
@@ -4869,6 +4895,9 @@ struct ContactManifold {
   std::array<ContactPoint<S>, capacity> points{};
   /// [-] Number of points.
   std::size_t size = 0;
+  /// [m] Displacement of shape B from where it is, in the frame of A, at which the points lie as
+  /// they do. Their gaps are those of the shapes where they are.
+  Vec3<S> shift = detail::zero<Vec3<S>>();
   /// [-] Distinguishes the manifolds of one pair, as by a triangle's number. 0 if there is only
   /// one.
   std::uint32_t key = 0;
@@ -5349,6 +5378,780 @@ BRISTLE_BACKEND_MAKERS(extern template, AnalyticBackend, double)
 /// masses from 2 g to 1000 kg.
 // SPDX-License-Identifier: BSD-3-Clause
 
+// === bristle/sensors/patch_def.hpp
+
+/// @file
+/// Definition of a patch: the positions of its sensors, their constants, and their law.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/core/slot_map.hpp
+
+/// @file
+/// Storage with handles that detect when their element is gone.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <compare>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <utility>
+
+namespace bristle::inline BRISTLE_ABI {
+
+namespace detail {
+
+/// Handle of an element of a `SlotMap`. A default-constructed handle names nothing.
+///
+/// Ordered by slot, so sorting by handle is the same in every run.
+template <typename Tag>
+struct Id {
+  /// [-] Slot number.
+  std::uint32_t index = 0xffffffffu;
+  /// [-] Number of reuses of the slot when this handle was made.
+  std::uint32_t generation = 0;
+
+  friend constexpr auto operator<=>(const Id&, const Id&) = default;
+  friend constexpr bool operator==(const Id&, const Id&) = default;
+
+  /// Text for messages ("{3, 0}", or "unset").
+  [[nodiscard]] friend std::string to_text(const Id& id) {
+    if (id == Id{}) return "unset";
+    std::string text("{");
+    text.append(std::to_string(id.index)).append(", ");
+    text.append(std::to_string(id.generation)).append("}");
+    return text;
+  }
+};
+
+/// Elements in slots that keep their place while they live. Freed slots are reused, last freed
+/// first. A handle to a former element is recognised as stale.
+///
+/// Iterate with `for (i = 0; i < slot_count(); ++i) if (is_live(i)) use(at(i));` The order depends
+/// only on the sequence of insertions and erasures.
+template <typename T, typename Tag>
+class SlotMap {
+ public:
+  using Handle = Id<Tag>;
+
+  /// Stores an element in the slot freed last, or in a new one.
+  Handle insert(T value) {
+    std::uint32_t index = 0;
+    if (free_.empty()) {
+      index = static_cast<std::uint32_t>(slots_.size());
+      slots_.push_back(Slot{std::move(value), 0, true});
+    } else {
+      index = free_.back();
+      free_.pop_back();
+      slots_[index].value = std::move(value);
+      slots_[index].is_live = true;
+    }
+    ++size_;
+    return Handle{index, slots_[index].generation};
+  }
+
+  /// Ends the element's life and frees its slot. The handle must be live.
+  void erase(Handle id) {
+    BRISTLE_ASSERT(contains(id));
+    Slot& slot = slots_[id.index];
+    slot.value = T{};
+    slot.is_live = false;
+    ++slot.generation;
+    free_.push_back(id.index);
+    --size_;
+  }
+
+  /// Returns whether the handle names an element that still exists.
+  [[nodiscard]] bool contains(Handle id) const noexcept {
+    return id.index < slots_.size() && slots_[id.index].is_live &&
+           slots_[id.index].generation == id.generation;
+  }
+
+  /// The element of a handle.
+  /// @throws InvalidArgument{field} if the handle is stale or was never made.
+  [[nodiscard]] T& get(Handle id, std::string_view field) {
+    check(id, field);
+    return slots_[id.index].value;
+  }
+  [[nodiscard]] const T& get(Handle id, std::string_view field) const {
+    check(id, field);
+    return slots_[id.index].value;
+  }
+
+  /// The element in a live slot.
+  [[nodiscard]] T& at(std::uint32_t index) noexcept {
+    BRISTLE_ASSERT(is_live(index));
+    return slots_[index].value;
+  }
+  [[nodiscard]] const T& at(std::uint32_t index) const noexcept {
+    BRISTLE_ASSERT(is_live(index));
+    return slots_[index].value;
+  }
+
+  /// Returns whether a slot holds an element.
+  [[nodiscard]] bool is_live(std::uint32_t index) const noexcept {
+    return index < slots_.size() && slots_[index].is_live;
+  }
+  /// Handle of the element in a live slot.
+  [[nodiscard]] Handle handle(std::uint32_t index) const noexcept {
+    return Handle{index, slots_[index].generation};
+  }
+  /// Number of live elements.
+  [[nodiscard]] std::uint32_t size() const noexcept { return size_; }
+  /// Number of slots, live or free: the bound of an iteration.
+  [[nodiscard]] std::uint32_t slot_count() const noexcept {
+    return static_cast<std::uint32_t>(slots_.size());
+  }
+
+ private:
+  struct Slot {
+    T value{};
+    std::uint32_t generation = 0;
+    bool is_live = false;
+  };
+
+  void check(Handle id, std::string_view field) const {
+    detail::require(contains(id), field, id,
+                    "must name something that exists (unknown or removed handle)");
+  }
+
+  DynamicArray<Slot> slots_;
+  DynamicArray<std::uint32_t> free_;
+  std::uint32_t size_ = 0;
+};
+
+}  // namespace detail
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+/// Handles are keys of unordered containers.
+template <typename Tag>
+struct std::hash<bristle::detail::Id<Tag>> {
+  [[nodiscard]] std::size_t operator()(const bristle::detail::Id<Tag>& id) const noexcept {
+    // Maps ids one to one to 64 bits. Every bit reaches the lowest ones, by which tables of a power
+    // of two choose. Slots are consecutive. Generations are mostly 0.
+    const std::uint64_t bits =
+        (std::uint64_t{id.generation} << 32 | id.index) * 0x9e3779b97f4a7c15u;
+    return static_cast<std::size_t>(bits ^ bits >> 32);
+  }
+};
+
+// === bristle/dynamics/bodies/body.hpp
+
+/// @file
+/// Rigid bodies: their definition, and their state in a step.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/collision/filter.hpp
+
+/// @file
+/// Collision filters of bodies and sensors.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstdint>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Categories and groups of a body. Two bodies meet if each one's mask has a bit of the other's
+/// category. They must not share a negative group.
+struct CollisionFilter {
+  /// [-] Category bits of this body.
+  std::uint32_t category = 1;
+  /// [-] Category bits of the bodies that it meets.
+  std::uint32_t mask = 0xffffffffu;
+  /// [-] Bodies of one negative group never meet, whatever the bits say. Other groups have no
+  /// effect. For the links of one hand, say.
+  std::int32_t group = 0;
+};
+
+/// Returns whether two bodies meet.
+[[nodiscard]] constexpr bool may_meet(const CollisionFilter& a, const CollisionFilter& b) {
+  if (a.group < 0 && a.group == b.group) return false;
+  return (a.mask & b.category) != 0 && (b.mask & a.category) != 0;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/dynamics/bodies/material.hpp
+
+/// @file
+/// Surface constants of hard contact, and their combination for a pair.
+// SPDX-License-Identifier: BSD-3-Clause
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Surface of a shape in hard contact. Sensors have their own friction.
+template <Scalar S>
+struct Material {
+  /// [1] Coulomb friction coefficient, >= 0. Of a pair: the geometric mean.
+  S friction = S(0.5);
+  /// [1] Coefficient of restitution, in [0, 1]. Of a pair: the larger one.
+  S restitution = S(0);
+  /// [m/s] Velocity of the surface relative to its shape, in the shape's axes, as of a conveyor
+  /// belt. Friction of hard contact drags along the part of it in the contact plane. `combined`
+  /// leaves it out.
+  Vec3<S> surface_velocity = detail::zero<Vec3<S>>();
+};
+
+/// Material of a pair: geometric mean of the friction, larger restitution.
+template <Scalar S>
+[[nodiscard]] Material<S> combined(const Material<S>& a, const Material<S>& b) {
+  using std::max;
+  using std::sqrt;
+  Material<S> pair;
+  pair.friction = sqrt(a.friction * b.friction);
+  pair.restitution = max(a.restitution, b.restitution);
+  return pair;
+}
+
+namespace detail {
+
+/// Returns whether a step can use a material.
+template <Scalar S>
+[[nodiscard]] bool is_valid_state(const Material<S>& m) {
+  return m.friction >= S(0) && m.friction <= largest_number<S> && m.restitution >= S(0) &&
+         m.restitution <= S(1) && has_finite_square<S>(m.surface_velocity);
+}
+
+}  // namespace detail
+
+/// Checks a material.
+/// @throws InvalidArgument naming the field that is out of range.
+template <Scalar S>
+void validate(const Material<S>& m) {
+  detail::require_not_negative("Material::friction", m.friction);
+  detail::require_not_negative("Material::restitution", m.restitution);
+  detail::require(m.restitution <= S(1), "Material::restitution", m.restitution, "must be <= 1");
+  detail::require_all_finite("Material::surface_velocity", m.surface_velocity);
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/math/spatial.hpp
+
+/// @file
+/// Twists and wrenches: six-dimensional velocity and force about a point.
+// SPDX-License-Identifier: BSD-3-Clause
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Velocity of a rigid body about a reference point, both parts in the same frame.
+template <Scalar S>
+struct Twist {
+  /// [m/s] Velocity of the reference point.
+  Vec3<S> linear = detail::zero<Vec3<S>>();
+  /// [rad/s] Angular velocity.
+  Vec3<S> angular = detail::zero<Vec3<S>>();
+
+  /// [m/s] Velocity of the body's point at `r` [m] from the reference point.
+  [[nodiscard]] BRISTLE_FORCE_INLINE Vec3<S> at(const Vec3<S>& r) const {
+    return linear + angular.cross(r);
+  }
+
+  /// The same motion about the point at `r` [m] from the reference point.
+  [[nodiscard]] Twist shifted(const Vec3<S>& r) const { return {at(r), angular}; }
+
+  friend Twist operator-(const Twist& a, const Twist& b) {
+    return {a.linear - b.linear, a.angular - b.angular};
+  }
+  friend Twist operator+(const Twist& a, const Twist& b) {
+    return {a.linear + b.linear, a.angular + b.angular};
+  }
+  friend Twist operator*(S k, const Twist& a) { return {k * a.linear, k * a.angular}; }
+};
+
+/// Force and torque about a reference point. Also used for impulses [N s, N m s].
+template <Scalar S>
+struct Wrench {
+  /// [N] Force.
+  Vec3<S> force = detail::zero<Vec3<S>>();
+  /// [N m] Torque about the reference point.
+  Vec3<S> torque = detail::zero<Vec3<S>>();
+
+  /// Wrench of a force `f` that acts at `r` [m] from the reference point.
+  [[nodiscard]] static Wrench at(const Vec3<S>& r, const Vec3<S>& f) { return {f, r.cross(f)}; }
+
+  /// The same load about the point at `r` [m] from the reference point.
+  [[nodiscard]] Wrench shifted(const Vec3<S>& r) const { return {force, torque - r.cross(force)}; }
+
+  /// Adds a load about the same reference point.
+  Wrench& operator+=(const Wrench& other) {
+    force += other.force;
+    torque += other.torque;
+    return *this;
+  }
+  friend Wrench operator+(Wrench a, const Wrench& b) { return a += b; }
+  friend Wrench operator-(const Wrench& a) { return {-a.force, -a.torque}; }
+  friend Wrench operator*(S k, const Wrench& a) { return {k * a.force, k * a.torque}; }
+};
+
+namespace detail {
+
+/// One vector of two halves.
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Vec6<S> stacked(const Vec3<S>& first, const Vec3<S>& second) {
+  Vec6<S> v;
+  for (Eigen::Index i = 0; i < 3; ++i) v[i] = first[i];
+  for (Eigen::Index i = 0; i < 3; ++i) v[3 + i] = second[i];
+  return v;
+}
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Vec3<S> first_half(const Vec6<S>& v) {
+  return {v[0], v[1], v[2]};
+}
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Vec3<S> second_half(const Vec6<S>& v) {
+  return {v[3], v[4], v[5]};
+}
+/// Twists and wrenches as vectors, the linear half first.
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Vec6<S> stacked(const Twist<S>& t) {
+  return stacked<S>(t.linear, t.angular);
+}
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Vec6<S> stacked(const Wrench<S>& w) {
+  return stacked<S>(w.force, w.torque);
+}
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Twist<S> twist_of(const Vec6<S>& v) {
+  return {first_half<S>(v), second_half<S>(v)};
+}
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Wrench<S> wrench_of(const Vec6<S>& v) {
+  return {first_half<S>(v), second_half<S>(v)};
+}
+
+/// Quarter of a matrix, by the row and column of its first entry.
+template <Eigen::Index row, Eigen::Index column, Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Mat3<S> quarter(const Mat6<S>& m) {
+  return matrix_of<Mat3<S>>([&](int i, int j) { return m(row + i, column + j); });
+}
+/// Writes a quarter of a matrix.
+template <Eigen::Index row, Eigen::Index column, Scalar S>
+BRISTLE_FORCE_INLINE void set_quarter(Mat6<S>& m, const Mat3<S>& value) {
+  for (Eigen::Index j = 0; j < 3; ++j) {
+    for (Eigen::Index i = 0; i < 3; ++i) m(row + i, column + j) = value(i, j);
+  }
+}
+
+}  // namespace detail
+
+/// The matrix of `Twist::shifted(r)`; its transpose is that of `Wrench::shifted(-r)`.
+template <Scalar S>
+[[nodiscard]] Mat6<S> shift_matrix(const Vec3<S>& r) {
+  Mat6<S> G = detail::identity<Mat6<S>>();
+  detail::set_quarter<0, 3, S>(G, -skew(r));
+  return G;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <type_traits>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+namespace detail {
+struct BodyTag;
+}  // namespace detail
+/// Handle of a body of a world.
+using BodyId = detail::Id<detail::BodyTag>;
+
+namespace detail {
+struct ShapeTag;
+}  // namespace detail
+/// Handle of a shape of a world.
+using ShapeId = detail::Id<detail::ShapeTag>;
+
+/// Cause of a body's motion.
+enum class Motion {
+  /// Nothing: the body stays where it is put.
+  fixed,
+  /// Its own velocity. The caller sets it; forces do not change it.
+  kinematic,
+  /// Forces and impulses.
+  dynamic
+};
+
+/// Name in messages ("kinematic").
+[[nodiscard]] constexpr const char* name_of(Motion motion) {
+  switch (motion) {
+    case Motion::fixed:
+      return "fixed";
+    case Motion::kinematic:
+      return "kinematic";
+    case Motion::dynamic:
+      break;
+  }
+  return "dynamic";
+}
+
+/// World axes along and about which a body cannot move. Whatever holds the body there is not
+/// simulated: it costs nothing and never yields.
+struct LockedAxes {
+  /// [-] True for x, y, z along which the centre of mass cannot move.
+  std::array<bool, 3> linear{};
+  /// [-] True for x, y, z about which the body cannot turn.
+  std::array<bool, 3> angular{};
+
+  /// Returns whether any rotation is locked.
+  [[nodiscard]] bool any_angular() const { return angular[0] || angular[1] || angular[2]; }
+  /// Returns whether the body cannot move at all.
+  [[nodiscard]] bool all() const {
+    return linear[0] && linear[1] && linear[2] && angular[0] && angular[1] && angular[2];
+  }
+};
+
+/// Definition of one shape of a body, for `BodyDef::shapes` or `World::add_shape`.
+template <Scalar S>
+struct ShapeDef {
+  /// [m] The shape.
+  Shape<S> shape{};
+  /// [m] Pose of the shape's frame in the body frame.
+  Transform<S> X_BS{};
+  /// [1] Material of its surface.
+  Material<S> material{};
+  /// [-] True for a region that tells what is in it (`World::for_each_contact_event`) when a step
+  /// begins, and pushes nothing. One of the two bodies must be dynamic. Filters hold for it, too.
+  /// It adds no mass. Sensors do not sense it, and queries do not meet it unless
+  /// `QueryFilter::meets_triggers`.
+  bool is_trigger = false;
+  /// [-] A number of the caller's, such as an index (`World::user_data`).
+  std::uint64_t user_data = 0;
+};
+
+/// Definition of a body, for `World::add_body`.
+template <Scalar S>
+struct BodyDef {
+  /// [-] Cause of its motion.
+  Motion motion = Motion::dynamic;
+  /// [kg] Mass, > 0. Unset: volume of the shapes times `density`. Ignored unless dynamic.
+  std::optional<S> mass = std::nullopt;
+  /// [kg/m^3] Density, > 0. Used if the mass is unset.
+  S density = S(1000);
+  /// [m] Centre of mass in the body frame. Unset: that of the shapes.
+  std::optional<Vec3<S>> center_of_mass = std::nullopt;
+  /// [kg m^2] Inertia about the centre of mass along the body's axes. Symmetric, positive definite,
+  /// and of a possible body (triangle inequality). Unset: that of the shapes, scaled to the mass.
+  /// The parallel-axis theorem moves it if `center_of_mass` is not that of the shapes.
+  std::optional<Mat3<S>> inertia = std::nullopt;
+  /// [-] Shape; its frame is the body frame. Unset: the body touches nothing until
+  /// `World::add_shape` gives it a shape. If it is dynamic, `mass` and `inertia` must then be set.
+  detail::OptionalShape<S> shape{};
+  /// [1] Surface of `shape`.
+  Material<S> material{};
+  /// [-] More shapes, each with its own pose and material. Together with `shape` they make up the
+  /// body. Volumes add up. They count twice where shapes overlap.
+  std::vector<ShapeDef<S>> shapes{};
+  /// [-] Filter of the bodies and sensors that may touch and sense it.
+  CollisionFilter filter{};
+  /// [m] Origin of the body frame in the world.
+  Vec3<S> position = detail::zero<Vec3<S>>();
+  /// [1] Axes of the body frame in the world, a unit quaternion.
+  Quat<S> orientation = Quat<S>::Identity();
+  /// [m/s] Velocity of the centre of mass.
+  Vec3<S> velocity = detail::zero<Vec3<S>>();
+  /// [rad/s] Angular velocity in world axes.
+  Vec3<S> angular_velocity = detail::zero<Vec3<S>>();
+  /// [1] Factor on the world's gravity.
+  S gravity_scale = S(1);
+  /// [1/s] Rate at which the velocity of the centre of mass decays in free motion, >= 0: a force of
+  /// -rate * mass * velocity. Ignored unless dynamic.
+  S linear_damping = S(0);
+  /// [1/s] Rate at which the angular momentum decays, >= 0. Ignored unless dynamic.
+  S angular_damping = S(0);
+  /// [-] Axes along and about which it cannot move. Its velocity there must be zero. Ignored unless
+  /// dynamic.
+  LockedAxes locked{};
+  /// [-] A number of the caller's for the body and for `shape`, such as an index
+  /// (`World::user_data`).
+  std::uint64_t user_data = 0;
+};
+
+namespace detail {
+
+/// Time at rest of a body, and the bodies that it sleeps with.
+template <Scalar S>
+struct BodySleep {
+  static constexpr std::uint32_t awake = 0xffffffffu;
+
+  /// [s] Time for which it has been slower than `SleepDef` allows.
+  S rest_time = S(0);
+  /// [-] Lowest slot of the bodies that sleep with it. It is `awake` if the body is awake.
+  std::uint32_t island = awake;
+  /// [-] True if a caller changed it since the last step. The next step wakes bodies near it.
+  bool is_disturbed = false;
+};
+
+}  // namespace detail
+
+/// State of a body in a step. It is about the centre of mass, in axes of the body frame.
+template <Scalar S>
+struct Body {
+  /// [-] Cause of its motion.
+  Motion motion = Motion::fixed;
+  /// [m] Centre of mass in the body frame.
+  Vec3<S> center_B = detail::zero<Vec3<S>>();
+  /// [kg] Mass.
+  S mass = S(0);
+  /// [1/kg] Inverse of the mass. Zero unless dynamic.
+  S inverse_mass = S(0);
+  /// [kg m^2] Inertia about the centre of mass, along the body's axes. Zero unless dynamic.
+  Mat3<S> inertia_B = detail::zero<Mat3<S>>();
+  /// [1/(kg m^2)] Inverse of the inertia, along the body's axes. Zero unless dynamic.
+  Mat3<S> inverse_inertia_B = detail::zero<Mat3<S>>();
+  /// [1] Factor on the world's gravity.
+  S gravity_scale = S(1);
+  /// [1/s] Rate at which its velocity decays. Zero unless dynamic.
+  S linear_damping = S(0);
+  /// [1/s] Rate at which its angular momentum decays. Zero unless dynamic.
+  S angular_damping = S(0);
+  /// [-] World axes along and about which it cannot move.
+  LockedAxes locked{};
+  /// [-] Filter of the bodies and sensors that may touch and sense it.
+  CollisionFilter filter{};
+
+  /// [m], [1] Centre of mass in the world, and axes of the body.
+  Transform<S> center_pose{};
+  /// [m/s, rad/s] Velocity of the centre of mass and angular velocity, world axes.
+  Twist<S> twist{};
+  /// [N, N m] Wrench that the caller applies during the next step, about the centre of mass.
+  Wrench<S> applied{};
+  /// [-] Sleep state.
+  detail::BodySleep<S> sleep{};
+  /// [-] The caller's number.
+  std::uint64_t user_data = 0;
+
+  /// Returns whether forces move it where no axis is locked.
+  [[nodiscard]] bool is_dynamic() const { return motion == Motion::dynamic; }
+  /// Returns whether forces move it along or about any axis.
+  [[nodiscard]] bool moves() const { return is_dynamic() && !locked.all(); }
+  /// Returns whether it sleeps.
+  [[nodiscard]] bool is_asleep() const { return sleep.island != detail::BodySleep<S>::awake; }
+
+  /// Pose of the body frame in the world.
+  [[nodiscard]] Transform<S> pose() const {
+    return {center_pose.rotation, center_pose.translation - center_pose.rotation * center_B};
+  }
+  /// Places the body frame in the world.
+  void set_pose(const Transform<S>& X_WB) { center_pose = {X_WB.rotation, X_WB * center_B}; }
+  /// [1/kg] Inverse mass along world axes; zero along locked ones.
+  [[nodiscard]] Vec3<S> inverse_mass_W() const {
+    Vec3<S> result;
+    for (std::size_t i = 0; i < 3; ++i) {
+      result[static_cast<Eigen::Index>(i)] = locked.linear[i] ? S(0) : inverse_mass;
+    }
+    return result;
+  }
+  /// [1/(kg m^2)] Inverse inertia along world axes. Torques turn the body about free axes only.
+  /// Entries of locked axes are zero.
+  [[nodiscard]] Mat3<S> inverse_inertia_W() const {
+    return inverse_inertia_W(center_pose.rotation_matrix());
+  }
+  /// The same, with the axes R of the body as a matrix.
+  [[nodiscard]] Mat3<S> inverse_inertia_W(const Mat3<S>& R) const {
+    if (!locked.any_angular() || !is_dynamic()) return detail::rotated<S>(R, inverse_inertia_B);
+    return bristle::inverse_inertia<S>(detail::rotated<S>(R, inertia_B), locked.angular);
+  }
+  /// [kg m^2/s] Angular momentum about the centre of mass, world axes.
+  [[nodiscard]] Vec3<S> angular_momentum() const {
+    const Mat3<S> R = center_pose.rotation_matrix();
+    return R * (inertia_B * (R.transpose() * twist.angular));
+  }
+  /// [J] Kinetic energy.
+  [[nodiscard]] S kinetic_energy() const {
+    return S(0.5) * (mass * twist.linear.squaredNorm() + twist.angular.dot(angular_momentum()));
+  }
+};
+
+namespace detail {
+
+/// Returns whether a step can compute with these velocities.
+template <Scalar S>
+[[nodiscard]] bool has_finite_square(const Twist<S>& twist) {
+  return has_finite_square<S>(twist.linear) && has_finite_square<S>(twist.angular);
+}
+/// Returns whether a step can start from a pose. Its square must be finite. Its rotation must have
+/// length 1.
+template <Scalar S>
+[[nodiscard]] bool is_pose(const Transform<S>& X) {
+  return has_finite_square<S>(X.translation) && is_unit(X.rotation.coeffs());
+}
+
+}  // namespace detail
+
+/// Checks a definition and makes a body of it.
+/// @param of_shape  Mass properties of its shapes at unit density. Zero mass if there are none.
+/// @throws InvalidArgument naming the field.
+template <Scalar S>
+[[nodiscard]] Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape);
+
+/// Checks a definition but for the shape itself, which the backend checks.
+/// @throws InvalidArgument naming the field.
+template <Scalar S>
+void validate(const ShapeDef<S>& def);
+
+// Implementation ----------------------------------------------------------------------------------
+
+namespace detail {
+
+/// Raises InvalidArgument unless a quaternion is finite and has length 1.
+template <Scalar S>
+void require_unit(std::string_view field, const Quat<S>& q) {
+  using std::abs;
+  require_all_finite(field, q.coeffs());
+  require(abs(q.squaredNorm() - S(1)) <= Tolerance<S>::equal(), field, q.norm(),
+          "must have length 1");
+}
+
+/// Raises InvalidArgument unless an inertia is possible. It must be symmetric. Each principal
+/// moment must be positive. It must be at most the sum of the others. With trace t, both I and
+/// t/2 - I are then positive (semi)definite.
+template <Scalar S>
+void require_possible_inertia(const Mat3<S>& inertia) {
+  require_all_finite("BodyDef::inertia", inertia);
+  const S trace = inertia.trace();
+  require(is_normal(trace) && trace > S(0), "BodyDef::inertia", trace, "must be positive definite");
+  require(cwise_abs(inertia - inertia.transpose()).maxCoeff() <= Tolerance<S>::equal() * trace,
+          "BodyDef::inertia", cwise_abs(inertia - inertia.transpose()).maxCoeff(),
+          "must be symmetric");
+  // Scaled to a trace near 1. Determinants are then as far from zero as the matrices from singular.
+  const Mat3<S> scaled = inertia / power_of_two_below(trace);
+  const S scale = scaled.trace();
+  const S slack = Tolerance<S>::equal() * scale;
+  const auto is_definite = [](const Mat3<S>& m, S floor) {
+    return m(0, 0) > floor && m(0, 0) * m(1, 1) - m(1, 0) * m(0, 1) > floor * m(0, 0) &&
+           m.determinant() > floor * m(0, 0) * m(1, 1);
+  };
+  require(is_definite(scaled, S(0)), "BodyDef::inertia", diagonal_of<S>(inertia).minCoeff(),
+          "must be positive definite");
+  const Mat3<S> second_moment = (scale / S(2) + slack) * identity<Mat3<S>>() - scaled;
+  require(is_definite(second_moment, S(0)), "BodyDef::inertia", diagonal_of<S>(inertia).maxCoeff(),
+          "must satisfy the triangle inequality of principal moments");
+}
+
+/// Raises InvalidArgument unless mass and inertia of a body have inverses.
+/// @param of_mass, of_inertia  Fields that they follow from.
+template <Scalar S>
+void require_invertible(const Body<S>& body, const char* of_mass, const char* of_inertia) {
+  require_positive(of_mass, body.mass);
+  const Vec3<S> moments = diagonal_of<S>(body.inertia_B);
+  const Vec3<S> inverses = diagonal_of<S>(body.inverse_inertia_B);
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    const bool is_good =
+        is_normal(moments[i]) && is_normal(inverses[i]) && moments[i] > S(0) && inverses[i] > S(0);
+    require(is_good, of_inertia, moments[i], "must be > 0, and finite with a finite inverse");
+  }
+}
+
+/// Raises InvalidArgument for a velocity along a locked axis: no step could keep it.
+/// @param of_linear, of_angular  Fields of the velocities.
+template <Scalar S>
+void require_still(const LockedAxes& locked, const Twist<S>& twist, const char* of_linear,
+                   const char* of_angular) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto axis = static_cast<Eigen::Index>(i);
+    require(!locked.linear[i] || twist.linear[axis] == S(0), of_linear, twist.linear[axis],
+            "must be zero along locked axes");
+    require(!locked.angular[i] || twist.angular[axis] == S(0), of_angular, twist.angular[axis],
+            "must be zero about locked axes");
+  }
+}
+
+/// Raises InvalidArgument for rates that are negative or not finite.
+/// @param of_linear, of_angular  Fields of the rates.
+template <Scalar S>
+void require_damping(const S& linear, const S& angular, const char* of_linear,
+                     const char* of_angular) {
+  require_not_negative(of_linear, linear);
+  require_not_negative(of_angular, angular);
+}
+
+/// Returns whether the motion of a body decays. Derivatives by a rate count.
+/// @param body  A `Body` or `MechanismBody`.
+template <typename AnyBody>
+[[nodiscard]] bool is_damped(const AnyBody& body) {
+  using S = std::remove_cvref_t<decltype(body.linear_damping)>;
+  return !(body.linear_damping == S(0)) || !(body.angular_damping == S(0));
+}
+
+}  // namespace detail
+
+template <Scalar S>
+void validate(const ShapeDef<S>& def) {
+  validate(def.material);
+  detail::require_all_finite("ShapeDef::X_BS.translation", def.X_BS.translation);
+  detail::require_unit<S>("ShapeDef::X_BS.rotation", def.X_BS.rotation);
+}
+
+template <Scalar S>
+Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
+  detail::require_enumerator("BodyDef::motion", def.motion, Motion::dynamic);
+  detail::require_all_finite("BodyDef::position", def.position);
+  detail::require_unit<S>("BodyDef::orientation", def.orientation);
+  detail::require_all_finite("BodyDef::velocity", def.velocity);
+  detail::require_all_finite("BodyDef::angular_velocity", def.angular_velocity);
+  detail::require_finite("BodyDef::gravity_scale", def.gravity_scale);
+  detail::require_damping(def.linear_damping, def.angular_damping, "BodyDef::linear_damping",
+                          "BodyDef::angular_damping");
+  validate(def.material);
+  if (def.center_of_mass) {
+    detail::require_all_finite("BodyDef::center_of_mass", *def.center_of_mass);
+  }
+
+  const auto require_set = [](const MassProperties<S>& shape, const char* field) {
+    if (shape.mass > S(0)) return;
+    detail::raise(InvalidArgument(field, "unset",
+                                  "must be set where there is no shape with a finite volume"));
+  };
+  Body<S> body;
+  body.motion = def.motion;
+  body.filter = def.filter;
+  body.gravity_scale = def.gravity_scale;
+  body.user_data = def.user_data;
+  if (def.motion == Motion::dynamic) {
+    body.linear_damping = def.linear_damping;
+    body.angular_damping = def.angular_damping;
+    detail::require_still(def.locked, Twist<S>{def.velocity, def.angular_velocity},
+                          "BodyDef::velocity", "BodyDef::angular_velocity");
+    body.locked = def.locked;
+  }
+  body.center_B = def.center_of_mass.value_or(of_shape.center);
+  detail::require_all_finite("BodyDef::center_of_mass", body.center_B);
+  if (def.motion == Motion::dynamic) {
+    if (def.mass) {
+      detail::require_positive("BodyDef::mass", *def.mass);
+    } else {
+      detail::require_positive("BodyDef::density", def.density);
+      require_set(of_shape, "BodyDef::mass");
+    }
+    body.mass = def.mass.value_or(def.density * of_shape.mass);
+    if (def.inertia) {
+      detail::require_possible_inertia<S>(*def.inertia);
+      body.inertia_B = S(0.5) * (*def.inertia + def.inertia->transpose());
+    } else {
+      require_set(of_shape, "BodyDef::inertia");
+      body.inertia_B = (body.mass / of_shape.mass) * of_shape.inertia;
+      const Vec3<S> shift = body.center_B - of_shape.center;
+      body.inertia_B += point_inertia<S>(body.mass, shift);
+    }
+    body.inverse_mass = S(1) / body.mass;
+    body.inverse_inertia_B = inverse_inertia<S>(body.inertia_B);
+    detail::require_invertible(
+        body, def.mass ? "BodyDef::mass" : "BodyDef::density: mass of the shapes",
+        def.inertia ? "BodyDef::inertia" : "BodyDef::shape: moment of inertia");
+  }
+  if (def.motion != Motion::fixed) body.twist = {def.velocity, def.angular_velocity};
+  body.set_pose({def.orientation.normalized(), def.position});
+  detail::require_all_finite("BodyDef::position: centre of mass", body.center_pose.translation);
+  return body;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
 // === bristle/sensors/sensor_layout.hpp
 
 /// @file
@@ -5750,6 +6553,53 @@ template <Scalar S>
 
 }  // namespace bristle::inline BRISTLE_ABI
 
+#include <cstdint>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+namespace detail {
+struct PatchTag;
+}  // namespace detail
+/// Handle of a patch of a world.
+using PatchId = detail::Id<detail::PatchTag>;
+
+/// Definition of a patch for `World::add_patch`.
+template <Scalar S>
+struct PatchDef {
+  /// [m] Rays of the sensors, in the body frame.
+  SensorLayout<S> sensors{};
+  /// [-] Constants that all sensors share.
+  SensorParameters<S> parameters{};
+  /// [-] Constants of each sensor instead, in the order of the layout; empty to share.
+  std::vector<SensorParameters<S>> per_sensor{};
+  /// [-] Integration of the forces in the step.
+  Integration integration = Integration::automatic;
+  /// [-] Variants of the law.
+  LawOptions options{};
+  /// [1] Lambda below which `automatic` integrates explicitly. 0: never. Lambda is the stability
+  /// measure of docs/sensors.md; 4 is the limit of a single mode.
+  S explicit_below = S(0.5);
+  /// [-] Categories of bodies that the sensors sense. Their collision masks do not matter to
+  /// sensors.
+  std::uint32_t sense_mask = 0xffffffffu;
+  /// [-] Bodies never sensed, besides their own.
+  std::vector<BodyId> excluded{};
+  /// [-] True to accept rays that end inside their own body. `World::add_patch` refuses them
+  /// otherwise: the end of a ray must lie outside of all shapes that the body has then. A ray that
+  /// never leaves its body senses contacts through the body, and presses the body towards them.
+  bool may_point_inwards = false;
+  /// [-] Steps from one cast of the rays to the next, >= 1. Every step evaluates the law. In the
+  /// steps between, the hit surfaces move on as planes (docs/sensors.md, section 8). Patches take
+  /// turns by their index. Rays are cast sooner if another shape comes into range, or if bodies
+  /// have moved by a quarter of the shortest ray.
+  std::uint32_t cast_every = 1;
+  /// [-] A number of the caller's, such as an index (`World::user_data`).
+  std::uint64_t user_data = 0;
+};
+
+}  // namespace bristle::inline BRISTLE_ABI
+
 // === bristle/sensors/stability.hpp
 
 /// @file
@@ -5831,125 +6681,6 @@ void solve_upper(const S* l, std::size_t n, S* b) {
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
-
-// === bristle/math/spatial.hpp
-
-/// @file
-/// Twists and wrenches: six-dimensional velocity and force about a point.
-// SPDX-License-Identifier: BSD-3-Clause
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Velocity of a rigid body about a reference point, both parts in the same frame.
-template <Scalar S>
-struct Twist {
-  /// [m/s] Velocity of the reference point.
-  Vec3<S> linear = detail::zero<Vec3<S>>();
-  /// [rad/s] Angular velocity.
-  Vec3<S> angular = detail::zero<Vec3<S>>();
-
-  /// [m/s] Velocity of the body's point at `r` [m] from the reference point.
-  [[nodiscard]] BRISTLE_FORCE_INLINE Vec3<S> at(const Vec3<S>& r) const {
-    return linear + angular.cross(r);
-  }
-
-  /// The same motion about the point at `r` [m] from the reference point.
-  [[nodiscard]] Twist shifted(const Vec3<S>& r) const { return {at(r), angular}; }
-
-  friend Twist operator-(const Twist& a, const Twist& b) {
-    return {a.linear - b.linear, a.angular - b.angular};
-  }
-  friend Twist operator+(const Twist& a, const Twist& b) {
-    return {a.linear + b.linear, a.angular + b.angular};
-  }
-  friend Twist operator*(S k, const Twist& a) { return {k * a.linear, k * a.angular}; }
-};
-
-/// Force and torque about a reference point. Also used for impulses [N s, N m s].
-template <Scalar S>
-struct Wrench {
-  /// [N] Force.
-  Vec3<S> force = detail::zero<Vec3<S>>();
-  /// [N m] Torque about the reference point.
-  Vec3<S> torque = detail::zero<Vec3<S>>();
-
-  /// Wrench of a force `f` that acts at `r` [m] from the reference point.
-  [[nodiscard]] static Wrench at(const Vec3<S>& r, const Vec3<S>& f) { return {f, r.cross(f)}; }
-
-  /// The same load about the point at `r` [m] from the reference point.
-  [[nodiscard]] Wrench shifted(const Vec3<S>& r) const { return {force, torque - r.cross(force)}; }
-
-  /// Adds a load about the same reference point.
-  Wrench& operator+=(const Wrench& other) {
-    force += other.force;
-    torque += other.torque;
-    return *this;
-  }
-  friend Wrench operator+(Wrench a, const Wrench& b) { return a += b; }
-  friend Wrench operator-(const Wrench& a) { return {-a.force, -a.torque}; }
-  friend Wrench operator*(S k, const Wrench& a) { return {k * a.force, k * a.torque}; }
-};
-
-namespace detail {
-
-/// One vector of two halves.
-template <Scalar S>
-[[nodiscard]] BRISTLE_FORCE_INLINE Vec6<S> stacked(const Vec3<S>& first, const Vec3<S>& second) {
-  Vec6<S> v;
-  for (Eigen::Index i = 0; i < 3; ++i) v[i] = first[i];
-  for (Eigen::Index i = 0; i < 3; ++i) v[3 + i] = second[i];
-  return v;
-}
-template <Scalar S>
-[[nodiscard]] BRISTLE_FORCE_INLINE Vec3<S> first_half(const Vec6<S>& v) {
-  return {v[0], v[1], v[2]};
-}
-template <Scalar S>
-[[nodiscard]] BRISTLE_FORCE_INLINE Vec3<S> second_half(const Vec6<S>& v) {
-  return {v[3], v[4], v[5]};
-}
-/// Twists and wrenches as vectors, the linear half first.
-template <Scalar S>
-[[nodiscard]] BRISTLE_FORCE_INLINE Vec6<S> stacked(const Twist<S>& t) {
-  return stacked<S>(t.linear, t.angular);
-}
-template <Scalar S>
-[[nodiscard]] BRISTLE_FORCE_INLINE Vec6<S> stacked(const Wrench<S>& w) {
-  return stacked<S>(w.force, w.torque);
-}
-template <Scalar S>
-[[nodiscard]] BRISTLE_FORCE_INLINE Twist<S> twist_of(const Vec6<S>& v) {
-  return {first_half<S>(v), second_half<S>(v)};
-}
-template <Scalar S>
-[[nodiscard]] BRISTLE_FORCE_INLINE Wrench<S> wrench_of(const Vec6<S>& v) {
-  return {first_half<S>(v), second_half<S>(v)};
-}
-
-/// Quarter of a matrix, by the row and column of its first entry.
-template <Eigen::Index row, Eigen::Index column, Scalar S>
-[[nodiscard]] BRISTLE_FORCE_INLINE Mat3<S> quarter(const Mat6<S>& m) {
-  return matrix_of<Mat3<S>>([&](int i, int j) { return m(row + i, column + j); });
-}
-/// Writes a quarter of a matrix.
-template <Eigen::Index row, Eigen::Index column, Scalar S>
-BRISTLE_FORCE_INLINE void set_quarter(Mat6<S>& m, const Mat3<S>& value) {
-  for (Eigen::Index j = 0; j < 3; ++j) {
-    for (Eigen::Index i = 0; i < 3; ++i) m(row + i, column + j) = value(i, j);
-  }
-}
-
-}  // namespace detail
-
-/// The matrix of `Twist::shifted(r)`; its transpose is that of `Wrench::shifted(-r)`.
-template <Scalar S>
-[[nodiscard]] Mat6<S> shift_matrix(const Vec3<S>& r) {
-  Mat6<S> G = detail::identity<Mat6<S>>();
-  detail::set_quarter<0, 3, S>(G, -skew(r));
-  return G;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
 
 #include <cstdint>
 
@@ -6033,642 +6764,6 @@ void fill_numbers(Array& array) {
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
-
-// === bristle/core/slot_map.hpp
-
-/// @file
-/// Storage with handles that detect when their element is gone.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <compare>
-#include <cstddef>
-#include <cstdint>
-#include <string>
-#include <string_view>
-#include <utility>
-
-namespace bristle::inline BRISTLE_ABI {
-
-namespace detail {
-
-/// Handle of an element of a `SlotMap`. A default-constructed handle names nothing.
-///
-/// Ordered by slot, so sorting by handle is the same in every run.
-template <typename Tag>
-struct Id {
-  /// [-] Slot number.
-  std::uint32_t index = 0xffffffffu;
-  /// [-] Number of reuses of the slot when this handle was made.
-  std::uint32_t generation = 0;
-
-  friend constexpr auto operator<=>(const Id&, const Id&) = default;
-  friend constexpr bool operator==(const Id&, const Id&) = default;
-
-  /// Text for messages ("{3, 0}", or "unset").
-  [[nodiscard]] friend std::string to_text(const Id& id) {
-    if (id == Id{}) return "unset";
-    std::string text("{");
-    text.append(std::to_string(id.index)).append(", ");
-    text.append(std::to_string(id.generation)).append("}");
-    return text;
-  }
-};
-
-/// Elements in slots that keep their place while they live. Freed slots are reused, last freed
-/// first. A handle to a former element is recognised as stale.
-///
-/// Iterate with `for (i = 0; i < slot_count(); ++i) if (is_live(i)) use(at(i));` The order depends
-/// only on the sequence of insertions and erasures.
-template <typename T, typename Tag>
-class SlotMap {
- public:
-  using Handle = Id<Tag>;
-
-  /// Stores an element in the slot freed last, or in a new one.
-  Handle insert(T value) {
-    std::uint32_t index = 0;
-    if (free_.empty()) {
-      index = static_cast<std::uint32_t>(slots_.size());
-      slots_.push_back(Slot{std::move(value), 0, true});
-    } else {
-      index = free_.back();
-      free_.pop_back();
-      slots_[index].value = std::move(value);
-      slots_[index].is_live = true;
-    }
-    ++size_;
-    return Handle{index, slots_[index].generation};
-  }
-
-  /// Ends the element's life and frees its slot. The handle must be live.
-  void erase(Handle id) {
-    BRISTLE_ASSERT(contains(id));
-    Slot& slot = slots_[id.index];
-    slot.value = T{};
-    slot.is_live = false;
-    ++slot.generation;
-    free_.push_back(id.index);
-    --size_;
-  }
-
-  /// Returns whether the handle names an element that still exists.
-  [[nodiscard]] bool contains(Handle id) const noexcept {
-    return id.index < slots_.size() && slots_[id.index].is_live &&
-           slots_[id.index].generation == id.generation;
-  }
-
-  /// The element of a handle.
-  /// @throws InvalidArgument{field} if the handle is stale or was never made.
-  [[nodiscard]] T& get(Handle id, std::string_view field) {
-    check(id, field);
-    return slots_[id.index].value;
-  }
-  [[nodiscard]] const T& get(Handle id, std::string_view field) const {
-    check(id, field);
-    return slots_[id.index].value;
-  }
-
-  /// The element in a live slot.
-  [[nodiscard]] T& at(std::uint32_t index) noexcept {
-    BRISTLE_ASSERT(is_live(index));
-    return slots_[index].value;
-  }
-  [[nodiscard]] const T& at(std::uint32_t index) const noexcept {
-    BRISTLE_ASSERT(is_live(index));
-    return slots_[index].value;
-  }
-
-  /// Returns whether a slot holds an element.
-  [[nodiscard]] bool is_live(std::uint32_t index) const noexcept {
-    return index < slots_.size() && slots_[index].is_live;
-  }
-  /// Handle of the element in a live slot.
-  [[nodiscard]] Handle handle(std::uint32_t index) const noexcept {
-    return Handle{index, slots_[index].generation};
-  }
-  /// Number of live elements.
-  [[nodiscard]] std::uint32_t size() const noexcept { return size_; }
-  /// Number of slots, live or free: the bound of an iteration.
-  [[nodiscard]] std::uint32_t slot_count() const noexcept {
-    return static_cast<std::uint32_t>(slots_.size());
-  }
-
- private:
-  struct Slot {
-    T value{};
-    std::uint32_t generation = 0;
-    bool is_live = false;
-  };
-
-  void check(Handle id, std::string_view field) const {
-    detail::require(contains(id), field, id,
-                    "must name something that exists (unknown or removed handle)");
-  }
-
-  DynamicArray<Slot> slots_;
-  DynamicArray<std::uint32_t> free_;
-  std::uint32_t size_ = 0;
-};
-
-}  // namespace detail
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-/// Handles are keys of unordered containers.
-template <typename Tag>
-struct std::hash<bristle::detail::Id<Tag>> {
-  [[nodiscard]] std::size_t operator()(const bristle::detail::Id<Tag>& id) const noexcept {
-    // Maps ids one to one to 64 bits. Every bit reaches the lowest ones, by which tables of a power
-    // of two choose. Slots are consecutive. Generations are mostly 0.
-    const std::uint64_t bits =
-        (std::uint64_t{id.generation} << 32 | id.index) * 0x9e3779b97f4a7c15u;
-    return static_cast<std::size_t>(bits ^ bits >> 32);
-  }
-};
-
-// === bristle/dynamics/bodies/body.hpp
-
-/// @file
-/// Rigid bodies: their definition, and their state in a step.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/collision/filter.hpp
-
-/// @file
-/// Collision filters of bodies and sensors.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <cstdint>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Categories and groups of a body. Two bodies meet if each one's mask has a bit of the other's
-/// category. They must not share a negative group.
-struct CollisionFilter {
-  /// [-] Category bits of this body.
-  std::uint32_t category = 1;
-  /// [-] Category bits of the bodies that it meets.
-  std::uint32_t mask = 0xffffffffu;
-  /// [-] Bodies of one negative group never meet, whatever the bits say. Other groups have no
-  /// effect. For the links of one hand, say.
-  std::int32_t group = 0;
-};
-
-/// Returns whether two bodies meet.
-[[nodiscard]] constexpr bool may_meet(const CollisionFilter& a, const CollisionFilter& b) {
-  if (a.group < 0 && a.group == b.group) return false;
-  return (a.mask & b.category) != 0 && (b.mask & a.category) != 0;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/dynamics/bodies/material.hpp
-
-/// @file
-/// Surface constants of hard contact, and their combination for a pair.
-// SPDX-License-Identifier: BSD-3-Clause
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Surface of a shape in hard contact. Sensors have their own friction.
-template <Scalar S>
-struct Material {
-  /// [1] Coulomb friction coefficient, >= 0. Of a pair: the geometric mean.
-  S friction = S(0.5);
-  /// [1] Coefficient of restitution, in [0, 1]. Of a pair: the larger one.
-  S restitution = S(0);
-  /// [m/s] Velocity of the surface relative to its shape, in the shape's axes, as of a conveyor
-  /// belt. Friction of hard contact drags along the part of it in the contact plane. `combined`
-  /// leaves it out.
-  Vec3<S> surface_velocity = detail::zero<Vec3<S>>();
-};
-
-/// Material of a pair: geometric mean of the friction, larger restitution.
-template <Scalar S>
-[[nodiscard]] Material<S> combined(const Material<S>& a, const Material<S>& b) {
-  using std::max;
-  using std::sqrt;
-  Material<S> pair;
-  pair.friction = sqrt(a.friction * b.friction);
-  pair.restitution = max(a.restitution, b.restitution);
-  return pair;
-}
-
-namespace detail {
-
-/// Returns whether a step can use a material.
-template <Scalar S>
-[[nodiscard]] bool is_valid_state(const Material<S>& m) {
-  return m.friction >= S(0) && m.friction <= largest_number<S> && m.restitution >= S(0) &&
-         m.restitution <= S(1) && has_finite_square<S>(m.surface_velocity);
-}
-
-}  // namespace detail
-
-/// Checks a material.
-/// @throws InvalidArgument naming the field that is out of range.
-template <Scalar S>
-void validate(const Material<S>& m) {
-  detail::require_not_negative("Material::friction", m.friction);
-  detail::require_not_negative("Material::restitution", m.restitution);
-  detail::require(m.restitution <= S(1), "Material::restitution", m.restitution, "must be <= 1");
-  detail::require_all_finite("Material::surface_velocity", m.surface_velocity);
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-#include <array>
-#include <cstdint>
-#include <optional>
-#include <type_traits>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-namespace detail {
-struct BodyTag;
-}  // namespace detail
-/// Handle of a body of a world.
-using BodyId = detail::Id<detail::BodyTag>;
-
-namespace detail {
-struct ShapeTag;
-}  // namespace detail
-/// Handle of a shape of a world.
-using ShapeId = detail::Id<detail::ShapeTag>;
-
-/// Cause of a body's motion.
-enum class Motion {
-  /// Nothing: the body stays where it is put.
-  fixed,
-  /// Its own velocity. The caller sets it; forces do not change it.
-  kinematic,
-  /// Forces and impulses.
-  dynamic
-};
-
-/// Name in messages ("kinematic").
-[[nodiscard]] constexpr const char* name_of(Motion motion) {
-  switch (motion) {
-    case Motion::fixed:
-      return "fixed";
-    case Motion::kinematic:
-      return "kinematic";
-    case Motion::dynamic:
-      break;
-  }
-  return "dynamic";
-}
-
-/// World axes along and about which a body cannot move. Whatever holds the body there is not
-/// simulated: it costs nothing and never yields.
-struct LockedAxes {
-  /// [-] True for x, y, z along which the centre of mass cannot move.
-  std::array<bool, 3> linear{};
-  /// [-] True for x, y, z about which the body cannot turn.
-  std::array<bool, 3> angular{};
-
-  /// Returns whether any rotation is locked.
-  [[nodiscard]] bool any_angular() const { return angular[0] || angular[1] || angular[2]; }
-  /// Returns whether the body cannot move at all.
-  [[nodiscard]] bool all() const {
-    return linear[0] && linear[1] && linear[2] && angular[0] && angular[1] && angular[2];
-  }
-};
-
-/// Definition of one shape of a body, for `BodyDef::shapes` or `World::add_shape`.
-template <Scalar S>
-struct ShapeDef {
-  /// [m] The shape.
-  Shape<S> shape{};
-  /// [m] Pose of the shape's frame in the body frame.
-  Transform<S> X_BS{};
-  /// [1] Material of its surface.
-  Material<S> material{};
-  /// [-] True for a region that tells what is in it (`World::for_each_contact_event`) when a step
-  /// begins, and pushes nothing. One of the two bodies must be dynamic. Filters hold for it, too.
-  /// It adds no mass. Sensors do not sense it, and queries do not meet it unless
-  /// `QueryFilter::meets_triggers`.
-  bool is_trigger = false;
-  /// [-] A number of the caller's, such as an index (`World::user_data`).
-  std::uint64_t user_data = 0;
-};
-
-/// Definition of a body, for `World::add_body`.
-template <Scalar S>
-struct BodyDef {
-  /// [-] Cause of its motion.
-  Motion motion = Motion::dynamic;
-  /// [kg] Mass, > 0. Unset: volume of the shapes times `density`. Ignored unless dynamic.
-  std::optional<S> mass = std::nullopt;
-  /// [kg/m^3] Density, > 0. Used if the mass is unset.
-  S density = S(1000);
-  /// [m] Centre of mass in the body frame. Unset: that of the shapes.
-  std::optional<Vec3<S>> center_of_mass = std::nullopt;
-  /// [kg m^2] Inertia about the centre of mass along the body's axes. Symmetric, positive definite,
-  /// and of a possible body (triangle inequality). Unset: that of the shapes, scaled to the mass.
-  /// The parallel-axis theorem moves it if `center_of_mass` is not that of the shapes.
-  std::optional<Mat3<S>> inertia = std::nullopt;
-  /// [-] Shape; its frame is the body frame. Unset: the body touches nothing until
-  /// `World::add_shape` gives it a shape. If it is dynamic, `mass` and `inertia` must then be set.
-  detail::OptionalShape<S> shape{};
-  /// [1] Surface of `shape`.
-  Material<S> material{};
-  /// [-] More shapes, each with its own pose and material. Together with `shape` they make up the
-  /// body. Volumes add up. They count twice where shapes overlap.
-  std::vector<ShapeDef<S>> shapes{};
-  /// [-] Filter of the bodies and sensors that may touch and sense it.
-  CollisionFilter filter{};
-  /// [m] Origin of the body frame in the world.
-  Vec3<S> position = detail::zero<Vec3<S>>();
-  /// [1] Axes of the body frame in the world, a unit quaternion.
-  Quat<S> orientation = Quat<S>::Identity();
-  /// [m/s] Velocity of the centre of mass.
-  Vec3<S> velocity = detail::zero<Vec3<S>>();
-  /// [rad/s] Angular velocity in world axes.
-  Vec3<S> angular_velocity = detail::zero<Vec3<S>>();
-  /// [1] Factor on the world's gravity.
-  S gravity_scale = S(1);
-  /// [1/s] Rate at which the velocity of the centre of mass decays in free motion, >= 0: a force of
-  /// -rate * mass * velocity. Ignored unless dynamic.
-  S linear_damping = S(0);
-  /// [1/s] Rate at which the angular momentum decays, >= 0. Ignored unless dynamic.
-  S angular_damping = S(0);
-  /// [-] Axes along and about which it cannot move. Its velocity there must be zero. Ignored unless
-  /// dynamic.
-  LockedAxes locked{};
-  /// [-] A number of the caller's for the body and for `shape`, such as an index
-  /// (`World::user_data`).
-  std::uint64_t user_data = 0;
-};
-
-namespace detail {
-
-/// Time at rest of a body, and the bodies that it sleeps with.
-template <Scalar S>
-struct BodySleep {
-  static constexpr std::uint32_t awake = 0xffffffffu;
-
-  /// [s] Time for which it has been slower than `SleepDef` allows.
-  S rest_time = S(0);
-  /// [-] Lowest slot of the bodies that sleep with it. It is `awake` if the body is awake.
-  std::uint32_t island = awake;
-  /// [-] True if a caller changed it since the last step. The next step wakes bodies near it.
-  bool is_disturbed = false;
-};
-
-}  // namespace detail
-
-/// State of a body in a step. It is about the centre of mass, in axes of the body frame.
-template <Scalar S>
-struct Body {
-  /// [-] Cause of its motion.
-  Motion motion = Motion::fixed;
-  /// [m] Centre of mass in the body frame.
-  Vec3<S> center_B = detail::zero<Vec3<S>>();
-  /// [kg] Mass.
-  S mass = S(0);
-  /// [1/kg] Inverse of the mass. Zero unless dynamic.
-  S inverse_mass = S(0);
-  /// [kg m^2] Inertia about the centre of mass, along the body's axes. Zero unless dynamic.
-  Mat3<S> inertia_B = detail::zero<Mat3<S>>();
-  /// [1/(kg m^2)] Inverse of the inertia, along the body's axes. Zero unless dynamic.
-  Mat3<S> inverse_inertia_B = detail::zero<Mat3<S>>();
-  /// [1] Factor on the world's gravity.
-  S gravity_scale = S(1);
-  /// [1/s] Rate at which its velocity decays. Zero unless dynamic.
-  S linear_damping = S(0);
-  /// [1/s] Rate at which its angular momentum decays. Zero unless dynamic.
-  S angular_damping = S(0);
-  /// [-] World axes along and about which it cannot move.
-  LockedAxes locked{};
-  /// [-] Filter of the bodies and sensors that may touch and sense it.
-  CollisionFilter filter{};
-
-  /// [m], [1] Centre of mass in the world, and axes of the body.
-  Transform<S> center_pose{};
-  /// [m/s, rad/s] Velocity of the centre of mass and angular velocity, world axes.
-  Twist<S> twist{};
-  /// [N, N m] Wrench that the caller applies during the next step, about the centre of mass.
-  Wrench<S> applied{};
-  /// [-] Sleep state.
-  detail::BodySleep<S> sleep{};
-  /// [-] The caller's number.
-  std::uint64_t user_data = 0;
-
-  /// Returns whether forces move it where no axis is locked.
-  [[nodiscard]] bool is_dynamic() const { return motion == Motion::dynamic; }
-  /// Returns whether forces move it along or about any axis.
-  [[nodiscard]] bool moves() const { return is_dynamic() && !locked.all(); }
-  /// Returns whether it sleeps.
-  [[nodiscard]] bool is_asleep() const { return sleep.island != detail::BodySleep<S>::awake; }
-
-  /// Pose of the body frame in the world.
-  [[nodiscard]] Transform<S> pose() const {
-    return {center_pose.rotation, center_pose.translation - center_pose.rotation * center_B};
-  }
-  /// Places the body frame in the world.
-  void set_pose(const Transform<S>& X_WB) { center_pose = {X_WB.rotation, X_WB * center_B}; }
-  /// [1/kg] Inverse mass along world axes; zero along locked ones.
-  [[nodiscard]] Vec3<S> inverse_mass_W() const {
-    Vec3<S> result;
-    for (std::size_t i = 0; i < 3; ++i) {
-      result[static_cast<Eigen::Index>(i)] = locked.linear[i] ? S(0) : inverse_mass;
-    }
-    return result;
-  }
-  /// [1/(kg m^2)] Inverse inertia along world axes. Torques turn the body about free axes only.
-  /// Entries of locked axes are zero.
-  [[nodiscard]] Mat3<S> inverse_inertia_W() const {
-    return inverse_inertia_W(center_pose.rotation_matrix());
-  }
-  /// The same, with the axes R of the body as a matrix.
-  [[nodiscard]] Mat3<S> inverse_inertia_W(const Mat3<S>& R) const {
-    if (!locked.any_angular() || !is_dynamic()) return detail::rotated<S>(R, inverse_inertia_B);
-    return bristle::inverse_inertia<S>(detail::rotated<S>(R, inertia_B), locked.angular);
-  }
-  /// [kg m^2/s] Angular momentum about the centre of mass, world axes.
-  [[nodiscard]] Vec3<S> angular_momentum() const {
-    const Mat3<S> R = center_pose.rotation_matrix();
-    return R * (inertia_B * (R.transpose() * twist.angular));
-  }
-  /// [J] Kinetic energy.
-  [[nodiscard]] S kinetic_energy() const {
-    return S(0.5) * (mass * twist.linear.squaredNorm() + twist.angular.dot(angular_momentum()));
-  }
-};
-
-namespace detail {
-
-/// Returns whether a step can compute with these velocities.
-template <Scalar S>
-[[nodiscard]] bool has_finite_square(const Twist<S>& twist) {
-  return has_finite_square<S>(twist.linear) && has_finite_square<S>(twist.angular);
-}
-/// Returns whether a step can start from a pose. Its square must be finite. Its rotation must have
-/// length 1.
-template <Scalar S>
-[[nodiscard]] bool is_pose(const Transform<S>& X) {
-  return has_finite_square<S>(X.translation) && is_unit(X.rotation.coeffs());
-}
-
-}  // namespace detail
-
-/// Checks a definition and makes a body of it.
-/// @param of_shape  Mass properties of its shapes at unit density. Zero mass if there are none.
-/// @throws InvalidArgument naming the field.
-template <Scalar S>
-[[nodiscard]] Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape);
-
-/// Checks a definition but for the shape itself, which the backend checks.
-/// @throws InvalidArgument naming the field.
-template <Scalar S>
-void validate(const ShapeDef<S>& def);
-
-// Implementation ----------------------------------------------------------------------------------
-
-namespace detail {
-
-/// Raises InvalidArgument unless a quaternion is finite and has length 1.
-template <Scalar S>
-void require_unit(std::string_view field, const Quat<S>& q) {
-  using std::abs;
-  require_all_finite(field, q.coeffs());
-  require(abs(q.squaredNorm() - S(1)) <= Tolerance<S>::equal(), field, q.norm(),
-          "must have length 1");
-}
-
-/// Raises InvalidArgument unless an inertia is possible. It must be symmetric. Each principal
-/// moment must be positive. It must be at most the sum of the others. With trace t, both I and
-/// t/2 - I are then positive (semi)definite.
-template <Scalar S>
-void require_possible_inertia(const Mat3<S>& inertia) {
-  require_all_finite("BodyDef::inertia", inertia);
-  const S trace = inertia.trace();
-  require(is_normal(trace) && trace > S(0), "BodyDef::inertia", trace, "must be positive definite");
-  require(cwise_abs(inertia - inertia.transpose()).maxCoeff() <= Tolerance<S>::equal() * trace,
-          "BodyDef::inertia", cwise_abs(inertia - inertia.transpose()).maxCoeff(),
-          "must be symmetric");
-  // Scaled to a trace near 1. Determinants are then as far from zero as the matrices from singular.
-  const Mat3<S> scaled = inertia / power_of_two_below(trace);
-  const S scale = scaled.trace();
-  const S slack = Tolerance<S>::equal() * scale;
-  const auto is_definite = [](const Mat3<S>& m, S floor) {
-    return m(0, 0) > floor && m(0, 0) * m(1, 1) - m(1, 0) * m(0, 1) > floor * m(0, 0) &&
-           m.determinant() > floor * m(0, 0) * m(1, 1);
-  };
-  require(is_definite(scaled, S(0)), "BodyDef::inertia", diagonal_of<S>(inertia).minCoeff(),
-          "must be positive definite");
-  const Mat3<S> second_moment = (scale / S(2) + slack) * identity<Mat3<S>>() - scaled;
-  require(is_definite(second_moment, S(0)), "BodyDef::inertia", diagonal_of<S>(inertia).maxCoeff(),
-          "must satisfy the triangle inequality of principal moments");
-}
-
-/// Raises InvalidArgument unless mass and inertia of a body have inverses.
-/// @param of_mass, of_inertia  Fields that they follow from.
-template <Scalar S>
-void require_invertible(const Body<S>& body, const char* of_mass, const char* of_inertia) {
-  require_positive(of_mass, body.mass);
-  const Vec3<S> moments = diagonal_of<S>(body.inertia_B);
-  const Vec3<S> inverses = diagonal_of<S>(body.inverse_inertia_B);
-  for (Eigen::Index i = 0; i < 3; ++i) {
-    const bool is_good =
-        is_normal(moments[i]) && is_normal(inverses[i]) && moments[i] > S(0) && inverses[i] > S(0);
-    require(is_good, of_inertia, moments[i], "must be > 0, and finite with a finite inverse");
-  }
-}
-
-/// Raises InvalidArgument for a velocity along a locked axis: no step could keep it.
-template <Scalar S>
-void require_still(const LockedAxes& locked, const Twist<S>& twist) {
-  for (std::size_t i = 0; i < 3; ++i) {
-    const auto axis = static_cast<Eigen::Index>(i);
-    require(!locked.linear[i] || twist.linear[axis] == S(0), "velocity", twist.linear[axis],
-            "must be zero along locked axes");
-    require(!locked.angular[i] || twist.angular[axis] == S(0), "angular_velocity",
-            twist.angular[axis], "must be zero about locked axes");
-  }
-}
-
-/// Returns whether the motion of a body decays. Derivatives by a rate count.
-/// @param body  A `Body` or `MechanismBody`.
-template <typename AnyBody>
-[[nodiscard]] bool is_damped(const AnyBody& body) {
-  using S = std::remove_cvref_t<decltype(body.linear_damping)>;
-  return !(body.linear_damping == S(0)) || !(body.angular_damping == S(0));
-}
-
-}  // namespace detail
-
-template <Scalar S>
-void validate(const ShapeDef<S>& def) {
-  validate(def.material);
-  detail::require_all_finite("ShapeDef::X_BS.translation", def.X_BS.translation);
-  detail::require_unit<S>("ShapeDef::X_BS.rotation", def.X_BS.rotation);
-}
-
-template <Scalar S>
-Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
-  detail::require_all_finite("BodyDef::position", def.position);
-  detail::require_unit<S>("BodyDef::orientation", def.orientation);
-  detail::require_all_finite("BodyDef::velocity", def.velocity);
-  detail::require_all_finite("BodyDef::angular_velocity", def.angular_velocity);
-  detail::require_finite("BodyDef::gravity_scale", def.gravity_scale);
-  detail::require_not_negative("BodyDef::linear_damping", def.linear_damping);
-  detail::require_not_negative("BodyDef::angular_damping", def.angular_damping);
-  validate(def.material);
-  if (def.center_of_mass) {
-    detail::require_all_finite("BodyDef::center_of_mass", *def.center_of_mass);
-  }
-
-  const auto require_set = [](const MassProperties<S>& shape, const char* field) {
-    if (shape.mass > S(0)) return;
-    detail::raise(InvalidArgument(field, "unset",
-                                  "must be set where there is no shape with a finite volume"));
-  };
-  Body<S> body;
-  body.motion = def.motion;
-  body.filter = def.filter;
-  body.gravity_scale = def.gravity_scale;
-  body.user_data = def.user_data;
-  if (def.motion == Motion::dynamic) {
-    body.linear_damping = def.linear_damping;
-    body.angular_damping = def.angular_damping;
-    detail::require_still(def.locked, Twist<S>{def.velocity, def.angular_velocity});
-    body.locked = def.locked;
-  }
-  body.center_B = def.center_of_mass.value_or(of_shape.center);
-  detail::require_all_finite("BodyDef::center_of_mass", body.center_B);
-  if (def.motion == Motion::dynamic) {
-    if (def.mass) {
-      detail::require_positive("BodyDef::mass", *def.mass);
-    } else {
-      detail::require_positive("BodyDef::density", def.density);
-      require_set(of_shape, "BodyDef::mass");
-    }
-    body.mass = def.mass.value_or(def.density * of_shape.mass);
-    if (def.inertia) {
-      detail::require_possible_inertia<S>(*def.inertia);
-      body.inertia_B = S(0.5) * (*def.inertia + def.inertia->transpose());
-    } else {
-      require_set(of_shape, "BodyDef::inertia");
-      body.inertia_B = (body.mass / of_shape.mass) * of_shape.inertia;
-      const Vec3<S> shift = body.center_B - of_shape.center;
-      body.inertia_B += point_inertia<S>(body.mass, shift);
-    }
-    body.inverse_mass = S(1) / body.mass;
-    body.inverse_inertia_B = inverse_inertia<S>(body.inertia_B);
-    detail::require_invertible(
-        body, def.mass ? "BodyDef::mass" : "BodyDef::density: mass of the shapes",
-        def.inertia ? "BodyDef::inertia" : "BodyDef::shape: moment of inertia");
-  }
-  if (def.motion != Motion::fixed) body.twist = {def.velocity, def.angular_velocity};
-  body.set_pose({def.orientation.normalized(), def.position});
-  detail::require_all_finite("BodyDef::position: centre of mass", body.center_pose.translation);
-  return body;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
 
 // === bristle/geometry/contacts/triangle_cache.hpp
 
@@ -8766,59 +8861,6 @@ class PacketBoxes {
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
-// === bristle/sensors/patch_def.hpp
-
-/// @file
-/// Definition of a patch: the positions of its sensors, their constants, and their law.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <cstdint>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-namespace detail {
-struct PatchTag;
-}  // namespace detail
-/// Handle of a patch of a world.
-using PatchId = detail::Id<detail::PatchTag>;
-
-/// Definition of a patch for `World::add_patch`.
-template <Scalar S>
-struct PatchDef {
-  /// [m] Rays of the sensors, in the body frame.
-  SensorLayout<S> sensors{};
-  /// [-] Constants that all sensors share.
-  SensorParameters<S> parameters{};
-  /// [-] Constants of each sensor instead, in the order of the layout; empty to share.
-  std::vector<SensorParameters<S>> per_sensor{};
-  /// [-] Integration of the forces in the step.
-  Integration integration = Integration::automatic;
-  /// [-] Variants of the law.
-  LawOptions options{};
-  /// [1] Lambda below which `automatic` integrates explicitly. 0: never. Lambda is the stability
-  /// measure of docs/sensors.md; 4 is the limit of a single mode.
-  S explicit_below = S(0.5);
-  /// [-] Categories of bodies that the sensors sense. Their collision masks do not matter to
-  /// sensors.
-  std::uint32_t sense_mask = 0xffffffffu;
-  /// [-] Bodies never sensed, besides their own.
-  std::vector<BodyId> excluded{};
-  /// [-] True to accept rays that end inside their own body. `World::add_patch` refuses them
-  /// otherwise: the end of a ray must lie outside of all shapes that the body has then. A ray that
-  /// never leaves its body senses contacts through the body, and presses the body towards them.
-  bool may_point_inwards = false;
-  /// [-] Steps from one cast of the rays to the next, >= 1. Every step evaluates the law. In the
-  /// steps between, the hit surfaces move on as planes (docs/sensors.md, section 8). Patches take
-  /// turns by their index. Rays are cast sooner if another shape comes into range, or if bodies
-  /// have moved by a quarter of the shortest ray.
-  std::uint32_t cast_every = 1;
-  /// [-] A number of the caller's, such as an index (`World::user_data`).
-  std::uint64_t user_data = 0;
-};
-
-}  // namespace bristle::inline BRISTLE_ABI
-
 // === bristle/sensors/plane_cache.hpp
 
 /// @file
@@ -9064,7 +9106,8 @@ struct PatchReading {
   std::span<const BodyId> body;
   /// [-] Free, stuck or slipping.
   std::span<const SensorState> state;
-  /// [N, N m] Total wrench on the patch's body about its centre of mass, world axes.
+  /// [N, N m] Total wrench on the patch's body about its centre of mass, world axes. In a
+  /// `HapticLoop` it is about the origin of the tool's frame.
   Wrench<S> wrench{};
   /// [N] Vector sum of the shear forces, world axes.
   Vec3<S> shear_W = detail::zero<Vec3<S>>();
@@ -9360,6 +9403,9 @@ template <Scalar S>
   const std::size_t n = def.sensors.size();
   require(n > 0, "PatchDef::sensors.size()", n, "must be > 0");
   validate(def.parameters);
+  require_enumerator("PatchDef::integration", def.integration, Integration::automatic);
+  require_enumerator("PatchOptions::scaling", def.options.scaling, FrictionScaling::none);
+  require_enumerator("PatchOptions::law", def.options.law, Law::ambf);
   for (const SensorParameters<S>& p : def.per_sensor) validate(p);
   require(def.per_sensor.empty() || def.per_sensor.size() == n, "PatchDef::per_sensor.size()",
           static_cast<S>(def.per_sensor.size()), "must be 0 or the number of sensors");
@@ -9646,7 +9692,10 @@ struct Tuning {
   /// Spec to meet, as `tuned_for` checked it.
   GripSpec<S> spec{};
 
-  /// Constants for `count` sensors of `length` [m] that share the load.
+  /// The patch of a layout: sensors, constants, and the scaling of friction that they are made for.
+  [[nodiscard]] PatchDef<S> patch(SensorLayout<S> layout) const;
+  /// Constants for `count` sensors of `length` [m] that share the load. They are right in a patch
+  /// whose `PatchDef::options` have the `scaling` of the spec.
   [[nodiscard]] SensorParameters<S> parameters(std::size_t count, S length) const;
   /// Constants for a layout, by its mean ray length.
   [[nodiscard]] SensorParameters<S> parameters(const SensorLayout<S>& layout) const;
@@ -9725,6 +9774,7 @@ Tuning<S> tuned_for(const GripSpec<S>& spec) {
   detail::require(spec.press <= S(1), "GripSpec::press", spec.press, "must be <= 1");
   detail::require_not_negative("GripSpec::normal_damping_ratio", spec.normal_damping_ratio);
   detail::require_not_negative("GripSpec::bristle_damping_ratio", spec.bristle_damping_ratio);
+  detail::require_enumerator("GripSpec::scaling", spec.scaling, FrictionScaling::none);
   return {spec};
 }
 
@@ -9755,6 +9805,15 @@ SensorParameters<S> Tuning<S>::parameters(std::size_t count, S length) const {
       break;
   }
   return p;
+}
+
+template <Scalar S>
+PatchDef<S> Tuning<S>::patch(SensorLayout<S> layout) const {
+  PatchDef<S> def;
+  def.parameters = parameters(layout);
+  def.options.scaling = spec.scaling;
+  def.sensors = std::move(layout);
+  return def;
 }
 
 template <Scalar S>
@@ -10773,10 +10832,11 @@ class ContactCache {
       cached.count = static_cast<std::uint32_t>(m.size);
       cached.is_trigger = frame.is_trigger;
       const CachedManifold<S>* old = find_old(shapes, m.key);
+      const Vec3<S> p_ab = frame.p_ab + frame.R_WS * m.shift;
       for (std::size_t i = 0; i < m.size; ++i) {
         CachedPoint<S>& point = points_.emplace_back();
         point.arm_a = frame.p_as + frame.R_WS * m.points[i].position;
-        point.arm_b = point.arm_a - frame.p_ab;
+        point.arm_b = point.arm_a - p_ab;
         point.gap = m.points[i].gap;
         point.feature = m.points[i].feature;
       }
@@ -11007,7 +11067,7 @@ class ContactReading {
   [[nodiscard]] Wrench<S> impulse_about(const Vec3<S>& point) const;
 
   /// [N s, N m s] Total impulse on body a about its centre of mass at the start of the step.
-  /// Equals its change of (angular) momentum, to round-off.
+  /// The contact's part of its change of (angular) momentum.
   [[nodiscard]] Wrench<S> impulse_on_a() const;
   /// [N s, N m s] The same on body b about its own centre of mass.
   [[nodiscard]] Wrench<S> impulse_on_b() const;
@@ -11701,6 +11761,7 @@ struct Joint {
 ///         motor.
 template <Scalar S>
 void validate(const JointMotor<S>& motor, JointKind kind) {
+  detail::require_enumerator("JointMotor::mode", motor.mode, MotorMode::spring);
   detail::require_finite("JointMotor::target", motor.target);
   using std::isfinite;
   // A bound may be the largest number there is.
@@ -11714,12 +11775,15 @@ void validate(const JointMotor<S>& motor, JointKind kind) {
 }
 
 /// Checks a spring.
-/// @throws InvalidArgument naming the field.
+/// @throws InvalidArgument naming the field. Also thrown if a joint of this kind has no axis for a
+///         spring.
 template <Scalar S>
-void validate(const JointSpring<S>& spring) {
+void validate(const JointSpring<S>& spring, JointKind kind) {
   detail::require_not_negative("JointSpring::stiffness", spring.stiffness);
   detail::require_not_negative("JointSpring::damping", spring.damping);
   detail::require_finite("JointSpring::rest", spring.rest);
+  detail::require(has_free_axis(kind) || (spring.stiffness == S(0) && spring.damping == S(0)),
+                  "JointDef::spring", name_of(kind), "needs a revolute or prismatic joint");
 }
 
 /// Checks a bushing.
@@ -11733,34 +11797,39 @@ void validate(const JointBushing<S>& bushing) {
   }
 }
 
+namespace detail {
+
+/// Checks the limits of a joint's position.
+/// @throws InvalidArgument naming the field. Also thrown if a joint of this kind has no position.
+template <Scalar S>
+void require_limits(const S& lower, const S& upper, JointKind kind) {
+  require(lower <= upper, "JointDef::lower_limit", lower, "must be <= upper_limit");
+  require(lower < infinity<S>, "JointDef::lower_limit", lower, "must be < infinity");
+  require(upper > -infinity<S>, "JointDef::upper_limit", upper, "must be > -infinity");
+  const bool has_position = has_free_axis(kind) || has_angle(kind);
+  constexpr const char* needs = "needs a revolute, prismatic or cone_twist joint";
+  require(has_position || lower == -infinity<S>, "JointDef::lower_limit", lower, needs);
+  require(has_position || upper == infinity<S>, "JointDef::upper_limit", upper, needs);
+}
+
+}  // namespace detail
+
 /// Checks the definition of a joint.
 /// @throws InvalidArgument naming the field.
 template <Scalar S>
 void validate(const JointDef<S>& def) {
   const JointKind kind = def.kind;
+  detail::require_enumerator("JointDef::kind", kind, JointKind::six_dof);
   detail::require_all_finite("JointDef::X_AJ.translation", def.X_AJ.translation);
   detail::require_all_finite("JointDef::X_BJ.translation", def.X_BJ.translation);
   detail::require_unit<S>("JointDef::X_AJ.rotation", def.X_AJ.rotation);
   detail::require_unit<S>("JointDef::X_BJ.rotation", def.X_BJ.rotation);
-  detail::require(def.lower_limit <= def.upper_limit, "JointDef::lower_limit", def.lower_limit,
-                  "must be <= upper_limit");
-  detail::require(def.lower_limit < infinity<S>, "JointDef::lower_limit", def.lower_limit,
-                  "must be < infinity");
-  detail::require(def.upper_limit > -infinity<S>, "JointDef::upper_limit", def.upper_limit,
-                  "must be > -infinity");
-  const bool has_position = has_free_axis(kind) || has_angle(kind);
-  detail::require(has_position || def.lower_limit == -infinity<S>, "JointDef::lower_limit",
-                  def.lower_limit, "needs a revolute, prismatic or cone_twist joint");
-  detail::require(has_position || def.upper_limit == infinity<S>, "JointDef::upper_limit",
-                  def.upper_limit, "needs a revolute, prismatic or cone_twist joint");
+  detail::require_limits(def.lower_limit, def.upper_limit, kind);
   detail::require(def.swing_limit > S(0), "JointDef::swing_limit", def.swing_limit, "must be > 0");
   detail::require(kind == JointKind::cone_twist || def.swing_limit == infinity<S>,
                   "JointDef::swing_limit", def.swing_limit, "needs a cone_twist joint");
   validate(def.motor, kind);
-  validate(def.spring);
-  detail::require(
-      has_free_axis(kind) || (def.spring.stiffness == S(0) && def.spring.damping == S(0)),
-      "JointDef::spring", def.spring.stiffness, "needs a revolute or prismatic joint");
+  validate(def.spring, kind);
   validate(def.bushing);
   detail::require(kind == JointKind::six_dof ||
                       (def.bushing.stiffness.isZero(S(0)) && def.bushing.damping.isZero(S(0))),
@@ -13688,6 +13757,59 @@ struct StepReport {
 
 }  // namespace bristle::inline BRISTLE_ABI
 
+// === bristle/world/shapes_of_bodies.hpp
+
+/// @file
+/// The shapes of each body, found without a search through all shapes.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstddef>
+#include <cstdint>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// A list of slots of shapes for each slot of a body, in ascending order: it depends on the shapes
+/// there are, and not on the order in which they came.
+class ShapesOfBodies {
+ public:
+  void add(std::uint32_t body, std::uint32_t shape) {
+    grow(first_, body);
+    grow(next_, shape);
+    std::uint32_t* link = &first_[body];
+    while (*link < shape) link = &next_[*link];
+    next_[shape] = *link;
+    *link = shape;
+  }
+  /// Removes a shape that the body has.
+  void remove(std::uint32_t body, std::uint32_t shape) {
+    std::uint32_t* link = &first_[body];
+    while (*link != shape) link = &next_[*link];
+    *link = next_[shape];
+  }
+  /// Calls visit(shape) for each shape of a body; `visit` may remove that shape.
+  template <typename Visit>
+  void for_each(std::uint32_t body, Visit&& visit) const {
+    if (body >= first_.size()) return;
+    for (std::uint32_t shape = first_[body]; shape != none;) {
+      const std::uint32_t next = next_[shape];
+      visit(shape);
+      shape = next;
+    }
+  }
+
+ private:
+  /// Greater than any slot.
+  static constexpr std::uint32_t none = 0xffffffffu;
+
+  static void grow(DynamicArray<std::uint32_t>& links, std::uint32_t slot) {
+    if (links.size() <= slot) links.resize(slot + std::size_t{1}, none);
+  }
+
+  DynamicArray<std::uint32_t> first_, next_;
+};
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
 // === bristle/world/world_def.hpp
 
 /// @file
@@ -13780,6 +13902,7 @@ struct WorldState {
   WorldDef<S> def{};
   SlotMap<Body<S>, BodyTag> bodies;
   SlotMap<Collider<S>, ShapeTag> colliders;
+  ShapesOfBodies shapes_of_bodies;
   SlotMap<Joint<S>, JointTag> joints;
   /// Null until the first joint is added.
   const JointKernels<S>* joint_kernels = nullptr;
@@ -14506,7 +14629,7 @@ class HapticLoop {
     detail::require(def.options.law == Law::paper, "LawOptions::law", "ambf",
                     "must be the paper's");
     def.integration = Integration::implicit;
-    Skin tool_patch;
+    ToolPatch tool_patch;
     // About the origin of the body frame, the device's.
     tool_patch.patch = detail::make_patch(std::move(def), owner.body, detail::zero<Vec3<S>>());
     tool_patch.tool = tool.index;
@@ -14600,7 +14723,7 @@ class HapticLoop {
     detail::Collider<S> collider{};
     std::uint32_t body = 0;
   };
-  struct Skin {
+  struct ToolPatch {
     detail::SensorPatch<S> patch{};
     std::uint32_t tool = 0;
     /// True from the first time on that the loop's world has seen it, and checked its rays.
@@ -14614,7 +14737,8 @@ class HapticLoop {
   };
 
   void require_tool(ToolId tool) const {
-    detail::require(tool.index < tools_.size(), "ToolId", tool.index, "must name a tool");
+    detail::require(tool.index < tools_.size(), "ToolId", tool.index,
+                    "must name a tool of this loop");
   }
   [[nodiscard]] Tool& tool_of(ToolId tool) {
     require_tool(tool);
@@ -14636,14 +14760,14 @@ class HapticLoop {
   }
 
   // Functions that the world calls.
-  void require_tool_patch() const {
+  void require_complete() const {
     require_open();
     detail::require(done_ == def_.substeps, "HapticLoop: substeps", done_,
                     "must be HapticDef::substeps before a step");
   }
   void forget();
   void observe(const detail::WorldState<S>& state);
-  void find_near(const detail::WorldState<S>& state, Skin& tool_patch, S fastest);
+  void find_near(const detail::WorldState<S>& state, ToolPatch& tool_patch, S fastest);
   /// [m/s] Fastest speed of any point of a shape; of a half-space, the speed of its body.
   [[nodiscard]] static S speed_of(const detail::WorldState<S>& state,
                                   const detail::Collider<S>& c) {
@@ -14657,7 +14781,7 @@ class HapticLoop {
   const detail::HapticKernels<S>* kernels_ = &detail::haptic_kernels<S>();
   HapticDef<S> def_;
   detail::DynamicArray<Tool> tools_;
-  detail::DynamicArray<Skin> tool_patches_;
+  detail::DynamicArray<ToolPatch> tool_patches_;
   detail::DynamicArray<NearShape> shapes_;
   detail::DynamicArray<detail::HapticBody<S>> bodies_, last_bodies_;
   detail::HeldMobilityFinder<S> finder_;
@@ -14944,13 +15068,18 @@ class World {
   /// [m/s, rad/s] Sets the velocity of the centre of mass and the angular velocity, world axes. The
   /// body must not be fixed.
   void set_velocity(BodyId id, const Twist<S>& twist);
-  /// Sets the velocity of a kinematic body that brings it to a pose at the end of the next step.
+  /// Sets the velocity of a kinematic body that brings it to a pose at the end of the next step, if
+  /// the length of a step stays as it is.
   /// The body keeps that velocity until told otherwise.
   void move_to(BodyId id, const Transform<S>& X_WB);
   /// [N, N m] Adds a wrench about the centre of mass, world axes. It acts during the next step.
   void apply_wrench(BodyId id, const Wrench<S>& wrench);
   /// [N] Adds a force at a point [m] of the world. It acts during the next step.
   void apply_force(BodyId id, const Vec3<S>& force, const Vec3<S>& point);
+  /// [N s] Changes the velocity of a dynamic body at once by an impulse at a point [m] of the
+  /// world. Locked axes stay still.
+  /// @throws InvalidArgument when the body is not dynamic, or the new velocity not finite.
+  void apply_impulse(BodyId id, const Vec3<S>& impulse, const Vec3<S>& point);
   /// [-] Changes which bodies may touch and sense a body.
   void set_filter(BodyId id, const CollisionFilter& filter);
   /// [kg] Sets the mass of a dynamic body. Its inertia changes in proportion, as for the same solid
@@ -14958,6 +15087,11 @@ class World {
   /// @throws InvalidArgument when the body is not dynamic, the mass is not > 0, or the mass or the
   ///         inertia has no finite inverse.
   void set_mass(BodyId id, S mass);
+  /// [1/s] Sets the rates at which the velocity and the angular momentum of a dynamic body decay.
+  /// @throws InvalidArgument when the body is not dynamic, or a rate negative or not finite.
+  void set_damping(BodyId id, S linear, S angular);
+  /// [1] Sets the factor of a body on the world's gravity.
+  void set_gravity_scale(BodyId id, S scale);
   /// Sets the material of all shapes of a body.
   /// @throws InvalidArgument naming the field of the material.
   void set_material(BodyId id, const Material<S>& material);
@@ -14981,6 +15115,13 @@ class World {
   [[nodiscard]] bool contains(JointId id) const noexcept { return state_.joints.contains(id); }
   /// Changes the motor of a joint.
   void set_motor(JointId id, const JointMotor<S>& motor);
+  /// Changes the limits of a joint's position [m] or [rad]. The joint moves into them as it would
+  /// back into limits that it broke.
+  /// @throws InvalidArgument naming the field of `JointDef`.
+  void set_limits(JointId id, S lower, S upper);
+  /// Changes the passive spring of a joint.
+  /// @throws InvalidArgument naming the field.
+  void set_spring(JointId id, const JointSpring<S>& spring);
   /// Definition of a joint, its frames about the centres of mass, and its impulses.
   [[nodiscard]] const detail::Joint<S>& joint(JointId id) const {
     return state_.joints.get(id, "JointId");
@@ -15181,8 +15322,6 @@ class World {
   static auto& user_data_in(AnyState& state, PatchId id) {
     return state.patches.get(id, "PatchId").def.user_data;
   }
-  template <typename Visit>
-  void for_each_shape_of(BodyId id, Visit&& visit) const;
   void refresh_box(std::uint32_t tag);
   void set_twist(BodyId id, const Twist<S>& twist);
   /// Velocity that brings a kinematic body to a pose within a step.
@@ -15307,8 +15446,7 @@ template <typename Visit>
 void World<S, Backend>::for_each_shape(
     BodyId id, Visit&& visit) const requires detail::TellsShapes<Backend, S> {
   const Vec3<S> center_B = body(id).center_B;
-  for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
-    if (!state_.colliders.is_live(i) || state_.colliders.at(i).body != id) continue;
+  state_.shapes_of_bodies.for_each(id.index, [&](std::uint32_t i) {
     const detail::Collider<S>& c = state_.colliders.at(i);
     ShapeDef<S> def;
     def.shape = Backend::shape(c.shape.template as<Prepared>());
@@ -15317,7 +15455,7 @@ void World<S, Backend>::for_each_shape(
     def.is_trigger = c.is_trigger;
     def.user_data = c.user_data;
     visit(state_.colliders.handle(i), def);
-  }
+  });
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -15687,10 +15825,11 @@ class HostSensors {
   [[nodiscard]] const World<S, Backend>& world() const noexcept { return world_; }
 
   /// Senses, and applies the mean force of the next step to the engine's bodies. Applies only
-  /// finite forces, and allocates only until warm.
+  /// finite forces. Allocates only until warm, apart from what the engine's functions do.
   /// @param dt  [s] Length of the engine's next step.
   /// @throws InvalidArgument when dt is not finite and > 0, or when the engine hits a body that is
-  ///         not mirrored; and any exception of the engine. Nothing was applied then.
+  ///         not mirrored; and any exception of the engine. Nothing was applied then, unless it was
+  ///         `apply_wrench` that threw: the wrenches before it were.
   template <typename Host>
   requires detail::SensorHost<Host, S>
   void step(Host& host, S dt) {
@@ -16335,6 +16474,8 @@ SensorLayout<S> ray_fan(const RayFanDef<S>& def) {
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <span>
 
 namespace bristle::inline BRISTLE_ABI {
@@ -16390,6 +16531,10 @@ class TactileHistory {
   TactileHistory(std::size_t sensors, std::size_t frames) : sensors_(sensors), frames_(frames) {
     detail::require(sensors > 0, "TactileHistory: sensors", sensors, "must be > 0");
     detail::require(frames > 0, "TactileHistory: frames", frames, "must be > 0");
+    constexpr std::size_t most =
+        std::numeric_limits<std::ptrdiff_t>::max() / (tactile_channel_count * sizeof(S));
+    detail::require(frames <= most / sensors, "TactileHistory: frames", frames,
+                    "must be fewer: all frames have to fit into memory");
     values_.resize(frames * tactile_channel_count * sensors);
   }
 
@@ -16450,6 +16595,7 @@ template <Scalar S>
 template <Scalar S>
 TactileImage<S> tactile_image(const PatchReading<S>& reading, TactileChannel channel,
                               std::size_t columns) {
+  detail::require_enumerator("TactileChannel", channel, TactileChannel::shear_2);
   return detail::rows_of(detail::channels_of(reading)[static_cast<std::size_t>(channel)], columns);
 }
 
@@ -16837,6 +16983,9 @@ PatchMesh<S> half_sphere_patch(S radius, std::uint32_t rings, std::uint32_t segm
   detail::require_positive("half_sphere_patch: radius", radius);
   detail::require(rings >= 1, "half_sphere_patch: rings", rings, "must be >= 1");
   detail::require(segments >= 3, "half_sphere_patch: segments", segments, "must be >= 3");
+  detail::require_countable(
+      rings > segments ? "half_sphere_patch: rings" : "half_sphere_patch: segments",
+      std::max(rings, segments), std::uint64_t{rings} * segments + 1);
   PatchMesh<S> patch;
   patch.normals = {detail::unit_z<Vec3<S>>()};
   for (std::uint32_t i = 1; i <= rings; ++i) {
@@ -17247,7 +17396,7 @@ template <typename Id>
 void WorldBatch<S, Backend>::require_handles(std::span<const Id> ids) const {
   for (const World<S, Backend>& world : worlds_) {
     for (const Id id : ids) {
-      detail::require(world.contains(id), "WorldBatch: handle of a world", id.index,
+      detail::require(world.contains(id), "WorldBatch: handle of a world", id,
                       "must name what all worlds have");
     }
   }
@@ -17692,7 +17841,9 @@ void Recorder<S>::insert_body(BodyId id, Body body) {
 
 template <Scalar S>
 void Recorder<S>::add_body(BodyId id, const BodyDef<S>& def, std::string name, S plane_size) {
+  detail::require(id != BodyId{}, "Recorder: BodyId", id, "must name a body");
   require_new(bodies_, id, "Recorder: BodyId");
+  for (const ShapeDef<S>& s : def.shapes) validate(s);
   Body body;
   body.name = std::move(name);
   body.moves = def.motion != Motion::fixed;
@@ -18688,15 +18839,21 @@ class RealTimePacer {
   /// Instant of the clock.
   using TimePoint = typename Clock::time_point;
 
-  /// @param step          [s] Simulated time of one step. Finite, > 0.
-  /// @param longest_debt  [s] Longest delay that is caught up. Finite, >= 0.
-  /// @param spin          [s] Time at the end of each wait without sleep. Finite, >= 0.
+  /// @param step          [s] Simulated time of one step. > 0, at most a million.
+  /// @param longest_debt  [s] Longest delay that is caught up. >= 0, at most a million.
+  /// @param spin          [s] Time at the end of each wait without sleep. >= 0, at most a million.
   /// @throws InvalidArgument naming the argument.
   explicit RealTimePacer(double step, double longest_debt = 0.1, double spin = 200e-6)
       : step_(step), longest_debt_(longest_debt), spin_(spin) {
     detail::require_positive("RealTimePacer: step", step);
     detail::require_not_negative("RealTimePacer: longest_debt", longest_debt);
     detail::require_not_negative("RealTimePacer: spin", spin);
+    // A clock of nanoseconds in 64 bits counts 9e9 s.
+    constexpr double most = 1e6;
+    constexpr const char* rule = "must be at most a million seconds";
+    detail::require(step <= most, "RealTimePacer: step", step, rule);
+    detail::require(longest_debt <= most, "RealTimePacer: longest_debt", longest_debt, rule);
+    detail::require(spin <= most, "RealTimePacer: spin", spin, rule);
   }
 
   /// Returns when the next step is due; call it once a step. The first call starts the clock.
@@ -18802,17 +18959,17 @@ class ThreadPool {
  public:
   /// @param workers  [-] Threads that work on a loop, including the calling one. At 0 and 1 it is
   ///                 the only one.
+  /// @throws std::system_error when the system has no more threads; those made so far have ended.
   explicit ThreadPool(unsigned workers = std::thread::hardware_concurrency())
       : shares_(std::max(1u, workers)) {
+    threads_.reserve(shares_.size() - 1);
+    Ending unless_complete{this};
     for (unsigned i = 1; i < workers; ++i) threads_.emplace_back([this, i] { wait_for_loops(i); });
+    unless_complete.pool = nullptr;
   }
   ThreadPool(const ThreadPool&) = delete;
   ThreadPool& operator=(const ThreadPool&) = delete;
-  ~ThreadPool() {
-    is_ending_.store(true);
-    wake_sleepers();
-    for (std::thread& thread : threads_) thread.join();
-  }
+  ~ThreadPool() { const Ending all{this}; }
 
   /// [-] Threads that work on a loop, including the calling one.
   [[nodiscard]] std::size_t workers() const noexcept { return shares_.size(); }
@@ -18854,6 +19011,18 @@ class ThreadPool {
   }
 
  private:
+  /// Ends the threads of a pool when its scope ends.
+  struct Ending {
+    ThreadPool* pool;
+
+    ~Ending() {
+      if (pool == nullptr) return;
+      pool->is_ending_.store(true);
+      pool->wake_sleepers();
+      for (std::thread& thread : pool->threads_) thread.join();
+    }
+  };
+
   /// Turns of a loop.
   struct Loop {
     const std::function<void(std::size_t)>* task = nullptr;
@@ -26137,6 +26306,118 @@ template <Scalar S>
   return !state.def.may_collide || state.def.may_collide(a.user_data, b.user_data);
 }
 
+/// [m] Smallest gap of a manifold.
+template <Scalar S>
+[[nodiscard]] S least_gap(const ContactManifold<S>& manifold) {
+  S least = manifold.points[0].gap;
+  for (std::size_t i = 1; i < manifold.size; ++i) {
+    least = std::min(least, manifold.points[i].gap);
+  }
+  return least;
+}
+
+/// Moves the contact of two convex shapes that are apart to where they meet.
+///
+/// Any plane between two shapes keeps them apart: neither passes the other in a step. The plane
+/// between the points that are nearest at the start stands across the way of whatever flies past,
+/// and is not that in which shapes meet. So the shapes are moved along their way by the velocities
+/// of the start. Where a plane between them at the end of it is one between them at the start, it
+/// is taken, and nothing is in the way. Else they are advanced until they touch, or are nearest
+/// (conservative advancement; Mirtich, Impulse-based Dynamic Simulation of Rigid Body Systems,
+/// 1996). Each step of that gives a plane that is between them at the start, too, so their number
+/// decides only how well the plane fits.
+///
+/// @param manifold  The only one of the pair, at the start.
+/// @param way       [m] Motion of B relative to A by the velocities of the start, in the frame of
+/// A.
+/// @param free_way  [m] The same with what forces add. What it leaves apart needs no other plane.
+/// @param collide   collide(shift [m]) replaces `manifold` by that of the shapes with B displaced;
+///                  false where there is not one.
+/// @param round_off [m] Gaps that are as good as none.
+template <Scalar S, typename Collide>
+void advance_contact(ContactManifold<S>& manifold, const Vec3<S>& way, const Vec3<S>& free_way,
+                     const S& round_off, Collide&& collide) {
+  // [m] By how much B comes closer in the whole step.
+  const auto approach = [&] { return S(-manifold.normal.dot(way)); };
+  const auto set_shift = [&](const S& share) {
+    manifold.shift = share * way;
+    for (std::size_t i = 0; i < manifold.size; ++i) {
+      manifold.points[i].gap += share * approach();
+    }
+  };
+  S gap = least_gap(manifold);
+  // Surfaces that rest, slide or part have their plane.
+  if (gap < -round_off || approach() <= round_off) return;
+  if (gap >= std::max(approach(), S(-manifold.normal.dot(free_way)))) return;
+  const ContactManifold<S> start = manifold;
+  if (collide(way) && least_gap(manifold) >= -round_off &&
+      least_gap(manifold) + approach() >= -round_off) {
+    set_shift(S(1));
+    return;
+  }
+  manifold = start;
+  // Each step halves the rest of a way that grazes, and ends one that hits a flat face.
+  constexpr int most_steps = 8;
+  S share = S(0);
+  S beyond = infinity<S>;  // A share at which the nearest place lies behind.
+  for (int i = 0; i < most_steps; ++i) {
+    if (gap <= round_off || gap >= (S(1) - share) * approach()) break;
+    const ContactManifold<S> last = manifold;
+    S next = share + gap / approach();
+    if (next >= beyond) next = S(0.5) * (share + beyond);
+    if (!collide(Vec3<S>(next * way))) {
+      manifold = last;
+      break;
+    }
+    if (least_gap(manifold) + next * approach() < -round_off) {
+      // This plane is not between the shapes at the start.
+      manifold = last;
+      beyond = next;
+      continue;
+    }
+    share = next;
+    gap = least_gap(manifold);
+  }
+  // In the same plane the points of the start are as good, and closer to where slow bodies end up.
+  if (manifold.normal.dot(start.normal) >= S(1) - Tolerance<S>::equal()) {
+    manifold = start;
+  } else {
+    set_shift(share);
+  }
+}
+
+/// Adds the contact of the ball within one of the two shapes. Impulses far off its centre turn a
+/// fast body by radians within a step: its middle would go on, through what only keeps a corner
+/// out. The ball stays where it is however the body turns.
+/// @param center  [m] Of the ball, in the frame of A, where the points lie as they do.
+/// @param is_b    True for a ball in B.
+template <Scalar S>
+void add_inner_ball(ContactManifold<S>& manifold, const Vec3<S>& center, const S& radius,
+                    bool is_b) {
+  const Vec3<S>& n = manifold.normal;
+  const S shift = n.dot(manifold.shift);
+  // Height along the normal of the surface that the ball meets: its outermost point.
+  S surface = is_b ? -infinity<S> : infinity<S>;
+  for (std::size_t i = 0; i < manifold.size; ++i) {
+    const S middle = n.dot(manifold.points[i].position);
+    const S half_gap = S(0.5) * (manifold.points[i].gap + shift);
+    surface =
+        is_b ? std::max(surface, S(middle - half_gap)) : std::min(surface, S(middle + half_gap));
+  }
+  const S side = is_b ? S(1) : S(-1);
+  const S gap = side * (n.dot(center) - surface) - radius;
+  ContactPoint<S> point;
+  point.position = center - (side * (radius + S(0.5) * gap)) * n;
+  point.gap = gap - shift;
+  point.feature = is_b ? 0xffffffffu : 0xfffffffeu;
+  manifold.add(point);
+}
+
+/// Returns whether a shape is convex and has an end.
+[[nodiscard]] inline bool is_convex_body(ShapeKind kind) {
+  return kind != ShapeKind::half_space && kind != ShapeKind::triangle_mesh;
+}
+
 /// Appends the manifolds of a pair, in the frame of its first shape. Gaps are those that can close
 /// within the step.
 template <Scalar S>
@@ -26157,7 +26438,56 @@ ContactStatus collide_pair(const WorldState<S>& state, const ShapePair& pair,
   const Vec3<S> p = (X_WB.translation - X_WA.translation) + X_b.translation - X_a.translation;
   const Quat<S> R_SaW = X_a.rotation.conjugate();
   const Transform<S> X_SaSb{R_SaW * X_b.rotation, R_SaW * p};
-  return a.shape.collide(b.shape, X_SaSb, reach_of(state, a, b) + reach_of(state, b, a), out);
+  const S reach = reach_of(state, a, b) + reach_of(state, b, a);
+  const std::size_t first = out.size();
+  const ContactStatus status = a.shape.collide(b.shape, X_SaSb, reach, out);
+  // Nothing passes a half-space, nor flies past one. Bodies of symplectic Euler move by the
+  // velocities of the end alone: their impulses act at the start, at one point of both.
+  if (status != ContactStatus::ok || out.size() == first || a.half_space || b.half_space ||
+      state.def.integrator != Integrator::trapezoidal) {
+    return status;
+  }
+  const auto way_by = [&](const Twist<S> SolverBody<S>::*twist) -> Vec3<S> {
+    const auto velocity = [&](const Collider<S>& c, const Vec3<S>& place) {
+      return (state.solver_bodies[c.body.index].*twist).at(place);
+    };
+    // A little beyond the step. Edges that meet just at its end do not tell in which plane.
+    constexpr S beyond = S(65) / S(64);
+    return beyond * state.def.time_step *
+           (R_SaW * (velocity(b, X_b.translation) - velocity(a, X_a.translation)));
+  };
+  const Vec3<S> way = way_by(&SolverBody<S>::start);
+  if (out.size() == first + 1 && is_convex_body(a.kind) && is_convex_body(b.kind)) {
+    const S round_off = Tolerance<S>::equal() * (a.radius + b.radius + reach);
+    // Queries rewrite the place of the manifold.
+    ContactManifold<S> manifold = out[first];
+    const auto collide = [&](const Vec3<S>& shift) {
+      out.resize(first);
+      const Transform<S> moved{X_SaSb.rotation, X_SaSb.translation + shift};
+      const bool has_one = a.shape.collide(b.shape, moved, reach, out) == ContactStatus::ok &&
+                           out.size() == first + 1;
+      if (has_one) manifold = out[first];
+      return has_one;
+    };
+    advance_contact(manifold, way, way_by(&SolverBody<S>::free), round_off, collide);
+    out.resize(first + 1);
+    out[first] = manifold;
+  }
+  const auto add_ball = [&](ContactManifold<S>& manifold, const Collider<S>& c,
+                            const Transform<S>& X_W, const Vec3<S>& place, bool is_b) {
+    if (c.kind == ShapeKind::sphere || !state.body_of(c).is_dynamic()) return;
+    const S& radius = c.inner.radius;
+    if (!(radius > S(0) && -manifold.normal.dot(way) > radius)) return;
+    const Vec3<S> center = R_SaW * (place + X_W.rotate(c.inner.center));
+    add_inner_ball(manifold, is_b ? Vec3<S>(center + manifold.shift) : center, radius, is_b);
+  };
+  const Vec3<S> p_a = -X_a.translation;
+  const Vec3<S> p_b = (X_WB.translation - X_WA.translation) - X_a.translation;
+  for (std::size_t i = first; i < out.size(); ++i) {
+    add_ball(out[i], a, X_WA, p_a, false);
+    add_ball(out[i], b, X_WB, p_b, true);
+  }
+  return status;
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -26174,7 +26504,7 @@ void HapticLoop<S>::forget() {
     tool.wrench = {};
     tool.last_pose.reset();
   }
-  for (Skin& tool_patch : tool_patches_) clear_patch(tool_patch.patch);
+  for (ToolPatch& tool_patch : tool_patches_) clear_patch(tool_patch.patch);
   bodies_.clear();
   substeps_ = rays_cast_ = 0;
 }
@@ -26197,7 +26527,7 @@ void HapticLoop<S>::observe(const detail::WorldState<S>& state) {
       tool.pose = state.bodies.at(tool.body.index).pose();
     }
   }
-  for (Skin& tool_patch : tool_patches_) {
+  for (ToolPatch& tool_patch : tool_patches_) {
     tool_patch.is_seen = true;
     find_near(state, tool_patch, fastest);
   }
@@ -26205,7 +26535,8 @@ void HapticLoop<S>::observe(const detail::WorldState<S>& state) {
 
 /// Finds shapes that a patch may meet in a step.
 template <Scalar S>
-void HapticLoop<S>::find_near(const detail::WorldState<S>& state, Skin& tool_patch, S fastest) {
+void HapticLoop<S>::find_near(const detail::WorldState<S>& state, ToolPatch& tool_patch,
+                              S fastest) {
   const Tool& tool = tools_[tool_patch.tool];
   tool_patch.near.clear();
   if (!state.bodies.contains(tool.body)) return;
@@ -28532,16 +28863,16 @@ class HapticSubstep {
   using Loop = HapticLoop<S>;
   using Tool = typename Loop::Tool;
   using NearShape = typename Loop::NearShape;
-  using Skin = typename Loop::Skin;
+  using ToolPatch = typename Loop::ToolPatch;
 
-  void sense(Skin& tool_patch, std::uint32_t number);
-  void start(Skin& tool_patch);
+  void sense(ToolPatch& tool_patch, std::uint32_t number);
+  void start(ToolPatch& tool_patch);
   void solve_once();
   [[nodiscard]] bool answer(const SolvePass& pass);
-  void deliver(Skin& tool_patch);
+  void deliver(ToolPatch& tool_patch);
 
   /// [m/s, rad/s] Motion of a tool at the point of a block.
-  [[nodiscard]] Vec6<S> motion_of(const Skin& tool_patch, const SoftBlock<S>& block) const {
+  [[nodiscard]] Vec6<S> motion_of(const ToolPatch& tool_patch, const SoftBlock<S>& block) const {
     const Twist<S>& twist = loop_.tools_[tool_patch.tool].twist;
     return stacked<S>(twist.at(block.arm_a), twist.angular);
   }
@@ -28580,14 +28911,14 @@ void HapticSubstep<S>::run() {
   } else {
     solve_once();
   }
-  for (Skin& tool_patch : loop_.tool_patches_) deliver(tool_patch);
+  for (ToolPatch& tool_patch : loop_.tool_patches_) deliver(tool_patch);
   for (HapticBody<S>& body : loop_.bodies_) body.end_substep(loop_.h_);
   ++loop_.done_;
   ++loop_.substeps_;
 }
 
 template <Scalar S>
-void HapticSubstep<S>::sense(Skin& tool_patch, std::uint32_t number) {
+void HapticSubstep<S>::sense(ToolPatch& tool_patch, std::uint32_t number) {
   const Tool& tool = loop_.tools_[tool_patch.tool];
   SensorPatch<S>& patch = tool_patch.patch;
   tool_patch.in_reach.clear();
@@ -28624,7 +28955,7 @@ void HapticSubstep<S>::sense(Skin& tool_patch, std::uint32_t number) {
 
 /// Makes a soft block of each pair.
 template <Scalar S>
-void HapticSubstep<S>::start(Skin& tool_patch) {
+void HapticSubstep<S>::start(ToolPatch& tool_patch) {
   tool_patch.blocks.clear();
   tool_patch.touched.clear();
   for (PatchPair<S>& pair : tool_patch.patch.pairs) {
@@ -28643,7 +28974,7 @@ void HapticSubstep<S>::start(Skin& tool_patch) {
 template <Scalar S>
 void HapticSubstep<S>::solve_once() {
   for (HapticBody<S>& body : loop_.bodies_) body.clear_system();
-  for (Skin& tool_patch : loop_.tool_patches_) {
+  for (ToolPatch& tool_patch : loop_.tool_patches_) {
     for (std::size_t k = 0; k < tool_patch.blocks.size(); ++k) {
       SoftBlock<S>& block = tool_patch.blocks[k];
       fill_block(tool_patch.patch.pairs[k], block);
@@ -28651,7 +28982,7 @@ void HapticSubstep<S>::solve_once() {
     }
   }
   for (HapticBody<S>& body : loop_.bodies_) body.solve(loop_.h_);
-  for (Skin& tool_patch : loop_.tool_patches_) {
+  for (ToolPatch& tool_patch : loop_.tool_patches_) {
     for (std::size_t k = 0; k < tool_patch.blocks.size(); ++k) {
       SoftBlock<S>& block = tool_patch.blocks[k];
       block.motion = motion_of(tool_patch, block) -
@@ -28663,7 +28994,7 @@ void HapticSubstep<S>::solve_once() {
 template <Scalar S>
 bool HapticSubstep<S>::answer(const SolvePass& pass) {
   bool has_changed = false;
-  for (Skin& tool_patch : loop_.tool_patches_) {
+  for (ToolPatch& tool_patch : loop_.tool_patches_) {
     for (std::size_t k = 0; k < tool_patch.blocks.size(); ++k) {
       SoftBlock<S>& block = tool_patch.blocks[k];
       const PairResponse<S> found =
@@ -28677,7 +29008,7 @@ bool HapticSubstep<S>::answer(const SolvePass& pass) {
 
 /// Applies the impulses of a patch to tool and bodies, and turns them into readings.
 template <Scalar S>
-void HapticSubstep<S>::deliver(Skin& tool_patch) {
+void HapticSubstep<S>::deliver(ToolPatch& tool_patch) {
   Tool& tool = loop_.tools_[tool_patch.tool];
   const S left = S(loop_.def_.substeps - loop_.done_) * loop_.h_;
   for (std::size_t k = 0; k < tool_patch.blocks.size(); ++k) {
@@ -29506,6 +29837,8 @@ class JointSystem {
   [[nodiscard]] JointKind kind(std::size_t group) const { return groups_.joints()[group].kind; }
   void couple(const JointCoupling& coupling, const Mat3<S>& lever);
   void couple_merged(const JointCoupling& coupling, const Mat3<S>& lever);
+  /// [1/kg] or [1/(kg m^2)] Mean mobility of the bodies of a joint, without arms.
+  [[nodiscard]] S mobility_of(const MechanismJoint<S>& joint, bool is_linear) const;
   void fill_free_rows();
   void add_solution(std::span<const Twist<S>> b);
   void add_wrench(std::size_t joint, const Vec3<S>& linear, const Vec3<S>& angular);
@@ -29514,7 +29847,7 @@ class JointSystem {
   DynamicArray<Node> nodes_;
   DynamicArray<JointState<S>> at_;
   JointGroups<S> groups_;
-  JointOrder order_;         // Order of groups.
+  JointOrder order_;          // Order of groups.
   DynamicArray<bool> moves_;  // Topology of `order_`, with the two below.
   DynamicArray<JointKind> kinds_;
   DynamicArray<std::array<std::uint32_t, 2>> pairs_;
@@ -29743,6 +30076,16 @@ void JointSystem<S>::couple_merged(const JointCoupling& coupling, const Mat3<S>&
 /// added terms are small. The second pass of `solve` removes their effect on everything that can
 /// move.
 template <Scalar S>
+S JointSystem<S>::mobility_of(const MechanismJoint<S>& joint, bool is_linear) const {
+  S sum = S(0);
+  for (const std::uint32_t body : {joint.body_a, joint.body_b}) {
+    const Node& node = nodes_[body];
+    sum += is_linear ? node.inverse_mass.sum() : node.inverse_inertia.trace();
+  }
+  return sum / S(3);
+}
+
+template <Scalar S>
 void JointSystem<S>::fill_free_rows() {
   const S share = may_be_singular_ ? Tolerance<S>::equal() : S(0);
   for (std::size_t i = 0; i < groups_.size(); ++i) {
@@ -29758,6 +30101,9 @@ void JointSystem<S>::fill_free_rows() {
     for (std::size_t r = row; r < row + rows; ++r) {
       Mat3<S>& block = matrix_.at(r, r);
       S scale = groups_.is_merged(i) ? mean : S(block.trace() / S(3));
+      // Where locked axes leave nothing that the row could hold, what is left is round-off.
+      const S own = mobility_of(groups_.joints()[i], r == row);
+      if (!(scale > Tolerance<S>::equal() * own)) scale = own;
       if (value_of(scale) == 0) scale = S(1);
       const Vec3<S>& axis = r == row ? groups_.at(i).slide : groups_.at(i).hinge;
       block += (scale * axis) * axis.transpose();
@@ -37122,12 +37468,16 @@ class SolveStage {
                              body.mean_free.linear.cross(body.free.linear));
       inertia += body.inertia + point_inertia<S>(body.mass, end_of(slot) - center);
     }
-    // Impulses in the middle of the step count from the positions at its start.
+    // Impulses later in the step count from the positions at its start. There they act at two
+    // points.
     for (const std::uint32_t i : island.contacts) {
       const ContactConstraint<S>& c = state.constraints.contacts[i];
       const CachedPoint<S>& point = state.contacts.points()[c.point];
-      if (!point.acts_at_mid) continue;
-      excess += (S(1) / dt) * Vec3<S>(point.mid_offset_b - point.mid_offset_a).cross(c.impulse_W());
+      Vec3<S> apart = (state.bodies.at(c.body_b).center_pose.translation -
+                       state.bodies.at(c.body_a).center_pose.translation) +
+                      (point.arm_b - point.arm_a);
+      if (point.acts_at_mid) apart += point.mid_offset_b - point.mid_offset_a;
+      excess += (S(1) / dt) * apart.cross(c.impulse_W());
     }
     const Vec3<S> turn = inverse_inertia<S>(inertia) * (-dt * excess);
     for (const std::uint32_t slot : island.bodies) {
@@ -37650,6 +38000,7 @@ requires ShapeBackend<Backend, S> ShapeId World<S, Backend>::insert_shape(BodyId
   const Aabb<S> box = c.half_space ? c.bounds : transformed(c.bounds, body.center_pose * c.X_CmS);
   const ShapeId shape_id = state_.colliders.insert(std::move(c));
   state_.broad_phase.insert(shape_id.index, box);
+  state_.shapes_of_bodies.add(id.index, shape_id.index);
   return shape_id;
 }
 
@@ -37729,6 +38080,7 @@ void World<S, Backend>::remove_shape(ShapeId id) {
   detail::disturb(state_, state_.colliders.at(id.index).body);
   state_.broad_phase.remove(id.index);
   state_.contacts.forget(id.index);
+  state_.shapes_of_bodies.remove(state_.colliders.at(id.index).body.index, id.index);
   state_.colliders.erase(id);
 }
 
@@ -37747,7 +38099,8 @@ void World<S, Backend>::remove_body(BodyId id) {
       state_.patches.erase(state_.patches.handle(i));
     }
   }
-  for_each_shape_of(id, [this](std::uint32_t tag) { remove_shape(state_.colliders.handle(tag)); });
+  state_.shapes_of_bodies.for_each(
+      id.index, [this](std::uint32_t tag) { remove_shape(state_.colliders.handle(tag)); });
   // Bodies that patches touched in the last step must not be looked up any more.
   for (std::uint32_t i = 0; i < state_.patches.slot_count(); ++i) {
     if (!state_.patches.is_live(i)) continue;
@@ -37763,16 +38116,7 @@ requires ShapeBackend<Backend, S>
 void World<S, Backend>::refresh_box(std::uint32_t tag) {
   const detail::Collider<S>& c = state_.colliders.at(tag);
   if (c.half_space) return;
-  state_.broad_phase.move(tag, transformed(c.bounds, state_.body_of(c).center_pose * c.X_CmS));
-}
-
-template <Scalar S, typename Backend>
-requires ShapeBackend<Backend, S>
-template <typename Visit>
-void World<S, Backend>::for_each_shape_of(BodyId id, Visit&& visit) const {
-  for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
-    if (state_.colliders.is_live(i) && state_.colliders.at(i).body == id) visit(i);
-  }
+  state_.broad_phase.move(tag, detail::box_of(state_, c));
 }
 
 template <Scalar S, typename Backend>
@@ -37784,7 +38128,7 @@ void World<S, Backend>::set_pose(BodyId id, const Transform<S>& X_WB) {
   detail::require_all_finite("X_WB.translation: centre of mass", X_WB * body.center_B);
   body.set_pose({X_WB.rotation.normalized(), X_WB.translation});
   detail::disturb(state_, id);
-  for_each_shape_of(id, [this](std::uint32_t tag) { refresh_box(tag); });
+  state_.shapes_of_bodies.for_each(id.index, [this](std::uint32_t tag) { refresh_box(tag); });
 }
 
 template <Scalar S, typename Backend>
@@ -37801,7 +38145,7 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_twist(BodyId id, const Twist<S>& twist) {
   Body<S>& body = state_.bodies.at(id.index);
-  detail::require_still(body.locked, twist);
+  detail::require_still(body.locked, twist, "twist.linear", "twist.angular");
   const bool moved = state_.is_active(id.index);
   body.twist = twist;
   // Setting a zero velocity on a body at rest does not wake it.
@@ -37854,15 +38198,52 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::apply_force(BodyId id, const Vec3<S>& force, const Vec3<S>& point) {
   const Body<S>& body = state_.bodies.get(id, "BodyId");
+  detail::require_all_finite("force", force);
   detail::require_all_finite("point", point);
   apply_wrench(id, Wrench<S>::at(point - body.center_pose.translation, force));
 }
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
+void World<S, Backend>::apply_impulse(BodyId id, const Vec3<S>& impulse, const Vec3<S>& point) {
+  const Body<S>& body = state_.bodies.get(id, "BodyId");
+  detail::require(body.is_dynamic(), "BodyId", id, "must name a dynamic body");
+  detail::require_all_finite("impulse", impulse);
+  detail::require_all_finite("point", point);
+  const Vec3<S> arm = point - body.center_pose.translation;
+  Twist<S> twist = body.twist;
+  twist.linear += Vec3<S>(body.inverse_mass_W().cwiseProduct(impulse));
+  twist.angular += Vec3<S>(body.inverse_inertia_W() * arm.cross(impulse));
+  detail::require_all_finite("impulse: new velocity", twist.linear);
+  detail::require_all_finite("impulse: new angular velocity", twist.angular);
+  set_twist(id, twist);
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+void World<S, Backend>::set_damping(BodyId id, S linear, S angular) {
+  Body<S>& body = state_.bodies.get(id, "BodyId");
+  detail::require(body.is_dynamic(), "BodyId", id, "must name a dynamic body");
+  detail::require_damping(linear, angular, "set_damping: linear", "set_damping: angular");
+  body.linear_damping = linear;
+  body.angular_damping = angular;
+  detail::disturb(state_, id);
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+void World<S, Backend>::set_gravity_scale(BodyId id, S scale) {
+  Body<S>& body = state_.bodies.get(id, "BodyId");
+  detail::require_finite("set_gravity_scale: scale", scale);
+  body.gravity_scale = scale;
+  detail::disturb(state_, id);
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_filter(BodyId id, const CollisionFilter& filter) {
   Body<S>& body = state_.bodies.get(id, "BodyId");
-  for_each_shape_of(id, [&](std::uint32_t tag) {
+  state_.shapes_of_bodies.for_each(id.index, [&](std::uint32_t tag) {
     require_known_contacts(id, body.is_dynamic(), filter, state_.colliders.at(tag).kind);
   });
   body.filter = filter;
@@ -37873,7 +38254,7 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_mass(BodyId id, S mass) {
   const Body<S>& old = body(id);
-  detail::require(old.is_dynamic(), "set_mass: BodyId", id.index, "must name a dynamic body");
+  detail::require(old.is_dynamic(), "set_mass: BodyId", id, "must name a dynamic body");
   detail::require_positive("set_mass: mass", mass);
   if (mass == old.mass) return;
   Body<S> changed = old;
@@ -37891,7 +38272,8 @@ requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_material(BodyId id, const Material<S>& material) {
   (void)body(id);
   validate(material);
-  for_each_shape_of(id, [&](std::uint32_t tag) { state_.colliders.at(tag).material = material; });
+  state_.shapes_of_bodies.for_each(
+      id.index, [&](std::uint32_t tag) { state_.colliders.at(tag).material = material; });
   detail::disturb(state_, id);
 }
 
@@ -38154,8 +38536,25 @@ template <Scalar S>
   const bool stays = body.twist.linear.isZero(S(0)) && body.twist.angular.isZero(S(0));
   return is_pose(body.center_pose) && has_finite_square<S>(body.twist) &&
          (body.motion != Motion::fixed || stays) && has_finite_square<S>(body.applied.force) &&
-         has_finite_square<S>(body.applied.torque) && body.sleep.rest_time >= S(0) &&
+         has_finite_square<S>(body.applied.torque) && has_finite_square(body.gravity_scale) &&
+         is_not_negative(body.linear_damping) && is_not_negative(body.angular_damping) &&
+         (body.is_dynamic() || !is_damped(body)) && body.sleep.rest_time >= S(0) &&
          (!body.is_asleep() || (body.is_dynamic() && body.sleep.island < slots));
+}
+
+template <Scalar S>
+[[nodiscard]] bool has_valid_limits(const JointDef<S>& def) {
+  const bool is_limited = def.lower_limit != -infinity<S> || def.upper_limit != infinity<S>;
+  return def.lower_limit <= def.upper_limit && def.lower_limit != infinity<S> &&
+         def.upper_limit != -infinity<S> &&
+         (!is_limited || has_free_axis(def.kind) || has_angle(def.kind));
+}
+
+template <Scalar S>
+[[nodiscard]] bool is_valid_state(const JointSpring<S>& spring, JointKind kind) {
+  const bool pulls = !(spring.stiffness == S(0)) || !(spring.damping == S(0));
+  return is_not_negative(spring.stiffness) && is_not_negative(spring.damping) &&
+         has_finite_square(spring.rest) && (!pulls || has_free_axis(kind));
 }
 
 template <Scalar S>
@@ -38165,7 +38564,8 @@ template <Scalar S>
   return motor.mode >= MotorMode::none && motor.mode <= MotorMode::spring &&
          (!is_driven || has_free_axis(joint.def.kind)) && has_finite_square(motor.target) &&
          motor.max_force >= S(0) && motor.max_speed > S(0) && is_not_negative(motor.stiffness) &&
-         is_not_negative(motor.damping) && has_finite_square(joint.angle);
+         is_not_negative(motor.damping) && has_finite_square(joint.angle) &&
+         has_valid_limits(joint.def) && is_valid_state(joint.def.spring, joint.def.kind);
 }
 
 /// Returns whether mass and inertia are possible for a body after `set_mass`: those of its own
@@ -38225,6 +38625,9 @@ void visit_body(Body& body, std::uint32_t slots, Visitor& visit) {
     visit.value(item.inverse_mass);
     visit.value(item.inertia_B);
     visit.value(item.inverse_inertia_B);
+    visit.value(item.gravity_scale);
+    visit.value(item.linear_damping);
+    visit.value(item.angular_damping);
     visit.value(item.filter.category);
     visit.value(item.filter.mask);
     visit.value(item.filter.group);
@@ -38264,6 +38667,11 @@ void visit_joint(Joint& joint, Visitor& visit) {
     visit.any(item.def.motor.max_speed);
     visit.value(item.def.motor.stiffness);
     visit.value(item.def.motor.damping);
+    visit.any(item.def.lower_limit);
+    visit.any(item.def.upper_limit);
+    visit.value(item.def.spring.stiffness);
+    visit.value(item.def.spring.damping);
+    visit.value(item.def.spring.rest);
     visit.value(item.angle);
     visit.value(std::span(item.impulses));
     visit_wrench(item.spring_impulse, visit);
@@ -38558,7 +38966,7 @@ struct SnapshotHead {
   static constexpr std::uint64_t expected_magic = 0x6c7473697262'0001u;  // "brist", and a number.
 
   std::uint64_t magic = expected_magic;
-  std::uint64_t version = 7;
+  std::uint64_t version = 8;
   /// [-] Bytes of a scalar, and of all bytes after the head.
   std::uint64_t scalar_size = 0;
   std::uint64_t payload_size = 0;
@@ -38934,6 +39342,27 @@ void World<S, Backend>::set_motor(JointId id, const JointMotor<S>& motor) {
 }
 
 template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+void World<S, Backend>::set_limits(JointId id, S lower, S upper) {
+  detail::Joint<S>& joint = state_.joints.get(id, "JointId");
+  detail::require_limits(lower, upper, joint.def.kind);
+  joint.def.lower_limit = lower;
+  joint.def.upper_limit = upper;
+  detail::disturb(state_, joint.def.body_a);
+  detail::disturb(state_, joint.def.body_b);
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+void World<S, Backend>::set_spring(JointId id, const JointSpring<S>& spring) {
+  detail::Joint<S>& joint = state_.joints.get(id, "JointId");
+  validate(spring, joint.def.kind);
+  joint.def.spring = spring;
+  detail::disturb(state_, joint.def.body_a);
+  detail::disturb(state_, joint.def.body_b);
+}
+
+template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S> JointReading<S> World<S, Backend>::reading(JointId id)
 const {
   const detail::Joint<S>& joint = state_.joints.get(id, "JointId");
@@ -38965,11 +39394,7 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S> PatchId World<S, Backend>::add_patch(BodyId body,
                                                                        SensorLayout<S> sensors,
                                                                        const Tuning<S>& tuning) {
-  PatchDef<S> def;
-  def.parameters = tuning.parameters(sensors);
-  def.options.scaling = tuning.spec.scaling;
-  def.sensors = std::move(sensors);
-  return add_patch(body, std::move(def));
+  return add_patch(body, tuning.patch(std::move(sensors)));
 }
 
 template <Scalar S, typename Backend>
@@ -39160,7 +39585,7 @@ void World<S, Backend>::open(HapticLoop<S>& loop) const {
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::step(HapticLoop<S>& loop) {
-  loop.require_tool_patch();
+  loop.require_complete();
   require_tools(loop, false);
   const auto is_moved = [&](const auto& tool) { return tool.is_placed && contains(tool.body); };
   for (const auto& tool : loop.tools_) {
@@ -39552,7 +39977,7 @@ class ShapeQuery {
   [[nodiscard]] static Shape<P> checked(const Shape<S>& shape, const Transform<S>& X_WQ) {
     const ShapeKind kind = kind_of(shape);
     require(kind != ShapeKind::half_space && kind != ShapeKind::triangle_mesh, "shape",
-            static_cast<double>(kind), "must be convex and bounded: no half-space and no mesh");
+            name_of(kind), "must be convex and bounded: no half-space and no mesh");
     validate(shape);
     require_all_finite("X_WQ.translation", X_WQ.translation);
     require_unit<S>("X_WQ.rotation", X_WQ.rotation);

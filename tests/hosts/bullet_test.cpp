@@ -225,3 +225,17 @@ TEST_CASE("Bullet: what has no shape like it is refused by name, and a body is l
   CHECK(pinch.reading(0).touching() == 0);
   CHECK(pinch.host->mirror(*pinch.part_body) == pinch.host->mirror(*pinch.part_body));
 }
+
+TEST_CASE("Bullet: a body that was mirrored for sensors that are refused is forgotten") {
+  btBoxShape box(btVector3(scalar(0.1), scalar(0.1), scalar(0.1)));
+  BulletWorld bullet;
+  btRigidBody& body = bullet.add(1, box, btVector3(1, 1, 1), btVector3(0, 0, 0));
+  BulletHost<> host(bullet.world);
+  CHECK_THROWS_WITH_AS(host.add_patch(body, {}), doctest::Contains("PatchDef::sensors"),
+                       InvalidArgument);
+  CHECK(host.world().body_count() == 0);
+  // One that was there stays.
+  (void)host.mirror(body);
+  CHECK_THROWS_AS(host.add_patch(body, {}), InvalidArgument);
+  CHECK(host.world().body_count() == 1);
+}

@@ -170,7 +170,16 @@ TEST_CASE("MuJoCo: names that are not there are named, and nothing has changed")
   CHECK_THROWS_WITH_AS(pinch.host->mirror("thumb"), doctest::Contains("thumb"), InvalidArgument);
   CHECK_THROWS_WITH_AS(pinch.host->add_pad("thumb_pad", 2, 2, {}), doctest::Contains("thumb_pad"),
                        InvalidArgument);
+  for (const int number : {-1, pinch.model->nbody, 100000000}) {
+    CHECK_THROWS_WITH_AS(pinch.host->mirror(number), doctest::Contains("body = "), InvalidArgument);
+  }
   CHECK(pinch.host->world().state_hash() == before);
+}
+
+TEST_CASE("MuJoCo: a pad of a site has the scaling that its constants are made for") {
+  MujocoPinch pinch{{}};
+  const PatchId pad = pinch.host->add_pad("left_pad", 2, 2, {.scaling = FrictionScaling::none});
+  CHECK(pinch.host->world().patch(pad).def.options.scaling == FrictionScaling::none);
 }
 
 TEST_CASE("MuJoCo: what a caller applies stays, and what sensors apply does not") {

@@ -318,7 +318,7 @@ TEST_CASE("bad_input: numbers given to calls") {
              [=](auto& w) {
                w.apply_force(body, {1, 0, 0}, {0, nan_, 0});
              }},
-            {"wrench.force",
+            {"force",
              [=](auto& w) {
                w.apply_force(body, {nan_, 0, 0}, {0, 0, 0});
              }},

@@ -10,6 +10,7 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <numbers>
 
 using namespace bristle;
 using namespace bristle::detail;
@@ -182,4 +183,45 @@ TEST_CASE("locked_axes: a velocity along a locked axis is refused") {
   def.motion = Motion::kinematic;
   def.velocity = {0, 1, 0};
   CHECK_NOTHROW(world.add_body(def));
+}
+
+TEST_CASE("locked_axes: joints whose free axis is all that locks leave move as without locks") {
+  // A slide along x of a body that can move along x alone; the joint's frames are turned by what
+  // round-off makes of a full turn, or not at all.
+  for (const double turn : {0.0, 1e-12, 2 * std::numbers::pi}) {
+    CAPTURE(turn);
+    WorldDef<double> world_def;
+    world_def.gravity = {-9.81, 0, 0};
+    world_def.time_step = 1.0 / 256;
+    World<double> world(world_def);
+    JointDef<double> slide;
+    slide.kind = JointKind::prismatic;
+    slide.body_b = world.add_body(locked_block({{false, true, true}, {false, false, false}}, {}));
+    slide.X_AJ.rotation = Eigen::AngleAxisd(turn, Vec3<double>::UnitY());
+    slide.X_BJ = slide.X_AJ;
+    const JointId joint = world.add_joint(slide);
+    for (int i = 0; i < 256; ++i) world.step();
+    CHECK(world.reading(joint).position == test::relative(-0.5 * 9.81).epsilon(1e-9));
+  }
+}
+
+TEST_CASE("locked_axes: a pendulum that locks keep in its plane swings as one that a hinge keeps") {
+  const auto swing = [](const LockedAxes& locked) {
+    WorldDef<double> world_def;
+    world_def.time_step = 1.0 / 256;
+    World<double> world(world_def);
+    // The hinge's axis is the z axis of its frames: y of the world.
+    const Quat<double> z_along_y(Eigen::AngleAxisd(-std::numbers::pi / 2, Vec3<double>::UnitX()));
+    JointDef<double> hinge;
+    hinge.kind = JointKind::revolute;
+    hinge.body_b = world.add_body(locked_block(locked, {0.1, 0, 0}));
+    hinge.X_AJ = {z_along_y, {0, 0, 0}};
+    hinge.X_BJ = {z_along_y, {-0.1, 0, 0}};
+    world.add_joint(hinge);
+    for (int i = 0; i < 40; ++i) world.step();
+    return world.pose(hinge.body_b).translation;
+  };
+  const Vec3<double> free = swing({});
+  CHECK(free.z() < -0.05);
+  CHECK((swing({{false, true, false}, {true, false, true}}) - free).norm() < 1e-9);
 }

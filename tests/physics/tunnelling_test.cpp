@@ -35,11 +35,10 @@ TEST_CASE("tunnelling: rods of 1 m that spin at 100 rad/s do not pass a plate of
 }
 
 // A hit far from the middle turns a body by radians in the step, for which no correction of its
-// position holds. It moved by the mean of its velocities before and after the hit then: 77 of these
-// 200 passed, by metres. Three do still, as their middle goes on while they turn about a corner
-// that is kept out. Which ones depends on last bits.
+// position holds. It moved by the mean of its velocities before and after the hit once: 77 of these
+// 200 passed, by metres. Three did while their middle went on around a corner that was kept out.
 TEST_CASE("tunnelling: what is hit off its centre does not pass a plate of 1 cm") {
-  for (const ShotWall wall : {ShotWall::fixed, ShotWall::mesh}) {
+  for (const ShotWall wall : {ShotWall::fixed, ShotWall::mesh, ShotWall::free}) {
     CAPTURE(wall);
     int passed = 0;
     for (std::uint64_t number = 0; number < 200; ++number) {
@@ -48,6 +47,6 @@ TEST_CASE("tunnelling: what is hit off its centre does not pass a plate of 1 cm"
       shot.thickness = 0.01;
       passed += shoot(shot, wall, dt).has_passed ? 1 : 0;
     }
-    CHECK(passed <= 5);
+    CHECK(passed == 0);
   }
 }

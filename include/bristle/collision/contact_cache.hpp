@@ -129,10 +129,11 @@ class ContactCache {
       cached.count = static_cast<std::uint32_t>(m.size);
       cached.is_trigger = frame.is_trigger;
       const CachedManifold<S>* old = find_old(shapes, m.key);
+      const Vec3<S> p_ab = frame.p_ab + frame.R_WS * m.shift;
       for (std::size_t i = 0; i < m.size; ++i) {
         CachedPoint<S>& point = points_.emplace_back();
         point.arm_a = frame.p_as + frame.R_WS * m.points[i].position;
-        point.arm_b = point.arm_a - frame.p_ab;
+        point.arm_b = point.arm_a - p_ab;
         point.gap = m.points[i].gap;
         point.feature = m.points[i].feature;
       }

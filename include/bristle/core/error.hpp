@@ -11,11 +11,13 @@
 
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <cstdio>
 #include <limits>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 
 namespace bristle::inline BRISTLE_ABI {
@@ -90,9 +92,10 @@ template <typename Exception>
 #endif
 }
 
-/// Text of a number that reads back as the same float ("%.9g").
+/// Text of a number that reads back as the same float ("%.9g"), or has all digits of an integer.
 template <typename S>
 [[nodiscard]] std::string to_text(const S& value) {
+  if constexpr (std::is_integral_v<S>) return std::to_string(value);
   char buffer[32];
   std::snprintf(buffer, sizeof buffer, "%.9g", static_cast<double>(value));
   return buffer;
@@ -127,6 +130,20 @@ template <typename S>
 template <typename S>
 void require(bool holds, std::string_view field, const S& value, std::string_view rule) {
   if (!holds) raise_invalid(field, value, rule);
+}
+
+/// Raises InvalidArgument{field} unless a value is an enumerator, of those from zero to `last`.
+template <typename Enum>
+void require_enumerator(std::string_view field, Enum value, Enum last) {
+  const auto number = static_cast<long long>(value);
+  require(number >= 0 && number <= static_cast<long long>(last), field, number,
+          "must be an enumerator");
+}
+/// Raises InvalidArgument{field, value} unless `count` things can be numbered in 32 bits.
+template <typename S>
+void require_countable(std::string_view field, const S& value, std::uint64_t count) {
+  require(count <= std::numeric_limits<std::uint32_t>::max(), field, value,
+          "must be smaller: vertices are numbered in 32 bits");
 }
 
 /// Returns whether a number is finite and has all its digits. It is then neither zero nor

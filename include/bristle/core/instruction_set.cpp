@@ -76,6 +76,7 @@ InstructionSet instruction_set() {
 }
 
 void set_instruction_set(InstructionSet set) {
+  detail::require_enumerator("InstructionSet", set, InstructionSet::v4);
   if (!has(set)) {
     detail::raise(InvalidArgument("InstructionSet", std::string(name_of(set)), must_be_there));
   }

@@ -37,15 +37,21 @@ class RealTimePacer {
   /// Instant of the clock.
   using TimePoint = typename Clock::time_point;
 
-  /// @param step          [s] Simulated time of one step. Finite, > 0.
-  /// @param longest_debt  [s] Longest delay that is caught up. Finite, >= 0.
-  /// @param spin          [s] Time at the end of each wait without sleep. Finite, >= 0.
+  /// @param step          [s] Simulated time of one step. > 0, at most a million.
+  /// @param longest_debt  [s] Longest delay that is caught up. >= 0, at most a million.
+  /// @param spin          [s] Time at the end of each wait without sleep. >= 0, at most a million.
   /// @throws InvalidArgument naming the argument.
   explicit RealTimePacer(double step, double longest_debt = 0.1, double spin = 200e-6)
       : step_(step), longest_debt_(longest_debt), spin_(spin) {
     detail::require_positive("RealTimePacer: step", step);
     detail::require_not_negative("RealTimePacer: longest_debt", longest_debt);
     detail::require_not_negative("RealTimePacer: spin", spin);
+    // A clock of nanoseconds in 64 bits counts 9e9 s.
+    constexpr double most = 1e6;
+    constexpr const char* rule = "must be at most a million seconds";
+    detail::require(step <= most, "RealTimePacer: step", step, rule);
+    detail::require(longest_debt <= most, "RealTimePacer: longest_debt", longest_debt, rule);
+    detail::require(spin <= most, "RealTimePacer: spin", spin, rule);
   }
 
   /// Returns when the next step is due; call it once a step. The first call starts the clock.

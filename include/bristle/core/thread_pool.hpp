@@ -35,17 +35,17 @@ class ThreadPool {
  public:
   /// @param workers  [-] Threads that work on a loop, including the calling one. At 0 and 1 it is
   ///                 the only one.
+  /// @throws std::system_error when the system has no more threads; those made so far have ended.
   explicit ThreadPool(unsigned workers = std::thread::hardware_concurrency())
       : shares_(std::max(1u, workers)) {
+    threads_.reserve(shares_.size() - 1);
+    Ending unless_complete{this};
     for (unsigned i = 1; i < workers; ++i) threads_.emplace_back([this, i] { wait_for_loops(i); });
+    unless_complete.pool = nullptr;
   }
   ThreadPool(const ThreadPool&) = delete;
   ThreadPool& operator=(const ThreadPool&) = delete;
-  ~ThreadPool() {
-    is_ending_.store(true);
-    wake_sleepers();
-    for (std::thread& thread : threads_) thread.join();
-  }
+  ~ThreadPool() { const Ending all{this}; }
 
   /// [-] Threads that work on a loop, including the calling one.
   [[nodiscard]] std::size_t workers() const noexcept { return shares_.size(); }
@@ -87,6 +87,18 @@ class ThreadPool {
   }
 
  private:
+  /// Ends the threads of a pool when its scope ends.
+  struct Ending {
+    ThreadPool* pool;
+
+    ~Ending() {
+      if (pool == nullptr) return;
+      pool->is_ending_.store(true);
+      pool->wake_sleepers();
+      for (std::thread& thread : pool->threads_) thread.join();
+    }
+  };
+
   /// Turns of a loop.
   struct Loop {
     const std::function<void(std::size_t)>* task = nullptr;

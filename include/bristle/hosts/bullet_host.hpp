@@ -67,7 +67,7 @@ class BulletHost : public EngineHost<btRigidBody*, Backend>, private btActionInt
   }
   /// Adds sensors to a body, in its frame. Mirrors it if needed.
   PatchId add_patch(btRigidBody& body, const PatchDef<double>& def) {
-    return world().add_patch(mirror(body), def);
+    return this->add_patch_to(&body, def, [&] { return mirror(body); });
   }
 
   // Interface that `HostSensors` queries.

@@ -60,7 +60,7 @@ class DartHost : public EngineHost<dart::dynamics::BodyNode*, Backend> {
   }
   /// Adds sensors to a body, in its frame. Mirrors it if needed.
   PatchId add_patch(dart::dynamics::BodyNode& node, const PatchDef<double>& def) {
-    return world().add_patch(mirror(node), def);
+    return this->add_patch_to(&node, def, [&] { return mirror(node); });
   }
 
   /// A step of DART with sensors, in the place of `World::step`. Their forces join the caller's

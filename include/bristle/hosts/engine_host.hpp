@@ -40,6 +40,22 @@ class EngineHost {
   EngineHost() = default;
   ~EngineHost() = default;
 
+  /// Adds sensors to the mirrored body of `key`. A body that was mirrored for them is forgotten if
+  /// they are refused.
+  /// @param mirror  mirror() mirrors that body if needed and returns its id.
+  template <typename Mirror>
+  PatchId add_patch_to(Key key, const PatchDef<double>& def, Mirror&& mirror) {
+    struct Undo {
+      EngineHost* host;
+      Key key;
+      ~Undo() {
+        if (host != nullptr) host->forget(key);
+      }
+    } undo{find(key) ? nullptr : this, key};
+    const PatchId patch = world().add_patch(mirror(), def);
+    undo.host = nullptr;
+    return patch;
+  }
   /// Mirrors an engine body that is not mirrored yet.
   BodyId insert(Key key, const BodyDef<double>& def) {
     const BodyId id = world().add_body(def);

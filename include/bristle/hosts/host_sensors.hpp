@@ -223,10 +223,11 @@ class HostSensors {
   [[nodiscard]] const World<S, Backend>& world() const noexcept { return world_; }
 
   /// Senses, and applies the mean force of the next step to the engine's bodies. Applies only
-  /// finite forces, and allocates only until warm.
+  /// finite forces. Allocates only until warm, apart from what the engine's functions do.
   /// @param dt  [s] Length of the engine's next step.
   /// @throws InvalidArgument when dt is not finite and > 0, or when the engine hits a body that is
-  ///         not mirrored; and any exception of the engine. Nothing was applied then.
+  ///         not mirrored; and any exception of the engine. Nothing was applied then, unless it was
+  ///         `apply_wrench` that threw: the wrenches before it were.
   template <typename Host>
   requires detail::SensorHost<Host, S>
   void step(Host& host, S dt) {

@@ -54,7 +54,10 @@ class MujocoHost : public EngineHost<int, Backend> {
     for (int i = 0; i < model_->nbody; ++i) (void)mirror(i);
   }
   /// The same by MuJoCo's index of the body.
+  /// @throws InvalidArgument when there is none with it, or as above.
   BodyId mirror(int number) {
+    detail::require(number >= 0 && number < model_->nbody, "body", number,
+                    "must be the index of one in the model");
     if (const auto known = this->find(number)) return *known;
     BodyDef<double> def;
     // A body welded to the world stands still, unless mocap leads it.
@@ -71,7 +74,8 @@ class MujocoHost : public EngineHost<int, Backend> {
 
   /// Adds sensors to a body, in its frame. Mirrors it if needed.
   PatchId add_patch(const std::string& body, const PatchDef<double>& def) {
-    return world().add_patch(mirror(body), def);
+    const int number = number_of(mjOBJ_BODY, body);
+    return this->add_patch_to(number, def, [&] { return mirror(number); });
   }
   /// Turns a site of type box into sensors of its body: `rows` x `columns` rays over its x and y,
   /// from its lower face to its upper one along z. The lower face belongs inside of the body, the
@@ -84,16 +88,17 @@ class MujocoHost : public EngineHost<int, Backend> {
                     "must be of type box");
     const Transform<double> X_BS = pose_of(model_->site_pos, model_->site_quat, number);
     const Vec3<double> half = vector(model_->site_size + 3 * number);
-    PatchDef<double> def;
+    SensorLayout<double> sensors;
     for (std::uint32_t i = 0; i < rows; ++i) {
       for (std::uint32_t j = 0; j < columns; ++j) {
         const double x = half.x() * ((2.0 * i + 1) / rows - 1);
         const double y = half.y() * ((2.0 * j + 1) / columns - 1);
-        def.sensors.add(X_BS * Vec3<double>(x, y, -half.z()), X_BS * Vec3<double>(x, y, half.z()));
+        sensors.add(X_BS * Vec3<double>(x, y, -half.z()), X_BS * Vec3<double>(x, y, half.z()));
       }
     }
-    def.parameters = tuned_for<double>(spec).parameters(def.sensors);
-    return world().add_patch(mirror(model_->site_bodyid[number]), def);
+    const int body = model_->site_bodyid[number];
+    return this->add_patch_to(body, tuned_for<double>(spec).patch(std::move(sensors)),
+                              [&] { return mirror(body); });
   }
 
   /// A step of MuJoCo with sensors, in the place of `mj_step`. It calls `mj_step1` and `mj_step2`,

@@ -84,7 +84,7 @@ class OdeHost : public EngineHost<void*, Backend> {
 
   /// Adds sensors to a body, in its frame. Mirrors it if needed.
   PatchId add_patch(dBodyID body, const PatchDef<double>& def) {
-    return world().add_patch(mirror(body), def);
+    return this->add_patch_to(body, def, [&] { return mirror(body); });
   }
 
   /// A step of ODE with sensors, in the place of `dWorldStep`.

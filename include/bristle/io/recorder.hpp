@@ -182,7 +182,9 @@ void Recorder<S>::insert_body(BodyId id, Body body) {
 
 template <Scalar S>
 void Recorder<S>::add_body(BodyId id, const BodyDef<S>& def, std::string name, S plane_size) {
+  detail::require(id != BodyId{}, "Recorder: BodyId", id, "must name a body");
   require_new(bodies_, id, "Recorder: BodyId");
+  for (const ShapeDef<S>& s : def.shapes) validate(s);
   Body body;
   body.name = std::move(name);
   body.moves = def.motion != Motion::fixed;

@@ -241,6 +241,9 @@ template <Scalar S>
   const std::size_t n = def.sensors.size();
   require(n > 0, "PatchDef::sensors.size()", n, "must be > 0");
   validate(def.parameters);
+  require_enumerator("PatchDef::integration", def.integration, Integration::automatic);
+  require_enumerator("PatchOptions::scaling", def.options.scaling, FrictionScaling::none);
+  require_enumerator("PatchOptions::law", def.options.law, Law::ambf);
   for (const SensorParameters<S>& p : def.per_sensor) validate(p);
   require(def.per_sensor.empty() || def.per_sensor.size() == n, "PatchDef::per_sensor.size()",
           static_cast<S>(def.per_sensor.size()), "must be 0 or the number of sensors");

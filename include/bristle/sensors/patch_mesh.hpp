@@ -115,6 +115,9 @@ PatchMesh<S> half_sphere_patch(S radius, std::uint32_t rings, std::uint32_t segm
   detail::require_positive("half_sphere_patch: radius", radius);
   detail::require(rings >= 1, "half_sphere_patch: rings", rings, "must be >= 1");
   detail::require(segments >= 3, "half_sphere_patch: segments", segments, "must be >= 3");
+  detail::require_countable(
+      rings > segments ? "half_sphere_patch: rings" : "half_sphere_patch: segments",
+      std::max(rings, segments), std::uint64_t{rings} * segments + 1);
   PatchMesh<S> patch;
   patch.normals = {detail::unit_z<Vec3<S>>()};
   for (std::uint32_t i = 1; i <= rings; ++i) {

@@ -50,7 +50,8 @@ struct PatchReading {
   std::span<const BodyId> body;
   /// [-] Free, stuck or slipping.
   std::span<const SensorState> state;
-  /// [N, N m] Total wrench on the patch's body about its centre of mass, world axes.
+  /// [N, N m] Total wrench on the patch's body about its centre of mass, world axes. In a
+  /// `HapticLoop` it is about the origin of the tool's frame.
   Wrench<S> wrench{};
   /// [N] Vector sum of the shear forces, world axes.
   Vec3<S> shear_W = detail::zero<Vec3<S>>();

@@ -10,6 +10,8 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <span>
 
 namespace bristle::inline BRISTLE_ABI {
@@ -65,6 +67,10 @@ class TactileHistory {
   TactileHistory(std::size_t sensors, std::size_t frames) : sensors_(sensors), frames_(frames) {
     detail::require(sensors > 0, "TactileHistory: sensors", sensors, "must be > 0");
     detail::require(frames > 0, "TactileHistory: frames", frames, "must be > 0");
+    constexpr std::size_t most =
+        std::numeric_limits<std::ptrdiff_t>::max() / (tactile_channel_count * sizeof(S));
+    detail::require(frames <= most / sensors, "TactileHistory: frames", frames,
+                    "must be fewer: all frames have to fit into memory");
     values_.resize(frames * tactile_channel_count * sensors);
   }
 
@@ -125,6 +131,7 @@ template <Scalar S>
 template <Scalar S>
 TactileImage<S> tactile_image(const PatchReading<S>& reading, TactileChannel channel,
                               std::size_t columns) {
+  detail::require_enumerator("TactileChannel", channel, TactileChannel::shear_2);
   return detail::rows_of(detail::channels_of(reading)[static_cast<std::size_t>(channel)], columns);
 }
 

@@ -6,6 +6,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/sensors/patch_def.hpp>
 #include <bristle/sensors/sensor_layout.hpp>
 #include <bristle/sensors/sensor_parameters.hpp>
 #include <bristle/sensors/stability.hpp>
@@ -43,7 +44,10 @@ struct Tuning {
   /// Spec to meet, as `tuned_for` checked it.
   GripSpec<S> spec{};
 
-  /// Constants for `count` sensors of `length` [m] that share the load.
+  /// The patch of a layout: sensors, constants, and the scaling of friction that they are made for.
+  [[nodiscard]] PatchDef<S> patch(SensorLayout<S> layout) const;
+  /// Constants for `count` sensors of `length` [m] that share the load. They are right in a patch
+  /// whose `PatchDef::options` have the `scaling` of the spec.
   [[nodiscard]] SensorParameters<S> parameters(std::size_t count, S length) const;
   /// Constants for a layout, by its mean ray length.
   [[nodiscard]] SensorParameters<S> parameters(const SensorLayout<S>& layout) const;
@@ -122,6 +126,7 @@ Tuning<S> tuned_for(const GripSpec<S>& spec) {
   detail::require(spec.press <= S(1), "GripSpec::press", spec.press, "must be <= 1");
   detail::require_not_negative("GripSpec::normal_damping_ratio", spec.normal_damping_ratio);
   detail::require_not_negative("GripSpec::bristle_damping_ratio", spec.bristle_damping_ratio);
+  detail::require_enumerator("GripSpec::scaling", spec.scaling, FrictionScaling::none);
   return {spec};
 }
 
@@ -152,6 +157,15 @@ SensorParameters<S> Tuning<S>::parameters(std::size_t count, S length) const {
       break;
   }
   return p;
+}
+
+template <Scalar S>
+PatchDef<S> Tuning<S>::patch(SensorLayout<S> layout) const {
+  PatchDef<S> def;
+  def.parameters = parameters(layout);
+  def.options.scaling = spec.scaling;
+  def.sensors = std::move(layout);
+  return def;
 }
 
 template <Scalar S>

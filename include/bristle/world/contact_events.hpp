@@ -83,7 +83,7 @@ class ContactReading {
   [[nodiscard]] Wrench<S> impulse_about(const Vec3<S>& point) const;
 
   /// [N s, N m s] Total impulse on body a about its centre of mass at the start of the step.
-  /// Equals its change of (angular) momentum, to round-off.
+  /// The contact's part of its change of (angular) momentum.
   [[nodiscard]] Wrench<S> impulse_on_a() const;
   /// [N s, N m s] The same on body b about its own centre of mass.
   [[nodiscard]] Wrench<S> impulse_on_b() const;

@@ -92,7 +92,7 @@ class HapticLoop {
     detail::require(def.options.law == Law::paper, "LawOptions::law", "ambf",
                     "must be the paper's");
     def.integration = Integration::implicit;
-    Skin tool_patch;
+    ToolPatch tool_patch;
     // About the origin of the body frame, the device's.
     tool_patch.patch = detail::make_patch(std::move(def), owner.body, detail::zero<Vec3<S>>());
     tool_patch.tool = tool.index;
@@ -186,7 +186,7 @@ class HapticLoop {
     detail::Collider<S> collider{};
     std::uint32_t body = 0;
   };
-  struct Skin {
+  struct ToolPatch {
     detail::SensorPatch<S> patch{};
     std::uint32_t tool = 0;
     /// True from the first time on that the loop's world has seen it, and checked its rays.
@@ -200,7 +200,8 @@ class HapticLoop {
   };
 
   void require_tool(ToolId tool) const {
-    detail::require(tool.index < tools_.size(), "ToolId", tool.index, "must name a tool");
+    detail::require(tool.index < tools_.size(), "ToolId", tool.index,
+                    "must name a tool of this loop");
   }
   [[nodiscard]] Tool& tool_of(ToolId tool) {
     require_tool(tool);
@@ -222,14 +223,14 @@ class HapticLoop {
   }
 
   // Functions that the world calls.
-  void require_tool_patch() const {
+  void require_complete() const {
     require_open();
     detail::require(done_ == def_.substeps, "HapticLoop: substeps", done_,
                     "must be HapticDef::substeps before a step");
   }
   void forget();
   void observe(const detail::WorldState<S>& state);
-  void find_near(const detail::WorldState<S>& state, Skin& tool_patch, S fastest);
+  void find_near(const detail::WorldState<S>& state, ToolPatch& tool_patch, S fastest);
   /// [m/s] Fastest speed of any point of a shape; of a half-space, the speed of its body.
   [[nodiscard]] static S speed_of(const detail::WorldState<S>& state,
                                   const detail::Collider<S>& c) {
@@ -243,7 +244,7 @@ class HapticLoop {
   const detail::HapticKernels<S>* kernels_ = &detail::haptic_kernels<S>();
   HapticDef<S> def_;
   detail::DynamicArray<Tool> tools_;
-  detail::DynamicArray<Skin> tool_patches_;
+  detail::DynamicArray<ToolPatch> tool_patches_;
   detail::DynamicArray<NearShape> shapes_;
   detail::DynamicArray<detail::HapticBody<S>> bodies_, last_bodies_;
   detail::HeldMobilityFinder<S> finder_;
@@ -272,7 +273,7 @@ void HapticLoop<S>::forget() {
     tool.wrench = {};
     tool.last_pose.reset();
   }
-  for (Skin& tool_patch : tool_patches_) clear_patch(tool_patch.patch);
+  for (ToolPatch& tool_patch : tool_patches_) clear_patch(tool_patch.patch);
   bodies_.clear();
   substeps_ = rays_cast_ = 0;
 }
@@ -295,7 +296,7 @@ void HapticLoop<S>::observe(const detail::WorldState<S>& state) {
       tool.pose = state.bodies.at(tool.body.index).pose();
     }
   }
-  for (Skin& tool_patch : tool_patches_) {
+  for (ToolPatch& tool_patch : tool_patches_) {
     tool_patch.is_seen = true;
     find_near(state, tool_patch, fastest);
   }
@@ -303,7 +304,8 @@ void HapticLoop<S>::observe(const detail::WorldState<S>& state) {
 
 /// Finds shapes that a patch may meet in a step.
 template <Scalar S>
-void HapticLoop<S>::find_near(const detail::WorldState<S>& state, Skin& tool_patch, S fastest) {
+void HapticLoop<S>::find_near(const detail::WorldState<S>& state, ToolPatch& tool_patch,
+                              S fastest) {
   const Tool& tool = tools_[tool_patch.tool];
   tool_patch.near.clear();
   if (!state.bodies.contains(tool.body)) return;

@@ -28,16 +28,16 @@ class HapticSubstep {
   using Loop = HapticLoop<S>;
   using Tool = typename Loop::Tool;
   using NearShape = typename Loop::NearShape;
-  using Skin = typename Loop::Skin;
+  using ToolPatch = typename Loop::ToolPatch;
 
-  void sense(Skin& tool_patch, std::uint32_t number);
-  void start(Skin& tool_patch);
+  void sense(ToolPatch& tool_patch, std::uint32_t number);
+  void start(ToolPatch& tool_patch);
   void solve_once();
   [[nodiscard]] bool answer(const SolvePass& pass);
-  void deliver(Skin& tool_patch);
+  void deliver(ToolPatch& tool_patch);
 
   /// [m/s, rad/s] Motion of a tool at the point of a block.
-  [[nodiscard]] Vec6<S> motion_of(const Skin& tool_patch, const SoftBlock<S>& block) const {
+  [[nodiscard]] Vec6<S> motion_of(const ToolPatch& tool_patch, const SoftBlock<S>& block) const {
     const Twist<S>& twist = loop_.tools_[tool_patch.tool].twist;
     return stacked<S>(twist.at(block.arm_a), twist.angular);
   }
@@ -76,14 +76,14 @@ void HapticSubstep<S>::run() {
   } else {
     solve_once();
   }
-  for (Skin& tool_patch : loop_.tool_patches_) deliver(tool_patch);
+  for (ToolPatch& tool_patch : loop_.tool_patches_) deliver(tool_patch);
   for (HapticBody<S>& body : loop_.bodies_) body.end_substep(loop_.h_);
   ++loop_.done_;
   ++loop_.substeps_;
 }
 
 template <Scalar S>
-void HapticSubstep<S>::sense(Skin& tool_patch, std::uint32_t number) {
+void HapticSubstep<S>::sense(ToolPatch& tool_patch, std::uint32_t number) {
   const Tool& tool = loop_.tools_[tool_patch.tool];
   SensorPatch<S>& patch = tool_patch.patch;
   tool_patch.in_reach.clear();
@@ -120,7 +120,7 @@ void HapticSubstep<S>::sense(Skin& tool_patch, std::uint32_t number) {
 
 /// Makes a soft block of each pair.
 template <Scalar S>
-void HapticSubstep<S>::start(Skin& tool_patch) {
+void HapticSubstep<S>::start(ToolPatch& tool_patch) {
   tool_patch.blocks.clear();
   tool_patch.touched.clear();
   for (PatchPair<S>& pair : tool_patch.patch.pairs) {
@@ -139,7 +139,7 @@ void HapticSubstep<S>::start(Skin& tool_patch) {
 template <Scalar S>
 void HapticSubstep<S>::solve_once() {
   for (HapticBody<S>& body : loop_.bodies_) body.clear_system();
-  for (Skin& tool_patch : loop_.tool_patches_) {
+  for (ToolPatch& tool_patch : loop_.tool_patches_) {
     for (std::size_t k = 0; k < tool_patch.blocks.size(); ++k) {
       SoftBlock<S>& block = tool_patch.blocks[k];
       fill_block(tool_patch.patch.pairs[k], block);
@@ -147,7 +147,7 @@ void HapticSubstep<S>::solve_once() {
     }
   }
   for (HapticBody<S>& body : loop_.bodies_) body.solve(loop_.h_);
-  for (Skin& tool_patch : loop_.tool_patches_) {
+  for (ToolPatch& tool_patch : loop_.tool_patches_) {
     for (std::size_t k = 0; k < tool_patch.blocks.size(); ++k) {
       SoftBlock<S>& block = tool_patch.blocks[k];
       block.motion = motion_of(tool_patch, block) -
@@ -159,7 +159,7 @@ void HapticSubstep<S>::solve_once() {
 template <Scalar S>
 bool HapticSubstep<S>::answer(const SolvePass& pass) {
   bool has_changed = false;
-  for (Skin& tool_patch : loop_.tool_patches_) {
+  for (ToolPatch& tool_patch : loop_.tool_patches_) {
     for (std::size_t k = 0; k < tool_patch.blocks.size(); ++k) {
       SoftBlock<S>& block = tool_patch.blocks[k];
       const PairResponse<S> found =
@@ -173,7 +173,7 @@ bool HapticSubstep<S>::answer(const SolvePass& pass) {
 
 /// Applies the impulses of a patch to tool and bodies, and turns them into readings.
 template <Scalar S>
-void HapticSubstep<S>::deliver(Skin& tool_patch) {
+void HapticSubstep<S>::deliver(ToolPatch& tool_patch) {
   Tool& tool = loop_.tools_[tool_patch.tool];
   const S left = S(loop_.def_.substeps - loop_.done_) * loop_.h_;
   for (std::size_t k = 0; k < tool_patch.blocks.size(); ++k) {

@@ -406,12 +406,16 @@ class SolveStage {
                              body.mean_free.linear.cross(body.free.linear));
       inertia += body.inertia + point_inertia<S>(body.mass, end_of(slot) - center);
     }
-    // Impulses in the middle of the step count from the positions at its start.
+    // Impulses later in the step count from the positions at its start. There they act at two
+    // points.
     for (const std::uint32_t i : island.contacts) {
       const ContactConstraint<S>& c = state.constraints.contacts[i];
       const CachedPoint<S>& point = state.contacts.points()[c.point];
-      if (!point.acts_at_mid) continue;
-      excess += (S(1) / dt) * Vec3<S>(point.mid_offset_b - point.mid_offset_a).cross(c.impulse_W());
+      Vec3<S> apart = (state.bodies.at(c.body_b).center_pose.translation -
+                       state.bodies.at(c.body_a).center_pose.translation) +
+                      (point.arm_b - point.arm_a);
+      if (point.acts_at_mid) apart += point.mid_offset_b - point.mid_offset_a;
+      excess += (S(1) / dt) * apart.cross(c.impulse_W());
     }
     const Vec3<S> turn = inverse_inertia<S>(inertia) * (-dt * excess);
     for (const std::uint32_t slot : island.bodies) {

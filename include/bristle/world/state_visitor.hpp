@@ -77,8 +77,25 @@ template <Scalar S>
   const bool stays = body.twist.linear.isZero(S(0)) && body.twist.angular.isZero(S(0));
   return is_pose(body.center_pose) && has_finite_square<S>(body.twist) &&
          (body.motion != Motion::fixed || stays) && has_finite_square<S>(body.applied.force) &&
-         has_finite_square<S>(body.applied.torque) && body.sleep.rest_time >= S(0) &&
+         has_finite_square<S>(body.applied.torque) && has_finite_square(body.gravity_scale) &&
+         is_not_negative(body.linear_damping) && is_not_negative(body.angular_damping) &&
+         (body.is_dynamic() || !is_damped(body)) && body.sleep.rest_time >= S(0) &&
          (!body.is_asleep() || (body.is_dynamic() && body.sleep.island < slots));
+}
+
+template <Scalar S>
+[[nodiscard]] bool has_valid_limits(const JointDef<S>& def) {
+  const bool is_limited = def.lower_limit != -infinity<S> || def.upper_limit != infinity<S>;
+  return def.lower_limit <= def.upper_limit && def.lower_limit != infinity<S> &&
+         def.upper_limit != -infinity<S> &&
+         (!is_limited || has_free_axis(def.kind) || has_angle(def.kind));
+}
+
+template <Scalar S>
+[[nodiscard]] bool is_valid_state(const JointSpring<S>& spring, JointKind kind) {
+  const bool pulls = !(spring.stiffness == S(0)) || !(spring.damping == S(0));
+  return is_not_negative(spring.stiffness) && is_not_negative(spring.damping) &&
+         has_finite_square(spring.rest) && (!pulls || has_free_axis(kind));
 }
 
 template <Scalar S>
@@ -88,7 +105,8 @@ template <Scalar S>
   return motor.mode >= MotorMode::none && motor.mode <= MotorMode::spring &&
          (!is_driven || has_free_axis(joint.def.kind)) && has_finite_square(motor.target) &&
          motor.max_force >= S(0) && motor.max_speed > S(0) && is_not_negative(motor.stiffness) &&
-         is_not_negative(motor.damping) && has_finite_square(joint.angle);
+         is_not_negative(motor.damping) && has_finite_square(joint.angle) &&
+         has_valid_limits(joint.def) && is_valid_state(joint.def.spring, joint.def.kind);
 }
 
 /// Returns whether mass and inertia are possible for a body after `set_mass`: those of its own
@@ -148,6 +166,9 @@ void visit_body(Body& body, std::uint32_t slots, Visitor& visit) {
     visit.value(item.inverse_mass);
     visit.value(item.inertia_B);
     visit.value(item.inverse_inertia_B);
+    visit.value(item.gravity_scale);
+    visit.value(item.linear_damping);
+    visit.value(item.angular_damping);
     visit.value(item.filter.category);
     visit.value(item.filter.mask);
     visit.value(item.filter.group);
@@ -187,6 +208,11 @@ void visit_joint(Joint& joint, Visitor& visit) {
     visit.any(item.def.motor.max_speed);
     visit.value(item.def.motor.stiffness);
     visit.value(item.def.motor.damping);
+    visit.any(item.def.lower_limit);
+    visit.any(item.def.upper_limit);
+    visit.value(item.def.spring.stiffness);
+    visit.value(item.def.spring.damping);
+    visit.value(item.def.spring.rest);
     visit.value(item.angle);
     visit.value(std::span(item.impulses));
     visit_wrench(item.spring_impulse, visit);

@@ -104,13 +104,18 @@ class World {
   /// [m/s, rad/s] Sets the velocity of the centre of mass and the angular velocity, world axes. The
   /// body must not be fixed.
   void set_velocity(BodyId id, const Twist<S>& twist);
-  /// Sets the velocity of a kinematic body that brings it to a pose at the end of the next step.
+  /// Sets the velocity of a kinematic body that brings it to a pose at the end of the next step, if
+  /// the length of a step stays as it is.
   /// The body keeps that velocity until told otherwise.
   void move_to(BodyId id, const Transform<S>& X_WB);
   /// [N, N m] Adds a wrench about the centre of mass, world axes. It acts during the next step.
   void apply_wrench(BodyId id, const Wrench<S>& wrench);
   /// [N] Adds a force at a point [m] of the world. It acts during the next step.
   void apply_force(BodyId id, const Vec3<S>& force, const Vec3<S>& point);
+  /// [N s] Changes the velocity of a dynamic body at once by an impulse at a point [m] of the
+  /// world. Locked axes stay still.
+  /// @throws InvalidArgument when the body is not dynamic, or the new velocity not finite.
+  void apply_impulse(BodyId id, const Vec3<S>& impulse, const Vec3<S>& point);
   /// [-] Changes which bodies may touch and sense a body.
   void set_filter(BodyId id, const CollisionFilter& filter);
   /// [kg] Sets the mass of a dynamic body. Its inertia changes in proportion, as for the same solid
@@ -118,6 +123,11 @@ class World {
   /// @throws InvalidArgument when the body is not dynamic, the mass is not > 0, or the mass or the
   ///         inertia has no finite inverse.
   void set_mass(BodyId id, S mass);
+  /// [1/s] Sets the rates at which the velocity and the angular momentum of a dynamic body decay.
+  /// @throws InvalidArgument when the body is not dynamic, or a rate negative or not finite.
+  void set_damping(BodyId id, S linear, S angular);
+  /// [1] Sets the factor of a body on the world's gravity.
+  void set_gravity_scale(BodyId id, S scale);
   /// Sets the material of all shapes of a body.
   /// @throws InvalidArgument naming the field of the material.
   void set_material(BodyId id, const Material<S>& material);
@@ -141,6 +151,13 @@ class World {
   [[nodiscard]] bool contains(JointId id) const noexcept { return state_.joints.contains(id); }
   /// Changes the motor of a joint.
   void set_motor(JointId id, const JointMotor<S>& motor);
+  /// Changes the limits of a joint's position [m] or [rad]. The joint moves into them as it would
+  /// back into limits that it broke.
+  /// @throws InvalidArgument naming the field of `JointDef`.
+  void set_limits(JointId id, S lower, S upper);
+  /// Changes the passive spring of a joint.
+  /// @throws InvalidArgument naming the field.
+  void set_spring(JointId id, const JointSpring<S>& spring);
   /// Definition of a joint, its frames about the centres of mass, and its impulses.
   [[nodiscard]] const detail::Joint<S>& joint(JointId id) const {
     return state_.joints.get(id, "JointId");
@@ -341,8 +358,6 @@ class World {
   static auto& user_data_in(AnyState& state, PatchId id) {
     return state.patches.get(id, "PatchId").def.user_data;
   }
-  template <typename Visit>
-  void for_each_shape_of(BodyId id, Visit&& visit) const;
   void refresh_box(std::uint32_t tag);
   void set_twist(BodyId id, const Twist<S>& twist);
   /// Velocity that brings a kinematic body to a pose within a step.

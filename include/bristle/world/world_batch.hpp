@@ -208,7 +208,7 @@ template <typename Id>
 void WorldBatch<S, Backend>::require_handles(std::span<const Id> ids) const {
   for (const World<S, Backend>& world : worlds_) {
     for (const Id id : ids) {
-      detail::require(world.contains(id), "WorldBatch: handle of a world", id.index,
+      detail::require(world.contains(id), "WorldBatch: handle of a world", id,
                       "must name what all worlds have");
     }
   }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <bristle/core/dynamic_array.hpp>
+#include <bristle/world/near_shapes.hpp>
 #include <bristle/world/waking.hpp>
 #include <bristle/world/world.hpp>
 
@@ -69,6 +70,7 @@ requires ShapeBackend<Backend, S> ShapeId World<S, Backend>::insert_shape(BodyId
   const Aabb<S> box = c.half_space ? c.bounds : transformed(c.bounds, body.center_pose * c.X_CmS);
   const ShapeId shape_id = state_.colliders.insert(std::move(c));
   state_.broad_phase.insert(shape_id.index, box);
+  state_.shapes_of_bodies.add(id.index, shape_id.index);
   return shape_id;
 }
 
@@ -148,6 +150,7 @@ void World<S, Backend>::remove_shape(ShapeId id) {
   detail::disturb(state_, state_.colliders.at(id.index).body);
   state_.broad_phase.remove(id.index);
   state_.contacts.forget(id.index);
+  state_.shapes_of_bodies.remove(state_.colliders.at(id.index).body.index, id.index);
   state_.colliders.erase(id);
 }
 
@@ -166,7 +169,8 @@ void World<S, Backend>::remove_body(BodyId id) {
       state_.patches.erase(state_.patches.handle(i));
     }
   }
-  for_each_shape_of(id, [this](std::uint32_t tag) { remove_shape(state_.colliders.handle(tag)); });
+  state_.shapes_of_bodies.for_each(
+      id.index, [this](std::uint32_t tag) { remove_shape(state_.colliders.handle(tag)); });
   // Bodies that patches touched in the last step must not be looked up any more.
   for (std::uint32_t i = 0; i < state_.patches.slot_count(); ++i) {
     if (!state_.patches.is_live(i)) continue;
@@ -182,16 +186,7 @@ requires ShapeBackend<Backend, S>
 void World<S, Backend>::refresh_box(std::uint32_t tag) {
   const detail::Collider<S>& c = state_.colliders.at(tag);
   if (c.half_space) return;
-  state_.broad_phase.move(tag, transformed(c.bounds, state_.body_of(c).center_pose * c.X_CmS));
-}
-
-template <Scalar S, typename Backend>
-requires ShapeBackend<Backend, S>
-template <typename Visit>
-void World<S, Backend>::for_each_shape_of(BodyId id, Visit&& visit) const {
-  for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
-    if (state_.colliders.is_live(i) && state_.colliders.at(i).body == id) visit(i);
-  }
+  state_.broad_phase.move(tag, detail::box_of(state_, c));
 }
 
 template <Scalar S, typename Backend>
@@ -203,7 +198,7 @@ void World<S, Backend>::set_pose(BodyId id, const Transform<S>& X_WB) {
   detail::require_all_finite("X_WB.translation: centre of mass", X_WB * body.center_B);
   body.set_pose({X_WB.rotation.normalized(), X_WB.translation});
   detail::disturb(state_, id);
-  for_each_shape_of(id, [this](std::uint32_t tag) { refresh_box(tag); });
+  state_.shapes_of_bodies.for_each(id.index, [this](std::uint32_t tag) { refresh_box(tag); });
 }
 
 template <Scalar S, typename Backend>
@@ -220,7 +215,7 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_twist(BodyId id, const Twist<S>& twist) {
   Body<S>& body = state_.bodies.at(id.index);
-  detail::require_still(body.locked, twist);
+  detail::require_still(body.locked, twist, "twist.linear", "twist.angular");
   const bool moved = state_.is_active(id.index);
   body.twist = twist;
   // Setting a zero velocity on a body at rest does not wake it.
@@ -273,15 +268,52 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::apply_force(BodyId id, const Vec3<S>& force, const Vec3<S>& point) {
   const Body<S>& body = state_.bodies.get(id, "BodyId");
+  detail::require_all_finite("force", force);
   detail::require_all_finite("point", point);
   apply_wrench(id, Wrench<S>::at(point - body.center_pose.translation, force));
 }
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
+void World<S, Backend>::apply_impulse(BodyId id, const Vec3<S>& impulse, const Vec3<S>& point) {
+  const Body<S>& body = state_.bodies.get(id, "BodyId");
+  detail::require(body.is_dynamic(), "BodyId", id, "must name a dynamic body");
+  detail::require_all_finite("impulse", impulse);
+  detail::require_all_finite("point", point);
+  const Vec3<S> arm = point - body.center_pose.translation;
+  Twist<S> twist = body.twist;
+  twist.linear += Vec3<S>(body.inverse_mass_W().cwiseProduct(impulse));
+  twist.angular += Vec3<S>(body.inverse_inertia_W() * arm.cross(impulse));
+  detail::require_all_finite("impulse: new velocity", twist.linear);
+  detail::require_all_finite("impulse: new angular velocity", twist.angular);
+  set_twist(id, twist);
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+void World<S, Backend>::set_damping(BodyId id, S linear, S angular) {
+  Body<S>& body = state_.bodies.get(id, "BodyId");
+  detail::require(body.is_dynamic(), "BodyId", id, "must name a dynamic body");
+  detail::require_damping(linear, angular, "set_damping: linear", "set_damping: angular");
+  body.linear_damping = linear;
+  body.angular_damping = angular;
+  detail::disturb(state_, id);
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+void World<S, Backend>::set_gravity_scale(BodyId id, S scale) {
+  Body<S>& body = state_.bodies.get(id, "BodyId");
+  detail::require_finite("set_gravity_scale: scale", scale);
+  body.gravity_scale = scale;
+  detail::disturb(state_, id);
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_filter(BodyId id, const CollisionFilter& filter) {
   Body<S>& body = state_.bodies.get(id, "BodyId");
-  for_each_shape_of(id, [&](std::uint32_t tag) {
+  state_.shapes_of_bodies.for_each(id.index, [&](std::uint32_t tag) {
     require_known_contacts(id, body.is_dynamic(), filter, state_.colliders.at(tag).kind);
   });
   body.filter = filter;
@@ -292,7 +324,7 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_mass(BodyId id, S mass) {
   const Body<S>& old = body(id);
-  detail::require(old.is_dynamic(), "set_mass: BodyId", id.index, "must name a dynamic body");
+  detail::require(old.is_dynamic(), "set_mass: BodyId", id, "must name a dynamic body");
   detail::require_positive("set_mass: mass", mass);
   if (mass == old.mass) return;
   Body<S> changed = old;
@@ -310,7 +342,8 @@ requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_material(BodyId id, const Material<S>& material) {
   (void)body(id);
   validate(material);
-  for_each_shape_of(id, [&](std::uint32_t tag) { state_.colliders.at(tag).material = material; });
+  state_.shapes_of_bodies.for_each(
+      id.index, [&](std::uint32_t tag) { state_.colliders.at(tag).material = material; });
   detail::disturb(state_, id);
 }
 

@@ -132,6 +132,27 @@ void World<S, Backend>::set_motor(JointId id, const JointMotor<S>& motor) {
 }
 
 template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+void World<S, Backend>::set_limits(JointId id, S lower, S upper) {
+  detail::Joint<S>& joint = state_.joints.get(id, "JointId");
+  detail::require_limits(lower, upper, joint.def.kind);
+  joint.def.lower_limit = lower;
+  joint.def.upper_limit = upper;
+  detail::disturb(state_, joint.def.body_a);
+  detail::disturb(state_, joint.def.body_b);
+}
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+void World<S, Backend>::set_spring(JointId id, const JointSpring<S>& spring) {
+  detail::Joint<S>& joint = state_.joints.get(id, "JointId");
+  validate(spring, joint.def.kind);
+  joint.def.spring = spring;
+  detail::disturb(state_, joint.def.body_a);
+  detail::disturb(state_, joint.def.body_b);
+}
+
+template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S> JointReading<S> World<S, Backend>::reading(JointId id)
 const {
   const detail::Joint<S>& joint = state_.joints.get(id, "JointId");
@@ -163,11 +184,7 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S> PatchId World<S, Backend>::add_patch(BodyId body,
                                                                        SensorLayout<S> sensors,
                                                                        const Tuning<S>& tuning) {
-  PatchDef<S> def;
-  def.parameters = tuning.parameters(sensors);
-  def.options.scaling = tuning.spec.scaling;
-  def.sensors = std::move(sensors);
-  return add_patch(body, std::move(def));
+  return add_patch(body, tuning.patch(std::move(sensors)));
 }
 
 template <Scalar S, typename Backend>
@@ -358,7 +375,7 @@ void World<S, Backend>::open(HapticLoop<S>& loop) const {
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::step(HapticLoop<S>& loop) {
-  loop.require_tool_patch();
+  loop.require_complete();
   require_tools(loop, false);
   const auto is_moved = [&](const auto& tool) { return tool.is_placed && contains(tool.body); };
   for (const auto& tool : loop.tools_) {

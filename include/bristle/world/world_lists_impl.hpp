@@ -46,8 +46,7 @@ template <typename Visit>
 void World<S, Backend>::for_each_shape(
     BodyId id, Visit&& visit) const requires detail::TellsShapes<Backend, S> {
   const Vec3<S> center_B = body(id).center_B;
-  for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
-    if (!state_.colliders.is_live(i) || state_.colliders.at(i).body != id) continue;
+  state_.shapes_of_bodies.for_each(id.index, [&](std::uint32_t i) {
     const detail::Collider<S>& c = state_.colliders.at(i);
     ShapeDef<S> def;
     def.shape = Backend::shape(c.shape.template as<Prepared>());
@@ -56,7 +55,7 @@ void World<S, Backend>::for_each_shape(
     def.is_trigger = c.is_trigger;
     def.user_data = c.user_data;
     visit(state_.colliders.handle(i), def);
-  }
+  });
 }
 
 }  // namespace bristle::inline BRISTLE_ABI

@@ -67,7 +67,7 @@ class ShapeQuery {
   [[nodiscard]] static Shape<P> checked(const Shape<S>& shape, const Transform<S>& X_WQ) {
     const ShapeKind kind = kind_of(shape);
     require(kind != ShapeKind::half_space && kind != ShapeKind::triangle_mesh, "shape",
-            static_cast<double>(kind), "must be convex and bounded: no half-space and no mesh");
+            name_of(kind), "must be convex and bounded: no half-space and no mesh");
     validate(shape);
     require_all_finite("X_WQ.translation", X_WQ.translation);
     require_unit<S>("X_WQ.rotation", X_WQ.rotation);

@@ -16,6 +16,7 @@
 #include <bristle/world/joint_stage.hpp>
 #include <bristle/world/prepared_shape.hpp>
 #include <bristle/world/report.hpp>
+#include <bristle/world/shapes_of_bodies.hpp>
 #include <bristle/world/world_def.hpp>
 
 #include <algorithm>
@@ -53,6 +54,7 @@ struct WorldState {
   WorldDef<S> def{};
   SlotMap<Body<S>, BodyTag> bodies;
   SlotMap<Collider<S>, ShapeTag> colliders;
+  ShapesOfBodies shapes_of_bodies;
   SlotMap<Joint<S>, JointTag> joints;
   /// Null until the first joint is added.
   const JointKernels<S>* joint_kernels = nullptr;

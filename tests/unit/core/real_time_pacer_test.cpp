@@ -121,3 +121,10 @@ TEST_CASE("real-time pacer: refuses steps that are none") {
   CHECK_THROWS_AS(Pacer(1e-3, -1), InvalidArgument);
   CHECK_THROWS_AS(Pacer(1e-3, 1, -1), InvalidArgument);
 }
+
+TEST_CASE("RealTimePacer: times that its clock cannot count are refused") {
+  CHECK_THROWS_WITH_AS(RealTimePacer<>(1e10), doctest::Contains("RealTimePacer: step"),
+                       InvalidArgument);
+  CHECK_THROWS_WITH_AS(RealTimePacer<>(1, 0, 1e10), doctest::Contains("RealTimePacer: spin"),
+                       InvalidArgument);
+}

@@ -131,3 +131,33 @@ TEST_CASE("ThreadPool: the hook does what the pool does") {
   hook(100, [&](std::size_t i) { sum.fetch_add(static_cast<int>(i)); });
   CHECK(sum == 4950);
 }
+
+#if defined(__linux__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <system_error>
+#include <unistd.h>
+
+TEST_CASE("ThreadPool: where the system has no more threads, it says so and ends those it has") {
+  const pid_t child = fork();
+  REQUIRE(child >= 0);
+  if (child == 0) {
+    // Room for some stacks of eight megabytes beyond what the program has.
+    rlimit limit{};
+    getrlimit(RLIMIT_AS, &limit);
+    limit.rlim_cur = 1u << 30;
+    setrlimit(RLIMIT_AS, &limit);
+    alarm(30);  // ends a child that waits for ever
+    try {
+      ThreadPool pool(4000);
+      _exit(2);
+    } catch (const std::exception&) {
+      _exit(0);
+    }
+  }
+  int status = -1;
+  REQUIRE(waitpid(child, &status, 0) == child);
+  CHECK(WIFEXITED(status));
+  CHECK(WEXITSTATUS(status) == 0);
+}
+#endif

@@ -73,3 +73,15 @@ TEST_CASE_TEMPLATE("mesh generators: refuse sizes and counts that make no mesh",
   CHECK_THROWS_AS((void)grid_mesh<S>({1, 1}, {0, 1}), InvalidArgument);
   CHECK_THROWS_AS((void)grid_mesh<S>({1, 1}, {1, 0}), InvalidArgument);
 }
+
+TEST_CASE("mesh_shapes: more vertices than 32 bits can number are refused by field") {
+  constexpr std::uint32_t all = 0xffffffffu;
+  CHECK_THROWS_WITH_AS(grid_mesh<double>({1, 1}, {all, 1}),
+                       doctest::Contains("grid_mesh: cells[0]"), InvalidArgument);
+  CHECK_THROWS_WITH_AS(grid_mesh<double>({1, 1}, {1u << 15, 1u << 17}),
+                       doctest::Contains("grid_mesh: cells[1]"), InvalidArgument);
+  CHECK_THROWS_WITH_AS(sphere_mesh<double>(1, all), doctest::Contains("sphere_mesh: frequency"),
+                       InvalidArgument);
+  CHECK_THROWS_WITH_AS(cylinder_mesh<double>({1, 1}, all),
+                       doctest::Contains("cylinder_mesh: segments"), InvalidArgument);
+}

@@ -35,8 +35,8 @@ class OneByOne {
       wrenches.push_back(sensor_wrench<S>(
           patch.parameters(i), patch.def.options,
           {patch.start[i], patch.direction[i], patch.length[i]}, patch.hits.distance[i],
-          random.a.center_pose.rotate(patch.hits.normal[i]), a.center_pose, a.twist,
-          b.center_pose, b.twist, random.dt, memory_[i]));
+          random.a.center_pose.rotate(patch.hits.normal[i]), a.center_pose, a.twist, b.center_pose,
+          b.twist, random.dt, memory_[i]));
     }
     return wrenches;
   }

@@ -125,3 +125,8 @@ TEST_CASE("patches: refuse what makes no surface") {
   CHECK_THROWS_AS((void)half_sphere_patch<double>(1, 1, 2), InvalidArgument);
   CHECK_THROWS_AS((void)patch_from_mesh(TriangleMesh<double>{}), InvalidArgument);
 }
+
+TEST_CASE("half_sphere_patch: more vertices than 32 bits can number are refused") {
+  CHECK_THROWS_WITH_AS(half_sphere_patch<double>(1, 0xffffffffu, 3),
+                       doctest::Contains("half_sphere_patch: rings"), InvalidArgument);
+}

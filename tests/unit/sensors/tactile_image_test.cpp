@@ -112,3 +112,11 @@ TEST_CASE("tactile history: refuses what does not fit") {
   CHECK_THROWS_AS(history.push(store.view()), InvalidArgument);
   CHECK(history.size() == 0);
 }
+
+TEST_CASE("TactileHistory: more frames than memory can count are refused, and so is no channel") {
+  CHECK_THROWS_WITH_AS(TactileHistory<double>(1, std::size_t{1} << 62),
+                       doctest::Contains("TactileHistory: frames"), InvalidArgument);
+  const PatchReading<double> reading;
+  CHECK_THROWS_WITH_AS((void)tactile_image(reading, static_cast<TactileChannel>(9)),
+                       doctest::Contains("TactileChannel = 9"), InvalidArgument);
+}

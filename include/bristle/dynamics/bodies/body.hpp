@@ -314,15 +314,26 @@ void require_invertible(const Body<S>& body, const char* of_mass, const char* of
 }
 
 /// Raises InvalidArgument for a velocity along a locked axis: no step could keep it.
+/// @param of_linear, of_angular  Fields of the velocities.
 template <Scalar S>
-void require_still(const LockedAxes& locked, const Twist<S>& twist) {
+void require_still(const LockedAxes& locked, const Twist<S>& twist, const char* of_linear,
+                   const char* of_angular) {
   for (std::size_t i = 0; i < 3; ++i) {
     const auto axis = static_cast<Eigen::Index>(i);
-    require(!locked.linear[i] || twist.linear[axis] == S(0), "velocity", twist.linear[axis],
+    require(!locked.linear[i] || twist.linear[axis] == S(0), of_linear, twist.linear[axis],
             "must be zero along locked axes");
-    require(!locked.angular[i] || twist.angular[axis] == S(0), "angular_velocity",
-            twist.angular[axis], "must be zero about locked axes");
+    require(!locked.angular[i] || twist.angular[axis] == S(0), of_angular, twist.angular[axis],
+            "must be zero about locked axes");
   }
+}
+
+/// Raises InvalidArgument for rates that are negative or not finite.
+/// @param of_linear, of_angular  Fields of the rates.
+template <Scalar S>
+void require_damping(const S& linear, const S& angular, const char* of_linear,
+                     const char* of_angular) {
+  require_not_negative(of_linear, linear);
+  require_not_negative(of_angular, angular);
 }
 
 /// Returns whether the motion of a body decays. Derivatives by a rate count.
@@ -344,13 +355,14 @@ void validate(const ShapeDef<S>& def) {
 
 template <Scalar S>
 Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
+  detail::require_enumerator("BodyDef::motion", def.motion, Motion::dynamic);
   detail::require_all_finite("BodyDef::position", def.position);
   detail::require_unit<S>("BodyDef::orientation", def.orientation);
   detail::require_all_finite("BodyDef::velocity", def.velocity);
   detail::require_all_finite("BodyDef::angular_velocity", def.angular_velocity);
   detail::require_finite("BodyDef::gravity_scale", def.gravity_scale);
-  detail::require_not_negative("BodyDef::linear_damping", def.linear_damping);
-  detail::require_not_negative("BodyDef::angular_damping", def.angular_damping);
+  detail::require_damping(def.linear_damping, def.angular_damping, "BodyDef::linear_damping",
+                          "BodyDef::angular_damping");
   validate(def.material);
   if (def.center_of_mass) {
     detail::require_all_finite("BodyDef::center_of_mass", *def.center_of_mass);
@@ -369,7 +381,8 @@ Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
   if (def.motion == Motion::dynamic) {
     body.linear_damping = def.linear_damping;
     body.angular_damping = def.angular_damping;
-    detail::require_still(def.locked, Twist<S>{def.velocity, def.angular_velocity});
+    detail::require_still(def.locked, Twist<S>{def.velocity, def.angular_velocity},
+                          "BodyDef::velocity", "BodyDef::angular_velocity");
     body.locked = def.locked;
   }
   body.center_B = def.center_of_mass.value_or(of_shape.center);

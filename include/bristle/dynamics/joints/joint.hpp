@@ -223,6 +223,7 @@ struct Joint {
 ///         motor.
 template <Scalar S>
 void validate(const JointMotor<S>& motor, JointKind kind) {
+  detail::require_enumerator("JointMotor::mode", motor.mode, MotorMode::spring);
   detail::require_finite("JointMotor::target", motor.target);
   using std::isfinite;
   // A bound may be the largest number there is.
@@ -236,12 +237,15 @@ void validate(const JointMotor<S>& motor, JointKind kind) {
 }
 
 /// Checks a spring.
-/// @throws InvalidArgument naming the field.
+/// @throws InvalidArgument naming the field. Also thrown if a joint of this kind has no axis for a
+///         spring.
 template <Scalar S>
-void validate(const JointSpring<S>& spring) {
+void validate(const JointSpring<S>& spring, JointKind kind) {
   detail::require_not_negative("JointSpring::stiffness", spring.stiffness);
   detail::require_not_negative("JointSpring::damping", spring.damping);
   detail::require_finite("JointSpring::rest", spring.rest);
+  detail::require(has_free_axis(kind) || (spring.stiffness == S(0) && spring.damping == S(0)),
+                  "JointDef::spring", name_of(kind), "needs a revolute or prismatic joint");
 }
 
 /// Checks a bushing.
@@ -255,34 +259,39 @@ void validate(const JointBushing<S>& bushing) {
   }
 }
 
+namespace detail {
+
+/// Checks the limits of a joint's position.
+/// @throws InvalidArgument naming the field. Also thrown if a joint of this kind has no position.
+template <Scalar S>
+void require_limits(const S& lower, const S& upper, JointKind kind) {
+  require(lower <= upper, "JointDef::lower_limit", lower, "must be <= upper_limit");
+  require(lower < infinity<S>, "JointDef::lower_limit", lower, "must be < infinity");
+  require(upper > -infinity<S>, "JointDef::upper_limit", upper, "must be > -infinity");
+  const bool has_position = has_free_axis(kind) || has_angle(kind);
+  constexpr const char* needs = "needs a revolute, prismatic or cone_twist joint";
+  require(has_position || lower == -infinity<S>, "JointDef::lower_limit", lower, needs);
+  require(has_position || upper == infinity<S>, "JointDef::upper_limit", upper, needs);
+}
+
+}  // namespace detail
+
 /// Checks the definition of a joint.
 /// @throws InvalidArgument naming the field.
 template <Scalar S>
 void validate(const JointDef<S>& def) {
   const JointKind kind = def.kind;
+  detail::require_enumerator("JointDef::kind", kind, JointKind::six_dof);
   detail::require_all_finite("JointDef::X_AJ.translation", def.X_AJ.translation);
   detail::require_all_finite("JointDef::X_BJ.translation", def.X_BJ.translation);
   detail::require_unit<S>("JointDef::X_AJ.rotation", def.X_AJ.rotation);
   detail::require_unit<S>("JointDef::X_BJ.rotation", def.X_BJ.rotation);
-  detail::require(def.lower_limit <= def.upper_limit, "JointDef::lower_limit", def.lower_limit,
-                  "must be <= upper_limit");
-  detail::require(def.lower_limit < infinity<S>, "JointDef::lower_limit", def.lower_limit,
-                  "must be < infinity");
-  detail::require(def.upper_limit > -infinity<S>, "JointDef::upper_limit", def.upper_limit,
-                  "must be > -infinity");
-  const bool has_position = has_free_axis(kind) || has_angle(kind);
-  detail::require(has_position || def.lower_limit == -infinity<S>, "JointDef::lower_limit",
-                  def.lower_limit, "needs a revolute, prismatic or cone_twist joint");
-  detail::require(has_position || def.upper_limit == infinity<S>, "JointDef::upper_limit",
-                  def.upper_limit, "needs a revolute, prismatic or cone_twist joint");
+  detail::require_limits(def.lower_limit, def.upper_limit, kind);
   detail::require(def.swing_limit > S(0), "JointDef::swing_limit", def.swing_limit, "must be > 0");
   detail::require(kind == JointKind::cone_twist || def.swing_limit == infinity<S>,
                   "JointDef::swing_limit", def.swing_limit, "needs a cone_twist joint");
   validate(def.motor, kind);
-  validate(def.spring);
-  detail::require(
-      has_free_axis(kind) || (def.spring.stiffness == S(0) && def.spring.damping == S(0)),
-      "JointDef::spring", def.spring.stiffness, "needs a revolute or prismatic joint");
+  validate(def.spring, kind);
   validate(def.bushing);
   detail::require(kind == JointKind::six_dof ||
                       (def.bushing.stiffness.isZero(S(0)) && def.bushing.damping.isZero(S(0))),

@@ -103,6 +103,8 @@ class JointSystem {
   [[nodiscard]] JointKind kind(std::size_t group) const { return groups_.joints()[group].kind; }
   void couple(const JointCoupling& coupling, const Mat3<S>& lever);
   void couple_merged(const JointCoupling& coupling, const Mat3<S>& lever);
+  /// [1/kg] or [1/(kg m^2)] Mean mobility of the bodies of a joint, without arms.
+  [[nodiscard]] S mobility_of(const MechanismJoint<S>& joint, bool is_linear) const;
   void fill_free_rows();
   void add_solution(std::span<const Twist<S>> b);
   void add_wrench(std::size_t joint, const Vec3<S>& linear, const Vec3<S>& angular);
@@ -111,7 +113,7 @@ class JointSystem {
   DynamicArray<Node> nodes_;
   DynamicArray<JointState<S>> at_;
   JointGroups<S> groups_;
-  JointOrder order_;         // Order of groups.
+  JointOrder order_;          // Order of groups.
   DynamicArray<bool> moves_;  // Topology of `order_`, with the two below.
   DynamicArray<JointKind> kinds_;
   DynamicArray<std::array<std::uint32_t, 2>> pairs_;
@@ -340,6 +342,16 @@ void JointSystem<S>::couple_merged(const JointCoupling& coupling, const Mat3<S>&
 /// added terms are small. The second pass of `solve` removes their effect on everything that can
 /// move.
 template <Scalar S>
+S JointSystem<S>::mobility_of(const MechanismJoint<S>& joint, bool is_linear) const {
+  S sum = S(0);
+  for (const std::uint32_t body : {joint.body_a, joint.body_b}) {
+    const Node& node = nodes_[body];
+    sum += is_linear ? node.inverse_mass.sum() : node.inverse_inertia.trace();
+  }
+  return sum / S(3);
+}
+
+template <Scalar S>
 void JointSystem<S>::fill_free_rows() {
   const S share = may_be_singular_ ? Tolerance<S>::equal() : S(0);
   for (std::size_t i = 0; i < groups_.size(); ++i) {
@@ -355,6 +367,9 @@ void JointSystem<S>::fill_free_rows() {
     for (std::size_t r = row; r < row + rows; ++r) {
       Mat3<S>& block = matrix_.at(r, r);
       S scale = groups_.is_merged(i) ? mean : S(block.trace() / S(3));
+      // Where locked axes leave nothing that the row could hold, what is left is round-off.
+      const S own = mobility_of(groups_.joints()[i], r == row);
+      if (!(scale > Tolerance<S>::equal() * own)) scale = own;
       if (value_of(scale) == 0) scale = S(1);
       const Vec3<S>& axis = r == row ? groups_.at(i).slide : groups_.at(i).hinge;
       block += (scale * axis) * axis.transpose();

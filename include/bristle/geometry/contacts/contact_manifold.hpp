@@ -36,6 +36,9 @@ struct ContactManifold {
   std::array<ContactPoint<S>, capacity> points{};
   /// [-] Number of points.
   std::size_t size = 0;
+  /// [m] Displacement of shape B from where it is, in the frame of A, at which the points lie as
+  /// they do. Their gaps are those of the shapes where they are.
+  Vec3<S> shift = detail::zero<Vec3<S>>();
   /// [-] Distinguishes the manifolds of one pair, as by a triangle's number. 0 if there is only
   /// one.
   std::uint32_t key = 0;

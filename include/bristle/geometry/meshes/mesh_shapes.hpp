@@ -73,6 +73,10 @@ template <Scalar S>
 TriangleMesh<S> sphere_mesh(S radius, std::uint32_t frequency) {
   detail::require_positive("sphere_mesh: radius", radius);
   detail::require(frequency >= 1, "sphere_mesh: frequency", frequency, "must be >= 1");
+  // Of each of twenty faces, before they share edges.
+  detail::require_countable(
+      "sphere_mesh: frequency", frequency,
+      10 * (std::min<std::uint64_t>(frequency, 1u << 28) + 2) * (std::uint64_t{frequency} + 1));
   // Corners of an icosahedron: the cyclic permutations of (0, +-1, +-golden ratio).
   const S g = S(std::numbers::phi);
   const std::array<Vec3<S>, 12> corners{Vec3<S>(-1, g, 0),  Vec3<S>(1, g, 0),   Vec3<S>(-1, -g, 0),
@@ -114,6 +118,7 @@ TriangleMesh<S> cylinder_mesh(const Cylinder<S>& cylinder, std::uint32_t segment
   using std::sin;
   validate<S>(Shape<S>(cylinder));
   detail::require(segments >= 3, "cylinder_mesh: segments", segments, "must be >= 3");
+  detail::require_countable("cylinder_mesh: segments", segments, 2 * std::uint64_t{segments} + 2);
   const S h = cylinder.half_length;
   TriangleMesh<S> mesh;
   mesh.vertices = {{S(0), S(0), -h}, {S(0), S(0), h}};
@@ -141,6 +146,10 @@ TriangleMesh<S> grid_mesh(const detail::Vec2<S>& size, const std::array<std::uin
   detail::require_positive("grid_mesh: size[1]", size.y());
   detail::require(cells[0] >= 1, "grid_mesh: cells[0]", cells[0], "must be >= 1");
   detail::require(cells[1] >= 1, "grid_mesh: cells[1]", cells[1], "must be >= 1");
+  const auto above = [](std::uint32_t n) { return std::uint64_t{n} + 1; };
+  const std::size_t longer = cells[0] >= cells[1] ? 0 : 1;
+  detail::require_countable(longer == 0 ? "grid_mesh: cells[0]" : "grid_mesh: cells[1]",
+                            cells[longer], above(cells[0]) * above(cells[1]));
   TriangleMesh<S> mesh;
   for (std::uint32_t j = 0; j <= cells[1]; ++j) {
     for (std::uint32_t i = 0; i <= cells[0]; ++i) {
