@@ -210,13 +210,13 @@ TEST_CASE("locked_axes: a pendulum that locks keep in its plane swings as one th
     WorldDef<double> world_def;
     world_def.time_step = 1.0 / 256;
     World<double> world(world_def);
-    // The hinge's axis is the z axis of its frames: y of the world.
-    const Quat<double> z_along_y(Eigen::AngleAxisd(-std::numbers::pi / 2, Vec3<double>::UnitX()));
+    // The hinge's axis is the x axis of its frames: y of the world.
+    const Quat<double> x_along_y(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3<double>::UnitZ()));
     JointDef<double> hinge;
     hinge.kind = JointKind::revolute;
     hinge.body_b = world.add_body(locked_block(locked, {0.1, 0, 0}));
-    hinge.X_AJ = {z_along_y, {0, 0, 0}};
-    hinge.X_BJ = {z_along_y, {-0.1, 0, 0}};
+    hinge.X_AJ = {x_along_y, {0, 0, 0}};
+    hinge.X_BJ = {x_along_y, {-0.1, 0, 0}};
     world.add_joint(hinge);
     for (int i = 0; i < 40; ++i) world.step();
     return world.pose(hinge.body_b).translation;
