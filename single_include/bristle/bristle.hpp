@@ -5903,7 +5903,7 @@ struct Body {
   Mat3<S> inertia_B = detail::zero<Mat3<S>>();
   /// [1/(kg m^2)] Inverse of the inertia, along the body's axes. Zero unless dynamic.
   Mat3<S> inverse_inertia_B = detail::zero<Mat3<S>>();
-  /// [1] Factor on the world's gravity.
+  /// [1] Factor on the world's gravity. One unless dynamic.
   S gravity_scale = S(1);
   /// [1/s] Rate at which its velocity decays. Zero unless dynamic.
   S linear_damping = S(0);
@@ -6110,9 +6110,9 @@ Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
   Body<S> body;
   body.motion = def.motion;
   body.filter = def.filter;
-  body.gravity_scale = def.gravity_scale;
   body.user_data = def.user_data;
   if (def.motion == Motion::dynamic) {
+    body.gravity_scale = def.gravity_scale;
     body.linear_damping = def.linear_damping;
     body.angular_damping = def.angular_damping;
     detail::require_still(def.locked, Twist<S>{def.velocity, def.angular_velocity},
@@ -15090,7 +15090,8 @@ class World {
   /// [1/s] Sets the rates at which the velocity and the angular momentum of a dynamic body decay.
   /// @throws InvalidArgument when the body is not dynamic, or a rate negative or not finite.
   void set_damping(BodyId id, S linear, S angular);
-  /// [1] Sets the factor of a body on the world's gravity.
+  /// [1] Sets the factor of a dynamic body on the world's gravity.
+  /// @throws InvalidArgument when the body is not dynamic, or the factor not finite.
   void set_gravity_scale(BodyId id, S scale);
   /// Sets the material of all shapes of a body.
   /// @throws InvalidArgument naming the field of the material.
@@ -26441,10 +26442,11 @@ ContactStatus collide_pair(const WorldState<S>& state, const ShapePair& pair,
   const S reach = reach_of(state, a, b) + reach_of(state, b, a);
   const std::size_t first = out.size();
   const ContactStatus status = a.shape.collide(b.shape, X_SaSb, reach, out);
-  // Nothing passes a half-space, nor flies past one. Bodies of symplectic Euler move by the
-  // velocities of the end alone: their impulses act at the start, at one point of both.
+  // Nothing passes a half-space, nor flies past one, and triggers stop nothing. Bodies of
+  // symplectic Euler move by the velocities of the end alone: their impulses act at the start, at
+  // one point of both.
   if (status != ContactStatus::ok || out.size() == first || a.half_space || b.half_space ||
-      state.def.integrator != Integrator::trapezoidal) {
+      a.is_trigger || b.is_trigger || state.def.integrator != Integrator::trapezoidal) {
     return status;
   }
   const auto way_by = [&](const Twist<S> SolverBody<S>::*twist) -> Vec3<S> {
@@ -38234,6 +38236,7 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_gravity_scale(BodyId id, S scale) {
   Body<S>& body = state_.bodies.get(id, "BodyId");
+  detail::require(body.is_dynamic(), "BodyId", id, "must name a dynamic body");
   detail::require_finite("set_gravity_scale: scale", scale);
   body.gravity_scale = scale;
   detail::disturb(state_, id);

@@ -168,6 +168,7 @@ TEST_CASE("a change that breaks a rule names it, and nothing changes") {
   CHECK_THROWS_AS(world.set_damping(scene.ball, 0, nan), InvalidArgument);
   CHECK_THROWS_AS(world.set_damping(floor, 1, 1), InvalidArgument);
   CHECK_THROWS_AS(world.set_gravity_scale(scene.ball, nan), InvalidArgument);
+  CHECK_THROWS_AS(world.set_gravity_scale(floor, 0), InvalidArgument);
   CHECK_THROWS_AS(world.apply_impulse(floor, {1, 0, 0}, {0, 0, 0}), InvalidArgument);
   CHECK_THROWS_AS(world.apply_impulse(scene.ball, {nan, 0, 0}, {0, 0, 0}), InvalidArgument);
   CHECK_THROWS_AS(world.apply_impulse(scene.ball, {1e150, 0, 0}, {0, 1e150, 0}), InvalidArgument);

@@ -207,10 +207,11 @@ ContactStatus collide_pair(const WorldState<S>& state, const ShapePair& pair,
   const S reach = reach_of(state, a, b) + reach_of(state, b, a);
   const std::size_t first = out.size();
   const ContactStatus status = a.shape.collide(b.shape, X_SaSb, reach, out);
-  // Nothing passes a half-space, nor flies past one. Bodies of symplectic Euler move by the
-  // velocities of the end alone: their impulses act at the start, at one point of both.
+  // Nothing passes a half-space, nor flies past one, and triggers stop nothing. Bodies of
+  // symplectic Euler move by the velocities of the end alone: their impulses act at the start, at
+  // one point of both.
   if (status != ContactStatus::ok || out.size() == first || a.half_space || b.half_space ||
-      state.def.integrator != Integrator::trapezoidal) {
+      a.is_trigger || b.is_trigger || state.def.integrator != Integrator::trapezoidal) {
     return status;
   }
   const auto way_by = [&](const Twist<S> SolverBody<S>::*twist) -> Vec3<S> {

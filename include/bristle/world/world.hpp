@@ -126,7 +126,8 @@ class World {
   /// [1/s] Sets the rates at which the velocity and the angular momentum of a dynamic body decay.
   /// @throws InvalidArgument when the body is not dynamic, or a rate negative or not finite.
   void set_damping(BodyId id, S linear, S angular);
-  /// [1] Sets the factor of a body on the world's gravity.
+  /// [1] Sets the factor of a dynamic body on the world's gravity.
+  /// @throws InvalidArgument when the body is not dynamic, or the factor not finite.
   void set_gravity_scale(BodyId id, S scale);
   /// Sets the material of all shapes of a body.
   /// @throws InvalidArgument naming the field of the material.

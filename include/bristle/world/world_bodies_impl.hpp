@@ -304,6 +304,7 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_gravity_scale(BodyId id, S scale) {
   Body<S>& body = state_.bodies.get(id, "BodyId");
+  detail::require(body.is_dynamic(), "BodyId", id, "must name a dynamic body");
   detail::require_finite("set_gravity_scale: scale", scale);
   body.gravity_scale = scale;
   detail::disturb(state_, id);

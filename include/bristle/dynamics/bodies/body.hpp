@@ -169,7 +169,7 @@ struct Body {
   Mat3<S> inertia_B = detail::zero<Mat3<S>>();
   /// [1/(kg m^2)] Inverse of the inertia, along the body's axes. Zero unless dynamic.
   Mat3<S> inverse_inertia_B = detail::zero<Mat3<S>>();
-  /// [1] Factor on the world's gravity.
+  /// [1] Factor on the world's gravity. One unless dynamic.
   S gravity_scale = S(1);
   /// [1/s] Rate at which its velocity decays. Zero unless dynamic.
   S linear_damping = S(0);
@@ -376,9 +376,9 @@ Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
   Body<S> body;
   body.motion = def.motion;
   body.filter = def.filter;
-  body.gravity_scale = def.gravity_scale;
   body.user_data = def.user_data;
   if (def.motion == Motion::dynamic) {
+    body.gravity_scale = def.gravity_scale;
     body.linear_damping = def.linear_damping;
     body.angular_damping = def.angular_damping;
     detail::require_still(def.locked, Twist<S>{def.velocity, def.angular_velocity},

@@ -146,6 +146,8 @@ class AdfJointBuilder {
       result.lower_limit = S(joint.limits->low);
       result.upper_limit = S(joint.limits->high);
     }
+    // The rest position of a spring that is none says nothing.
+    if (joint.stiffness == 0 && joint.damping == 0) return;
     result.spring = {
         .stiffness = S(joint.stiffness), .damping = S(joint.damping), .rest = S(joint.equilibrium)};
   }
