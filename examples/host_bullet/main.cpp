@@ -44,11 +44,9 @@ class BulletPinch {
     }
     if (!has_sensors) return;
     host_.emplace(world_);
-    const GripSpec<double> spec{
-        .friction = pinch.friction, .load = pinch.squeeze, .mass = pinch.mass};
     host_->mirror(part_);
-    host_->add_patch(pads_[0], scenes::pinch_pad(1, spec));
-    host_->add_patch(pads_[1], scenes::pinch_pad(-1, spec));
+    host_->add_patch(pads_[0], scenes::pinch_pad(1, pinch.spec()));
+    host_->add_patch(pads_[1], scenes::pinch_pad(-1, pinch.spec()));
   }
   ~BulletPinch() {
     host_.reset();

@@ -6,6 +6,8 @@
 
 #include "support/svg_plot.hpp"
 
+#include <bristle/bristle.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -28,6 +30,10 @@ struct LiftedPinch {
   double dt = 1e-3;
   double end = 9;
 
+  /// The sensors' share of it.
+  [[nodiscard]] bristle::GripSpec<double> spec() const {
+    return {.friction = friction, .load = squeeze, .mass = mass};
+  }
   /// [m] Height that the lift shall have: it rises by 0.1 m within the second second.
   [[nodiscard]] static double height(double t) { return 0.1 * std::clamp(t - 1, 0.0, 1.0); }
   /// [m/s] Mean speed of the lift in the step that begins at t [s].

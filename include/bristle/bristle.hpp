@@ -117,6 +117,7 @@
 #include <bristle/geometry/contacts/convex_query.hpp>
 #include <bristle/geometry/contacts/expanding_polytope.hpp>
 #include <bristle/geometry/contacts/gjk.hpp>
+#include <bristle/geometry/contacts/impact_plane.hpp>
 #include <bristle/geometry/contacts/mesh_contacts.hpp>
 #include <bristle/geometry/contacts/shape_cast.hpp>
 #include <bristle/geometry/contacts/solid_contacts.hpp>

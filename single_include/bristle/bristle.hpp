@@ -6061,15 +6061,6 @@ void require_still(const LockedAxes& locked, const Twist<S>& twist, const char* 
   }
 }
 
-/// Raises InvalidArgument for rates that are negative or not finite.
-/// @param of_linear, of_angular  Fields of the rates.
-template <Scalar S>
-void require_damping(const S& linear, const S& angular, const char* of_linear,
-                     const char* of_angular) {
-  require_not_negative(of_linear, linear);
-  require_not_negative(of_angular, angular);
-}
-
 /// Returns whether the motion of a body decays. Derivatives by a rate count.
 /// @param body  A `Body` or `MechanismBody`.
 template <typename AnyBody>
@@ -6095,8 +6086,8 @@ Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
   detail::require_all_finite("BodyDef::velocity", def.velocity);
   detail::require_all_finite("BodyDef::angular_velocity", def.angular_velocity);
   detail::require_finite("BodyDef::gravity_scale", def.gravity_scale);
-  detail::require_damping(def.linear_damping, def.angular_damping, "BodyDef::linear_damping",
-                          "BodyDef::angular_damping");
+  detail::require_not_negative("BodyDef::linear_damping", def.linear_damping);
+  detail::require_not_negative("BodyDef::angular_damping", def.angular_damping);
   validate(def.material);
   if (def.center_of_mass) {
     detail::require_all_finite("BodyDef::center_of_mass", *def.center_of_mass);
@@ -26240,72 +26231,17 @@ void AnalyticBackend::cast_rays(const std::shared_ptr<const detail::AnalyticShap
 /// Shapes that may touch, and their contacts.
 // SPDX-License-Identifier: BSD-3-Clause
 
+// === bristle/geometry/contacts/impact_plane.hpp
+
+/// @file
+/// The plane in which two shapes meet that are apart when a step begins.
+// SPDX-License-Identifier: BSD-3-Clause
+
 #include <algorithm>
+#include <cstddef>
+#include <limits>
 
 namespace bristle::inline BRISTLE_ABI::detail {
-
-/// [m] Swept margin: how far any point of a shape that can meet `other` may move within the step.
-template <Scalar S>
-[[nodiscard]] S reach_of(const WorldState<S>& state, const Collider<S>& c,
-                         const Collider<S>& other) {
-  const Twist<S>& free = state.solver_bodies[c.body.index].free;
-  S radius = c.radius;
-  if (c.half_space) {
-    // A half-space has no farthest point. The position of the other shape counts.
-    radius = other.radius + (state.body_of(other).center_pose.translation -
-                             state.body_of(c).center_pose.translation)
-                                .norm();
-  }
-  return state.def.time_step * (free.linear.norm() + free.angular.norm() * radius);
-}
-
-/// [m] Present box; infinite for a half-space.
-template <Scalar S>
-[[nodiscard]] Aabb<S> box_of(const WorldState<S>& state, const Collider<S>& c) {
-  if (c.half_space) return c.bounds;
-  const Transform<S>& X = state.body_of(c).center_pose;
-  if (c.kind == ShapeKind::sphere && c.is_centered) {
-    return {c.bounds.lower + X.translation, c.bounds.upper + X.translation};
-  }
-  return transformed(c.bounds, c.is_centered ? X : X * c.X_CmS);
-}
-
-/// [m] Box inflated by the swept margin.
-template <Scalar S>
-[[nodiscard]] Aabb<S> swept_box(const WorldState<S>& state, const Collider<S>& c) {
-  const Aabb<S> box = box_of(state, c);
-  return c.half_space ? box : box.inflated(reach_of(state, c, c));
-}
-
-/// Returns whether `c` can reach the half-space `plane` within the step. True if `plane` is not a
-/// half-space: its box was tested already.
-/// @param swept  [m] Swept box of `c`.
-template <Scalar S>
-[[nodiscard]] bool reaches_plane(const WorldState<S>& state, const Collider<S>& c,
-                                 const Aabb<S>& swept, const Collider<S>& plane) {
-  return !plane.half_space || state.reaches(swept.inflated(reach_of(state, plane, c)), plane);
-}
-
-/// Returns whether the backend is queried for two shapes with overlapping boxes. Their boxes in the
-/// broad phase must be swept boxes of this step.
-template <Scalar S>
-[[nodiscard]] bool may_touch(const WorldState<S>& state, std::uint32_t tag_a, std::uint32_t tag_b) {
-  const Collider<S>& a = state.colliders.at(tag_a);
-  const Collider<S>& b = state.colliders.at(tag_b);
-  if (a.body == b.body) return false;
-  const Body<S>& body_a = state.body_of(a);
-  const Body<S>& body_b = state.body_of(b);
-  if (!body_a.is_dynamic() && !body_b.is_dynamic()) return false;
-  if (!may_meet(body_a.filter, body_b.filter)) return false;
-  const ShapePair bodies{std::min(a.body.index, b.body.index),
-                         std::max(a.body.index, b.body.index)};
-  if (std::binary_search(state.unpaired.begin(), state.unpaired.end(), bodies)) return false;
-  if (!reaches_plane(state, a, state.broad_phase.swept(tag_a), b) ||
-      !reaches_plane(state, b, state.broad_phase.swept(tag_b), a)) {
-    return false;
-  }
-  return !state.def.may_collide || state.def.may_collide(a.user_data, b.user_data);
-}
 
 /// [m] Smallest gap of a manifold.
 template <Scalar S>
@@ -26412,6 +26348,75 @@ void add_inner_ball(ContactManifold<S>& manifold, const Vec3<S>& center, const S
   point.gap = gap - shift;
   point.feature = is_b ? 0xffffffffu : 0xfffffffeu;
   manifold.add(point);
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+#include <algorithm>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// [m] Swept margin: how far any point of a shape that can meet `other` may move within the step.
+template <Scalar S>
+[[nodiscard]] S reach_of(const WorldState<S>& state, const Collider<S>& c,
+                         const Collider<S>& other) {
+  const Twist<S>& free = state.solver_bodies[c.body.index].free;
+  S radius = c.radius;
+  if (c.half_space) {
+    // A half-space has no farthest point. The position of the other shape counts.
+    radius = other.radius + (state.body_of(other).center_pose.translation -
+                             state.body_of(c).center_pose.translation)
+                                .norm();
+  }
+  return state.def.time_step * (free.linear.norm() + free.angular.norm() * radius);
+}
+
+/// [m] Present box; infinite for a half-space.
+template <Scalar S>
+[[nodiscard]] Aabb<S> box_of(const WorldState<S>& state, const Collider<S>& c) {
+  if (c.half_space) return c.bounds;
+  const Transform<S>& X = state.body_of(c).center_pose;
+  if (c.kind == ShapeKind::sphere && c.is_centered) {
+    return {c.bounds.lower + X.translation, c.bounds.upper + X.translation};
+  }
+  return transformed(c.bounds, c.is_centered ? X : X * c.X_CmS);
+}
+
+/// [m] Box inflated by the swept margin.
+template <Scalar S>
+[[nodiscard]] Aabb<S> swept_box(const WorldState<S>& state, const Collider<S>& c) {
+  const Aabb<S> box = box_of(state, c);
+  return c.half_space ? box : box.inflated(reach_of(state, c, c));
+}
+
+/// Returns whether `c` can reach the half-space `plane` within the step. True if `plane` is not a
+/// half-space: its box was tested already.
+/// @param swept  [m] Swept box of `c`.
+template <Scalar S>
+[[nodiscard]] bool reaches_plane(const WorldState<S>& state, const Collider<S>& c,
+                                 const Aabb<S>& swept, const Collider<S>& plane) {
+  return !plane.half_space || state.reaches(swept.inflated(reach_of(state, plane, c)), plane);
+}
+
+/// Returns whether the backend is queried for two shapes with overlapping boxes. Their boxes in the
+/// broad phase must be swept boxes of this step.
+template <Scalar S>
+[[nodiscard]] bool may_touch(const WorldState<S>& state, std::uint32_t tag_a, std::uint32_t tag_b) {
+  const Collider<S>& a = state.colliders.at(tag_a);
+  const Collider<S>& b = state.colliders.at(tag_b);
+  if (a.body == b.body) return false;
+  const Body<S>& body_a = state.body_of(a);
+  const Body<S>& body_b = state.body_of(b);
+  if (!body_a.is_dynamic() && !body_b.is_dynamic()) return false;
+  if (!may_meet(body_a.filter, body_b.filter)) return false;
+  const ShapePair bodies{std::min(a.body.index, b.body.index),
+                         std::max(a.body.index, b.body.index)};
+  if (std::binary_search(state.unpaired.begin(), state.unpaired.end(), bodies)) return false;
+  if (!reaches_plane(state, a, state.broad_phase.swept(tag_a), b) ||
+      !reaches_plane(state, b, state.broad_phase.swept(tag_b), a)) {
+    return false;
+  }
+  return !state.def.may_collide || state.def.may_collide(a.user_data, b.user_data);
 }
 
 /// Returns whether a shape is convex and has an end.
@@ -30073,10 +30078,6 @@ void JointSystem<S>::couple_merged(const JointCoupling& coupling, const Mat3<S>&
   if (has_right && i != j) matrix_.at(i, j + 1) += quarter<0, 3, S>(block);
 }
 
-/// Makes the matrix regular where it is singular by design. It is so along slides and about hinges.
-/// No row holds these. It is so, too, where loops or locked axes leave more rows than can move. The
-/// added terms are small. The second pass of `solve` removes their effect on everything that can
-/// move.
 template <Scalar S>
 S JointSystem<S>::mobility_of(const MechanismJoint<S>& joint, bool is_linear) const {
   S sum = S(0);
@@ -30087,6 +30088,10 @@ S JointSystem<S>::mobility_of(const MechanismJoint<S>& joint, bool is_linear) co
   return sum / S(3);
 }
 
+/// Makes the matrix regular where it is singular by design. It is so along slides and about hinges.
+/// No row holds these. It is so, too, where loops or locked axes leave more rows than can move. The
+/// added terms are small. The second pass of `solve` removes their effect on everything that can
+/// move.
 template <Scalar S>
 void JointSystem<S>::fill_free_rows() {
   const S share = may_be_singular_ ? Tolerance<S>::equal() : S(0);
@@ -37593,6 +37598,13 @@ void disturb(WorldState<S>& state, BodyId id) {
   state.is_idle = false;
 }
 
+/// The same for both bodies of a joint.
+template <Scalar S>
+void disturb_bodies(WorldState<S>& state, const JointDef<S>& def) {
+  disturb(state, def.body_a);
+  disturb(state, def.body_b);
+}
+
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
@@ -37997,10 +38009,9 @@ requires ShapeBackend<Backend, S> detail::Collider<S> World<S, Backend>::make_co
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S> ShapeId World<S, Backend>::insert_shape(BodyId id,
                                                                           detail::Collider<S> c) {
-  const Body<S>& body = state_.bodies.at(id.index);
   c.body = id;
-  const Aabb<S> box = c.half_space ? c.bounds : transformed(c.bounds, body.center_pose * c.X_CmS);
   const ShapeId shape_id = state_.colliders.insert(std::move(c));
+  const Aabb<S> box = detail::box_of(state_, state_.colliders.at(shape_id.index));
   state_.broad_phase.insert(shape_id.index, box);
   state_.shapes_of_bodies.add(id.index, shape_id.index);
   return shape_id;
@@ -38226,7 +38237,8 @@ requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_damping(BodyId id, S linear, S angular) {
   Body<S>& body = state_.bodies.get(id, "BodyId");
   detail::require(body.is_dynamic(), "BodyId", id, "must name a dynamic body");
-  detail::require_damping(linear, angular, "set_damping: linear", "set_damping: angular");
+  detail::require_not_negative("set_damping: linear", linear);
+  detail::require_not_negative("set_damping: angular", angular);
   body.linear_damping = linear;
   body.angular_damping = angular;
   detail::disturb(state_, id);
@@ -39306,8 +39318,7 @@ requires ShapeBackend<Backend, S> JointId World<S, Backend>::add_joint(const Joi
     detail::DynamicArray<detail::ShapePair>& unpaired = state_.unpaired;
     unpaired.insert(std::lower_bound(unpaired.begin(), unpaired.end(), pair), pair);
   }
-  detail::disturb(state_, joint.def.body_a);
-  detail::disturb(state_, joint.def.body_b);
+  detail::disturb_bodies(state_, joint.def);
   state_.joint_kernels = &detail::joint_kernels<S>();
   return state_.joints.insert(joint);
 }
@@ -39316,8 +39327,7 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::erase_joint(std::uint32_t index) {
   const JointDef<S>& def = state_.joints.at(index).def;
-  detail::disturb(state_, def.body_a);
-  detail::disturb(state_, def.body_b);
+  detail::disturb_bodies(state_, def);
   if (!def.bodies_collide) {
     const detail::ShapePair pair{std::min(def.body_a.index, def.body_b.index),
                                  std::max(def.body_a.index, def.body_b.index)};
@@ -39340,8 +39350,7 @@ void World<S, Backend>::set_motor(JointId id, const JointMotor<S>& motor) {
   detail::Joint<S>& joint = state_.joints.get(id, "JointId");
   validate(motor, joint.def.kind);
   joint.def.motor = motor;
-  detail::disturb(state_, joint.def.body_a);
-  detail::disturb(state_, joint.def.body_b);
+  detail::disturb_bodies(state_, joint.def);
 }
 
 template <Scalar S, typename Backend>
@@ -39351,8 +39360,7 @@ void World<S, Backend>::set_limits(JointId id, S lower, S upper) {
   detail::require_limits(lower, upper, joint.def.kind);
   joint.def.lower_limit = lower;
   joint.def.upper_limit = upper;
-  detail::disturb(state_, joint.def.body_a);
-  detail::disturb(state_, joint.def.body_b);
+  detail::disturb_bodies(state_, joint.def);
 }
 
 template <Scalar S, typename Backend>
@@ -39361,8 +39369,7 @@ void World<S, Backend>::set_spring(JointId id, const JointSpring<S>& spring) {
   detail::Joint<S>& joint = state_.joints.get(id, "JointId");
   validate(spring, joint.def.kind);
   joint.def.spring = spring;
-  detail::disturb(state_, joint.def.body_a);
-  detail::disturb(state_, joint.def.body_b);
+  detail::disturb_bodies(state_, joint.def);
 }
 
 template <Scalar S, typename Backend>

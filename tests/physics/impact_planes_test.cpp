@@ -65,7 +65,7 @@ TEST_CASE("impact_planes: smooth balls part along the line of their centres wher
         ObliqueHit hit(dt, restitution, 0, ahead);
         const Twist<double> a = hit.world.body(hit.struck).twist;
         const Twist<double> b = hit.world.body(hit.striker).twist;
-        // Each step of the advance leaves a hundredth of the angle that is left.
+        // The steps of the advance leave less than a thousandth of the normal.
         const Vec3<double> n(-0.8, -0.6, 0);
         const Vec3<double> expected = 0.5 * (1 + restitution) * 4 * n;
         CHECK((a.linear - expected).norm() < 5e-3);
@@ -81,7 +81,8 @@ TEST_CASE("impact_planes: smooth balls part along the line of their centres wher
   }
 }
 
-TEST_CASE("impact_planes: friction turns balls that meet by five sevenths of a roll at most") {
+TEST_CASE(
+    "impact_planes: balls that slide as they meet are turned by mu times the normal impulse") {
   for (const double dt : {1.0 / 60, 1.0 / 240, 1e-3}) {
     CAPTURE(dt);
     ObliqueHit hit(dt, 0, 0.1, 0.013);

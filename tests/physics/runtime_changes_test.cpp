@@ -139,7 +139,7 @@ TEST_CASE("a spring that is set swings at sqrt(k / m), and one taken away lets g
         test::relative(place + speed * seconds).epsilon(1e-9));
 }
 
-TEST_CASE_TEMPLATE("a snapshot holds what was changed, and wakes nobody", S, float, double) {
+TEST_CASE_TEMPLATE("a snapshot holds what was changed", S, float, double) {
   ChangedScene<S> changed;
   changed.world.set_damping(changed.ball, S(0.5), S(0.25));
   changed.world.set_gravity_scale(changed.ball, S(-2));

@@ -68,4 +68,11 @@ void disturb(WorldState<S>& state, BodyId id) {
   state.is_idle = false;
 }
 
+/// The same for both bodies of a joint.
+template <Scalar S>
+void disturb_bodies(WorldState<S>& state, const JointDef<S>& def) {
+  disturb(state, def.body_a);
+  disturb(state, def.body_b);
+}
+
 }  // namespace bristle::inline BRISTLE_ABI::detail

@@ -65,10 +65,9 @@ requires ShapeBackend<Backend, S> detail::Collider<S> World<S, Backend>::make_co
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S> ShapeId World<S, Backend>::insert_shape(BodyId id,
                                                                           detail::Collider<S> c) {
-  const Body<S>& body = state_.bodies.at(id.index);
   c.body = id;
-  const Aabb<S> box = c.half_space ? c.bounds : transformed(c.bounds, body.center_pose * c.X_CmS);
   const ShapeId shape_id = state_.colliders.insert(std::move(c));
+  const Aabb<S> box = detail::box_of(state_, state_.colliders.at(shape_id.index));
   state_.broad_phase.insert(shape_id.index, box);
   state_.shapes_of_bodies.add(id.index, shape_id.index);
   return shape_id;
@@ -294,7 +293,8 @@ requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_damping(BodyId id, S linear, S angular) {
   Body<S>& body = state_.bodies.get(id, "BodyId");
   detail::require(body.is_dynamic(), "BodyId", id, "must name a dynamic body");
-  detail::require_damping(linear, angular, "set_damping: linear", "set_damping: angular");
+  detail::require_not_negative("set_damping: linear", linear);
+  detail::require_not_negative("set_damping: angular", angular);
   body.linear_damping = linear;
   body.angular_damping = angular;
   detail::disturb(state_, id);

@@ -93,8 +93,7 @@ requires ShapeBackend<Backend, S> JointId World<S, Backend>::add_joint(const Joi
     detail::DynamicArray<detail::ShapePair>& unpaired = state_.unpaired;
     unpaired.insert(std::lower_bound(unpaired.begin(), unpaired.end(), pair), pair);
   }
-  detail::disturb(state_, joint.def.body_a);
-  detail::disturb(state_, joint.def.body_b);
+  detail::disturb_bodies(state_, joint.def);
   state_.joint_kernels = &detail::joint_kernels<S>();
   return state_.joints.insert(joint);
 }
@@ -103,8 +102,7 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::erase_joint(std::uint32_t index) {
   const JointDef<S>& def = state_.joints.at(index).def;
-  detail::disturb(state_, def.body_a);
-  detail::disturb(state_, def.body_b);
+  detail::disturb_bodies(state_, def);
   if (!def.bodies_collide) {
     const detail::ShapePair pair{std::min(def.body_a.index, def.body_b.index),
                                  std::max(def.body_a.index, def.body_b.index)};
@@ -127,8 +125,7 @@ void World<S, Backend>::set_motor(JointId id, const JointMotor<S>& motor) {
   detail::Joint<S>& joint = state_.joints.get(id, "JointId");
   validate(motor, joint.def.kind);
   joint.def.motor = motor;
-  detail::disturb(state_, joint.def.body_a);
-  detail::disturb(state_, joint.def.body_b);
+  detail::disturb_bodies(state_, joint.def);
 }
 
 template <Scalar S, typename Backend>
@@ -138,8 +135,7 @@ void World<S, Backend>::set_limits(JointId id, S lower, S upper) {
   detail::require_limits(lower, upper, joint.def.kind);
   joint.def.lower_limit = lower;
   joint.def.upper_limit = upper;
-  detail::disturb(state_, joint.def.body_a);
-  detail::disturb(state_, joint.def.body_b);
+  detail::disturb_bodies(state_, joint.def);
 }
 
 template <Scalar S, typename Backend>
@@ -148,8 +144,7 @@ void World<S, Backend>::set_spring(JointId id, const JointSpring<S>& spring) {
   detail::Joint<S>& joint = state_.joints.get(id, "JointId");
   validate(spring, joint.def.kind);
   joint.def.spring = spring;
-  detail::disturb(state_, joint.def.body_a);
-  detail::disturb(state_, joint.def.body_b);
+  detail::disturb_bodies(state_, joint.def);
 }
 
 template <Scalar S, typename Backend>

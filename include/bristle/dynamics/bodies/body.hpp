@@ -327,15 +327,6 @@ void require_still(const LockedAxes& locked, const Twist<S>& twist, const char* 
   }
 }
 
-/// Raises InvalidArgument for rates that are negative or not finite.
-/// @param of_linear, of_angular  Fields of the rates.
-template <Scalar S>
-void require_damping(const S& linear, const S& angular, const char* of_linear,
-                     const char* of_angular) {
-  require_not_negative(of_linear, linear);
-  require_not_negative(of_angular, angular);
-}
-
 /// Returns whether the motion of a body decays. Derivatives by a rate count.
 /// @param body  A `Body` or `MechanismBody`.
 template <typename AnyBody>
@@ -361,8 +352,8 @@ Body<S> make_body(const BodyDef<S>& def, const MassProperties<S>& of_shape) {
   detail::require_all_finite("BodyDef::velocity", def.velocity);
   detail::require_all_finite("BodyDef::angular_velocity", def.angular_velocity);
   detail::require_finite("BodyDef::gravity_scale", def.gravity_scale);
-  detail::require_damping(def.linear_damping, def.angular_damping, "BodyDef::linear_damping",
-                          "BodyDef::angular_damping");
+  detail::require_not_negative("BodyDef::linear_damping", def.linear_damping);
+  detail::require_not_negative("BodyDef::angular_damping", def.angular_damping);
   validate(def.material);
   if (def.center_of_mass) {
     detail::require_all_finite("BodyDef::center_of_mass", *def.center_of_mass);

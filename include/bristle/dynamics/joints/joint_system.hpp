@@ -337,10 +337,6 @@ void JointSystem<S>::couple_merged(const JointCoupling& coupling, const Mat3<S>&
   if (has_right && i != j) matrix_.at(i, j + 1) += quarter<0, 3, S>(block);
 }
 
-/// Makes the matrix regular where it is singular by design. It is so along slides and about hinges.
-/// No row holds these. It is so, too, where loops or locked axes leave more rows than can move. The
-/// added terms are small. The second pass of `solve` removes their effect on everything that can
-/// move.
 template <Scalar S>
 S JointSystem<S>::mobility_of(const MechanismJoint<S>& joint, bool is_linear) const {
   S sum = S(0);
@@ -351,6 +347,10 @@ S JointSystem<S>::mobility_of(const MechanismJoint<S>& joint, bool is_linear) co
   return sum / S(3);
 }
 
+/// Makes the matrix regular where it is singular by design. It is so along slides and about hinges.
+/// No row holds these. It is so, too, where loops or locked axes leave more rows than can move. The
+/// added terms are small. The second pass of `solve` removes their effect on everything that can
+/// move.
 template <Scalar S>
 void JointSystem<S>::fill_free_rows() {
   const S share = may_be_singular_ ? Tolerance<S>::equal() : S(0);
