@@ -208,9 +208,8 @@ BRISTLE_FORCE_INLINE ContactTarget<T> target_at(const T& gap, const T& restituti
   const Truth<T> bounces = may_bounce & touches & (start < T(-context.restitution_speed));
   ContactTarget<T> target;
   target.restitution_share = S(-1);
-  target.is_impact = touches & (-start > T(context.speed_change));
-  // A contact that carried a load should not approach. If it does, sweeps were cut short.
-  if (context.is_swept) target.is_impact = target.is_impact & !(impulse > zero);
+  // A contact that carried a load and approaches was solved to an error. That is no impact.
+  target.is_impact = touches & (-start > T(context.speed_change)) & !(impulse > zero);
   if (context.integrator != Integrator::trapezoidal) {
     target.target = select(gap > zero, -closing_speed, zero);
     target.target = select(bounces, max(target.target, -restitution * start), target.target);
@@ -267,8 +266,6 @@ void target_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const Solve
   if (!is_trapezoidal || target.target == S(0)) c.target += c.bias[0];
   c.restitution_share = target.restitution_share;
   c.is_impact = target.is_impact;
-  // An impact does not predict the load that follows. Neither does the load predict the impact.
-  if (c.is_impact) c.impulse = {};
 }
 
 template <Value T>
