@@ -12790,10 +12790,9 @@ struct SolveContext {
     return static_cast<int>(std::min(steps_of_problem(), steps_left(report)));
   }
   /// [-] Steps that an interior-point method may take from there. It needs some ten to thirty
-  /// whatever the island is, and gives nothing before its end. So it may take all but what the
-  /// displacements need.
+  /// whatever the island is, and gives nothing before its end. So it may take all that is left.
   [[nodiscard]] int most_interior_steps(const SolveReport<S>& report) const {
-    return static_cast<int>(std::max(1.0, steps_left(report) - 0.5 * steps_of_problem()));
+    return static_cast<int>(steps_left(report));
   }
   /// [1] Share of the budget that `max_newton_steps` on Coulomb's law and as many on the convex
   /// problems would take.
@@ -31273,8 +31272,11 @@ BRISTLE_FORCE_INLINE ContactTarget<T> target_at(const T& gap, const T& restituti
   const Truth<T> bounces = may_bounce & touches & (start < T(-context.restitution_speed));
   ContactTarget<T> target;
   target.restitution_share = S(-1);
-  // A contact that carried a load and approaches was solved to an error. That is no impact.
-  target.is_impact = touches & (-start > T(context.speed_change)) & !(impulse > zero);
+  target.is_impact = touches & (-start > T(context.speed_change));
+  // A contact that carried a load should not approach. If it does, sweeps were cut short, or motors
+  // press it harder than the last step was solved to.
+  const bool may_approach = context.is_swept || context.driven_change > context.speed_change;
+  if (may_approach) target.is_impact = target.is_impact & !(impulse > zero);
   if (context.integrator != Integrator::trapezoidal) {
     target.target = select(gap > zero, -closing_speed, zero);
     target.target = select(bounces, max(target.target, -restitution * start), target.target);
@@ -31331,6 +31333,8 @@ void target_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const Solve
   if (!is_trapezoidal || target.target == S(0)) c.target += c.bias[0];
   c.restitution_share = target.restitution_share;
   c.is_impact = target.is_impact;
+  // An impact does not predict the load that follows. Neither does the load predict the impact.
+  if (c.is_impact) c.impulse = {};
 }
 
 template <Value T>
@@ -33126,6 +33130,10 @@ class ProximalSolver {
   [[nodiscard]] Real enough() const { return enough_; }
 
  private:
+  /// [-] Newton steps from no impulses. What lands and does not jam takes one or two. All else that
+  /// is new is solved from inside.
+  static constexpr int landing_steps = 4;
+
   Real solve_law(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
                  const SolveContext<S>& context, SolveReport<S>& report);
   [[nodiscard]] ConvexProblem<Real> convex_problem(const CoulombProblem<Real>& problem);
@@ -33182,8 +33190,6 @@ auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constrai
   // Contacts alone are swept first in the next step. A small residual here ends it after one sweep.
   // With joints sweeps do not help. A larger residual is then enough.
   const bool is_swept_first = island.blocks.empty() && island.soft.empty();
-  // One step from no impulses solves what lands and sticks. All else that is new is solved from
-  // inside: its loads are in the middle of what friction can hold, not at the edge.
   const bool is_fresh = !rows_.has_impulses();
   CoulombProblem<Real> problem{
       .rows = rows_.rows(),
@@ -33196,7 +33202,8 @@ auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constrai
       .free = &product_,
       .tolerance = Real(is_swept_first ? 0.01 : 0.1) * Real(context.velocity_tolerance),
       .speed_change = Real(context.driven_change),
-      .most_steps = is_fresh ? 1 : context.most_newton_steps(report)};
+      .most_steps = std::min(context.most_newton_steps(report),
+                             is_fresh ? landing_steps : context.settings.max_newton_steps)};
   const ConvexProblem<Real> convex = convex_problem(problem);
   // A warm step in which a grip begins to slip must not allocate.
   interior_.reserve(convex);
@@ -33264,6 +33271,7 @@ auto ProximalSolver<S>::solve_from_inside(CoulombProblem<Real> problem, ConvexPr
                                           const CoulombResult<Real>& found,
                                           const SolveContext<S>& context, SolveReport<S>& report)
     -> CoulombResult<Real> {
+  // Newton's method does the rest. The nearer to the solution, the nearer to the edges of cones.
   convex.tolerance = std::max(enough_, Real(1e-5) * problem.speed_change);
   convex.most_steps = context.most_interior_steps(report);
   report.factorisations += interior_.solve(convex);

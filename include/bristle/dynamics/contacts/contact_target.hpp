@@ -208,8 +208,11 @@ BRISTLE_FORCE_INLINE ContactTarget<T> target_at(const T& gap, const T& restituti
   const Truth<T> bounces = may_bounce & touches & (start < T(-context.restitution_speed));
   ContactTarget<T> target;
   target.restitution_share = S(-1);
-  // A contact that carried a load and approaches was solved to an error. That is no impact.
-  target.is_impact = touches & (-start > T(context.speed_change)) & !(impulse > zero);
+  target.is_impact = touches & (-start > T(context.speed_change));
+  // A contact that carried a load should not approach. If it does, sweeps were cut short, or motors
+  // press it harder than the last step was solved to.
+  const bool may_approach = context.is_swept || context.driven_change > context.speed_change;
+  if (may_approach) target.is_impact = target.is_impact & !(impulse > zero);
   if (context.integrator != Integrator::trapezoidal) {
     target.target = select(gap > zero, -closing_speed, zero);
     target.target = select(bounces, max(target.target, -restitution * start), target.target);
@@ -266,6 +269,8 @@ void target_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const Solve
   if (!is_trapezoidal || target.target == S(0)) c.target += c.bias[0];
   c.restitution_share = target.restitution_share;
   c.is_impact = target.is_impact;
+  // An impact does not predict the load that follows. Neither does the load predict the impact.
+  if (c.is_impact) c.impulse = {};
 }
 
 template <Value T>

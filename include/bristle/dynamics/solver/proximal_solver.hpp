@@ -120,6 +120,10 @@ class ProximalSolver {
   [[nodiscard]] Real enough() const { return enough_; }
 
  private:
+  /// [-] Newton steps from no impulses. What lands and does not jam takes one or two. All else that
+  /// is new is solved from inside.
+  static constexpr int landing_steps = 4;
+
   Real solve_law(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
                  const SolveContext<S>& context, SolveReport<S>& report);
   [[nodiscard]] ConvexProblem<Real> convex_problem(const CoulombProblem<Real>& problem);
@@ -176,8 +180,6 @@ auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constrai
   // Contacts alone are swept first in the next step. A small residual here ends it after one sweep.
   // With joints sweeps do not help. A larger residual is then enough.
   const bool is_swept_first = island.blocks.empty() && island.soft.empty();
-  // One step from no impulses solves what lands and sticks. All else that is new is solved from
-  // inside: its loads are in the middle of what friction can hold, not at the edge.
   const bool is_fresh = !rows_.has_impulses();
   CoulombProblem<Real> problem{
       .rows = rows_.rows(),
@@ -190,7 +192,8 @@ auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constrai
       .free = &product_,
       .tolerance = Real(is_swept_first ? 0.01 : 0.1) * Real(context.velocity_tolerance),
       .speed_change = Real(context.driven_change),
-      .most_steps = is_fresh ? 1 : context.most_newton_steps(report)};
+      .most_steps = std::min(context.most_newton_steps(report),
+                             is_fresh ? landing_steps : context.settings.max_newton_steps)};
   const ConvexProblem<Real> convex = convex_problem(problem);
   // A warm step in which a grip begins to slip must not allocate.
   interior_.reserve(convex);
@@ -258,6 +261,7 @@ auto ProximalSolver<S>::solve_from_inside(CoulombProblem<Real> problem, ConvexPr
                                           const CoulombResult<Real>& found,
                                           const SolveContext<S>& context, SolveReport<S>& report)
     -> CoulombResult<Real> {
+  // Newton's method does the rest. The nearer to the solution, the nearer to the edges of cones.
   convex.tolerance = std::max(enough_, Real(1e-5) * problem.speed_change);
   convex.most_steps = context.most_interior_steps(report);
   report.factorisations += interior_.solve(convex);

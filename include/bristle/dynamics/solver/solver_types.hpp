@@ -166,10 +166,9 @@ struct SolveContext {
     return static_cast<int>(std::min(steps_of_problem(), steps_left(report)));
   }
   /// [-] Steps that an interior-point method may take from there. It needs some ten to thirty
-  /// whatever the island is, and gives nothing before its end. So it may take all but what the
-  /// displacements need.
+  /// whatever the island is, and gives nothing before its end. So it may take all that is left.
   [[nodiscard]] int most_interior_steps(const SolveReport<S>& report) const {
-    return static_cast<int>(std::max(1.0, steps_left(report) - 0.5 * steps_of_problem()));
+    return static_cast<int>(steps_left(report));
   }
   /// [1] Share of the budget that `max_newton_steps` on Coulomb's law and as many on the convex
   /// problems would take.
