@@ -13270,6 +13270,7 @@ void add_joint_rows(Joint<S>& joint, std::uint32_t joint_slot, const Body<S>& a,
   const JointKind kind = def.kind;
   const JointPose<S> pose = joint_pose(joint, a.center_pose, b.center_pose);
   joint.first_block = static_cast<std::uint32_t>(out.blocks.size());
+  joint.is_sprung = false;
   const auto open_block = [&](BlockKind block_kind,
                               std::uint8_t first_impulse) -> ConstraintBlock<S>& {
     ConstraintBlock<S> block;
@@ -13400,6 +13401,7 @@ void store_joint_impulses(Joint<S>& joint, const Constraints<S>& constraints) {
       if (is_angular) joint.total.torque += row.impulse * row.angular_b;
     }
   }
+  joint.spring_impulse = {};
   if (!joint.is_sprung) return;
   const Vec6<S>& impulse = constraints.soft[joint.soft_block].impulse;
   joint.spring_impulse = wrench_of<S>(impulse);
