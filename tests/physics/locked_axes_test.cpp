@@ -196,7 +196,8 @@ TEST_CASE("locked_axes: joints whose free axis is all that locks leave move as w
     World<double> world(world_def);
     JointDef<double> slide;
     slide.kind = JointKind::prismatic;
-    slide.body_b = world.add_body(locked_block({{false, true, true}, {false, false, false}}, {0, 0, 0}));
+    slide.body_b =
+        world.add_body(locked_block({{false, true, true}, {false, false, false}}, {0, 0, 0}));
     slide.X_AJ.rotation = Eigen::AngleAxisd(turn, Vec3<double>::UnitY());
     slide.X_BJ = slide.X_AJ;
     const JointId joint = world.add_joint(slide);
