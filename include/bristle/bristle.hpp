@@ -90,6 +90,7 @@
 #include <bristle/dynamics/joints/joint_system.hpp>
 #include <bristle/dynamics/joints/mechanism_integrator.hpp>
 #include <bristle/dynamics/solver/constraint.hpp>
+#include <bristle/dynamics/solver/crushing_limit.hpp>
 #include <bristle/dynamics/solver/derivative_watch.hpp>
 #include <bristle/dynamics/solver/guarded_sweeps.hpp>
 #include <bristle/dynamics/solver/island_energy.hpp>

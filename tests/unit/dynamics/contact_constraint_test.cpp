@@ -94,3 +94,13 @@ TEST_CASE_TEMPLATE("ContactConstraint: measures the velocity of B against A alon
   // v + w x r: 5 - 100 * 3 against 1 - 10 * 2.
   CHECK(c.normal_velocity(a, b) == S(5 - 300 - (1 - 20)));
 }
+
+TEST_CASE_TEMPLATE("solve_contact: neither impulse nor friction exceeds the bound of a contact", S,
+                   float, double) {
+  ContactConstraint<S> c = constraint_at(S(0.5));
+  c.most_impulse = S(3);
+  const auto x = solve_contact(c, response<S>(1, 1, 1), Vec3<S>(-10, 4, 0));
+  CHECK(x[0] == S(3));
+  CHECK(c.impulse[1] == test::relative(-1.5));
+  CHECK(c.impulse[2] == S(0));
+}

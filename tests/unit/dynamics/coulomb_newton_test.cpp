@@ -124,6 +124,41 @@ TEST_CASE("CoulombNewton: a ball on the ground slides on, sticks, or lifts off")
   }
 }
 
+TEST_CASE(
+    "CoulombNewton: what is crushed is pressed by the bound of a contact, and slows down by it") {
+  // A ball between the ground and a plate that comes down at 0.1 m/s. Both pressed before.
+  const double m = 2;
+  const double mu = 0.5;
+  const double most = 7;
+  Balls ball({m});
+  ball.add_contact(2, mu, 0);
+  ball.add_contact(2, mu, 0, LawRow::none, -1);
+  ball.rows[3].target = 0.1;
+  ball.rows[3].upper = most;
+  ball.rows[0].lambda = ball.rows[3].lambda = most;
+  ball.speed_change = 1;
+  SUBCASE("where the ground holds it") {
+    ball.start = ball.free = {10, 0, -1, 0, 0, 0};
+    CHECK(ball.solve().residual <= error);
+    CHECK(ball.newton.impulse(0) == test::relative(most + m * 1).epsilon(1e-10));
+    CHECK(ball.newton.impulse(3) == test::relative(most).epsilon(1e-10));
+    CHECK(std::abs(ball.velocity(2)) < tolerance);
+    CHECK(ball.velocity(0) == test::relative(10 - mu * (2 * most + m) / m).epsilon(1e-10));
+  }
+  SUBCASE("where friction holds it, too") {
+    ball.start = ball.free = {1, 0, -1, 0, 0, 0};
+    CHECK(ball.solve().residual <= error);
+    for (std::size_t i = 0; i < 3; ++i) CHECK(std::abs(ball.velocity(i)) < tolerance);
+  }
+  SUBCASE("where both contacts have it") {
+    ball.rows[0].upper = most;
+    ball.start = ball.free = {10, 0, -0.05, 0, 0, 0};
+    CHECK(ball.solve().residual <= error);
+    CHECK(ball.velocity(2) == test::relative(-0.05).epsilon(1e-10));
+    CHECK(ball.velocity(0) == test::relative(10 - mu * 2 * most / m).epsilon(1e-10));
+  }
+}
+
 // A motor pushes balls on rough ground against each other, and lets go of a fifth of all impulses
 // that the last step found.
 TEST_CASE("CoulombNewton: a pushed row moves as one, or as fast as the motor's force lets it") {

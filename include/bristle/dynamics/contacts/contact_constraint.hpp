@@ -12,6 +12,7 @@
 #include <bristle/math/spatial.hpp>
 #include <bristle/math/types.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -53,8 +54,9 @@ struct ContactConstraint {
   S gap = S(0);
   /// [m/s] Lower bound of the final normal velocity.
   S target = S(0);
-  /// [N s] Impulses along the axes.
+  /// [N s] Impulses along the axes, and the most that the one along the normal may be.
   std::array<S, 3> impulse{};
+  S most_impulse = infinity<S>;
   /// [N s] Part of `impulse` that only stopped the initial velocity, where known. Subtracted from
   /// the warm start of the next step.
   std::array<S, 3> transient_impulse{};
@@ -191,7 +193,8 @@ std::array<S, 3> solve_contact(ContactConstraint<S>& c, const ContactResponse<S>
                                const Vec3<S>& v) {
   const std::array<S, 3> before = c.impulse;
   const S wanted = before[0] + (c.target - c.axes[0].dot(v)) * K.inverse_nn;
-  c.impulse[0] = wanted > S(0) ? wanted : S(0);
+  // In this order a velocity that is NaN gives no impulse.
+  c.impulse[0] = std::min(wanted > S(0) ? wanted : S(0), c.most_impulse);
   const S change = c.impulse[0] - before[0];
   solve_friction(K, c.axes[1].dot(v) - c.bias[1] + K.n1 * change,
                  c.axes[2].dot(v) - c.bias[2] + K.n2 * change, c.friction * c.impulse[0],

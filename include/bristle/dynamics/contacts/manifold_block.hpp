@@ -151,8 +151,9 @@ struct alignas(64) ManifoldBlock {
   /// is per unit of force along the normal and of torque about the tangents.
   std::array<std::array<Row, 3>, 3> across{};
   Row friction{};
+  Row most_impulse{};      // Of each of its points.
   Row drift1{}, drift2{};  // Velocity along the tangents at which surfaces stick.
-  Row radius{};  // The largest of its points.
+  Row radius{};            // The largest of its points.
   /// Tangential part of the response to forces, as in `ContactResponse`. Response to torsion.
   Row response_a{}, response_b{}, response_c{}, inverse_determinant{};
   Row largest_response{}, inverse_largest{};

@@ -32,9 +32,11 @@ enum class SweptProblem { velocities, positions };
 template <Scalar S>
 class ManifoldSweeps {
  public:
-  /// Sets up an island's manifolds. Contacts of one manifold follow each other.
+  /// Sets up an island's manifolds. Contacts of one manifold follow each other. Their points
+  /// are in one plane across the normal from then on, at the same levers of both bodies. Arms of
+  /// bodies that spin differ in that, and the six numbers of a manifold do not know it.
   /// @param parts  [-] Substeps of the step, among which the impulses of the contacts are divided.
-  void start(const Island& island, const Constraints<S>& constraints,
+  void start(const Island& island, Constraints<S>& constraints,
              std::span<const SolverBody<S>> bodies, S parts);
 
   /// Returns whether most contacts are new. New ones have no warm start.
@@ -78,15 +80,16 @@ class ManifoldSweeps {
 
   /// Starts to watch pairs of sweeps for `extrapolate`.
   void start_extrapolation(SweptProblem problem) {
-    if (!may_extrapolate_) return;
+    if (!may_extrapolate(problem)) return;
     extrapolation_.start(rows_of_bodies(), [&](auto&& use) { show_impulses(problem, use); });
   }
   /// Goes on as the last pair of sweeps did (`SweepExtrapolation`). At least one sweep has to
   /// follow. Islands in which anything may bounce are left as they are: impacts do not make energy
-  /// the least. So are those with joints or sensors, whose rows would have to go on, too.
+  /// the least. So are those with joints or sensors, whose rows would have to go on, too, and the
+  /// velocities of bodies that may be crushed, whose energy falls far before it is the least.
   /// @return Whether there was something to gain.
   bool extrapolate(SweptProblem problem) {
-    return may_extrapolate_ &&
+    return may_extrapolate(problem) &&
            extrapolation_.move_on(
                rows_of_bodies(), [&](auto&& use) { show_residuals(problem, use); },
                [&](auto&& use) { show_impulses(problem, use); });
@@ -137,6 +140,10 @@ class ManifoldSweeps {
   using Points = ManifoldPoints<S>;
   using Contacts = ManifoldContacts<S>;
 
+  [[nodiscard]] bool may_extrapolate(SweptProblem problem) const {
+    return may_extrapolate_ && !(is_limited_ && problem == SweptProblem::velocities);
+  }
+
   template <typename Turn>
   S sweep_blocks(bool backwards, Turn&& turn) {
     Pack<S> largest = S(0);
@@ -171,9 +178,8 @@ class ManifoldSweeps {
   void for_each_contact(const Island& island, Constraints<S>& constraints, Use&& use) const;
   void find_manifolds(const Island& island, const Constraints<S>& constraints,
                       std::span<const SolverBody<S>> bodies);
-  void add_manifold(const ManifoldSpan& manifold, const Island& island,
-                    const Constraints<S>& constraints, std::span<const SolverBody<S>> bodies,
-                    S parts);
+  void add_manifold(const ManifoldSpan& manifold, const Island& island, Constraints<S>& constraints,
+                    std::span<const SolverBody<S>> bodies, S parts);
   void add_side(typename Block::Side& side, std::size_t lane, std::uint32_t slot,
                 const SolverBody<S>& body, const Vec3<S>& arm);
 
@@ -189,6 +195,7 @@ class ManifoldSweeps {
   VelocityTable<S> velocities_, starts_;
   SweepExtrapolation<S> extrapolation_;
   bool restitution_ = false;
+  bool is_limited_ = false;  // `limit_crushing`.
   bool may_extrapolate_ = false;
   bool is_cold_ = false;
 };
@@ -196,7 +203,7 @@ class ManifoldSweeps {
 // Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
-void ManifoldSweeps<S>::start(const Island& island, const Constraints<S>& constraints,
+void ManifoldSweeps<S>::start(const Island& island, Constraints<S>& constraints,
                               std::span<const SolverBody<S>> bodies, S parts) {
   for (const std::uint32_t slot : slots_) place_[slot] = 0;
   slots_.clear();
@@ -229,11 +236,13 @@ void ManifoldSweeps<S>::find_manifolds(const Island& island, const Constraints<S
                                        std::span<const SolverBody<S>> bodies) {
   manifolds_.clear();
   restitution_ = false;
+  is_limited_ = false;
   std::size_t fresh = 0;
   for (std::uint32_t k = 0; k < island.contacts.size(); ++k) {
     const std::uint32_t i = island.contacts[k];
     const ContactConstraint<S>& c = constraints.contacts[i];
     restitution_ = restitution_ || c.restitution > S(0);
+    is_limited_ = is_limited_ || c.most_impulse < infinity<S>;
     fresh += c.is_fresh ? 1u : 0u;
     // A contact that may bounce is a manifold of its own. The torsion of a manifold is bounded by
     // the distances of its points. One that bounces on a single point has no torsion. Its
@@ -270,19 +279,20 @@ void ManifoldSweeps<S>::add_side(typename Block::Side& side, std::size_t lane, s
 
 template <Scalar S>
 void ManifoldSweeps<S>::add_manifold(const ManifoldSpan& manifold, const Island& island,
-                                     const Constraints<S>& constraints,
+                                     Constraints<S>& constraints,
                                      std::span<const SolverBody<S>> bodies, S parts) {
   using std::max;
   using std::sqrt;
   Block& block = blocks_.back();
   const std::size_t lane = block.used++;
-  const auto contact = [&](std::uint32_t k) -> const ContactConstraint<S>& {
+  const auto contact = [&](std::uint32_t k) -> ContactConstraint<S>& {
     return constraints.contacts[island.contacts[manifold.first + k]];
   };
   const ContactConstraint<S>& one = contact(0);
   block.first_contact[lane] = manifold.first;
   block.contacts[lane] = manifold.count;
   block.friction[lane] = one.friction;
+  block.most_impulse[lane] = one.most_impulse / parts;
   block.drift1[lane] = one.drift[0];
   block.drift2[lane] = one.drift[1];
 
@@ -327,7 +337,7 @@ void ManifoldSweeps<S>::add_manifold(const ManifoldSpan& manifold, const Island&
   }
 
   for (std::uint32_t k = 0; k < manifold.count; ++k) {
-    const ContactConstraint<S>& c = contact(k);
+    ContactConstraint<S>& c = contact(k);
     Contacts& state = contacts_[block.first_point + k];
     state.gap[lane] = c.gap;
     state.restitution[lane] = c.restitution;
@@ -339,9 +349,14 @@ void ManifoldSweeps<S>::add_manifold(const ManifoldSpan& manifold, const Island&
     S e2 = S(0);
     // A single point is the centre of pressure. It has no lever about it.
     if (manifold.count > 1) {
-      const Vec3<S> from_center = c.arm_a - arm_a;
-      e1 = from_center.dot(one.axes[2]);
-      e2 = -from_center.dot(one.axes[1]);
+      const Vec3<S> from_center = S(0.5) * ((c.arm_a - arm_a) + (c.arm_b - arm_b));
+      const S along1 = from_center.dot(one.axes[1]);
+      const S along2 = from_center.dot(one.axes[2]);
+      const Vec3<S> lever = along1 * one.axes[1] + along2 * one.axes[2];
+      c.arm_a = arm_a + lever;
+      c.arm_b = arm_b + lever;
+      e1 = along2;
+      e2 = -along1;
       p.radius[lane] = sqrt(e1 * e1 + e2 * e2);
       block.radius[lane] = max(block.radius[lane], p.radius[lane]);
     }

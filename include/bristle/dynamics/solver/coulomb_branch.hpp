@@ -9,6 +9,7 @@
 ///     slip   (d = p_t / |p_t|, e across, a = mu p_n / |p_t|):
 ///         d . (l_t + dl_t) = mu (l_n + dl_n)
 ///         e . (l_t + dl_t) = a e . (p_t + dp_t), by which the direction turns
+///     full   (p_n > bound):      l + dl = bound of the normal, tangents with p_n = bound
 ///     bounded rows: as normal within their bounds, l + dl = bound beyond.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
@@ -28,11 +29,21 @@ enum class CoulombState : std::uint8_t { unknown, open, stick, slip, inside, at_
 template <typename Real>
 struct CoulombBranch {
   CoulombState state = CoulombState::unknown;
+  bool is_full = false;  // Of a contact: the normal impulse is at its bound.
   /// D of the normal, or of a single row; then of the tangents by the normal; then of the tangents.
   Real normal = Real(0);
   std::array<Real, 2> drag{};
   Real xx = Real(0), xy = Real(0), yy = Real(0);
   std::array<Real, 3> constant{};
+
+  /// Returns whether the impulse depends on velocities.
+  [[nodiscard]] bool gives_way() const {
+    return state == CoulombState::stick || state == CoulombState::slip ||
+           state == CoulombState::inside;
+  }
+  [[nodiscard]] bool is_same_as(const CoulombBranch& other) const {
+    return state == other.state && is_full == other.is_full;
+  }
 };
 
 /// Branch of a row without a cone.
@@ -75,12 +86,13 @@ template <typename Real>
     return branch;
   }
   const Real slope = Real(-1) / (eps * K);
-  branch.normal = slope;
-  branch.constant[0] = slope * w[0];
+  branch.is_full = normal > row.upper;
+  branch.normal = branch.is_full ? Real(0) : slope;
+  branch.constant[0] = branch.is_full ? row.upper - l[0] : slope * w[0];
   const Real px = l[1] - w[1] / K;
   const Real py = l[2] - w[2] / K;
   const Real length = planar_length(px, py);
-  const Real bound = row.friction * normal;
+  const Real bound = row.friction * row.clamped(normal);
   if (length <= bound) {
     branch.state = CoulombState::stick;
     branch.xx = branch.yy = slope;
@@ -101,7 +113,7 @@ template <typename Real>
   branch.xy = -give * across[0] * across[1];
   branch.yy = -give * across[1] * across[1];
   for (std::size_t i = 0; i < 2; ++i) {
-    branch.drag[i] = along[i] * row.friction * slope;
+    branch.drag[i] = along[i] * row.friction * branch.normal;
     branch.constant[i + 1] = along[i] * to_bound + across[i] * to_line;
   }
   return branch;

@@ -279,7 +279,7 @@ class CoulombNewton {
       const Row& row = rows[k];
       if (row.kind == RowKind::tangent) continue;
       Branch& branch = branches_[k];
-      const State last = branch.state;
+      const Branch last = branch;
       const Real w = compliant(row, k, eps);
       if (row.kind == RowKind::cone) {
         const std::array<Real, 3> velocities{w, compliant(row, k + 1, eps),
@@ -289,7 +289,7 @@ class CoulombNewton {
       } else {
         branch = branch_of_single(row, impulse_[k], w, eps);
       }
-      has_switched |= branch.state != last;
+      has_switched |= !branch.is_same_as(last);
     }
     return has_switched;
   }
@@ -316,7 +316,7 @@ class CoulombNewton {
     const std::span<const Row> rows = problem.rows;
     for (std::size_t k = 0; k < rows.size(); ++k) {
       const Branch& branch = branches_[k];
-      if (rows[k].kind == RowKind::tangent || branch.normal == Real(0)) continue;
+      if (rows[k].kind == RowKind::tangent || !branch.gives_way()) continue;
       add_square(cholesky_, -branch.normal, rows[k]);
       if (rows[k].kind != RowKind::cone) continue;
       add_square(cholesky_, -branch.xx, rows[k + 1]);
@@ -332,7 +332,7 @@ class CoulombNewton {
     const Row* of_pair = nullptr;
     for (std::size_t k = 0; k < rows.size(); ++k) {
       const Row& row = rows[k];
-      if (row.kind == RowKind::tangent || branches_[k].normal == Real(0)) continue;
+      if (row.kind == RowKind::tangent || !branches_[k].gives_way()) continue;
       // Rows between the same two bodies follow each other. They are summed first.
       if (of_pair == nullptr || row.a != of_pair->a || row.b != of_pair->b) {
         if (of_pair != nullptr) add_pair(*of_pair);
@@ -434,7 +434,7 @@ class CoulombNewton {
         impulse[k] = row.clamped(impulse[k]);
         continue;
       }
-      impulse[k] = std::max(Real(0), impulse[k]);
+      impulse[k] = row.clamped(impulse[k]);
       shrink(row.friction * impulse[k], impulse[k + 1], impulse[k + 2]);
     }
   }

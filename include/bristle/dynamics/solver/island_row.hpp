@@ -30,7 +30,13 @@ enum class RowKind : std::uint8_t {
 };
 
 /// Side of its bounds that a row is on.
-enum class RowSide : std::uint8_t { inside, at_bound, sliding };
+enum class RowSide : std::uint8_t {
+  inside,
+  at_bound,
+  sliding,
+  /// Of a cone: at its end, and within the disk there. The tangents are free.
+  at_end
+};
 
 /// A row over the velocities of two bodies. Velocities are relative to the row's target.
 template <typename Real>
@@ -47,8 +53,8 @@ struct IslandRow {
   Real response = Real(0);    // K: velocity per own impulse; 0 for a row that is left out.
   Real compliance = Real(0);  // Velocity yielded per impulse.
   Real friction = Real(0);
-  Real lower = Real(0);
-  Real upper = Real(0);
+  Real lower = Real(0);  // Bounds of a single row, or of the normal of a cone.
+  Real upper = infinity<Real>;
   Real target = Real(0);
   std::array<Real, 6> jacobian_a{};
   std::array<Real, 6> jacobian_b{};
@@ -118,19 +124,26 @@ void shrink(Real radius, Real& x, Real& y) {
   y *= radius / length;
 }
 
-/// Moves (n, x, y) to the nearest point of a friction cone. The cone may be as narrow as a line.
+/// Moves (n, x, y) to the nearest point of a friction cone that ends at `most`. The cone may be as
+/// narrow as a line.
 template <typename Real>
-void project_on_cone(Real friction, Real& n, Real& x, Real& y) {
+void project_on_cone(Real friction, Real most, Real& n, Real& x, Real& y) {
   const Real t = planar_length(x, y);
-  if (n >= Real(0) && t <= friction * n) return;
-  if (friction * t <= -n) {
-    n = x = y = Real(0);
-    return;
+  const bool is_inside = n >= Real(0) && t <= friction * n;
+  if (!is_inside) {
+    if (friction * t <= -n) {
+      n = x = y = Real(0);
+      return;
+    }
+    n = (n + friction * t) / (Real(1) + friction * friction);
+    const Real scale = t > Real(0) ? friction * n / t : Real(0);
+    x *= scale;
+    y *= scale;
   }
-  n = (n + friction * t) / (Real(1) + friction * friction);
-  const Real scale = t > Real(0) ? friction * n / t : Real(0);
-  x *= scale;
-  y *= scale;
+  if (!(n > most)) return;
+  // All that would be beyond the end of the cone is nearest to a point of the disk there.
+  n = most;
+  shrink(friction * most, x, y);
 }
 
 /// h += weight j j^T, with the Jacobian j of a row.
@@ -163,7 +176,7 @@ template <typename Real>
   Real x = l[1] - w[1] / K;
   Real y = l[2] - w[2] / K;
   shrink(row.friction * std::max(Real(0), l[0]), x, y);
-  return std::max(K * abs(l[0] - std::max(Real(0), proposed)),
+  return std::max(K * abs(l[0] - row.clamped(proposed)),
                   K * planar_length(Real(l[1] - x), Real(l[2] - y)));
 }
 

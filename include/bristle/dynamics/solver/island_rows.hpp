@@ -62,6 +62,7 @@ class IslandRows {
         row.lambda = Real(c.impulse[k]);
         row.friction = Real(c.friction);
         row.kind = k == 0 ? Kind::cone : Kind::tangent;
+        row.upper = Real(c.most_impulse);
         row.bias = Real(k == 0 ? c.target : c.bias[k]);
         row.target += row.bias;
       }
@@ -342,7 +343,8 @@ class IslandRows {
     }
     const Real t =
         planar_length(rows_[i + 1].proposed(eps, Real(0)), rows_[i + 2].proposed(eps, Real(0)));
-    if (x >= Real(0) && t <= row.friction * x) return Side::inside;
+    if (x > row.upper && t <= row.friction * row.upper) return Side::at_end;
+    if (x >= Real(0) && x <= row.upper && t <= row.friction * x) return Side::inside;
     return row.friction * t <= -x ? Side::at_bound : Side::sliding;
   }
 
@@ -353,7 +355,7 @@ class IslandRows {
     Real n = row[0].lambda - (row[0].velocity + row[0].shift) / K;
     Real x = row[1].lambda - row[1].velocity / K;
     Real y = row[2].lambda - row[2].velocity / K;
-    project_on_cone(row->friction, n, x, y);
+    project_on_cone(row->friction, row->upper, n, x, y);
     using std::abs;
     return K * std::max(Real(abs(n - row[0].lambda)),
                         planar_length(Real(x - row[1].lambda), Real(y - row[2].lambda)));
@@ -372,7 +374,7 @@ class IslandRows {
       }
       Real x = rows_[i + 1].proposed(eps, s);
       Real y = rows_[i + 2].proposed(eps, s);
-      project_on_cone(row.friction, n, x, y);
+      project_on_cone(row.friction, row.upper, n, x, y);
       use(i, n);
       use(i + 1, x);
       use(i + 2, y);
@@ -488,8 +490,8 @@ void IslandRows<S, Real>::add_hessian(Real eps, EnvelopeMatrix<Real>& h) {
     }
     const Row& first = rows_[i + 1];
     const Row& second = rows_[i + 2];
-    if (row.side == Side::inside) {
-      add_square(h, stiffness, row);
+    if (row.side == Side::inside || row.side == Side::at_end) {
+      if (row.side == Side::inside) add_square(h, stiffness, row);
       add_square(h, stiffness, first);
       add_square(h, stiffness, second);
       continue;
@@ -500,7 +502,7 @@ void IslandRows<S, Real>::add_hessian(Real eps, EnvelopeMatrix<Real>& h) {
     Real y = second.proposed(eps, Real(0));
     const Real t = planar_length(x, y);
     const Real mu = row.friction;
-    const Real on_edge = (n + mu * t) / (Real(1) + mu * mu);
+    const Real on_edge = std::min(Real((n + mu * t) / (Real(1) + mu * mu)), row.upper);
     const Real cosine = t > Real(0) ? x / t : Real(1);
     const Real sine = t > Real(0) ? y / t : Real(0);
     Row edge = row;
@@ -511,7 +513,7 @@ void IslandRows<S, Real>::add_hessian(Real eps, EnvelopeMatrix<Real>& h) {
       across.jacobian_a[k] = cosine * second.jacobian_a[k] - sine * first.jacobian_a[k];
       across.jacobian_b[k] = cosine * second.jacobian_b[k] - sine * first.jacobian_b[k];
     }
-    add_square(h, stiffness / (Real(1) + mu * mu), edge);
+    if (on_edge < row.upper) add_square(h, stiffness / (Real(1) + mu * mu), edge);
     if (t > Real(0)) add_square(h, stiffness * mu * on_edge / t, across);
   }
 }

@@ -12,6 +12,7 @@
 #include <bristle/core/dynamic_array.hpp>
 #include <bristle/dynamics/contacts/contact_target.hpp>
 #include <bristle/dynamics/contacts/saved_impulses.hpp>
+#include <bristle/dynamics/solver/crushing_limit.hpp>
 #include <bristle/dynamics/solver/derivative_watch.hpp>
 #include <bristle/dynamics/solver/island_energy.hpp>
 #include <bristle/dynamics/solver/method_choice.hpp>
@@ -32,6 +33,7 @@ class IslandSolver {
   /// @param context  `is_swept` is false afterwards if a heap that slides was solved otherwise.
   void solve(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
              SolveContext<S>& context, SolveReport<S>& report) {
+    limit_crushing<S>(island, constraints, bodies, context);
     if (context.is_large()) {
       solve_large(island, constraints, bodies, context, report);
       return;

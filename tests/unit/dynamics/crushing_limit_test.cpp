@@ -1,0 +1,132 @@
+/// @file
+/// When contacts with immovable bodies have a bound, and which.
+// SPDX-License-Identifier: BSD-3-Clause
+#include "support/contact_island.hpp"
+#include "support/relative.hpp"
+
+#include <bristle/dynamics/solver/crushing_limit.hpp>
+
+#include <doctest/doctest.h>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+using namespace bristle;
+
+using namespace bristle::detail;
+
+namespace {
+
+/// A body of 2 kg between a floor (slot 0) and a plate (slot 2).
+struct Press {
+  std::array<SolverBody<double>, 3> bodies{};
+  Constraints<double> constraints;
+  std::array<std::uint32_t, 1> movable{1};
+  std::array<std::uint32_t, 2> contacts{0, 1};
+  SolveContext<double> context;
+
+  Press() {
+    bodies[1].moves = true;
+    bodies[1].mass = 2;
+    constraints.contacts.resize(2);
+    for (std::uint32_t k = 0; k < 2; ++k) {
+      constraints.contacts[k].body_a = k;
+      constraints.contacts[k].body_b = k + 1;
+      constraints.contacts[k].axes = {Vec3<double>(0, 0, 1), Vec3<double>(1, 0, 0),
+                                      Vec3<double>(0, 1, 0)};
+    }
+    context.driven_change = 0.04;
+  }
+  void move_plate(const Twist<double>& twist) { bodies[2].start = bodies[2].free = twist; }
+  [[nodiscard]] Island island() const { return {movable, contacts, {}, {}}; }
+  [[nodiscard]] bool is_opposed() const {
+    return are_movers_opposed<double>(island(), constraints, bodies);
+  }
+  void limit() { limit_crushing<double>(island(), constraints, bodies, context); }
+};
+
+}  // namespace
+
+TEST_CASE("crushing_limit: immovable bodies are opposed if one moves against another") {
+  Press press;
+  CHECK_FALSE(press.is_opposed());
+  press.move_plate({{0, 0, -0.1}, {0, 0, 0}});
+  CHECK(press.is_opposed());
+  // An elevator with a roof.
+  press.bodies[0].start = press.bodies[0].free = press.bodies[2].free;
+  CHECK_FALSE(press.is_opposed());
+  press.move_plate({{0, 0, -0.1}, {0, 0, 1}});
+  CHECK(press.is_opposed());
+  // A single mover opposes nothing.
+  press.constraints.contacts[0].body_a = 2;
+  CHECK_FALSE(press.is_opposed());
+}
+
+TEST_CASE("crushing_limit: the bound is a multiple of what stops all bodies of the island") {
+  Press press;
+  press.limit();
+  for (const auto& c : press.constraints.contacts) CHECK(c.most_impulse == infinity<double>);
+  SUBCASE("of the mover's speed where that is larger than what forces change") {
+    press.move_plate({{0, 0, -0.1}, {0, 0, 0}});
+    press.limit();
+    for (const auto& c : press.constraints.contacts) {
+      CHECK(c.most_impulse == test::relative(most_leverage * 2 * 0.1));
+    }
+  }
+  SUBCASE("of what forces change where that is larger") {
+    press.move_plate({{0, 0, -0.01}, {0, 0, 0}});
+    press.limit();
+    CHECK(press.constraints.contacts[0].most_impulse == test::relative(most_leverage * 2 * 0.04));
+  }
+  SUBCASE("with the most that a motor may give, and with what soft blocks press") {
+    press.move_plate({{0, 0, -0.1}, {0, 0, 0}});
+    ConstraintBlock<double> motor;
+    motor.kind = BlockKind::bounded;
+    motor.lower = -3;
+    motor.upper = 5;
+    ConstraintBlock<double> stop = motor;
+    stop.upper = infinity<double>;
+    press.constraints.blocks = {motor, stop};
+    SoftBlock<double> pad;
+    pad.offset[0] = 3;
+    pad.offset[1] = 4;
+    press.constraints.soft = {pad};
+    const std::array<std::uint32_t, 2> blocks{0, 1};
+    const std::array<std::uint32_t, 1> soft{0};
+    limit_crushing<double>({press.movable, press.contacts, blocks, soft}, press.constraints,
+                           press.bodies, press.context);
+    CHECK(press.constraints.contacts[1].most_impulse ==
+          test::relative(most_leverage * (2 * 0.1 + 5 + 5)));
+  }
+}
+
+TEST_CASE("crushing_limit: loads beyond the bound are cut back along themselves") {
+  Press press;
+  press.constraints.contacts[0].impulse = {1e6, 2e5, -3e5};
+  press.constraints.contacts[1].impulse = {1, 0.2, -0.3};
+  press.move_plate({{0, 0, -0.1}, {0, 0, 0}});
+  press.limit();
+  const auto& crushed = press.constraints.contacts[0].impulse;
+  CHECK(crushed[0] == test::relative(2));
+  CHECK(crushed[1] == test::relative(0.4));
+  CHECK(crushed[2] == test::relative(-0.6));
+  CHECK(press.constraints.contacts[1].impulse[0] == 1);
+}
+
+TEST_CASE("crushing_limit: contacts between bodies that move have no bound, nor has what is NaN") {
+  Press press;
+  press.move_plate({{0, 0, -0.1}, {0, 0, 0}});
+  SUBCASE("between bodies that move") {
+    press.bodies[0].moves = true;
+    press.constraints.contacts.push_back(press.constraints.contacts[1]);
+    press.constraints.contacts[1].body_b = 0;
+    press.limit();
+  }
+  SUBCASE("what is no number") {
+    press.context.driven_change = std::nan("");
+    press.bodies[1].start.linear[0] = std::nan("");
+    press.limit();
+  }
+  CHECK(press.constraints.contacts[0].most_impulse == infinity<double>);
+}
