@@ -80,10 +80,11 @@ TEST_CASE("crushing: a body between two that nothing stops is pressed by a bound
       CAPTURE(dt);
       CrushedTowers one(1, 1, shape, dt);
       one.move_plate(-0.1, 0.15);
-      // Ten times what stops the body at the plate's speed, or the fall of one step.
-      const double most = 10 * CrushedTowers::mass * (0.1 + 9.81 * dt);
+      // Ten times what stops the body, at most as fast as the plate, and brings it to the plate's
+      // speed, with the fall of one step.
+      const double most = 10 * CrushedTowers::mass * (0.1 + 0.1 + 9.81 * dt);
       CHECK(one.largest_impulse > 0.1 * most);
-      CHECK(one.largest_impulse <= most);
+      CHECK(one.largest_impulse <= most * (1 + 1e-6));
       // It is between both, and goes no faster than the plate.
       CHECK(one.fastest <= 0.1 * (1 + 1e-6));
       CHECK(one.largest_gain < 0.5 * CrushedTowers::mass * 0.1 * 0.1);
@@ -133,14 +134,11 @@ TEST_CASE("crushing: loads below the bound do not know of it") {
   const BodyId plate = world.add_body({.motion = Motion::kinematic,
                                        .shape = Box<double>{{0.1, 1, 0.5}},
                                        .position = {-0.2, 0, 0.6}});
-  world.set_velocity(plate, {{0.3, 0, 0}, {0, 0, 0}});
+  // So slowly that the weight alone decides on the bound. It is eleven times the load.
+  world.set_velocity(plate, {{1e-3, 0, 0}, {0, 0, 0}});
   for (int i = 0; i < 240; ++i) world.step();
-  double load = 0;
-  for (const auto& point : world.contacts().points()) {
-    load = std::max(load, point.impulse[0]);
-  }
   for (const BodyId id : boxes) {
-    CHECK(world.body(id).twist.linear.x() == test::relative(0.3).epsilon(1e-6));
+    CHECK(world.body(id).twist.linear.x() == test::relative(1e-3).epsilon(1e-6));
   }
-  CHECK(load > 0);
+  for (const auto& point : world.contacts().points()) CHECK(point.gap > -1e-5);
 }

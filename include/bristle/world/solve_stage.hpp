@@ -7,6 +7,7 @@
 #include <bristle/dynamics/bodies/islands.hpp>
 #include <bristle/dynamics/contacts/contact_target.hpp>
 #include <bristle/dynamics/contacts/passive_restitution.hpp>
+#include <bristle/dynamics/solver/crushing_limit.hpp>
 #include <bristle/dynamics/solver/guarded_sweeps.hpp>
 #include <bristle/dynamics/solver/island_solver.hpp>
 #include <bristle/dynamics/solver/method_choice.hpp>
@@ -223,6 +224,7 @@ class SolveStage {
     const std::span<const std::uint32_t> sensed = sensors.of_patches(island.soft);
     const auto solve_once = [&] {
       for (const std::uint32_t soft : sensed) sensors.fill(state, soft);
+      limit_crushing<S>(island, constraints, bodies);
       solver_.solve(island, constraints, bodies, context, report);
     };
     const auto answer = [&](const SolvePass& pass) {

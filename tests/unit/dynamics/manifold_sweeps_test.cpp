@@ -208,39 +208,6 @@ TEST_CASE_TEMPLATE("ManifoldSweeps: in lanes as one after the other, to the last
   }
 }
 
-// Friction is found for a manifold as a whole and spread over its points, which may not give what
-// no points can: torsion where one carries all load, or torque by levers that only one body has.
-TEST_CASE_TEMPLATE("ManifoldSweeps: velocities are those that the impulses of all points give", S,
-                   double, float) {
-  test::Random random(23);
-  for (int round = 0; round < 20; ++round) {
-    auto pile = test::random_pile<S>(random, 30, 4, S(0.9), S(10));
-    // Bodies spin: in the middle of the step the arms of each have turned by themselves.
-    for (auto& c : pile.constraints.contacts) c.arm_b += random.in_cube(S(0.03));
-    for (auto& body : pile.bodies) body.free.angular *= S(20);
-    const Island island = pile.island();
-    ManifoldSweeps<S> sweeps;
-    sweeps.start(island, pile.constraints, pile.bodies, S(1));
-    sweeps.target(pile.bodies, sweep_context<S>());
-    sweeps.apply();
-    for (int n = 0; n < 5; ++n) sweeps.sweep(n % 2 != 0);
-    sweeps.unload(pile.bodies, velocity_of);
-    sweeps.spread_friction();
-    sweeps.write_back(island, pile.constraints);
-    auto check = pile;
-    apply_impulses<S>(island, check.constraints, check.bodies);
-    S load = S(0);
-    for (const auto& c : pile.constraints.contacts) load = std::max(load, c.impulse[0]);
-    // Roundings of some tens of impulses, each with an arm of 0.3 m about an inertia of 0.02.
-    const S error = S(1000) * std::numeric_limits<S>::epsilon() * load;
-    for (const std::uint32_t i : pile.moving) {
-      const Twist<S> difference = check.bodies[i].twist - pile.bodies[i].twist;
-      CHECK(difference.linear.norm() < error);
-      CHECK(difference.angular.norm() < error * S(0.3 / 0.02));
-    }
-  }
-}
-
 TEST_CASE("ManifoldSweeps: velocities of what may be crushed are not extrapolated, positions are") {
   test::Random random(29);
   for (const double most : {infinity<double>, 1e6}) {

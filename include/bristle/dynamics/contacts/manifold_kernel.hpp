@@ -71,37 +71,14 @@ class ManifoldKernel : ManifoldMotion<S> {
   BRISTLE_FORCE_INLINE T solve_points(Relative v, Load& load, Row Points::*target,
                                       Row Points::*inverse, Row Points::*x, const Bound& bound,
                                       const Use& use);
-  /// Loads of all points: their sum, and their first and second moments about the centre.
-  struct Pressure {
-    T n = S(0), l1 = S(0), l2 = S(0), second = S(0);
-
-    BRISTLE_FORCE_INLINE void add(const Points& p, const T& x) {
-      n += x;
-      l1 += x * row(p.e1);
-      l2 += x * row(p.e2);
-      second += x * row(p.radius) * row(p.radius);
-    }
-  };
-  /// The most that friction gives where points press like this.
-  struct FrictionBound {
-    T e1, e2;        // [m] Levers of the present centre of pressure about that of the start.
-    T most;          // Force alone.
-    T most_torsion;  // Torsion alone, about the present centre.
-
-    /// Torsion of a force about the present centre less that about the centre of the start.
-    [[nodiscard]] BRISTLE_FORCE_INLINE T shift_torsion(const T& x1, const T& x2) const {
-      return e1 * x1 + e2 * x2;
-    }
-  };
-  [[nodiscard]] BRISTLE_FORCE_INLINE FrictionBound friction_bound(const Pressure& pressure) const;
-  BRISTLE_FORCE_INLINE void solve_point_friction(const FrictionBound& bound, const Relative& v);
+  BRISTLE_FORCE_INLINE void solve_point_friction(const T& most, const T& most_torsion,
+                                                 const Relative& v);
   /// [1] Square of the friction as a share of the most that there can be: 1 if it slides.
-  /// @param torsion  About the present centre of pressure.
-  [[nodiscard]] BRISTLE_FORCE_INLINE static T used_friction2(const FrictionBound& bound,
+  [[nodiscard]] BRISTLE_FORCE_INLINE static T used_friction2(const T& most, const T& most_torsion,
                                                              const T& x1, const T& x2,
                                                              const T& torsion) {
-    const T turn = select(bound.most_torsion > T(S(0)), torsion / bound.most_torsion, T(S(0)));
-    return (x1 * x1 + x2 * x2) / (bound.most * bound.most) + turn * turn;
+    const T turn = select(most_torsion > T(S(0)), torsion / most_torsion, T(S(0)));
+    return (x1 * x1 + x2 * x2) / (most * most) + turn * turn;
   }
 };
 
@@ -112,21 +89,25 @@ BRISTLE_FORCE_INLINE Pack<S> ManifoldKernel<S>::solve(VelocityTable<S>& velociti
   const Motion before_turn = motion(velocities);
   Relative v = relative(before_turn);
   Load load;
-  Pressure pressure;
+  T sum = S(0);
+  T moment = S(0);
   T largest = solve_points(
       v, load, &Points::target, &Points::inverse_response, &Points::impulse,
       [most = row(m_.most_impulse)](const Points&, const T& x) {
         // In this order a velocity that is NaN gives no impulse.
         return min(max(x, T(S(0))), most);
       },
-      [&](const Points& p, const T& impulse) { pressure.add(p, impulse); });
+      [&](const Points& p, const T& impulse) {
+        sum += impulse;
+        moment += impulse * row(p.radius);
+      });
   v.v1 += across(0, load) - row(m_.drift1);
   v.v2 += across(1, load) - row(m_.drift2);
   v.spin += across(2, load);
   const T before1 = row(m_.friction_impulse1);
   const T before2 = row(m_.friction_impulse2);
   const T before_torsion = row(m_.torsion);
-  solve_point_friction(friction_bound(pressure), v);
+  solve_point_friction(row(m_.friction) * sum, row(m_.friction) * moment, v);
   const T change1 = row(m_.friction_impulse1) - before1;
   const T change2 = row(m_.friction_impulse2) - before2;
   const T twist = row(m_.torsion) - before_torsion;
@@ -178,44 +159,21 @@ BRISTLE_FORCE_INLINE Pack<S> ManifoldKernel<S>::solve_points(Relative v, Load& l
   return largest;
 }
 
-/// Friction is spread over the points by their loads (`ManifoldPart::spread_friction`). A torsion t
-/// about the centre of pressure gives a point at the distance r the part x r t / sum(x r^2), at
-/// most mu x. So t is at most mu sum(x r^2) over the farthest distance. That distance is bounded by
-/// the one from the centre of the start. A point that carries all load has no torsion: a law that
-/// gives it some would find velocities that no impulses of the points explain.
-template <Scalar S>
-BRISTLE_FORCE_INLINE auto ManifoldKernel<S>::friction_bound(const Pressure& pressure) const
-    -> FrictionBound {
-  const T zero = S(0);
-  const T per_load = select(pressure.n > zero, T(S(1)) / pressure.n, zero);
-  FrictionBound bound;
-  bound.e1 = pressure.l1 * per_load;
-  bound.e2 = pressure.l2 * per_load;
-  bound.most = row(m_.friction) * pressure.n;
-  const T farthest = row(m_.radius) + sqrt(bound.e1 * bound.e1 + bound.e2 * bound.e2);
-  const T second = pressure.second - (pressure.l1 * bound.e1 + pressure.l2 * bound.e2);
-  bound.most_torsion =
-      select(farthest > zero, row(m_.friction) * max(second, zero) / farthest, zero);
-  return bound;
-}
-
 /// Friction of a manifold: force and torsion in an ellipsoid. Its axes are the force `most` alone
 /// and the torsion `most_torsion` alone.
 template <Scalar S>
-BRISTLE_FORCE_INLINE void ManifoldKernel<S>::solve_point_friction(const FrictionBound& bound,
+BRISTLE_FORCE_INLINE void ManifoldKernel<S>::solve_point_friction(const T& most,
+                                                                  const T& most_torsion,
                                                                   const Relative& v) {
   const TangentialResponse K{row(m_.response_a), row(m_.response_b), row(m_.response_c),
                              row(m_.inverse_determinant), row(m_.inverse_largest)};
   const T zero = S(0);
   T x1 = row(m_.friction_impulse1);
   T x2 = row(m_.friction_impulse2);
-  solve_friction(K, v.v1, v.v2, bound.most, x1, x2);
-  const Mask<S> twists = bound.most_torsion > zero;
-  T torsion = select(
-      twists,
-      row(m_.torsion) - v.spin * row(m_.inverse_torsion_response) + bound.shift_torsion(x1, x2),
-      zero);
-  const T size2 = used_friction2(bound, x1, x2, torsion);
+  solve_friction(K, v.v1, v.v2, most, x1, x2);
+  const Mask<S> twists = most_torsion > zero;
+  T torsion = select(twists, row(m_.torsion) - v.spin * row(m_.inverse_torsion_response), zero);
+  const T size2 = used_friction2(most, most_torsion, x1, x2, torsion);
   const Mask<S> is_beyond = size2 > T(S(1));
   if (any(is_beyond)) {
     const T shrink = select(is_beyond, T(S(1)) / sqrt(size2), T(S(1)));
@@ -223,8 +181,7 @@ BRISTLE_FORCE_INLINE void ManifoldKernel<S>::solve_point_friction(const Friction
     x1 *= shrink;
     x2 *= shrink;
   }
-  torsion -= bound.shift_torsion(x1, x2);
-  const Mask<S> presses = bound.most > zero;
+  const Mask<S> presses = most > zero;
   select(presses, x1, zero).store(m_.friction_impulse1.data());
   select(presses, x2, zero).store(m_.friction_impulse2.data());
   select(presses, torsion, zero).store(m_.torsion.data());
@@ -235,12 +192,16 @@ template <typename Use>
 BRISTLE_FORCE_INLINE void ManifoldKernel<S>::show_residuals(const VelocityTable<S>& velocities,
                                                             Use&& use) const {
   const Relative v = relative(motion(velocities));
-  Pressure pressure;
-  for (const Points& p : points_) pressure.add(p, row(p.impulse));
-  const FrictionBound bound = friction_bound(pressure);
-  const T x1 = row(m_.friction_impulse1);
-  const T x2 = row(m_.friction_impulse2);
-  const T size2 = used_friction2(bound, x1, x2, row(m_.torsion) + bound.shift_torsion(x1, x2));
+  T sum = S(0);
+  T moment = S(0);
+  for (const Points& p : points_) {
+    const T impulse = row(p.impulse);
+    sum += impulse;
+    moment += impulse * row(p.radius);
+  }
+  const T most = row(m_.friction) * sum;
+  const T size2 = used_friction2(most, row(m_.friction) * moment, row(m_.friction_impulse1),
+                                 row(m_.friction_impulse2), row(m_.torsion));
   const Mask<S> holds = size2 < T(S(1) - Tolerance<S>::equal());
   const T zero = S(0);
   for (Points& p : points_) use(p.impulse, speed(p, v) - row(p.target));

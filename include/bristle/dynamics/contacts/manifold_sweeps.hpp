@@ -32,15 +32,15 @@ enum class SweptProblem { velocities, positions };
 template <Scalar S>
 class ManifoldSweeps {
  public:
-  /// Sets up an island's manifolds. Contacts of one manifold follow each other. Their points
-  /// are in one plane across the normal from then on, at the same levers of both bodies. Arms of
-  /// bodies that spin differ in that, and the six numbers of a manifold do not know it.
+  /// Sets up an island's manifolds. Contacts of one manifold follow each other.
   /// @param parts  [-] Substeps of the step, among which the impulses of the contacts are divided.
-  void start(const Island& island, Constraints<S>& constraints,
+  void start(const Island& island, const Constraints<S>& constraints,
              std::span<const SolverBody<S>> bodies, S parts);
 
   /// Returns whether most contacts are new. New ones have no warm start.
   [[nodiscard]] bool is_cold() const { return is_cold_; }
+  /// Returns whether a contact has a bound: movers may crush the island (`limit_crushing`).
+  [[nodiscard]] bool may_be_crushed() const { return may_be_crushed_; }
 
   /// Starts a substep; arms, axes and masses stay those of `start`. It sets the velocity targets of
   /// the contacts and keeps their impulses. It reads the velocities of free motion. Free motion is
@@ -86,7 +86,8 @@ class ManifoldSweeps {
   /// Goes on as the last pair of sweeps did (`SweepExtrapolation`). At least one sweep has to
   /// follow. Islands in which anything may bounce are left as they are: impacts do not make energy
   /// the least. So are those with joints or sensors, whose rows would have to go on, too, and the
-  /// velocities of bodies that may be crushed, whose energy falls far before it is the least.
+  /// velocities of what movers may crush: they do work on it, and its energy falls far before it is
+  /// the least.
   /// @return Whether there was something to gain.
   bool extrapolate(SweptProblem problem) {
     return may_extrapolate(problem) &&
@@ -141,7 +142,7 @@ class ManifoldSweeps {
   using Contacts = ManifoldContacts<S>;
 
   [[nodiscard]] bool may_extrapolate(SweptProblem problem) const {
-    return may_extrapolate_ && !(is_limited_ && problem == SweptProblem::velocities);
+    return may_extrapolate_ && !(may_be_crushed_ && problem == SweptProblem::velocities);
   }
 
   template <typename Turn>
@@ -178,8 +179,9 @@ class ManifoldSweeps {
   void for_each_contact(const Island& island, Constraints<S>& constraints, Use&& use) const;
   void find_manifolds(const Island& island, const Constraints<S>& constraints,
                       std::span<const SolverBody<S>> bodies);
-  void add_manifold(const ManifoldSpan& manifold, const Island& island, Constraints<S>& constraints,
-                    std::span<const SolverBody<S>> bodies, S parts);
+  void add_manifold(const ManifoldSpan& manifold, const Island& island,
+                    const Constraints<S>& constraints, std::span<const SolverBody<S>> bodies,
+                    S parts);
   void add_side(typename Block::Side& side, std::size_t lane, std::uint32_t slot,
                 const SolverBody<S>& body, const Vec3<S>& arm);
 
@@ -195,15 +197,15 @@ class ManifoldSweeps {
   VelocityTable<S> velocities_, starts_;
   SweepExtrapolation<S> extrapolation_;
   bool restitution_ = false;
-  bool is_limited_ = false;  // `limit_crushing`.
   bool may_extrapolate_ = false;
   bool is_cold_ = false;
+  bool may_be_crushed_ = false;
 };
 
 // Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
-void ManifoldSweeps<S>::start(const Island& island, Constraints<S>& constraints,
+void ManifoldSweeps<S>::start(const Island& island, const Constraints<S>& constraints,
                               std::span<const SolverBody<S>> bodies, S parts) {
   for (const std::uint32_t slot : slots_) place_[slot] = 0;
   slots_.clear();
@@ -236,13 +238,13 @@ void ManifoldSweeps<S>::find_manifolds(const Island& island, const Constraints<S
                                        std::span<const SolverBody<S>> bodies) {
   manifolds_.clear();
   restitution_ = false;
-  is_limited_ = false;
+  may_be_crushed_ = false;
   std::size_t fresh = 0;
   for (std::uint32_t k = 0; k < island.contacts.size(); ++k) {
     const std::uint32_t i = island.contacts[k];
     const ContactConstraint<S>& c = constraints.contacts[i];
     restitution_ = restitution_ || c.restitution > S(0);
-    is_limited_ = is_limited_ || c.most_impulse < infinity<S>;
+    may_be_crushed_ = may_be_crushed_ || c.most_impulse < infinity<S>;
     fresh += c.is_fresh ? 1u : 0u;
     // A contact that may bounce is a manifold of its own. The torsion of a manifold is bounded by
     // the distances of its points. One that bounces on a single point has no torsion. Its
@@ -279,13 +281,13 @@ void ManifoldSweeps<S>::add_side(typename Block::Side& side, std::size_t lane, s
 
 template <Scalar S>
 void ManifoldSweeps<S>::add_manifold(const ManifoldSpan& manifold, const Island& island,
-                                     Constraints<S>& constraints,
+                                     const Constraints<S>& constraints,
                                      std::span<const SolverBody<S>> bodies, S parts) {
   using std::max;
   using std::sqrt;
   Block& block = blocks_.back();
   const std::size_t lane = block.used++;
-  const auto contact = [&](std::uint32_t k) -> ContactConstraint<S>& {
+  const auto contact = [&](std::uint32_t k) -> const ContactConstraint<S>& {
     return constraints.contacts[island.contacts[manifold.first + k]];
   };
   const ContactConstraint<S>& one = contact(0);
@@ -337,7 +339,7 @@ void ManifoldSweeps<S>::add_manifold(const ManifoldSpan& manifold, const Island&
   }
 
   for (std::uint32_t k = 0; k < manifold.count; ++k) {
-    ContactConstraint<S>& c = contact(k);
+    const ContactConstraint<S>& c = contact(k);
     Contacts& state = contacts_[block.first_point + k];
     state.gap[lane] = c.gap;
     state.restitution[lane] = c.restitution;
@@ -349,14 +351,9 @@ void ManifoldSweeps<S>::add_manifold(const ManifoldSpan& manifold, const Island&
     S e2 = S(0);
     // A single point is the centre of pressure. It has no lever about it.
     if (manifold.count > 1) {
-      const Vec3<S> from_center = S(0.5) * ((c.arm_a - arm_a) + (c.arm_b - arm_b));
-      const S along1 = from_center.dot(one.axes[1]);
-      const S along2 = from_center.dot(one.axes[2]);
-      const Vec3<S> lever = along1 * one.axes[1] + along2 * one.axes[2];
-      c.arm_a = arm_a + lever;
-      c.arm_b = arm_b + lever;
-      e1 = along2;
-      e2 = -along1;
+      const Vec3<S> from_center = c.arm_a - arm_a;
+      e1 = from_center.dot(one.axes[2]);
+      e2 = -from_center.dot(one.axes[1]);
       p.radius[lane] = sqrt(e1 * e1 + e2 * e2);
       block.radius[lane] = max(block.radius[lane], p.radius[lane]);
     }

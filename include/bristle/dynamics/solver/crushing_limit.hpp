@@ -4,7 +4,7 @@
 /// Fixed and kinematic bodies that move towards each other crush what is between them. No
 /// velocities keep all surfaces apart then. Impulses would grow with every sweep and Newton step,
 /// and the movers would do work without end. So their contacts give at most an impulse that is far
-/// above all that the bodies between them can ask for. Coulomb's law always has a solution then.
+/// above all that the bodies between them can ask for. Coulomb's law has a solution then.
 /// Surfaces approach only where that bound is reached.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
@@ -22,8 +22,8 @@ namespace bristle::inline BRISTLE_ABI::detail {
 /// to 10; of 96 runs 2 do with 30, and doors that close on a heap throw bodies at 18 m/s with 100.
 inline constexpr double most_leverage = 10;
 
-/// Returns whether immovable bodies that an island touches move against each other. Those that turn
-/// are taken to do so.
+/// Returns whether immovable bodies that an island touches, or has joints with, move against each
+/// other. Those that turn are taken to do so.
 template <Scalar S>
 [[nodiscard]] bool are_movers_opposed(const Island& island, const Constraints<S>& constraints,
                                       std::span<const SolverBody<S>> bodies) {
@@ -38,38 +38,58 @@ template <Scalar S>
     return (body.free.linear - first->free.linear).squaredNorm() > zero ||
            body.free.angular.squaredNorm() > zero || first->free.angular.squaredNorm() > zero;
   };
-  return std::any_of(island.contacts.begin(), island.contacts.end(), [&](std::uint32_t i) {
-    const ContactConstraint<S>& c = constraints.contacts[i];
-    return is_other(bodies[c.body_a]) || is_other(bodies[c.body_b]);
-  });
+  const auto any = [&](std::span<const std::uint32_t> numbers, const auto& all) {
+    return std::any_of(numbers.begin(), numbers.end(), [&](std::uint32_t i) {
+      return is_other(bodies[all[i].body_a]) || is_other(bodies[all[i].body_b]);
+    });
+  };
+  return any(island.contacts, constraints.contacts) || any(island.blocks, constraints.blocks);
 }
 
-/// [N s] Bound of what acts on an island in a step: what stops or drives all of its bodies, its
-/// motors and its soft blocks. Torques count by an arm of 1 m.
+/// [N s] What acts on an island in a step: what stops its bodies, what forces, motors and soft
+/// blocks give them, and what brings all of them to the speed of movers. Torques count as forces at
+/// the radius of gyration.
 template <Scalar S>
 [[nodiscard]] S impulse_scale(const Island& island, const Constraints<S>& constraints,
-                              std::span<const SolverBody<S>> bodies,
-                              const SolveContext<S>& context) {
+                              std::span<const SolverBody<S>> bodies) {
   using std::abs;
   using std::max;
   using std::sqrt;
-  S speed2 = context.driven_change * context.driven_change;
+  S sum = S(0);
+  S mass = S(0);
+  const auto momentum = [](const SolverBody<S>& body, const Twist<S>& v) {
+    return body.mass * v.linear.norm() +
+           sqrt(body.mass * max(S(0), S(v.angular.dot(body.inertia * v.angular))));
+  };
+  for (const std::uint32_t slot : island.bodies) {
+    const SolverBody<S>& body = bodies[slot];
+    mass += body.mass;
+    sum += momentum(body, body.start) + momentum(body, body.free - body.start);
+  }
+  S speed2 = S(0);
   for (const std::uint32_t i : island.contacts) {
     const ContactConstraint<S>& c = constraints.contacts[i];
-    const Vec3<S> v = c.velocity(bodies[c.body_a].start, bodies[c.body_b].start);
-    speed2 = max(speed2, S(v.squaredNorm()));
+    const SolverBody<S>& a = bodies[c.body_a];
+    const SolverBody<S>& b = bodies[c.body_b];
+    if (!a.moves) speed2 = max(speed2, S(a.free.at(c.arm_a).squaredNorm()));
+    if (!b.moves) speed2 = max(speed2, S(b.free.at(c.arm_b).squaredNorm()));
   }
-  S mass = S(0);
-  for (const std::uint32_t slot : island.bodies) mass += bodies[slot].mass;
-  S sum = mass * sqrt(speed2);
+  sum += mass * sqrt(speed2);
   for (const std::uint32_t i : island.blocks) {
     const ConstraintBlock<S>& block = constraints.blocks[i];
     if (block.kind == BlockKind::equality) continue;
     const S most = max(abs(block.lower), abs(block.upper));
-    if (most < infinity<S>) sum += most;
+    if (!(most < infinity<S>)) continue;
+    const SolverBody<S>& a = bodies[block.body_a];
+    const SolverBody<S>& b = bodies[block.body_b];
+    const S response = row_response(constraints.rows[block.first], a, b);
+    sum += most * sqrt(response * max(a.moves ? a.mass : S(0), b.moves ? b.mass : S(0)));
   }
   for (const std::uint32_t i : island.soft) {
-    sum += first_half<S>(constraints.soft[i].offset).norm();
+    const SoftBlock<S>& soft = constraints.soft[i];
+    const S radius2 = max(bodies[soft.body_a].mass * bodies[soft.body_a].inverse_inertia.trace(),
+                          bodies[soft.body_b].mass * bodies[soft.body_b].inverse_inertia.trace());
+    sum += first_half<S>(soft.offset).norm() + second_half<S>(soft.offset).norm() * sqrt(radius2);
   }
   return sum;
 }
@@ -78,9 +98,9 @@ template <Scalar S>
 /// other. Elsewhere there is a solution without a bound.
 template <Scalar S>
 void limit_crushing(const Island& island, Constraints<S>& constraints,
-                    std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
+                    std::span<const SolverBody<S>> bodies) {
   if (!are_movers_opposed(island, constraints, bodies)) return;
-  const S most = S(most_leverage) * impulse_scale(island, constraints, bodies, context);
+  const S most = S(most_leverage) * impulse_scale(island, constraints, bodies);
   if (!(most < infinity<S>)) return;  // Numbers that are none bound nothing.
   for (const std::uint32_t i : island.contacts) {
     ContactConstraint<S>& c = constraints.contacts[i];

@@ -12,7 +12,6 @@
 #include <bristle/core/dynamic_array.hpp>
 #include <bristle/dynamics/contacts/contact_target.hpp>
 #include <bristle/dynamics/contacts/saved_impulses.hpp>
-#include <bristle/dynamics/solver/crushing_limit.hpp>
 #include <bristle/dynamics/solver/derivative_watch.hpp>
 #include <bristle/dynamics/solver/island_energy.hpp>
 #include <bristle/dynamics/solver/method_choice.hpp>
@@ -33,7 +32,6 @@ class IslandSolver {
   /// @param context  `is_swept` is false afterwards if a heap that slides was solved otherwise.
   void solve(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
              SolveContext<S>& context, SolveReport<S>& report) {
-    limit_crushing<S>(island, constraints, bodies, context);
     if (context.is_large()) {
       solve_large(island, constraints, bodies, context, report);
       return;
@@ -401,6 +399,8 @@ class IslandSolver {
   }
 
   /// Restores the whole step: all impulses, the velocities at both ends, the displacement.
+  /// Velocities are those by the impulses of points. What is crushed keeps those of the last sweep:
+  /// a single point has no torsion, and the torque that is lost so would spin it at 900 rad/s.
   void end_parts(const Island& island, Constraints<S>& constraints,
                  std::span<SolverBody<S>> bodies) {
     for (std::size_t n = 0; n < island.bodies.size(); ++n) {
@@ -416,7 +416,7 @@ class IslandSolver {
     std::size_t r = 0;
     for_each_row(island, constraints,
                  [&](ConstraintRow<S>& row) { row.impulse = row_totals_[r++]; });
-    apply_impulses(island, constraints, bodies);
+    if (!sequential_.may_be_crushed()) apply_impulses(island, constraints, bodies);
   }
 
   /// @return Whether there was anything to solve.

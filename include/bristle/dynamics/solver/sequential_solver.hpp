@@ -37,6 +37,8 @@ class SequentialSolver {
   }
   /// Returns whether most contacts of the manifolds are new.
   [[nodiscard]] bool is_cold() const { return manifolds_.is_cold(); }
+  /// Returns whether movers may crush the island between them (`limit_crushing`).
+  [[nodiscard]] bool may_be_crushed() const { return manifolds_.may_be_crushed(); }
   /// Starts a substep. Arms, axes and masses stay those of the start of the step.
   void start_part(const Island& island, Constraints<S>& constraints,
                   std::span<SolverBody<S>> bodies, const SolveContext<S>& context) {
