@@ -37139,12 +37139,13 @@ template <Scalar S>
 }
 
 /// Bounds the normal impulses of contacts with immovable bodies, where these move against each
-/// other. Elsewhere there is a solution without a bound.
+/// other. Elsewhere there is a solution without a bound. The bound has no derivatives: at rest
+/// those of its speeds are infinite.
 template <Scalar S>
 void limit_crushing(const Island& island, Constraints<S>& constraints,
                     std::span<const SolverBody<S>> bodies) {
   if (!are_movers_opposed(island, constraints, bodies)) return;
-  const S most = S(most_leverage) * impulse_scale(island, constraints, bodies);
+  const S most = S(value_of(S(most_leverage) * impulse_scale(island, constraints, bodies)));
   if (!(most < infinity<S>)) return;  // Numbers that are none bound nothing.
   for (const std::uint32_t i : island.contacts) {
     ContactConstraint<S>& c = constraints.contacts[i];
