@@ -2,15 +2,18 @@
 /// Extrapolated sweeps: conjugate gradients where all contacts hold, and nothing where they slide.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/contact_island.hpp"
+#include "support/relative.hpp"
 
 #include <bristle/dynamics/contacts/manifold_sweeps.hpp>
 
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <vector>
 
 using namespace bristle;
 
@@ -98,6 +101,39 @@ TEST_CASE("SweepExtrapolation: what holds is solved in as many pairs as bodies h
       CHECK(fast.extrapolated > 0);
     }
   }
+}
+
+// A body of 1 kg at 0.05 m/s that an impulse of 1 N s has made 0.01 m/s faster, as others press
+// back. What its contact lacks is the slope of the energy along that impulse.
+TEST_CASE("SweepExtrapolation: goes no step that takes more energy than bodies have") {
+  const auto goes_on = [](double lack) {
+    std::vector<SolverBody<double>> bodies(1);
+    bodies[0].mass = 1;
+    const std::array<std::uint32_t, 1> slots{0};
+    std::array<double, VelocityTable<double>::stride> velocities{0.04};
+    SweepExtrapolation<double>::Row impulses{};
+    const auto show_impulses = [&](auto&& use) { use(impulses); };
+    SweepExtrapolation<double> extrapolation;
+    extrapolation.read_masses(slots, bodies);
+    extrapolation.start(velocities, show_impulses);
+    velocities[0] = 0.05;
+    impulses[0] = 1;
+    SweepExtrapolation<double>::Row lacks{};
+    lacks[0] = lack;
+    const auto show_residuals = [&](auto&& use) {
+      use(impulses, Pack<double>::load(lacks.data()));
+    };
+    const bool result = extrapolation.move_on(velocities, show_residuals, show_impulses);
+    // The least energy is where the slope is zero: lack / 0.01^2 times the change away.
+    CHECK(velocities[0] == test::relative(result ? 0.05 - 0.01 * lack / 1e-4 : 0.05));
+    return result;
+  };
+  // The step takes lack^2 / (2 * 0.01^2): of the 1.25 mJ of the body 0.2, 1.2, 1.3 and all there
+  // is.
+  CHECK(goes_on(-2e-4));
+  CHECK(goes_on(-4.9e-4));
+  CHECK_FALSE(goes_on(-5.1e-4));
+  CHECK_FALSE(goes_on(-1));
 }
 
 // The velocities go along with the impulses: taken anew from these, they are the same. Some ten
