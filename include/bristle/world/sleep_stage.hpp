@@ -26,7 +26,7 @@ class SleepStage {
 
   /// Wakes every island that an active body reaches in this step, and those that it reaches in
   /// turn.
-  void wake_reached(State& state, const SolveStage<S>& solve, const SensorStage<S>& sensors) {
+  void wake_reached(State& state, SolveStage<S>& solve, const SensorStage<S>& sensors) {
     if (state.sleeping_bodies == 0) return;
     active_since_.assign(state.bodies.slot_count(), 0);
     for (round_ = 1; find_fresh(state); ++round_) {

@@ -28,7 +28,8 @@ class SolveStage {
   using State = WorldState<S>;
 
   /// Fills the solver bodies: masses, initial and free velocities.
-  void prepare_bodies(State& state) const {
+  void prepare_bodies(State& state) {
+    has_movers_ = false;
     state.solver_bodies.resize(state.bodies.slot_count());
     for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) prepare_body(state, i);
   }
@@ -54,7 +55,7 @@ class SolveStage {
   }
 
   /// The same for one body. To others, a sleeping body is like one that forces do not move.
-  void prepare_body(State& state, std::uint32_t slot) const {
+  void prepare_body(State& state, std::uint32_t slot) {
     SolverBody<S>& out = state.solver_bodies[slot];
     const bool is_awake = state.bodies.is_live(slot) && !state.bodies.at(slot).is_asleep();
     const bool moves = is_awake && state.bodies.at(slot).moves();
@@ -72,6 +73,7 @@ class SolveStage {
     if (state.patches.size() > 0) prepare_mass(state, slot);
     out.free = free_twist(body, state.def.gravity, decay);
     start_from_free(state, out);
+    has_movers_ = has_movers_ || (!moves && has_motion(out.free));
   }
 
   /// Finds the velocities at the end of the step, and the position corrections.
@@ -224,7 +226,7 @@ class SolveStage {
     const std::span<const std::uint32_t> sensed = sensors.of_patches(island.soft);
     const auto solve_once = [&] {
       for (const std::uint32_t soft : sensed) sensors.fill(state, soft);
-      limit_crushing<S>(island, constraints, bodies);
+      if (has_movers_) limit_crushing<S>(island, constraints, bodies);
       solver_.solve(island, constraints, bodies, context, report);
     };
     const auto answer = [&](const SolvePass& pass) {
@@ -454,6 +456,11 @@ class SolveStage {
     ++state.report.discarded_islands;
   }
 
+  [[nodiscard]] static bool has_motion(const Twist<S>& twist) {
+    return twist.linear.squaredNorm() > S(0) || twist.angular.squaredNorm() > S(0);
+  }
+
+  bool has_movers_ = false;  // True if an immovable body moves. Only then may others be crushed.
   IslandBuilder<S> islands_;
   MethodChoice<S> choice_;
   IslandSolver<S> solver_;

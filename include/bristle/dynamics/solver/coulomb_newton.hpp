@@ -430,11 +430,8 @@ class CoulombNewton {
     for (std::size_t k = 0; k < rows.size(); ++k) {
       const Row& row = rows[k];
       if (row.kind == RowKind::tangent || !(row.response > Real(0))) continue;
-      if (row.kind != RowKind::cone) {
-        impulse[k] = row.clamped(impulse[k]);
-        continue;
-      }
       impulse[k] = row.clamped(impulse[k]);
+      if (row.kind != RowKind::cone) continue;
       shrink(row.friction * impulse[k], impulse[k + 1], impulse[k + 2]);
     }
   }
