@@ -93,6 +93,9 @@
 #include <bristle/dynamics/solver/crushing_limit.hpp>
 #include <bristle/dynamics/solver/derivative_watch.hpp>
 #include <bristle/dynamics/solver/guarded_sweeps.hpp>
+#include <bristle/dynamics/solver/interior_cone.hpp>
+#include <bristle/dynamics/solver/interior_interval.hpp>
+#include <bristle/dynamics/solver/interior_point.hpp>
 #include <bristle/dynamics/solver/island_energy.hpp>
 #include <bristle/dynamics/solver/island_order.hpp>
 #include <bristle/dynamics/solver/island_row.hpp>

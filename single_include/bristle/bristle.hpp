@@ -2424,6 +2424,20 @@ template <typename Real>
                   K * planar_length(Real(l[1] - x), Real(l[2] - y)));
 }
 
+/// Distance of a cone from its law in the convex problem, where contacts open at their shifts, as a
+/// velocity by the row's own response.
+/// @param l, w  Impulses and velocities of its three rows.
+template <typename Real>
+[[nodiscard]] Real distance_from_cone(const IslandRow<Real>& row, const Real* l, const Real* w) {
+  using std::abs;
+  const Real K = row.response;
+  Real n = l[0] - (w[0] + row.shift) / K;
+  Real x = l[1] - w[1] / K;
+  Real y = l[2] - w[2] / K;
+  project_on_cone(row.friction, row.upper, n, x, y);
+  return K * std::max(Real(abs(n - l[0])), planar_length(Real(x - l[1]), Real(y - l[2])));
+}
+
 /// Largest distance of a row from its law, as a velocity by the row's own response.
 /// @param lambda, velocity  Return the multiplier and the velocity of a row by its number.
 template <typename Real, typename Lambda, typename Velocity>
@@ -2774,6 +2788,8 @@ struct CoulombProblem {
   /// True if no surfaces slide. The law is linear until a row switches its branch. Surfaces may
   /// begin to slide, open or close, and joints may reach their limits.
   bool is_held;
+  /// True if the impulses are near a solution of this step. Those of the last step may not be.
+  bool is_near;
   /// [m/s, rad/s] Velocities at the start of the step, and after it without constraints.
   const DynamicArray<Real>*start, *free;
   /// [m/s] Residual that counts as zero.
@@ -2804,6 +2820,9 @@ struct CoulombResult {
   Real eps = Real(0);
   /// [-] Factorisations.
   int factorisations = 0;
+  /// True if rows contradict each other: the problem is solved for every centre, and no centre
+  /// leaves less.
+  bool is_contradictory = false;
 };
 
 /// The algorithm with its scratch memory.
@@ -2821,7 +2840,8 @@ class CoulombNewton {
     Real eps = Real(problem.is_held ? Row::least_eps : 1e-3);
     evaluate(rows, v_, velocity_);
     // Impulses of the last step that are far from any solution give no hint.
-    if (measure(rows, eps).law > Real(3) * problem.speed_change) {
+    if (!problem.is_held && !problem.is_near &&
+        measure(rows, eps).law > Real(3) * problem.speed_change) {
       eps = Real(1e-2);
       std::fill(centre_.begin(), centre_.end(), Real(0));
     }
@@ -2830,7 +2850,6 @@ class CoulombNewton {
     judge(problem, answer);
     const Real nothing = Real(1e-2) * problem.tolerance;
     if (answer.residual <= nothing && is_steady(problem, nothing)) return answer;
-    answer.residual = infinity<Real>;
 
     Real factored_eps = Real(-1);  // No factor yet.
     Real least_eps = Real(Row::least_eps);
@@ -2893,7 +2912,10 @@ class CoulombNewton {
       if (!is_fresh && of_compliant > Real(0.1) * before) factored_eps = Real(-1);
       before = of_compliant;
       if (of_compliant > std::max(Real(0.1) * problem.tolerance, Real(0.1) * left)) continue;
-      if (centres++ > 0 && left > Real(0.5) * at_centre) break;
+      if (centres++ > 0 && left > Real(0.5) * at_centre) {
+        answer.is_contradictory = !has_switched && !(eps > Real(Row::least_eps));
+        break;
+      }
       // The factor is kept where it converges fast.
       if (left > Real(0.03) * at_centre) eps = std::max(least_eps, Real(0.1) * eps);
       at_centre = left;
@@ -12790,9 +12812,12 @@ struct SolveContext {
   /// of a step so does not grow with the island. What is left of the law grows instead. All passes
   /// of a step share three times the budget; once it is spent, each problem gets one step.
   [[nodiscard]] int most_newton_steps(const SolveReport<S>& report) const {
-    const double most = settings.max_newton_steps;
-    const double steps = std::clamp(affordable_steps(), 1.0, most);
-    return static_cast<int>(std::clamp(3 * steps - report.factorisations, 1.0, steps));
+    return static_cast<int>(std::min(steps_of_problem(), steps_left(report)));
+  }
+  /// [-] Steps that an interior-point method may take from there. It needs some ten to thirty
+  /// whatever the island is, and gives nothing before its end. So it may take all that is left.
+  [[nodiscard]] int most_interior_steps(const SolveReport<S>& report) const {
+    return static_cast<int>(steps_left(report));
   }
   /// [1] Share of the budget that `max_newton_steps` on Coulomb's law and as many on the convex
   /// problems would take.
@@ -12824,6 +12849,14 @@ struct SolveContext {
     result.driven_change /= parts;
     result.velocity_tolerance /= parts;
     return result;
+  }
+
+ private:
+  [[nodiscard]] double steps_of_problem() const {
+    return std::clamp(affordable_steps(), 1.0, static_cast<double>(settings.max_newton_steps));
+  }
+  [[nodiscard]] double steps_left(const SolveReport<S>& report) const {
+    return std::max(1.0, 3 * steps_of_problem() - report.factorisations);
   }
 };
 
@@ -31265,8 +31298,10 @@ BRISTLE_FORCE_INLINE ContactTarget<T> target_at(const T& gap, const T& restituti
   ContactTarget<T> target;
   target.restitution_share = S(-1);
   target.is_impact = touches & (-start > T(context.speed_change));
-  // A contact that carried a load should not approach. If it does, sweeps were cut short.
-  if (context.is_swept) target.is_impact = target.is_impact & !(impulse > zero);
+  // A contact that carried a load should not approach. If it does, sweeps were cut short, or motors
+  // press it harder than the last step was solved to.
+  const bool may_approach = context.is_swept || context.driven_change > context.speed_change;
+  if (may_approach) target.is_impact = target.is_impact & !(impulse > zero);
   if (context.integrator != Integrator::trapezoidal) {
     target.target = select(gap > zero, -closing_speed, zero);
     target.target = select(bounces, max(target.target, -restitution * start), target.target);
@@ -31817,6 +31852,10 @@ class MethodChoice {
 /// Solver of small stiff islands. Stacks of unlike masses, grips, mechanisms and patches of sensors
 /// are all in one system.
 ///
+/// Coulomb's law is solved by `CoulombNewton`, with `InteriorPoint` as its harbour. What follows is
+/// the algorithm for displacements, for scalars with derivatives, and the harbour of islands so
+/// small that sixty Newton steps are cheap.
+///
 /// The unknowns are the velocities v of the bodies. Soft blocks are linear in v and belong to the
 /// matrix Mt = M + sum G^T A6 G. Every other constraint i has a multiplier. A projection P_i maps
 /// it onto the allowed impulses (any value, an interval, Coulomb's cone). The proximal-point method
@@ -31831,6 +31870,584 @@ class MethodChoice {
 /// the last solved problem cancels that (De Saxce and Feng 1998; Acary, Cadoux, Lemarechal and
 /// Malick 2011). docs/solver.md derives this, and compares it with friction disks of fixed radius.
 // SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/dynamics/solver/interior_point.hpp
+
+/// @file
+/// Interior-point method for the convex problem of an island: a harbour from anywhere.
+///
+/// The problem is that of `ProximalSolver`: velocities v and impulses l in the convex set K with
+///     M v = r + J^T l,   u = J v - b + s in the dual of K,   l . u = 0.
+/// Newton's method solves l o u = m e in its place. l and u stay inside their cones, and m falls to
+/// zero (interior_cone.hpp, interior_interval.hpp). The step is predicted for m = 0, which tells
+/// how far m can fall and the terms of second order, and then corrected (Mehrotra 1992), with one
+/// factorisation. It takes ten to thirty of them from any start, whatever the masses are and
+/// however many contacts are redundant. Of the impulses that solve the problem it finds those in
+/// the middle (docs/decisions/0056-an-interior-point-is-the-harbour.md).
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/dynamics/solver/interior_cone.hpp
+
+/// @file
+/// Coulomb's cone in an interior-point method (interior_point.hpp).
+///
+/// In the coordinates (mu l_n, l_x, l_y) of its impulse and (u_n / mu, u_x, u_y) of its velocity
+/// the cone and its dual are the same second-order cone n >= |(x, y)|. Their product is l . u. The
+/// scaling of Nesterov and Todd (1997) maps u and l to the same vector, W u = W^-1 l, so that a
+/// Newton step treats both alike.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <span>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// A vector of the algebra of the cone n >= |(x, y)|.
+template <typename Real>
+struct ConeVector {
+  Real n = Real(0), x = Real(0), y = Real(0);
+
+  [[nodiscard]] ConeVector operator+(const ConeVector& o) const {
+    return {n + o.n, x + o.x, y + o.y};
+  }
+  [[nodiscard]] ConeVector operator-(const ConeVector& o) const {
+    return {n - o.n, x - o.x, y - o.y};
+  }
+  [[nodiscard]] ConeVector times(Real s) const { return {s * n, s * x, s * y}; }
+  [[nodiscard]] Real dot(const ConeVector& o) const { return n * o.n + x * o.x + y * o.y; }
+  /// The product a o b of the algebra. (1, 0, 0) is its one.
+  [[nodiscard]] ConeVector product(const ConeVector& o) const {
+    return {dot(o), n * o.x + o.n * x, n * o.y + o.n * y};
+  }
+  /// The b with a o b = c.
+  [[nodiscard]] ConeVector quotient(const ConeVector& c) const {
+    const Real b = (n * c.n - x * c.x - y * c.y) / determinant();
+    return {b, (c.x - b * x) / n, (c.y - b * y) / n};
+  }
+  /// n^2 - x^2 - y^2, positive inside the cone.
+  [[nodiscard]] Real determinant() const {
+    const Real t = planar_length(x, y);
+    return (n - t) * (n + t);
+  }
+  /// Share of a step at which this vector, inside the cone, reaches its boundary.
+  [[nodiscard]] Real reach(const ConeVector& step) const {
+    using std::sqrt;
+    // determinant(a + s step) = a s^2 + 2 b s + c.
+    const Real a = step.n * step.n - step.x * step.x - step.y * step.y;
+    const Real b = n * step.n - x * step.x - y * step.y;
+    const Real c = determinant();
+    // By the reversed inequality of Cauchy and Schwarz the discriminant is never negative.
+    const Real root = sqrt(std::max(Real(0), b * b - a * c));
+    // Its roots. The first one that is positive is the boundary.
+    const Real q = b > Real(0) ? -b - root : -b + root;
+    Real share = infinity<Real>;
+    if (a != Real(0) && q / a > Real(0)) share = q / a;
+    if (q != Real(0) && c / q > Real(0)) share = std::min(share, c / q);
+    return share;
+  }
+};
+
+/// The impulse and velocity of one contact, both inside their cones, and a Newton step of them.
+template <typename Real>
+class InteriorCone {
+ public:
+  using Row = IslandRow<Real>;
+  using Vector = ConeVector<Real>;
+
+  /// @param k     Number of its first row.
+  /// @param rows  Its three rows. Friction is positive.
+  /// @param barrier  [J] Product of its impulse and velocity at the start.
+  InteriorCone(std::size_t k, std::span<const Row> rows, Real barrier) : row_(k) {
+    using std::sqrt;
+    friction_ = rows[0].friction;
+    // Both are on the axis, in the ratio of what the row by itself responds.
+    impulse_.n = friction_ * sqrt(barrier / rows[0].response);
+    velocity_.n = barrier / impulse_.n;
+  }
+
+  [[nodiscard]] std::size_t row() const { return row_; }
+  [[nodiscard]] Real complementarity() const { return impulse_.dot(velocity_); }
+  [[nodiscard]] static std::size_t pairs() { return 1; }
+  /// The three impulses of the rows.
+  [[nodiscard]] std::array<Real, 3> impulses() const { return to_rows(impulse_); }
+
+  /// Prepares Newton steps from here.
+  /// @param rows  Its three rows.
+  /// @param v     Velocities of the bodies.
+  /// @param yield Velocity that the rows yield per change of their impulse.
+  void linearise(std::span<const Row> rows, const DynamicArray<Real>& v, Real yield) {
+    using std::sqrt;
+    yield_ = yield;
+    rest_ =
+        velocity_ - Vector{(rows[0].times(v) - rows[0].target + rows[0].shift) / friction_,
+                           rows[1].times(v) - rows[1].target, rows[2].times(v) - rows[2].target};
+    const Real of_impulse = sqrt(impulse_.determinant());
+    const Real of_velocity = sqrt(velocity_.determinant());
+    const Vector l = impulse_.times(Real(1) / of_impulse);
+    const Vector u = velocity_.times(Real(1) / of_velocity);
+    const Real scale = Real(1) / sqrt(Real(2) * (Real(1) + l.dot(u)));
+    point_ = Vector{l.n + u.n, l.x - u.x, l.y - u.y}.times(scale);
+    size_ = sqrt(of_impulse / of_velocity);
+    const Real t = planar_length(point_.x, point_.y);
+    cosine_ = t > Real(0) ? point_.x / t : Real(1);
+    sine_ = t > Real(0) ? point_.y / t : Real(0);
+    // The eigenvalues of W^2, for (1, t) and (1, -t) with the direction t of the point, and across.
+    const Real sum = (point_.n + t) * (point_.n + t);
+    const std::array<Real, 3> of_square{size_ * size_ * sum, size_ * size_ / sum, size_ * size_};
+    for (std::size_t i = 0; i < 3; ++i) {
+      shrink_[i] = Real(1) / (Real(1) + yield * of_square[i]);
+      weight_[i] = shrink_[i] * of_square[i];
+    }
+  }
+
+  /// h += J^T D J, with the D of `step`.
+  void add_slope(std::span<const Row> rows, EnvelopeMatrix<Real>& h) const {
+    Row with = rows[0];
+    Row against = rows[0];
+    Row across = rows[0];
+    const auto turn = [this](const auto& n, const auto& x, const auto& y, auto& w, auto& a,
+                             auto& c) {
+      for (std::size_t i = 0; i < 6; ++i) {
+        const Vector j = to_axes({n[i] / friction_, x[i], y[i]});
+        w[i] = j.n;
+        a[i] = j.x;
+        c[i] = j.y;
+      }
+    };
+    turn(rows[0].jacobian_a, rows[1].jacobian_a, rows[2].jacobian_a, with.jacobian_a,
+         against.jacobian_a, across.jacobian_a);
+    turn(rows[0].jacobian_b, rows[1].jacobian_b, rows[2].jacobian_b, with.jacobian_b,
+         against.jacobian_b, across.jacobian_b);
+    add_square(h, weight_[0], with);
+    add_square(h, weight_[1], against);
+    add_square(h, weight_[2], across);
+  }
+
+  /// Starts a step towards a complementarity. It is what the impulse does if the bodies keep their
+  /// velocities.
+  /// @param is_corrected  True if the step before, from the same point, tells the second order.
+  /// @return Impulses of the three rows.
+  std::array<Real, 3> start_step(Real barrier, bool is_corrected) {
+    const Vector z = scaled(velocity_, Real(1));
+    Vector wanted = Vector{barrier, Real(0), Real(0)} - z.product(z);
+    if (is_corrected) {
+      wanted = wanted - scaled(velocity_step_, Real(1)).product(scaled(impulse_step_, Real(-1)));
+    }
+    impulse_step_ =
+        along_axes(scaled(z.quotient(wanted), Real(1)), shrink_) + along_axes(rest_, weight_);
+    return to_rows(impulse_step_);
+  }
+  /// Ends it with the change of the rows' velocities.
+  void finish_step(std::span<const Row> rows, const DynamicArray<Real>& dv) {
+    const Vector change{rows[0].times(dv) / friction_, rows[1].times(dv), rows[2].times(dv)};
+    impulse_step_ = impulse_step_ - along_axes(change, weight_);
+    velocity_step_ = change - rest_ + impulse_step_.times(yield_);
+  }
+  [[nodiscard]] Real reach() const {
+    return std::min(impulse_.reach(impulse_step_), velocity_.reach(velocity_step_));
+  }
+  [[nodiscard]] bool is_inside() const {
+    return impulse_.determinant() > Real(0) && velocity_.determinant() > Real(0);
+  }
+  void advance(Real share) {
+    impulse_ = impulse_ + impulse_step_.times(share);
+    velocity_ = velocity_ + velocity_step_.times(share);
+  }
+
+ private:
+  [[nodiscard]] std::array<Real, 3> to_rows(const Vector& l) const {
+    return {l.n / friction_, l.x, l.y};
+  }
+  /// Coordinates along the eigenvectors of W.
+  [[nodiscard]] Vector to_axes(const Vector& a) const {
+    constexpr double half = 0.70710678118654752;  // Of (1, 1), to have the length 1.
+    const Real t = cosine_ * a.x + sine_ * a.y;
+    return {Real(half) * (a.n + t), Real(half) * (a.n - t), cosine_ * a.y - sine_ * a.x};
+  }
+  [[nodiscard]] Vector from_axes(const Vector& a) const {
+    constexpr double half = 0.70710678118654752;
+    const Real t = Real(half) * (a.n - a.x);
+    return {Real(half) * (a.n + a.x), cosine_ * t - sine_ * a.y, sine_ * t + cosine_ * a.y};
+  }
+  /// The vector times a factor along each eigenvector.
+  [[nodiscard]] Vector along_axes(const Vector& a, const std::array<Real, 3>& factors) const {
+    const Vector parts = to_axes(a);
+    return from_axes({factors[0] * parts.n, factors[1] * parts.x, factors[2] * parts.y});
+  }
+  /// W a for a sign of 1, W^-1 a for -1: size (w0 n + w . t, t + (n + w . t / (1 + w0)) w), where
+  /// the inverse has -w and 1 / size.
+  [[nodiscard]] Vector scaled(const Vector& a, Real sign) const {
+    const Real along = point_.x * a.x + point_.y * a.y;
+    const Real part = sign * a.n + along / (Real(1) + point_.n);
+    const Vector image{point_.n * a.n + sign * along, a.x + part * point_.x, a.y + part * point_.y};
+    return image.times(sign > Real(0) ? size_ : Real(1) / size_);
+  }
+
+  std::size_t row_;
+  Real friction_;
+  Vector impulse_, velocity_;
+  Vector rest_;  // What `velocity_` exceeds the velocity of the rows by.
+  Vector impulse_step_, velocity_step_;
+  // W = size P(point), with the unit vector of the tangent part of the point.
+  Vector point_;
+  Real size_ = Real(1), cosine_ = Real(1), sine_ = Real(0);
+  Real yield_ = Real(0);
+  std::array<Real, 3> shrink_{}, weight_{};  // 1 / (1 + yield W^2), and that times W^2.
+};
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+// === bristle/dynamics/solver/interior_interval.hpp
+
+/// @file
+/// A row without a cone in an interior-point method (interior_point.hpp): of a joint, a motor, a
+/// limit, or a contact without friction.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <span>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// The impulse l of one row strictly between its bounds, and a Newton step of it. The velocity w of
+/// the row splits into that by which its impulse would leave each bound, w + compliance l = low -
+/// high. Each of these and the distance from its bound are to have the same product.
+template <typename Real>
+class InteriorInterval {
+ public:
+  using Row = IslandRow<Real>;
+
+  /// @param k        Number of its row.
+  /// @param rows     The row.
+  /// @param barrier  [J] Product of distance and velocity at the start.
+  InteriorInterval(std::size_t k, std::span<const Row> rows, Real barrier) : row_(k) {
+    using std::sqrt;
+    const Row& row = rows[0];
+    const bool pushes = row.kind == RowKind::cone;
+    if (pushes || row.kind == RowKind::bounded) {
+      bounds_[0].at = pushes ? Real(0) : row.lower;
+      bounds_[1].at = pushes ? infinity<Real> : row.upper;
+    }
+    const Real width = bounds_[1].at - bounds_[0].at;
+    const Real margin = std::min(sqrt(barrier / row.response), Real(0.5) * width);
+    impulse_ = std::max(bounds_[0].at + margin, std::min(row.lambda, bounds_[1].at - margin));
+    is_fixed_ = !(width > Real(0));
+    for (Bound& bound : bounds_) {
+      if (exists(bound)) bound.velocity = barrier / bound.distance(impulse_);
+    }
+  }
+
+  [[nodiscard]] std::size_t row() const { return row_; }
+  [[nodiscard]] Real complementarity() const {
+    Real sum = Real(0);
+    for (const Bound& bound : bounds_) {
+      if (exists(bound)) sum += bound.velocity * bound.distance(impulse_);
+    }
+    return sum;
+  }
+  /// [-] Bounds that count in it.
+  [[nodiscard]] std::size_t pairs() const {
+    return static_cast<std::size_t>(exists(bounds_[0])) +
+           static_cast<std::size_t>(exists(bounds_[1]));
+  }
+  [[nodiscard]] std::array<Real, 1> impulses() const { return {impulse_}; }
+
+  void linearise(std::span<const Row> rows, const DynamicArray<Real>& v, Real yield) {
+    const Row& row = rows[0];
+    rest_ = -(row.times(v) - row.target + row.compliance * impulse_);
+    Real slope = row.compliance + yield;
+    for (const Bound& bound : bounds_) {
+      if (!exists(bound)) continue;
+      rest_ += bound.sign * bound.velocity;
+      slope += bound.velocity / bound.distance(impulse_);
+    }
+    weight_ = is_fixed_ ? Real(0) : Real(1) / slope;
+  }
+  void add_slope(std::span<const Row> rows, EnvelopeMatrix<Real>& h) const {
+    if (weight_ > Real(0)) add_square(h, weight_, rows[0]);
+  }
+  std::array<Real, 1> start_step(Real barrier, bool is_corrected) {
+    Real wanted = rest_;
+    for (Bound& bound : bounds_) {
+      if (!exists(bound)) continue;
+      // distance (velocity + step) + velocity sign dl = barrier less the product of both steps.
+      const Real second = is_corrected ? bound.step * bound.sign * impulse_step_ : Real(0);
+      bound.step = (barrier - second) / bound.distance(impulse_) - bound.velocity;
+      wanted += bound.sign * bound.step;
+    }
+    impulse_step_ = weight_ * wanted;
+    return {impulse_step_};
+  }
+  void finish_step(std::span<const Row> rows, const DynamicArray<Real>& dv) {
+    impulse_step_ -= weight_ * rows[0].times(dv);
+    for (Bound& bound : bounds_) {
+      if (!exists(bound)) continue;
+      bound.step -= bound.velocity * bound.sign * impulse_step_ / bound.distance(impulse_);
+    }
+  }
+  /// Share of the step at which an impulse reaches a bound, or a velocity zero.
+  [[nodiscard]] Real reach() const {
+    Real share = infinity<Real>;
+    for (const Bound& bound : bounds_) {
+      if (!exists(bound)) continue;
+      const Real approach = -bound.sign * impulse_step_;
+      if (approach > Real(0)) share = std::min(share, bound.distance(impulse_) / approach);
+      if (bound.step < Real(0)) share = std::min(share, -bound.velocity / bound.step);
+    }
+    return share;
+  }
+  [[nodiscard]] bool is_inside() const {
+    using std::isfinite;
+    return isfinite(impulse_) &&
+           std::all_of(bounds_.begin(), bounds_.end(), [this](const Bound& b) {
+             return !exists(b) || (b.distance(impulse_) > Real(0) && b.velocity > Real(0));
+           });
+  }
+  void advance(Real share) {
+    impulse_ += share * impulse_step_;
+    for (Bound& bound : bounds_) bound.velocity += share * bound.step;
+  }
+
+ private:
+  /// One end of the allowed impulses.
+  struct Bound {
+    Real sign;  // 1 below, -1 above.
+    Real at;    // Infinite without a bound.
+    Real velocity = Real(0);
+    Real step = Real(0);
+
+    [[nodiscard]] Real distance(Real impulse) const { return sign * (impulse - at); }
+  };
+  [[nodiscard]] bool exists(const Bound& bound) const {
+    return bound.sign * bound.at > -infinity<Real> && !is_fixed_;
+  }
+
+  std::size_t row_;
+  Real impulse_ = Real(0);
+  std::array<Bound, 2> bounds_{Bound{Real(1), -infinity<Real>}, Bound{Real(-1), infinity<Real>}};
+  bool is_fixed_ = false;  // True if there is one allowed impulse.
+  Real rest_ = Real(0);    // What low - high exceeds the velocity of the row by.
+  Real weight_ = Real(0);
+  Real impulse_step_ = Real(0);
+};
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+#include <algorithm>
+#include <cstddef>
+#include <span>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// A convex problem for `InteriorPoint`.
+template <typename Real>
+struct ConvexProblem {
+  /// Rows with their opening speeds.
+  std::span<const IslandRow<Real>> rows;
+  /// Mt: masses, and terms linear in the velocities. r: the momentum without constraints.
+  const EnvelopeMatrix<Real>* matrix;
+  std::span<const Real> rhs;
+  /// [m/s] Speed of which the rows' velocities are: the size of the start.
+  Real speed;
+  /// [m/s] Distance from the law that counts as zero.
+  Real tolerance = Real(0);
+  /// [-] Most Newton steps that the caller pays for.
+  int most_steps = 0;
+};
+
+/// The method with its scratch memory.
+template <typename Real>
+class InteriorPoint {
+ public:
+  using Row = IslandRow<Real>;
+
+  /// Reserves memory for a problem, so that `solve` allocates nothing.
+  void reserve(const ConvexProblem<Real>& problem) {
+    cones_.reserve(problem.rows.size() / 3);
+    intervals_.reserve(problem.rows.size());
+    impulses_.reserve(problem.rows.size());
+    v_.reserve(problem.rhs.size());
+    gradient_.reserve(problem.rhs.size());
+    step_.reserve(problem.rhs.size());
+    hessian_.reserve(*problem.matrix);
+  }
+
+  /// Finds impulses inside their cones, and velocities.
+  /// @return [-] Factorisations.
+  int solve(const ConvexProblem<Real>& problem) {
+    start(problem);
+    int count = 0;
+    while (count < problem.most_steps) {
+      hessian_ = *problem.matrix;
+      for_each_law(problem, [&](auto& law, std::span<const Row> rows) {
+        law.linearise(rows, v_, Real(yield) * rows[0].response);
+        law.add_slope(rows, hessian_);
+      });
+      if (!hessian_.factor()) break;
+      ++count;
+      find_gradient(problem);
+      find_step(problem, Real(0), false);
+      const Real left = Real(1) - std::min(Real(1), reach(problem));
+      find_step(problem, left * left * left * barrier(problem), true);
+      const Real share = std::min(Real(1), Real(0.99) * reach(problem));
+      bool is_inside = true;
+      for_each_law(problem, [&](auto& law, std::span<const Row>) {
+        law.advance(share);
+        is_inside = is_inside && law.is_inside();
+      });
+      // Round-off decides where cones are that narrow, and numbers that are not finite are nowhere.
+      if (!is_inside) break;
+      for (std::size_t i = 0; i < v_.size(); ++i) v_[i] += share * step_[i];
+      store(problem);
+      // The step is linear in the momentum that the impulses do not explain, so its share remains.
+      const Real unexplained = (Real(1) - share) * largest_gradient(problem);
+      if (std::max(unexplained, distance(problem)) <= problem.tolerance) break;
+    }
+    return count;
+  }
+
+  [[nodiscard]] Real impulse(std::size_t row) const { return impulses_[row]; }
+  [[nodiscard]] const DynamicArray<Real>& velocities() const { return v_; }
+
+ private:
+  /// [1] What a row yields in a step, by its own response. It keeps the matrix regular where rows
+  /// are redundant, moves with the impulses, and so leaves no trace. A larger one would hold back
+  /// redundant impulses on their way to the middle.
+  static constexpr double yield = 1e-10;
+
+  /// Calls use(law, its rows) for all laws.
+  template <typename Use>
+  void for_each_law(const ConvexProblem<Real>& problem, const Use& use) {
+    for (InteriorCone<Real>& law : cones_) use(law, problem.rows.subspan(law.row(), 3));
+    for (InteriorInterval<Real>& law : intervals_) use(law, problem.rows.subspan(law.row(), 1));
+  }
+
+  /// Puts all impulses and velocities of rows onto the axes of their cones. The bodies may start
+  /// from any velocities: where a step leads to does not depend on them.
+  void start(const ConvexProblem<Real>& problem) {
+    v_.assign(problem.rhs.size(), Real(0));
+    gradient_.resize(v_.size());
+    step_.resize(v_.size());
+    cones_.clear();
+    intervals_.clear();
+    impulses_.assign(problem.rows.size(), Real(0));
+    // All products of impulses and velocities start alike.
+    Real mobility = Real(0);
+    std::size_t count = 0;
+    for (const Row& row : problem.rows) {
+      if (!acts(row) || row.kind == RowKind::free) continue;
+      mobility += Real(1) / row.response;
+      ++count;
+    }
+    const Real barrier =
+        problem.speed * problem.speed * mobility / Real(std::max<std::size_t>(1, count));
+    for (std::size_t k = 0; k < problem.rows.size(); ++k) {
+      const Row& row = problem.rows[k];
+      if (!acts(row)) continue;
+      if (row.kind == RowKind::cone && row.friction > Real(0)) {
+        cones_.push_back({k, problem.rows.subspan(k, 3), barrier});
+      } else {
+        intervals_.push_back({k, problem.rows.subspan(k, 1), barrier});
+      }
+    }
+    store(problem);
+  }
+
+  [[nodiscard]] static bool acts(const Row& row) {
+    return row.kind != RowKind::tangent && row.response > Real(0);
+  }
+
+  void store(const ConvexProblem<Real>& problem) {
+    for_each_law(problem, [&](auto& law, std::span<const Row>) {
+      std::size_t k = law.row();
+      for (const Real x : law.impulses()) impulses_[k++] = x;
+    });
+  }
+
+  /// gradient := r + J^T l - M v.
+  void find_gradient(const ConvexProblem<Real>& problem) {
+    problem.matrix->multiply(v_.data(), gradient_.data());
+    for (std::size_t i = 0; i < v_.size(); ++i) gradient_[i] = problem.rhs[i] - gradient_[i];
+    for (std::size_t k = 0; k < impulses_.size(); ++k) {
+      if (impulses_[k] != Real(0)) problem.rows[k].add_to(gradient_, impulses_[k]);
+    }
+  }
+
+  /// [m/s, rad/s] Largest velocity that the gradient gives a body by itself.
+  [[nodiscard]] Real largest_gradient(const ConvexProblem<Real>& problem) const {
+    using std::abs;
+    Real largest = Real(0);
+    for (std::size_t i = 0; i < gradient_.size(); ++i) {
+      largest = std::max(largest, abs(gradient_[i]) / problem.matrix->at(i, i));
+    }
+    return largest;
+  }
+
+  /// Finds the step of all unknowns towards a complementarity.
+  void find_step(const ConvexProblem<Real>& problem, Real barrier, bool is_corrected) {
+    step_ = gradient_;
+    for_each_law(problem, [&](auto& law, std::span<const Row> rows) {
+      std::size_t k = 0;
+      for (const Real x : law.start_step(barrier, is_corrected)) rows[k++].add_to(step_, x);
+    });
+    hessian_.solve(step_.data());
+    for_each_law(problem,
+                 [&](auto& law, std::span<const Row> rows) { law.finish_step(rows, step_); });
+  }
+
+  /// Share of the step at which the first law reaches its boundary.
+  [[nodiscard]] Real reach(const ConvexProblem<Real>& problem) {
+    Real share = infinity<Real>;
+    for_each_law(problem, [&](const auto& law, std::span<const Row>) {
+      share = std::min(share, law.reach());
+    });
+    return share;
+  }
+
+  /// [J] Mean of the products of impulses and velocities.
+  [[nodiscard]] Real barrier(const ConvexProblem<Real>& problem) {
+    Real sum = Real(0);
+    std::size_t count = 0;
+    for_each_law(problem, [&](const auto& law, std::span<const Row>) {
+      sum += law.complementarity();
+      count += law.pairs();
+    });
+    return sum / Real(std::max<std::size_t>(1, count));
+  }
+
+  /// [m/s] Largest distance of a row from its law in the convex problem.
+  [[nodiscard]] Real distance(const ConvexProblem<Real>& problem) const {
+    Real largest = Real(0);
+    for (std::size_t k = 0; k < problem.rows.size(); ++k) {
+      const Row& row = problem.rows[k];
+      if (!acts(row)) continue;
+      const auto velocity = [&](std::size_t i) {
+        return problem.rows[i].times(v_) - problem.rows[i].target;
+      };
+      if (row.kind == RowKind::cone) {
+        const Real w[3] = {velocity(k), velocity(k + 1), velocity(k + 2)};
+        largest = std::max(largest, distance_from_cone(row, &impulses_[k], w));
+      } else {
+        const Real w = velocity(k);
+        largest = std::max(largest, distance_from_law(row, &impulses_[k], &w));
+      }
+    }
+    return largest;
+  }
+
+  EnvelopeMatrix<Real> hessian_;
+  DynamicArray<Real> v_, gradient_, step_, impulses_;
+  DynamicArray<InteriorCone<Real>> cones_;
+  DynamicArray<InteriorInterval<Real>> intervals_;
+};
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/dynamics/solver/island_rows.hpp
 
@@ -32189,9 +32806,13 @@ class IslandRows {
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       const Row& row = rows_[i];
       if (!(row.response > Real(0)) || row.kind == Kind::tangent) continue;
-      largest = std::max(largest, row.kind == Kind::cone
-                                      ? distance_from_cone(i)
-                                      : distance_from_law(row, &row.lambda, &row.velocity));
+      if (row.kind == Kind::cone) {
+        const Real l[3] = {row.lambda, rows_[i + 1].lambda, rows_[i + 2].lambda};
+        const Real w[3] = {row.velocity, rows_[i + 1].velocity, rows_[i + 2].velocity};
+        largest = std::max(largest, distance_from_cone(row, l, w));
+      } else {
+        largest = std::max(largest, distance_from_law(row, &row.lambda, &row.velocity));
+      }
     }
     return largest;
   }
@@ -32287,19 +32908,6 @@ class IslandRows {
     if (x > row.upper && t <= row.friction * row.upper) return Side::at_end;
     if (x >= Real(0) && x <= row.upper && t <= row.friction * x) return Side::inside;
     return row.friction * t <= -x ? Side::at_bound : Side::sliding;
-  }
-
-  /// [m/s] Distance of a cone from its law in the convex problem.
-  [[nodiscard]] Real distance_from_cone(std::size_t i) const {
-    const Row* const row = &rows_[i];
-    const Real K = row->response;
-    Real n = row[0].lambda - (row[0].velocity + row[0].shift) / K;
-    Real x = row[1].lambda - row[1].velocity / K;
-    Real y = row[2].lambda - row[2].velocity / K;
-    project_on_cone(row->friction, row->upper, n, x, y);
-    using std::abs;
-    return K * std::max(Real(abs(n - row[0].lambda)),
-                        planar_length(Real(x - row[1].lambda), Real(y - row[2].lambda)));
   }
 
   /// Calls use(number of the row, lambda+) for all rows. It is at a share s of the way along the
@@ -32501,9 +33109,10 @@ class ProximalSolver {
     // Well below the tolerance. A sweep over the result then finds nothing to do.
     const Real tolerance = Real(0.1) * Real(context.velocity_tolerance);
     enough_ = Real(context.velocity_tolerance);
+    // Derivatives have to settle, too, which the iteration waits for.
     if constexpr (derivatives_of<S> == 0) {
-      if (rows_.can_switch() && rows_.has_impulses()) {
-        const Real left = follow(island, constraints, bodies, context, report);
+      if (rows_.can_switch() && (rows_.has_impulses() || !context.is_cheap())) {
+        const Real left = solve_law(island, constraints, bodies, context, report);
         if (left < infinity<Real>) return left;
       }
     }
@@ -32548,8 +33157,17 @@ class ProximalSolver {
   [[nodiscard]] Real enough() const { return enough_; }
 
  private:
-  Real follow(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
-              const SolveContext<S>& context, SolveReport<S>& report);
+  /// [-] Newton steps from no impulses. What lands and does not jam takes one or two. All else that
+  /// is new is solved from inside.
+  static constexpr int landing_steps = 4;
+
+  Real solve_law(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
+                 const SolveContext<S>& context, SolveReport<S>& report);
+  [[nodiscard]] ConvexProblem<Real> convex_problem(const CoulombProblem<Real>& problem);
+  void keep(const CoulombResult<Real>& found);
+  CoulombResult<Real> solve_from_inside(CoulombProblem<Real> problem, ConvexProblem<Real> convex,
+                                        const CoulombResult<Real>& found,
+                                        const SolveContext<S>& context, SolveReport<S>& report);
   void store_soft(const Island& island, Constraints<S>& constraints,
                   std::span<SolverBody<S>> bodies);
   void make_mass(const Island& island, std::span<const SolverBody<S>> bodies);
@@ -32571,6 +33189,8 @@ class ProximalSolver {
 
   IslandRows<S, Real> rows_;
   CoulombNewton<Real> newton_;
+  InteriorPoint<Real> interior_;
+  DynamicArray<Real> found_;  // Impulses of `solve_law`.
   Real enough_ = Real(0);
   EnvelopeMatrix<Real> matrix_;   // Mt.
   EnvelopeMatrix<Real> hessian_;  // Mt + J^T D J, then its factor.
@@ -32584,54 +33204,117 @@ class ProximalSolver {
 
 // Implementation ----------------------------------------------------------------------------------
 
-/// Solves with Coulomb's law itself, from the solution of the last step.
-/// @return [m/s] Residual. Infinite if no solution is good enough. The impulses are then as before.
+/// Solves with Coulomb's law itself: from the solution of the last step if there is one, and from
+/// that of the convex problem where it leads nowhere.
+/// @return [m/s] Residual. Infinite if the proximal iteration is to solve it. All is then as
+/// before.
 template <Scalar S>
-auto ProximalSolver<S>::follow(const Island& island, Constraints<S>& constraints,
-                               std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
-                               SolveReport<S>& report) -> Real {
-  const auto change = Real(context.driven_change);
+auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constraints,
+                                  std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
+                                  SolveReport<S>& report) -> Real {
   product_.resize(rows_.unknowns());
   for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].free, product_);
   // Contacts alone are swept first in the next step. A small residual here ends it after one sweep.
   // With joints sweeps do not help. A larger residual is then enough.
   const bool is_swept_first = island.blocks.empty() && island.soft.empty();
-  const CoulombProblem<Real> problem{
+  const bool is_fresh = !rows_.has_impulses();
+  CoulombProblem<Real> problem{
       .rows = rows_.rows(),
       .matrix = &matrix_,
       .rhs = rhs_,
       .is_uncoupled = island.soft.empty(),
-      .is_held = is_held<S>(island, constraints, bodies, context),
+      .is_held = is_fresh || is_held<S>(island, constraints, bodies, context),
+      .is_near = false,
       .start = &step_,
       .free = &product_,
       .tolerance = Real(is_swept_first ? 0.01 : 0.1) * Real(context.velocity_tolerance),
-      .speed_change = change,
-      .most_steps = context.most_newton_steps(report)};
-  const CoulombResult<Real> answer = newton_.solve(problem);
-  report.factorisations += answer.factorisations;
-  enough_ = std::max(enough_, problem.good_enough(answer.slip));
-  // The convex problems cost several times as much and seldom find better what is nearly found.
-  // Where that is not cheap, sweeps go on from there instead.
-  Real acceptable = enough_;
-  if (!context.is_cheap()) {
-    acceptable = std::max(enough_, Real(1e-2 * context.cost_share()) * answer.change);
+      .speed_change = Real(context.driven_change),
+      .most_steps = std::min(context.most_newton_steps(report),
+                             is_fresh ? landing_steps : context.settings.max_newton_steps)};
+  const ConvexProblem<Real> convex = convex_problem(problem);
+  // A warm step in which a grip begins to slip must not allocate.
+  interior_.reserve(convex);
+  CoulombResult<Real> found = newton_.solve(problem);
+  report.factorisations += found.factorisations;
+  enough_ = std::max(enough_, problem.good_enough(found.slip));
+  // Where surfaces slide fast the convex problem with their slip at the start is farther from the
+  // law than Newton's method ends. An island that it would cost too much goes on from there.
+  const bool slides = !is_fresh && found.slip > problem.speed_change;
+  const bool is_unsolved =
+      found.residual > enough_ && !found.is_contradictory && !(slides && context.is_costly());
+  // Coulomb's law may have solutions that slide beside one that holds. What was held lets go only
+  // if nothing holds it, and that the convex problem knows.
+  const bool lets_go =
+      problem.is_held && !is_fresh && found.slip > Real(context.velocity_tolerance);
+  // A cheap island can pay for the proximal iteration, whose opening speeds follow the slip.
+  if (is_unsolved && !lets_go && context.is_cheap()) return infinity<Real>;
+  keep(found);
+  if (is_unsolved || lets_go) {
+    found = solve_from_inside(problem, convex, found, context, report);
   }
-  if (context.is_costly()) acceptable = largest_number<Real>;
-  if (!(answer.residual <= acceptable)) return infinity<Real>;
-  for (std::size_t k = 0; k < rows_.rows().size(); ++k) rows_.rows()[k].lambda = newton_.impulse(k);
-  v_ = newton_.velocities();
+  if (!(found.residual < infinity<Real>)) return infinity<Real>;
+  for (std::size_t k = 0; k < found_.size(); ++k) rows_.rows()[k].lambda = found_[k];
   rows_.store_impulses(island, constraints);
   const auto tolerance = Real(context.velocity_tolerance);
-  if (answer.factorisations > 0 && answer.residual <= tolerance && answer.slip <= tolerance &&
+  if (found.factorisations > 0 && found.residual <= tolerance && found.slip <= tolerance &&
       is_swept_first) {
-    eps_ = answer.eps;
+    eps_ = found.eps;
     rows_.evaluate(v_);
     rows_.set_sides(eps_);
     find_transient_impulses(island, constraints, bodies,
                             [this](DynamicArray<Real>& x) { newton_.solve_linear(x); });
   }
   store_soft(island, constraints, bodies);
-  return answer.residual;
+  return found.residual;
+}
+
+/// The convex problem with the slip at the start of the step.
+template <Scalar S>
+auto ProximalSolver<S>::convex_problem(const CoulombProblem<Real>& problem) -> ConvexProblem<Real> {
+  using std::abs;
+  Real speed = problem.speed_change;
+  rows_.evaluate(*problem.free);
+  for (const IslandRow<Real>& row : rows_.rows()) {
+    if (!(row.response > Real(0)) || row.kind == RowKind::free) continue;
+    speed = std::max(speed, abs(row.velocity));
+  }
+  return {.rows = rows_.rows(), .matrix = problem.matrix, .rhs = problem.rhs, .speed = speed};
+}
+
+/// Keeps what Newton's method found, if it did.
+template <Scalar S>
+void ProximalSolver<S>::keep(const CoulombResult<Real>& found) {
+  if (!(found.residual < infinity<Real>)) return;
+  found_.resize(rows_.rows().size());
+  for (std::size_t k = 0; k < found_.size(); ++k) found_[k] = newton_.impulse(k);
+  v_ = newton_.velocities();
+}
+
+/// Solves the convex problem from inside its cones, and the law from there.
+/// @param found  The result from the warm start.
+/// @return The better of both results.
+template <Scalar S>
+auto ProximalSolver<S>::solve_from_inside(CoulombProblem<Real> problem, ConvexProblem<Real> convex,
+                                          const CoulombResult<Real>& found,
+                                          const SolveContext<S>& context, SolveReport<S>& report)
+    -> CoulombResult<Real> {
+  // Newton's method does the rest. The nearer to the solution, the nearer to the edges of cones.
+  convex.tolerance = std::max(enough_, Real(1e-5) * problem.speed_change);
+  convex.most_steps = context.most_interior_steps(report);
+  report.factorisations += interior_.solve(convex);
+  for (std::size_t k = 0; k < rows_.rows().size(); ++k) {
+    rows_.rows()[k].lambda = interior_.impulse(k);
+  }
+  problem.start = &interior_.velocities();
+  problem.is_held = false;
+  problem.is_near = true;
+  problem.most_steps = context.most_newton_steps(report);
+  const CoulombResult<Real> better = newton_.solve(problem);
+  report.factorisations += better.factorisations;
+  if (!(better.residual < found.residual)) return found;
+  enough_ = std::max(enough_, problem.good_enough(better.slip));
+  keep(better);
+  return better;
 }
 
 /// Writes the motions of the soft blocks, and their impulses.

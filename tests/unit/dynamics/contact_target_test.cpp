@@ -29,7 +29,7 @@ struct Fall {
     contact.restitution = restitution;
     contact.impulse = {7, 1, 2};
     context.dt = dt;
-    context.speed_change = dt * std::abs(acceleration);
+    context.speed_change = context.driven_change = dt * std::abs(acceleration);
     context.position_tolerance = 1e-12;
     context.restitution_speed = 0.01;
   }
@@ -89,6 +89,13 @@ TEST_CASE("target_contact: what closes stops, and an impact takes no load over")
   CHECK(hard.contact.target == 0);
   CHECK(hard.contact.is_impact);
   CHECK(hard.contact.impulse[0] == 0);
+  // Motors press it: it is an error of the last step.
+  Fall pressed(0.05, -3, -10, 0);
+  pressed.context.driven_change = 2;
+  pressed.target();
+  CHECK(pressed.contact.target == 0);
+  CHECK_FALSE(pressed.contact.is_impact);
+  CHECK(pressed.contact.impulse[0] == 7);
   Fall rest(0, 0, -10, 0.5);
   rest.target();
   CHECK(rest.contact.target == 0);

@@ -209,8 +209,10 @@ BRISTLE_FORCE_INLINE ContactTarget<T> target_at(const T& gap, const T& restituti
   ContactTarget<T> target;
   target.restitution_share = S(-1);
   target.is_impact = touches & (-start > T(context.speed_change));
-  // A contact that carried a load should not approach. If it does, sweeps were cut short.
-  if (context.is_swept) target.is_impact = target.is_impact & !(impulse > zero);
+  // A contact that carried a load should not approach. If it does, sweeps were cut short, or motors
+  // press it harder than the last step was solved to.
+  const bool may_approach = context.is_swept || context.driven_change > context.speed_change;
+  if (may_approach) target.is_impact = target.is_impact & !(impulse > zero);
   if (context.integrator != Integrator::trapezoidal) {
     target.target = select(gap > zero, -closing_speed, zero);
     target.target = select(bounces, max(target.target, -restitution * start), target.target);

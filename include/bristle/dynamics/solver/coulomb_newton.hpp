@@ -43,6 +43,8 @@ struct CoulombProblem {
   /// True if no surfaces slide. The law is linear until a row switches its branch. Surfaces may
   /// begin to slide, open or close, and joints may reach their limits.
   bool is_held;
+  /// True if the impulses are near a solution of this step. Those of the last step may not be.
+  bool is_near;
   /// [m/s, rad/s] Velocities at the start of the step, and after it without constraints.
   const DynamicArray<Real>*start, *free;
   /// [m/s] Residual that counts as zero.
@@ -73,6 +75,9 @@ struct CoulombResult {
   Real eps = Real(0);
   /// [-] Factorisations.
   int factorisations = 0;
+  /// True if rows contradict each other: the problem is solved for every centre, and no centre
+  /// leaves less.
+  bool is_contradictory = false;
 };
 
 /// The algorithm with its scratch memory.
@@ -90,7 +95,8 @@ class CoulombNewton {
     Real eps = Real(problem.is_held ? Row::least_eps : 1e-3);
     evaluate(rows, v_, velocity_);
     // Impulses of the last step that are far from any solution give no hint.
-    if (measure(rows, eps).law > Real(3) * problem.speed_change) {
+    if (!problem.is_held && !problem.is_near &&
+        measure(rows, eps).law > Real(3) * problem.speed_change) {
       eps = Real(1e-2);
       std::fill(centre_.begin(), centre_.end(), Real(0));
     }
@@ -99,7 +105,6 @@ class CoulombNewton {
     judge(problem, answer);
     const Real nothing = Real(1e-2) * problem.tolerance;
     if (answer.residual <= nothing && is_steady(problem, nothing)) return answer;
-    answer.residual = infinity<Real>;
 
     Real factored_eps = Real(-1);  // No factor yet.
     Real least_eps = Real(Row::least_eps);
@@ -162,7 +167,10 @@ class CoulombNewton {
       if (!is_fresh && of_compliant > Real(0.1) * before) factored_eps = Real(-1);
       before = of_compliant;
       if (of_compliant > std::max(Real(0.1) * problem.tolerance, Real(0.1) * left)) continue;
-      if (centres++ > 0 && left > Real(0.5) * at_centre) break;
+      if (centres++ > 0 && left > Real(0.5) * at_centre) {
+        answer.is_contradictory = !has_switched && !(eps > Real(Row::least_eps));
+        break;
+      }
       // The factor is kept where it converges fast.
       if (left > Real(0.03) * at_centre) eps = std::max(least_eps, Real(0.1) * eps);
       at_centre = left;

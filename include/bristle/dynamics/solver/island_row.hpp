@@ -180,6 +180,20 @@ template <typename Real>
                   K * planar_length(Real(l[1] - x), Real(l[2] - y)));
 }
 
+/// Distance of a cone from its law in the convex problem, where contacts open at their shifts, as a
+/// velocity by the row's own response.
+/// @param l, w  Impulses and velocities of its three rows.
+template <typename Real>
+[[nodiscard]] Real distance_from_cone(const IslandRow<Real>& row, const Real* l, const Real* w) {
+  using std::abs;
+  const Real K = row.response;
+  Real n = l[0] - (w[0] + row.shift) / K;
+  Real x = l[1] - w[1] / K;
+  Real y = l[2] - w[2] / K;
+  project_on_cone(row.friction, row.upper, n, x, y);
+  return K * std::max(Real(abs(n - l[0])), planar_length(Real(x - l[1]), Real(y - l[2])));
+}
+
 /// Largest distance of a row from its law, as a velocity by the row's own response.
 /// @param lambda, velocity  Return the multiplier and the velocity of a row by its number.
 template <typename Real, typename Lambda, typename Velocity>

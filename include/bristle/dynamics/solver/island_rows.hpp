@@ -248,9 +248,13 @@ class IslandRows {
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       const Row& row = rows_[i];
       if (!(row.response > Real(0)) || row.kind == Kind::tangent) continue;
-      largest = std::max(largest, row.kind == Kind::cone
-                                      ? distance_from_cone(i)
-                                      : distance_from_law(row, &row.lambda, &row.velocity));
+      if (row.kind == Kind::cone) {
+        const Real l[3] = {row.lambda, rows_[i + 1].lambda, rows_[i + 2].lambda};
+        const Real w[3] = {row.velocity, rows_[i + 1].velocity, rows_[i + 2].velocity};
+        largest = std::max(largest, distance_from_cone(row, l, w));
+      } else {
+        largest = std::max(largest, distance_from_law(row, &row.lambda, &row.velocity));
+      }
     }
     return largest;
   }
@@ -346,19 +350,6 @@ class IslandRows {
     if (x > row.upper && t <= row.friction * row.upper) return Side::at_end;
     if (x >= Real(0) && x <= row.upper && t <= row.friction * x) return Side::inside;
     return row.friction * t <= -x ? Side::at_bound : Side::sliding;
-  }
-
-  /// [m/s] Distance of a cone from its law in the convex problem.
-  [[nodiscard]] Real distance_from_cone(std::size_t i) const {
-    const Row* const row = &rows_[i];
-    const Real K = row->response;
-    Real n = row[0].lambda - (row[0].velocity + row[0].shift) / K;
-    Real x = row[1].lambda - row[1].velocity / K;
-    Real y = row[2].lambda - row[2].velocity / K;
-    project_on_cone(row->friction, row->upper, n, x, y);
-    using std::abs;
-    return K * std::max(Real(abs(n - row[0].lambda)),
-                        planar_length(Real(x - row[1].lambda), Real(y - row[2].lambda)));
   }
 
   /// Calls use(number of the row, lambda+) for all rows. It is at a share s of the way along the

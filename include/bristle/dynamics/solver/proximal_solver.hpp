@@ -2,6 +2,10 @@
 /// Solver of small stiff islands. Stacks of unlike masses, grips, mechanisms and patches of sensors
 /// are all in one system.
 ///
+/// Coulomb's law is solved by `CoulombNewton`, with `InteriorPoint` as its harbour. What follows is
+/// the algorithm for displacements, for scalars with derivatives, and the harbour of islands so
+/// small that sixty Newton steps are cheap.
+///
 /// The unknowns are the velocities v of the bodies. Soft blocks are linear in v and belong to the
 /// matrix Mt = M + sum G^T A6 G. Every other constraint i has a multiplier. A projection P_i maps
 /// it onto the allowed impulses (any value, an interval, Coulomb's cone). The proximal-point method
@@ -22,6 +26,7 @@
 #include <bristle/core/error.hpp>
 #include <bristle/dynamics/solver/coulomb_newton.hpp>
 #include <bristle/dynamics/solver/derivative_watch.hpp>
+#include <bristle/dynamics/solver/interior_point.hpp>
 #include <bristle/dynamics/solver/island_rows.hpp>
 #include <bristle/dynamics/solver/method_choice.hpp>
 #include <bristle/dynamics/solver/solver_types.hpp>
@@ -67,9 +72,10 @@ class ProximalSolver {
     // Well below the tolerance. A sweep over the result then finds nothing to do.
     const Real tolerance = Real(0.1) * Real(context.velocity_tolerance);
     enough_ = Real(context.velocity_tolerance);
+    // Derivatives have to settle, too, which the iteration waits for.
     if constexpr (derivatives_of<S> == 0) {
-      if (rows_.can_switch() && rows_.has_impulses()) {
-        const Real left = follow(island, constraints, bodies, context, report);
+      if (rows_.can_switch() && (rows_.has_impulses() || !context.is_cheap())) {
+        const Real left = solve_law(island, constraints, bodies, context, report);
         if (left < infinity<Real>) return left;
       }
     }
@@ -114,8 +120,17 @@ class ProximalSolver {
   [[nodiscard]] Real enough() const { return enough_; }
 
  private:
-  Real follow(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
-              const SolveContext<S>& context, SolveReport<S>& report);
+  /// [-] Newton steps from no impulses. What lands and does not jam takes one or two. All else that
+  /// is new is solved from inside.
+  static constexpr int landing_steps = 4;
+
+  Real solve_law(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
+                 const SolveContext<S>& context, SolveReport<S>& report);
+  [[nodiscard]] ConvexProblem<Real> convex_problem(const CoulombProblem<Real>& problem);
+  void keep(const CoulombResult<Real>& found);
+  CoulombResult<Real> solve_from_inside(CoulombProblem<Real> problem, ConvexProblem<Real> convex,
+                                        const CoulombResult<Real>& found,
+                                        const SolveContext<S>& context, SolveReport<S>& report);
   void store_soft(const Island& island, Constraints<S>& constraints,
                   std::span<SolverBody<S>> bodies);
   void make_mass(const Island& island, std::span<const SolverBody<S>> bodies);
@@ -137,6 +152,8 @@ class ProximalSolver {
 
   IslandRows<S, Real> rows_;
   CoulombNewton<Real> newton_;
+  InteriorPoint<Real> interior_;
+  DynamicArray<Real> found_;  // Impulses of `solve_law`.
   Real enough_ = Real(0);
   EnvelopeMatrix<Real> matrix_;   // Mt.
   EnvelopeMatrix<Real> hessian_;  // Mt + J^T D J, then its factor.
@@ -150,54 +167,117 @@ class ProximalSolver {
 
 // Implementation ----------------------------------------------------------------------------------
 
-/// Solves with Coulomb's law itself, from the solution of the last step.
-/// @return [m/s] Residual. Infinite if no solution is good enough. The impulses are then as before.
+/// Solves with Coulomb's law itself: from the solution of the last step if there is one, and from
+/// that of the convex problem where it leads nowhere.
+/// @return [m/s] Residual. Infinite if the proximal iteration is to solve it. All is then as
+/// before.
 template <Scalar S>
-auto ProximalSolver<S>::follow(const Island& island, Constraints<S>& constraints,
-                               std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
-                               SolveReport<S>& report) -> Real {
-  const auto change = Real(context.driven_change);
+auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constraints,
+                                  std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
+                                  SolveReport<S>& report) -> Real {
   product_.resize(rows_.unknowns());
   for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].free, product_);
   // Contacts alone are swept first in the next step. A small residual here ends it after one sweep.
   // With joints sweeps do not help. A larger residual is then enough.
   const bool is_swept_first = island.blocks.empty() && island.soft.empty();
-  const CoulombProblem<Real> problem{
+  const bool is_fresh = !rows_.has_impulses();
+  CoulombProblem<Real> problem{
       .rows = rows_.rows(),
       .matrix = &matrix_,
       .rhs = rhs_,
       .is_uncoupled = island.soft.empty(),
-      .is_held = is_held<S>(island, constraints, bodies, context),
+      .is_held = is_fresh || is_held<S>(island, constraints, bodies, context),
+      .is_near = false,
       .start = &step_,
       .free = &product_,
       .tolerance = Real(is_swept_first ? 0.01 : 0.1) * Real(context.velocity_tolerance),
-      .speed_change = change,
-      .most_steps = context.most_newton_steps(report)};
-  const CoulombResult<Real> answer = newton_.solve(problem);
-  report.factorisations += answer.factorisations;
-  enough_ = std::max(enough_, problem.good_enough(answer.slip));
-  // The convex problems cost several times as much and seldom find better what is nearly found.
-  // Where that is not cheap, sweeps go on from there instead.
-  Real acceptable = enough_;
-  if (!context.is_cheap()) {
-    acceptable = std::max(enough_, Real(1e-2 * context.cost_share()) * answer.change);
+      .speed_change = Real(context.driven_change),
+      .most_steps = std::min(context.most_newton_steps(report),
+                             is_fresh ? landing_steps : context.settings.max_newton_steps)};
+  const ConvexProblem<Real> convex = convex_problem(problem);
+  // A warm step in which a grip begins to slip must not allocate.
+  interior_.reserve(convex);
+  CoulombResult<Real> found = newton_.solve(problem);
+  report.factorisations += found.factorisations;
+  enough_ = std::max(enough_, problem.good_enough(found.slip));
+  // Where surfaces slide fast the convex problem with their slip at the start is farther from the
+  // law than Newton's method ends. An island that it would cost too much goes on from there.
+  const bool slides = !is_fresh && found.slip > problem.speed_change;
+  const bool is_unsolved =
+      found.residual > enough_ && !found.is_contradictory && !(slides && context.is_costly());
+  // Coulomb's law may have solutions that slide beside one that holds. What was held lets go only
+  // if nothing holds it, and that the convex problem knows.
+  const bool lets_go =
+      problem.is_held && !is_fresh && found.slip > Real(context.velocity_tolerance);
+  // A cheap island can pay for the proximal iteration, whose opening speeds follow the slip.
+  if (is_unsolved && !lets_go && context.is_cheap()) return infinity<Real>;
+  keep(found);
+  if (is_unsolved || lets_go) {
+    found = solve_from_inside(problem, convex, found, context, report);
   }
-  if (context.is_costly()) acceptable = largest_number<Real>;
-  if (!(answer.residual <= acceptable)) return infinity<Real>;
-  for (std::size_t k = 0; k < rows_.rows().size(); ++k) rows_.rows()[k].lambda = newton_.impulse(k);
-  v_ = newton_.velocities();
+  if (!(found.residual < infinity<Real>)) return infinity<Real>;
+  for (std::size_t k = 0; k < found_.size(); ++k) rows_.rows()[k].lambda = found_[k];
   rows_.store_impulses(island, constraints);
   const auto tolerance = Real(context.velocity_tolerance);
-  if (answer.factorisations > 0 && answer.residual <= tolerance && answer.slip <= tolerance &&
+  if (found.factorisations > 0 && found.residual <= tolerance && found.slip <= tolerance &&
       is_swept_first) {
-    eps_ = answer.eps;
+    eps_ = found.eps;
     rows_.evaluate(v_);
     rows_.set_sides(eps_);
     find_transient_impulses(island, constraints, bodies,
                             [this](DynamicArray<Real>& x) { newton_.solve_linear(x); });
   }
   store_soft(island, constraints, bodies);
-  return answer.residual;
+  return found.residual;
+}
+
+/// The convex problem with the slip at the start of the step.
+template <Scalar S>
+auto ProximalSolver<S>::convex_problem(const CoulombProblem<Real>& problem) -> ConvexProblem<Real> {
+  using std::abs;
+  Real speed = problem.speed_change;
+  rows_.evaluate(*problem.free);
+  for (const IslandRow<Real>& row : rows_.rows()) {
+    if (!(row.response > Real(0)) || row.kind == RowKind::free) continue;
+    speed = std::max(speed, abs(row.velocity));
+  }
+  return {.rows = rows_.rows(), .matrix = problem.matrix, .rhs = problem.rhs, .speed = speed};
+}
+
+/// Keeps what Newton's method found, if it did.
+template <Scalar S>
+void ProximalSolver<S>::keep(const CoulombResult<Real>& found) {
+  if (!(found.residual < infinity<Real>)) return;
+  found_.resize(rows_.rows().size());
+  for (std::size_t k = 0; k < found_.size(); ++k) found_[k] = newton_.impulse(k);
+  v_ = newton_.velocities();
+}
+
+/// Solves the convex problem from inside its cones, and the law from there.
+/// @param found  The result from the warm start.
+/// @return The better of both results.
+template <Scalar S>
+auto ProximalSolver<S>::solve_from_inside(CoulombProblem<Real> problem, ConvexProblem<Real> convex,
+                                          const CoulombResult<Real>& found,
+                                          const SolveContext<S>& context, SolveReport<S>& report)
+    -> CoulombResult<Real> {
+  // Newton's method does the rest. The nearer to the solution, the nearer to the edges of cones.
+  convex.tolerance = std::max(enough_, Real(1e-5) * problem.speed_change);
+  convex.most_steps = context.most_interior_steps(report);
+  report.factorisations += interior_.solve(convex);
+  for (std::size_t k = 0; k < rows_.rows().size(); ++k) {
+    rows_.rows()[k].lambda = interior_.impulse(k);
+  }
+  problem.start = &interior_.velocities();
+  problem.is_held = false;
+  problem.is_near = true;
+  problem.most_steps = context.most_newton_steps(report);
+  const CoulombResult<Real> better = newton_.solve(problem);
+  report.factorisations += better.factorisations;
+  if (!(better.residual < found.residual)) return found;
+  enough_ = std::max(enough_, problem.good_enough(better.slip));
+  keep(better);
+  return better;
 }
 
 /// Writes the motions of the soft blocks, and their impulses.

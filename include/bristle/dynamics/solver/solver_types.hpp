@@ -163,9 +163,12 @@ struct SolveContext {
   /// of a step so does not grow with the island. What is left of the law grows instead. All passes
   /// of a step share three times the budget; once it is spent, each problem gets one step.
   [[nodiscard]] int most_newton_steps(const SolveReport<S>& report) const {
-    const double most = settings.max_newton_steps;
-    const double steps = std::clamp(affordable_steps(), 1.0, most);
-    return static_cast<int>(std::clamp(3 * steps - report.factorisations, 1.0, steps));
+    return static_cast<int>(std::min(steps_of_problem(), steps_left(report)));
+  }
+  /// [-] Steps that an interior-point method may take from there. It needs some ten to thirty
+  /// whatever the island is, and gives nothing before its end. So it may take all that is left.
+  [[nodiscard]] int most_interior_steps(const SolveReport<S>& report) const {
+    return static_cast<int>(steps_left(report));
   }
   /// [1] Share of the budget that `max_newton_steps` on Coulomb's law and as many on the convex
   /// problems would take.
@@ -197,6 +200,14 @@ struct SolveContext {
     result.driven_change /= parts;
     result.velocity_tolerance /= parts;
     return result;
+  }
+
+ private:
+  [[nodiscard]] double steps_of_problem() const {
+    return std::clamp(affordable_steps(), 1.0, static_cast<double>(settings.max_newton_steps));
+  }
+  [[nodiscard]] double steps_left(const SolveReport<S>& report) const {
+    return std::max(1.0, 3 * steps_of_problem() - report.factorisations);
   }
 };
 
