@@ -2785,8 +2785,8 @@ struct CoulombProblem {
   std::span<const Real> rhs;
   /// True if Mt is M. Then bodies act on each other through the rows alone.
   bool is_uncoupled;
-  /// True if no surfaces slide. The law is linear until a row switches its branch. Surfaces may
-  /// begin to slide, open or close, and joints may reach their limits.
+  /// True if no surfaces slide that carry load. The law is linear until a row switches its branch.
+  /// Surfaces may begin to slide, open or close, and joints may reach their limits.
   bool is_held;
   /// True if the impulses are near a solution of this step. Those of the last step may not be.
   bool is_near;
@@ -2814,8 +2814,6 @@ struct CoulombResult {
   Real residual = infinity<Real>;
   /// [m/s] Speed of the fastest sliding contact.
   Real slip = Real(0);
-  /// [m/s, rad/s] Velocity change by the impulses, along the rows.
-  Real change = Real(0);
   /// The eps of the last factorisation.
   Real eps = Real(0);
   /// [-] Factorisations.
@@ -2880,7 +2878,6 @@ class CoulombNewton {
         best_ = impulse_;
         move_into_bounds(rows, best_);
         best_v_ = v_;
-        answer.change = largest_change(velocity_);
         // One more step with the same factor costs little, and leaves round-off. What rests then
         // needs no step at all in the next one.
         if (is_solved) break;
@@ -3205,7 +3202,6 @@ class CoulombNewton {
     }
     if (!(candidate.residual < answer.residual)) return;
     answer.residual = candidate.residual;
-    answer.change = largest_change(candidate_velocity_);
     best_ = candidate_;
     best_v_ = candidate_v_;
   }
@@ -3243,15 +3239,6 @@ class CoulombNewton {
       found.work += start + candidate_[k] * (candidate_velocity_[k] - free_velocity_[k]) / Real(2);
     }
     return found;
-  }
-
-  [[nodiscard]] Real largest_change(const DynamicArray<Real>& velocity) const {
-    using std::abs;
-    Real largest = Real(0);
-    for (std::size_t k = 0; k < velocity.size(); ++k) {
-      largest = std::max(largest, abs(velocity[k] - free_velocity_[k]));
-    }
-    return largest;
   }
 
   /// [-] Rows of a law: three of a cone, else one.
@@ -12827,8 +12814,8 @@ struct SolveContext {
   /// Returns whether both take less than half of it. The island is then solved exactly, or stacks
   /// would never come to rest.
   [[nodiscard]] bool is_cheap() const { return cost_share() <= 0.5; }
-  /// Returns whether both do not fit. The convex problems are then left out, and so are most
-  /// sweeps.
+  /// Returns whether both do not fit. The convex problems are then left out where surfaces slide
+  /// fast, and so are most sweeps.
   [[nodiscard]] bool is_costly() const { return cost_share() > 1; }
 
   /// [-] Number of substeps of a swept island. It has an upper bound, whatever the length of the
@@ -31297,11 +31284,12 @@ BRISTLE_FORCE_INLINE ContactTarget<T> target_at(const T& gap, const T& restituti
   const Truth<T> bounces = may_bounce & touches & (start < T(-context.restitution_speed));
   ContactTarget<T> target;
   target.restitution_share = S(-1);
-  target.is_impact = touches & (-start > T(context.speed_change));
-  // A contact that carried a load should not approach. If it does, sweeps were cut short, or motors
-  // press it harder than the last step was solved to.
-  const bool may_approach = context.is_swept || context.driven_change > context.speed_change;
-  if (may_approach) target.is_impact = target.is_impact & !(impulse > zero);
+  // A contact that carried a load should not approach. If it does, the last step was not solved
+  // better than what drives the island, or sweeps were cut short.
+  const Truth<T> is_loaded = impulse > zero;
+  const T usual = select(is_loaded, T(context.driven_change), T(context.speed_change));
+  target.is_impact = touches & (-start > usual);
+  if (context.is_swept) target.is_impact = target.is_impact & !is_loaded;
   if (context.integrator != Integrator::trapezoidal) {
     target.target = select(gap > zero, -closing_speed, zero);
     target.target = select(bounces, max(target.target, -restitution * start), target.target);
@@ -32132,7 +32120,7 @@ class InteriorInterval {
     const bool pushes = row.kind == RowKind::cone;
     if (pushes || row.kind == RowKind::bounded) {
       bounds_[0].at = pushes ? Real(0) : row.lower;
-      bounds_[1].at = pushes ? infinity<Real> : row.upper;
+      bounds_[1].at = row.upper;
     }
     const Real width = bounds_[1].at - bounds_[0].at;
     const Real margin = std::min(sqrt(barrier / row.response), Real(0.5) * width);
@@ -32690,7 +32678,14 @@ class IslandRows {
     return std::any_of(rows_.begin(), rows_.end(),
                        [](const Row& row) { return row.lambda != Real(0); });
   }
+  /// Returns whether a cone ends: something is crushed (`limit_crushing`).
+  [[nodiscard]] bool has_ends() const {
+    return std::any_of(rows_.begin(), rows_.end(), [](const Row& row) {
+      return row.kind == Kind::cone && row.upper < (infinity<Real>);
+    });
+  }
   [[nodiscard]] std::span<IslandRow<Real>> rows() { return rows_; }
+  [[nodiscard]] std::span<const IslandRow<Real>> rows() const { return rows_; }
 
   /// Writes a body's velocity to the unknowns.
   void put(std::uint32_t slot, const Twist<S>& twist, DynamicArray<Real>& v) const {
@@ -33166,8 +33161,9 @@ class ProximalSolver {
   [[nodiscard]] ConvexProblem<Real> convex_problem(const CoulombProblem<Real>& problem);
   void keep(const CoulombResult<Real>& found);
   CoulombResult<Real> solve_from_inside(CoulombProblem<Real> problem, ConvexProblem<Real> convex,
-                                        const CoulombResult<Real>& found,
+                                        const CoulombResult<Real>& found, bool has_let_go,
                                         const SolveContext<S>& context, SolveReport<S>& report);
+  [[nodiscard]] bool lets_go(Real still) const;
   void store_soft(const Island& island, Constraints<S>& constraints,
                   std::span<SolverBody<S>> bodies);
   void make_mass(const Island& island, std::span<const SolverBody<S>> bodies);
@@ -33190,7 +33186,7 @@ class ProximalSolver {
   IslandRows<S, Real> rows_;
   CoulombNewton<Real> newton_;
   InteriorPoint<Real> interior_;
-  DynamicArray<Real> found_;  // Impulses of `solve_law`.
+  DynamicArray<Real> warm_, found_;  // Impulses at the start of `solve_law`, and its result.
   Real enough_ = Real(0);
   EnvelopeMatrix<Real> matrix_;   // Mt.
   EnvelopeMatrix<Real> hessian_;  // Mt + J^T D J, then its factor.
@@ -33223,7 +33219,7 @@ auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constrai
       .matrix = &matrix_,
       .rhs = rhs_,
       .is_uncoupled = island.soft.empty(),
-      .is_held = is_fresh || is_held<S>(island, constraints, bodies, context),
+      .is_held = is_held<S>(island, constraints, bodies, context),
       .is_near = false,
       .start = &step_,
       .free = &product_,
@@ -33234,6 +33230,9 @@ auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constrai
   const ConvexProblem<Real> convex = convex_problem(problem);
   // A warm step in which a grip begins to slip must not allocate.
   interior_.reserve(convex);
+  found_.reserve(rows_.rows().size());
+  warm_.resize(rows_.rows().size());
+  for (std::size_t k = 0; k < warm_.size(); ++k) warm_[k] = rows_.rows()[k].lambda;
   CoulombResult<Real> found = newton_.solve(problem);
   report.factorisations += found.factorisations;
   enough_ = std::max(enough_, problem.good_enough(found.slip));
@@ -33244,15 +33243,21 @@ auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constrai
       found.residual > enough_ && !found.is_contradictory && !(slides && context.is_costly());
   // Coulomb's law may have solutions that slide beside one that holds. What was held lets go only
   // if nothing holds it, and that the convex problem knows.
-  const bool lets_go =
-      problem.is_held && !is_fresh && found.slip > Real(context.velocity_tolerance);
+  const bool has_let_go = problem.is_held && lets_go(Real(context.velocity_tolerance));
+  // `InteriorPoint` does not know cones that end, and without their ends nothing solves the problem
+  // of what is crushed.
+  const bool has_interior = !rows_.has_ends();
   // A cheap island can pay for the proximal iteration, whose opening speeds follow the slip.
-  if (is_unsolved && !lets_go && context.is_cheap()) return infinity<Real>;
+  const bool is_convex_cheap = context.is_cheap() || (!has_interior && !context.is_costly());
+  if (is_unsolved && !(has_let_go && has_interior) && is_convex_cheap) return infinity<Real>;
   keep(found);
-  if (is_unsolved || lets_go) {
-    found = solve_from_inside(problem, convex, found, context, report);
+  if ((is_unsolved || has_let_go) && has_interior) {
+    found = solve_from_inside(problem, convex, found, has_let_go, context, report);
   }
-  if (!(found.residual < infinity<Real>)) return infinity<Real>;
+  if (!(found.residual < infinity<Real>)) {
+    for (std::size_t k = 0; k < warm_.size(); ++k) rows_.rows()[k].lambda = warm_[k];
+    return infinity<Real>;
+  }
   for (std::size_t k = 0; k < found_.size(); ++k) rows_.rows()[k].lambda = found_[k];
   rows_.store_impulses(island, constraints);
   const auto tolerance = Real(context.velocity_tolerance);
@@ -33281,6 +33286,22 @@ auto ProximalSolver<S>::convex_problem(const CoulombProblem<Real>& problem) -> C
   return {.rows = rows_.rows(), .matrix = problem.matrix, .rhs = problem.rhs, .speed = speed};
 }
 
+/// Returns whether a rough contact that carried load slides in what Newton's method found.
+/// @param still  [m/s] Speed that counts as none.
+template <Scalar S>
+bool ProximalSolver<S>::lets_go(Real still) const {
+  const std::span<const IslandRow<Real>> rows = rows_.rows();
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    if (rows[k].kind != RowKind::cone || !(rows[k].friction * warm_[k] > Real(0))) continue;
+    const auto velocity = [&](std::size_t i) {
+      return rows[i].times(newton_.velocities()) - rows[i].target;
+    };
+    const bool is_loaded = newton_.impulse(k) > Real(0);
+    if (is_loaded && planar_length(velocity(k + 1), velocity(k + 2)) > still) return true;
+  }
+  return false;
+}
+
 /// Keeps what Newton's method found, if it did.
 template <Scalar S>
 void ProximalSolver<S>::keep(const CoulombResult<Real>& found) {
@@ -33291,11 +33312,12 @@ void ProximalSolver<S>::keep(const CoulombResult<Real>& found) {
 }
 
 /// Solves the convex problem from inside its cones, and the law from there.
-/// @param found  The result from the warm start.
-/// @return The better of both results.
+/// @param found       The result from the warm start.
+/// @param has_let_go  True if what was held slides in it.
+/// @return The better of both results. The one that holds is better than the one that slides.
 template <Scalar S>
 auto ProximalSolver<S>::solve_from_inside(CoulombProblem<Real> problem, ConvexProblem<Real> convex,
-                                          const CoulombResult<Real>& found,
+                                          const CoulombResult<Real>& found, bool has_let_go,
                                           const SolveContext<S>& context, SolveReport<S>& report)
     -> CoulombResult<Real> {
   // Newton's method does the rest. The nearer to the solution, the nearer to the edges of cones.
@@ -33311,8 +33333,11 @@ auto ProximalSolver<S>::solve_from_inside(CoulombProblem<Real> problem, ConvexPr
   problem.most_steps = context.most_newton_steps(report);
   const CoulombResult<Real> better = newton_.solve(problem);
   report.factorisations += better.factorisations;
-  if (!(better.residual < found.residual)) return found;
-  enough_ = std::max(enough_, problem.good_enough(better.slip));
+  const Real enough = problem.good_enough(better.slip);
+  const bool holds =
+      has_let_go && better.residual <= enough && !lets_go(Real(context.velocity_tolerance));
+  if (!holds && !(better.residual < found.residual)) return found;
+  enough_ = std::max(enough_, enough);
   keep(better);
   return better;
 }
@@ -35057,7 +35082,7 @@ void ManifoldSweeps<S>::add_manifold(const ManifoldSpan& manifold, const Island&
   block.first_contact[lane] = manifold.first;
   block.contacts[lane] = manifold.count;
   block.friction[lane] = one.friction;
-  block.most_impulse[lane] = one.most_impulse / parts;
+  block.most_impulse[lane] = one.most_impulse;
   block.drift1[lane] = one.drift[0];
   block.drift2[lane] = one.drift[1];
 
@@ -35228,8 +35253,13 @@ class SequentialSolver {
   }
   /// Returns whether most contacts of the manifolds are new.
   [[nodiscard]] bool is_cold() const { return manifolds_.is_cold(); }
-  /// Returns whether movers may crush the island between them (`limit_crushing`).
-  [[nodiscard]] bool may_be_crushed() const { return manifolds_.may_be_crushed(); }
+  /// Finds the velocities of a swept island. They are those by the impulses of points. What is
+  /// crushed (`limit_crushing`) keeps those of the last sweep: a single point has no torsion, and
+  /// the torque that is lost so would spin it at 900 rad/s.
+  void find_velocities(const Island& island, const Constraints<S>& constraints,
+                       std::span<SolverBody<S>> bodies) const {
+    if (!manifolds_.may_be_crushed()) apply_impulses(island, constraints, bodies);
+  }
   /// Starts a substep. Arms, axes and masses stay those of the start of the step.
   void start_part(const Island& island, Constraints<S>& constraints,
                   std::span<SolverBody<S>> bodies, const SolveContext<S>& context) {
@@ -35697,7 +35727,7 @@ class IslandSolver {
     const int count = context.affordable_sweeps(island);
     place_part(island, constraints, bodies, context, {count, count}, enough, report);
     sequential_.finish_parts(island, constraints);
-    apply_impulses(island, constraints, bodies);
+    sequential_.find_velocities(island, constraints, bodies);
     return true;
   }
 
@@ -35867,8 +35897,6 @@ class IslandSolver {
   }
 
   /// Restores the whole step: all impulses, the velocities at both ends, the displacement.
-  /// Velocities are those by the impulses of points. What is crushed keeps those of the last sweep:
-  /// a single point has no torsion, and the torque that is lost so would spin it at 900 rad/s.
   void end_parts(const Island& island, Constraints<S>& constraints,
                  std::span<SolverBody<S>> bodies) {
     for (std::size_t n = 0; n < island.bodies.size(); ++n) {
@@ -35884,7 +35912,7 @@ class IslandSolver {
     std::size_t r = 0;
     for_each_row(island, constraints,
                  [&](ConstraintRow<S>& row) { row.impulse = row_totals_[r++]; });
-    if (!sequential_.may_be_crushed()) apply_impulses(island, constraints, bodies);
+    sequential_.find_velocities(island, constraints, bodies);
   }
 
   /// @return Whether there was anything to solve.
@@ -37798,17 +37826,26 @@ template <Scalar S>
     if (!a.moves) speed2 = max(speed2, S(a.free.at(c.arm_a).squaredNorm()));
     if (!b.moves) speed2 = max(speed2, S(b.free.at(c.arm_b).squaredNorm()));
   }
-  sum += mass * sqrt(speed2);
   for (const std::uint32_t i : island.blocks) {
     const ConstraintBlock<S>& block = constraints.blocks[i];
-    if (block.kind == BlockKind::equality) continue;
-    const S most = max(abs(block.lower), abs(block.upper));
-    if (!(most < infinity<S>)) continue;
     const SolverBody<S>& a = bodies[block.body_a];
     const SolverBody<S>& b = bodies[block.body_b];
-    const S response = row_response(constraints.rows[block.first], a, b);
-    sum += most * sqrt(response * max(a.moves ? a.mass : S(0), b.moves ? b.mass : S(0)));
+    const S jointed = max(a.moves ? a.mass : S(0), b.moves ? b.mass : S(0));
+    if (!a.moves || !b.moves) {
+      S of_block2 = S(0);
+      for (std::uint32_t r = block.first; r < block.first + block.count; ++r) {
+        const ConstraintRow<S>& row = constraints.rows[r];
+        const S response = row_response(row, a, b);
+        const S speed = row.velocity(a.moves ? Twist<S>{} : a.free, b.moves ? Twist<S>{} : b.free);
+        if (response > S(0)) of_block2 += speed * speed / (response * jointed);
+      }
+      speed2 = max(speed2, of_block2);
+    }
+    const S most = max(abs(block.lower), abs(block.upper));
+    if (block.kind == BlockKind::equality || !(most < infinity<S>)) continue;
+    sum += most * sqrt(row_response(constraints.rows[block.first], a, b) * jointed);
   }
+  sum += mass * sqrt(speed2);
   for (const std::uint32_t i : island.soft) {
     const SoftBlock<S>& soft = constraints.soft[i];
     const S radius2 = max(bodies[soft.body_a].mass * bodies[soft.body_a].inverse_inertia.trace(),

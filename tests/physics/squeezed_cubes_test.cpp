@@ -147,11 +147,12 @@ SqueezedCubes make_squeezed_wall(double rate, double press) {
   return wall;
 }
 
-/// A block of 18 cubes, two deep or three, every other one of them a hundred times as heavy as the
-/// next, pressed from two sides. All of its contacts are new in the first step.
+/// A block of 18 cubes, two deep or three, or of 36, four deep, every other one of them a hundred
+/// times as heavy as the next, pressed from two sides. All of its contacts are new in the first
+/// step.
 SqueezedCubes make_squeezed_block(double rate, double press, int deep) {
   SqueezedCubes block(1 / rate);
-  const int high = deep == 2 ? 3 : 2;
+  const int high = deep == 3 ? 2 : 3;
   for (int x = 0; x < deep; ++x) {
     for (int y = 0; y < 3; ++y) {
       for (int z = 0; z < high; ++z) {
@@ -207,10 +208,12 @@ TEST_CASE("squeezed_cubes: a wall of unlike cubes stays up between two plates") 
 
 TEST_CASE("squeezed_cubes: a block of unlike cubes stays up between two plates") {
   for (const double rate : {60.0, 240.0}) {
-    for (const double press : {1.05, 1.5, 8.0}) {
-      for (const int deep : {2, 3}) {
+    for (const double press : {1.02, 1.5, 8.0}) {
+      for (const int deep : {2, 3, 4}) {
         CAPTURE(deep);
-        check_held(make_squeezed_block(rate, press, deep), rate, press, 0);
+        // 36 cubes that are pressed harder touch so often that they are swept.
+        const double most = deep == 4 ? 3.0 : press;
+        check_held(make_squeezed_block(rate, std::min(press, most), deep), rate, press, 0);
       }
     }
   }

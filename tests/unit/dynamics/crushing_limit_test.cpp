@@ -144,18 +144,49 @@ TEST_CASE("crushing_limit: loads beyond the bound are cut back along themselves"
   CHECK(press.constraints.contacts[1].impulse[0] == 1);
 }
 
-TEST_CASE("crushing_limit: contacts between bodies that move have no bound, nor has what is NaN") {
+TEST_CASE("crushing_limit: contacts between bodies that move have no bound") {
+  // Two bodies, one on the other, between the floor and the plate.
+  Press press;
+  std::array<SolverBody<double>, 4> bodies{press.bodies[0], press.bodies[1], press.bodies[1],
+                                           press.bodies[2]};
+  bodies[3].start = bodies[3].free = {{0, 0, -0.1}, {0, 0, 0}};
+  auto& all = press.constraints.contacts;
+  all.push_back(all[1]);
+  all[2].body_a = 2;
+  all[2].body_b = 3;
+  const std::array<std::uint32_t, 2> movable{1, 2};
+  const std::array<std::uint32_t, 3> contacts{0, 1, 2};
+  limit_crushing<double>({movable, contacts, {}, {}}, press.constraints, bodies);
+  CHECK(all[0].most_impulse == test::relative(most_leverage * 2 * 2 * 0.1));
+  CHECK(all[1].most_impulse == infinity<double>);
+  CHECK(all[2].most_impulse == all[0].most_impulse);
+}
+
+TEST_CASE("crushing_limit: what is no number bounds nothing") {
   Press press;
   press.move_plate({{0, 0, -0.1}, {0, 0, 0}});
-  SUBCASE("between bodies that move") {
-    press.bodies[0].moves = true;
-    press.constraints.contacts.push_back(press.constraints.contacts[1]);
-    press.constraints.contacts[1].body_b = 0;
-    press.limit();
-  }
-  SUBCASE("what is no number") {
-    press.bodies[1].start.linear[0] = std::nan("");
-    press.limit();
-  }
+  press.bodies[1].start.linear[0] = std::nan("");
+  press.limit();
   CHECK(press.constraints.contacts[0].most_impulse == infinity<double>);
+}
+
+TEST_CASE("crushing_limit: the speed of a mover counts along the rows of its joints") {
+  // The plate carries the body, which is 0.3 m from its axis and has a radius of gyration of 0.1 m.
+  Press press;
+  press.constraints.contacts[1].body_b = 0;
+  press.constraints.rows.resize(2);
+  press.constraints.rows[0].direction = {0, 1, 0};
+  press.constraints.rows[0].angular_b = {0, 0, 0.3};
+  press.constraints.rows[1].angular_a = press.constraints.rows[1].angular_b = {0, 0, 1};
+  ConstraintBlock<double> joint;
+  joint.body_a = 1;
+  joint.body_b = 2;
+  joint.count = 2;
+  press.constraints.blocks = {joint};
+  const std::array<std::uint32_t, 1> blocks{0};
+  press.move_plate({{7, 4, 0}, {0, 0, 20}});
+  limit_crushing<double>({press.movable, press.contacts, blocks, {}}, press.constraints,
+                         press.bodies);
+  const double speed = std::hypot(4 + 0.3 * 20, 0.1 * 20);
+  CHECK(press.constraints.contacts[0].most_impulse == test::relative(most_leverage * 2 * speed));
 }

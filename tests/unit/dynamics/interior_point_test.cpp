@@ -213,6 +213,16 @@ TEST_CASE("InteriorPoint: it stops where the caller does, and where numbers are 
   ball.free = {3, 4, -1, 0, 0, 0};
   ball.most_steps = 3;
   CHECK(ball.solve() == 3);
-  ball.rows[0].jacobian_b[2] = std::numeric_limits<double>::quiet_NaN();
-  CHECK(ball.solve() == 0);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  SUBCASE("in a row") {
+    ball.rows[0].jacobian_b[2] = nan;
+    CHECK(ball.solve() == 0);
+  }
+  SUBCASE("in the momentum") {
+    ball.most_steps = 30;
+    ball.free[0] = nan;
+    CHECK(ball.solve() == 1);
+  }
+  for (std::size_t k = 0; k < 3; ++k) CHECK(std::isfinite(ball.method.impulse(k)));
+  for (std::size_t i = 0; i < 3; ++i) CHECK(std::isfinite(ball.method.velocities()[i]));
 }

@@ -240,6 +240,34 @@ TEST_CASE("ManifoldSweeps: velocities of what may be crushed are not extrapolate
   }
 }
 
+TEST_CASE("ManifoldSweeps: no point gives more than its bound in a part of a step") {
+  test::Random random(31);
+  for (const int parts : {1, 3}) {
+    CAPTURE(parts);
+    // Its four points give 0.2 N s together. To stop it they would have to give 1 N s.
+    auto press = test::random_pile<double>(random, 1, 4, 0.5, 1);
+    for (auto& c : press.constraints.contacts) c.most_impulse = 0.05;
+    ManifoldSweeps<double> sweeps;
+    sweeps.start(press.island(), press.constraints, press.bodies, parts);
+    for (int part = 0; part < parts; ++part) {
+      sweeps.target(press.bodies, sweep_context<double>());
+      sweeps.load(press.bodies, velocity_of);
+      for (int n = 0; n < 50; ++n) sweeps.sweep(n % 2 != 0);
+      sweeps.spread_friction();
+    }
+    sweeps.write_back(press.island(), press.constraints);
+    // The points of a manifold share their friction.
+    double x = 0;
+    double y = 0;
+    for (const auto& c : press.constraints.contacts) {
+      CHECK(c.impulse[0] == test::relative(0.05 * parts));
+      x += c.impulse[1];
+      y += c.impulse[2];
+    }
+    CHECK(std::hypot(x, y) <= 0.5 * 4 * 0.05 * parts * (1 + 1e-12));
+  }
+}
+
 // Without friction a manifold is its points, one after the other, whatever is found beforehand of
 // what they do to each other. Within round-off: six sweeps, in each of which a body is pushed by
 // some thirty points, with up to ten roundings each.

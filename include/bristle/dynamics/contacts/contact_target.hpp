@@ -208,11 +208,12 @@ BRISTLE_FORCE_INLINE ContactTarget<T> target_at(const T& gap, const T& restituti
   const Truth<T> bounces = may_bounce & touches & (start < T(-context.restitution_speed));
   ContactTarget<T> target;
   target.restitution_share = S(-1);
-  target.is_impact = touches & (-start > T(context.speed_change));
-  // A contact that carried a load should not approach. If it does, sweeps were cut short, or motors
-  // press it harder than the last step was solved to.
-  const bool may_approach = context.is_swept || context.driven_change > context.speed_change;
-  if (may_approach) target.is_impact = target.is_impact & !(impulse > zero);
+  // A contact that carried a load should not approach. If it does, the last step was not solved
+  // better than what drives the island, or sweeps were cut short.
+  const Truth<T> is_loaded = impulse > zero;
+  const T usual = select(is_loaded, T(context.driven_change), T(context.speed_change));
+  target.is_impact = touches & (-start > usual);
+  if (context.is_swept) target.is_impact = target.is_impact & !is_loaded;
   if (context.integrator != Integrator::trapezoidal) {
     target.target = select(gap > zero, -closing_speed, zero);
     target.target = select(bounces, max(target.target, -restitution * start), target.target);

@@ -294,7 +294,7 @@ void ManifoldSweeps<S>::add_manifold(const ManifoldSpan& manifold, const Island&
   block.first_contact[lane] = manifold.first;
   block.contacts[lane] = manifold.count;
   block.friction[lane] = one.friction;
-  block.most_impulse[lane] = one.most_impulse / parts;
+  block.most_impulse[lane] = one.most_impulse;
   block.drift1[lane] = one.drift[0];
   block.drift2[lane] = one.drift[1];
 

@@ -40,8 +40,8 @@ struct CoulombProblem {
   std::span<const Real> rhs;
   /// True if Mt is M. Then bodies act on each other through the rows alone.
   bool is_uncoupled;
-  /// True if no surfaces slide. The law is linear until a row switches its branch. Surfaces may
-  /// begin to slide, open or close, and joints may reach their limits.
+  /// True if no surfaces slide that carry load. The law is linear until a row switches its branch.
+  /// Surfaces may begin to slide, open or close, and joints may reach their limits.
   bool is_held;
   /// True if the impulses are near a solution of this step. Those of the last step may not be.
   bool is_near;
@@ -69,8 +69,6 @@ struct CoulombResult {
   Real residual = infinity<Real>;
   /// [m/s] Speed of the fastest sliding contact.
   Real slip = Real(0);
-  /// [m/s, rad/s] Velocity change by the impulses, along the rows.
-  Real change = Real(0);
   /// The eps of the last factorisation.
   Real eps = Real(0);
   /// [-] Factorisations.
@@ -135,7 +133,6 @@ class CoulombNewton {
         best_ = impulse_;
         move_into_bounds(rows, best_);
         best_v_ = v_;
-        answer.change = largest_change(velocity_);
         // One more step with the same factor costs little, and leaves round-off. What rests then
         // needs no step at all in the next one.
         if (is_solved) break;
@@ -460,7 +457,6 @@ class CoulombNewton {
     }
     if (!(candidate.residual < answer.residual)) return;
     answer.residual = candidate.residual;
-    answer.change = largest_change(candidate_velocity_);
     best_ = candidate_;
     best_v_ = candidate_v_;
   }
@@ -498,15 +494,6 @@ class CoulombNewton {
       found.work += start + candidate_[k] * (candidate_velocity_[k] - free_velocity_[k]) / Real(2);
     }
     return found;
-  }
-
-  [[nodiscard]] Real largest_change(const DynamicArray<Real>& velocity) const {
-    using std::abs;
-    Real largest = Real(0);
-    for (std::size_t k = 0; k < velocity.size(); ++k) {
-      largest = std::max(largest, abs(velocity[k] - free_velocity_[k]));
-    }
-    return largest;
   }
 
   /// [-] Rows of a law: three of a cone, else one.

@@ -74,17 +74,26 @@ template <Scalar S>
     if (!a.moves) speed2 = max(speed2, S(a.free.at(c.arm_a).squaredNorm()));
     if (!b.moves) speed2 = max(speed2, S(b.free.at(c.arm_b).squaredNorm()));
   }
-  sum += mass * sqrt(speed2);
   for (const std::uint32_t i : island.blocks) {
     const ConstraintBlock<S>& block = constraints.blocks[i];
-    if (block.kind == BlockKind::equality) continue;
-    const S most = max(abs(block.lower), abs(block.upper));
-    if (!(most < infinity<S>)) continue;
     const SolverBody<S>& a = bodies[block.body_a];
     const SolverBody<S>& b = bodies[block.body_b];
-    const S response = row_response(constraints.rows[block.first], a, b);
-    sum += most * sqrt(response * max(a.moves ? a.mass : S(0), b.moves ? b.mass : S(0)));
+    const S jointed = max(a.moves ? a.mass : S(0), b.moves ? b.mass : S(0));
+    if (!a.moves || !b.moves) {
+      S of_block2 = S(0);
+      for (std::uint32_t r = block.first; r < block.first + block.count; ++r) {
+        const ConstraintRow<S>& row = constraints.rows[r];
+        const S response = row_response(row, a, b);
+        const S speed = row.velocity(a.moves ? Twist<S>{} : a.free, b.moves ? Twist<S>{} : b.free);
+        if (response > S(0)) of_block2 += speed * speed / (response * jointed);
+      }
+      speed2 = max(speed2, of_block2);
+    }
+    const S most = max(abs(block.lower), abs(block.upper));
+    if (block.kind == BlockKind::equality || !(most < infinity<S>)) continue;
+    sum += most * sqrt(row_response(constraints.rows[block.first], a, b) * jointed);
   }
+  sum += mass * sqrt(speed2);
   for (const std::uint32_t i : island.soft) {
     const SoftBlock<S>& soft = constraints.soft[i];
     const S radius2 = max(bodies[soft.body_a].mass * bodies[soft.body_a].inverse_inertia.trace(),

@@ -31,7 +31,7 @@ class InteriorInterval {
     const bool pushes = row.kind == RowKind::cone;
     if (pushes || row.kind == RowKind::bounded) {
       bounds_[0].at = pushes ? Real(0) : row.lower;
-      bounds_[1].at = pushes ? infinity<Real> : row.upper;
+      bounds_[1].at = row.upper;
     }
     const Real width = bounds_[1].at - bounds_[0].at;
     const Real margin = std::min(sqrt(barrier / row.response), Real(0.5) * width);

@@ -132,7 +132,14 @@ class IslandRows {
     return std::any_of(rows_.begin(), rows_.end(),
                        [](const Row& row) { return row.lambda != Real(0); });
   }
+  /// Returns whether a cone ends: something is crushed (`limit_crushing`).
+  [[nodiscard]] bool has_ends() const {
+    return std::any_of(rows_.begin(), rows_.end(), [](const Row& row) {
+      return row.kind == Kind::cone && row.upper < (infinity<Real>);
+    });
+  }
   [[nodiscard]] std::span<IslandRow<Real>> rows() { return rows_; }
+  [[nodiscard]] std::span<const IslandRow<Real>> rows() const { return rows_; }
 
   /// Writes a body's velocity to the unknowns.
   void put(std::uint32_t slot, const Twist<S>& twist, DynamicArray<Real>& v) const {

@@ -229,7 +229,7 @@ class IslandSolver {
     const int count = context.affordable_sweeps(island);
     place_part(island, constraints, bodies, context, {count, count}, enough, report);
     sequential_.finish_parts(island, constraints);
-    apply_impulses(island, constraints, bodies);
+    sequential_.find_velocities(island, constraints, bodies);
     return true;
   }
 
@@ -399,8 +399,6 @@ class IslandSolver {
   }
 
   /// Restores the whole step: all impulses, the velocities at both ends, the displacement.
-  /// Velocities are those by the impulses of points. What is crushed keeps those of the last sweep:
-  /// a single point has no torsion, and the torque that is lost so would spin it at 900 rad/s.
   void end_parts(const Island& island, Constraints<S>& constraints,
                  std::span<SolverBody<S>> bodies) {
     for (std::size_t n = 0; n < island.bodies.size(); ++n) {
@@ -416,7 +414,7 @@ class IslandSolver {
     std::size_t r = 0;
     for_each_row(island, constraints,
                  [&](ConstraintRow<S>& row) { row.impulse = row_totals_[r++]; });
-    if (!sequential_.may_be_crushed()) apply_impulses(island, constraints, bodies);
+    sequential_.find_velocities(island, constraints, bodies);
   }
 
   /// @return Whether there was anything to solve.

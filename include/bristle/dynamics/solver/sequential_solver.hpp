@@ -37,8 +37,13 @@ class SequentialSolver {
   }
   /// Returns whether most contacts of the manifolds are new.
   [[nodiscard]] bool is_cold() const { return manifolds_.is_cold(); }
-  /// Returns whether movers may crush the island between them (`limit_crushing`).
-  [[nodiscard]] bool may_be_crushed() const { return manifolds_.may_be_crushed(); }
+  /// Finds the velocities of a swept island. They are those by the impulses of points. What is
+  /// crushed (`limit_crushing`) keeps those of the last sweep: a single point has no torsion, and
+  /// the torque that is lost so would spin it at 900 rad/s.
+  void find_velocities(const Island& island, const Constraints<S>& constraints,
+                       std::span<SolverBody<S>> bodies) const {
+    if (!manifolds_.may_be_crushed()) apply_impulses(island, constraints, bodies);
+  }
   /// Starts a substep. Arms, axes and masses stay those of the start of the step.
   void start_part(const Island& island, Constraints<S>& constraints,
                   std::span<SolverBody<S>> bodies, const SolveContext<S>& context) {

@@ -178,8 +178,8 @@ struct SolveContext {
   /// Returns whether both take less than half of it. The island is then solved exactly, or stacks
   /// would never come to rest.
   [[nodiscard]] bool is_cheap() const { return cost_share() <= 0.5; }
-  /// Returns whether both do not fit. The convex problems are then left out, and so are most
-  /// sweeps.
+  /// Returns whether both do not fit. The convex problems are then left out where surfaces slide
+  /// fast, and so are most sweeps.
   [[nodiscard]] bool is_costly() const { return cost_share() > 1; }
 
   /// [-] Number of substeps of a swept island. It has an upper bound, whatever the length of the
