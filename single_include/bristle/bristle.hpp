@@ -22271,6 +22271,7 @@ class OverlapSearch {
   }
 
  private:
+  static constexpr double least_gain = 1e-11;
   static constexpr int max_pushes = 24;
   static constexpr int max_polishes = 3;
   static constexpr int max_rounds = 16;
@@ -22340,11 +22341,13 @@ class OverlapSearch {
     }
   }
 
-  /// Takes a unit direction if its overlap is less. Returns whether it did.
+  /// Takes a unit direction if its overlap is less. Returns whether it did. Of equal directions of
+  /// polyhedra the first remains: round-off must not decide anew in each step along which axis
+  /// blocks touch that meet at a corner.
   bool offer(const Vec3<S>& n) {
     ++evaluations_;
     const S overlap = core_witness(n).dot(n) + rounding_;
-    if (!(overlap < overlap_)) return false;
+    if (!(overlap < overlap_ - (is_curved_ ? S(0) : S(least_gain)))) return false;
     overlap_ = overlap;
     normal_ = n;
     return true;
@@ -22420,12 +22423,14 @@ struct BoxAxis {
   }
 };
 
-/// Returns the axis of the largest gap, or the first of equals.
+/// Returns the axis of the largest gap, or the first of equals: round-off must not decide anew in
+/// each step along which axis boxes touch that meet at a corner, as in a wall of bricks.
+/// @param least_gain  [m] Smaller differences count as none.
 template <Scalar S>
-[[nodiscard]] BoxAxis<S> best_axis(const Vec3<S>& gaps) {
+[[nodiscard]] BoxAxis<S> best_axis(const Vec3<S>& gaps, S least_gain) {
   BoxAxis<S> best{gaps[0], 0};
   for (int i = 1; i < 3; ++i) {
-    if (gaps[i] > best.gap) best = {gaps[i], i};
+    if (gaps[i] > best.gap + least_gain) best = {gaps[i], i};
   }
   return best;
 }
@@ -22558,15 +22563,16 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
   const Vec3<S>& p = X_AB.translation;
   const BoxPair<S> boxes{a.half_extents, b.half_extents, R, p};
 
-  const BoxAxis<S> face_a = best_axis<S>(cwise_abs(p) - a.half_extents - absolute * b.half_extents);
-  if (face_a.gap > margin) return;
-  const Vec3<S> p_B = R.transpose() * p;
-  const BoxAxis<S> face_b =
-      best_axis<S>(cwise_abs(p_B) - b.half_extents - absolute.transpose() * a.half_extents);
-  if (face_b.gap > margin) return;
-
   const S least_gain =
       Tolerance<S>::equal() * (a.half_extents.maxCoeff() + b.half_extents.maxCoeff());
+  const BoxAxis<S> face_a =
+      best_axis<S>(cwise_abs(p) - a.half_extents - absolute * b.half_extents, least_gain);
+  if (face_a.gap > margin) return;
+  const Vec3<S> p_B = R.transpose() * p;
+  const BoxAxis<S> face_b = best_axis<S>(
+      cwise_abs(p_B) - b.half_extents - absolute.transpose() * a.half_extents, least_gain);
+  if (face_b.gap > margin) return;
+
   // Of two equally good faces the larger is the reference. Features within it need no clipping.
   const bool is_b_larger = face_area(b, face_b.axis) > face_area(a, face_a.axis);
   const bool is_of_a =

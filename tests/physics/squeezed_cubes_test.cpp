@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <vector>
 
 using namespace bristle;
@@ -85,6 +86,8 @@ class SqueezedCubes {
     }
   }
 
+  /// [-] Factorisations of the last step.
+  [[nodiscard]] std::uint64_t factorisations() const { return world_.report().factorisations; }
   /// [m] How far the cube that sank most has come down.
   [[nodiscard]] double sag() const {
     double most = 0;
@@ -214,6 +217,25 @@ TEST_CASE("squeezed_cubes: a block of unlike cubes stays up between two plates")
         // 36 cubes that are pressed harder touch so often that they are swept.
         const double most = deep == 4 ? 3.0 : press;
         check_held(make_squeezed_block(rate, std::min(press, most), deep), rate, press, 0);
+      }
+    }
+  }
+}
+
+TEST_CASE("squeezed_cubes: a block that is held needs no factorisation") {
+  // Each step finds the loads of the last one again. Cubes touch at edges and corners, too, whose
+  // contacts must not turn about.
+  for (const double rate : {60.0, 240.0}) {
+    CAPTURE(rate);
+    for (const double press : {1.5, 3.0}) {
+      for (const int deep : {2, 3, 4}) {
+        CAPTURE(deep);
+        SqueezedCubes block = make_squeezed_block(rate, press, deep);
+        block.run(10 / rate, 0);
+        for (int i = 0; i < 20; ++i) {
+          block.run(1 / rate, 0);
+          CHECK(block.factorisations() == 0);
+        }
       }
     }
   }

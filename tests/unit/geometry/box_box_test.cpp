@@ -267,6 +267,30 @@ TEST_CASE_TEMPLATE("collide_shapes: equal boxes that jitter keep their four cont
   }
 }
 
+TEST_CASE_TEMPLATE("collide_shapes: boxes that meet at an edge or a corner keep their normal", S,
+                   float, double) {
+  Random random(75);
+  const S largest = std::log2(Tolerance<S>::equal() / S(10));
+  for (int i = 0; i < 200; ++i) {
+    const S size = std::exp2(random.uniform(S(-8), S(8)));
+    const Box<S> box{(random.in_cube(S(0.4)) + Vec3<S>::Constant(S(0.5))) * size};
+    // Neighbours in a block of equal boxes, along a diagonal of a face or of the box.
+    Vec3<S> apart = S(2) * box.half_extents;
+    for (Eigen::Index k = 0; k < 3; ++k) apart[k] *= random.uniform(0.0, 1.0) < 0.5 ? S(1) : S(-1);
+    if (i % 4 < 3) apart[i % 4] = S(0);
+    for (int k = 0; k < 20; ++k) {
+      const S jitter =
+          std::exp2(random.uniform(S(std::log2(std::numeric_limits<S>::epsilon())), largest));
+      const Transform<S> X_AB{exp_rotation<S>(jitter * random.direction<S>()),
+                              apart + size * jitter * random.direction<S>()};
+      const auto out = box_contacts(box, box, X_AB, S(0.01) * size);
+      REQUIRE(out.size() == 1);
+      const Eigen::Index axis = i % 4 == 0 ? 1 : 0;
+      CHECK(out[0].normal[axis] * apart[axis] > S(0.99) * std::abs(apart[axis]));
+    }
+  }
+}
+
 TEST_CASE_TEMPLATE("collide_shapes: names of contacts stay when the other box gives the normal", S,
                    float, double) {
   // Two boxes that lie half over each other. Tipped one way the edge of the second comes down on

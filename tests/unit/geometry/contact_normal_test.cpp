@@ -500,3 +500,29 @@ TEST_CASE("contact_normal: a search by compass finds the bottom of a long narrow
     }
   }
 }
+
+TEST_CASE("contact_normal: hulls that meet at a corner or an edge keep their normal") {
+  Random random(76);
+  for (int i = 0; i < 200; ++i) {
+    const Vec3<double> half = random.in_cube(0.4) + Vec3<double>::Constant(0.5);
+    std::vector<Vec3<double>> corners;
+    for (int k = 0; k < 8; ++k) {
+      corners.push_back(
+          {(k & 1 ? 1 : -1) * half.x(), (k & 2 ? 1 : -1) * half.y(), (k & 4 ? 1 : -1) * half.z()});
+    }
+    const auto hull = convex_hull<double>(std::span<const Vec3<double>>(corners));
+    Vec3<double> apart = 2 * half;
+    if (i % 4 < 3) apart[i % 4] = 0;
+    Vec3<double> first;
+    for (int k = 0; k < 20; ++k) {
+      // From the last bit to a tenth of what counts as equal.
+      const double jitter = std::exp2(random.uniform(-52.0, -41.0));
+      const Transform<double> X_AB{exp_rotation<double>(jitter * random.direction<double>()),
+                                   apart + jitter * random.direction<double>()};
+      const auto found = contact_normal(convex_view(hull), convex_view(hull), X_AB, 0.01);
+      REQUIRE(found.nearness == Nearness::near);
+      if (k == 0) first = found.normal;
+      CHECK(found.normal.dot(first) > 0.99);
+    }
+  }
+}

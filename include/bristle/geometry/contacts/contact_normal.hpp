@@ -277,6 +277,7 @@ class OverlapSearch {
   }
 
  private:
+  static constexpr double least_gain = 1e-11;
   static constexpr int max_pushes = 24;
   static constexpr int max_polishes = 3;
   static constexpr int max_rounds = 16;
@@ -346,11 +347,13 @@ class OverlapSearch {
     }
   }
 
-  /// Takes a unit direction if its overlap is less. Returns whether it did.
+  /// Takes a unit direction if its overlap is less. Returns whether it did. Of equal directions of
+  /// polyhedra the first remains: round-off must not decide anew in each step along which axis
+  /// blocks touch that meet at a corner.
   bool offer(const Vec3<S>& n) {
     ++evaluations_;
     const S overlap = core_witness(n).dot(n) + rounding_;
-    if (!(overlap < overlap_)) return false;
+    if (!(overlap < overlap_ - (is_curved_ ? S(0) : S(least_gain)))) return false;
     overlap_ = overlap;
     normal_ = n;
     return true;
