@@ -241,9 +241,9 @@ TEST_CASE("collide_shapes: two boxes have the contacts that clipping of any shap
 TEST_CASE_TEMPLATE("collide_shapes: equal boxes that jitter keep their four contacts and names", S,
                    float, double) {
   Random random(74);
-  // From the last bit to a tenth of what counts as equal.
+  // From the last bit to a tenth of what counts as one place.
   const S smallest = std::log2(std::numeric_limits<S>::epsilon());
-  const S largest = std::log2(Tolerance<S>::equal() / S(10));
+  const S largest = std::log2(beside_tolerance<S> / S(10));
   for (int i = 0; i < 300; ++i) {
     const S size = std::exp2(random.uniform(S(-8), S(8)));
     const Box<S> box{(random.in_cube(S(0.4)) + Vec3<S>::Constant(S(0.5))) * size};
