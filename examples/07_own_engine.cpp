@@ -99,7 +99,7 @@ int main() {
   const double normal = felt_left.total_normal() + felt_right.total_normal();
   const double mu_S = mirror.patch(left).def.parameters.static_friction;
   std::printf("normal forces  %8.4f N (squeeze 2 x 12 N)\n", normal);
-  std::printf("shear          %8.4f N (m g %.4f N)\n",
+  std::printf("shear          %8.3f N (m g %.3f N)\n",
               felt_left.total_shear() + felt_right.total_shear(), 9.81 * 0.045);
   std::printf("sag            %8.4f um (m g / (mu_S sum F_N) %.4f um)\n", 1e6 * (start - there),
               1e6 * 9.81 * 0.045 / (mu_S * normal));

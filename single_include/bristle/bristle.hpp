@@ -22407,6 +22407,12 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
 
 // Implementation ----------------------------------------------------------------------------------
 
+/// [1] Places on a face that are nearer to each other or to its rim than this, by the size of the
+/// boxes, count as one. Boxes that slide in a heap jitter by what the solver leaves of their
+/// velocities, and their corners must not come and go with that. Gaps are not rounded.
+template <Scalar S>
+inline constexpr S beside_tolerance = std::max(Tolerance<S>::equal(), S(1e-5));
+
 /// Axis of largest separation of two boxes.
 template <Scalar S>
 struct BoxAxis {
@@ -22563,8 +22569,8 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
   const Vec3<S>& p = X_AB.translation;
   const BoxPair<S> boxes{a.half_extents, b.half_extents, R, p};
 
-  const S least_gain =
-      Tolerance<S>::equal() * (a.half_extents.maxCoeff() + b.half_extents.maxCoeff());
+  const S size = a.half_extents.maxCoeff() + b.half_extents.maxCoeff();
+  const S least_gain = Tolerance<S>::equal() * size;
   const BoxAxis<S> face_a =
       best_axis<S>(cwise_abs(p) - a.half_extents - absolute * b.half_extents, least_gain);
   if (face_a.gap > margin) return;
@@ -22587,7 +22593,7 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
   const bool is_face = !(edges.sine > S(0));
   Vec3<S> normal;
   if (is_face) {
-    collide_face(boxes, is_of_a, face.axis, margin, least_gain, manifold);
+    collide_face(boxes, is_of_a, face.axis, margin, beside_tolerance<S> * size, manifold);
     normal = manifold.normal;
   } else {
     normal = (edges.side / edges.sine) * unit_vector<Vec3<S>>(edges.i).cross(column_of(R, edges.j));
@@ -37777,7 +37783,7 @@ namespace bristle::inline BRISTLE_ABI::detail {
 
 /// [1] Load of a contact as a multiple of all that acts on its island in a step. Levers and wedges
 /// that are moved against something ask for more than one. Half and twice of it are as good: of 96
-/// crushed heaps 2, 1 and 0 throw a cube out with 5, 10 and 20 (`benchmark_crushing 16`).
+/// crushed heaps 2, 1 and 0 throw a cube out with 5, 10 and 20 (docs/measurements/0021).
 inline constexpr double most_leverage = 10;
 
 /// Returns whether immovable bodies that an island touches, or has joints with, move against each

@@ -19,7 +19,7 @@ namespace bristle::inline BRISTLE_ABI::detail {
 
 /// [1] Load of a contact as a multiple of all that acts on its island in a step. Levers and wedges
 /// that are moved against something ask for more than one. Half and twice of it are as good: of 96
-/// crushed heaps 2, 1 and 0 throw a cube out with 5, 10 and 20 (`benchmark_crushing 16`).
+/// crushed heaps 2, 1 and 0 throw a cube out with 5, 10 and 20 (docs/measurements/0021).
 inline constexpr double most_leverage = 10;
 
 /// Returns whether immovable bodies that an island touches, or has joints with, move against each
