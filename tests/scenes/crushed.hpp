@@ -23,6 +23,7 @@ struct Crushed {
   double friction = 0.5;       // [1] Of all bodies.
   double time = 0;             // [s]
   double fastest = 0;          // [m/s] Of all bodies so far.
+  double fastest_spin = 0;     // [rad/s]
   double largest_gain = 0;     // [J] Of energy in a step.
   double largest_impulse = 0;  // [N s] At a point.
 
@@ -60,6 +61,7 @@ struct Crushed {
       largest_gain = std::max(largest_gain, energy() - before);
       for (const BodyId id : bodies) {
         fastest = std::max(fastest, world.body(id).twist.linear.norm());
+        fastest_spin = std::max(fastest_spin, world.body(id).twist.angular.norm());
       }
       for (const auto& point : world.contacts().points()) {
         largest_impulse = std::max(largest_impulse, point.impulse[0]);
