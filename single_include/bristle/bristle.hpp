@@ -32697,7 +32697,6 @@ class IslandRows {
     });
   }
   [[nodiscard]] std::span<IslandRow<Real>> rows() { return rows_; }
-  [[nodiscard]] std::span<const IslandRow<Real>> rows() const { return rows_; }
 
   /// Writes a body's velocity to the unknowns.
   void put(std::uint32_t slot, const Twist<S>& twist, DynamicArray<Real>& v) const {
@@ -33173,9 +33172,8 @@ class ProximalSolver {
   [[nodiscard]] ConvexProblem<Real> convex_problem(const CoulombProblem<Real>& problem);
   void keep(const CoulombResult<Real>& found);
   CoulombResult<Real> solve_from_inside(CoulombProblem<Real> problem, ConvexProblem<Real> convex,
-                                        const CoulombResult<Real>& found, bool has_let_go,
+                                        const CoulombResult<Real>& found,
                                         const SolveContext<S>& context, SolveReport<S>& report);
-  [[nodiscard]] bool lets_go(Real still) const;
   void store_soft(const Island& island, Constraints<S>& constraints,
                   std::span<SolverBody<S>> bodies);
   void make_mass(const Island& island, std::span<const SolverBody<S>> bodies);
@@ -33198,7 +33196,7 @@ class ProximalSolver {
   IslandRows<S, Real> rows_;
   CoulombNewton<Real> newton_;
   InteriorPoint<Real> interior_;
-  DynamicArray<Real> warm_, found_;  // Impulses at the start of `solve_law`, and its result.
+  DynamicArray<Real> found_;  // Impulses of `solve_law`.
   Real enough_ = Real(0);
   EnvelopeMatrix<Real> matrix_;   // Mt.
   EnvelopeMatrix<Real> hessian_;  // Mt + J^T D J, then its factor.
@@ -33214,8 +33212,7 @@ class ProximalSolver {
 
 /// Solves with Coulomb's law itself: from the solution of the last step if there is one, and from
 /// that of the convex problem where it leads nowhere.
-/// @return [m/s] Residual. Infinite if the proximal iteration is to solve it. All is then as
-/// before.
+/// @return [m/s] Residual. Infinite if the proximal iteration is to solve it.
 template <Scalar S>
 auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constraints,
                                   std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
@@ -33243,8 +33240,6 @@ auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constrai
   // A warm step in which a grip begins to slip must not allocate.
   interior_.reserve(convex);
   found_.reserve(rows_.rows().size());
-  warm_.resize(rows_.rows().size());
-  for (std::size_t k = 0; k < warm_.size(); ++k) warm_[k] = rows_.rows()[k].lambda;
   CoulombResult<Real> found = newton_.solve(problem);
   report.factorisations += found.factorisations;
   enough_ = std::max(enough_, problem.good_enough(found.slip));
@@ -33253,23 +33248,17 @@ auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constrai
   const bool slides = !is_fresh && found.slip > problem.speed_change;
   const bool is_unsolved =
       found.residual > enough_ && !found.is_contradictory && !(slides && context.is_costly());
-  // Coulomb's law may have solutions that slide beside one that holds. What was held lets go only
-  // if nothing holds it, and that the convex problem knows.
-  const bool has_let_go = problem.is_held && lets_go(Real(context.velocity_tolerance));
   // `InteriorPoint` does not know cones that end, and without their ends nothing solves the problem
   // of what is crushed.
   const bool has_interior = !rows_.has_ends();
   // A cheap island can pay for the proximal iteration, whose opening speeds follow the slip.
   const bool is_convex_cheap = context.is_cheap() || (!has_interior && !context.is_costly());
-  if (is_unsolved && !(has_let_go && has_interior) && is_convex_cheap) return infinity<Real>;
+  if (is_unsolved && is_convex_cheap) return infinity<Real>;
   keep(found);
-  if ((is_unsolved || has_let_go) && has_interior) {
-    found = solve_from_inside(problem, convex, found, has_let_go, context, report);
+  if (is_unsolved && has_interior) {
+    found = solve_from_inside(problem, convex, found, context, report);
   }
-  if (!(found.residual < infinity<Real>)) {
-    for (std::size_t k = 0; k < warm_.size(); ++k) rows_.rows()[k].lambda = warm_[k];
-    return infinity<Real>;
-  }
+  if (!(found.residual < infinity<Real>)) return infinity<Real>;
   for (std::size_t k = 0; k < found_.size(); ++k) rows_.rows()[k].lambda = found_[k];
   rows_.store_impulses(island, constraints);
   const auto tolerance = Real(context.velocity_tolerance);
@@ -33298,22 +33287,6 @@ auto ProximalSolver<S>::convex_problem(const CoulombProblem<Real>& problem) -> C
   return {.rows = rows_.rows(), .matrix = problem.matrix, .rhs = problem.rhs, .speed = speed};
 }
 
-/// Returns whether a rough contact that carried load slides in what Newton's method found.
-/// @param still  [m/s] Speed that counts as none.
-template <Scalar S>
-bool ProximalSolver<S>::lets_go(Real still) const {
-  const std::span<const IslandRow<Real>> rows = rows_.rows();
-  for (std::size_t k = 0; k < rows.size(); ++k) {
-    if (rows[k].kind != RowKind::cone || !(rows[k].friction * warm_[k] > Real(0))) continue;
-    const auto velocity = [&](std::size_t i) {
-      return rows[i].times(newton_.velocities()) - rows[i].target;
-    };
-    const bool is_loaded = newton_.impulse(k) > Real(0);
-    if (is_loaded && planar_length(velocity(k + 1), velocity(k + 2)) > still) return true;
-  }
-  return false;
-}
-
 /// Keeps what Newton's method found, if it did.
 template <Scalar S>
 void ProximalSolver<S>::keep(const CoulombResult<Real>& found) {
@@ -33324,12 +33297,11 @@ void ProximalSolver<S>::keep(const CoulombResult<Real>& found) {
 }
 
 /// Solves the convex problem from inside its cones, and the law from there.
-/// @param found       The result from the warm start.
-/// @param has_let_go  True if what was held slides in it.
-/// @return The better of both results. The one that holds is better than the one that slides.
+/// @param found  The result from the warm start.
+/// @return The better of both results.
 template <Scalar S>
 auto ProximalSolver<S>::solve_from_inside(CoulombProblem<Real> problem, ConvexProblem<Real> convex,
-                                          const CoulombResult<Real>& found, bool has_let_go,
+                                          const CoulombResult<Real>& found,
                                           const SolveContext<S>& context, SolveReport<S>& report)
     -> CoulombResult<Real> {
   // Newton's method does the rest. The nearer to the solution, the nearer to the edges of cones.
@@ -33345,11 +33317,8 @@ auto ProximalSolver<S>::solve_from_inside(CoulombProblem<Real> problem, ConvexPr
   problem.most_steps = context.most_newton_steps(report);
   const CoulombResult<Real> better = newton_.solve(problem);
   report.factorisations += better.factorisations;
-  const Real enough = problem.good_enough(better.slip);
-  const bool holds =
-      has_let_go && better.residual <= enough && !lets_go(Real(context.velocity_tolerance));
-  if (!holds && !(better.residual < found.residual)) return found;
-  enough_ = std::max(enough_, enough);
+  if (!(better.residual < found.residual)) return found;
+  enough_ = std::max(enough_, problem.good_enough(better.slip));
   keep(better);
   return better;
 }

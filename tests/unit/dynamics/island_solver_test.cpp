@@ -233,68 +233,6 @@ TEST_CASE("ProximalSolver: what is crushed gets the bound of a contact, from no 
   }
 }
 
-TEST_CASE("ProximalSolver: what was held is held on if anything holds it") {
-  // A ball in a slot of its own width. Its load holds what it bore in the last step, but not what
-  // it weighs now. Coulomb's law lets it fall, and lets any greater load hold it.
-  test::Random random(4);
-  auto slot = test::random_pile<double>(random, 1, 1, 0.5, 1);
-  slot.bodies.emplace_back();
-  auto& contacts = slot.constraints.contacts;
-  contacts[0].axes = {Vec3<double>(1, 0, 0), Vec3<double>(0, 1, 0), Vec3<double>(0, 0, 1)};
-  for (Vec3<double>* arm : {&contacts[0].arm_a, &contacts[0].arm_b}) *arm = zero<Vec3<double>>();
-  contacts.push_back(contacts[0]);
-  contacts[1].body_a = 1;
-  contacts[1].body_b = 2;
-  contacts[0].impulse = {0.05, 0, 0.02};
-  contacts[1].impulse = {0.05, 0, -0.02};
-  slot.contacts.push_back(1);
-  auto& ball = slot.bodies[1];
-  ball.start = {};
-  ball.free = ball.twist = {Vec3<double>(0, 0, -0.1), zero<Vec3<double>>()};
-  SUBCASE("by loads that share what it weighs") {
-    SolveReport<double> report;
-    CHECK(solve_proximal(slot, report) < 1e-9);
-    CHECK(ball.twist.linear.norm() < 1e-9);
-    CHECK(contacts[0].impulse[2] - contacts[1].impulse[2] == test::relative(0.1).epsilon(1e-7));
-  }
-  SUBCASE("and falls if no load can: the slot opens") {
-    slot.bodies[2].start = slot.bodies[2].free = {Vec3<double>(0.1, 0, 0), zero<Vec3<double>>()};
-    SolveReport<double> report;
-    CHECK(solve_proximal(slot, report) < 1e-9);
-    CHECK(ball.twist.linear.z() == test::relative(-0.1).epsilon(1e-7));
-  }
-}
-
-TEST_CASE("ProximalSolver: what is smooth, and what lands, does not let go") {
-  // Two balls beside each other. One slides without friction, or lands beside one that is held.
-  for (const bool lands : {false, true}) {
-    CAPTURE(lands);
-    test::Random random(5);
-    auto pair = test::random_pile<double>(random, 2, 1, 0.5, 1);
-    auto& contacts = pair.constraints.contacts;
-    contacts[1].body_a = 0;
-    for (auto& c : contacts) {
-      c.axes = {Vec3<double>(0, 0, 1), Vec3<double>(1, 0, 0), Vec3<double>(0, 1, 0)};
-      c.arm_a = c.arm_b = zero<Vec3<double>>();
-      c.impulse = {0.05, 0, 0};
-    }
-    if (lands) {
-      contacts[0].impulse = {0, 0, 0};
-    } else {
-      contacts[0].friction = 0;
-    }
-    pair.bodies[1].start = {Vec3<double>(3, 0, 0), zero<Vec3<double>>()};
-    pair.bodies[2].start = {};
-    for (const std::uint32_t i : {1u, 2u}) {
-      pair.bodies[i].free = pair.bodies[i].twist = pair.bodies[i].start;
-      pair.bodies[i].free.linear.z() = -0.1;
-    }
-    SolveReport<double> report;
-    CHECK(solve_proximal(pair, report) < 1e-9);
-    CHECK(report.factorisations <= 3);
-  }
-}
-
 TEST_CASE_TEMPLATE("IslandSolver: small piles are solved, from cold and from warm", S, float,
                    double) {
   test::Random random(3);

@@ -139,7 +139,6 @@ class IslandRows {
     });
   }
   [[nodiscard]] std::span<IslandRow<Real>> rows() { return rows_; }
-  [[nodiscard]] std::span<const IslandRow<Real>> rows() const { return rows_; }
 
   /// Writes a body's velocity to the unknowns.
   void put(std::uint32_t slot, const Twist<S>& twist, DynamicArray<Real>& v) const {
