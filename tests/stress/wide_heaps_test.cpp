@@ -10,7 +10,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 #include <vector>
 
 using namespace bristle;
@@ -50,11 +49,16 @@ struct WideHeap {
 };
 
 /// A wall-like pyramid of 210 cubes of 0.2 m, 10 mm apart.
-WideHeap make_pyramid(double dt, double restitution) {
+/// @param aside  [m] Cubes are out of their places by up to three times of it.
+WideHeap make_pyramid(double dt, double restitution, double aside = 0) {
   WideHeap heap(dt);
   for (int row = 0; row < 20; ++row) {
     for (int i = 0; i < 20 - row; ++i) {
-      heap.add({0.1, 0.1, 0.1}, {(i - (19 - row) / 2.0) * 0.21, 0, 0.1 + 0.2 * row}, restitution);
+      const auto n = static_cast<int>(heap.bodies.size()) + 1;
+      heap.add({0.1, 0.1, 0.1},
+               {(i - (19 - row) / 2.0) * 0.21 + aside * (7 * n % 5 - 2), aside * (3 * n % 7 - 3),
+                0.1 + 0.2 * row},
+               restitution);
     }
   }
   return heap;
@@ -80,27 +84,38 @@ WideHeap make_tower(double dt) {
 }  // namespace
 
 TEST_CASE("wide_heaps: a pyramid of 210 boxes stands on sweeps of a bounded number") {
+  struct Run {
+    double dt, restitution;
+    std::vector<double> asides;
+  };
   // Of boxes that may bounce round-off at rest must not decide what is held up and what may sink.
-  for (const auto& run :
-       {std::pair(1.0 / 240, 0.0), std::pair(1.0 / 60, 0.0), std::pair(1.0 / 60, 0.3)}) {
-    const double dt = run.first;
-    const double restitution = run.second;
-    CAPTURE(dt);
-    CAPTURE(restitution);
-    WideHeap heap = make_pyramid(dt, restitution);
-    World<double>& world = heap.world;
-    const SolverDef<double>& solver = world.def().solver;
-    const double parts = std::ceil(dt / solver.longest_substep);
-    double deepest = 0;
-    for (int i = 0; i * dt < 2; ++i) {
-      world.step();
-      CHECK(world.report().factorisations == 0);
-      if (i > 0) CHECK(static_cast<double>(world.report().sweeps) <= parts * solver.large_sweeps);
-      for (const auto& point : world.contacts().points()) deepest = std::max(deepest, -point.gap);
+  // Their sweeps are not extrapolated, and how far they move is decided by the last digits of where
+  // they stand.
+  const Run runs[] = {
+      {1.0 / 240, 0, {0}}, {1.0 / 60, 0, {0}}, {1.0 / 60, 0.3, {0, 1e-7, 1e-6, 3e-6, 1e-5, 3e-5}}};
+  for (const Run& run : runs) {
+    CAPTURE(run.dt);
+    CAPTURE(run.restitution);
+    double moved = 0;
+    for (const double aside : run.asides) {
+      CAPTURE(aside);
+      WideHeap heap = make_pyramid(run.dt, run.restitution, aside);
+      World<double>& world = heap.world;
+      const SolverDef<double>& solver = world.def().solver;
+      const double parts = std::ceil(run.dt / solver.longest_substep);
+      double deepest = 0;
+      for (int i = 0; i * run.dt < 2; ++i) {
+        world.step();
+        CHECK(world.report().factorisations == 0);
+        if (i > 0) CHECK(static_cast<double>(world.report().sweeps) <= parts * solver.large_sweeps);
+        for (const auto& point : world.contacts().points()) deepest = std::max(deepest, -point.gap);
+      }
+      // Measured: 0.06, 0.03 and 18 um.
+      CHECK(deepest < 0.1e-3);
+      moved += heap.farthest() / static_cast<double>(run.asides.size());
     }
-    // Measured: 0.06, 0.03 and 17 um deep; 37, 19 and 185 um moved.
-    CHECK(deepest < 0.1e-3);
-    CHECK(heap.farthest() < 1e-3);
+    // Measured in the mean: 37, 19 and 715 um.
+    CHECK(moved < 1e-3);
   }
 }
 
