@@ -194,8 +194,11 @@ TEST_CASE("ProximalSolver: what is crushed gets the bound of a contact, from no 
   };
   // Friction holds it; friction is used up, at the rim of both cones' ends.
   // Islands that are not cheap try Newton's method first, and then know that there is no interior.
-  for (const auto& [slip, most, cost] : {Case{0, 3, 0.1}, Case{0.05, 3, 0.1}, Case{5, 0.1, 0.1},
-                                         Case{0, 3, 0.7}, Case{0.05, 3, 0.7}, Case{5, 0.1, 0.7}}) {
+  for (const Case& one : {Case{0, 3, 0.1}, Case{0.05, 3, 0.1}, Case{5, 0.1, 0.1}, Case{0, 3, 0.7},
+                          Case{0.05, 3, 0.7}, Case{5, 0.1, 0.7}}) {
+    const double slip = one.slip;
+    const double most = one.most;
+    const double cost = one.cost;
     CAPTURE(slip);
     CAPTURE(cost);
     auto context = island_context<double>();
