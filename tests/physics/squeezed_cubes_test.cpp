@@ -17,9 +17,9 @@ using bristle::test::g;
 
 namespace {
 
-constexpr double half = 0.05;       // [m] Of a cube.
-constexpr double friction = 0.5;    // [1]
-constexpr double thickness = 0.04;  // [m] Of a plate of 2 kg.
+constexpr double half_cube = 0.05;        // [m] Of a cube.
+constexpr double cube_friction = 0.5;     // [1]
+constexpr double plate_thickness = 0.04;  // [m] Of a plate of 2 kg.
 
 /// Cubes in the air between plates that slide towards them. Gravity pulls along -z.
 class SqueezedCubes {
@@ -28,31 +28,31 @@ class SqueezedCubes {
 
   void add_cube(double mass, const Vec3<double>& position) {
     BodyDef<double> cube;
-    cube.shape = Box<double>{{half, half, half}};
+    cube.shape = Box<double>{{half_cube, half_cube, half_cube}};
     cube.mass = mass;
     cube.position = position;
-    cube.material = {friction, 0};
+    cube.material = {cube_friction, 0};
     cubes_.push_back({world_.add_body(cube), position.z()});
     weight_ += mass * g;
   }
 
   /// Adds a pair of plates that press along an axis.
   /// @param reach    [m] Of the cubes along it.
-  /// @param extents  [m] Half extents of a plate. That along the axis is its thickness.
+  /// @param extents  [m] Half extents of a plate. That along the axis is its plate_thickness.
   /// @param share    [1] Share of the weight that the pair holds at most.
   void add_plates(Eigen::Index axis, double reach, Vec3<double> extents, double share, bool turns) {
     for (const double side : {-1.0, 1.0}) {
       BodyDef<double> plate;
-      extents[axis] = thickness / 2;
+      extents[axis] = plate_thickness / 2;
       plate.shape = Box<double>{extents};
       plate.mass = 2;
       plate.position = Vec3<double>(0, 0, 0);
-      plate.position[axis] = side * (reach + thickness / 2);
-      plate.material = {friction, 0};
+      plate.position[axis] = side * (reach + plate_thickness / 2);
+      plate.material = {cube_friction, 0};
       plate.locked.linear = {axis != 0, axis != 1, axis != 2};
       if (!turns) plate.locked.angular = {true, true, true};
       Vec3<double> push(0, 0, 0);
-      push[axis] = -side * share * weight_ / (2 * friction);
+      push[axis] = -side * share * weight_ / (2 * cube_friction);
       plates_.push_back({world_.add_body(plate), push});
     }
   }
@@ -62,7 +62,7 @@ class SqueezedCubes {
     BodyDef<double> puck;
     puck.shape = Box<double>{{0.02, 0.02, 0.01}};
     puck.mass = 0.5;
-    puck.position = {x, 0, half + 0.01};
+    puck.position = {x, 0, half_cube + 0.01};
     puck.velocity = {speed, 0, 0};
     puck.material = {0.0005, 0};
     world_.add_body(puck);
@@ -127,12 +127,13 @@ class SqueezedCubes {
 /// @param turns  True for plates that may tilt.
 SqueezedCubes make_squeezed_floor(double rate, double press, bool turns) {
   SqueezedCubes floor(1 / rate);
-  for (const double x : {-2 * half, 0.0, 2 * half}) {
-    for (const double y : {-2 * half, 0.0, 2 * half}) floor.add_cube(1, {x, y, 0});
+  for (const double x : {-2 * half_cube, 0.0, 2 * half_cube}) {
+    for (const double y : {-2 * half_cube, 0.0, 2 * half_cube}) floor.add_cube(1, {x, y, 0});
   }
   for (const Eigen::Index axis : {0, 1}) {
     // Plates are narrower than the floor, so they do not touch each other.
-    floor.add_plates(axis, 3 * half, {2.5 * half, 2.5 * half, half}, press / 2, turns);
+    floor.add_plates(axis, 3 * half_cube, {2.5 * half_cube, 2.5 * half_cube, half_cube}, press / 2,
+                     turns);
   }
   return floor;
 }
@@ -143,10 +144,10 @@ SqueezedCubes make_squeezed_wall(double rate, double press) {
   for (int row = 0; row < 3; ++row) {
     for (int i = 0; i < 4; ++i) {
       const double mass = 0.5 + 0.5 * ((7 * i + 3 * row) % 4);
-      wall.add_cube(mass, 2 * half * Vec3<double>(i - 1.5, 0, row - 1));
+      wall.add_cube(mass, 2 * half_cube * Vec3<double>(i - 1.5, 0, row - 1));
     }
   }
-  wall.add_plates(0, 4 * half, {0, half, 3 * half}, press, false);
+  wall.add_plates(0, 4 * half_cube, {0, half_cube, 3 * half_cube}, press, false);
   return wall;
 }
 
@@ -160,11 +161,11 @@ SqueezedCubes make_squeezed_block(double rate, double press, int deep) {
     for (int y = 0; y < 3; ++y) {
       for (int z = 0; z < high; ++z) {
         const double mass = (x + y + z) % 2 == 0 ? 1 : 0.01;
-        block.add_cube(mass, 2 * half * Vec3<double>(x - (deep - 1) / 2.0, y - 1, z));
+        block.add_cube(mass, 2 * half_cube * Vec3<double>(x - (deep - 1) / 2.0, y - 1, z));
       }
     }
   }
-  block.add_plates(0, deep * half, {0, 3 * half, high * half}, press, false);
+  block.add_plates(0, deep * half_cube, {0, 3 * half_cube, high * half_cube}, press, false);
   return block;
 }
 
@@ -249,7 +250,7 @@ TEST_CASE("squeezed_cubes: a floor stays up under a puck that slides over it") {
       CAPTURE(rate);
       CAPTURE(press);
       SqueezedCubes floor = make_squeezed_floor(rate, press, false);
-      floor.add_puck(-2 * half, 0.3);
+      floor.add_puck(-2 * half_cube, 0.3);
       floor.run(1, 0);
       CHECK(floor.sag() < step_fall(rate));
     }
