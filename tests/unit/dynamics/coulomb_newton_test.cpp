@@ -293,6 +293,12 @@ TEST_CASE("CoulombNewton: answers take energy, solved or not") {
       }
       heap.add_contact(0, 0.6, 0);
       heap.add_contact(0, 0.6, n - 1, LawRow::none, -1);
+      // Impulses of the last step may have nothing to do with this one.
+      if (round % 2 != 0) {
+        for (std::size_t k = 0; k < heap.rows.size(); k += 3) {
+          heap.rows[k].lambda = random.uniform(0.0, 5.0);
+        }
+      }
       const CoulombResult<double> answer = heap.solve();
       // An impulse that adds energy is scaled until it takes some.
       REQUIRE(answer.residual < infinity<double>);
