@@ -36,8 +36,11 @@ int main(int argc, char** argv) {
   bool is_markdown = false;
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
-    if (argument == "--markdown") is_markdown = true;
-    if (argument != "--markdown") starts = std::atoi(argv[i]);
+    if (argument == "--markdown") {
+      is_markdown = true;
+    } else {
+      starts = std::atoi(argv[i]);
+    }
   }
   const Shape<double> ball = Sphere<double>{0.1};
   const Named scenes_of[] = {

@@ -38,7 +38,7 @@ class SqueezedCubes {
 
   /// Adds a pair of plates that press along an axis.
   /// @param reach    [m] Of the cubes along it.
-  /// @param extents  [m] Half extents of a plate. That along the axis is its plate_thickness.
+  /// @param extents  [m] Half extents of a plate. That along the axis is its thickness.
   /// @param share    [1] Share of the weight that the pair holds at most.
   void add_plates(Eigen::Index axis, double reach, Vec3<double> extents, double share, bool turns) {
     for (const double side : {-1.0, 1.0}) {
@@ -212,7 +212,7 @@ TEST_CASE("squeezed_cubes: a wall of unlike cubes stays up between two plates") 
 
 TEST_CASE("squeezed_cubes: a block of unlike cubes stays up between two plates") {
   for (const double rate : {60.0, 240.0}) {
-    for (const double press : {1.02, 1.5, 8.0}) {
+    for (const double press : {1.02, 1.5, 8.0, 50.0}) {
       for (const int deep : {2, 3, 4}) {
         CAPTURE(deep);
         // 36 cubes that are pressed harder touch so often that they are swept.

@@ -6,9 +6,9 @@
 /// Newton's method solves l o u = m e in its place. l and u stay inside their cones, and m falls to
 /// zero (interior_cone.hpp, interior_interval.hpp). The step is predicted for m = 0, which tells
 /// how far m can fall and the terms of second order, and then corrected (Mehrotra 1992), with one
-/// factorisation. It takes ten to thirty of them from any start, whatever the masses are and
-/// however many contacts are redundant. Of the impulses that solve the problem it finds those in
-/// the middle (docs/decisions/0056-an-interior-point-is-the-harbour.md).
+/// factorisation. Where there is a solution it takes ten to forty of them, whatever the masses are
+/// and however many contacts are redundant. Of the impulses that solve the problem it finds those
+/// in the middle (docs/decisions/0056-an-interior-point-is-the-harbour.md).
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -202,22 +202,9 @@ class InteriorPoint {
 
   /// [m/s] Largest distance of a row from its law in the convex problem.
   [[nodiscard]] Real distance(const ConvexProblem<Real>& problem) const {
-    Real largest = Real(0);
-    for (std::size_t k = 0; k < problem.rows.size(); ++k) {
-      const Row& row = problem.rows[k];
-      if (!acts(row)) continue;
-      const auto velocity = [&](std::size_t i) {
-        return problem.rows[i].times(v_) - problem.rows[i].target;
-      };
-      if (row.kind == RowKind::cone) {
-        const Real w[3] = {velocity(k), velocity(k + 1), velocity(k + 2)};
-        largest = std::max(largest, distance_from_cone(row, &impulses_[k], w));
-      } else {
-        const Real w = velocity(k);
-        largest = std::max(largest, distance_from_law(row, &impulses_[k], &w));
-      }
-    }
-    return largest;
+    return distance_from_convex_law<Real>(
+        problem.rows, [this](std::size_t k) { return impulses_[k]; },
+        [&](std::size_t k) { return problem.rows[k].times(v_) - problem.rows[k].target; });
   }
 
   EnvelopeMatrix<Real> hessian_;

@@ -194,11 +194,19 @@ template <typename Real>
   return K * std::max(Real(abs(n - l[0])), planar_length(Real(x - l[1]), Real(y - l[2])));
 }
 
-/// Largest distance of a row from its law, as a velocity by the row's own response.
+/// Distance of a row from its law in the convex problem.
+template <typename Real>
+[[nodiscard]] Real distance_from_convex_law(const IslandRow<Real>& row, const Real* l,
+                                            const Real* w) {
+  return row.kind == RowKind::cone ? distance_from_cone(row, l, w) : distance_from_law(row, l, w);
+}
+
+/// Largest distance of a row that can act from a law, as a velocity by the row's own response.
 /// @param lambda, velocity  Return the multiplier and the velocity of a row by its number.
-template <typename Real, typename Lambda, typename Velocity>
-[[nodiscard]] Real distance_from_law(std::span<const IslandRow<Real>> rows, const Lambda& lambda,
-                                     const Velocity& velocity) {
+/// @param distance          Returns that of one row from its impulses and velocities.
+template <typename Real, typename Lambda, typename Velocity, typename Distance>
+[[nodiscard]] Real largest_distance(std::span<const IslandRow<Real>> rows, const Lambda& lambda,
+                                    const Velocity& velocity, const Distance& distance) {
   Real largest = Real(0);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const IslandRow<Real>& row = rows[i];
@@ -208,9 +216,27 @@ template <typename Real, typename Lambda, typename Velocity>
       l[part] = lambda(i + part);
       w[part] = velocity(i + part);
     }
-    largest = std::max(largest, distance_from_law(row, l, w));
+    largest = std::max(largest, distance(row, l, w));
   }
   return largest;
+}
+/// The same from Coulomb's law.
+template <typename Real, typename Lambda, typename Velocity>
+[[nodiscard]] Real distance_from_law(std::span<const IslandRow<Real>> rows, const Lambda& lambda,
+                                     const Velocity& velocity) {
+  return largest_distance<Real>(rows, lambda, velocity,
+                                [](const IslandRow<Real>& row, const Real* l, const Real* w) {
+                                  return distance_from_law(row, l, w);
+                                });
+}
+/// The same in the convex problem.
+template <typename Real, typename Lambda, typename Velocity>
+[[nodiscard]] Real distance_from_convex_law(std::span<const IslandRow<Real>> rows,
+                                            const Lambda& lambda, const Velocity& velocity) {
+  return largest_distance<Real>(rows, lambda, velocity,
+                                [](const IslandRow<Real>& row, const Real* l, const Real* w) {
+                                  return distance_from_convex_law(row, l, w);
+                                });
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

@@ -250,19 +250,9 @@ class IslandRows {
   }
   /// [m/s] The same with the laws of the convex problem: cones whose contacts open at their shifts.
   [[nodiscard]] Real convex_residual() const {
-    Real largest = Real(0);
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-      const Row& row = rows_[i];
-      if (!(row.response > Real(0)) || row.kind == Kind::tangent) continue;
-      if (row.kind == Kind::cone) {
-        const Real l[3] = {row.lambda, rows_[i + 1].lambda, rows_[i + 2].lambda};
-        const Real w[3] = {row.velocity, rows_[i + 1].velocity, rows_[i + 2].velocity};
-        largest = std::max(largest, distance_from_cone(row, l, w));
-      } else {
-        largest = std::max(largest, distance_from_law(row, &row.lambda, &row.velocity));
-      }
-    }
-    return largest;
+    return distance_from_convex_law<Real>(
+        rows_, [this](std::size_t i) { return rows_[i].lambda; },
+        [this](std::size_t i) { return rows_[i].velocity; });
   }
 
   /// Calls use(multiplier, response) for all rows.

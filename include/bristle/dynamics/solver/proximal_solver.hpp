@@ -127,8 +127,8 @@ class ProximalSolver {
   Real solve_law(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
                  const SolveContext<S>& context, SolveReport<S>& report);
   [[nodiscard]] ConvexProblem<Real> convex_problem(const CoulombProblem<Real>& problem);
-  void keep(const CoulombResult<Real>& found);
-  CoulombResult<Real> solve_from_inside(CoulombProblem<Real> problem, ConvexProblem<Real> convex,
+  void take(const CoulombResult<Real>& found);
+  CoulombResult<Real> solve_from_inside(CoulombProblem<Real> problem,
                                         const CoulombResult<Real>& found,
                                         const SolveContext<S>& context, SolveReport<S>& report);
   void store_soft(const Island& island, Constraints<S>& constraints,
@@ -153,7 +153,7 @@ class ProximalSolver {
   IslandRows<S, Real> rows_;
   CoulombNewton<Real> newton_;
   InteriorPoint<Real> interior_;
-  DynamicArray<Real> found_;  // Impulses of `solve_law`.
+  DynamicArray<Real> found_;  // Impulses from the warm start.
   Real enough_ = Real(0);
   EnvelopeMatrix<Real> matrix_;   // Mt.
   EnvelopeMatrix<Real> hessian_;  // Mt + J^T D J, then its factor.
@@ -193,10 +193,11 @@ auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constrai
       .speed_change = Real(context.driven_change),
       .most_steps = std::min(context.most_newton_steps(report),
                              is_fresh ? landing_steps : context.settings.max_newton_steps)};
-  const ConvexProblem<Real> convex = convex_problem(problem);
   // A warm step in which a grip begins to slip must not allocate.
-  interior_.reserve(convex);
-  found_.reserve(rows_.rows().size());
+  if (!context.is_cheap()) {
+    interior_.reserve(convex_problem(problem));
+    found_.reserve(rows_.rows().size());
+  }
   CoulombResult<Real> found = newton_.solve(problem);
   report.factorisations += found.factorisations;
   enough_ = std::max(enough_, problem.good_enough(found.slip));
@@ -205,18 +206,15 @@ auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constrai
   const bool slides = !is_fresh && found.slip > problem.speed_change;
   const bool is_unsolved =
       found.residual > enough_ && !found.is_contradictory && !(slides && context.is_costly());
+  // A cheap island can pay for the proximal iteration, whose opening speeds follow the slip.
+  if (is_unsolved && context.is_cheap()) return infinity<Real>;
   // `InteriorPoint` does not know cones that end, and without their ends nothing solves the problem
   // of what is crushed.
-  const bool has_interior = !rows_.has_ends();
-  // A cheap island can pay for the proximal iteration, whose opening speeds follow the slip.
-  const bool is_convex_cheap = context.is_cheap() || (!has_interior && !context.is_costly());
-  if (is_unsolved && is_convex_cheap) return infinity<Real>;
-  keep(found);
-  if (is_unsolved && has_interior) {
-    found = solve_from_inside(problem, convex, found, context, report);
-  }
+  const bool has_interior = is_unsolved && !rows_.has_ends();
+  if (is_unsolved && !has_interior && !context.is_costly()) return infinity<Real>;
+  take(found);
+  if (has_interior) found = solve_from_inside(problem, found, context, report);
   if (!(found.residual < infinity<Real>)) return infinity<Real>;
-  for (std::size_t k = 0; k < found_.size(); ++k) rows_.rows()[k].lambda = found_[k];
   rows_.store_impulses(island, constraints);
   const auto tolerance = Real(context.velocity_tolerance);
   if (found.factorisations > 0 && found.residual <= tolerance && found.slip <= tolerance &&
@@ -234,49 +232,55 @@ auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constrai
 /// The convex problem with the slip at the start of the step.
 template <Scalar S>
 auto ProximalSolver<S>::convex_problem(const CoulombProblem<Real>& problem) -> ConvexProblem<Real> {
-  using std::abs;
-  Real speed = problem.speed_change;
-  rows_.evaluate(*problem.free);
-  for (const IslandRow<Real>& row : rows_.rows()) {
-    if (!(row.response > Real(0)) || row.kind == RowKind::free) continue;
-    speed = std::max(speed, abs(row.velocity));
-  }
-  return {.rows = rows_.rows(), .matrix = problem.matrix, .rhs = problem.rhs, .speed = speed};
+  return {.rows = rows_.rows(),
+          .matrix = problem.matrix,
+          .rhs = problem.rhs,
+          .speed = problem.speed_change};
 }
 
-/// Keeps what Newton's method found, if it did.
+/// Takes what Newton's method found, if it did.
 template <Scalar S>
-void ProximalSolver<S>::keep(const CoulombResult<Real>& found) {
+void ProximalSolver<S>::take(const CoulombResult<Real>& found) {
   if (!(found.residual < infinity<Real>)) return;
-  found_.resize(rows_.rows().size());
-  for (std::size_t k = 0; k < found_.size(); ++k) found_[k] = newton_.impulse(k);
+  for (std::size_t k = 0; k < rows_.rows().size(); ++k) rows_.rows()[k].lambda = newton_.impulse(k);
   v_ = newton_.velocities();
 }
 
 /// Solves the convex problem from inside its cones, and the law from there.
-/// @param found  The result from the warm start.
+/// @param found  The result from the warm start, which has been taken.
 /// @return The better of both results.
 template <Scalar S>
-auto ProximalSolver<S>::solve_from_inside(CoulombProblem<Real> problem, ConvexProblem<Real> convex,
+auto ProximalSolver<S>::solve_from_inside(CoulombProblem<Real> problem,
                                           const CoulombResult<Real>& found,
                                           const SolveContext<S>& context, SolveReport<S>& report)
     -> CoulombResult<Real> {
+  using std::abs;
+  const std::span<IslandRow<Real>> rows = rows_.rows();
+  found_.resize(rows.size());
+  for (std::size_t k = 0; k < rows.size(); ++k) found_[k] = rows[k].lambda;
+  ConvexProblem<Real> convex = convex_problem(problem);
+  rows_.evaluate(*problem.free);
+  for (const IslandRow<Real>& row : rows) {
+    if (!(row.response > Real(0)) || row.kind == RowKind::free) continue;
+    convex.speed = std::max(convex.speed, abs(row.velocity));
+  }
   // Newton's method does the rest. The nearer to the solution, the nearer to the edges of cones.
   convex.tolerance = std::max(enough_, Real(1e-5) * problem.speed_change);
   convex.most_steps = context.most_interior_steps(report);
   report.factorisations += interior_.solve(convex);
-  for (std::size_t k = 0; k < rows_.rows().size(); ++k) {
-    rows_.rows()[k].lambda = interior_.impulse(k);
-  }
+  for (std::size_t k = 0; k < rows.size(); ++k) rows[k].lambda = interior_.impulse(k);
   problem.start = &interior_.velocities();
   problem.is_held = false;
   problem.is_near = true;
   problem.most_steps = context.most_newton_steps(report);
   const CoulombResult<Real> better = newton_.solve(problem);
   report.factorisations += better.factorisations;
-  if (!(better.residual < found.residual)) return found;
+  if (!(better.residual < found.residual)) {
+    for (std::size_t k = 0; k < rows.size(); ++k) rows[k].lambda = found_[k];
+    return found;
+  }
   enough_ = std::max(enough_, problem.good_enough(better.slip));
-  keep(better);
+  take(better);
   return better;
 }
 

@@ -165,7 +165,7 @@ struct SolveContext {
   [[nodiscard]] int most_newton_steps(const SolveReport<S>& report) const {
     return static_cast<int>(std::min(steps_of_problem(), steps_left(report)));
   }
-  /// [-] Steps that an interior-point method may take from there. It needs some ten to thirty
+  /// [-] Steps that an interior-point method may take from there. It needs some ten to forty
   /// whatever the island is, and gives nothing before its end. So it may take all that is left.
   [[nodiscard]] int most_interior_steps(const SolveReport<S>& report) const {
     return static_cast<int>(steps_left(report));

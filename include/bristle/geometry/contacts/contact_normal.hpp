@@ -277,6 +277,7 @@ class OverlapSearch {
   }
 
  private:
+  /// [1] Smaller gains of polyhedra count as none. It is the error of their gaps.
   static constexpr double least_gain = 1e-11;
   static constexpr int max_pushes = 24;
   static constexpr int max_polishes = 3;
