@@ -2438,11 +2438,19 @@ template <typename Real>
   return K * std::max(Real(abs(n - l[0])), planar_length(Real(x - l[1]), Real(y - l[2])));
 }
 
-/// Largest distance of a row from its law, as a velocity by the row's own response.
+/// Distance of a row from its law in the convex problem.
+template <typename Real>
+[[nodiscard]] Real distance_from_convex_law(const IslandRow<Real>& row, const Real* l,
+                                            const Real* w) {
+  return row.kind == RowKind::cone ? distance_from_cone(row, l, w) : distance_from_law(row, l, w);
+}
+
+/// Largest distance of a row that can act from a law, as a velocity by the row's own response.
 /// @param lambda, velocity  Return the multiplier and the velocity of a row by its number.
-template <typename Real, typename Lambda, typename Velocity>
-[[nodiscard]] Real distance_from_law(std::span<const IslandRow<Real>> rows, const Lambda& lambda,
-                                     const Velocity& velocity) {
+/// @param distance          Returns that of one row from its impulses and velocities.
+template <typename Real, typename Lambda, typename Velocity, typename Distance>
+[[nodiscard]] Real largest_distance(std::span<const IslandRow<Real>> rows, const Lambda& lambda,
+                                    const Velocity& velocity, const Distance& distance) {
   Real largest = Real(0);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const IslandRow<Real>& row = rows[i];
@@ -2452,9 +2460,27 @@ template <typename Real, typename Lambda, typename Velocity>
       l[part] = lambda(i + part);
       w[part] = velocity(i + part);
     }
-    largest = std::max(largest, distance_from_law(row, l, w));
+    largest = std::max(largest, distance(row, l, w));
   }
   return largest;
+}
+/// The same from Coulomb's law.
+template <typename Real, typename Lambda, typename Velocity>
+[[nodiscard]] Real distance_from_law(std::span<const IslandRow<Real>> rows, const Lambda& lambda,
+                                     const Velocity& velocity) {
+  return largest_distance<Real>(rows, lambda, velocity,
+                                [](const IslandRow<Real>& row, const Real* l, const Real* w) {
+                                  return distance_from_law(row, l, w);
+                                });
+}
+/// The same in the convex problem.
+template <typename Real, typename Lambda, typename Velocity>
+[[nodiscard]] Real distance_from_convex_law(std::span<const IslandRow<Real>> rows,
+                                            const Lambda& lambda, const Velocity& velocity) {
+  return largest_distance<Real>(rows, lambda, velocity,
+                                [](const IslandRow<Real>& row, const Real* l, const Real* w) {
+                                  return distance_from_convex_law(row, l, w);
+                                });
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -12801,7 +12827,7 @@ struct SolveContext {
   [[nodiscard]] int most_newton_steps(const SolveReport<S>& report) const {
     return static_cast<int>(std::min(steps_of_problem(), steps_left(report)));
   }
-  /// [-] Steps that an interior-point method may take from there. It needs some ten to thirty
+  /// [-] Steps that an interior-point method may take from there. It needs some ten to forty
   /// whatever the island is, and gives nothing before its end. So it may take all that is left.
   [[nodiscard]] int most_interior_steps(const SolveReport<S>& report) const {
     return static_cast<int>(steps_left(report));
@@ -22271,6 +22297,7 @@ class OverlapSearch {
   }
 
  private:
+  /// [1] Smaller gains of polyhedra count as none. It is the error of their gaps.
   static constexpr double least_gain = 1e-11;
   static constexpr int max_pushes = 24;
   static constexpr int max_polishes = 3;
@@ -31881,9 +31908,9 @@ class MethodChoice {
 /// Newton's method solves l o u = m e in its place. l and u stay inside their cones, and m falls to
 /// zero (interior_cone.hpp, interior_interval.hpp). The step is predicted for m = 0, which tells
 /// how far m can fall and the terms of second order, and then corrected (Mehrotra 1992), with one
-/// factorisation. It takes ten to thirty of them from any start, whatever the masses are and
-/// however many contacts are redundant. Of the impulses that solve the problem it finds those in
-/// the middle (docs/decisions/0056-an-interior-point-is-the-harbour.md).
+/// factorisation. Where there is a solution it takes ten to forty of them, whatever the masses are
+/// and however many contacts are redundant. Of the impulses that solve the problem it finds those
+/// in the middle (docs/decisions/0056-an-interior-point-is-the-harbour.md).
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/dynamics/solver/interior_cone.hpp
@@ -32423,22 +32450,9 @@ class InteriorPoint {
 
   /// [m/s] Largest distance of a row from its law in the convex problem.
   [[nodiscard]] Real distance(const ConvexProblem<Real>& problem) const {
-    Real largest = Real(0);
-    for (std::size_t k = 0; k < problem.rows.size(); ++k) {
-      const Row& row = problem.rows[k];
-      if (!acts(row)) continue;
-      const auto velocity = [&](std::size_t i) {
-        return problem.rows[i].times(v_) - problem.rows[i].target;
-      };
-      if (row.kind == RowKind::cone) {
-        const Real w[3] = {velocity(k), velocity(k + 1), velocity(k + 2)};
-        largest = std::max(largest, distance_from_cone(row, &impulses_[k], w));
-      } else {
-        const Real w = velocity(k);
-        largest = std::max(largest, distance_from_law(row, &impulses_[k], &w));
-      }
-    }
-    return largest;
+    return distance_from_convex_law<Real>(
+        problem.rows, [this](std::size_t k) { return impulses_[k]; },
+        [&](std::size_t k) { return problem.rows[k].times(v_) - problem.rows[k].target; });
   }
 
   EnvelopeMatrix<Real> hessian_;
@@ -32808,19 +32822,9 @@ class IslandRows {
   }
   /// [m/s] The same with the laws of the convex problem: cones whose contacts open at their shifts.
   [[nodiscard]] Real convex_residual() const {
-    Real largest = Real(0);
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-      const Row& row = rows_[i];
-      if (!(row.response > Real(0)) || row.kind == Kind::tangent) continue;
-      if (row.kind == Kind::cone) {
-        const Real l[3] = {row.lambda, rows_[i + 1].lambda, rows_[i + 2].lambda};
-        const Real w[3] = {row.velocity, rows_[i + 1].velocity, rows_[i + 2].velocity};
-        largest = std::max(largest, distance_from_cone(row, l, w));
-      } else {
-        largest = std::max(largest, distance_from_law(row, &row.lambda, &row.velocity));
-      }
-    }
-    return largest;
+    return distance_from_convex_law<Real>(
+        rows_, [this](std::size_t i) { return rows_[i].lambda; },
+        [this](std::size_t i) { return rows_[i].velocity; });
   }
 
   /// Calls use(multiplier, response) for all rows.
@@ -33170,8 +33174,8 @@ class ProximalSolver {
   Real solve_law(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
                  const SolveContext<S>& context, SolveReport<S>& report);
   [[nodiscard]] ConvexProblem<Real> convex_problem(const CoulombProblem<Real>& problem);
-  void keep(const CoulombResult<Real>& found);
-  CoulombResult<Real> solve_from_inside(CoulombProblem<Real> problem, ConvexProblem<Real> convex,
+  void take(const CoulombResult<Real>& found);
+  CoulombResult<Real> solve_from_inside(CoulombProblem<Real> problem,
                                         const CoulombResult<Real>& found,
                                         const SolveContext<S>& context, SolveReport<S>& report);
   void store_soft(const Island& island, Constraints<S>& constraints,
@@ -33196,7 +33200,7 @@ class ProximalSolver {
   IslandRows<S, Real> rows_;
   CoulombNewton<Real> newton_;
   InteriorPoint<Real> interior_;
-  DynamicArray<Real> found_;  // Impulses of `solve_law`.
+  DynamicArray<Real> found_;  // Impulses from the warm start.
   Real enough_ = Real(0);
   EnvelopeMatrix<Real> matrix_;   // Mt.
   EnvelopeMatrix<Real> hessian_;  // Mt + J^T D J, then its factor.
@@ -33236,10 +33240,11 @@ auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constrai
       .speed_change = Real(context.driven_change),
       .most_steps = std::min(context.most_newton_steps(report),
                              is_fresh ? landing_steps : context.settings.max_newton_steps)};
-  const ConvexProblem<Real> convex = convex_problem(problem);
   // A warm step in which a grip begins to slip must not allocate.
-  interior_.reserve(convex);
-  found_.reserve(rows_.rows().size());
+  if (!context.is_cheap()) {
+    interior_.reserve(convex_problem(problem));
+    found_.reserve(rows_.rows().size());
+  }
   CoulombResult<Real> found = newton_.solve(problem);
   report.factorisations += found.factorisations;
   enough_ = std::max(enough_, problem.good_enough(found.slip));
@@ -33248,18 +33253,15 @@ auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constrai
   const bool slides = !is_fresh && found.slip > problem.speed_change;
   const bool is_unsolved =
       found.residual > enough_ && !found.is_contradictory && !(slides && context.is_costly());
+  // A cheap island can pay for the proximal iteration, whose opening speeds follow the slip.
+  if (is_unsolved && context.is_cheap()) return infinity<Real>;
   // `InteriorPoint` does not know cones that end, and without their ends nothing solves the problem
   // of what is crushed.
-  const bool has_interior = !rows_.has_ends();
-  // A cheap island can pay for the proximal iteration, whose opening speeds follow the slip.
-  const bool is_convex_cheap = context.is_cheap() || (!has_interior && !context.is_costly());
-  if (is_unsolved && is_convex_cheap) return infinity<Real>;
-  keep(found);
-  if (is_unsolved && has_interior) {
-    found = solve_from_inside(problem, convex, found, context, report);
-  }
+  const bool has_interior = is_unsolved && !rows_.has_ends();
+  if (is_unsolved && !has_interior && !context.is_costly()) return infinity<Real>;
+  take(found);
+  if (has_interior) found = solve_from_inside(problem, found, context, report);
   if (!(found.residual < infinity<Real>)) return infinity<Real>;
-  for (std::size_t k = 0; k < found_.size(); ++k) rows_.rows()[k].lambda = found_[k];
   rows_.store_impulses(island, constraints);
   const auto tolerance = Real(context.velocity_tolerance);
   if (found.factorisations > 0 && found.residual <= tolerance && found.slip <= tolerance &&
@@ -33277,49 +33279,55 @@ auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constrai
 /// The convex problem with the slip at the start of the step.
 template <Scalar S>
 auto ProximalSolver<S>::convex_problem(const CoulombProblem<Real>& problem) -> ConvexProblem<Real> {
-  using std::abs;
-  Real speed = problem.speed_change;
-  rows_.evaluate(*problem.free);
-  for (const IslandRow<Real>& row : rows_.rows()) {
-    if (!(row.response > Real(0)) || row.kind == RowKind::free) continue;
-    speed = std::max(speed, abs(row.velocity));
-  }
-  return {.rows = rows_.rows(), .matrix = problem.matrix, .rhs = problem.rhs, .speed = speed};
+  return {.rows = rows_.rows(),
+          .matrix = problem.matrix,
+          .rhs = problem.rhs,
+          .speed = problem.speed_change};
 }
 
-/// Keeps what Newton's method found, if it did.
+/// Takes what Newton's method found, if it did.
 template <Scalar S>
-void ProximalSolver<S>::keep(const CoulombResult<Real>& found) {
+void ProximalSolver<S>::take(const CoulombResult<Real>& found) {
   if (!(found.residual < infinity<Real>)) return;
-  found_.resize(rows_.rows().size());
-  for (std::size_t k = 0; k < found_.size(); ++k) found_[k] = newton_.impulse(k);
+  for (std::size_t k = 0; k < rows_.rows().size(); ++k) rows_.rows()[k].lambda = newton_.impulse(k);
   v_ = newton_.velocities();
 }
 
 /// Solves the convex problem from inside its cones, and the law from there.
-/// @param found  The result from the warm start.
+/// @param found  The result from the warm start, which has been taken.
 /// @return The better of both results.
 template <Scalar S>
-auto ProximalSolver<S>::solve_from_inside(CoulombProblem<Real> problem, ConvexProblem<Real> convex,
+auto ProximalSolver<S>::solve_from_inside(CoulombProblem<Real> problem,
                                           const CoulombResult<Real>& found,
                                           const SolveContext<S>& context, SolveReport<S>& report)
     -> CoulombResult<Real> {
+  using std::abs;
+  const std::span<IslandRow<Real>> rows = rows_.rows();
+  found_.resize(rows.size());
+  for (std::size_t k = 0; k < rows.size(); ++k) found_[k] = rows[k].lambda;
+  ConvexProblem<Real> convex = convex_problem(problem);
+  rows_.evaluate(*problem.free);
+  for (const IslandRow<Real>& row : rows) {
+    if (!(row.response > Real(0)) || row.kind == RowKind::free) continue;
+    convex.speed = std::max(convex.speed, abs(row.velocity));
+  }
   // Newton's method does the rest. The nearer to the solution, the nearer to the edges of cones.
   convex.tolerance = std::max(enough_, Real(1e-5) * problem.speed_change);
   convex.most_steps = context.most_interior_steps(report);
   report.factorisations += interior_.solve(convex);
-  for (std::size_t k = 0; k < rows_.rows().size(); ++k) {
-    rows_.rows()[k].lambda = interior_.impulse(k);
-  }
+  for (std::size_t k = 0; k < rows.size(); ++k) rows[k].lambda = interior_.impulse(k);
   problem.start = &interior_.velocities();
   problem.is_held = false;
   problem.is_near = true;
   problem.most_steps = context.most_newton_steps(report);
   const CoulombResult<Real> better = newton_.solve(problem);
   report.factorisations += better.factorisations;
-  if (!(better.residual < found.residual)) return found;
+  if (!(better.residual < found.residual)) {
+    for (std::size_t k = 0; k < rows.size(); ++k) rows[k].lambda = found_[k];
+    return found;
+  }
   enough_ = std::max(enough_, problem.good_enough(better.slip));
-  keep(better);
+  take(better);
   return better;
 }
 
