@@ -15,11 +15,10 @@ using bristle::test::g;
 namespace {
 
 using scenes::half_cube, scenes::make_squeezed_floor, scenes::step_fall;
-using SqueezedCubes = scenes::SqueezedCubes<double>;
 
 /// A wall of twelve cubes of 0.5 to 2 kg, pressed from two sides.
-SqueezedCubes make_squeezed_wall(double rate, double press) {
-  SqueezedCubes wall(1 / rate);
+scenes::SqueezedCubes<double> make_squeezed_wall(double rate, double press) {
+  scenes::SqueezedCubes<double> wall(1 / rate);
   for (int row = 0; row < 3; ++row) {
     for (int i = 0; i < 4; ++i) {
       const double mass = 0.5 + 0.5 * ((7 * i + 3 * row) % 4);
@@ -33,8 +32,8 @@ SqueezedCubes make_squeezed_wall(double rate, double press) {
 /// A block of 18 cubes, two deep or three, or of 36, four deep, every other one of them a hundred
 /// times as heavy as the next, pressed from two sides. All of its contacts are new in the first
 /// step.
-SqueezedCubes make_squeezed_block(double rate, double press, int deep) {
-  SqueezedCubes block(1 / rate);
+scenes::SqueezedCubes<double> make_squeezed_block(double rate, double press, int deep) {
+  scenes::SqueezedCubes<double> block(1 / rate);
   const int high = deep == 3 ? 2 : 3;
   for (int x = 0; x < deep; ++x) {
     for (int y = 0; y < 3; ++y) {
@@ -50,7 +49,7 @@ SqueezedCubes make_squeezed_block(double rate, double press, int deep) {
 
 /// Checks that cubes, shaken by a force [N] or not, stay up for a second. The first steps may leave
 /// a thousandth of the free fall in one of them, and nothing may creep.
-void check_held(SqueezedCubes cubes, double rate, double press, double shake) {
+void check_held(scenes::SqueezedCubes<double> cubes, double rate, double press, double shake) {
   CAPTURE(rate);
   CAPTURE(press);
   cubes.run(1, shake);
@@ -107,7 +106,7 @@ TEST_CASE("squeezed_cubes: a block that is held needs no factorisation") {
     for (const double press : {1.5, 3.0}) {
       for (const int deep : {2, 3, 4}) {
         CAPTURE(deep);
-        SqueezedCubes block = make_squeezed_block(rate, press, deep);
+        scenes::SqueezedCubes<double> block = make_squeezed_block(rate, press, deep);
         block.run(10 / rate, 0);
         for (int i = 0; i < 20; ++i) {
           block.run(1 / rate, 0);
@@ -125,7 +124,7 @@ TEST_CASE("squeezed_cubes: a floor stays up under a puck that slides over it") {
     for (const double press : {1.3, 2.0, 3.0}) {
       CAPTURE(rate);
       CAPTURE(press);
-      SqueezedCubes floor = make_squeezed_floor<double>(rate, press, false);
+      scenes::SqueezedCubes<double> floor = make_squeezed_floor<double>(rate, press, false);
       floor.add_puck(-2 * half_cube, 0.3);
       floor.run(1, 0);
       CHECK(floor.sag() < step_fall(rate));
@@ -141,7 +140,7 @@ TEST_CASE("squeezed_cubes: what friction cannot hold comes down by Coulomb's law
   constexpr double seconds = 0.25;
   for (const double rate : {60.0, 240.0}) {
     CAPTURE(rate);
-    SqueezedCubes floor = make_squeezed_floor<double>(rate, press, false);
+    scenes::SqueezedCubes<double> floor = make_squeezed_floor<double>(rate, press, false);
     floor.run(seconds, 0);
     CHECK(floor.fall() == test::relative((1 - press) * g * seconds * seconds / 2).epsilon(0.01));
   }
