@@ -77,6 +77,7 @@
 #include <bristle/dynamics/contacts/manifold_part.hpp>
 #include <bristle/dynamics/contacts/manifold_sweeps.hpp>
 #include <bristle/dynamics/contacts/passive_restitution.hpp>
+#include <bristle/dynamics/contacts/rolling_friction.hpp>
 #include <bristle/dynamics/contacts/saved_impulses.hpp>
 #include <bristle/dynamics/contacts/sweep_extrapolation.hpp>
 #include <bristle/dynamics/joints/joint.hpp>

@@ -5648,9 +5648,12 @@ struct Material {
   /// belt. Friction of hard contact drags along the part of it in the contact plane. `combined`
   /// leaves it out.
   Vec3<S> surface_velocity = detail::zero<Vec3<S>>();
+  /// [m] Lever of rolling friction, >= 0: how far ahead of the middle the normal force of a hard
+  /// contact may act against rolling. Of a pair: the larger one. docs/world.md has the law.
+  S rolling_friction = S(0);
 };
 
-/// Material of a pair: geometric mean of the friction, larger restitution.
+/// Material of a pair: geometric mean of the friction, larger restitution and rolling friction.
 template <Scalar S>
 [[nodiscard]] Material<S> combined(const Material<S>& a, const Material<S>& b) {
   using std::max;
@@ -5658,6 +5661,7 @@ template <Scalar S>
   Material<S> pair;
   pair.friction = sqrt(a.friction * b.friction);
   pair.restitution = max(a.restitution, b.restitution);
+  pair.rolling_friction = max(a.rolling_friction, b.rolling_friction);
   return pair;
 }
 
@@ -5667,7 +5671,8 @@ namespace detail {
 template <Scalar S>
 [[nodiscard]] bool is_valid_state(const Material<S>& m) {
   return m.friction >= S(0) && m.friction <= largest_number<S> && m.restitution >= S(0) &&
-         m.restitution <= S(1) && has_finite_square<S>(m.surface_velocity);
+         m.restitution <= S(1) && has_finite_square<S>(m.surface_velocity) &&
+         m.rolling_friction >= S(0) && m.rolling_friction <= largest_number<S>;
 }
 
 }  // namespace detail
@@ -5680,6 +5685,7 @@ void validate(const Material<S>& m) {
   detail::require_not_negative("Material::restitution", m.restitution);
   detail::require(m.restitution <= S(1), "Material::restitution", m.restitution, "must be <= 1");
   detail::require_all_finite("Material::surface_velocity", m.surface_velocity);
+  detail::require_not_negative("Material::rolling_friction", m.rolling_friction);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -10818,6 +10824,11 @@ struct CachedManifold {
   bool is_persisted = false;
   /// [-] True if one of the shapes is a trigger.
   bool is_trigger = false;
+  /// [N m s] Impulse of its rolling friction on b, world axes.
+  Vec3<S> rolling_impulse = zero<Vec3<S>>();
+  /// [-] First block of its rolling friction in this step, and number of its blocks.
+  std::uint32_t rolling_block = 0;
+  std::uint32_t rolling_blocks = 0;
 
   /// Returns whether it pushes in this step.
   [[nodiscard]] bool has_rows() const { return !is_persisted && !is_trigger; }
@@ -10888,7 +10899,10 @@ class ContactCache {
         point.gap = m.points[i].gap;
         point.feature = m.points[i].feature;
       }
-      if (old != nullptr) inherit(*old, cached);
+      if (old != nullptr) {
+        inherit(*old, cached);
+        cached.rolling_impulse = old->rolling_impulse;
+      }
       manifolds_.push_back(cached);
     }
   }
@@ -11239,6 +11253,7 @@ Wrench<S> ContactReading<S>::sum(ArmOf&& arm_of) const {
       const detail::CachedPoint<S>& point = (*points_)[i];
       total += Wrench<S>::at(arm_of(m, point), detail::point_impulse(m, point));
     }
+    total.torque += m.rolling_impulse;
   }
   return total;
 }
@@ -12090,7 +12105,8 @@ S axis_rate(const JointState<S>& at, const Twist<S>& a, const Twist<S>& b) {
 // === bristle/dynamics/solver/constraint.hpp
 
 /// @file
-/// Velocity constraints of joints as rows in blocks. Exact solution of one block.
+/// Velocity constraints of joints, and of rolling friction, as rows in blocks. Exact solution of
+/// one block.
 ///
 /// The sequential and the proximal solver share this file. They differ only in how an impulse of
 /// one block changes the velocities of the others.
@@ -12347,7 +12363,7 @@ template <Scalar S>
 enum class BlockKind : std::uint8_t {
   /// Any value: velocities equal their targets.
   equality,
-  /// One row within [lower, upper]: a motor.
+  /// One row within [lower, upper]: a motor, or rolling friction.
   bounded,
   /// A limit: one row that only pushes. It keeps an error from falling below zero.
   limit
@@ -12367,15 +12383,18 @@ struct ConstraintBlock {
   BlockKind kind = BlockKind::equality;
   /// [-] First of its impulses among those that the joint stores.
   std::uint8_t first_impulse = 0;
-  /// [-] Slot of its joint.
+  /// [-] Slot of its joint; `no_joint` for rolling friction.
+  static constexpr std::uint32_t no_joint = 0xffffffffu;
   std::uint32_t joint = 0;
   /// [N s or N m s] Bounds of a bounded row or a limit.
   S lower = S(0);
   S upper = S(0);
+
+  [[nodiscard]] bool is_of_joint() const { return joint != no_joint; }
 };
 
 /// Number of rows of a block that the position correction closes. It closes all of a joint, one of
-/// a limit, none of a motor.
+/// a limit, none of a motor or of rolling friction.
 template <Scalar S>
 [[nodiscard]] std::uint32_t corrected_rows(const ConstraintBlock<S>& block) {
   switch (block.kind) {
@@ -31776,7 +31795,10 @@ namespace bristle::inline BRISTLE_ABI::detail {
 /// points. That would decide the readings of sensors and contacts, or whether a grip slips.
 template <Scalar S>
 [[nodiscard]] bool needs_even_load(const Island& island, const Constraints<S>& constraints) {
-  if (!island.soft.empty() || !island.blocks.empty()) return true;
+  const bool has_joints =
+      std::any_of(island.blocks.begin(), island.blocks.end(),
+                  [&](std::uint32_t i) { return constraints.blocks[i].is_of_joint(); });
+  if (!island.soft.empty() || has_joints) return true;
   return island.contacts.size() > 1 &&
          std::all_of(island.contacts.begin(), island.contacts.end(),
                      [&](std::uint32_t i) { return constraints.contacts[i].is_fresh; });
@@ -36203,11 +36225,14 @@ class MechanismStage final : public JointStage<S> {
   /// harmless unless contacts may push there.
   [[nodiscard]] static bool applies_to(const State& state, const Island& island,
                                        const SolveContext<S>& context) {
-    if (island.blocks.empty() || state.def.integrator != Integrator::trapezoidal) return false;
+    if (state.def.integrator != Integrator::trapezoidal) return false;
+    bool has_joints = false;
     bool has_limits = false;
     std::size_t springs = 0;
     for (const std::uint32_t i : island.blocks) {
       const ConstraintBlock<S>& block = state.constraints.blocks[i];
+      if (!block.is_of_joint()) continue;
+      has_joints = true;
       if (block.kind == BlockKind::equality) {
         const Joint<S>& joint = state.joints.at(block.joint);
         springs += joint.is_sprung && joint.is_resolved ? 1u : 0u;
@@ -36219,7 +36244,8 @@ class MechanismStage final : public JointStage<S> {
       if (!is_free) return false;
       has_limits = true;
     }
-    if (springs != island.soft.size()) return false;  // The others are stiff springs or patches.
+    if (!has_joints || springs != island.soft.size())
+      return false;  // The others are stiff springs or patches.
     if (!island.contacts.empty() && (has_limits || context.is_large())) return false;
     return std::none_of(island.bodies.begin(), island.bodies.end(),
                         [&](std::uint32_t slot) { return state.solver_bodies[slot].is_sensed; });
@@ -36302,8 +36328,10 @@ class MechanismStage final : public JointStage<S> {
       state.solver_bodies[island.bodies[k]] = saved_[k];
     }
     for (const std::uint32_t i : island.blocks) {
-      joint_impulses_[state.constraints.blocks[i].joint] = {};
-      responses_[state.constraints.blocks[i].joint] = {};
+      const ConstraintBlock<S>& block = state.constraints.blocks[i];
+      if (!block.is_of_joint()) continue;
+      joint_impulses_[block.joint] = {};
+      responses_[block.joint] = {};
     }
   }
 
@@ -36331,7 +36359,8 @@ class MechanismStage final : public JointStage<S> {
     };
     for (const std::uint32_t i : island.blocks) {
       const ConstraintBlock<S>& block = state.constraints.blocks[i];
-      if (!state.solver_bodies[block.body_a].moves || !state.solver_bodies[block.body_b].moves) {
+      if (!block.is_of_joint() || !state.solver_bodies[block.body_a].moves ||
+          !state.solver_bodies[block.body_b].moves) {
         continue;
       }
       const std::uint32_t a = root(block.body_a);
@@ -36469,7 +36498,8 @@ class MechanismStage final : public JointStage<S> {
   /// Returns whether a joint was wide open at the start of the step.
   [[nodiscard]] bool has_open_joints(const State& state, const Island& island) const {
     return std::any_of(island.blocks.begin(), island.blocks.end(), [&](std::uint32_t i) {
-      return is_open_[state.constraints.blocks[i].joint];
+      const ConstraintBlock<S>& block = state.constraints.blocks[i];
+      return block.is_of_joint() && is_open_[block.joint];
     });
   }
 
@@ -36665,6 +36695,101 @@ std::size_t CrowdLimit<S>::thin(DynamicArray<ShapePair>& pairs, std::size_t slot
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
+// === bristle/dynamics/contacts/rolling_friction.hpp
+
+/// @file
+/// Rolling friction of contacts as rows.
+///
+/// The pressure under a rolling body is larger in front of its middle. So the normal force N acts
+/// ahead by a lever of up to delta, and resists with a torque of up to delta N about axes in the
+/// plane of contact (Coulomb's law of rolling; K. L. Johnson, Contact Mechanics, chapter 9). It
+/// holds a body that does not roll. A ball of radius R that rolls on a plane slows down by
+///
+///     5/7 g delta / R,
+///
+/// and stays on a slope up to tan(angle) = delta / R.
+///
+/// Rows hold the angular velocity along and across the torque that is expected. What rolls on needs
+/// the whole of it along, so nothing is left across. Their bounds come from the normal impulses of
+/// the last step. So they are those of the present load where it is steady, and a new contact rolls
+/// freely for one step. Whatever the bounds are, a row only resists.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstdint>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Adds the blocks of a manifold's rolling friction. Adds none where it carried no load.
+/// @param lever   [m] `Material::rolling_friction` of the pair.
+/// @param slot_a  [-] Slots of the bodies.
+template <Scalar S>
+void add_rolling_friction(CachedManifold<S>& manifold, const DynamicArray<CachedPoint<S>>& points,
+                          const S& lever, const Body<S>& a, const Body<S>& b, std::uint32_t slot_a,
+                          std::uint32_t slot_b, Constraints<S>& out) {
+  using std::max;
+  using std::min;
+  using std::sqrt;
+  S load = S(0);
+  for (std::uint32_t i = manifold.first; i < manifold.first + manifold.count; ++i) {
+    load += points[i].impulse[0];
+  }
+  const S most = lever * load;
+  if (!(most > S(0)) || !(most <= largest_number<S>)) return;
+  const Vec3<S>& n = manifold.normal;
+  const auto in_plane = [&](const Vec3<S>& v) -> Vec3<S> { return v - n.dot(v) * n; };
+  const Vec3<S> held = in_plane(manifold.rolling_impulse);
+  const Vec3<S> rolling = in_plane(b.twist.angular - a.twist.angular);
+  const S response =
+      rolling.dot(a.inverse_inertia_W() * rolling) + rolling.dot(b.inverse_inertia_W() * rolling);
+  // A step of projected gradient from the last torque, as friction takes one (`solve_friction`). A
+  // body that is held has no velocity there, and for one that rolls on the velocity decides.
+  const S stiffness = response > S(0) ? S(rolling.squaredNorm() / response) : S(0);
+  const Vec3<S> expected = held - stiffness * rolling;
+  const S size = sqrt(expected.squaredNorm());
+  Vec3<S> along, across;
+  tangent_basis<S>(n, along, across);
+  if (size > S(0) && size <= largest_number<S>) {
+    along = (S(1) / size) * expected;
+    across = n.cross(along);
+  }
+  const auto add = [&](const Vec3<S>& axis, const S& bound) {
+    if (!(bound > S(0))) return;
+    ConstraintRow<S> row;
+    row.angular_a = row.angular_b = axis;
+    row.impulse = min(max(axis.dot(held), -bound), bound);
+    ConstraintBlock<S> block;
+    block.body_a = slot_a;
+    block.body_b = slot_b;
+    block.first = static_cast<std::uint32_t>(out.rows.size());
+    block.count = 1;
+    block.kind = BlockKind::bounded;
+    block.joint = block.no_joint;
+    block.lower = -bound;
+    block.upper = bound;
+    out.rows.push_back(row);
+    out.blocks.push_back(block);
+  };
+  manifold.rolling_block = static_cast<std::uint32_t>(out.blocks.size());
+  add(along, most);
+  add(across, size < most ? S(sqrt(most * most - size * size)) : S(0));
+  manifold.rolling_blocks = static_cast<std::uint32_t>(out.blocks.size()) - manifold.rolling_block;
+}
+
+/// [N m s] Impulse of a manifold's rolling friction on b, about any point.
+template <Scalar S>
+[[nodiscard]] Vec3<S> rolling_impulse(const CachedManifold<S>& manifold,
+                                      const Constraints<S>& constraints) {
+  Vec3<S> sum = zero<Vec3<S>>();
+  for (std::uint32_t i = 0; i < manifold.rolling_blocks; ++i) {
+    const ConstraintBlock<S>& block = constraints.blocks[manifold.rolling_block + i];
+    const ConstraintRow<S>& row = constraints.rows[block.first];
+    sum += row.impulse * row.angular_b;
+  }
+  return sum;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
 #include <algorithm>
 #include <functional>
 #include <span>
@@ -36701,12 +36826,17 @@ class ContactStage {
 
   /// Adds the constraints of all contacts.
   void add_constraints(State& state) const {
-    for (const CachedManifold<S>& m : state.contacts.manifolds()) {
+    const DynamicArray<CachedPoint<S>>& points = state.contacts.points();
+    for (CachedManifold<S>& m : state.contacts.manifolds()) {
       if (!m.has_rows()) continue;
       const Collider<S>& a = state.colliders.at(m.shapes.a);
       const Collider<S>& b = state.colliders.at(m.shapes.b);
-      detail::add_contacts(m, state.contacts.points(), state.material_of(a, b),
-                           state.drift_of(a, b), a.body.index, b.body.index, state.constraints);
+      const Material<S> material = state.material_of(a, b);
+      detail::add_contacts(m, points, material, state.drift_of(a, b), a.body.index, b.body.index,
+                           state.constraints);
+      if (!(material.rolling_friction > S(0))) continue;
+      add_rolling_friction(m, points, material.rolling_friction, state.body_of(a), state.body_of(b),
+                           a.body.index, b.body.index, state.constraints);
     }
   }
 
@@ -36734,7 +36864,7 @@ class ContactStage {
   void store_impulses(State& state) const {
     DynamicArray<CachedPoint<S>>& points = state.contacts.points();
     std::size_t contact = 0;
-    for (const CachedManifold<S>& m : state.contacts.manifolds()) {
+    for (CachedManifold<S>& m : state.contacts.manifolds()) {
       if (!m.has_rows()) continue;
       for (std::uint32_t i = m.first; i < m.first + m.count; ++i) {
         const ContactConstraint<S>& c = state.constraints.contacts[contact++];
@@ -36742,6 +36872,7 @@ class ContactStage {
         points[i].transient_impulse = c.transient_impulse;
         points[i].took_impact = c.is_impact;
       }
+      m.rolling_impulse = rolling_impulse(m, state.constraints);
     }
   }
 
@@ -38127,6 +38258,7 @@ class SolveStage {
     }
     for (const std::uint32_t i : island.blocks) {
       const ConstraintBlock<S>& block = state.constraints.blocks[i];
+      if (!block.is_of_joint()) continue;  // Friction only resists.
       add_impulse(block.body_a, block.body_b, state.constraints.rows[block.first].impulse);
       // Motors and limits decide on the velocity at the end of a step as if it had lasted all step.
       // With the mean of two velocities they would overshoot.
@@ -39548,6 +39680,7 @@ void visit_collider(Collider& collider, Visitor& visit) {
     visit.value(material.friction);
     visit.value(material.restitution);
     visit.value(material.surface_velocity);
+    visit.value(material.rolling_friction);
   };
   visit.item("shapes (surface)", collider.material, each,
              [](const auto& material) { return is_valid_state(material); });
@@ -39817,6 +39950,7 @@ void visit_contacts(const State& state, Cache& cache, Visitor& visit) {
     visit.value(m.center_a);
     visit.value(m.first);
     visit.value(m.count);
+    visit.value(m.rolling_impulse);
     visit.require("contacts (manifolds)", is_valid_state(m, last, next, points, state));
     next += m.count;
     last = m.shapes;
@@ -39864,7 +39998,7 @@ struct SnapshotHead {
   static constexpr std::uint64_t expected_magic = 0x6c7473697262'0001u;  // "brist", and a number.
 
   std::uint64_t magic = expected_magic;
-  std::uint64_t version = 8;
+  std::uint64_t version = 9;
   /// [-] Bytes of a scalar, and of all bytes after the head.
   std::uint64_t scalar_size = 0;
   std::uint64_t payload_size = 0;
@@ -40417,6 +40551,7 @@ void World<S, Backend>::for_each_impulse(State& state, Visit&& visit) {
     for (S& impulse : point.impulse) visit(impulse);
     for (S& impulse : point.transient_impulse) visit(impulse);
   }
+  for (detail::CachedManifold<S>& m : state.contacts.manifolds()) visit_vector(m.rolling_impulse);
   for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
     if (!state.joints.is_live(i)) continue;
     detail::Joint<S>& joint = state.joints.at(i);

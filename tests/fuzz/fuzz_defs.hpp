@@ -36,6 +36,7 @@ class FuzzDefs : public FuzzBytes<S> {
     material.friction = this->positive(S(1.5));
     material.restitution = this->positive(S(1));
     if (this->once_in(8)) material.surface_velocity = this->vector(S(2));
+    if (this->once_in(8)) material.rolling_friction = this->positive(S(0.02));
     return material;
   }
 

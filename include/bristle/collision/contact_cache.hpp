@@ -67,6 +67,11 @@ struct CachedManifold {
   bool is_persisted = false;
   /// [-] True if one of the shapes is a trigger.
   bool is_trigger = false;
+  /// [N m s] Impulse of its rolling friction on b, world axes.
+  Vec3<S> rolling_impulse = zero<Vec3<S>>();
+  /// [-] First block of its rolling friction in this step, and number of its blocks.
+  std::uint32_t rolling_block = 0;
+  std::uint32_t rolling_blocks = 0;
 
   /// Returns whether it pushes in this step.
   [[nodiscard]] bool has_rows() const { return !is_persisted && !is_trigger; }
@@ -137,7 +142,10 @@ class ContactCache {
         point.gap = m.points[i].gap;
         point.feature = m.points[i].feature;
       }
-      if (old != nullptr) inherit(*old, cached);
+      if (old != nullptr) {
+        inherit(*old, cached);
+        cached.rolling_impulse = old->rolling_impulse;
+      }
       manifolds_.push_back(cached);
     }
   }

@@ -207,6 +207,7 @@ Wrench<S> ContactReading<S>::sum(ArmOf&& arm_of) const {
       const detail::CachedPoint<S>& point = (*points_)[i];
       total += Wrench<S>::at(arm_of(m, point), detail::point_impulse(m, point));
     }
+    total.torque += m.rolling_impulse;
   }
   return total;
 }

@@ -6,6 +6,7 @@
 #include <bristle/collision/crowd_limit.hpp>
 #include <bristle/core/dynamic_array.hpp>
 #include <bristle/dynamics/contacts/contact_target.hpp>
+#include <bristle/dynamics/contacts/rolling_friction.hpp>
 #include <bristle/world/near_shapes.hpp>
 #include <bristle/world/world_state.hpp>
 
@@ -45,12 +46,17 @@ class ContactStage {
 
   /// Adds the constraints of all contacts.
   void add_constraints(State& state) const {
-    for (const CachedManifold<S>& m : state.contacts.manifolds()) {
+    const DynamicArray<CachedPoint<S>>& points = state.contacts.points();
+    for (CachedManifold<S>& m : state.contacts.manifolds()) {
       if (!m.has_rows()) continue;
       const Collider<S>& a = state.colliders.at(m.shapes.a);
       const Collider<S>& b = state.colliders.at(m.shapes.b);
-      detail::add_contacts(m, state.contacts.points(), state.material_of(a, b),
-                           state.drift_of(a, b), a.body.index, b.body.index, state.constraints);
+      const Material<S> material = state.material_of(a, b);
+      detail::add_contacts(m, points, material, state.drift_of(a, b), a.body.index, b.body.index,
+                           state.constraints);
+      if (!(material.rolling_friction > S(0))) continue;
+      add_rolling_friction(m, points, material.rolling_friction, state.body_of(a), state.body_of(b),
+                           a.body.index, b.body.index, state.constraints);
     }
   }
 
@@ -78,7 +84,7 @@ class ContactStage {
   void store_impulses(State& state) const {
     DynamicArray<CachedPoint<S>>& points = state.contacts.points();
     std::size_t contact = 0;
-    for (const CachedManifold<S>& m : state.contacts.manifolds()) {
+    for (CachedManifold<S>& m : state.contacts.manifolds()) {
       if (!m.has_rows()) continue;
       for (std::uint32_t i = m.first; i < m.first + m.count; ++i) {
         const ContactConstraint<S>& c = state.constraints.contacts[contact++];
@@ -86,6 +92,7 @@ class ContactStage {
         points[i].transient_impulse = c.transient_impulse;
         points[i].took_impact = c.is_impact;
       }
+      m.rolling_impulse = rolling_impulse(m, state.constraints);
     }
   }
 

@@ -135,11 +135,14 @@ class MechanismStage final : public JointStage<S> {
   /// harmless unless contacts may push there.
   [[nodiscard]] static bool applies_to(const State& state, const Island& island,
                                        const SolveContext<S>& context) {
-    if (island.blocks.empty() || state.def.integrator != Integrator::trapezoidal) return false;
+    if (state.def.integrator != Integrator::trapezoidal) return false;
+    bool has_joints = false;
     bool has_limits = false;
     std::size_t springs = 0;
     for (const std::uint32_t i : island.blocks) {
       const ConstraintBlock<S>& block = state.constraints.blocks[i];
+      if (!block.is_of_joint()) continue;
+      has_joints = true;
       if (block.kind == BlockKind::equality) {
         const Joint<S>& joint = state.joints.at(block.joint);
         springs += joint.is_sprung && joint.is_resolved ? 1u : 0u;
@@ -151,7 +154,8 @@ class MechanismStage final : public JointStage<S> {
       if (!is_free) return false;
       has_limits = true;
     }
-    if (springs != island.soft.size()) return false;  // The others are stiff springs or patches.
+    if (!has_joints || springs != island.soft.size())
+      return false;  // The others are stiff springs or patches.
     if (!island.contacts.empty() && (has_limits || context.is_large())) return false;
     return std::none_of(island.bodies.begin(), island.bodies.end(),
                         [&](std::uint32_t slot) { return state.solver_bodies[slot].is_sensed; });
@@ -234,8 +238,10 @@ class MechanismStage final : public JointStage<S> {
       state.solver_bodies[island.bodies[k]] = saved_[k];
     }
     for (const std::uint32_t i : island.blocks) {
-      joint_impulses_[state.constraints.blocks[i].joint] = {};
-      responses_[state.constraints.blocks[i].joint] = {};
+      const ConstraintBlock<S>& block = state.constraints.blocks[i];
+      if (!block.is_of_joint()) continue;
+      joint_impulses_[block.joint] = {};
+      responses_[block.joint] = {};
     }
   }
 
@@ -263,7 +269,8 @@ class MechanismStage final : public JointStage<S> {
     };
     for (const std::uint32_t i : island.blocks) {
       const ConstraintBlock<S>& block = state.constraints.blocks[i];
-      if (!state.solver_bodies[block.body_a].moves || !state.solver_bodies[block.body_b].moves) {
+      if (!block.is_of_joint() || !state.solver_bodies[block.body_a].moves ||
+          !state.solver_bodies[block.body_b].moves) {
         continue;
       }
       const std::uint32_t a = root(block.body_a);
@@ -401,7 +408,8 @@ class MechanismStage final : public JointStage<S> {
   /// Returns whether a joint was wide open at the start of the step.
   [[nodiscard]] bool has_open_joints(const State& state, const Island& island) const {
     return std::any_of(island.blocks.begin(), island.blocks.end(), [&](std::uint32_t i) {
-      return is_open_[state.constraints.blocks[i].joint];
+      const ConstraintBlock<S>& block = state.constraints.blocks[i];
+      return block.is_of_joint() && is_open_[block.joint];
     });
   }
 

@@ -191,6 +191,7 @@ void visit_collider(Collider& collider, Visitor& visit) {
     visit.value(material.friction);
     visit.value(material.restitution);
     visit.value(material.surface_velocity);
+    visit.value(material.rolling_friction);
   };
   visit.item("shapes (surface)", collider.material, each,
              [](const auto& material) { return is_valid_state(material); });
@@ -460,6 +461,7 @@ void visit_contacts(const State& state, Cache& cache, Visitor& visit) {
     visit.value(m.center_a);
     visit.value(m.first);
     visit.value(m.count);
+    visit.value(m.rolling_impulse);
     visit.require("contacts (manifolds)", is_valid_state(m, last, next, points, state));
     next += m.count;
     last = m.shapes;

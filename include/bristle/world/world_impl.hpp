@@ -309,6 +309,7 @@ void World<S, Backend>::for_each_impulse(State& state, Visit&& visit) {
     for (S& impulse : point.impulse) visit(impulse);
     for (S& impulse : point.transient_impulse) visit(impulse);
   }
+  for (detail::CachedManifold<S>& m : state.contacts.manifolds()) visit_vector(m.rolling_impulse);
   for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
     if (!state.joints.is_live(i)) continue;
     detail::Joint<S>& joint = state.joints.at(i);

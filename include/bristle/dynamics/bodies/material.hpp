@@ -20,9 +20,12 @@ struct Material {
   /// belt. Friction of hard contact drags along the part of it in the contact plane. `combined`
   /// leaves it out.
   Vec3<S> surface_velocity = detail::zero<Vec3<S>>();
+  /// [m] Lever of rolling friction, >= 0: how far ahead of the middle the normal force of a hard
+  /// contact may act against rolling. Of a pair: the larger one. docs/world.md has the law.
+  S rolling_friction = S(0);
 };
 
-/// Material of a pair: geometric mean of the friction, larger restitution.
+/// Material of a pair: geometric mean of the friction, larger restitution and rolling friction.
 template <Scalar S>
 [[nodiscard]] Material<S> combined(const Material<S>& a, const Material<S>& b) {
   using std::max;
@@ -30,6 +33,7 @@ template <Scalar S>
   Material<S> pair;
   pair.friction = sqrt(a.friction * b.friction);
   pair.restitution = max(a.restitution, b.restitution);
+  pair.rolling_friction = max(a.rolling_friction, b.rolling_friction);
   return pair;
 }
 
@@ -39,7 +43,8 @@ namespace detail {
 template <Scalar S>
 [[nodiscard]] bool is_valid_state(const Material<S>& m) {
   return m.friction >= S(0) && m.friction <= largest_number<S> && m.restitution >= S(0) &&
-         m.restitution <= S(1) && has_finite_square<S>(m.surface_velocity);
+         m.restitution <= S(1) && has_finite_square<S>(m.surface_velocity) &&
+         m.rolling_friction >= S(0) && m.rolling_friction <= largest_number<S>;
 }
 
 }  // namespace detail
@@ -52,6 +57,7 @@ void validate(const Material<S>& m) {
   detail::require_not_negative("Material::restitution", m.restitution);
   detail::require(m.restitution <= S(1), "Material::restitution", m.restitution, "must be <= 1");
   detail::require_all_finite("Material::surface_velocity", m.surface_velocity);
+  detail::require_not_negative("Material::rolling_friction", m.rolling_friction);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI

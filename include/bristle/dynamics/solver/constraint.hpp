@@ -1,5 +1,6 @@
 /// @file
-/// Velocity constraints of joints as rows in blocks. Exact solution of one block.
+/// Velocity constraints of joints, and of rolling friction, as rows in blocks. Exact solution of
+/// one block.
 ///
 /// The sequential and the proximal solver share this file. They differ only in how an impulse of
 /// one block changes the velocities of the others.
@@ -59,7 +60,7 @@ template <Scalar S>
 enum class BlockKind : std::uint8_t {
   /// Any value: velocities equal their targets.
   equality,
-  /// One row within [lower, upper]: a motor.
+  /// One row within [lower, upper]: a motor, or rolling friction.
   bounded,
   /// A limit: one row that only pushes. It keeps an error from falling below zero.
   limit
@@ -79,15 +80,18 @@ struct ConstraintBlock {
   BlockKind kind = BlockKind::equality;
   /// [-] First of its impulses among those that the joint stores.
   std::uint8_t first_impulse = 0;
-  /// [-] Slot of its joint.
+  /// [-] Slot of its joint; `no_joint` for rolling friction.
+  static constexpr std::uint32_t no_joint = 0xffffffffu;
   std::uint32_t joint = 0;
   /// [N s or N m s] Bounds of a bounded row or a limit.
   S lower = S(0);
   S upper = S(0);
+
+  [[nodiscard]] bool is_of_joint() const { return joint != no_joint; }
 };
 
 /// Number of rows of a block that the position correction closes. It closes all of a joint, one of
-/// a limit, none of a motor.
+/// a limit, none of a motor or of rolling friction.
 template <Scalar S>
 [[nodiscard]] std::uint32_t corrected_rows(const ConstraintBlock<S>& block) {
   switch (block.kind) {

@@ -111,7 +111,7 @@ inline void read_adf_surface(AdfMap& map, AdfBody& body) {
   if (map.has("friction")) {
     AdfMap friction = map.map("friction");
     body.friction = friction.number("static", body.friction, adf_not_negative);
-    friction.skip({"rolling"}, "contacts have no rolling friction");
+    friction.skip({"rolling"}, "not applied: see Material::rolling_friction");
     friction.finish();
   }
   body.restitution = map.number("restitution", body.restitution, adf_not_negative);
