@@ -12856,12 +12856,10 @@ struct SolveContext {
   [[nodiscard]] double cost_share() const {
     return 2.0 * settings.max_newton_steps / affordable_steps();
   }
-  /// Returns whether both take less than half of it. The island is then solved exactly, or stacks
-  /// would never come to rest.
-  [[nodiscard]] bool is_cheap() const { return cost_share() <= 0.5; }
-  /// Returns whether both do not fit. The convex problems are then left out where surfaces slide
-  /// fast, and so are most sweeps.
-  [[nodiscard]] bool is_costly() const { return cost_share() > 1; }
+  /// Returns whether both take less than a quarter of it. The island is then solved exactly, or
+  /// stacks would never come to rest. Others take what Newton's method ends with where surfaces
+  /// slide fast, and few sweeps.
+  [[nodiscard]] bool is_cheap() const { return cost_share() <= 0.25; }
 
   /// [-] Number of substeps of a swept island. It has an upper bound, whatever the length of the
   /// step.
@@ -33274,15 +33272,12 @@ auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constrai
   // law than Newton's method ends. An island that it would cost too much goes on from there.
   const bool slides = !is_fresh && found.slip > problem.speed_change;
   const bool is_unsolved =
-      found.residual > enough_ && !found.is_contradictory && !(slides && context.is_costly());
-  // A cheap island can pay for the proximal iteration, whose opening speeds follow the slip.
-  if (is_unsolved && context.is_cheap()) return infinity<Real>;
-  // `InteriorPoint` does not know cones that end, and without their ends nothing solves the problem
-  // of what is crushed.
-  const bool has_interior = is_unsolved && !rows_.has_ends();
-  if (is_unsolved && !has_interior && !context.is_costly()) return infinity<Real>;
+      found.residual > enough_ && !found.is_contradictory && !(slides && !context.is_cheap());
+  // A cheap island can pay for the proximal iteration, whose opening speeds follow the slip. What
+  // is crushed needs it: `InteriorPoint` does not know cones that end.
+  if (is_unsolved && (context.is_cheap() || rows_.has_ends())) return infinity<Real>;
   take(found);
-  if (has_interior) found = solve_from_inside(problem, found, context, report);
+  if (is_unsolved) found = solve_from_inside(problem, found, context, report);
   if (!(found.residual < infinity<Real>)) return infinity<Real>;
   rows_.store_impulses(island, constraints);
   const auto tolerance = Real(context.velocity_tolerance);
@@ -35665,9 +35660,9 @@ class IslandSolver {
   /// [-] Sweeps that may repair a result of factorisations.
   [[nodiscard]] static int most_repairs(const SolveContext<S>& context) {
     const SolverDef<S>& settings = context.settings;
-    return context.is_costly()
-               ? std::min(settings.max_sweeps, SweepCount::half_of(settings.large_sweeps).least)
-               : settings.max_sweeps;
+    return context.is_cheap()
+               ? settings.max_sweeps
+               : std::min(settings.max_sweeps, SweepCount::half_of(settings.large_sweeps).least);
   }
 
   /// Returns whether an island has gained kinetic energy. It must exceed that at the start and that

@@ -156,9 +156,9 @@ class IslandSolver {
   /// [-] Sweeps that may repair a result of factorisations.
   [[nodiscard]] static int most_repairs(const SolveContext<S>& context) {
     const SolverDef<S>& settings = context.settings;
-    return context.is_costly()
-               ? std::min(settings.max_sweeps, SweepCount::half_of(settings.large_sweeps).least)
-               : settings.max_sweeps;
+    return context.is_cheap()
+               ? settings.max_sweeps
+               : std::min(settings.max_sweeps, SweepCount::half_of(settings.large_sweeps).least);
   }
 
   /// Returns whether an island has gained kinetic energy. It must exceed that at the start and that

@@ -205,15 +205,12 @@ auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constrai
   // law than Newton's method ends. An island that it would cost too much goes on from there.
   const bool slides = !is_fresh && found.slip > problem.speed_change;
   const bool is_unsolved =
-      found.residual > enough_ && !found.is_contradictory && !(slides && context.is_costly());
-  // A cheap island can pay for the proximal iteration, whose opening speeds follow the slip.
-  if (is_unsolved && context.is_cheap()) return infinity<Real>;
-  // `InteriorPoint` does not know cones that end, and without their ends nothing solves the problem
-  // of what is crushed.
-  const bool has_interior = is_unsolved && !rows_.has_ends();
-  if (is_unsolved && !has_interior && !context.is_costly()) return infinity<Real>;
+      found.residual > enough_ && !found.is_contradictory && !(slides && !context.is_cheap());
+  // A cheap island can pay for the proximal iteration, whose opening speeds follow the slip. What
+  // is crushed needs it: `InteriorPoint` does not know cones that end.
+  if (is_unsolved && (context.is_cheap() || rows_.has_ends())) return infinity<Real>;
   take(found);
-  if (has_interior) found = solve_from_inside(problem, found, context, report);
+  if (is_unsolved) found = solve_from_inside(problem, found, context, report);
   if (!(found.residual < infinity<Real>)) return infinity<Real>;
   rows_.store_impulses(island, constraints);
   const auto tolerance = Real(context.velocity_tolerance);

@@ -175,12 +175,10 @@ struct SolveContext {
   [[nodiscard]] double cost_share() const {
     return 2.0 * settings.max_newton_steps / affordable_steps();
   }
-  /// Returns whether both take less than half of it. The island is then solved exactly, or stacks
-  /// would never come to rest.
-  [[nodiscard]] bool is_cheap() const { return cost_share() <= 0.5; }
-  /// Returns whether both do not fit. The convex problems are then left out where surfaces slide
-  /// fast, and so are most sweeps.
-  [[nodiscard]] bool is_costly() const { return cost_share() > 1; }
+  /// Returns whether both take less than a quarter of it. The island is then solved exactly, or
+  /// stacks would never come to rest. Others take what Newton's method ends with where surfaces
+  /// slide fast, and few sweeps.
+  [[nodiscard]] bool is_cheap() const { return cost_share() <= 0.25; }
 
   /// [-] Number of substeps of a swept island. It has an upper bound, whatever the length of the
   /// step.
