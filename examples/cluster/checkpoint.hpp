@@ -6,6 +6,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cluster/draw.hpp"
 #include "cluster/ranks.hpp"
 
 #include <bristle/bristle.hpp>
@@ -19,6 +20,7 @@
 #include <exception>
 #include <filesystem>
 #include <fstream>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -28,7 +30,7 @@ using Batch = bristle::WorldBatch<float>;
 
 /// What comes first in the file.
 struct CheckpointHead {
-  static constexpr std::uint64_t expected_magic = 0x73657461'74730001u;  // "states", and a number.
+  static constexpr std::uint64_t expected_magic = 0x73657461'74730002u;  // "states", and a number.
 
   std::uint64_t magic = expected_magic;
   /// [-] Hash of the scene that all worlds start as.
@@ -36,7 +38,16 @@ struct CheckpointHead {
   std::uint64_t worlds = 0;
   /// [-] Rounds that the worlds have behind them.
   std::uint64_t rounds = 0;
+  /// [-] `hash_of` this head and the sizes. Snapshots have hashes of their own.
+  std::uint64_t hash = 0;
 };
+
+/// [-] Hash of a head, but for its own hash, and of the sizes of all snapshots.
+inline std::uint64_t hash_of(const CheckpointHead& head, std::span<const std::uint64_t> sizes) {
+  std::uint64_t hash = mixed(mixed(head.magic, head.scene), mixed(head.worlds, head.rounds));
+  for (const std::uint64_t size : sizes) hash = mixed(hash, size);
+  return hash;
+}
 
 /// Reads and writes the checkpoint of a folder.
 class Checkpoint {
@@ -67,12 +78,17 @@ class Checkpoint {
     const std::uint64_t own = states.size();
     MPI_Exscan(&own, &before, 1, MPI_UINT64_T, MPI_SUM, MPI_COMM_WORLD);
 
+    std::vector<std::uint64_t> all_sizes;
+    ranks_.gather<std::uint64_t>(sizes, worlds_, 1, all_sizes);
+
     const std::string part = path_ + ".part";
+    // What a rank that died has left must not follow the new states.
+    if (ranks_.is_first()) std::remove(part.c_str());
+    MPI_Barrier(MPI_COMM_WORLD);
     MPI_File file = MPI_FILE_NULL;
     int code = MPI_File_open(MPI_COMM_WORLD, part.c_str(), MPI_MODE_CREATE | MPI_MODE_WRONLY,
                              MPI_INFO_NULL, &file);
     ranks_.agree(error_of(part, code));
-    code = MPI_File_set_size(file, 0);
     const auto put = [&](std::uint64_t at, const void* bytes, std::size_t count) {
       // A count of MPI is an int.
       constexpr std::size_t most = std::size_t{1} << 30;
@@ -83,10 +99,12 @@ class Checkpoint {
                                  MPI_STATUS_IGNORE);
       }
     };
-    const CheckpointHead head{.scene = scene_, .worlds = worlds_, .rounds = rounds};
-    if (ranks_.is_first()) put(0, &head, sizeof head);
-    put(sizes_start + slab_.first * sizeof(std::uint64_t), sizes.data(),
-        sizes.size() * sizeof(std::uint64_t));
+    if (ranks_.is_first()) {
+      CheckpointHead head{.scene = scene_, .worlds = worlds_, .rounds = rounds};
+      head.hash = hash_of(head, all_sizes);
+      put(0, &head, sizeof head);
+      put(sizes_start, all_sizes.data(), worlds_ * sizeof(std::uint64_t));
+    }
     put(states_start() + before, states.data(), states.size());
     const int synced = MPI_File_sync(file);
     const int closed = MPI_File_close(&file);
@@ -149,6 +167,7 @@ class Checkpoint {
 
     std::vector<std::uint64_t> sizes(worlds_);
     get(sizes.data(), worlds_ * sizeof(std::uint64_t));
+    if (head.hash != hash_of(head, sizes)) throw std::runtime_error("is damaged");
     const std::uint64_t file_size = std::filesystem::file_size(path_);
     std::uint64_t end = states_start();
     std::uint64_t own_start = end;

@@ -12383,8 +12383,8 @@ struct ConstraintBlock {
   BlockKind kind = BlockKind::equality;
   /// [-] First of its impulses among those that the joint stores.
   std::uint8_t first_impulse = 0;
-  /// [-] Slot of its joint; `no_joint` for rolling friction.
   static constexpr std::uint32_t no_joint = 0xffffffffu;
+  /// [-] Slot of its joint; `no_joint` for rolling friction.
   std::uint32_t joint = 0;
   /// [N s or N m s] Bounds of a bounded row or a limit.
   S lower = S(0);
@@ -12790,6 +12790,13 @@ void for_each_row(const Island& island, AnyConstraints& constraints, Use&& use) 
   }
 }
 
+/// Returns whether joints act in an island. Its other blocks are the rolling friction of contacts.
+template <Scalar S>
+[[nodiscard]] bool has_joints(const Island& island, const Constraints<S>& constraints) {
+  return std::any_of(island.blocks.begin(), island.blocks.end(),
+                     [&](std::uint32_t i) { return constraints.blocks[i].is_of_joint(); });
+}
+
 /// Counters and residual of a solve.
 template <Scalar S>
 struct SolveReport {
@@ -12856,9 +12863,9 @@ struct SolveContext {
   [[nodiscard]] double cost_share() const {
     return 2.0 * settings.max_newton_steps / affordable_steps();
   }
-  /// Returns whether both take less than a quarter of it. The island is then solved exactly, or
-  /// stacks would never come to rest. Others take what Newton's method ends with where surfaces
-  /// slide fast, and few sweeps.
+  /// Returns whether both take a quarter of it at most. The island is then solved exactly, or
+  /// stacks would never come to rest. A larger one may leave something. Where its surfaces slide
+  /// fast, that is what Newton's method leaves, and few sweeps follow.
   [[nodiscard]] bool is_cheap() const { return cost_share() <= 0.25; }
 
   /// [-] Number of substeps of a swept island. It has an upper bound, whatever the length of the
@@ -31793,10 +31800,7 @@ namespace bristle::inline BRISTLE_ABI::detail {
 /// points. That would decide the readings of sensors and contacts, or whether a grip slips.
 template <Scalar S>
 [[nodiscard]] bool needs_even_load(const Island& island, const Constraints<S>& constraints) {
-  const bool has_joints =
-      std::any_of(island.blocks.begin(), island.blocks.end(),
-                  [&](std::uint32_t i) { return constraints.blocks[i].is_of_joint(); });
-  if (!island.soft.empty() || has_joints) return true;
+  if (!island.soft.empty() || has_joints(island, constraints)) return true;
   return island.contacts.size() > 1 &&
          std::all_of(island.contacts.begin(), island.contacts.end(),
                      [&](std::uint32_t i) { return constraints.contacts[i].is_fresh; });
@@ -33150,7 +33154,7 @@ class ProximalSolver {
         iterate(enough_ > Real(context.velocity_tolerance) ? enough_ : tolerance, context, report);
     if (!(left < infinity<Real>)) return left;
     rows_.store_impulses(island, constraints);
-    if (left <= tolerance && island.blocks.empty() && island.soft.empty() &&
+    if (left <= tolerance && !has_joints(island, constraints) && island.soft.empty() &&
         !rows_.has_sliding(eps_, tolerance)) {
       find_transient_impulses(island, constraints, bodies,
                               [this](DynamicArray<Real>& x) { hessian_.solve(x.data()); });
@@ -33245,7 +33249,7 @@ auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constrai
   for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].free, product_);
   // Contacts alone are swept first in the next step. A small residual here ends it after one sweep.
   // With joints sweeps do not help. A larger residual is then enough.
-  const bool is_swept_first = island.blocks.empty() && island.soft.empty();
+  const bool is_swept_first = !has_joints(island, constraints) && island.soft.empty();
   const bool is_fresh = !rows_.has_impulses();
   CoulombProblem<Real> problem{
       .rows = rows_.rows(),
@@ -33268,16 +33272,18 @@ auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constrai
   CoulombResult<Real> found = newton_.solve(problem);
   report.factorisations += found.factorisations;
   enough_ = std::max(enough_, problem.good_enough(found.slip));
+  // Behind it comes the proximal iteration, whose opening speeds follow the slip, where the budget
+  // pays for it. What is crushed has nothing else: `InteriorPoint` does not know cones that end.
+  const bool is_paid = rows_.has_ends() ? context.cost_share() <= 1 : context.is_cheap();
   // Where surfaces slide fast the convex problem with their slip at the start is farther from the
-  // law than Newton's method ends. An island that it would cost too much goes on from there.
+  // law than Newton's method ends. An island that cannot pay for more goes on from there.
   const bool slides = !is_fresh && found.slip > problem.speed_change;
   const bool is_unsolved =
-      found.residual > enough_ && !found.is_contradictory && !(slides && !context.is_cheap());
-  // A cheap island can pay for the proximal iteration, whose opening speeds follow the slip. What
-  // is crushed needs it: `InteriorPoint` does not know cones that end.
-  if (is_unsolved && (context.is_cheap() || rows_.has_ends())) return infinity<Real>;
+      found.residual > enough_ && !found.is_contradictory && (is_paid || !slides);
+  if (is_unsolved && is_paid) return infinity<Real>;
+  const bool has_interior = is_unsolved && !rows_.has_ends();
   take(found);
-  if (is_unsolved) found = solve_from_inside(problem, found, context, report);
+  if (has_interior) found = solve_from_inside(problem, found, context, report);
   if (!(found.residual < infinity<Real>)) return infinity<Real>;
   rows_.store_impulses(island, constraints);
   const auto tolerance = Real(context.velocity_tolerance);
@@ -35818,7 +35824,7 @@ class IslandSolver {
     return energy.found > S(2) * std::max(energy.start, energy.free);
   }
 
-  /// Stores the whole step of each body. Scales the warm start of joints to a substep.
+  /// Stores the whole step of each body. Scales the warm start of rows to a substep.
   void begin_parts(const Island& island, Constraints<S>& constraints,
                    std::span<SolverBody<S>> bodies, S parts) {
     parts_.resize(std::max(parts_.size(), island.bodies.size()));
@@ -35857,7 +35863,7 @@ class IslandSolver {
     return (S(1) - kept) / (S(1) - whole);
   }
 
-  /// Scales the bounds of motors to a substep, or back.
+  /// Scales the bounds of motors and of rolling friction to a substep, or back.
   static void scale_bounds(const Island& island, Constraints<S>& constraints, S scale) {
     for (const std::uint32_t i : island.blocks) {
       ConstraintBlock<S>& block = constraints.blocks[i];
@@ -35938,7 +35944,7 @@ class IslandSolver {
     }
     move_by_restitution(island, constraints, bodies, context);
     if (!has_position_error(island, constraints, bodies, context)) return false;
-    if (!island.blocks.empty()) {
+    if (has_joints(island, constraints)) {
       // Joints must not yield along their locked axes. Sweeps do not ensure that.
       proximal_.place(island, constraints, bodies, context, report);
       return true;
@@ -36148,6 +36154,7 @@ class MechanismStage final : public JointStage<S> {
   }
 
   void close_wide_gaps(State& state, const Island& island) override {
+    if (!has_joints(island, state.constraints)) return;
     if (!has_open_joints(state, island) && !has_far_turns(state, island)) return;
     find_groups(state, island);
     for (const std::uint32_t slot : island.bodies) {
@@ -36220,14 +36227,13 @@ class MechanismStage final : public JointStage<S> {
   /// harmless unless contacts may push there.
   [[nodiscard]] static bool applies_to(const State& state, const Island& island,
                                        const SolveContext<S>& context) {
+    if (!has_joints(island, state.constraints)) return false;
     if (state.def.integrator != Integrator::trapezoidal) return false;
-    bool has_joints = false;
     bool has_limits = false;
     std::size_t springs = 0;
     for (const std::uint32_t i : island.blocks) {
       const ConstraintBlock<S>& block = state.constraints.blocks[i];
       if (!block.is_of_joint()) continue;
-      has_joints = true;
       if (block.kind == BlockKind::equality) {
         const Joint<S>& joint = state.joints.at(block.joint);
         springs += joint.is_sprung && joint.is_resolved ? 1u : 0u;
@@ -36239,8 +36245,7 @@ class MechanismStage final : public JointStage<S> {
       if (!is_free) return false;
       has_limits = true;
     }
-    if (!has_joints || springs != island.soft.size())
-      return false;  // The others are stiff springs or patches.
+    if (springs != island.soft.size()) return false;  // The others are stiff springs or patches.
     if (!island.contacts.empty() && (has_limits || context.is_large())) return false;
     return std::none_of(island.bodies.begin(), island.bodies.end(),
                         [&](std::uint32_t slot) { return state.solver_bodies[slot].is_sensed; });
@@ -36294,17 +36299,23 @@ class MechanismStage final : public JointStage<S> {
   [[nodiscard]] bool find_contact_impulses(const State& state, const Island& island) {
     bool has_any = false;
     for (const std::uint32_t slot : island.bodies) contact_impulses_[slot] = {};
+    const auto add = [&](std::uint32_t slot, const Wrench<S>& impulse) {
+      if (state.solver_bodies[slot].moves) contact_impulses_[slot] += impulse;
+    };
     for (const std::uint32_t i : island.contacts) {
       const ContactConstraint<S>& c = state.constraints.contacts[i];
       if (c.is_fresh || !(c.impulse[0] > S(0))) continue;
       has_any = true;
       const Vec3<S> impulse = c.impulse_W();
-      const auto add = [&](std::uint32_t slot, const Vec3<S>& arm, const Vec3<S>& on_body) {
-        if (!state.solver_bodies[slot].moves) return;
-        contact_impulses_[slot] += Wrench<S>::at(arm, on_body);
-      };
-      add(c.body_a, c.arm_a, -impulse);
-      add(c.body_b, c.arm_b, impulse);
+      add(c.body_a, Wrench<S>::at(c.arm_a, -impulse));
+      add(c.body_b, Wrench<S>::at(c.arm_b, impulse));
+    }
+    for (const std::uint32_t i : island.blocks) {
+      const ConstraintBlock<S>& block = state.constraints.blocks[i];
+      if (block.is_of_joint()) continue;
+      const ConstraintRow<S>& row = state.constraints.rows[block.first];
+      add(block.body_a, {zero<Vec3<S>>(), -row.impulse * row.angular_a});
+      add(block.body_b, {zero<Vec3<S>>(), row.impulse * row.angular_b});
     }
     return has_any;
   }
@@ -36500,13 +36511,11 @@ class MechanismStage final : public JointStage<S> {
 
   /// Returns whether joints hold a body that turns far.
   [[nodiscard]] bool has_far_turns(const State& state, const Island& island) const {
-    return !island.blocks.empty() &&
-           std::any_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t slot) {
-             const SolverBody<S>& body = state.solver_bodies[slot];
-             const Twist<S> solved =
-                 body.follows_joints ? body.motion - mean_motions_[slot] : body.motion;
-             return turns_far<S>(solved.angular, state.def.time_step);
-           });
+    return std::any_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t slot) {
+      const SolverBody<S>& body = state.solver_bodies[slot];
+      const Twist<S> solved = body.follows_joints ? body.motion - mean_motions_[slot] : body.motion;
+      return turns_far<S>(solved.angular, state.def.time_step);
+    });
   }
 
   /// Closes gaps of the gathered group at the end of the step, if they are wide.
@@ -36707,7 +36716,8 @@ std::size_t CrowdLimit<S>::thin(DynamicArray<ShapePair>& pairs, std::size_t slot
 /// Rows hold the angular velocity along and across the torque that is expected. What rolls on needs
 /// the whole of it along, so nothing is left across. Their bounds come from the normal impulses of
 /// the last step. So they are those of the present load where it is steady, and a new contact rolls
-/// freely for one step. Whatever the bounds are, a row only resists.
+/// freely for one step. In the step in which a torque arises or turns, it may be up to sqrt(2)
+/// delta N. Whatever the bounds are, a row only resists.
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <cstdint>
@@ -37791,7 +37801,7 @@ class PassiveRestitution {
   /// skipped, too: their impulses are sums over substeps.
   void calm(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
             const SolveContext<S>& context, IslandSolver<S>& solver, SolveReport<S>& report) {
-    if (island.blocks.empty() || island.contacts.empty() || !island.soft.empty()) return;
+    if (!has_joints(island, constraints) || island.contacts.empty() || !island.soft.empty()) return;
     if (context.is_large()) return;
     const S gained = gained_energy(island, bodies);
     if (!(gained > S(0)) || !is_closed(island, constraints, bodies)) return;
@@ -37836,7 +37846,8 @@ class PassiveRestitution {
                        }) &&
            std::all_of(island.blocks.begin(), island.blocks.end(), [&](std::uint32_t i) {
              const ConstraintBlock<S>& block = constraints.blocks[i];
-             return block.kind != BlockKind::bounded && rests(block.body_a) && rests(block.body_b);
+             const bool is_motor = block.kind == BlockKind::bounded && block.is_of_joint();
+             return !is_motor && rests(block.body_a) && rests(block.body_b);
            });
   }
 
@@ -37943,6 +37954,8 @@ template <Scalar S>
   }
   for (const std::uint32_t i : island.blocks) {
     const ConstraintBlock<S>& block = constraints.blocks[i];
+    // Rolling friction drives nothing, and its bound follows from the impulses that are limited.
+    if (!block.is_of_joint()) continue;
     const SolverBody<S>& a = bodies[block.body_a];
     const SolverBody<S>& b = bodies[block.body_b];
     const S jointed = max(a.moves ? a.mass : S(0), b.moves ? b.mass : S(0));
@@ -38253,7 +38266,8 @@ class SolveStage {
     }
     for (const std::uint32_t i : island.blocks) {
       const ConstraintBlock<S>& block = state.constraints.blocks[i];
-      if (!block.is_of_joint()) continue;  // Friction only resists.
+      // Rolling friction drives nothing: it only resists.
+      if (!block.is_of_joint()) continue;
       add_impulse(block.body_a, block.body_b, state.constraints.rows[block.first].impulse);
       // Motors and limits decide on the velocity at the end of a step as if it had lasted all step.
       // With the mean of two velocities they would overshoot.

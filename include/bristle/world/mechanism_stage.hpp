@@ -63,6 +63,7 @@ class MechanismStage final : public JointStage<S> {
   }
 
   void close_wide_gaps(State& state, const Island& island) override {
+    if (!has_joints(island, state.constraints)) return;
     if (!has_open_joints(state, island) && !has_far_turns(state, island)) return;
     find_groups(state, island);
     for (const std::uint32_t slot : island.bodies) {
@@ -135,14 +136,13 @@ class MechanismStage final : public JointStage<S> {
   /// harmless unless contacts may push there.
   [[nodiscard]] static bool applies_to(const State& state, const Island& island,
                                        const SolveContext<S>& context) {
+    if (!has_joints(island, state.constraints)) return false;
     if (state.def.integrator != Integrator::trapezoidal) return false;
-    bool has_joints = false;
     bool has_limits = false;
     std::size_t springs = 0;
     for (const std::uint32_t i : island.blocks) {
       const ConstraintBlock<S>& block = state.constraints.blocks[i];
       if (!block.is_of_joint()) continue;
-      has_joints = true;
       if (block.kind == BlockKind::equality) {
         const Joint<S>& joint = state.joints.at(block.joint);
         springs += joint.is_sprung && joint.is_resolved ? 1u : 0u;
@@ -154,8 +154,7 @@ class MechanismStage final : public JointStage<S> {
       if (!is_free) return false;
       has_limits = true;
     }
-    if (!has_joints || springs != island.soft.size())
-      return false;  // The others are stiff springs or patches.
+    if (springs != island.soft.size()) return false;  // The others are stiff springs or patches.
     if (!island.contacts.empty() && (has_limits || context.is_large())) return false;
     return std::none_of(island.bodies.begin(), island.bodies.end(),
                         [&](std::uint32_t slot) { return state.solver_bodies[slot].is_sensed; });
@@ -209,17 +208,23 @@ class MechanismStage final : public JointStage<S> {
   [[nodiscard]] bool find_contact_impulses(const State& state, const Island& island) {
     bool has_any = false;
     for (const std::uint32_t slot : island.bodies) contact_impulses_[slot] = {};
+    const auto add = [&](std::uint32_t slot, const Wrench<S>& impulse) {
+      if (state.solver_bodies[slot].moves) contact_impulses_[slot] += impulse;
+    };
     for (const std::uint32_t i : island.contacts) {
       const ContactConstraint<S>& c = state.constraints.contacts[i];
       if (c.is_fresh || !(c.impulse[0] > S(0))) continue;
       has_any = true;
       const Vec3<S> impulse = c.impulse_W();
-      const auto add = [&](std::uint32_t slot, const Vec3<S>& arm, const Vec3<S>& on_body) {
-        if (!state.solver_bodies[slot].moves) return;
-        contact_impulses_[slot] += Wrench<S>::at(arm, on_body);
-      };
-      add(c.body_a, c.arm_a, -impulse);
-      add(c.body_b, c.arm_b, impulse);
+      add(c.body_a, Wrench<S>::at(c.arm_a, -impulse));
+      add(c.body_b, Wrench<S>::at(c.arm_b, impulse));
+    }
+    for (const std::uint32_t i : island.blocks) {
+      const ConstraintBlock<S>& block = state.constraints.blocks[i];
+      if (block.is_of_joint()) continue;
+      const ConstraintRow<S>& row = state.constraints.rows[block.first];
+      add(block.body_a, {zero<Vec3<S>>(), -row.impulse * row.angular_a});
+      add(block.body_b, {zero<Vec3<S>>(), row.impulse * row.angular_b});
     }
     return has_any;
   }
@@ -415,13 +420,11 @@ class MechanismStage final : public JointStage<S> {
 
   /// Returns whether joints hold a body that turns far.
   [[nodiscard]] bool has_far_turns(const State& state, const Island& island) const {
-    return !island.blocks.empty() &&
-           std::any_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t slot) {
-             const SolverBody<S>& body = state.solver_bodies[slot];
-             const Twist<S> solved =
-                 body.follows_joints ? body.motion - mean_motions_[slot] : body.motion;
-             return turns_far<S>(solved.angular, state.def.time_step);
-           });
+    return std::any_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t slot) {
+      const SolverBody<S>& body = state.solver_bodies[slot];
+      const Twist<S> solved = body.follows_joints ? body.motion - mean_motions_[slot] : body.motion;
+      return turns_far<S>(solved.angular, state.def.time_step);
+    });
   }
 
   /// Closes gaps of the gathered group at the end of the step, if they are wide.

@@ -184,7 +184,8 @@ class SolveStage {
     }
     for (const std::uint32_t i : island.blocks) {
       const ConstraintBlock<S>& block = state.constraints.blocks[i];
-      if (!block.is_of_joint()) continue;  // Friction only resists.
+      // Rolling friction drives nothing: it only resists.
+      if (!block.is_of_joint()) continue;
       add_impulse(block.body_a, block.body_b, state.constraints.rows[block.first].impulse);
       // Motors and limits decide on the velocity at the end of a step as if it had lasted all step.
       // With the mean of two velocities they would overshoot.

@@ -30,7 +30,7 @@ class PassiveRestitution {
   /// skipped, too: their impulses are sums over substeps.
   void calm(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
             const SolveContext<S>& context, IslandSolver<S>& solver, SolveReport<S>& report) {
-    if (island.blocks.empty() || island.contacts.empty() || !island.soft.empty()) return;
+    if (!has_joints(island, constraints) || island.contacts.empty() || !island.soft.empty()) return;
     if (context.is_large()) return;
     const S gained = gained_energy(island, bodies);
     if (!(gained > S(0)) || !is_closed(island, constraints, bodies)) return;
@@ -75,7 +75,8 @@ class PassiveRestitution {
                        }) &&
            std::all_of(island.blocks.begin(), island.blocks.end(), [&](std::uint32_t i) {
              const ConstraintBlock<S>& block = constraints.blocks[i];
-             return block.kind != BlockKind::bounded && rests(block.body_a) && rests(block.body_b);
+             const bool is_motor = block.kind == BlockKind::bounded && block.is_of_joint();
+             return !is_motor && rests(block.body_a) && rests(block.body_b);
            });
   }
 

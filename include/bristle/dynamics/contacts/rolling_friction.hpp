@@ -13,7 +13,8 @@
 /// Rows hold the angular velocity along and across the torque that is expected. What rolls on needs
 /// the whole of it along, so nothing is left across. Their bounds come from the normal impulses of
 /// the last step. So they are those of the present load where it is steady, and a new contact rolls
-/// freely for one step. Whatever the bounds are, a row only resists.
+/// freely for one step. In the step in which a torque arises or turns, it may be up to sqrt(2)
+/// delta N. Whatever the bounds are, a row only resists.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 

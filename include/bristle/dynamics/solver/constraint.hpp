@@ -80,8 +80,8 @@ struct ConstraintBlock {
   BlockKind kind = BlockKind::equality;
   /// [-] First of its impulses among those that the joint stores.
   std::uint8_t first_impulse = 0;
-  /// [-] Slot of its joint; `no_joint` for rolling friction.
   static constexpr std::uint32_t no_joint = 0xffffffffu;
+  /// [-] Slot of its joint; `no_joint` for rolling friction.
   std::uint32_t joint = 0;
   /// [N s or N m s] Bounds of a bounded row or a limit.
   S lower = S(0);

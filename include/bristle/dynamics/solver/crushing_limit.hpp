@@ -76,6 +76,8 @@ template <Scalar S>
   }
   for (const std::uint32_t i : island.blocks) {
     const ConstraintBlock<S>& block = constraints.blocks[i];
+    // Rolling friction drives nothing, and its bound follows from the impulses that are limited.
+    if (!block.is_of_joint()) continue;
     const SolverBody<S>& a = bodies[block.body_a];
     const SolverBody<S>& b = bodies[block.body_b];
     const S jointed = max(a.moves ? a.mass : S(0), b.moves ? b.mass : S(0));

@@ -314,7 +314,7 @@ class IslandSolver {
     return energy.found > S(2) * std::max(energy.start, energy.free);
   }
 
-  /// Stores the whole step of each body. Scales the warm start of joints to a substep.
+  /// Stores the whole step of each body. Scales the warm start of rows to a substep.
   void begin_parts(const Island& island, Constraints<S>& constraints,
                    std::span<SolverBody<S>> bodies, S parts) {
     parts_.resize(std::max(parts_.size(), island.bodies.size()));
@@ -353,7 +353,7 @@ class IslandSolver {
     return (S(1) - kept) / (S(1) - whole);
   }
 
-  /// Scales the bounds of motors to a substep, or back.
+  /// Scales the bounds of motors and of rolling friction to a substep, or back.
   static void scale_bounds(const Island& island, Constraints<S>& constraints, S scale) {
     for (const std::uint32_t i : island.blocks) {
       ConstraintBlock<S>& block = constraints.blocks[i];
@@ -434,7 +434,7 @@ class IslandSolver {
     }
     move_by_restitution(island, constraints, bodies, context);
     if (!has_position_error(island, constraints, bodies, context)) return false;
-    if (!island.blocks.empty()) {
+    if (has_joints(island, constraints)) {
       // Joints must not yield along their locked axes. Sweeps do not ensure that.
       proximal_.place(island, constraints, bodies, context, report);
       return true;

@@ -16,10 +16,7 @@ namespace bristle::inline BRISTLE_ABI::detail {
 /// points. That would decide the readings of sensors and contacts, or whether a grip slips.
 template <Scalar S>
 [[nodiscard]] bool needs_even_load(const Island& island, const Constraints<S>& constraints) {
-  const bool has_joints =
-      std::any_of(island.blocks.begin(), island.blocks.end(),
-                  [&](std::uint32_t i) { return constraints.blocks[i].is_of_joint(); });
-  if (!island.soft.empty() || has_joints) return true;
+  if (!island.soft.empty() || has_joints(island, constraints)) return true;
   return island.contacts.size() > 1 &&
          std::all_of(island.contacts.begin(), island.contacts.end(),
                      [&](std::uint32_t i) { return constraints.contacts[i].is_fresh; });

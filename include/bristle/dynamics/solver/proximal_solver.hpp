@@ -83,7 +83,7 @@ class ProximalSolver {
         iterate(enough_ > Real(context.velocity_tolerance) ? enough_ : tolerance, context, report);
     if (!(left < infinity<Real>)) return left;
     rows_.store_impulses(island, constraints);
-    if (left <= tolerance && island.blocks.empty() && island.soft.empty() &&
+    if (left <= tolerance && !has_joints(island, constraints) && island.soft.empty() &&
         !rows_.has_sliding(eps_, tolerance)) {
       find_transient_impulses(island, constraints, bodies,
                               [this](DynamicArray<Real>& x) { hessian_.solve(x.data()); });
@@ -178,7 +178,7 @@ auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constrai
   for (const std::uint32_t slot : island.bodies) rows_.put(slot, bodies[slot].free, product_);
   // Contacts alone are swept first in the next step. A small residual here ends it after one sweep.
   // With joints sweeps do not help. A larger residual is then enough.
-  const bool is_swept_first = island.blocks.empty() && island.soft.empty();
+  const bool is_swept_first = !has_joints(island, constraints) && island.soft.empty();
   const bool is_fresh = !rows_.has_impulses();
   CoulombProblem<Real> problem{
       .rows = rows_.rows(),
@@ -201,16 +201,18 @@ auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constrai
   CoulombResult<Real> found = newton_.solve(problem);
   report.factorisations += found.factorisations;
   enough_ = std::max(enough_, problem.good_enough(found.slip));
+  // Behind it comes the proximal iteration, whose opening speeds follow the slip, where the budget
+  // pays for it. What is crushed has nothing else: `InteriorPoint` does not know cones that end.
+  const bool is_paid = rows_.has_ends() ? context.cost_share() <= 1 : context.is_cheap();
   // Where surfaces slide fast the convex problem with their slip at the start is farther from the
-  // law than Newton's method ends. An island that it would cost too much goes on from there.
+  // law than Newton's method ends. An island that cannot pay for more goes on from there.
   const bool slides = !is_fresh && found.slip > problem.speed_change;
   const bool is_unsolved =
-      found.residual > enough_ && !found.is_contradictory && !(slides && !context.is_cheap());
-  // A cheap island can pay for the proximal iteration, whose opening speeds follow the slip. What
-  // is crushed needs it: `InteriorPoint` does not know cones that end.
-  if (is_unsolved && (context.is_cheap() || rows_.has_ends())) return infinity<Real>;
+      found.residual > enough_ && !found.is_contradictory && (is_paid || !slides);
+  if (is_unsolved && is_paid) return infinity<Real>;
+  const bool has_interior = is_unsolved && !rows_.has_ends();
   take(found);
-  if (is_unsolved) found = solve_from_inside(problem, found, context, report);
+  if (has_interior) found = solve_from_inside(problem, found, context, report);
   if (!(found.residual < infinity<Real>)) return infinity<Real>;
   rows_.store_impulses(island, constraints);
   const auto tolerance = Real(context.velocity_tolerance);

@@ -109,6 +109,13 @@ void for_each_row(const Island& island, AnyConstraints& constraints, Use&& use) 
   }
 }
 
+/// Returns whether joints act in an island. Its other blocks are the rolling friction of contacts.
+template <Scalar S>
+[[nodiscard]] bool has_joints(const Island& island, const Constraints<S>& constraints) {
+  return std::any_of(island.blocks.begin(), island.blocks.end(),
+                     [&](std::uint32_t i) { return constraints.blocks[i].is_of_joint(); });
+}
+
 /// Counters and residual of a solve.
 template <Scalar S>
 struct SolveReport {
@@ -175,9 +182,9 @@ struct SolveContext {
   [[nodiscard]] double cost_share() const {
     return 2.0 * settings.max_newton_steps / affordable_steps();
   }
-  /// Returns whether both take less than a quarter of it. The island is then solved exactly, or
-  /// stacks would never come to rest. Others take what Newton's method ends with where surfaces
-  /// slide fast, and few sweeps.
+  /// Returns whether both take a quarter of it at most. The island is then solved exactly, or
+  /// stacks would never come to rest. A larger one may leave something. Where its surfaces slide
+  /// fast, that is what Newton's method leaves, and few sweeps follow.
   [[nodiscard]] bool is_cheap() const { return cost_share() <= 0.25; }
 
   /// [-] Number of substeps of a swept island. It has an upper bound, whatever the length of the
