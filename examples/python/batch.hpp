@@ -101,15 +101,19 @@ void bind_batch_changes(Class& c) {
       .def(
           "set_material",
           [](Batch& batch, BodyId body, const py::object& friction, const py::object& restitution,
-             const py::object& mask) {
+             const py::object& mask, const py::object& rolling_friction) {
             const Rows<S> mu("friction", friction, batch.worlds.size());
             const Rows<S> e("restitution", restitution, batch.worlds.size());
+            const Rows<S> lever("rolling_friction", rolling_friction, batch.worlds.size());
             batch.change(body, mask, [&](std::size_t i, World<S>& w) {
-              w.set_material(body, {.friction = *mu[i], .restitution = *e[i]});
+              w.set_material(
+                  body, {.friction = *mu[i], .restitution = *e[i], .rolling_friction = *lever[i]});
             });
           },
           "body"_a, "friction"_a, "restitution"_a = 0, "mask"_a = py::none(),
-          "Gives all shapes of a body a friction [1] and a restitution [1] for each world.")
+          "rolling_friction"_a = 0,
+          "Gives all shapes of a body a friction [1], a restitution [1] and a lever of rolling "
+          "friction [m] for each world.")
       .def(
           "set_parameters",
           [](Batch& batch, PatchId patch,

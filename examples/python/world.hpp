@@ -99,13 +99,14 @@ void bind_world(py::module_& m) {
           "add_body",
           [](World& world, Motion motion, std::optional<Shape<S>> shape, std::optional<S> mass,
              const Vec3<S>& position, const Vec4& orientation, const Vec3<S>& velocity,
-             const Vec3<S>& angular_velocity, S friction, S restitution) {
+             const Vec3<S>& angular_velocity, S friction, S restitution, S rolling_friction) {
             BodyDef<S> def;
             def.motion = motion;
             if (shape) def.shape = *std::move(shape);
             def.mass = mass;
             def.material.friction = friction;
             def.material.restitution = restitution;
+            def.material.rolling_friction = rolling_friction;
             def.position = position;
             def.orientation = rotation_of<S>(orientation);
             def.velocity = velocity;
@@ -117,8 +118,10 @@ void bind_world(py::module_& m) {
           "orientation"_a = Vec4(0, 0, 0, 1), "velocity"_a = Vec3<S>(0, 0, 0),
           "angular_velocity"_a = Vec3<S>(0, 0, 0), "friction"_a = Material<S>{}.friction,
           "restitution"_a = Material<S>{}.restitution,
+          "rolling_friction"_a = Material<S>{}.rolling_friction,
           "Adds a body of a mass [kg] at a position [m] with an orientation x, y, z, w, a velocity "
-          "[m/s] and an angular velocity [rad/s]. A dynamic body has a mass and a shape.")
+          "[m/s] and an angular velocity [rad/s]. A dynamic body has a mass and a shape. "
+          "rolling_friction is a lever [m].")
       .def("remove_body", &World::remove_body, "body"_a,
            "Removes a body with its patches and joints.")
       .def(
@@ -187,11 +190,14 @@ void bind_world(py::module_& m) {
            "Gives a body another mass [kg]; its inertia follows in proportion.")
       .def(
           "set_material",
-          [](World& world, BodyId body, S friction, S restitution) {
-            world.set_material(body, {.friction = friction, .restitution = restitution});
+          [](World& world, BodyId body, S friction, S restitution, S rolling_friction) {
+            world.set_material(body, {.friction = friction,
+                                      .restitution = restitution,
+                                      .rolling_friction = rolling_friction});
           },
-          "body"_a, "friction"_a, "restitution"_a = S(0),
-          "Gives all shapes of a body a friction [1] and a restitution [1].")
+          "body"_a, "friction"_a, "restitution"_a = S(0), "rolling_friction"_a = S(0),
+          "Gives all shapes of a body a friction [1], a restitution [1] and a lever of rolling "
+          "friction [m].")
       .def("set_gravity", &World::set_gravity, "gravity"_a, "Sets gravity [m/s^2].")
       .def("set_time_step", &World::set_time_step, "time_step"_a,
            "Sets the length [s] of the steps to come.")

@@ -53,6 +53,8 @@ class Changes(unittest.TestCase):
             ("set_mass", (ball, some), {}, lambda w, i: w.set_mass(ball, some[i])),
             ("set_material", (ball, some, some), {},
              lambda w, i: w.set_material(ball, some[i], some[i])),
+            ("set_material", (ball, some), {"rolling_friction": 0.01 * some},
+             lambda w, i: w.set_material(ball, some[i], rolling_friction=0.01 * some[i])),
             ("set_parameters", (pad, constants), {},
              lambda w, i: w.set_parameters(pad, constants[i])),
             ("set_motor", (joint,), motor, lambda w, i: w.set_motor(joint, **of(i, motor))),
