@@ -33154,7 +33154,7 @@ class ProximalSolver {
         iterate(enough_ > Real(context.velocity_tolerance) ? enough_ : tolerance, context, report);
     if (!(left < infinity<Real>)) return left;
     rows_.store_impulses(island, constraints);
-    if (left <= tolerance && !has_joints(island, constraints) && island.soft.empty() &&
+    if (left <= tolerance && island.blocks.empty() && island.soft.empty() &&
         !rows_.has_sliding(eps_, tolerance)) {
       find_transient_impulses(island, constraints, bodies,
                               [this](DynamicArray<Real>& x) { hessian_.solve(x.data()); });
@@ -33288,7 +33288,7 @@ auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constrai
   rows_.store_impulses(island, constraints);
   const auto tolerance = Real(context.velocity_tolerance);
   if (found.factorisations > 0 && found.residual <= tolerance && found.slip <= tolerance &&
-      is_swept_first) {
+      island.blocks.empty() && island.soft.empty()) {
     eps_ = found.eps;
     rows_.evaluate(v_);
     rows_.set_sides(eps_);
