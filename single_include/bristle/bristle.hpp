@@ -10882,7 +10882,7 @@ class ContactCache {
   /// Adds the manifolds of one pair. Pairs come in ascending order.
   void add(ShapePair shapes, std::span<const ContactManifold<S>> found, const PairFrame& frame) {
     for (const ContactManifold<S>& m : found) {
-      CachedManifold<S> cached;
+      CachedManifold<S>& cached = manifolds_.emplace_back();
       cached.shapes = shapes;
       cached.key = m.key;
       cached.normal = frame.R_WS * m.normal;
@@ -10903,7 +10903,6 @@ class ContactCache {
         inherit(*old, cached);
         cached.rolling_impulse = old->rolling_impulse;
       }
-      manifolds_.push_back(cached);
     }
   }
 
@@ -12793,8 +12792,10 @@ void for_each_row(const Island& island, AnyConstraints& constraints, Use&& use) 
 /// Returns whether joints act in an island. Its other blocks are the rolling friction of contacts.
 template <Scalar S>
 [[nodiscard]] bool has_joints(const Island& island, const Constraints<S>& constraints) {
-  return std::any_of(island.blocks.begin(), island.blocks.end(),
-                     [&](std::uint32_t i) { return constraints.blocks[i].is_of_joint(); });
+  for (const std::uint32_t i : island.blocks) {
+    if (constraints.blocks[i].is_of_joint()) return true;
+  }
+  return false;
 }
 
 /// Counters and residual of a solve.

@@ -125,7 +125,7 @@ class ContactCache {
   /// Adds the manifolds of one pair. Pairs come in ascending order.
   void add(ShapePair shapes, std::span<const ContactManifold<S>> found, const PairFrame& frame) {
     for (const ContactManifold<S>& m : found) {
-      CachedManifold<S> cached;
+      CachedManifold<S>& cached = manifolds_.emplace_back();
       cached.shapes = shapes;
       cached.key = m.key;
       cached.normal = frame.R_WS * m.normal;
@@ -146,7 +146,6 @@ class ContactCache {
         inherit(*old, cached);
         cached.rolling_impulse = old->rolling_impulse;
       }
-      manifolds_.push_back(cached);
     }
   }
 

@@ -112,8 +112,10 @@ void for_each_row(const Island& island, AnyConstraints& constraints, Use&& use) 
 /// Returns whether joints act in an island. Its other blocks are the rolling friction of contacts.
 template <Scalar S>
 [[nodiscard]] bool has_joints(const Island& island, const Constraints<S>& constraints) {
-  return std::any_of(island.blocks.begin(), island.blocks.end(),
-                     [&](std::uint32_t i) { return constraints.blocks[i].is_of_joint(); });
+  for (const std::uint32_t i : island.blocks) {
+    if (constraints.blocks[i].is_of_joint()) return true;
+  }
+  return false;
 }
 
 /// Counters and residual of a solve.
