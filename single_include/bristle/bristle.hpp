@@ -246,9 +246,15 @@ template <typename Exception>
 /// Text of a number that reads back as the same float ("%.9g"), or has all digits of an integer.
 template <typename S>
 [[nodiscard]] std::string to_text(const S& value) {
-  if constexpr (std::is_integral_v<S>) return std::to_string(value);
   char buffer[32];
-  std::snprintf(buffer, sizeof buffer, "%.9g", static_cast<double>(value));
+  // In a host's file, where few numbers are written, it is half the code of std::to_string.
+  if constexpr (std::is_unsigned_v<S>) {
+    std::snprintf(buffer, sizeof buffer, "%llu", static_cast<unsigned long long>(value));
+  } else if constexpr (std::is_integral_v<S>) {
+    std::snprintf(buffer, sizeof buffer, "%lld", static_cast<long long>(value));
+  } else {
+    std::snprintf(buffer, sizeof buffer, "%.9g", static_cast<double>(value));
+  }
   return buffer;
 }
 
@@ -5450,6 +5456,7 @@ BRISTLE_BACKEND_MAKERS(extern template, AnalyticBackend, double)
 #include <compare>
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -5474,10 +5481,9 @@ struct Id {
   /// Text for messages ("{3, 0}", or "unset").
   [[nodiscard]] friend std::string to_text(const Id& id) {
     if (id == Id{}) return "unset";
-    std::string text("{");
-    text.append(std::to_string(id.index)).append(", ");
-    text.append(std::to_string(id.generation)).append("}");
-    return text;
+    char buffer[32];
+    std::snprintf(buffer, sizeof buffer, "{%u, %u}", unsigned{id.index}, unsigned{id.generation});
+    return buffer;
   }
 };
 
@@ -31969,6 +31975,7 @@ struct ConeVector {
     return {n - o.n, x - o.x, y - o.y};
   }
   [[nodiscard]] ConeVector times(Real s) const { return {s * n, s * x, s * y}; }
+  [[nodiscard]] ConeVector over(Real s) const { return {n / s, x / s, y / s}; }
   [[nodiscard]] Real dot(const ConeVector& o) const { return n * o.n + x * o.x + y * o.y; }
   /// The product a o b of the algebra. (1, 0, 0) is its one.
   [[nodiscard]] ConeVector product(const ConeVector& o) const {
@@ -32038,8 +32045,10 @@ class InteriorCone {
                            rows[1].times(v) - rows[1].target, rows[2].times(v) - rows[2].target};
     const Real of_impulse = sqrt(impulse_.determinant());
     const Real of_velocity = sqrt(velocity_.determinant());
-    const Vector l = impulse_.times(Real(1) / of_impulse);
-    const Vector u = velocity_.times(Real(1) / of_velocity);
+    // Quotients, since g++ 12 fuses products with the sum and differences that follow, in spite of
+    // -ffp-contract=off (rotation_matrix), and other bits would come of -O2 than of -O1.
+    const Vector l = impulse_.over(of_impulse);
+    const Vector u = velocity_.over(of_velocity);
     const Real scale = Real(1) / sqrt(Real(2) * (Real(1) + l.dot(u)));
     point_ = Vector{l.n + u.n, l.x - u.x, l.y - u.y}.times(scale);
     size_ = sqrt(of_impulse / of_velocity);

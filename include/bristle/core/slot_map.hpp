@@ -9,6 +9,7 @@
 #include <compare>
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -33,10 +34,9 @@ struct Id {
   /// Text for messages ("{3, 0}", or "unset").
   [[nodiscard]] friend std::string to_text(const Id& id) {
     if (id == Id{}) return "unset";
-    std::string text("{");
-    text.append(std::to_string(id.index)).append(", ");
-    text.append(std::to_string(id.generation)).append("}");
-    return text;
+    char buffer[32];
+    std::snprintf(buffer, sizeof buffer, "{%u, %u}", unsigned{id.index}, unsigned{id.generation});
+    return buffer;
   }
 };
 

@@ -30,6 +30,7 @@ struct ConeVector {
     return {n - o.n, x - o.x, y - o.y};
   }
   [[nodiscard]] ConeVector times(Real s) const { return {s * n, s * x, s * y}; }
+  [[nodiscard]] ConeVector over(Real s) const { return {n / s, x / s, y / s}; }
   [[nodiscard]] Real dot(const ConeVector& o) const { return n * o.n + x * o.x + y * o.y; }
   /// The product a o b of the algebra. (1, 0, 0) is its one.
   [[nodiscard]] ConeVector product(const ConeVector& o) const {
@@ -99,8 +100,10 @@ class InteriorCone {
                            rows[1].times(v) - rows[1].target, rows[2].times(v) - rows[2].target};
     const Real of_impulse = sqrt(impulse_.determinant());
     const Real of_velocity = sqrt(velocity_.determinant());
-    const Vector l = impulse_.times(Real(1) / of_impulse);
-    const Vector u = velocity_.times(Real(1) / of_velocity);
+    // Quotients, since g++ 12 fuses products with the sum and differences that follow, in spite of
+    // -ffp-contract=off (rotation_matrix), and other bits would come of -O2 than of -O1.
+    const Vector l = impulse_.over(of_impulse);
+    const Vector u = velocity_.over(of_velocity);
     const Real scale = Real(1) / sqrt(Real(2) * (Real(1) + l.dot(u)));
     point_ = Vector{l.n + u.n, l.x - u.x, l.y - u.y}.times(scale);
     size_ = sqrt(of_impulse / of_velocity);
