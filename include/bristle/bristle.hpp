@@ -110,6 +110,7 @@
 #include <bristle/dynamics/solver/soft_system.hpp>
 #include <bristle/dynamics/solver/solver_def.hpp>
 #include <bristle/dynamics/solver/solver_types.hpp>
+#include <bristle/dynamics/solver/sweep_convergence.hpp>
 #include <bristle/geometry/backends/analytic_backend.hpp>
 #include <bristle/geometry/backends/shape_backend.hpp>
 #include <bristle/geometry/contacts/analytic_contacts.hpp>

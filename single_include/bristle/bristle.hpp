@@ -32507,6 +32507,133 @@ class InteriorPoint {
 /// targets.
 // SPDX-License-Identifier: BSD-3-Clause
 
+// === bristle/dynamics/solver/crushing_limit.hpp
+
+/// @file
+/// The most that bodies which nothing stops press with.
+///
+/// Fixed and kinematic bodies that move towards each other crush what is between them. No
+/// velocities keep all surfaces apart then. Impulses would grow with every sweep and Newton step,
+/// and the movers would do work without end. So their contacts give at most an impulse that is far
+/// above all that the bodies between them can ask for. Coulomb's law has a solution then.
+/// Surfaces approach only where that bound is reached.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// [1] Load of a contact as a multiple of all that acts on its island in a step. Levers and wedges
+/// that are moved against something ask for more than one. Half and twice of it are as good: of 96
+/// crushed heaps 2, 1 and 0 throw a cube out with 5, 10 and 20 (docs/measurements/0021).
+inline constexpr double most_leverage = 10;
+
+/// Returns whether immovable bodies that an island touches, or has joints with, move against each
+/// other. Those that turn are taken to do so.
+template <Scalar S>
+[[nodiscard]] bool are_movers_opposed(const Island& island, const Constraints<S>& constraints,
+                                      std::span<const SolverBody<S>> bodies) {
+  const SolverBody<S>* first = nullptr;
+  const auto is_other = [&](const SolverBody<S>& body) {
+    if (body.moves || &body == first) return false;
+    if (first == nullptr) {
+      first = &body;
+      return false;
+    }
+    const S zero = S(0);
+    return (body.free.linear - first->free.linear).squaredNorm() > zero ||
+           body.free.angular.squaredNorm() > zero || first->free.angular.squaredNorm() > zero;
+  };
+  const auto any = [&](std::span<const std::uint32_t> numbers, const auto& all) {
+    return std::any_of(numbers.begin(), numbers.end(), [&](std::uint32_t i) {
+      return is_other(bodies[all[i].body_a]) || is_other(bodies[all[i].body_b]);
+    });
+  };
+  return any(island.contacts, constraints.contacts) || any(island.blocks, constraints.blocks);
+}
+
+/// [N s] What acts on an island in a step: what stops its bodies, what forces, motors and soft
+/// blocks give them, and what brings all of them to the speed of movers. Torques count as forces at
+/// the radius of gyration.
+template <Scalar S>
+[[nodiscard]] S impulse_scale(const Island& island, const Constraints<S>& constraints,
+                              std::span<const SolverBody<S>> bodies) {
+  using std::abs;
+  using std::max;
+  using std::sqrt;
+  S sum = S(0);
+  S mass = S(0);
+  const auto momentum = [](const SolverBody<S>& body, const Twist<S>& v) {
+    return body.mass * v.linear.norm() +
+           sqrt(body.mass * max(S(0), S(v.angular.dot(body.inertia * v.angular))));
+  };
+  for (const std::uint32_t slot : island.bodies) {
+    const SolverBody<S>& body = bodies[slot];
+    mass += body.mass;
+    sum += momentum(body, body.start) + momentum(body, body.free - body.start);
+  }
+  S speed2 = S(0);
+  for (const std::uint32_t i : island.contacts) {
+    const ContactConstraint<S>& c = constraints.contacts[i];
+    const SolverBody<S>& a = bodies[c.body_a];
+    const SolverBody<S>& b = bodies[c.body_b];
+    if (!a.moves) speed2 = max(speed2, S(a.free.at(c.arm_a).squaredNorm()));
+    if (!b.moves) speed2 = max(speed2, S(b.free.at(c.arm_b).squaredNorm()));
+  }
+  for (const std::uint32_t i : island.blocks) {
+    const ConstraintBlock<S>& block = constraints.blocks[i];
+    // Rolling friction drives nothing, and its bound follows from the impulses that are limited.
+    if (!block.is_of_joint()) continue;
+    const SolverBody<S>& a = bodies[block.body_a];
+    const SolverBody<S>& b = bodies[block.body_b];
+    const S jointed = max(a.moves ? a.mass : S(0), b.moves ? b.mass : S(0));
+    if (!a.moves || !b.moves) {
+      S of_block2 = S(0);
+      for (std::uint32_t r = block.first; r < block.first + block.count; ++r) {
+        const ConstraintRow<S>& row = constraints.rows[r];
+        const S response = row_response(row, a, b);
+        const S speed = row.velocity(a.moves ? Twist<S>{} : a.free, b.moves ? Twist<S>{} : b.free);
+        if (response > S(0)) of_block2 += speed * speed / (response * jointed);
+      }
+      speed2 = max(speed2, of_block2);
+    }
+    const S most = max(abs(block.lower), abs(block.upper));
+    if (block.kind == BlockKind::equality || !(most < infinity<S>)) continue;
+    sum += most * sqrt(row_response(constraints.rows[block.first], a, b) * jointed);
+  }
+  sum += mass * sqrt(speed2);
+  for (const std::uint32_t i : island.soft) {
+    const SoftBlock<S>& soft = constraints.soft[i];
+    const S radius2 = max(bodies[soft.body_a].mass * bodies[soft.body_a].inverse_inertia.trace(),
+                          bodies[soft.body_b].mass * bodies[soft.body_b].inverse_inertia.trace());
+    sum += first_half<S>(soft.offset).norm() + second_half<S>(soft.offset).norm() * sqrt(radius2);
+  }
+  return sum;
+}
+
+/// Bounds the normal impulses of contacts with immovable bodies, where these move against each
+/// other. Elsewhere there is a solution without a bound. The bound has no derivatives: at rest
+/// those of its speeds are infinite.
+template <Scalar S>
+void limit_crushing(const Island& island, Constraints<S>& constraints,
+                    std::span<const SolverBody<S>> bodies) {
+  if (!are_movers_opposed(island, constraints, bodies)) return;
+  const S most = S(value_of(S(most_leverage) * impulse_scale(island, constraints, bodies)));
+  if (!(most < infinity<S>)) return;  // Numbers that are none bound nothing.
+  for (const std::uint32_t i : island.contacts) {
+    ContactConstraint<S>& c = constraints.contacts[i];
+    if (bodies[c.body_a].moves && bodies[c.body_b].moves) continue;
+    c.most_impulse = most;
+    if (!(c.impulse[0] > most)) continue;
+    const S share = most / c.impulse[0];
+    for (S& x : c.impulse) x *= share;
+  }
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
 // === bristle/dynamics/solver/joint_locks.hpp
 
 /// @file
@@ -32738,11 +32865,17 @@ class IslandRows {
     return std::any_of(rows_.begin(), rows_.end(),
                        [](const Row& row) { return row.lambda != Real(0); });
   }
-  /// Returns whether a cone ends: something is crushed (`limit_crushing`).
-  [[nodiscard]] bool has_ends() const {
-    return std::any_of(rows_.begin(), rows_.end(), [](const Row& row) {
-      return row.kind == Kind::cone && row.upper < (infinity<Real>);
-    });
+  /// Returns whether something is crushed: a contact whose cone ends (`limit_crushing`) had, or
+  /// gets, more than all that acts on the island.
+  /// @param impulse_of  impulse_of(k) is the impulse that row k gets.
+  template <typename ImpulseOf>
+  [[nodiscard]] bool is_crushed(const ImpulseOf& impulse_of) const {
+    for (std::size_t k = 0; k < rows_.size(); ++k) {
+      const Row& row = rows_[k];
+      if (row.kind != Kind::cone) continue;
+      if (std::max(row.lambda, impulse_of(k)) > row.upper / Real(most_leverage)) return true;
+    }
+    return false;
   }
   [[nodiscard]] std::span<IslandRow<Real>> rows() { return rows_; }
 
@@ -33282,16 +33415,18 @@ auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constrai
   CoulombResult<Real> found = newton_.solve(problem);
   report.factorisations += found.factorisations;
   enough_ = std::max(enough_, problem.good_enough(found.slip));
+  const bool is_crushed = rows_.is_crushed([this](std::size_t k) { return newton_.impulse(k); });
   // Behind it comes the proximal iteration, whose opening speeds follow the slip, where the budget
   // pays for it. What is crushed has nothing else: `InteriorPoint` does not know cones that end.
-  const bool is_paid = rows_.has_ends() ? context.cost_share() <= 1 : context.is_cheap();
-  // Where surfaces slide fast the convex problem with their slip at the start is farther from the
-  // law than Newton's method ends. An island that cannot pay for more goes on from there.
+  const bool is_paid = is_crushed ? context.cost_share() <= 1 : context.is_cheap();
+  // Where surfaces slide fast and nothing is crushed, what follows would end farther from the law
+  // than Newton's method (docs/measurements/0042-a-budget-for-an-island.md). The island goes on
+  // from there.
   const bool slides = !is_fresh && found.slip > problem.speed_change;
   const bool is_unsolved =
-      found.residual > enough_ && !found.is_contradictory && (is_paid || !slides);
+      found.residual > enough_ && !found.is_contradictory && ((is_crushed && is_paid) || !slides);
   if (is_unsolved && is_paid) return infinity<Real>;
-  const bool has_interior = is_unsolved && !rows_.has_ends();
+  const bool has_interior = is_unsolved && !is_crushed;
   take(found);
   if (has_interior) found = solve_from_inside(problem, found, context, report);
   if (!(found.residual < infinity<Real>)) return infinity<Real>;
@@ -35538,6 +35673,55 @@ class SequentialSolver {
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
+// === bristle/dynamics/solver/sweep_convergence.hpp
+
+/// @file
+/// When sweeps of sequential impulses have done enough, and when they are too slow.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <cmath>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Watches a sequence of residuals. Decides whether more sweeps are worthwhile.
+template <Scalar S>
+class SweepConvergence {
+ public:
+  /// @param first, later  Residuals at which the first sweep is the last, and at which a later
+  ///               one is.
+  SweepConvergence(S first, S later) : first_(first), tolerance_(later) {}
+
+  /// Accepts residuals up to `enough` from now on.
+  void accept(S enough) { tolerance_ = std::max(tolerance_, enough); }
+  [[nodiscard]] bool is_done(S residual) {
+    before_last_ = between_;
+    between_ = last_;
+    last_ = residual;
+    ++count_;
+    return residual <= (count_ == 1 ? first_ : tolerance_);
+  }
+  /// Returns whether the remaining sweeps would cost more than factorisations. About 60 sweeps of
+  /// contacts cost as much as one solve by factorisation. That holds for stacks of any height
+  /// (docs/solver.md). Sweeps alternate their direction, so the rate of two sweeps counts.
+  [[nodiscard]] bool is_slow() const {
+    using std::log;
+    if (count_ < 4) return false;
+    if (!(last_ < before_last_)) return true;
+    return S(2) * log(last_ / tolerance_) > S(60) * log(before_last_ / last_);
+  }
+
+ private:
+  S first_;
+  S tolerance_;
+  S last_ = infinity<S>;
+  S between_ = infinity<S>;
+  S before_last_ = infinity<S>;
+  int count_ = 0;
+};
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
 #include <algorithm>
 #include <cmath>
 
@@ -35635,7 +35819,7 @@ class IslandSolver {
     }
     // A residual that needs more than one sweep is brought well below the tolerance. Just below it,
     // it would come up again in the next step.
-    Convergence progress(context.velocity_tolerance, S(0.3) * context.velocity_tolerance);
+    SweepConvergence<S> progress(context.velocity_tolerance, S(0.3) * context.velocity_tolerance);
     watch_.start();
     int most_sweeps = may_factor ? context.settings.max_sweeps : most_repairs(context);
     for (int n = 0; n < most_sweeps; ++n) {
@@ -35724,8 +35908,7 @@ class IslandSolver {
   /// are a convex problem, so sweeps and extrapolation find their solution.
   /// @return Whether the result serves. Newton's method takes over where sweeps have nearly found
   ///         the solution: it needs a step or two, and what slides on as before then takes one
-  ///         sweep. So it does where they leave more than forces change: heavy bodies hit light
-  ///         ones there.
+  ///         sweep. Where it is hit, Newton's method would not end nearer.
   bool sweep_sliding(const Island& island, Constraints<S>& constraints,
                      std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
                      SolveReport<S>& report) {
@@ -35734,14 +35917,24 @@ class IslandSolver {
     sequential_.start_manifolds(island, constraints, bodies, S(1));
     sequential_.start_part(island, constraints, bodies, context);
     const SolverDef<S>& settings = context.settings;
-    for (int n = 0; n < settings.large_sweeps || (n < settings.max_sweeps && report.residual > far);
-         ++n) {
-      report.residual = sequential_.sweep(island, constraints, bodies, n % 2 != 0);
-      ++report.sweeps;
-      if (report.residual <= context.velocity_tolerance) return false;
-    }
-    if (report.residual <= near || report.residual > far) return false;
+    const auto sweep_until = [&](int least, S enough) {
+      for (int n = 0; n < least || (n < settings.max_sweeps && report.residual > enough); ++n) {
+        report.residual = sequential_.sweep(island, constraints, bodies, n % 2 != 0);
+        ++report.sweeps;
+        if (report.residual <= context.velocity_tolerance) return;
+      }
+    };
+    sweep_until(settings.large_sweeps, far);
+    if (report.residual <= near) return false;
     sequential_.finish(island, bodies);
+    // From zero they take energy out, wherever they end (`sweep_from_nothing`).
+    if (report.residual > far && has_gained_energy(island, bodies)) {
+      sequential_.forget_impulses();
+      clear_impulses(island, constraints);
+      sequential_.start_part(island, constraints, bodies, context);
+      sweep_until(0, near);
+      sequential_.finish(island, bodies);
+    }
     sequential_.keep_impulses();
     // Velocities are left far from their laws. Overlaps of a thirtieth of what forces move are
     // small.
@@ -35960,7 +36153,7 @@ class IslandSolver {
       return true;
     }
     const S tolerance = context.position_tolerance / context.dt;
-    Convergence progress(tolerance, tolerance);
+    SweepConvergence<S> progress(tolerance, tolerance);
     bool may_factor = true;
     watch_.start();
     for (int n = 0; n < context.settings.max_position_sweeps; ++n) {
@@ -35990,41 +36183,6 @@ class IslandSolver {
                           bodies[c.body_b], motion_of);
     }
   }
-
-  /// Watches a sequence of residuals. Decides whether more sweeps are worthwhile.
-  class Convergence {
-   public:
-    /// @param first, later  Residuals at which the first sweep is the last, and at which a later
-    ///               one is.
-    Convergence(S first, S later) : first_(first), tolerance_(later) {}
-
-    /// Accepts residuals up to `enough` from now on.
-    void accept(S enough) { tolerance_ = std::max(tolerance_, enough); }
-    [[nodiscard]] bool is_done(S residual) {
-      before_last_ = between_;
-      between_ = last_;
-      last_ = residual;
-      ++count_;
-      return residual <= (count_ == 1 ? first_ : tolerance_);
-    }
-    /// Returns whether the remaining sweeps would cost more than factorisations. About 60 sweeps of
-    /// contacts cost as much as one solve by factorisation. That holds for stacks of any height
-    /// (docs/solver.md). Sweeps alternate their direction, so the rate of two sweeps counts.
-    [[nodiscard]] bool is_slow() const {
-      using std::log;
-      if (count_ < 4) return false;
-      if (!(last_ < before_last_)) return true;
-      return S(2) * log(last_ / tolerance_) > S(60) * log(before_last_ / last_);
-    }
-
-   private:
-    S first_;
-    S tolerance_;
-    S last_ = infinity<S>;
-    S between_ = infinity<S>;
-    S before_last_ = infinity<S>;
-    int count_ = 0;
-  };
 
   /// Returns whether the derivatives of the bodies' velocities, or displacements, have settled.
   template <typename Select>
@@ -37884,133 +38042,6 @@ class PassiveRestitution {
   SavedImpulses<S> saved_;
   DynamicArray<Twist<S>> bouncing_;
 };
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
-// === bristle/dynamics/solver/crushing_limit.hpp
-
-/// @file
-/// The most that bodies which nothing stops press with.
-///
-/// Fixed and kinematic bodies that move towards each other crush what is between them. No
-/// velocities keep all surfaces apart then. Impulses would grow with every sweep and Newton step,
-/// and the movers would do work without end. So their contacts give at most an impulse that is far
-/// above all that the bodies between them can ask for. Coulomb's law has a solution then.
-/// Surfaces approach only where that bound is reached.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <algorithm>
-#include <cstdint>
-#include <span>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// [1] Load of a contact as a multiple of all that acts on its island in a step. Levers and wedges
-/// that are moved against something ask for more than one. Half and twice of it are as good: of 96
-/// crushed heaps 2, 1 and 0 throw a cube out with 5, 10 and 20 (docs/measurements/0021).
-inline constexpr double most_leverage = 10;
-
-/// Returns whether immovable bodies that an island touches, or has joints with, move against each
-/// other. Those that turn are taken to do so.
-template <Scalar S>
-[[nodiscard]] bool are_movers_opposed(const Island& island, const Constraints<S>& constraints,
-                                      std::span<const SolverBody<S>> bodies) {
-  const SolverBody<S>* first = nullptr;
-  const auto is_other = [&](const SolverBody<S>& body) {
-    if (body.moves || &body == first) return false;
-    if (first == nullptr) {
-      first = &body;
-      return false;
-    }
-    const S zero = S(0);
-    return (body.free.linear - first->free.linear).squaredNorm() > zero ||
-           body.free.angular.squaredNorm() > zero || first->free.angular.squaredNorm() > zero;
-  };
-  const auto any = [&](std::span<const std::uint32_t> numbers, const auto& all) {
-    return std::any_of(numbers.begin(), numbers.end(), [&](std::uint32_t i) {
-      return is_other(bodies[all[i].body_a]) || is_other(bodies[all[i].body_b]);
-    });
-  };
-  return any(island.contacts, constraints.contacts) || any(island.blocks, constraints.blocks);
-}
-
-/// [N s] What acts on an island in a step: what stops its bodies, what forces, motors and soft
-/// blocks give them, and what brings all of them to the speed of movers. Torques count as forces at
-/// the radius of gyration.
-template <Scalar S>
-[[nodiscard]] S impulse_scale(const Island& island, const Constraints<S>& constraints,
-                              std::span<const SolverBody<S>> bodies) {
-  using std::abs;
-  using std::max;
-  using std::sqrt;
-  S sum = S(0);
-  S mass = S(0);
-  const auto momentum = [](const SolverBody<S>& body, const Twist<S>& v) {
-    return body.mass * v.linear.norm() +
-           sqrt(body.mass * max(S(0), S(v.angular.dot(body.inertia * v.angular))));
-  };
-  for (const std::uint32_t slot : island.bodies) {
-    const SolverBody<S>& body = bodies[slot];
-    mass += body.mass;
-    sum += momentum(body, body.start) + momentum(body, body.free - body.start);
-  }
-  S speed2 = S(0);
-  for (const std::uint32_t i : island.contacts) {
-    const ContactConstraint<S>& c = constraints.contacts[i];
-    const SolverBody<S>& a = bodies[c.body_a];
-    const SolverBody<S>& b = bodies[c.body_b];
-    if (!a.moves) speed2 = max(speed2, S(a.free.at(c.arm_a).squaredNorm()));
-    if (!b.moves) speed2 = max(speed2, S(b.free.at(c.arm_b).squaredNorm()));
-  }
-  for (const std::uint32_t i : island.blocks) {
-    const ConstraintBlock<S>& block = constraints.blocks[i];
-    // Rolling friction drives nothing, and its bound follows from the impulses that are limited.
-    if (!block.is_of_joint()) continue;
-    const SolverBody<S>& a = bodies[block.body_a];
-    const SolverBody<S>& b = bodies[block.body_b];
-    const S jointed = max(a.moves ? a.mass : S(0), b.moves ? b.mass : S(0));
-    if (!a.moves || !b.moves) {
-      S of_block2 = S(0);
-      for (std::uint32_t r = block.first; r < block.first + block.count; ++r) {
-        const ConstraintRow<S>& row = constraints.rows[r];
-        const S response = row_response(row, a, b);
-        const S speed = row.velocity(a.moves ? Twist<S>{} : a.free, b.moves ? Twist<S>{} : b.free);
-        if (response > S(0)) of_block2 += speed * speed / (response * jointed);
-      }
-      speed2 = max(speed2, of_block2);
-    }
-    const S most = max(abs(block.lower), abs(block.upper));
-    if (block.kind == BlockKind::equality || !(most < infinity<S>)) continue;
-    sum += most * sqrt(row_response(constraints.rows[block.first], a, b) * jointed);
-  }
-  sum += mass * sqrt(speed2);
-  for (const std::uint32_t i : island.soft) {
-    const SoftBlock<S>& soft = constraints.soft[i];
-    const S radius2 = max(bodies[soft.body_a].mass * bodies[soft.body_a].inverse_inertia.trace(),
-                          bodies[soft.body_b].mass * bodies[soft.body_b].inverse_inertia.trace());
-    sum += first_half<S>(soft.offset).norm() + second_half<S>(soft.offset).norm() * sqrt(radius2);
-  }
-  return sum;
-}
-
-/// Bounds the normal impulses of contacts with immovable bodies, where these move against each
-/// other. Elsewhere there is a solution without a bound. The bound has no derivatives: at rest
-/// those of its speeds are infinite.
-template <Scalar S>
-void limit_crushing(const Island& island, Constraints<S>& constraints,
-                    std::span<const SolverBody<S>> bodies) {
-  if (!are_movers_opposed(island, constraints, bodies)) return;
-  const S most = S(value_of(S(most_leverage) * impulse_scale(island, constraints, bodies)));
-  if (!(most < infinity<S>)) return;  // Numbers that are none bound nothing.
-  for (const std::uint32_t i : island.contacts) {
-    ContactConstraint<S>& c = constraints.contacts[i];
-    if (bodies[c.body_a].moves && bodies[c.body_b].moves) continue;
-    c.most_impulse = most;
-    if (!(c.impulse[0] > most)) continue;
-    const S share = most / c.impulse[0];
-    for (S& x : c.impulse) x *= share;
-  }
-}
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <bristle/core/dynamic_array.hpp>
+#include <bristle/dynamics/solver/crushing_limit.hpp>
 #include <bristle/dynamics/solver/island_order.hpp>
 #include <bristle/dynamics/solver/island_row.hpp>
 #include <bristle/dynamics/solver/joint_locks.hpp>
@@ -132,11 +133,17 @@ class IslandRows {
     return std::any_of(rows_.begin(), rows_.end(),
                        [](const Row& row) { return row.lambda != Real(0); });
   }
-  /// Returns whether a cone ends: something is crushed (`limit_crushing`).
-  [[nodiscard]] bool has_ends() const {
-    return std::any_of(rows_.begin(), rows_.end(), [](const Row& row) {
-      return row.kind == Kind::cone && row.upper < (infinity<Real>);
-    });
+  /// Returns whether something is crushed: a contact whose cone ends (`limit_crushing`) had, or
+  /// gets, more than all that acts on the island.
+  /// @param impulse_of  impulse_of(k) is the impulse that row k gets.
+  template <typename ImpulseOf>
+  [[nodiscard]] bool is_crushed(const ImpulseOf& impulse_of) const {
+    for (std::size_t k = 0; k < rows_.size(); ++k) {
+      const Row& row = rows_[k];
+      if (row.kind != Kind::cone) continue;
+      if (std::max(row.lambda, impulse_of(k)) > row.upper / Real(most_leverage)) return true;
+    }
+    return false;
   }
   [[nodiscard]] std::span<IslandRow<Real>> rows() { return rows_; }
 

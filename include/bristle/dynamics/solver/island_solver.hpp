@@ -17,6 +17,7 @@
 #include <bristle/dynamics/solver/method_choice.hpp>
 #include <bristle/dynamics/solver/proximal_solver.hpp>
 #include <bristle/dynamics/solver/sequential_solver.hpp>
+#include <bristle/dynamics/solver/sweep_convergence.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -115,7 +116,7 @@ class IslandSolver {
     }
     // A residual that needs more than one sweep is brought well below the tolerance. Just below it,
     // it would come up again in the next step.
-    Convergence progress(context.velocity_tolerance, S(0.3) * context.velocity_tolerance);
+    SweepConvergence<S> progress(context.velocity_tolerance, S(0.3) * context.velocity_tolerance);
     watch_.start();
     int most_sweeps = may_factor ? context.settings.max_sweeps : most_repairs(context);
     for (int n = 0; n < most_sweeps; ++n) {
@@ -204,8 +205,7 @@ class IslandSolver {
   /// are a convex problem, so sweeps and extrapolation find their solution.
   /// @return Whether the result serves. Newton's method takes over where sweeps have nearly found
   ///         the solution: it needs a step or two, and what slides on as before then takes one
-  ///         sweep. So it does where they leave more than forces change: heavy bodies hit light
-  ///         ones there.
+  ///         sweep. Where it is hit, Newton's method would not end nearer.
   bool sweep_sliding(const Island& island, Constraints<S>& constraints,
                      std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
                      SolveReport<S>& report) {
@@ -214,14 +214,24 @@ class IslandSolver {
     sequential_.start_manifolds(island, constraints, bodies, S(1));
     sequential_.start_part(island, constraints, bodies, context);
     const SolverDef<S>& settings = context.settings;
-    for (int n = 0; n < settings.large_sweeps || (n < settings.max_sweeps && report.residual > far);
-         ++n) {
-      report.residual = sequential_.sweep(island, constraints, bodies, n % 2 != 0);
-      ++report.sweeps;
-      if (report.residual <= context.velocity_tolerance) return false;
-    }
-    if (report.residual <= near || report.residual > far) return false;
+    const auto sweep_until = [&](int least, S enough) {
+      for (int n = 0; n < least || (n < settings.max_sweeps && report.residual > enough); ++n) {
+        report.residual = sequential_.sweep(island, constraints, bodies, n % 2 != 0);
+        ++report.sweeps;
+        if (report.residual <= context.velocity_tolerance) return;
+      }
+    };
+    sweep_until(settings.large_sweeps, far);
+    if (report.residual <= near) return false;
     sequential_.finish(island, bodies);
+    // From zero they take energy out, wherever they end (`sweep_from_nothing`).
+    if (report.residual > far && has_gained_energy(island, bodies)) {
+      sequential_.forget_impulses();
+      clear_impulses(island, constraints);
+      sequential_.start_part(island, constraints, bodies, context);
+      sweep_until(0, near);
+      sequential_.finish(island, bodies);
+    }
     sequential_.keep_impulses();
     // Velocities are left far from their laws. Overlaps of a thirtieth of what forces move are
     // small.
@@ -440,7 +450,7 @@ class IslandSolver {
       return true;
     }
     const S tolerance = context.position_tolerance / context.dt;
-    Convergence progress(tolerance, tolerance);
+    SweepConvergence<S> progress(tolerance, tolerance);
     bool may_factor = true;
     watch_.start();
     for (int n = 0; n < context.settings.max_position_sweeps; ++n) {
@@ -470,41 +480,6 @@ class IslandSolver {
                           bodies[c.body_b], motion_of);
     }
   }
-
-  /// Watches a sequence of residuals. Decides whether more sweeps are worthwhile.
-  class Convergence {
-   public:
-    /// @param first, later  Residuals at which the first sweep is the last, and at which a later
-    ///               one is.
-    Convergence(S first, S later) : first_(first), tolerance_(later) {}
-
-    /// Accepts residuals up to `enough` from now on.
-    void accept(S enough) { tolerance_ = std::max(tolerance_, enough); }
-    [[nodiscard]] bool is_done(S residual) {
-      before_last_ = between_;
-      between_ = last_;
-      last_ = residual;
-      ++count_;
-      return residual <= (count_ == 1 ? first_ : tolerance_);
-    }
-    /// Returns whether the remaining sweeps would cost more than factorisations. About 60 sweeps of
-    /// contacts cost as much as one solve by factorisation. That holds for stacks of any height
-    /// (docs/solver.md). Sweeps alternate their direction, so the rate of two sweeps counts.
-    [[nodiscard]] bool is_slow() const {
-      using std::log;
-      if (count_ < 4) return false;
-      if (!(last_ < before_last_)) return true;
-      return S(2) * log(last_ / tolerance_) > S(60) * log(before_last_ / last_);
-    }
-
-   private:
-    S first_;
-    S tolerance_;
-    S last_ = infinity<S>;
-    S between_ = infinity<S>;
-    S before_last_ = infinity<S>;
-    int count_ = 0;
-  };
 
   /// Returns whether the derivatives of the bodies' velocities, or displacements, have settled.
   template <typename Select>

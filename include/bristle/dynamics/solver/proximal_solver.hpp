@@ -201,16 +201,18 @@ auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constrai
   CoulombResult<Real> found = newton_.solve(problem);
   report.factorisations += found.factorisations;
   enough_ = std::max(enough_, problem.good_enough(found.slip));
+  const bool is_crushed = rows_.is_crushed([this](std::size_t k) { return newton_.impulse(k); });
   // Behind it comes the proximal iteration, whose opening speeds follow the slip, where the budget
   // pays for it. What is crushed has nothing else: `InteriorPoint` does not know cones that end.
-  const bool is_paid = rows_.has_ends() ? context.cost_share() <= 1 : context.is_cheap();
-  // Where surfaces slide fast the convex problem with their slip at the start is farther from the
-  // law than Newton's method ends. An island that cannot pay for more goes on from there.
+  const bool is_paid = is_crushed ? context.cost_share() <= 1 : context.is_cheap();
+  // Where surfaces slide fast and nothing is crushed, what follows would end farther from the law
+  // than Newton's method (docs/measurements/0042-a-budget-for-an-island.md). The island goes on
+  // from there.
   const bool slides = !is_fresh && found.slip > problem.speed_change;
   const bool is_unsolved =
-      found.residual > enough_ && !found.is_contradictory && (is_paid || !slides);
+      found.residual > enough_ && !found.is_contradictory && ((is_crushed && is_paid) || !slides);
   if (is_unsolved && is_paid) return infinity<Real>;
-  const bool has_interior = is_unsolved && !rows_.has_ends();
+  const bool has_interior = is_unsolved && !is_crushed;
   take(found);
   if (has_interior) found = solve_from_inside(problem, found, context, report);
   if (!(found.residual < infinity<Real>)) return infinity<Real>;
