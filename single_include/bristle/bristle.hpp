@@ -12685,7 +12685,7 @@ struct SolverDef {
   /// [-] Most sweeps over a larger island in each substep. Half of them run, and the others as long
   /// as extrapolating them gains. That is never so with joints, sensors or restitution.
   /// `max_sweeps` run if most of its contacts are new. All of them run over a smaller heap that
-  /// slides, and up to `max_sweeps` where it is hit.
+  /// slides, and up to twice `max_sweeps` where it is hit.
   int large_sweeps = 20;
   /// [-] The same for the position problem of a larger island. Smaller heaps have a bound by work.
   int large_position_sweeps = 20;
@@ -12871,8 +12871,8 @@ struct SolveContext {
     return 2.0 * settings.max_newton_steps / affordable_steps();
   }
   /// Returns whether both take a quarter of it at most. The island is then solved exactly, or
-  /// stacks would never come to rest. A larger one may leave something. Where its surfaces slide
-  /// fast, that is what Newton's method leaves, and few sweeps follow.
+  /// stacks would never come to rest. A larger one may leave something. Where surfaces slide fast,
+  /// any island may: what Newton's method leaves. Sweeps follow, few for a larger one.
   [[nodiscard]] bool is_cheap() const { return cost_share() <= 0.25; }
 
   /// [-] Number of substeps of a swept island. It has an upper bound, whatever the length of the
@@ -31911,8 +31911,8 @@ class MethodChoice {
 /// are all in one system.
 ///
 /// Coulomb's law is solved by `CoulombNewton`, with `InteriorPoint` as its harbour. What follows is
-/// the algorithm for displacements, for scalars with derivatives, and the harbour of islands so
-/// small that sixty Newton steps are cheap.
+/// the algorithm for displacements, for scalars with derivatives, and the harbour of what is
+/// crushed and of islands so small that sixty Newton steps are cheap.
 ///
 /// The unknowns are the velocities v of the bodies. Soft blocks are linear in v and belong to the
 /// matrix Mt = M + sum G^T A6 G. Every other constraint i has a multiplier. A projection P_i maps
@@ -32530,6 +32530,14 @@ namespace bristle::inline BRISTLE_ABI::detail {
 /// crushed heaps 2, 1 and 0 throw a cube out with 5, 10 and 20 (docs/measurements/0021).
 inline constexpr double most_leverage = 10;
 
+/// Returns whether a contact carries more than all that acts on its island in a step. It crushes
+/// what is there, or is pressed by a lever.
+/// @param most  [N s] `ContactConstraint::most_impulse`. Infinite where nothing can be crushed.
+template <typename Real>
+[[nodiscard]] bool is_crushing(const Real& impulse, const Real& most) {
+  return impulse > most / Real(most_leverage);
+}
+
 /// Returns whether immovable bodies that an island touches, or has joints with, move against each
 /// other. Those that turn are taken to do so.
 template <Scalar S>
@@ -32865,15 +32873,15 @@ class IslandRows {
     return std::any_of(rows_.begin(), rows_.end(),
                        [](const Row& row) { return row.lambda != Real(0); });
   }
-  /// Returns whether something is crushed: a contact whose cone ends (`limit_crushing`) had, or
-  /// gets, more than all that acts on the island.
+  /// Returns whether something is crushed (`is_crushing`) by the impulses from which a solve
+  /// starts, or by those that it gives.
   /// @param impulse_of  impulse_of(k) is the impulse that row k gets.
   template <typename ImpulseOf>
   [[nodiscard]] bool is_crushed(const ImpulseOf& impulse_of) const {
     for (std::size_t k = 0; k < rows_.size(); ++k) {
       const Row& row = rows_[k];
       if (row.kind != Kind::cone) continue;
-      if (std::max(row.lambda, impulse_of(k)) > row.upper / Real(most_leverage)) return true;
+      if (is_crushing<Real>(std::max(row.lambda, impulse_of(k)), row.upper)) return true;
     }
     return false;
   }
@@ -33419,10 +33427,10 @@ auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constrai
   // Behind it comes the proximal iteration, whose opening speeds follow the slip, where the budget
   // pays for it. What is crushed has nothing else: `InteriorPoint` does not know cones that end.
   const bool is_paid = is_crushed ? context.cost_share() <= 1 : context.is_cheap();
-  // Where surfaces slide fast and nothing is crushed, what follows would end farther from the law
-  // than Newton's method (docs/measurements/0042-a-budget-for-an-island.md). The island goes on
-  // from there.
-  const bool slides = !is_fresh && found.slip > problem.speed_change;
+  // Where surfaces slide fast and nothing is crushed, neither harbour is worth its cost: in two of
+  // three cases it ends farther from the law (docs/measurements/0042-a-budget-for-an-island.md).
+  const Real fast = std::max(problem.speed_change, Real(context.velocity_tolerance));
+  const bool slides = !is_fresh && found.slip > fast;
   const bool is_unsolved =
       found.residual > enough_ && !found.is_contradictory && ((is_crushed && is_paid) || !slides);
   if (is_unsolved && is_paid) return infinity<Real>;
@@ -35908,7 +35916,7 @@ class IslandSolver {
   /// are a convex problem, so sweeps and extrapolation find their solution.
   /// @return Whether the result serves. Newton's method takes over where sweeps have nearly found
   ///         the solution: it needs a step or two, and what slides on as before then takes one
-  ///         sweep. Where it is hit, Newton's method would not end nearer.
+  ///         sweep. Where it is hit, Newton's method takes many and does not find the solution.
   bool sweep_sliding(const Island& island, Constraints<S>& constraints,
                      std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
                      SolveReport<S>& report) {
@@ -35927,7 +35935,7 @@ class IslandSolver {
     sweep_until(settings.large_sweeps, far);
     if (report.residual <= near) return false;
     sequential_.finish(island, bodies);
-    // From zero they take energy out, wherever they end (`sweep_from_nothing`).
+    // A warm start may have brought that in. From no impulses only movers do (`sweep_from_nothing`).
     if (report.residual > far && has_gained_energy(island, bodies)) {
       sequential_.forget_impulses();
       clear_impulses(island, constraints);

@@ -22,6 +22,14 @@ namespace bristle::inline BRISTLE_ABI::detail {
 /// crushed heaps 2, 1 and 0 throw a cube out with 5, 10 and 20 (docs/measurements/0021).
 inline constexpr double most_leverage = 10;
 
+/// Returns whether a contact carries more than all that acts on its island in a step. It crushes
+/// what is there, or is pressed by a lever.
+/// @param most  [N s] `ContactConstraint::most_impulse`. Infinite where nothing can be crushed.
+template <typename Real>
+[[nodiscard]] bool is_crushing(const Real& impulse, const Real& most) {
+  return impulse > most / Real(most_leverage);
+}
+
 /// Returns whether immovable bodies that an island touches, or has joints with, move against each
 /// other. Those that turn are taken to do so.
 template <Scalar S>

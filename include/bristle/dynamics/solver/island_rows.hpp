@@ -133,15 +133,15 @@ class IslandRows {
     return std::any_of(rows_.begin(), rows_.end(),
                        [](const Row& row) { return row.lambda != Real(0); });
   }
-  /// Returns whether something is crushed: a contact whose cone ends (`limit_crushing`) had, or
-  /// gets, more than all that acts on the island.
+  /// Returns whether something is crushed (`is_crushing`) by the impulses from which a solve
+  /// starts, or by those that it gives.
   /// @param impulse_of  impulse_of(k) is the impulse that row k gets.
   template <typename ImpulseOf>
   [[nodiscard]] bool is_crushed(const ImpulseOf& impulse_of) const {
     for (std::size_t k = 0; k < rows_.size(); ++k) {
       const Row& row = rows_[k];
       if (row.kind != Kind::cone) continue;
-      if (std::max(row.lambda, impulse_of(k)) > row.upper / Real(most_leverage)) return true;
+      if (is_crushing<Real>(std::max(row.lambda, impulse_of(k)), row.upper)) return true;
     }
     return false;
   }

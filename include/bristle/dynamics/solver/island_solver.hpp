@@ -205,7 +205,7 @@ class IslandSolver {
   /// are a convex problem, so sweeps and extrapolation find their solution.
   /// @return Whether the result serves. Newton's method takes over where sweeps have nearly found
   ///         the solution: it needs a step or two, and what slides on as before then takes one
-  ///         sweep. Where it is hit, Newton's method would not end nearer.
+  ///         sweep. Where it is hit, Newton's method takes many and does not find the solution.
   bool sweep_sliding(const Island& island, Constraints<S>& constraints,
                      std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
                      SolveReport<S>& report) {
@@ -224,7 +224,7 @@ class IslandSolver {
     sweep_until(settings.large_sweeps, far);
     if (report.residual <= near) return false;
     sequential_.finish(island, bodies);
-    // From zero they take energy out, wherever they end (`sweep_from_nothing`).
+    // A warm start may have brought that in. From no impulses only movers do (`sweep_from_nothing`).
     if (report.residual > far && has_gained_energy(island, bodies)) {
       sequential_.forget_impulses();
       clear_impulses(island, constraints);

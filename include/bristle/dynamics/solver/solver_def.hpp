@@ -51,7 +51,7 @@ struct SolverDef {
   /// [-] Most sweeps over a larger island in each substep. Half of them run, and the others as long
   /// as extrapolating them gains. That is never so with joints, sensors or restitution.
   /// `max_sweeps` run if most of its contacts are new. All of them run over a smaller heap that
-  /// slides, and up to `max_sweeps` where it is hit.
+  /// slides, and up to twice `max_sweeps` where it is hit.
   int large_sweeps = 20;
   /// [-] The same for the position problem of a larger island. Smaller heaps have a bound by work.
   int large_position_sweeps = 20;

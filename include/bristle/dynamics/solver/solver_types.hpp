@@ -185,8 +185,8 @@ struct SolveContext {
     return 2.0 * settings.max_newton_steps / affordable_steps();
   }
   /// Returns whether both take a quarter of it at most. The island is then solved exactly, or
-  /// stacks would never come to rest. A larger one may leave something. Where its surfaces slide
-  /// fast, that is what Newton's method leaves, and few sweeps follow.
+  /// stacks would never come to rest. A larger one may leave something. Where surfaces slide fast,
+  /// any island may: what Newton's method leaves. Sweeps follow, few for a larger one.
   [[nodiscard]] bool is_cheap() const { return cost_share() <= 0.25; }
 
   /// [-] Number of substeps of a swept island. It has an upper bound, whatever the length of the
