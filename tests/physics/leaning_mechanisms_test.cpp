@@ -68,11 +68,14 @@ TEST_CASE("leaning_mechanisms: a chain slides off where friction cannot hold it,
 // large for them, and the smooth motion of a mechanism does not start from open joints. More steps
 // and starts are in stress/draped_chains_test.cpp.
 TEST_CASE("leaning_mechanisms: long steps tear no chain") {
-  for (const double shift : {0.4, 1.0}) {
-    CAPTURE(shift);
-    DrapedChain chain(shift, 1.0 / 50);
-    // Half of a link.
-    CHECK(chain.run(1) < link_pitch / 2);
+  for (const double rate : {40.0, 50.0}) {
+    for (const double shift : {0.4, 0.8, 1.0, 1.2}) {
+      CAPTURE(rate);
+      CAPTURE(shift);
+      DrapedChain chain(shift, 1 / rate);
+      // Half of a link. Where gaps are closed in steps with far turns only, three of these tear.
+      CHECK(chain.run(1) < link_pitch / 2);
+    }
   }
 }
 
