@@ -247,7 +247,7 @@ template <typename Exception>
 template <typename S>
 [[nodiscard]] std::string to_text(const S& value) {
   char buffer[32];
-  // In a host's file, where few numbers are written, it is half the code of std::to_string.
+  // In a host's object file snprintf leaves less than std::to_string, which is inline.
   if constexpr (std::is_unsigned_v<S>) {
     std::snprintf(buffer, sizeof buffer, "%llu", static_cast<unsigned long long>(value));
   } else if constexpr (std::is_integral_v<S>) {
@@ -33423,7 +33423,9 @@ auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constrai
   CoulombResult<Real> found = newton_.solve(problem);
   report.factorisations += found.factorisations;
   enough_ = std::max(enough_, problem.good_enough(found.slip));
-  const bool is_crushed = rows_.is_crushed([this](std::size_t k) { return newton_.impulse(k); });
+  const bool is_short = found.residual > enough_ && !found.is_contradictory;
+  const bool is_crushed =
+      is_short && rows_.is_crushed([this](std::size_t k) { return newton_.impulse(k); });
   // Behind it comes the proximal iteration, whose opening speeds follow the slip, where the budget
   // pays for it. What is crushed has nothing else: `InteriorPoint` does not know cones that end.
   const bool is_paid = is_crushed ? context.cost_share() <= 1 : context.is_cheap();
@@ -33431,8 +33433,7 @@ auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constrai
   // three cases it ends farther from the law (docs/measurements/0042-a-budget-for-an-island.md).
   const Real fast = std::max(problem.speed_change, Real(context.velocity_tolerance));
   const bool slides = !is_fresh && found.slip > fast;
-  const bool is_unsolved =
-      found.residual > enough_ && !found.is_contradictory && ((is_crushed && is_paid) || !slides);
+  const bool is_unsolved = is_short && ((is_crushed && is_paid) || !slides);
   if (is_unsolved && is_paid) return infinity<Real>;
   const bool has_interior = is_unsolved && !is_crushed;
   take(found);
@@ -35935,7 +35936,8 @@ class IslandSolver {
     sweep_until(settings.large_sweeps, far);
     if (report.residual <= near) return false;
     sequential_.finish(island, bodies);
-    // A warm start may have brought that in. From no impulses only movers do (`sweep_from_nothing`).
+    // What was gained is the warm start's, or movers gave it. Without a warm start it is theirs
+    // (`sweep_from_nothing`).
     if (report.residual > far && has_gained_energy(island, bodies)) {
       sequential_.forget_impulses();
       clear_impulses(island, constraints);

@@ -224,7 +224,8 @@ class IslandSolver {
     sweep_until(settings.large_sweeps, far);
     if (report.residual <= near) return false;
     sequential_.finish(island, bodies);
-    // A warm start may have brought that in. From no impulses only movers do (`sweep_from_nothing`).
+    // What was gained is the warm start's, or movers gave it. Without a warm start it is theirs
+    // (`sweep_from_nothing`).
     if (report.residual > far && has_gained_energy(island, bodies)) {
       sequential_.forget_impulses();
       clear_impulses(island, constraints);

@@ -201,7 +201,9 @@ auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constrai
   CoulombResult<Real> found = newton_.solve(problem);
   report.factorisations += found.factorisations;
   enough_ = std::max(enough_, problem.good_enough(found.slip));
-  const bool is_crushed = rows_.is_crushed([this](std::size_t k) { return newton_.impulse(k); });
+  const bool is_short = found.residual > enough_ && !found.is_contradictory;
+  const bool is_crushed =
+      is_short && rows_.is_crushed([this](std::size_t k) { return newton_.impulse(k); });
   // Behind it comes the proximal iteration, whose opening speeds follow the slip, where the budget
   // pays for it. What is crushed has nothing else: `InteriorPoint` does not know cones that end.
   const bool is_paid = is_crushed ? context.cost_share() <= 1 : context.is_cheap();
@@ -209,8 +211,7 @@ auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constrai
   // three cases it ends farther from the law (docs/measurements/0042-a-budget-for-an-island.md).
   const Real fast = std::max(problem.speed_change, Real(context.velocity_tolerance));
   const bool slides = !is_fresh && found.slip > fast;
-  const bool is_unsolved =
-      found.residual > enough_ && !found.is_contradictory && ((is_crushed && is_paid) || !slides);
+  const bool is_unsolved = is_short && ((is_crushed && is_paid) || !slides);
   if (is_unsolved && is_paid) return infinity<Real>;
   const bool has_interior = is_unsolved && !is_crushed;
   take(found);
