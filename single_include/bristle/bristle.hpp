@@ -31880,10 +31880,8 @@ class MethodChoice {
                                              const Constraints<S>& constraints,
                                              std::span<const SolverBody<S>> bodies,
                                              const SolveContext<S>& context) {
-    // Derivatives need a solution. Symplectic Euler is for those who ask for it. In steps of
-    // several substeps heaps that are hit overlap by centimetres (docs/measurements/0042).
+    // Derivatives need a solution. Symplectic Euler is for those who ask for it.
     if (derivatives_of<S> != 0 || context.integrator != Integrator::trapezoidal) return false;
-    if (context.part_count() > 1) return false;
     if (!island.blocks.empty() || !island.soft.empty()) return false;
     const S slow = std::max(context.speed_change, context.velocity_tolerance);
     S fastest2 = S(0);
@@ -33255,6 +33253,7 @@ void IslandRows<S, Real>::add_hessian(Real eps, EnvelopeMatrix<Real>& h) {
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
+#include <limits>
 #include <type_traits>
 
 namespace bristle::inline BRISTLE_ABI::detail {
@@ -33681,14 +33680,13 @@ bool ProximalSolver<S>::have_derivatives_settled(const SolverDef<S>& settings) {
 }
 
 /// The inner loop: Newton's method with line search, until the impulses of the velocities give
-/// these velocities. Small steps do not prove that. Stiffnesses of 1e6 magnify the remaining error.
-/// The velocities are made from the impulses in the end.
+/// these velocities, but for round-off. Small steps do not prove that: impulses are velocities
+/// divided by eps. The velocities are made from the impulses in the end.
 /// @return Whether that was reached.
 template <Scalar S>
 bool ProximalSolver<S>::minimise(Real eps, Real tolerance, int& steps, int most_steps) {
   using std::abs;
   find_gradient(eps);
-  Real left = infinity<Real>;
   while (steps < most_steps) {
     hessian_ = matrix_;
     rows_.add_hessian(eps, hessian_);
@@ -33704,10 +33702,10 @@ bool ProximalSolver<S>::minimise(Real eps, Real tolerance, int& steps, int most_
     const bool is_whole = search_line(eps) == Real(1);
     if (is_whole && !is_stiff_ && rows_.is_linear(eps)) return true;
     find_gradient(eps);
-    // If small steps no longer help, only round-off of large impulses is left.
-    const Real before = left;
-    left = mismatch();
-    if (left <= tolerance || (size <= tolerance && left > before / Real(2))) return true;
+    Real fastest = Real(0);
+    for (const Real v : v_) fastest = std::max(fastest, abs(v));
+    const Real round_off = Real(8) * std::numeric_limits<Real>::epsilon() / eps * fastest;
+    if (mismatch() <= std::max(tolerance, round_off)) return true;
   }
   return false;
 }
@@ -35936,9 +35934,7 @@ class IslandSolver {
     sweep_until(settings.large_sweeps, far);
     if (report.residual <= near) return false;
     sequential_.finish(island, bodies);
-    // What was gained is the warm start's, or movers gave it. Without a warm start it is theirs
-    // (`sweep_from_nothing`).
-    if (report.residual > far && has_gained_energy(island, bodies)) {
+    if (has_made_energy(island, bodies, context, report)) {
       sequential_.forget_impulses();
       clear_impulses(island, constraints);
       sequential_.start_part(island, constraints, bodies, context);
@@ -35979,7 +35975,7 @@ class IslandSolver {
         body.mean_free = mean_free_velocity(body, context.integrator);
       }
       sweep_part(island, constraints, bodies, part, sweeps, report);
-      if (has_blown_up(island, bodies)) {
+      if (has_made_energy(island, bodies, part, report)) {
         sequential_.forget_impulses();
         clear_impulses(island, constraints);
         sweep_part(island, constraints, bodies, part, sweeps, report);
@@ -36026,15 +36022,16 @@ class IslandSolver {
     }
   }
 
-  /// Returns whether cut-short sweeps have released impulses that they cannot take back. Earlier
-  /// sweeps may have piled them up between bodies that should bounce and cannot separate. Or they
-  /// are those of an impact in the last step. Sweeps without a warm start apply no more than this
-  /// substep needs. Sensors, motors and moving bodies hardly double the energy of a heap within one
-  /// substep. From rest they may. Sweeps without a warm start do as well there.
-  [[nodiscard]] static bool has_blown_up(const Island& island,
-                                         std::span<const SolverBody<S>> bodies) {
-    const IslandEnergy<S> energy = energy_of<S>(island, bodies);
-    return energy.found > S(2) * std::max(energy.start, energy.free);
+  /// Returns whether sweeps were cut short and brought in energy. Sweeps from no impulses only take
+  /// energy out (`sweep_from_nothing`), but for what movers, motors and sensors give. So the energy
+  /// is that of the warm start: of impulses that piled up between bodies that cannot separate, or
+  /// of an impact in the last step.
+  [[nodiscard]] static bool has_made_energy(const Island& island,
+                                            std::span<const SolverBody<S>> bodies,
+                                            const SolveContext<S>& context,
+                                            const SolveReport<S>& report) {
+    return report.residual > std::max(context.velocity_tolerance, context.speed_change) &&
+           has_gained_energy(island, bodies);
   }
 
   /// Stores the whole step of each body. Scales the warm start of rows to a substep.

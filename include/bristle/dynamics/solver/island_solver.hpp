@@ -224,9 +224,7 @@ class IslandSolver {
     sweep_until(settings.large_sweeps, far);
     if (report.residual <= near) return false;
     sequential_.finish(island, bodies);
-    // What was gained is the warm start's, or movers gave it. Without a warm start it is theirs
-    // (`sweep_from_nothing`).
-    if (report.residual > far && has_gained_energy(island, bodies)) {
+    if (has_made_energy(island, bodies, context, report)) {
       sequential_.forget_impulses();
       clear_impulses(island, constraints);
       sequential_.start_part(island, constraints, bodies, context);
@@ -267,7 +265,7 @@ class IslandSolver {
         body.mean_free = mean_free_velocity(body, context.integrator);
       }
       sweep_part(island, constraints, bodies, part, sweeps, report);
-      if (has_blown_up(island, bodies)) {
+      if (has_made_energy(island, bodies, part, report)) {
         sequential_.forget_impulses();
         clear_impulses(island, constraints);
         sweep_part(island, constraints, bodies, part, sweeps, report);
@@ -314,15 +312,16 @@ class IslandSolver {
     }
   }
 
-  /// Returns whether cut-short sweeps have released impulses that they cannot take back. Earlier
-  /// sweeps may have piled them up between bodies that should bounce and cannot separate. Or they
-  /// are those of an impact in the last step. Sweeps without a warm start apply no more than this
-  /// substep needs. Sensors, motors and moving bodies hardly double the energy of a heap within one
-  /// substep. From rest they may. Sweeps without a warm start do as well there.
-  [[nodiscard]] static bool has_blown_up(const Island& island,
-                                         std::span<const SolverBody<S>> bodies) {
-    const IslandEnergy<S> energy = energy_of<S>(island, bodies);
-    return energy.found > S(2) * std::max(energy.start, energy.free);
+  /// Returns whether sweeps were cut short and brought in energy. Sweeps from no impulses only take
+  /// energy out (`sweep_from_nothing`), but for what movers, motors and sensors give. So the energy
+  /// is that of the warm start: of impulses that piled up between bodies that cannot separate, or
+  /// of an impact in the last step.
+  [[nodiscard]] static bool has_made_energy(const Island& island,
+                                            std::span<const SolverBody<S>> bodies,
+                                            const SolveContext<S>& context,
+                                            const SolveReport<S>& report) {
+    return report.residual > std::max(context.velocity_tolerance, context.speed_change) &&
+           has_gained_energy(island, bodies);
   }
 
   /// Stores the whole step of each body. Scales the warm start of rows to a substep.

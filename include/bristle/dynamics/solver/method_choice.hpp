@@ -89,10 +89,8 @@ class MethodChoice {
                                              const Constraints<S>& constraints,
                                              std::span<const SolverBody<S>> bodies,
                                              const SolveContext<S>& context) {
-    // Derivatives need a solution. Symplectic Euler is for those who ask for it. In steps of
-    // several substeps heaps that are hit overlap by centimetres (docs/measurements/0042).
+    // Derivatives need a solution. Symplectic Euler is for those who ask for it.
     if (derivatives_of<S> != 0 || context.integrator != Integrator::trapezoidal) return false;
-    if (context.part_count() > 1) return false;
     if (!island.blocks.empty() || !island.soft.empty()) return false;
     const S slow = std::max(context.speed_change, context.velocity_tolerance);
     S fastest2 = S(0);

@@ -33,6 +33,7 @@
 #include <bristle/math/spatial.hpp>
 
 #include <algorithm>
+#include <limits>
 #include <type_traits>
 
 namespace bristle::inline BRISTLE_ABI::detail {
@@ -459,14 +460,13 @@ bool ProximalSolver<S>::have_derivatives_settled(const SolverDef<S>& settings) {
 }
 
 /// The inner loop: Newton's method with line search, until the impulses of the velocities give
-/// these velocities. Small steps do not prove that. Stiffnesses of 1e6 magnify the remaining error.
-/// The velocities are made from the impulses in the end.
+/// these velocities, but for round-off. Small steps do not prove that: impulses are velocities
+/// divided by eps. The velocities are made from the impulses in the end.
 /// @return Whether that was reached.
 template <Scalar S>
 bool ProximalSolver<S>::minimise(Real eps, Real tolerance, int& steps, int most_steps) {
   using std::abs;
   find_gradient(eps);
-  Real left = infinity<Real>;
   while (steps < most_steps) {
     hessian_ = matrix_;
     rows_.add_hessian(eps, hessian_);
@@ -482,10 +482,10 @@ bool ProximalSolver<S>::minimise(Real eps, Real tolerance, int& steps, int most_
     const bool is_whole = search_line(eps) == Real(1);
     if (is_whole && !is_stiff_ && rows_.is_linear(eps)) return true;
     find_gradient(eps);
-    // If small steps no longer help, only round-off of large impulses is left.
-    const Real before = left;
-    left = mismatch();
-    if (left <= tolerance || (size <= tolerance && left > before / Real(2))) return true;
+    Real fastest = Real(0);
+    for (const Real v : v_) fastest = std::max(fastest, abs(v));
+    const Real round_off = Real(8) * std::numeric_limits<Real>::epsilon() / eps * fastest;
+    if (mismatch() <= std::max(tolerance, round_off)) return true;
   }
   return false;
 }
