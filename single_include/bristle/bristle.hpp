@@ -10801,6 +10801,8 @@ struct CachedPoint {
   std::array<S, 3> impulse{};
   /// [N s] Part that the next step does not need; see `ContactConstraint::transient_impulse`.
   std::array<S, 3> transient_impulse{};
+  /// [N s] See `ContactConstraint::position_excess`.
+  S position_excess = S(0);
   /// True if no contact of the last step predicts this one.
   bool is_fresh = true;
   /// True if the impulse stopped an approach. It does not predict the next step.
@@ -11007,6 +11009,7 @@ class ContactCache {
             is_taken[k] = true;
             point.is_fresh = false;
             point.impulse = turn(other);
+            point.position_excess = other.position_excess;
             point.last = old.first + k;
             --fresh;
           }
@@ -12180,6 +12183,10 @@ struct ContactConstraint {
   /// the bodies within the step. Sweeps over manifolds store their own.
   S position_impulse = S(0);
   S least_position_impulse = S(0);
+  /// [N s] Part of the position impulse that velocities did not give, as a whole step of the last
+  /// substep. Where surfaces slide fast sweeps leave velocities far from their laws. The next step
+  /// needs it as well, and its sweeps over manifolds start from it.
+  S position_excess = S(0);
   /// [1] Share of the step that is left after a bounce. The same share of its impulse moves the
   /// bodies. Negative without a bounce.
   S restitution_share = S(-1);
@@ -12684,10 +12691,12 @@ struct SolverDef {
   int max_newton_steps = 60;
   /// [-] Most sweeps over a larger island in each substep. Half of them run, and the others as long
   /// as extrapolating them gains. That is never so with joints, sensors or restitution.
-  /// `max_sweeps` run if most of its contacts are new. All of them run over a smaller heap that
-  /// slides, and up to twice `max_sweeps` where it is hit.
+  /// `max_sweeps` run if most of its contacts are new. Where surfaces slide fast, more run within a
+  /// quarter of the budget of `max_direct_work`. All of them run over a smaller heap that slides,
+  /// and up to twice `max_sweeps` where it is hit.
   int large_sweeps = 20;
-  /// [-] The same for the position problem of a larger island. Smaller heaps have a bound by work.
+  /// [-] The same for the position problem of a larger island. Where surfaces slide fast, as many
+  /// run as the budget allows, at least these.
   int large_position_sweeps = 20;
   /// [s] Longest substep over which a larger island is solved at once, > 0. Infinite for one
   /// substep per step.
@@ -12837,6 +12846,8 @@ struct SolveContext {
   std::uint64_t factor_work = 0;
   /// True if the island gets a bounded number of sweeps, converged or not.
   bool is_swept = false;
+  /// True if sweeps may solve the island and its surfaces slide fast (`MethodChoice`).
+  bool slides = false;
   SolverDef<S> settings{};
 
   /// [-] Factorisations that the budget of one problem pays for. It is as many multiply-adds as
@@ -31190,6 +31201,7 @@ void add_contacts(const CachedManifold<S>& manifold, const DynamicArray<CachedPo
     c.arm_b = point.arm_b;
     c.gap = point.gap;
     c.impulse = point.impulse;
+    c.position_excess = point.position_excess;
     c.point = i;
     c.is_fresh = point.is_fresh;
     out.contacts.push_back(c);
@@ -31843,7 +31855,8 @@ template <Scalar S>
 template <Scalar S>
 class MethodChoice {
  public:
-  /// Chooses between factorisations and sweeps. Sets `factor_work` and `is_swept` of the context.
+  /// Chooses between factorisations and sweeps. Sets `factor_work`, `is_swept` and `slides` of the
+  /// context.
   void make(const Island& island, const Constraints<S>& constraints,
             std::span<const SolverBody<S>> bodies, SolveContext<S>& context) {
     const std::uint64_t most = context.settings.max_direct_work;
@@ -31853,15 +31866,15 @@ class MethodChoice {
     const std::uint64_t unknowns = 6 * island.bodies.size();
     const std::uint64_t dense = assembly + unknowns * unknowns * unknowns / 6;
     const bool may_be_large = dense > most;
-    const bool slides =
+    context.slides =
         dense > most / sweeps_pay_from && has_sliding_heap(island, constraints, bodies, context);
     context.factor_work = dense;
-    if (!may_be_large && !slides) return;
+    if (!may_be_large && !context.slides) return;
     if (assembly <= most) {
       order_.build(island, constraints, bodies.size());
       order_.clear(island);
       const std::uint64_t work = std::min(dense, assembly + order_.factor_work());
-      context.is_swept = work > most || (slides && work > most / sweeps_pay_from);
+      context.is_swept = work > most || (context.slides && work > most / sweeps_pay_from);
       // The full matrix bounds the work of small islands. It decides what their budget allows.
       if (may_be_large) context.factor_work = work;
     } else {
@@ -33253,7 +33266,6 @@ void IslandRows<S, Real>::add_hessian(Real eps, EnvelopeMatrix<Real>& h) {
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
-#include <limits>
 #include <type_traits>
 
 namespace bristle::inline BRISTLE_ABI::detail {
@@ -33344,6 +33356,8 @@ class ProximalSolver {
   /// [-] Newton steps from no impulses. What lands and does not jam takes one or two. All else that
   /// is new is solved from inside.
   static constexpr int landing_steps = 4;
+  /// [-] Small steps in a row that halve nothing.
+  static constexpr int most_idle = 2;
 
   Real solve_law(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
                  const SolveContext<S>& context, SolveReport<S>& report);
@@ -33382,6 +33396,7 @@ class ProximalSolver {
   bool is_stiff_ = false;         // True if one Newton step leaves more than round-off.
   DynamicArray<Real> rhs_;        // r.
   DynamicArray<Real> masses_;     // Diagonal of M.
+  Real mismatch_ = Real(0);       // Of the last `minimise`.
   DerivativeWatch<Real> watch_;
   DynamicArray<Real> v_, settled_, gradient_, step_, product_;
 };
@@ -33660,7 +33675,7 @@ auto ProximalSolver<S>::iterate(Real tolerance, const SolveContext<S>& context,
     eps_ = eps;
     rows_.accept(eps);
     const Real before = left;
-    left = rows_.residual();
+    left = std::max(rows_.residual(), mismatch_);
     if (left <= tolerance && have_derivatives_settled(context.settings)) break;
     // Slip that keeps turning leaves a residual that no longer falls.
     if (outer >= 10 && left > Real(0.9) * before) break;
@@ -33680,13 +33695,16 @@ bool ProximalSolver<S>::have_derivatives_settled(const SolverDef<S>& settings) {
 }
 
 /// The inner loop: Newton's method with line search, until the impulses of the velocities give
-/// these velocities, but for round-off. Small steps do not prove that: impulses are velocities
-/// divided by eps. The velocities are made from the impulses in the end.
-/// @return Whether that was reached.
+/// these velocities, or come no nearer to them. `mismatch_` says what is left. The velocities are
+/// made from the impulses in the end.
+/// @return Whether it came to an end.
 template <Scalar S>
 bool ProximalSolver<S>::minimise(Real eps, Real tolerance, int& steps, int most_steps) {
   using std::abs;
   find_gradient(eps);
+  mismatch_ = infinity<Real>;
+  Real nearest = infinity<Real>;
+  int idle = 0;
   while (steps < most_steps) {
     hessian_ = matrix_;
     rows_.add_hessian(eps, hessian_);
@@ -33700,12 +33718,18 @@ bool ProximalSolver<S>::minimise(Real eps, Real tolerance, int& steps, int most_
     if (!(size < infinity<Real>)) return false;
     // If a whole step switches nothing, the function was the parabola that Newton minimises.
     const bool is_whole = search_line(eps) == Real(1);
-    if (is_whole && !is_stiff_ && rows_.is_linear(eps)) return true;
+    if (is_whole && !is_stiff_ && rows_.is_linear(eps)) {
+      mismatch_ = Real(0);
+      return true;
+    }
     find_gradient(eps);
-    Real fastest = Real(0);
-    for (const Real v : v_) fastest = std::max(fastest, abs(v));
-    const Real round_off = Real(8) * std::numeric_limits<Real>::epsilon() / eps * fastest;
-    if (mismatch() <= std::max(tolerance, round_off)) return true;
+    // Impulses are velocities divided by eps. So small steps still bring them nearer, and several
+    // that do not leave round-off.
+    mismatch_ = mismatch();
+    const bool is_idle = size <= tolerance && mismatch_ > Real(0.5) * nearest;
+    idle = is_idle ? idle + 1 : 0;
+    nearest = std::min(nearest, mismatch_);
+    if (mismatch_ <= tolerance || idle >= most_idle) return true;
   }
   return false;
 }
@@ -34043,7 +34067,9 @@ struct alignas(64) ManifoldPoints {
 template <Scalar S, std::size_t n = lanes<S>>
 struct alignas(64) ManifoldContacts {
   using Row = std::array<S, n>;
-  Row gap{}, restitution{}, restitution_share{};
+  Row gap{}, restitution{}, restitution_share{}, position_excess{};
+  /// [N s] Position impulse by the velocities.
+  Row usual_impulse{};
   /// [N s] Impulses along the tangents. The normal impulse is `ManifoldPoints::impulse`.
   Row friction1{}, friction2{};
   /// [N s] Impulses along the normal and the tangents. They are sums over the substeps so far.
@@ -34594,6 +34620,15 @@ class ManifoldPart : ManifoldMotion<S> {
   /// Sets the position impulses (`place_of`) for sweeps of the position problem.
   /// @param velocities  At the end of the substep. Null if nothing may bounce.
   void start_placing(const VelocityTable<S>* velocities, const SolveContext<S>& context);
+  /// Adds the displacements by position impulses beyond those of the velocities.
+  void move_by_excess(VelocityTable<S>& displacements);
+  /// Ends sweeps of the position problem.
+  void keep_excess() {
+    for (std::size_t k = 0; k < points_.size(); ++k) {
+      Contacts& c = contacts_[k];
+      (row(points_[k].position_impulse) - row(c.usual_impulse)).store(c.position_excess.data());
+    }
+  }
   /// Adds the displacements of bounces. Their share is not the usual one.
   void move_by_restitution(VelocityTable<S>& displacements, Integrator integrator);
 
@@ -34700,16 +34735,33 @@ void ManifoldPart<S>::start_placing(const VelocityTable<S>* velocities,
   if (velocities != nullptr) v = relative(motion(*velocities));
   for (std::size_t k = 0; k < points_.size(); ++k) {
     Points& p = points_[k];
-    const Contacts& c = contacts_[k];
+    Contacts& c = contacts_[k];
     const ContactTarget<T> target{row(p.target), row(c.restitution_share), mask(c.impacts)};
     const ContactPlace<T> place =
         place_of<T>(row(p.impulse), row(c.restitution), target, speed(p, v), context);
     (-row(c.gap) * per_step).store(p.placing_target.data());
-    place.position_impulse.store(p.position_impulse.data());
+    place.position_impulse.store(c.usual_impulse.data());
+    T position_impulse = place.position_impulse;
+    if (context.slides) {
+      position_impulse =
+          max(position_impulse + row(c.position_excess), place.least_position_impulse);
+    }
+    position_impulse.store(p.position_impulse.data());
     select(place.parts, place.position_impulse, place.least_position_impulse)
         .store(p.least_position_impulse.data());
     select(place.parts, zero, row(p.inverse_response)).store(p.inverse_placing.data());
   }
+}
+
+template <Scalar S>
+void ManifoldPart<S>::move_by_excess(VelocityTable<S>& displacements) {
+  const T zero = S(0);
+  Load load;
+  for (std::size_t k = 0; k < points_.size(); ++k) {
+    const Points& p = points_[k];
+    load.add(p, row(p.position_impulse) - row(contacts_[k].usual_impulse));
+  }
+  apply_impulse(displacements, motion(displacements), load, zero, zero, zero);
 }
 
 template <Scalar S>
@@ -35053,19 +35105,32 @@ class ManifoldSweeps {
     for_each_block([](Part part) { part.spread_friction(); });
   }
 
-  /// Starts the position problem. Reads the bodies' displacements and adds those of bounces.
-  /// Position impulses stay in here; constraints get only displacements.
+  /// Starts the position problem. Reads the bodies' displacements and adds those of bounces. Where
+  /// surfaces slide fast, it adds those of what positions needed beyond velocities in the last
+  /// substep. Elsewhere that mostly closed overlaps, which are closed now.
   void start_placing(std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
     if (restitution_) load(bodies, velocity_of);
     const VelocityTable<S>* const velocities = restitution_ ? &velocities_ : nullptr;
     for_each_block([&](Part part) { part.start_placing(velocities, context); });
     load(bodies, motion_of);
+    if (context.slides) for_each_block([&](Part part) { part.move_by_excess(velocities_); });
     if (!restitution_) return;
     for_each_block([&](Part part) { part.move_by_restitution(velocities_, context.integrator); });
   }
   /// One sweep of the position problem.
   S place(bool backwards) {
     return sweep_blocks(backwards, [this](Kernel block) { return block.place(velocities_); });
+  }
+
+  /// Ends the position problem. Writes what it needed beyond velocities to the constraints.
+  void finish_placing(const Island& island, Constraints<S>& constraints) {
+    for_each_block([](Part part) { part.keep_excess(); });
+    for_each_contact(island, constraints,
+                     [parts = parts_](ContactConstraint<S>& c, const Points&,
+                                      const Contacts& contacts, std::size_t lane) {
+                       const S excess = parts * contacts.position_excess[lane];
+                       c.position_excess = has_finite_square(excess) ? excess : S(0);
+                     });
   }
 
   /// Ends a substep that another one follows.
@@ -35132,8 +35197,7 @@ class ManifoldSweeps {
   void find_manifolds(const Island& island, const Constraints<S>& constraints,
                       std::span<const SolverBody<S>> bodies);
   void add_manifold(const ManifoldSpan& manifold, const Island& island,
-                    const Constraints<S>& constraints, std::span<const SolverBody<S>> bodies,
-                    S parts);
+                    const Constraints<S>& constraints, std::span<const SolverBody<S>> bodies);
   void add_side(typename Block::Side& side, std::size_t lane, std::uint32_t slot,
                 const SolverBody<S>& body, const Vec3<S>& arm);
 
@@ -35148,6 +35212,7 @@ class ManifoldSweeps {
   DynamicArray<std::uint32_t> place_;  // By slot; 0 where it has none.
   VelocityTable<S> velocities_, starts_;
   SweepExtrapolation<S> extrapolation_;
+  S parts_ = S(1);
   bool restitution_ = false;
   bool may_extrapolate_ = false;
   bool is_cold_ = false;
@@ -35159,6 +35224,7 @@ class ManifoldSweeps {
 template <Scalar S>
 void ManifoldSweeps<S>::start(const Island& island, const Constraints<S>& constraints,
                               std::span<const SolverBody<S>> bodies, S parts) {
+  parts_ = parts;
   for (const std::uint32_t slot : slots_) place_[slot] = 0;
   slots_.clear();
   place_.resize(std::max(place_.size(), bodies.size()), 0);
@@ -35179,7 +35245,7 @@ void ManifoldSweeps<S>::start(const Island& island, const Constraints<S>& constr
       contacts_.resize(points_.size());
       round = place.round;
     }
-    add_manifold(manifolds_[place.manifold], island, constraints, bodies, parts);
+    add_manifold(manifolds_[place.manifold], island, constraints, bodies);
   }
   may_extrapolate_ = !restitution_ && island.blocks.empty() && island.soft.empty();
   if (may_extrapolate_) extrapolation_.read_masses(slots_, bodies);
@@ -35234,7 +35300,7 @@ void ManifoldSweeps<S>::add_side(typename Block::Side& side, std::size_t lane, s
 template <Scalar S>
 void ManifoldSweeps<S>::add_manifold(const ManifoldSpan& manifold, const Island& island,
                                      const Constraints<S>& constraints,
-                                     std::span<const SolverBody<S>> bodies, S parts) {
+                                     std::span<const SolverBody<S>> bodies) {
   using std::max;
   using std::sqrt;
   Block& block = blocks_.back();
@@ -35294,11 +35360,12 @@ void ManifoldSweeps<S>::add_manifold(const ManifoldSpan& manifold, const Island&
     const ContactConstraint<S>& c = contact(k);
     Contacts& state = contacts_[block.first_point + k];
     state.gap[lane] = c.gap;
+    state.position_excess[lane] = c.position_excess / parts_;
     state.restitution[lane] = c.restitution;
-    state.friction1[lane] = c.impulse[1] / parts;
-    state.friction2[lane] = c.impulse[2] / parts;
+    state.friction1[lane] = c.impulse[1] / parts_;
+    state.friction2[lane] = c.impulse[2] / parts_;
     Points& p = points_[block.first_point + k];
-    p.impulse[lane] = c.impulse[0] / parts;
+    p.impulse[lane] = c.impulse[0] / parts_;
     S e1 = S(0);
     S e2 = S(0);
     // A single point is the centre of pressure. It has no lever about it.
@@ -35494,7 +35561,9 @@ class SequentialSolver {
     if (shares_bodies(island)) manifolds_.unload(bodies, motion_of);
   }
   /// Ends sweeps of the position problem.
-  void finish_positions(const Island& island, std::span<SolverBody<S>> bodies) const {
+  void finish_positions(const Island& island, Constraints<S>& constraints,
+                        std::span<SolverBody<S>> bodies) {
+    manifolds_.finish_placing(island, constraints);
     if (!shares_bodies(island)) manifolds_.unload(bodies, motion_of);
   }
   /// One sweep of the position problem over the displacements in `SolverBody::motion`. A larger
@@ -35911,42 +35980,29 @@ class IslandSolver {
 
   /// Sweeps a heap that slides (`MethodChoice`) over one substep.
   ///
-  /// Velocities are not extrapolated: where surfaces slide, no energy becomes the least. Positions
-  /// are a convex problem, so sweeps and extrapolation find their solution.
   /// @return Whether the result serves. Newton's method takes over where sweeps have nearly found
   ///         the solution: it needs a step or two, and what slides on as before then takes one
   ///         sweep. Where it is hit, Newton's method takes many and does not find the solution.
   bool sweep_sliding(const Island& island, Constraints<S>& constraints,
                      std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
                      SolveReport<S>& report) {
-    const S far = std::max(context.velocity_tolerance, context.speed_change);
     const S near = std::max(context.velocity_tolerance, S(1e-3) * context.speed_change);
+    const SolverDef<S>& settings = context.settings;
     sequential_.start_manifolds(island, constraints, bodies, S(1));
     sequential_.start_part(island, constraints, bodies, context);
-    const SolverDef<S>& settings = context.settings;
-    const auto sweep_until = [&](int least, S enough) {
-      for (int n = 0; n < least || (n < settings.max_sweeps && report.residual > enough); ++n) {
-        report.residual = sequential_.sweep(island, constraints, bodies, n % 2 != 0);
-        ++report.sweeps;
-        if (report.residual <= context.velocity_tolerance) return;
-      }
-    };
-    sweep_until(settings.large_sweeps, far);
+    sweep_until(far_from_law(context), {settings.large_sweeps, settings.max_sweeps}, island,
+                constraints, bodies, context, report);
     if (report.residual <= near) return false;
     sequential_.finish(island, bodies);
     if (has_made_energy(island, bodies, context, report)) {
       sequential_.forget_impulses();
       clear_impulses(island, constraints);
       sequential_.start_part(island, constraints, bodies, context);
-      sweep_until(0, near);
+      sweep_until(near, {0, settings.max_sweeps}, island, constraints, bodies, context, report);
       sequential_.finish(island, bodies);
     }
     sequential_.keep_impulses();
-    // Velocities are left far from their laws. Overlaps of a thirtieth of what forces move are
-    // small.
-    const S enough = std::min(S(0.3) * report.residual, S(3e-2) * context.speed_change);
-    const int count = context.affordable_sweeps(island);
-    place_part(island, constraints, bodies, context, {count, count}, enough, report);
+    place_sliding(island, constraints, bodies, context, context.affordable_sweeps(island), report);
     sequential_.finish_parts(island, constraints);
     sequential_.find_velocities(island, constraints, bodies);
     return true;
@@ -35964,9 +36020,11 @@ class IslandSolver {
     begin_parts(island, constraints, bodies, parts);
     sequential_.start_manifolds(island, constraints, bodies, parts);
     const SolverDef<S>& settings = context.settings;
-    const SweepCount sweeps = sequential_.is_cold()
-                                  ? SweepCount{settings.max_sweeps, settings.max_sweeps}
-                                  : SweepCount::half_of(settings.large_sweeps);
+    const int affordable = context.slides ? context.affordable_sweeps(island) / count : 0;
+    SweepCount sweeps = SweepCount::half_of(settings.large_sweeps);
+    // Positions, which are swept until they are found, have most of the budget.
+    sweeps.most = std::max(sweeps.most, std::min(settings.max_sweeps, affordable / 4));
+    if (sequential_.is_cold()) sweeps = {settings.max_sweeps, settings.max_sweeps};
     for (int k = 0; k < count; ++k) {
       for (std::size_t n = 0; n < island.bodies.size(); ++n) {
         SolverBody<S>& body = bodies[island.bodies[n]];
@@ -35982,10 +36040,15 @@ class IslandSolver {
       }
       sequential_.keep_impulses();
       if (!island.soft.empty()) break;  // Placed when their sensors have settled.
-      // A third of the error of the velocities adds little to it.
-      place_part(island, constraints, bodies, part,
-                 SweepCount::half_of(settings.large_position_sweeps), S(0.3) * report.residual,
-                 report);
+      if (context.slides) {
+        place_sliding(island, constraints, bodies, part,
+                      std::max(settings.large_position_sweeps, affordable), report);
+      } else {
+        // A third of the error of the velocities adds little to it.
+        place_part(island, constraints, bodies, part,
+                   SweepCount::half_of(settings.large_position_sweeps), S(0.3) * report.residual,
+                   report);
+      }
       if (k + 1 < count) sequential_.move_on(bodies, part.dt);
       end_part(island, constraints, bodies, part.dt, parts);
     }
@@ -35999,12 +36062,33 @@ class IslandSolver {
                   std::span<SolverBody<S>> bodies, const SolveContext<S>& part, SweepCount count,
                   SolveReport<S>& report) {
     sequential_.start_part(island, constraints, bodies, part);
-    sweep_while_it_pays(SweptProblem::velocities, count, [&](bool backwards) {
-      report.residual = sequential_.sweep(island, constraints, bodies, backwards);
-      ++report.sweeps;
-      return report.residual <= part.velocity_tolerance;
-    });
+    if (part.slides) {
+      sweep_until(far_from_law(part), count, island, constraints, bodies, part, report);
+    } else {
+      sweep_while_it_pays(SweptProblem::velocities, count, [&](bool backwards) {
+        return sweep_velocities(backwards, island, constraints, bodies, part, report);
+      });
+    }
     sequential_.finish(island, bodies);
+  }
+
+  /// @return Whether the velocities are found.
+  bool sweep_velocities(bool backwards, const Island& island, Constraints<S>& constraints,
+                        std::span<SolverBody<S>> bodies, const SolveContext<S>& part,
+                        SolveReport<S>& report) {
+    report.residual = sequential_.sweep(island, constraints, bodies, backwards);
+    ++report.sweeps;
+    return report.residual <= part.velocity_tolerance;
+  }
+
+  /// Sweeps the velocities of a heap that slides until a sweep changes them by `enough` at most.
+  /// They are not extrapolated: where surfaces slide, no energy becomes the least.
+  void sweep_until(S enough, SweepCount count, const Island& island, Constraints<S>& constraints,
+                   std::span<SolverBody<S>> bodies, const SolveContext<S>& part,
+                   SolveReport<S>& report) {
+    for (int n = 0; n < count.least || (n < count.most && report.residual > enough); ++n) {
+      if (sweep_velocities(n % 2 != 0, island, constraints, bodies, part, report)) return;
+    }
   }
 
   /// Sweeps there and back in turn until the problem is solved, or as often as `count` says. Where
@@ -36022,16 +36106,21 @@ class IslandSolver {
     }
   }
 
-  /// Returns whether sweeps were cut short and brought in energy. Sweeps from no impulses only take
-  /// energy out (`sweep_from_nothing`), but for what movers, motors and sensors give. So the energy
-  /// is that of the warm start: of impulses that piled up between bodies that cannot separate, or
-  /// of an impact in the last step.
+  /// Returns whether sweeps were cut short and the island gained energy. Sweeps from no impulses
+  /// bring none in (`sweep_from_nothing`). What movers, motors and sensors give, they find as well.
+  /// A warm start may bring in any amount: impulses that piled up between bodies that cannot
+  /// separate, or those of an impact in the last step.
   [[nodiscard]] static bool has_made_energy(const Island& island,
                                             std::span<const SolverBody<S>> bodies,
                                             const SolveContext<S>& context,
                                             const SolveReport<S>& report) {
-    return report.residual > std::max(context.velocity_tolerance, context.speed_change) &&
-           has_gained_energy(island, bodies);
+    return report.residual > far_from_law(context) && has_gained_energy(island, bodies);
+  }
+
+  /// [m/s] What sweeps leave from which on velocities are far from their laws: as much as forces
+  /// change them.
+  [[nodiscard]] static S far_from_law(const SolveContext<S>& context) {
+    return std::max(context.velocity_tolerance, context.speed_change);
   }
 
   /// Stores the whole step of each body. Scales the warm start of rows to a substep.
@@ -36083,6 +36172,16 @@ class IslandSolver {
     }
   }
 
+  /// Finds the displacements of a heap that slides. Its velocities are left far from their laws.
+  /// Positions are a convex problem, so sweeps and extrapolation find their solution. Overlaps of a
+  /// thirtieth of what forces move are small.
+  void place_sliding(const Island& island, Constraints<S>& constraints,
+                     std::span<SolverBody<S>> bodies, const SolveContext<S>& part, int count,
+                     SolveReport<S>& report) {
+    const S enough = std::min(S(0.3) * report.residual, S(3e-2) * part.speed_change);
+    place_part(island, constraints, bodies, part, {count, count}, enough, report);
+  }
+
   /// Solves the position problem of a substep by sweeps.
   /// @param enough  [m/s] Residual at which it is solved.
   void place_part(const Island& island, Constraints<S>& constraints,
@@ -36097,7 +36196,7 @@ class IslandSolver {
       ++report.position_sweeps;
       return sequential_.sweep_positions(island, constraints, bodies, part.dt, backwards) <= enough;
     });
-    sequential_.finish_positions(island, bodies);
+    sequential_.finish_positions(island, constraints, bodies);
   }
 
   void end_part(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
@@ -36151,6 +36250,7 @@ class IslandSolver {
                             ? c.normal_velocity(bodies[c.body_a].twist, bodies[c.body_b].twist)
                             : S(0);
       place_contact(c, parting, context);
+      c.position_excess = S(0);
     }
     move_by_restitution(island, constraints, bodies, context);
     if (!has_position_error(island, constraints, bodies, context)) return false;
@@ -37050,6 +37150,7 @@ class ContactStage {
         const ContactConstraint<S>& c = state.constraints.contacts[contact++];
         points[i].impulse = c.impulse;
         points[i].transient_impulse = c.transient_impulse;
+        points[i].position_excess = c.position_excess;
         points[i].took_impact = c.is_impact;
       }
       m.rolling_impulse = rolling_impulse(m, state.constraints);
@@ -39990,6 +40091,7 @@ void visit_contacts(const State& state, Cache& cache, Visitor& visit) {
     visit.value(point.feature);
     visit.value(std::span(point.impulse));
     visit.value(std::span(point.transient_impulse));
+    visit.value(point.position_excess);
     visit.value(point.took_impact);
     visit.value(point.acts_at_mid);
     visit.require("contacts (points)",
@@ -40055,7 +40157,7 @@ struct SnapshotHead {
   static constexpr std::uint64_t expected_magic = 0x6c7473697262'0001u;  // "brist", and a number.
 
   std::uint64_t magic = expected_magic;
-  std::uint64_t version = 9;
+  std::uint64_t version = 10;
   /// [-] Bytes of a scalar, and of all bytes after the head.
   std::uint64_t scalar_size = 0;
   std::uint64_t payload_size = 0;
@@ -40607,6 +40709,7 @@ void World<S, Backend>::for_each_impulse(State& state, Visit&& visit) {
   for (detail::CachedPoint<S>& point : state.contacts.points()) {
     for (S& impulse : point.impulse) visit(impulse);
     for (S& impulse : point.transient_impulse) visit(impulse);
+    visit(point.position_excess);
   }
   for (detail::CachedManifold<S>& m : state.contacts.manifolds()) visit_vector(m.rolling_impulse);
   for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {

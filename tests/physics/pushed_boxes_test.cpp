@@ -79,13 +79,13 @@ struct Boxes {
   }
 };
 
-/// Course of two layers of boxes of 0.1 to 10 kg, before a plate that turns.
-Course run_unlike_boxes(unsigned seed, double dt = 1.0 / 240) {
+/// Course of two layers of boxes of 0.1 to 10 kg, three side by side, before a plate that turns.
+Course run_unlike_boxes(unsigned seed, double dt = 1.0 / 240, int rows = 4, double seconds = 3) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> uniform(-1, 1);
   Boxes scene(dt);
   scene.world.add_body({.motion = Motion::fixed, .shape = HalfSpace<double>{}});
-  for (int x = 0; x < 4; ++x) {
+  for (int x = 0; x < rows; ++x) {
     for (int y = 0; y < 3; ++y) {
       for (int z = 0; z < 2; ++z) {
         const double m = std::pow(10.0, uniform(random));
@@ -101,7 +101,7 @@ Course run_unlike_boxes(unsigned seed, double dt = 1.0 / 240) {
   plate.material = {0.6, 0};
   plate.velocity = {0.3, 0.05, 0};
   plate.angular_velocity = {0, 0, 0.1};
-  return scene.run(3, scene.world.add_body(plate));
+  return scene.run(seconds, scene.world.add_body(plate));
 }
 
 }  // namespace
@@ -185,6 +185,16 @@ TEST_CASE("pushed_boxes: at 60 steps a second it is the same") {
     CHECK(course.factorisations < 1);
   }
   CHECK(fastest / 6 < 0.45);
+}
+
+TEST_CASE("pushed_boxes: overlaps grow with the heap, and do not jump where it is large") {
+  // Light boxes that heavy ones pinch need many sweeps of the positions, over several steps.
+  // Measured: 2.5 mm in the mean. Without what the last step found it is 26, by few sweeps 71.
+  double mean = 0;
+  for (unsigned seed = 2; seed < 5; ++seed) {
+    mean += run_unlike_boxes(seed, 1.0 / 240, 20, 1.4).deepest / 3;
+  }
+  CHECK(mean < 0.01);
 }
 
 TEST_CASE("pushed_boxes: what a belt holds against a wall presses as hard as the belt can pull") {

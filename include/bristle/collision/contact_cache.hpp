@@ -38,6 +38,8 @@ struct CachedPoint {
   std::array<S, 3> impulse{};
   /// [N s] Part that the next step does not need; see `ContactConstraint::transient_impulse`.
   std::array<S, 3> transient_impulse{};
+  /// [N s] See `ContactConstraint::position_excess`.
+  S position_excess = S(0);
   /// True if no contact of the last step predicts this one.
   bool is_fresh = true;
   /// True if the impulse stopped an approach. It does not predict the next step.
@@ -244,6 +246,7 @@ class ContactCache {
             is_taken[k] = true;
             point.is_fresh = false;
             point.impulse = turn(other);
+            point.position_excess = other.position_excess;
             point.last = old.first + k;
             --fresh;
           }

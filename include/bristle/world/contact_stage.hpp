@@ -90,6 +90,7 @@ class ContactStage {
         const ContactConstraint<S>& c = state.constraints.contacts[contact++];
         points[i].impulse = c.impulse;
         points[i].transient_impulse = c.transient_impulse;
+        points[i].position_excess = c.position_excess;
         points[i].took_impact = c.is_impact;
       }
       m.rolling_impulse = rolling_impulse(m, state.constraints);

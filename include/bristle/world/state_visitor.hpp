@@ -444,6 +444,7 @@ void visit_contacts(const State& state, Cache& cache, Visitor& visit) {
     visit.value(point.feature);
     visit.value(std::span(point.impulse));
     visit.value(std::span(point.transient_impulse));
+    visit.value(point.position_excess);
     visit.value(point.took_impact);
     visit.value(point.acts_at_mid);
     visit.require("contacts (points)",

@@ -308,6 +308,7 @@ void World<S, Backend>::for_each_impulse(State& state, Visit&& visit) {
   for (detail::CachedPoint<S>& point : state.contacts.points()) {
     for (S& impulse : point.impulse) visit(impulse);
     for (S& impulse : point.transient_impulse) visit(impulse);
+    visit(point.position_excess);
   }
   for (detail::CachedManifold<S>& m : state.contacts.manifolds()) visit_vector(m.rolling_impulse);
   for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {

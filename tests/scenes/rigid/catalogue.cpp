@@ -165,6 +165,8 @@ void add_moving(RecipeBook& book) {
                     Bounds{.depth = 5e-3});
   book.add<Watched>("push48", "48 cubes pushed by a plate, overlap [m]", pushed_boxes(8),
                     Bounds{.depth = 5e-3});
+  book.add<Watched>("push120", "120 cubes pushed by a plate, overlap [m]", pushed_boxes(20),
+                    Bounds{.depth = 5e-3});
   book.add<Watched>("belt48", "48 cubes held back on a moving belt, overlap [m]",
                     held_back_on_belt(), Bounds{.depth = 5e-3});
   book.add<DraggedStack>("dragged", "8 boxes on a plate that is dragged, displacement [m]");

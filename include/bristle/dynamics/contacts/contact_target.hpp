@@ -44,6 +44,7 @@ void add_contacts(const CachedManifold<S>& manifold, const DynamicArray<CachedPo
     c.arm_b = point.arm_b;
     c.gap = point.gap;
     c.impulse = point.impulse;
+    c.position_excess = point.position_excess;
     c.point = i;
     c.is_fresh = point.is_fresh;
     out.contacts.push_back(c);

@@ -100,7 +100,9 @@ struct alignas(64) ManifoldPoints {
 template <Scalar S, std::size_t n = lanes<S>>
 struct alignas(64) ManifoldContacts {
   using Row = std::array<S, n>;
-  Row gap{}, restitution{}, restitution_share{};
+  Row gap{}, restitution{}, restitution_share{}, position_excess{};
+  /// [N s] Position impulse by the velocities.
+  Row usual_impulse{};
   /// [N s] Impulses along the tangents. The normal impulse is `ManifoldPoints::impulse`.
   Row friction1{}, friction2{};
   /// [N s] Impulses along the normal and the tangents. They are sums over the substeps so far.

@@ -10,6 +10,7 @@
 #pragma once
 
 #include <bristle/core/dynamic_array.hpp>
+#include <bristle/core/error.hpp>
 #include <bristle/dynamics/contacts/manifold_block.hpp>
 #include <bristle/dynamics/contacts/manifold_kernel.hpp>
 #include <bristle/dynamics/contacts/manifold_mobility.hpp>
@@ -101,19 +102,32 @@ class ManifoldSweeps {
     for_each_block([](Part part) { part.spread_friction(); });
   }
 
-  /// Starts the position problem. Reads the bodies' displacements and adds those of bounces.
-  /// Position impulses stay in here; constraints get only displacements.
+  /// Starts the position problem. Reads the bodies' displacements and adds those of bounces. Where
+  /// surfaces slide fast, it adds those of what positions needed beyond velocities in the last
+  /// substep. Elsewhere that mostly closed overlaps, which are closed now.
   void start_placing(std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
     if (restitution_) load(bodies, velocity_of);
     const VelocityTable<S>* const velocities = restitution_ ? &velocities_ : nullptr;
     for_each_block([&](Part part) { part.start_placing(velocities, context); });
     load(bodies, motion_of);
+    if (context.slides) for_each_block([&](Part part) { part.move_by_excess(velocities_); });
     if (!restitution_) return;
     for_each_block([&](Part part) { part.move_by_restitution(velocities_, context.integrator); });
   }
   /// One sweep of the position problem.
   S place(bool backwards) {
     return sweep_blocks(backwards, [this](Kernel block) { return block.place(velocities_); });
+  }
+
+  /// Ends the position problem. Writes what it needed beyond velocities to the constraints.
+  void finish_placing(const Island& island, Constraints<S>& constraints) {
+    for_each_block([](Part part) { part.keep_excess(); });
+    for_each_contact(island, constraints,
+                     [parts = parts_](ContactConstraint<S>& c, const Points&,
+                                      const Contacts& contacts, std::size_t lane) {
+                       const S excess = parts * contacts.position_excess[lane];
+                       c.position_excess = has_finite_square(excess) ? excess : S(0);
+                     });
   }
 
   /// Ends a substep that another one follows.
@@ -180,8 +194,7 @@ class ManifoldSweeps {
   void find_manifolds(const Island& island, const Constraints<S>& constraints,
                       std::span<const SolverBody<S>> bodies);
   void add_manifold(const ManifoldSpan& manifold, const Island& island,
-                    const Constraints<S>& constraints, std::span<const SolverBody<S>> bodies,
-                    S parts);
+                    const Constraints<S>& constraints, std::span<const SolverBody<S>> bodies);
   void add_side(typename Block::Side& side, std::size_t lane, std::uint32_t slot,
                 const SolverBody<S>& body, const Vec3<S>& arm);
 
@@ -196,6 +209,7 @@ class ManifoldSweeps {
   DynamicArray<std::uint32_t> place_;  // By slot; 0 where it has none.
   VelocityTable<S> velocities_, starts_;
   SweepExtrapolation<S> extrapolation_;
+  S parts_ = S(1);
   bool restitution_ = false;
   bool may_extrapolate_ = false;
   bool is_cold_ = false;
@@ -207,6 +221,7 @@ class ManifoldSweeps {
 template <Scalar S>
 void ManifoldSweeps<S>::start(const Island& island, const Constraints<S>& constraints,
                               std::span<const SolverBody<S>> bodies, S parts) {
+  parts_ = parts;
   for (const std::uint32_t slot : slots_) place_[slot] = 0;
   slots_.clear();
   place_.resize(std::max(place_.size(), bodies.size()), 0);
@@ -227,7 +242,7 @@ void ManifoldSweeps<S>::start(const Island& island, const Constraints<S>& constr
       contacts_.resize(points_.size());
       round = place.round;
     }
-    add_manifold(manifolds_[place.manifold], island, constraints, bodies, parts);
+    add_manifold(manifolds_[place.manifold], island, constraints, bodies);
   }
   may_extrapolate_ = !restitution_ && island.blocks.empty() && island.soft.empty();
   if (may_extrapolate_) extrapolation_.read_masses(slots_, bodies);
@@ -282,7 +297,7 @@ void ManifoldSweeps<S>::add_side(typename Block::Side& side, std::size_t lane, s
 template <Scalar S>
 void ManifoldSweeps<S>::add_manifold(const ManifoldSpan& manifold, const Island& island,
                                      const Constraints<S>& constraints,
-                                     std::span<const SolverBody<S>> bodies, S parts) {
+                                     std::span<const SolverBody<S>> bodies) {
   using std::max;
   using std::sqrt;
   Block& block = blocks_.back();
@@ -342,11 +357,12 @@ void ManifoldSweeps<S>::add_manifold(const ManifoldSpan& manifold, const Island&
     const ContactConstraint<S>& c = contact(k);
     Contacts& state = contacts_[block.first_point + k];
     state.gap[lane] = c.gap;
+    state.position_excess[lane] = c.position_excess / parts_;
     state.restitution[lane] = c.restitution;
-    state.friction1[lane] = c.impulse[1] / parts;
-    state.friction2[lane] = c.impulse[2] / parts;
+    state.friction1[lane] = c.impulse[1] / parts_;
+    state.friction2[lane] = c.impulse[2] / parts_;
     Points& p = points_[block.first_point + k];
-    p.impulse[lane] = c.impulse[0] / parts;
+    p.impulse[lane] = c.impulse[0] / parts_;
     S e1 = S(0);
     S e2 = S(0);
     // A single point is the centre of pressure. It has no lever about it.

@@ -201,42 +201,29 @@ class IslandSolver {
 
   /// Sweeps a heap that slides (`MethodChoice`) over one substep.
   ///
-  /// Velocities are not extrapolated: where surfaces slide, no energy becomes the least. Positions
-  /// are a convex problem, so sweeps and extrapolation find their solution.
   /// @return Whether the result serves. Newton's method takes over where sweeps have nearly found
   ///         the solution: it needs a step or two, and what slides on as before then takes one
   ///         sweep. Where it is hit, Newton's method takes many and does not find the solution.
   bool sweep_sliding(const Island& island, Constraints<S>& constraints,
                      std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
                      SolveReport<S>& report) {
-    const S far = std::max(context.velocity_tolerance, context.speed_change);
     const S near = std::max(context.velocity_tolerance, S(1e-3) * context.speed_change);
+    const SolverDef<S>& settings = context.settings;
     sequential_.start_manifolds(island, constraints, bodies, S(1));
     sequential_.start_part(island, constraints, bodies, context);
-    const SolverDef<S>& settings = context.settings;
-    const auto sweep_until = [&](int least, S enough) {
-      for (int n = 0; n < least || (n < settings.max_sweeps && report.residual > enough); ++n) {
-        report.residual = sequential_.sweep(island, constraints, bodies, n % 2 != 0);
-        ++report.sweeps;
-        if (report.residual <= context.velocity_tolerance) return;
-      }
-    };
-    sweep_until(settings.large_sweeps, far);
+    sweep_until(far_from_law(context), {settings.large_sweeps, settings.max_sweeps}, island,
+                constraints, bodies, context, report);
     if (report.residual <= near) return false;
     sequential_.finish(island, bodies);
     if (has_made_energy(island, bodies, context, report)) {
       sequential_.forget_impulses();
       clear_impulses(island, constraints);
       sequential_.start_part(island, constraints, bodies, context);
-      sweep_until(0, near);
+      sweep_until(near, {0, settings.max_sweeps}, island, constraints, bodies, context, report);
       sequential_.finish(island, bodies);
     }
     sequential_.keep_impulses();
-    // Velocities are left far from their laws. Overlaps of a thirtieth of what forces move are
-    // small.
-    const S enough = std::min(S(0.3) * report.residual, S(3e-2) * context.speed_change);
-    const int count = context.affordable_sweeps(island);
-    place_part(island, constraints, bodies, context, {count, count}, enough, report);
+    place_sliding(island, constraints, bodies, context, context.affordable_sweeps(island), report);
     sequential_.finish_parts(island, constraints);
     sequential_.find_velocities(island, constraints, bodies);
     return true;
@@ -254,9 +241,11 @@ class IslandSolver {
     begin_parts(island, constraints, bodies, parts);
     sequential_.start_manifolds(island, constraints, bodies, parts);
     const SolverDef<S>& settings = context.settings;
-    const SweepCount sweeps = sequential_.is_cold()
-                                  ? SweepCount{settings.max_sweeps, settings.max_sweeps}
-                                  : SweepCount::half_of(settings.large_sweeps);
+    const int affordable = context.slides ? context.affordable_sweeps(island) / count : 0;
+    SweepCount sweeps = SweepCount::half_of(settings.large_sweeps);
+    // Positions, which are swept until they are found, have most of the budget.
+    sweeps.most = std::max(sweeps.most, std::min(settings.max_sweeps, affordable / 4));
+    if (sequential_.is_cold()) sweeps = {settings.max_sweeps, settings.max_sweeps};
     for (int k = 0; k < count; ++k) {
       for (std::size_t n = 0; n < island.bodies.size(); ++n) {
         SolverBody<S>& body = bodies[island.bodies[n]];
@@ -272,10 +261,15 @@ class IslandSolver {
       }
       sequential_.keep_impulses();
       if (!island.soft.empty()) break;  // Placed when their sensors have settled.
-      // A third of the error of the velocities adds little to it.
-      place_part(island, constraints, bodies, part,
-                 SweepCount::half_of(settings.large_position_sweeps), S(0.3) * report.residual,
-                 report);
+      if (context.slides) {
+        place_sliding(island, constraints, bodies, part,
+                      std::max(settings.large_position_sweeps, affordable), report);
+      } else {
+        // A third of the error of the velocities adds little to it.
+        place_part(island, constraints, bodies, part,
+                   SweepCount::half_of(settings.large_position_sweeps), S(0.3) * report.residual,
+                   report);
+      }
       if (k + 1 < count) sequential_.move_on(bodies, part.dt);
       end_part(island, constraints, bodies, part.dt, parts);
     }
@@ -289,12 +283,33 @@ class IslandSolver {
                   std::span<SolverBody<S>> bodies, const SolveContext<S>& part, SweepCount count,
                   SolveReport<S>& report) {
     sequential_.start_part(island, constraints, bodies, part);
-    sweep_while_it_pays(SweptProblem::velocities, count, [&](bool backwards) {
-      report.residual = sequential_.sweep(island, constraints, bodies, backwards);
-      ++report.sweeps;
-      return report.residual <= part.velocity_tolerance;
-    });
+    if (part.slides) {
+      sweep_until(far_from_law(part), count, island, constraints, bodies, part, report);
+    } else {
+      sweep_while_it_pays(SweptProblem::velocities, count, [&](bool backwards) {
+        return sweep_velocities(backwards, island, constraints, bodies, part, report);
+      });
+    }
     sequential_.finish(island, bodies);
+  }
+
+  /// @return Whether the velocities are found.
+  bool sweep_velocities(bool backwards, const Island& island, Constraints<S>& constraints,
+                        std::span<SolverBody<S>> bodies, const SolveContext<S>& part,
+                        SolveReport<S>& report) {
+    report.residual = sequential_.sweep(island, constraints, bodies, backwards);
+    ++report.sweeps;
+    return report.residual <= part.velocity_tolerance;
+  }
+
+  /// Sweeps the velocities of a heap that slides until a sweep changes them by `enough` at most.
+  /// They are not extrapolated: where surfaces slide, no energy becomes the least.
+  void sweep_until(S enough, SweepCount count, const Island& island, Constraints<S>& constraints,
+                   std::span<SolverBody<S>> bodies, const SolveContext<S>& part,
+                   SolveReport<S>& report) {
+    for (int n = 0; n < count.least || (n < count.most && report.residual > enough); ++n) {
+      if (sweep_velocities(n % 2 != 0, island, constraints, bodies, part, report)) return;
+    }
   }
 
   /// Sweeps there and back in turn until the problem is solved, or as often as `count` says. Where
@@ -312,16 +327,21 @@ class IslandSolver {
     }
   }
 
-  /// Returns whether sweeps were cut short and brought in energy. Sweeps from no impulses only take
-  /// energy out (`sweep_from_nothing`), but for what movers, motors and sensors give. So the energy
-  /// is that of the warm start: of impulses that piled up between bodies that cannot separate, or
-  /// of an impact in the last step.
+  /// Returns whether sweeps were cut short and the island gained energy. Sweeps from no impulses
+  /// bring none in (`sweep_from_nothing`). What movers, motors and sensors give, they find as well.
+  /// A warm start may bring in any amount: impulses that piled up between bodies that cannot
+  /// separate, or those of an impact in the last step.
   [[nodiscard]] static bool has_made_energy(const Island& island,
                                             std::span<const SolverBody<S>> bodies,
                                             const SolveContext<S>& context,
                                             const SolveReport<S>& report) {
-    return report.residual > std::max(context.velocity_tolerance, context.speed_change) &&
-           has_gained_energy(island, bodies);
+    return report.residual > far_from_law(context) && has_gained_energy(island, bodies);
+  }
+
+  /// [m/s] What sweeps leave from which on velocities are far from their laws: as much as forces
+  /// change them.
+  [[nodiscard]] static S far_from_law(const SolveContext<S>& context) {
+    return std::max(context.velocity_tolerance, context.speed_change);
   }
 
   /// Stores the whole step of each body. Scales the warm start of rows to a substep.
@@ -373,6 +393,16 @@ class IslandSolver {
     }
   }
 
+  /// Finds the displacements of a heap that slides. Its velocities are left far from their laws.
+  /// Positions are a convex problem, so sweeps and extrapolation find their solution. Overlaps of a
+  /// thirtieth of what forces move are small.
+  void place_sliding(const Island& island, Constraints<S>& constraints,
+                     std::span<SolverBody<S>> bodies, const SolveContext<S>& part, int count,
+                     SolveReport<S>& report) {
+    const S enough = std::min(S(0.3) * report.residual, S(3e-2) * part.speed_change);
+    place_part(island, constraints, bodies, part, {count, count}, enough, report);
+  }
+
   /// Solves the position problem of a substep by sweeps.
   /// @param enough  [m/s] Residual at which it is solved.
   void place_part(const Island& island, Constraints<S>& constraints,
@@ -387,7 +417,7 @@ class IslandSolver {
       ++report.position_sweeps;
       return sequential_.sweep_positions(island, constraints, bodies, part.dt, backwards) <= enough;
     });
-    sequential_.finish_positions(island, bodies);
+    sequential_.finish_positions(island, constraints, bodies);
   }
 
   void end_part(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
@@ -441,6 +471,7 @@ class IslandSolver {
                             ? c.normal_velocity(bodies[c.body_a].twist, bodies[c.body_b].twist)
                             : S(0);
       place_contact(c, parting, context);
+      c.position_excess = S(0);
     }
     move_by_restitution(island, constraints, bodies, context);
     if (!has_position_error(island, constraints, bodies, context)) return false;

@@ -52,7 +52,8 @@ template <Scalar S>
 template <Scalar S>
 class MethodChoice {
  public:
-  /// Chooses between factorisations and sweeps. Sets `factor_work` and `is_swept` of the context.
+  /// Chooses between factorisations and sweeps. Sets `factor_work`, `is_swept` and `slides` of the
+  /// context.
   void make(const Island& island, const Constraints<S>& constraints,
             std::span<const SolverBody<S>> bodies, SolveContext<S>& context) {
     const std::uint64_t most = context.settings.max_direct_work;
@@ -62,15 +63,15 @@ class MethodChoice {
     const std::uint64_t unknowns = 6 * island.bodies.size();
     const std::uint64_t dense = assembly + unknowns * unknowns * unknowns / 6;
     const bool may_be_large = dense > most;
-    const bool slides =
+    context.slides =
         dense > most / sweeps_pay_from && has_sliding_heap(island, constraints, bodies, context);
     context.factor_work = dense;
-    if (!may_be_large && !slides) return;
+    if (!may_be_large && !context.slides) return;
     if (assembly <= most) {
       order_.build(island, constraints, bodies.size());
       order_.clear(island);
       const std::uint64_t work = std::min(dense, assembly + order_.factor_work());
-      context.is_swept = work > most || (slides && work > most / sweeps_pay_from);
+      context.is_swept = work > most || (context.slides && work > most / sweeps_pay_from);
       // The full matrix bounds the work of small islands. It decides what their budget allows.
       if (may_be_large) context.factor_work = work;
     } else {

@@ -33,7 +33,6 @@
 #include <bristle/math/spatial.hpp>
 
 #include <algorithm>
-#include <limits>
 #include <type_traits>
 
 namespace bristle::inline BRISTLE_ABI::detail {
@@ -124,6 +123,8 @@ class ProximalSolver {
   /// [-] Newton steps from no impulses. What lands and does not jam takes one or two. All else that
   /// is new is solved from inside.
   static constexpr int landing_steps = 4;
+  /// [-] Small steps in a row that halve nothing.
+  static constexpr int most_idle = 2;
 
   Real solve_law(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
                  const SolveContext<S>& context, SolveReport<S>& report);
@@ -162,6 +163,7 @@ class ProximalSolver {
   bool is_stiff_ = false;         // True if one Newton step leaves more than round-off.
   DynamicArray<Real> rhs_;        // r.
   DynamicArray<Real> masses_;     // Diagonal of M.
+  Real mismatch_ = Real(0);       // Of the last `minimise`.
   DerivativeWatch<Real> watch_;
   DynamicArray<Real> v_, settled_, gradient_, step_, product_;
 };
@@ -440,7 +442,7 @@ auto ProximalSolver<S>::iterate(Real tolerance, const SolveContext<S>& context,
     eps_ = eps;
     rows_.accept(eps);
     const Real before = left;
-    left = rows_.residual();
+    left = std::max(rows_.residual(), mismatch_);
     if (left <= tolerance && have_derivatives_settled(context.settings)) break;
     // Slip that keeps turning leaves a residual that no longer falls.
     if (outer >= 10 && left > Real(0.9) * before) break;
@@ -460,13 +462,16 @@ bool ProximalSolver<S>::have_derivatives_settled(const SolverDef<S>& settings) {
 }
 
 /// The inner loop: Newton's method with line search, until the impulses of the velocities give
-/// these velocities, but for round-off. Small steps do not prove that: impulses are velocities
-/// divided by eps. The velocities are made from the impulses in the end.
-/// @return Whether that was reached.
+/// these velocities, or come no nearer to them. `mismatch_` says what is left. The velocities are
+/// made from the impulses in the end.
+/// @return Whether it came to an end.
 template <Scalar S>
 bool ProximalSolver<S>::minimise(Real eps, Real tolerance, int& steps, int most_steps) {
   using std::abs;
   find_gradient(eps);
+  mismatch_ = infinity<Real>;
+  Real nearest = infinity<Real>;
+  int idle = 0;
   while (steps < most_steps) {
     hessian_ = matrix_;
     rows_.add_hessian(eps, hessian_);
@@ -480,12 +485,18 @@ bool ProximalSolver<S>::minimise(Real eps, Real tolerance, int& steps, int most_
     if (!(size < infinity<Real>)) return false;
     // If a whole step switches nothing, the function was the parabola that Newton minimises.
     const bool is_whole = search_line(eps) == Real(1);
-    if (is_whole && !is_stiff_ && rows_.is_linear(eps)) return true;
+    if (is_whole && !is_stiff_ && rows_.is_linear(eps)) {
+      mismatch_ = Real(0);
+      return true;
+    }
     find_gradient(eps);
-    Real fastest = Real(0);
-    for (const Real v : v_) fastest = std::max(fastest, abs(v));
-    const Real round_off = Real(8) * std::numeric_limits<Real>::epsilon() / eps * fastest;
-    if (mismatch() <= std::max(tolerance, round_off)) return true;
+    // Impulses are velocities divided by eps. So small steps still bring them nearer, and several
+    // that do not leave round-off.
+    mismatch_ = mismatch();
+    const bool is_idle = size <= tolerance && mismatch_ > Real(0.5) * nearest;
+    idle = is_idle ? idle + 1 : 0;
+    nearest = std::min(nearest, mismatch_);
+    if (mismatch_ <= tolerance || idle >= most_idle) return true;
   }
   return false;
 }

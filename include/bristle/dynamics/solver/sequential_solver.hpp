@@ -114,7 +114,9 @@ class SequentialSolver {
     if (shares_bodies(island)) manifolds_.unload(bodies, motion_of);
   }
   /// Ends sweeps of the position problem.
-  void finish_positions(const Island& island, std::span<SolverBody<S>> bodies) const {
+  void finish_positions(const Island& island, Constraints<S>& constraints,
+                        std::span<SolverBody<S>> bodies) {
+    manifolds_.finish_placing(island, constraints);
     if (!shares_bodies(island)) manifolds_.unload(bodies, motion_of);
   }
   /// One sweep of the position problem over the displacements in `SolverBody::motion`. A larger

@@ -151,6 +151,8 @@ struct SolveContext {
   std::uint64_t factor_work = 0;
   /// True if the island gets a bounded number of sweeps, converged or not.
   bool is_swept = false;
+  /// True if sweeps may solve the island and its surfaces slide fast (`MethodChoice`).
+  bool slides = false;
   SolverDef<S> settings{};
 
   /// [-] Factorisations that the budget of one problem pays for. It is as many multiply-adds as
