@@ -12850,6 +12850,8 @@ struct SolveContext {
   bool slides = false;
   SolverDef<S> settings{};
 
+  /// [m/s] Least speed that is fast: forces do not change velocities as much in the step.
+  [[nodiscard]] S fast() const { return std::max(velocity_tolerance, speed_change); }
   /// [-] Factorisations that the budget of one problem pays for. It is as many multiply-adds as
   /// twenty factorisations of the largest island take.
   [[nodiscard]] double affordable_steps() const {
@@ -31896,7 +31898,6 @@ class MethodChoice {
     // Derivatives need a solution. Symplectic Euler is for those who ask for it.
     if (derivatives_of<S> != 0 || context.integrator != Integrator::trapezoidal) return false;
     if (!island.blocks.empty() || !island.soft.empty()) return false;
-    const S slow = std::max(context.speed_change, context.velocity_tolerance);
     S fastest2 = S(0);
     for (const std::uint32_t i : island.contacts) {
       const ContactConstraint<S>& c = constraints.contacts[i];
@@ -31907,7 +31908,7 @@ class MethodChoice {
       if (!touches) continue;
       fastest2 = std::max(fastest2, closing * closing + slip2_of(c, v));
     }
-    return fastest2 > slow * slow;
+    return fastest2 > context.fast() * context.fast();
   }
 
   IslandOrder order_;
@@ -35990,8 +35991,8 @@ class IslandSolver {
     const SolverDef<S>& settings = context.settings;
     sequential_.start_manifolds(island, constraints, bodies, S(1));
     sequential_.start_part(island, constraints, bodies, context);
-    sweep_until(far_from_law(context), {settings.large_sweeps, settings.max_sweeps}, island,
-                constraints, bodies, context, report);
+    sweep_until(context.fast(), {settings.large_sweeps, settings.max_sweeps}, island, constraints,
+                bodies, context, report);
     if (report.residual <= near) return false;
     sequential_.finish(island, bodies);
     if (has_made_energy(island, bodies, context, report)) {
@@ -36063,7 +36064,7 @@ class IslandSolver {
                   SolveReport<S>& report) {
     sequential_.start_part(island, constraints, bodies, part);
     if (part.slides) {
-      sweep_until(far_from_law(part), count, island, constraints, bodies, part, report);
+      sweep_until(part.fast(), count, island, constraints, bodies, part, report);
     } else {
       sweep_while_it_pays(SweptProblem::velocities, count, [&](bool backwards) {
         return sweep_velocities(backwards, island, constraints, bodies, part, report);
@@ -36114,13 +36115,7 @@ class IslandSolver {
                                             std::span<const SolverBody<S>> bodies,
                                             const SolveContext<S>& context,
                                             const SolveReport<S>& report) {
-    return report.residual > far_from_law(context) && has_gained_energy(island, bodies);
-  }
-
-  /// [m/s] What sweeps leave from which on velocities are far from their laws: as much as forces
-  /// change them.
-  [[nodiscard]] static S far_from_law(const SolveContext<S>& context) {
-    return std::max(context.velocity_tolerance, context.speed_change);
+    return report.residual > context.fast() && has_gained_energy(island, bodies);
   }
 
   /// Stores the whole step of each body. Scales the warm start of rows to a substep.

@@ -211,8 +211,8 @@ class IslandSolver {
     const SolverDef<S>& settings = context.settings;
     sequential_.start_manifolds(island, constraints, bodies, S(1));
     sequential_.start_part(island, constraints, bodies, context);
-    sweep_until(far_from_law(context), {settings.large_sweeps, settings.max_sweeps}, island,
-                constraints, bodies, context, report);
+    sweep_until(context.fast(), {settings.large_sweeps, settings.max_sweeps}, island, constraints,
+                bodies, context, report);
     if (report.residual <= near) return false;
     sequential_.finish(island, bodies);
     if (has_made_energy(island, bodies, context, report)) {
@@ -284,7 +284,7 @@ class IslandSolver {
                   SolveReport<S>& report) {
     sequential_.start_part(island, constraints, bodies, part);
     if (part.slides) {
-      sweep_until(far_from_law(part), count, island, constraints, bodies, part, report);
+      sweep_until(part.fast(), count, island, constraints, bodies, part, report);
     } else {
       sweep_while_it_pays(SweptProblem::velocities, count, [&](bool backwards) {
         return sweep_velocities(backwards, island, constraints, bodies, part, report);
@@ -335,13 +335,7 @@ class IslandSolver {
                                             std::span<const SolverBody<S>> bodies,
                                             const SolveContext<S>& context,
                                             const SolveReport<S>& report) {
-    return report.residual > far_from_law(context) && has_gained_energy(island, bodies);
-  }
-
-  /// [m/s] What sweeps leave from which on velocities are far from their laws: as much as forces
-  /// change them.
-  [[nodiscard]] static S far_from_law(const SolveContext<S>& context) {
-    return std::max(context.velocity_tolerance, context.speed_change);
+    return report.residual > context.fast() && has_gained_energy(island, bodies);
   }
 
   /// Stores the whole step of each body. Scales the warm start of rows to a substep.

@@ -93,7 +93,6 @@ class MethodChoice {
     // Derivatives need a solution. Symplectic Euler is for those who ask for it.
     if (derivatives_of<S> != 0 || context.integrator != Integrator::trapezoidal) return false;
     if (!island.blocks.empty() || !island.soft.empty()) return false;
-    const S slow = std::max(context.speed_change, context.velocity_tolerance);
     S fastest2 = S(0);
     for (const std::uint32_t i : island.contacts) {
       const ContactConstraint<S>& c = constraints.contacts[i];
@@ -104,7 +103,7 @@ class MethodChoice {
       if (!touches) continue;
       fastest2 = std::max(fastest2, closing * closing + slip2_of(c, v));
     }
-    return fastest2 > slow * slow;
+    return fastest2 > context.fast() * context.fast();
   }
 
   IslandOrder order_;

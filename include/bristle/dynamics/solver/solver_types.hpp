@@ -155,6 +155,8 @@ struct SolveContext {
   bool slides = false;
   SolverDef<S> settings{};
 
+  /// [m/s] Least speed that is fast: forces do not change velocities as much in the step.
+  [[nodiscard]] S fast() const { return std::max(velocity_tolerance, speed_change); }
   /// [-] Factorisations that the budget of one problem pays for. It is as many multiply-adds as
   /// twenty factorisations of the largest island take.
   [[nodiscard]] double affordable_steps() const {
