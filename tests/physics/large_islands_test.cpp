@@ -265,7 +265,7 @@ TEST_CASE("large_islands: a heap that is put in overlapping comes apart, and no 
         });
       });
       // Six boxes on each other. If the next step starts from what closed their overlaps they are
-      // up to 24 mm higher.
+      // up to 9 mm higher.
       CHECK(top < 1.1 + 3e-3);
       CHECK(deepest < 2e-3);
     }

@@ -223,7 +223,11 @@ class IslandSolver {
       sequential_.finish(island, bodies);
     }
     sequential_.keep_impulses();
-    place_sliding(island, constraints, bodies, context, context.affordable_sweeps(island), report);
+    // Velocities are left far from their laws. Overlaps of a thirtieth of what forces move are
+    // small.
+    const S enough = std::min(S(0.3) * report.residual, S(3e-2) * context.speed_change);
+    const int count = context.affordable_sweeps(island);
+    place_part(island, constraints, bodies, context, {count, count}, enough, report);
     sequential_.finish_parts(island, constraints);
     sequential_.find_velocities(island, constraints, bodies);
     return true;
@@ -241,10 +245,14 @@ class IslandSolver {
     begin_parts(island, constraints, bodies, parts);
     sequential_.start_manifolds(island, constraints, bodies, parts);
     const SolverDef<S>& settings = context.settings;
-    const int affordable = context.slides ? context.affordable_sweeps(island) / count : 0;
     SweepCount sweeps = SweepCount::half_of(settings.large_sweeps);
-    // Positions, which are swept until they are found, have most of the budget.
-    sweeps.most = std::max(sweeps.most, std::min(settings.max_sweeps, affordable / 4));
+    SweepCount placings = SweepCount::half_of(settings.large_position_sweeps);
+    if (context.slides) {
+      // Positions, which sweeps find, have more of the budget.
+      const int affordable = context.affordable_sweeps(island) / count;
+      sweeps.most = std::min(settings.max_sweeps, affordable / 4);
+      placings.least = placings.most = std::max(placings.most, affordable);
+    }
     if (sequential_.is_cold()) sweeps = {settings.max_sweeps, settings.max_sweeps};
     for (int k = 0; k < count; ++k) {
       for (std::size_t n = 0; n < island.bodies.size(); ++n) {
@@ -261,15 +269,8 @@ class IslandSolver {
       }
       sequential_.keep_impulses();
       if (!island.soft.empty()) break;  // Placed when their sensors have settled.
-      if (context.slides) {
-        place_sliding(island, constraints, bodies, part,
-                      std::max(settings.large_position_sweeps, affordable), report);
-      } else {
-        // A third of the error of the velocities adds little to it.
-        place_part(island, constraints, bodies, part,
-                   SweepCount::half_of(settings.large_position_sweeps), S(0.3) * report.residual,
-                   report);
-      }
+      // A third of the error of the velocities adds little to it.
+      place_part(island, constraints, bodies, part, placings, S(0.3) * report.residual, report);
       if (k + 1 < count) sequential_.move_on(bodies, part.dt);
       end_part(island, constraints, bodies, part.dt, parts);
     }
@@ -303,7 +304,8 @@ class IslandSolver {
   }
 
   /// Sweeps the velocities of a heap that slides until a sweep changes them by `enough` at most.
-  /// They are not extrapolated: where surfaces slide, no energy becomes the least.
+  /// They are not extrapolated: where surfaces slide, no energy becomes the least. Positions are a
+  /// convex problem, so sweeps and extrapolation find their solution.
   void sweep_until(S enough, SweepCount count, const Island& island, Constraints<S>& constraints,
                    std::span<SolverBody<S>> bodies, const SolveContext<S>& part,
                    SolveReport<S>& report) {
@@ -385,16 +387,6 @@ class IslandSolver {
       block.lower *= scale;
       block.upper *= scale;
     }
-  }
-
-  /// Finds the displacements of a heap that slides. Its velocities are left far from their laws.
-  /// Positions are a convex problem, so sweeps and extrapolation find their solution. Overlaps of a
-  /// thirtieth of what forces move are small.
-  void place_sliding(const Island& island, Constraints<S>& constraints,
-                     std::span<SolverBody<S>> bodies, const SolveContext<S>& part, int count,
-                     SolveReport<S>& report) {
-    const S enough = std::min(S(0.3) * report.residual, S(3e-2) * part.speed_change);
-    place_part(island, constraints, bodies, part, {count, count}, enough, report);
   }
 
   /// Solves the position problem of a substep by sweeps.
