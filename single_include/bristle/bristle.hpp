@@ -12691,9 +12691,9 @@ struct SolverDef {
   int max_newton_steps = 60;
   /// [-] Most sweeps over a larger island in each substep. Half of them run, and the others as long
   /// as extrapolating them gains. That is never so with joints, sensors or restitution.
-  /// `max_sweeps` run if most of its contacts are new. Where surfaces slide fast, more run within a
-  /// quarter of the budget of `max_direct_work`. All of them run over a smaller heap that slides,
-  /// and up to twice `max_sweeps` where it is hit.
+  /// `max_sweeps` run if most of its contacts are new. Where surfaces slide fast, the
+  /// others run as a quarter of the budget of `max_direct_work` allows, up to `max_sweeps`. All of
+  /// them run over a smaller heap that slides, and up to twice `max_sweeps` where it is hit.
   int large_sweeps = 20;
   /// [-] The same for the position problem of a larger island. Where surfaces slide fast, as many
   /// run as the budget allows, at least these.
