@@ -49,6 +49,7 @@ TEST_CASE_TEMPLATE("ContactCache: points inherit impulses of the same pair, key 
   cache.points()[0].impulse = {S(1), 0, 0};
   cache.points()[1].impulse = {S(2), 0, 0};
   cache.points()[2].impulse = {S(3), 0, 0};
+  for (std::size_t i = 0; i < 3; ++i) cache.points()[i].position_excess = S(4 + i);
   cache.begin_step(1);
   // The first pair lost feature 1 and found 7; the second came under another key.
   add<S>(cache, {0, 1}, manifold<S>(0, {2, 7}));
@@ -56,6 +57,9 @@ TEST_CASE_TEMPLATE("ContactCache: points inherit impulses of the same pair, key 
   CHECK(cache.points()[0].impulse[0] == S(2));
   CHECK(cache.points()[1].impulse[0] == S(0));
   CHECK(cache.points()[2].impulse[0] == S(0));
+  CHECK(cache.points()[0].position_excess == S(5));
+  CHECK(cache.points()[1].position_excess == S(0));
+  CHECK(cache.points()[2].position_excess == S(0));
 }
 
 TEST_CASE("ContactCache: what passes of an impulse is not inherited") {
