@@ -64,9 +64,9 @@ struct ContactConstraint {
   /// the bodies within the step. Sweeps over manifolds store their own.
   S position_impulse = S(0);
   S least_position_impulse = S(0);
-  /// [N s] Part of the position impulse that velocities did not give: that of the last substep times
-  /// their number. Where surfaces slide fast, sweeps leave velocities far from their laws. The next
-  /// step needs it as well, and its sweeps over manifolds start from it.
+  /// [N s] Part of the position impulse that velocities did not give: that of the last substep
+  /// times their number. Where surfaces slide fast, sweeps leave velocities far from their laws.
+  /// The next step needs it as well, and its sweeps over manifolds start from it.
   S position_excess = S(0);
   /// [1] Share of the step that is left after a bounce. The same share of its impulse moves the
   /// bodies. Negative without a bounce.
