@@ -36109,15 +36109,18 @@ class IslandSolver {
     }
   }
 
-  /// Returns whether sweeps were cut short and the island gained energy. Sweeps from no impulses
-  /// bring none in (`sweep_from_nothing`). What movers, motors and sensors give, they find as well.
-  /// A warm start may bring in any amount: impulses that piled up between bodies that cannot
-  /// separate, or those of an impact in the last step.
+  /// Returns whether sweeps that were cut short brought in energy of their warm start: of impulses
+  /// that piled up between bodies that cannot separate, or of an impact in the last step. Sweeps
+  /// from no impulses bring none into what slides (`sweep_from_nothing`), and find what movers
+  /// give. Bounces, motors and sensors of other islands give energy, too, but hardly double it.
   [[nodiscard]] static bool has_made_energy(const Island& island,
                                             std::span<const SolverBody<S>> bodies,
                                             const SolveContext<S>& context,
                                             const SolveReport<S>& report) {
-    return report.residual > context.fast() && has_gained_energy(island, bodies);
+    const IslandEnergy<S> energy = energy_of<S>(island, bodies);
+    const S given = std::max(energy.start, energy.free);
+    if (!context.slides) return energy.found > S(2) * given;
+    return report.residual > context.fast() && energy.found > given;
   }
 
   /// Stores the whole step of each body. Scales the warm start of rows to a substep.
