@@ -16,9 +16,9 @@ namespace bristle::scenes {
 /// comes at 0.3 m/s, slightly obliquely and turning by 0.1 rad/s, and pushes them for 5 s: all
 /// contacts slide.
 /// @param rows  Rows of six cubes along the way of the plate.
-[[nodiscard]] inline Scene pushed_boxes(int rows) {
+[[nodiscard]] inline Scene pushed_boxes(int rows, std::uint64_t seed = 2) {
   constexpr double friction = 0.6;
-  test::Random random(2);
+  test::Random random(seed);
   Scene scene;
   scene.duration = 5;
   scene.is_large = true;

@@ -240,6 +240,34 @@ TEST_CASE("ManifoldSweeps: velocities of what may be crushed are not extrapolate
   }
 }
 
+TEST_CASE("ManifoldSweeps: what slides does not decide how far sweeps are extrapolated") {
+  // A disk of four feet slides and spins. Friction can give it mu times its load in all.
+  const double load = 9.81e-3;
+  test::Random random(37);
+  auto disk = test::random_pile<double>(random, 1, 4, 0.5, 1);
+  SolverBody<double>& body = disk.bodies[1];
+  body.start = {{2, 0, 0}, {0, 0, 200}};
+  for (auto& c : disk.constraints.contacts) {
+    c.axes = {unit_z<Vec3<double>>(), unit_x<Vec3<double>>(), unit_y<Vec3<double>>()};
+    c.arm_a = c.arm_b = {c.arm_b.x(), c.arm_b.y(), -0.02};
+    c.impulse = {load / 4, 0, 0};
+  }
+  body.free = body.twist = body.start - Twist<double>{{0, 0, load}, {0, 0, 0}};
+  ManifoldSweeps<double> sweeps;
+  sweeps.start(disk.island(), disk.constraints, disk.bodies, 1.0);
+  sweeps.target(disk.bodies, sweep_context<double>());
+  sweeps.apply();
+  sweeps.start_extrapolation(SweptProblem::velocities);
+  for (int n = 0; n < 5; ++n) {
+    for (const bool backwards : {false, true}) sweeps.sweep(backwards);
+    // A sweep finds its normal velocity, and friction gives what it can.
+    CHECK_FALSE(sweeps.extrapolate(SweptProblem::velocities));
+  }
+  sweeps.unload(disk.bodies, velocity_of);
+  CHECK(std::abs(body.twist.linear.z()) < 1e-12);
+  CHECK(2 - body.twist.linear.x() < 0.5 * load);
+}
+
 TEST_CASE("ManifoldSweeps: no point gives more than its bound in a part of a step") {
   test::Random random(31);
   for (const int parts : {1, 3}) {

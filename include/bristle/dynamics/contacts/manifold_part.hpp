@@ -43,8 +43,8 @@ class ManifoldPart : ManifoldMotion<S> {
   /// Sets the position impulses (`place_of`) for sweeps of the position problem.
   /// @param velocities  At the end of the substep. Null if nothing may bounce.
   void start_placing(const VelocityTable<S>* velocities, const SolveContext<S>& context);
-  /// Adds the displacements by position impulses beyond those of the velocities.
-  void move_by_excess(VelocityTable<S>& displacements);
+  /// Adds `position_excess` to the position impulses, and the displacements by it.
+  void start_from_excess(VelocityTable<S>& displacements);
   /// Ends sweeps of the position problem.
   void keep_excess() {
     for (std::size_t k = 0; k < points_.size(); ++k) {
@@ -163,13 +163,9 @@ void ManifoldPart<S>::start_placing(const VelocityTable<S>* velocities,
     const ContactPlace<T> place =
         place_of<T>(row(p.impulse), row(c.restitution), target, speed(p, v), context);
     (-row(c.gap) * per_step).store(p.placing_target.data());
-    place.position_impulse.store(c.usual_impulse.data());
-    T position_impulse = place.position_impulse;
-    if (context.slides) {
-      position_impulse =
-          max(position_impulse + row(c.position_excess), place.least_position_impulse);
+    for (auto* impulse : {&c.usual_impulse, &p.position_impulse}) {
+      place.position_impulse.store(impulse->data());
     }
-    position_impulse.store(p.position_impulse.data());
     select(place.parts, place.position_impulse, place.least_position_impulse)
         .store(p.least_position_impulse.data());
     select(place.parts, zero, row(p.inverse_response)).store(p.inverse_placing.data());
@@ -177,12 +173,16 @@ void ManifoldPart<S>::start_placing(const VelocityTable<S>* velocities,
 }
 
 template <Scalar S>
-void ManifoldPart<S>::move_by_excess(VelocityTable<S>& displacements) {
+void ManifoldPart<S>::start_from_excess(VelocityTable<S>& displacements) {
   const T zero = S(0);
   Load load;
   for (std::size_t k = 0; k < points_.size(); ++k) {
-    const Points& p = points_[k];
-    load.add(p, row(p.position_impulse) - row(contacts_[k].usual_impulse));
+    Points& p = points_[k];
+    const Contacts& c = contacts_[k];
+    const T usual = row(c.usual_impulse);
+    const T impulse = max(usual + row(c.position_excess), row(p.least_position_impulse));
+    impulse.store(p.position_impulse.data());
+    load.add(p, impulse - usual);
   }
   apply_impulse(displacements, motion(displacements), load, zero, zero, zero);
 }

@@ -110,7 +110,7 @@ class ManifoldSweeps {
     const VelocityTable<S>* const velocities = restitution_ ? &velocities_ : nullptr;
     for_each_block([&](Part part) { part.start_placing(velocities, context); });
     load(bodies, motion_of);
-    if (context.slides) for_each_block([&](Part part) { part.move_by_excess(velocities_); });
+    if (context.slides) for_each_block([&](Part part) { part.start_from_excess(velocities_); });
     if (!restitution_) return;
     for_each_block([&](Part part) { part.move_by_restitution(velocities_, context.integrator); });
   }

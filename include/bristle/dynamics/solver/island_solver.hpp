@@ -304,8 +304,7 @@ class IslandSolver {
   }
 
   /// Sweeps the velocities of a heap that slides until a sweep changes them by `enough` at most.
-  /// They are not extrapolated: where surfaces slide, no energy becomes the least. Positions are a
-  /// convex problem, so sweeps and extrapolation find their solution.
+  /// They are not extrapolated: where surfaces slide, no energy becomes the least.
   void sweep_until(S enough, SweepCount count, const Island& island, Constraints<S>& constraints,
                    std::span<SolverBody<S>> bodies, const SolveContext<S>& part,
                    SolveReport<S>& report) {
@@ -392,7 +391,8 @@ class IslandSolver {
     }
   }
 
-  /// Solves the position problem of a substep by sweeps.
+  /// Solves the position problem of a substep by sweeps. It is convex, so sweeps and extrapolation
+  /// find its solution.
   /// @param enough  [m/s] Residual at which it is solved.
   void place_part(const Island& island, Constraints<S>& constraints,
                   std::span<SolverBody<S>> bodies, const SolveContext<S>& part, SweepCount count,
