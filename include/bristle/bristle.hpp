@@ -26,6 +26,7 @@
 #include <bristle/sensors/elastic_skin.hpp>
 #include <bristle/sensors/neighbour_order.hpp>
 #include <bristle/sensors/passivity_observer.hpp>
+#include <bristle/sensors/patch_report.hpp>
 #include <bristle/sensors/placement.hpp>
 #include <bristle/sensors/ray_fan.hpp>
 #include <bristle/sensors/stability.hpp>

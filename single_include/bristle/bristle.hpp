@@ -5432,6 +5432,91 @@ BRISTLE_BACKEND_MAKERS(extern template, AnalyticBackend, double)
 }  // namespace bristle::inline BRISTLE_ABI
 #endif
 
+// === bristle/sensors/patch_report.hpp
+
+/// @file
+/// What is likely to be wrong with a patch where it sits.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Figures of a patch on its body and in its world, from `World::patch_report`. Such a patch is
+/// valid, but may not do what its author wants: `warnings` says where.
+template <Scalar S>
+struct PatchReport {
+  /// [1] A ray with a smaller share outside of its own body is buried: next to nothing is sensed
+  /// before the body itself touches it.
+  static constexpr S least_share = S(0.1);
+  /// [1] A patch that could carry more than so many times the weight of the heaviest body is taken
+  /// for a slip of units: that body presses the sensors in by less than a thousandth.
+  static constexpr S most_weights = S(1000);
+
+  /// [1] Share of each ray's length, from its end, outside of all shapes of its own body: 0 if it
+  /// ends inside, 1 if it starts outside.
+  std::vector<S> share_outside{};
+  /// [N] Sum of all normal forces at depth 1: the patch can carry no more.
+  S largest_load = S(0);
+  /// [N] Weight of the lightest and of the heaviest dynamic body that the patch may sense. 0
+  /// without one, and without gravity.
+  S least_weight = S(0);
+  S largest_weight = S(0);
+  /// [N] Sum of the normal forces in the last step.
+  S load = S(0);
+  /// [-] Sensors pressed in over their whole length in the last step.
+  std::size_t bottomed_out = 0;
+
+  /// Indices of the sensors whose rays are buried.
+  [[nodiscard]] std::vector<std::uint32_t> buried() const {
+    std::vector<std::uint32_t> found;
+    for (std::size_t i = 0; i < share_outside.size(); ++i) {
+      if (share_outside[i] < least_share) found.push_back(static_cast<std::uint32_t>(i));
+    }
+    return found;
+  }
+
+  /// A sentence for each thing that is likely to be wrong; none if nothing is.
+  [[nodiscard]] std::vector<std::string> warnings() const;
+};
+
+// Implementation ----------------------------------------------------------------------------------
+
+template <Scalar S>
+std::vector<std::string> PatchReport<S>::warnings() const {
+  using detail::to_text;
+  std::vector<std::string> lines;
+  const auto of_all = [&](std::size_t count) {
+    return to_text(count) + " of " + to_text(share_outside.size()) + " sensors";
+  };
+  if (const std::vector<std::uint32_t> in = buried(); !in.empty()) {
+    lines.push_back(of_all(in.size()) +
+                    " have less than a tenth of their ray outside of their own " + "body, sensor " +
+                    to_text(in.front()) + " the first");
+  }
+  if (largest_load < least_weight) {
+    lines.push_back("all sensors fully pressed give " + to_text(largest_load) +
+                    " N, less than the weight of the lightest body that they sense, " +
+                    to_text(least_weight) + " N");
+  }
+  if (largest_weight > S(0) && largest_load > most_weights * largest_weight) {
+    lines.push_back("all sensors fully pressed give " + to_text(largest_load) +
+                    " N, a thousand times the weight of the heaviest body that they sense, " +
+                    to_text(largest_weight) + " N");
+  }
+  if (bottomed_out > 0) {
+    lines.push_back(of_all(bottomed_out) + " were fully pressed in the last step, under " +
+                    to_text(load) + " N: a GripSpec of this load, or with the radius of what is " +
+                    "touched, carries it");
+  }
+  return lines;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
 // === bristle/sensors/tuning.hpp
 
 /// @file
@@ -5440,6 +5525,671 @@ BRISTLE_BACKEND_MAKERS(extern template, AnalyticBackend, double)
 /// docs/sensors.md derives the closed forms of both directions. The test suite verifies them on
 /// masses from 2 g to 1000 kg.
 // SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/sensors/law.hpp
+
+/// @file
+/// The law of a resistive sensor (Eqs. 1-11 of Munawar et al.) as pure functions.
+///
+/// A sensor sits on body A. Its ray runs along the unit vector n out of A. It meets body B at P,
+/// where B has the outward unit normal m. All vectors of one call are in the same axes; patches use
+/// those of A, where rays stand still. v is the velocity of A's point at P relative to B's. F is
+/// the force ON B. A gets -F at the same point, so momentum is conserved exactly. docs/sensors.md
+/// lists where and why the printed equations are corrected.
+///
+/// Functions over a `Value` T serve one sensor (T = S) or one register of sensors (T = `Pack<S>`).
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/math/lane_value.hpp
+
+/// @file
+/// Traits for formulas that serve a single scalar and a Pack of scalars.
+///
+/// A formula over a `Value` T uses the operators, `dot`, `cross` and `select`. It uses `any` and
+/// `all` where a branch may skip work that no lane needs. For T = S it is the plain scalar formula.
+/// For T = `Pack<S>` it is the same lane by lane. So a test of the first tests the second.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/math/pack3.hpp
+
+/// @file
+/// Vectors in lanes: one point or direction per lane, coordinate by coordinate.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstddef>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// A vector for each lane. Like Pack, it is never stored.
+template <Scalar S>
+struct Pack3 {
+  Pack<S> x, y, z;
+
+  /// Loads each coordinate from an array of its own.
+  [[nodiscard]] BRISTLE_FORCE_INLINE static Pack3 load(const S* x, const S* y, const S* z) {
+    return {Pack<S>::load(x), Pack<S>::load(y), Pack<S>::load(z)};
+  }
+  /// The same vector in all lanes.
+  [[nodiscard]] BRISTLE_FORCE_INLINE static Pack3 all(const Vec3<S>& v) {
+    return {Pack<S>(v[0]), Pack<S>(v[1]), Pack<S>(v[2])};
+  }
+  BRISTLE_FORCE_INLINE void store(S* to_x, S* to_y, S* to_z) const {
+    x.store(to_x);
+    y.store(to_y);
+    z.store(to_z);
+  }
+  [[nodiscard]] BRISTLE_FORCE_INLINE Vec3<S> operator[](std::size_t i) const {
+    return {x[i], y[i], z[i]};
+  }
+
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack3 operator+(const Pack3& a, const Pack3& b) {
+    return {a.x + b.x, a.y + b.y, a.z + b.z};
+  }
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack3 operator-(const Pack3& a, const Pack3& b) {
+    return {a.x - b.x, a.y - b.y, a.z - b.z};
+  }
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack3 operator-(const Pack3& a) {
+    return {-a.x, -a.y, -a.z};
+  }
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack3 operator*(const Pack<S>& s, const Pack3& a) {
+    return {s * a.x, s * a.y, s * a.z};
+  }
+  BRISTLE_FORCE_INLINE Pack3& operator+=(const Pack3& b) { return *this = *this + b; }
+  BRISTLE_FORCE_INLINE Pack3& operator-=(const Pack3& b) { return *this = *this - b; }
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack<S> dot(const Pack3& a, const Pack3& b) {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+  }
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack3 cross(const Pack3& a, const Pack3& b) {
+    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+  }
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack3 select(const Mask<S>& m, const Pack3& yes,
+                                                         const Pack3& no) {
+    return {select(m, yes.x, no.x), select(m, yes.y, no.y), select(m, yes.z, no.z)};
+  }
+  /// M v in every lane. A friend, since an operator in namespace `detail` would hide those of
+  /// matrix_arithmetic.hpp.
+  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack3 operator*(const Mat3<S>& M, const Pack3& v) {
+    const S* m = M.data();  // Column by column.
+    return {m[0] * v.x + m[3] * v.y + m[6] * v.z, m[1] * v.x + m[4] * v.y + m[7] * v.z,
+            m[2] * v.x + m[5] * v.y + m[8] * v.z};
+  }
+};
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+#include <cmath>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Types that belong to a value. These are its scalar, its vector and the result of a comparison.
+template <typename T>
+struct ValueTraits {};
+
+template <Scalar S>
+struct ValueTraits<S> {
+  using One = S;
+  using Vector = Vec3<S>;
+  using Truth = bool;
+};
+
+template <Scalar S>
+struct ValueTraits<Pack<S>> {
+  using One = S;
+  using Vector = Pack3<S>;
+  using Truth = Mask<S>;
+};
+
+/// A scalar, or a scalar for each lane.
+template <typename T>
+concept Value = requires {
+  typename ValueTraits<T>::One;
+};
+
+/// The scalar of a value: S of S and of Pack<S>.
+template <Value T>
+using ScalarOf = typename ValueTraits<T>::One;
+/// Three values: Vec3<S> or Pack3<S>.
+template <Value T>
+using Vector3 = typename ValueTraits<T>::Vector;
+/// Result of a comparison: bool or Mask<S>.
+template <Value T>
+using Truth = typename ValueTraits<T>::Truth;
+
+// The functions of simd.hpp and pack3.hpp, for single values.
+[[nodiscard]] BRISTLE_FORCE_INLINE bool any(bool m) { return m; }
+[[nodiscard]] BRISTLE_FORCE_INLINE bool all(bool m) { return m; }
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE S select(bool m, S yes, S no) {
+  return m ? yes : no;
+}
+template <typename A, typename B>
+[[nodiscard]] BRISTLE_FORCE_INLINE Vec3<typename A::Scalar> select(bool m,
+                                                                   const Eigen::MatrixBase<A>& yes,
+                                                                   const Eigen::MatrixBase<B>& no) {
+  if (m) return yes;
+  return no;
+}
+template <typename A, typename B>
+[[nodiscard]] BRISTLE_FORCE_INLINE typename A::Scalar dot(const Eigen::MatrixBase<A>& a,
+                                                          const Eigen::MatrixBase<B>& b) {
+  return a.dot(b);
+}
+template <typename A, typename B>
+[[nodiscard]] BRISTLE_FORCE_INLINE Vec3<typename A::Scalar> cross(const Eigen::MatrixBase<A>& a,
+                                                                  const Eigen::MatrixBase<B>& b) {
+  return a.cross(b);
+}
+
+/// The zero vector.
+template <Value T>
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> zero_vector() {
+  if constexpr (Scalar<T>) {
+    return zero<Vec3<T>>();
+  } else {
+    return {T(ScalarOf<T>(0)), T(ScalarOf<T>(0)), T(ScalarOf<T>(0))};
+  }
+}
+
+/// The same vector for all lanes.
+template <Value T>
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> broadcast(const Vec3<ScalarOf<T>>& v) {
+  if constexpr (Scalar<T>) {
+    return v;
+  } else {
+    return Pack3<ScalarOf<T>>::all(v);
+  }
+}
+
+/// Sum over the lanes.
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE S sum_of_lanes(S a) {
+  return a;
+}
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Vec3<S> sum_of_lanes(const Pack3<S>& a) {
+  return {sum_of_lanes(a.x), sum_of_lanes(a.y), sum_of_lanes(a.z)};
+}
+
+/// The remainder of a / b, with the sign of a, exactly. If every a is in [0, 2 b), it is a
+/// difference. That is exact there (Sterbenz). Else it is computed lane by lane.
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Pack<S> fmod(const Pack<S>& a, const Pack<S>& b) {
+  using std::fmod;
+  if (all((a >= Pack<S>(S(0))) & (a < b + b))) return select(a < b, a, a - b);
+  S rest[lanes<S>];
+  for (std::size_t i = 0; i < lanes<S>; ++i) rest[i] = fmod(a[i], b[i]);
+  return Pack<S>::load(rest);
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+// === bristle/math/spatial.hpp
+
+/// @file
+/// Twists and wrenches: six-dimensional velocity and force about a point.
+// SPDX-License-Identifier: BSD-3-Clause
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Velocity of a rigid body about a reference point, both parts in the same frame.
+template <Scalar S>
+struct Twist {
+  /// [m/s] Velocity of the reference point.
+  Vec3<S> linear = detail::zero<Vec3<S>>();
+  /// [rad/s] Angular velocity.
+  Vec3<S> angular = detail::zero<Vec3<S>>();
+
+  /// [m/s] Velocity of the body's point at `r` [m] from the reference point.
+  [[nodiscard]] BRISTLE_FORCE_INLINE Vec3<S> at(const Vec3<S>& r) const {
+    return linear + angular.cross(r);
+  }
+
+  /// The same motion about the point at `r` [m] from the reference point.
+  [[nodiscard]] Twist shifted(const Vec3<S>& r) const { return {at(r), angular}; }
+
+  friend Twist operator-(const Twist& a, const Twist& b) {
+    return {a.linear - b.linear, a.angular - b.angular};
+  }
+  friend Twist operator+(const Twist& a, const Twist& b) {
+    return {a.linear + b.linear, a.angular + b.angular};
+  }
+  friend Twist operator*(S k, const Twist& a) { return {k * a.linear, k * a.angular}; }
+};
+
+/// Force and torque about a reference point. Also used for impulses [N s, N m s].
+template <Scalar S>
+struct Wrench {
+  /// [N] Force.
+  Vec3<S> force = detail::zero<Vec3<S>>();
+  /// [N m] Torque about the reference point.
+  Vec3<S> torque = detail::zero<Vec3<S>>();
+
+  /// Wrench of a force `f` that acts at `r` [m] from the reference point.
+  [[nodiscard]] static Wrench at(const Vec3<S>& r, const Vec3<S>& f) { return {f, r.cross(f)}; }
+
+  /// The same load about the point at `r` [m] from the reference point.
+  [[nodiscard]] Wrench shifted(const Vec3<S>& r) const { return {force, torque - r.cross(force)}; }
+
+  /// Adds a load about the same reference point.
+  Wrench& operator+=(const Wrench& other) {
+    force += other.force;
+    torque += other.torque;
+    return *this;
+  }
+  friend Wrench operator+(Wrench a, const Wrench& b) { return a += b; }
+  friend Wrench operator-(const Wrench& a) { return {-a.force, -a.torque}; }
+  friend Wrench operator*(S k, const Wrench& a) { return {k * a.force, k * a.torque}; }
+};
+
+namespace detail {
+
+/// One vector of two halves.
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Vec6<S> stacked(const Vec3<S>& first, const Vec3<S>& second) {
+  Vec6<S> v;
+  for (Eigen::Index i = 0; i < 3; ++i) v[i] = first[i];
+  for (Eigen::Index i = 0; i < 3; ++i) v[3 + i] = second[i];
+  return v;
+}
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Vec3<S> first_half(const Vec6<S>& v) {
+  return {v[0], v[1], v[2]};
+}
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Vec3<S> second_half(const Vec6<S>& v) {
+  return {v[3], v[4], v[5]};
+}
+/// Twists and wrenches as vectors, the linear half first.
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Vec6<S> stacked(const Twist<S>& t) {
+  return stacked<S>(t.linear, t.angular);
+}
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Vec6<S> stacked(const Wrench<S>& w) {
+  return stacked<S>(w.force, w.torque);
+}
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Twist<S> twist_of(const Vec6<S>& v) {
+  return {first_half<S>(v), second_half<S>(v)};
+}
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Wrench<S> wrench_of(const Vec6<S>& v) {
+  return {first_half<S>(v), second_half<S>(v)};
+}
+
+/// Quarter of a matrix, by the row and column of its first entry.
+template <Eigen::Index row, Eigen::Index column, Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Mat3<S> quarter(const Mat6<S>& m) {
+  return matrix_of<Mat3<S>>([&](int i, int j) { return m(row + i, column + j); });
+}
+/// Writes a quarter of a matrix.
+template <Eigen::Index row, Eigen::Index column, Scalar S>
+BRISTLE_FORCE_INLINE void set_quarter(Mat6<S>& m, const Mat3<S>& value) {
+  for (Eigen::Index j = 0; j < 3; ++j) {
+    for (Eigen::Index i = 0; i < 3; ++i) m(row + i, column + j) = value(i, j);
+  }
+}
+
+}  // namespace detail
+
+/// The matrix of `Twist::shifted(r)`; its transpose is that of `Wrench::shifted(-r)`.
+template <Scalar S>
+[[nodiscard]] Mat6<S> shift_matrix(const Vec3<S>& r) {
+  Mat6<S> G = detail::identity<Mat6<S>>();
+  detail::set_quarter<0, 3, S>(G, -skew(r));
+  return G;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+// === bristle/sensors/sensor_parameters.hpp
+
+/// @file
+/// Constants of resistive sensors and variants of their law.
+// SPDX-License-Identifier: BSD-3-Clause
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Constants of one resistive sensor. Its ray resists penetration with a spring and damper along
+/// itself, and slip with a bristle across itself. `tuned_for` computes constants from a physical
+/// spec.
+///
+/// The defaults give no force. `static_friction * breakaway_distance` is the dimensionless holding
+/// coefficient: newtons of friction that one newton of normal force can hold.
+template <detail::Value T>
+struct SensorParameters {
+  /// [N] Normal force at full penetration, K_N in Eq. 3. Finite, >= 0. Newtons, not N/m: the depth
+  /// it multiplies is a fraction of the ray (Eq. 4). The stiffness is K_N / L.
+  T normal_stiffness = T(0);
+  /// [N s] Normal damping, K_D in Eq. 3, on the true rate of the depth fraction. Finite, >= 0. The
+  /// paper's values are per 1 kHz step. Divide them by 1000: 50 becomes 0.05.
+  T normal_damping = T(0);
+  /// [1/m] Static friction, mu_S in Eq. 1: force per newton of normal force and metre of stretch.
+  /// [N/m] with FrictionScaling::depth (Eq. 11) and FrictionScaling::none. Finite, >= 0.
+  T static_friction = T(0);
+  /// [N s/m] Sliding friction, mu_V in Eq. 5. Finite, >= 0.
+  T sliding_friction = T(0);
+  /// [m] Stretch at which a stuck bristle lets go, sigma_a in Eq. 2. Finite, > 0.
+  T breakaway_distance = T(detail::ScalarOf<T>(1e-3));
+};
+
+/// Quantity that a sensor's static friction grows with.
+enum class FrictionScaling {
+  /// Eq. 1: k_t = mu_S F_N, with the sensor's own normal force.
+  normal_force,
+  /// Eq. 11: k_t = mu_S e_N, for sensors that must not push.
+  depth,
+  /// k_t = mu_S: a plain spring, as in AMBF without `variable: true`.
+  none
+};
+
+/// Rule for a bristle stretched beyond sigma_a.
+enum class SlipReset {
+  /// The bristle lets go and grips anew (Eq. 2). It keeps the remainder of the stretch beyond whole
+  /// multiples of sigma_a. That is the paper's saw-tooth in the limit of small steps, without its
+  /// aliasing at large ones. Mean sliding friction is half the static one.
+  release,
+  /// The bristle drags along at sigma_a: Coulomb friction with equal static and sliding
+  /// coefficients.
+  drag
+};
+
+/// Direction of the normal force of a sensor.
+enum class NormalDirection {
+  /// Along the ray, as in Eq. 3. Oblique rays then push bodies along. That part, sin(angle) of the
+  /// force, does not come from any potential: bodies that tumble on stiff rays gain energy without
+  /// bound.
+  ray,
+  /// Along the gradient of the depth. The force comes from a potential while a ray stays on one
+  /// surface. Equal to `ray` where the surface faces the ray.
+  gradient
+};
+
+/// Integration of a patch's forces in the step.
+enum class Integration {
+  /// Evaluated at the start of the step. Cheapest; stable only below `largest_stable_step`.
+  explicit_,
+  /// Solved together with contacts and joints as one soft 6x6 constraint; stable at any step.
+  implicit,
+  /// Explicit where that is safely stable, implicit elsewhere. Chosen anew in each step.
+  automatic
+};
+
+/// Law of a patch.
+enum class Law {
+  /// The paper's equations as corrected in docs/sensors.md.
+  paper,
+  /// The law of the paper's own simulator, defects included; explicit only. For comparison.
+  ambf
+};
+
+/// Variants of the law that a patch uses.
+struct LawOptions {
+  /// [-] Law to follow.
+  Law law = Law::paper;
+  /// [-] Quantity that static friction grows with.
+  FrictionScaling scaling = FrictionScaling::normal_force;
+  /// [-] Rule for an overstretched bristle.
+  SlipReset reset = SlipReset::release;
+  /// [-] Direction of the normal force.
+  NormalDirection normal = NormalDirection::gradient;
+};
+
+/// Checks constants.
+/// @throws InvalidArgument naming the field that is not finite or out of range.
+template <Scalar S>
+void validate(const SensorParameters<S>& p) {
+  detail::require_not_negative("SensorParameters::normal_stiffness", p.normal_stiffness);
+  detail::require_not_negative("SensorParameters::normal_damping", p.normal_damping);
+  detail::require_not_negative("SensorParameters::static_friction", p.static_friction);
+  detail::require_not_negative("SensorParameters::sliding_friction", p.sliding_friction);
+  detail::require_positive("SensorParameters::breakaway_distance", p.breakaway_distance);
+}
+
+/// Returns whether these constants can give a force. Static friction scaled by the normal force
+/// needs a normal force.
+template <Scalar S>
+[[nodiscard]] bool can_apply_force(const SensorParameters<S>& p, const LawOptions& options) {
+  return p.normal_stiffness > S(0) || p.normal_damping > S(0) || p.sliding_friction > S(0) ||
+         (p.static_friction > S(0) && options.scaling != FrictionScaling::normal_force);
+}
+
+}  // namespace bristle::inline BRISTLE_ABI
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// [1] Depth e_N of a hit at `distance` [m] along a ray of length L, given as 1 / L [1/m]. 0 at
+/// first contact, 1 fully pressed, negative for a surface beyond the ray's end. (Eq. 4, sign and
+/// end corrected.)
+template <Value T>
+[[nodiscard]] BRISTLE_FORCE_INLINE T sensor_depth(T distance, T inverse_length) {
+  return ScalarOf<T>(1) - distance * inverse_length;
+}
+
+/// Cosine between surface normal and ray above which a hit is grazing and counts as none. The
+/// depth's gradient grows as the inverse of the cosine: it would make a stiff spring of a contact
+/// from the side.
+template <Scalar S>
+inline constexpr S grazing_cosine = S(-0.1);
+
+/// Gradient g = m / (m . n) of the depth times the ray's length: d e_N / dt = g . v / L. It equals
+/// n where the surface faces the ray. Always g . n = 1.
+template <Value T>
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> depth_gradient(const Vector3<T>& m, T cosine) {
+  return T(ScalarOf<T>(1) / cosine) * m;
+}
+template <Value T>
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> depth_gradient(const Vector3<T>& n,
+                                                             const Vector3<T>& m) {
+  return depth_gradient<T>(m, T(dot(m, n)));
+}
+
+/// [N] Normal force F_N of Eq. 3 from depth e_N [1] and its rate [1/s]. It never pulls.
+template <Value T>
+[[nodiscard]] BRISTLE_FORCE_INLINE T normal_force(const SensorParameters<T>& p, T depth, T rate) {
+  const T force = p.normal_stiffness * depth + p.normal_damping * rate;
+  return select(force > T(0), force, T(0));
+}
+
+/// [N/m] Stiffness k_t of the bristle against stretch (Eq. 1 or Eq. 11).
+template <Value T>
+[[nodiscard]] BRISTLE_FORCE_INLINE T bristle_stiffness(const SensorParameters<T>& p,
+                                                       FrictionScaling scaling, T normal_force,
+                                                       T depth) {
+  switch (scaling) {
+    case FrictionScaling::normal_force:
+      return p.static_friction * normal_force;
+    case FrictionScaling::depth:
+      return p.static_friction * depth;
+    case FrictionScaling::none:
+      break;
+  }
+  return p.static_friction;
+}
+
+/// Part of `a` across the unit vector n.
+template <Value T>
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> tangential(const Vector3<T>& a, const Vector3<T>& n) {
+  return a - dot(n, a) * n;
+}
+
+/// [m] Wraps a stretch: it lets go at each multiple of `sigma` and keeps the remainder.
+template <Value T>
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> wrapped(const Vector3<T>& stretch, T sigma) {
+  using std::fmod;
+  using std::sqrt;
+  const T size = sqrt(dot(stretch, stretch));
+  const Truth<T> is_over = size > sigma;
+  if (!any(is_over)) return stretch;
+  return select(is_over, (fmod(size, sigma) / size) * stretch, stretch);
+}
+
+/// [m] Clips a stretch to at most `sigma`.
+template <Value T>
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> clipped(const Vector3<T>& stretch, T sigma) {
+  using std::sqrt;
+  const T size = sqrt(dot(stretch, stretch));
+  const Truth<T> is_over = size > sigma;
+  if (!any(is_over)) return stretch;
+  return select(is_over, (sigma / size) * stretch, stretch);
+}
+
+/// Applies a reset rule to a stretch. A stretch up to sigma_a stays (Eq. 2).
+template <Value T>
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> after_reset(const Vector3<T>& stretch, T sigma,
+                                                          SlipReset reset) {
+  return reset == SlipReset::drag ? clipped<T>(stretch, sigma) : wrapped<T>(stretch, sigma);
+}
+
+/// Anchor of a bristle: one point on each body.
+template <Value T>
+struct Anchor {
+  /// [m] Anchor on A, from A's centre of mass, in A's axes (Q_C^A).
+  Vector3<T> q_A = zero_vector<T>();
+  /// [m] Anchor on B, from B's centre of mass, in B's axes (Q_C^B).
+  Vector3<T> q_B = zero_vector<T>();
+};
+
+/// Pose of B relative to A, about their centres of mass. Positions enter only as differences, so
+/// float keeps its precision far from the world's origin.
+template <Scalar S>
+struct PairPose {
+  /// [1] Axes of B in those of A.
+  Mat3<S> R_AB = identity<Mat3<S>>();
+  /// [m] From A's centre of mass to B's, in A's axes.
+  Vec3<S> p_AB = zero<Vec3<S>>();
+};
+
+template <Scalar S>
+[[nodiscard]] PairPose<S> pair_pose(const Transform<S>& X_WA, const Transform<S>& X_WB) {
+  const Transform<S> X_AB = relative_pose(X_WA, X_WB);
+  return {X_AB.rotation_matrix(), X_AB.translation};
+}
+
+/// [m] Stretch e_T of a bristle: displacement of its anchor on A from its anchor on B, across n. In
+/// A's axes, like n.
+template <Value T>
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> anchor_stretch(const Anchor<T>& anchor,
+                                                             const PairPose<ScalarOf<T>>& pair,
+                                                             const Vector3<T>& n) {
+  return tangential<T>(anchor.q_A - pair.R_AB * anchor.q_B - broadcast<T>(pair.p_AB), n);
+}
+
+/// Anchors a bristle at P with a given stretch.
+/// @param r_A  [m] From A's centre of mass to P, in A's axes.
+template <Value T>
+[[nodiscard]] BRISTLE_FORCE_INLINE Anchor<T> anchored(const PairPose<ScalarOf<T>>& pair,
+                                                      const Vector3<T>& r_A,
+                                                      const Vector3<T>& stretch) {
+  const Mat3<ScalarOf<T>> R_BA = transposed(pair.R_AB);
+  return {r_A, R_BA * Vector3<T>(r_A - broadcast<T>(pair.p_AB) - stretch)};
+}
+
+/// The part of `advance_anchor` that needs the stretch.
+///
+/// @param[in,out] stretch  [m] In: e_T of `anchor_stretch`. Out: e_T after the reset rule, zero
+///                         where the bristle is anchored anew.
+template <Value T>
+BRISTLE_FORCE_INLINE void root_where_needed(Anchor<T>& anchor, const Truth<T>& is_anchored,
+                                            Vector3<T>& stretch, const PairPose<ScalarOf<T>>& pair,
+                                            const Vector3<T>& r_A, T sigma, SlipReset reset,
+                                            Truth<T>& did_slip) {
+  const Truth<T> is_within = dot(stretch, stretch) <= sigma * sigma;
+  const Truth<T> is_kept = is_anchored & is_within;
+  did_slip = is_anchored & !is_within;
+  if (all(is_kept)) return;
+  // Unanchored lanes hold garbage; zero them so that they do not trigger the slow branch.
+  const Vector3<T> held = select(is_anchored, stretch, zero_vector<T>());
+  stretch = select(is_anchored, after_reset<T>(held, sigma, reset), zero_vector<T>());
+  const Anchor<T> moved = anchored<T>(pair, r_A, stretch);
+  anchor.q_A = select(is_kept, anchor.q_A, moved.q_A);
+  anchor.q_B = select(is_kept, anchor.q_B, moved.q_B);
+}
+
+/// Algorithm 1 with its gaps closed, once per sensor and step, before forces. It anchors the
+/// bristle at first contact and keeps the anchor while the stretch is at most sigma_a. Beyond, it
+/// applies the reset rule.
+///
+/// @param is_anchored  True if `anchor` is anchored in this same body B.
+/// @param[out] did_slip  True if the reset rule was applied.
+/// @return [m] The resulting stretch e_T.
+template <Value T>
+[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> advance_anchor(
+    Anchor<T>& anchor, const Truth<T>& is_anchored, const PairPose<ScalarOf<T>>& pair,
+    const Vector3<T>& n, const Vector3<T>& r_A, T sigma, SlipReset reset, Truth<T>& did_slip) {
+  Vector3<T> stretch = anchor_stretch(anchor, pair, n);
+  root_where_needed<T>(anchor, is_anchored, stretch, pair, r_A, sigma, reset, did_slip);
+  return stretch;
+}
+
+/// Force of one sensor on the body in contact, by its parts.
+template <Value T>
+struct SensorForce {
+  /// [N] F_N, along the ray (or the gradient).
+  T normal = T(0);
+  /// [N] Normal part as a vector.
+  Vector3<T> normal_vector = zero_vector<T>();
+  /// [N] F_S + F_V, across the ray.
+  Vector3<T> shear = zero_vector<T>();
+
+  /// [N] Total force on B (Eq. 9).
+  [[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> total() const { return normal_vector + shear; }
+};
+
+/// Hit of one sensor, as input of the law.
+template <Value T>
+struct SensorContact {
+  /// [1] Depth e_N, > 0.
+  T depth = T(0);
+  /// [1/m] Inverse length of the ray, 1 / L.
+  T inverse_length = T(1);
+  /// [1] Direction of the ray, n.
+  Vector3<T> n = zero_vector<T>();
+  /// [1] Gradient g of the depth (`depth_gradient`).
+  Vector3<T> g = zero_vector<T>();
+  /// [m/s] Velocity of A at P relative to B.
+  Vector3<T> v = zero_vector<T>();
+};
+
+/// Force of one sensor on B at the start of a step (Eqs. 1, 3, 5, 8, 9): F = F_N n + k_t e_T + mu_V
+/// v_T.
+///
+/// @param stretch  [m] e_T from `advance_anchor`.
+/// @param dt       [s] Length of the step that the force acts for. A bristle that passes more than
+///                 one sigma_a within it (release only) counts with its mean stretch, sigma_a / 2
+///                 along the slip. Otherwise friction would alias with the step.
+template <Value T>
+[[nodiscard]] BRISTLE_FORCE_INLINE SensorForce<T> sensor_force(const SensorParameters<T>& p,
+                                                               const LawOptions& options,
+                                                               const SensorContact<T>& c,
+                                                               const Vector3<T>& stretch,
+                                                               ScalarOf<T> dt) {
+  using std::sqrt;
+  SensorForce<T> f;
+  f.normal = normal_force(p, c.depth, T(dot(c.g, c.v) * c.inverse_length));
+  // Not a conditional between c.g and c.n: that would put both into memory.
+  if (options.normal == NormalDirection::gradient) {
+    f.normal_vector = f.normal * c.g;
+  } else {
+    f.normal_vector = f.normal * c.n;
+  }
+  const T k_t = bristle_stiffness(p, options.scaling, f.normal, c.depth);
+  const Vector3<T> v_T = tangential<T>(c.v, c.n);
+  const T sigma = p.breakaway_distance;
+  Vector3<T> effective = stretch;
+  if (options.reset == SlipReset::release) {
+    const T passed2 = T(dt * dt) * dot(v_T, v_T);
+    const Truth<T> passes_whole_stretches = passed2 >= sigma * sigma;
+    if (any(passes_whole_stretches)) {
+      effective =
+          select(passes_whole_stretches, (T(dt) * sigma / (T(2) * sqrt(passed2))) * v_T, stretch);
+    }
+  }
+  f.shear = k_t * effective + p.sliding_friction * v_T;
+  return f;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/sensors/patch_def.hpp
 
@@ -5692,125 +6442,6 @@ void validate(const Material<S>& m) {
   detail::require(m.restitution <= S(1), "Material::restitution", m.restitution, "must be <= 1");
   detail::require_all_finite("Material::surface_velocity", m.surface_velocity);
   detail::require_not_negative("Material::rolling_friction", m.rolling_friction);
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/math/spatial.hpp
-
-/// @file
-/// Twists and wrenches: six-dimensional velocity and force about a point.
-// SPDX-License-Identifier: BSD-3-Clause
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Velocity of a rigid body about a reference point, both parts in the same frame.
-template <Scalar S>
-struct Twist {
-  /// [m/s] Velocity of the reference point.
-  Vec3<S> linear = detail::zero<Vec3<S>>();
-  /// [rad/s] Angular velocity.
-  Vec3<S> angular = detail::zero<Vec3<S>>();
-
-  /// [m/s] Velocity of the body's point at `r` [m] from the reference point.
-  [[nodiscard]] BRISTLE_FORCE_INLINE Vec3<S> at(const Vec3<S>& r) const {
-    return linear + angular.cross(r);
-  }
-
-  /// The same motion about the point at `r` [m] from the reference point.
-  [[nodiscard]] Twist shifted(const Vec3<S>& r) const { return {at(r), angular}; }
-
-  friend Twist operator-(const Twist& a, const Twist& b) {
-    return {a.linear - b.linear, a.angular - b.angular};
-  }
-  friend Twist operator+(const Twist& a, const Twist& b) {
-    return {a.linear + b.linear, a.angular + b.angular};
-  }
-  friend Twist operator*(S k, const Twist& a) { return {k * a.linear, k * a.angular}; }
-};
-
-/// Force and torque about a reference point. Also used for impulses [N s, N m s].
-template <Scalar S>
-struct Wrench {
-  /// [N] Force.
-  Vec3<S> force = detail::zero<Vec3<S>>();
-  /// [N m] Torque about the reference point.
-  Vec3<S> torque = detail::zero<Vec3<S>>();
-
-  /// Wrench of a force `f` that acts at `r` [m] from the reference point.
-  [[nodiscard]] static Wrench at(const Vec3<S>& r, const Vec3<S>& f) { return {f, r.cross(f)}; }
-
-  /// The same load about the point at `r` [m] from the reference point.
-  [[nodiscard]] Wrench shifted(const Vec3<S>& r) const { return {force, torque - r.cross(force)}; }
-
-  /// Adds a load about the same reference point.
-  Wrench& operator+=(const Wrench& other) {
-    force += other.force;
-    torque += other.torque;
-    return *this;
-  }
-  friend Wrench operator+(Wrench a, const Wrench& b) { return a += b; }
-  friend Wrench operator-(const Wrench& a) { return {-a.force, -a.torque}; }
-  friend Wrench operator*(S k, const Wrench& a) { return {k * a.force, k * a.torque}; }
-};
-
-namespace detail {
-
-/// One vector of two halves.
-template <Scalar S>
-[[nodiscard]] BRISTLE_FORCE_INLINE Vec6<S> stacked(const Vec3<S>& first, const Vec3<S>& second) {
-  Vec6<S> v;
-  for (Eigen::Index i = 0; i < 3; ++i) v[i] = first[i];
-  for (Eigen::Index i = 0; i < 3; ++i) v[3 + i] = second[i];
-  return v;
-}
-template <Scalar S>
-[[nodiscard]] BRISTLE_FORCE_INLINE Vec3<S> first_half(const Vec6<S>& v) {
-  return {v[0], v[1], v[2]};
-}
-template <Scalar S>
-[[nodiscard]] BRISTLE_FORCE_INLINE Vec3<S> second_half(const Vec6<S>& v) {
-  return {v[3], v[4], v[5]};
-}
-/// Twists and wrenches as vectors, the linear half first.
-template <Scalar S>
-[[nodiscard]] BRISTLE_FORCE_INLINE Vec6<S> stacked(const Twist<S>& t) {
-  return stacked<S>(t.linear, t.angular);
-}
-template <Scalar S>
-[[nodiscard]] BRISTLE_FORCE_INLINE Vec6<S> stacked(const Wrench<S>& w) {
-  return stacked<S>(w.force, w.torque);
-}
-template <Scalar S>
-[[nodiscard]] BRISTLE_FORCE_INLINE Twist<S> twist_of(const Vec6<S>& v) {
-  return {first_half<S>(v), second_half<S>(v)};
-}
-template <Scalar S>
-[[nodiscard]] BRISTLE_FORCE_INLINE Wrench<S> wrench_of(const Vec6<S>& v) {
-  return {first_half<S>(v), second_half<S>(v)};
-}
-
-/// Quarter of a matrix, by the row and column of its first entry.
-template <Eigen::Index row, Eigen::Index column, Scalar S>
-[[nodiscard]] BRISTLE_FORCE_INLINE Mat3<S> quarter(const Mat6<S>& m) {
-  return matrix_of<Mat3<S>>([&](int i, int j) { return m(row + i, column + j); });
-}
-/// Writes a quarter of a matrix.
-template <Eigen::Index row, Eigen::Index column, Scalar S>
-BRISTLE_FORCE_INLINE void set_quarter(Mat6<S>& m, const Mat3<S>& value) {
-  for (Eigen::Index j = 0; j < 3; ++j) {
-    for (Eigen::Index i = 0; i < 3; ++i) m(row + i, column + j) = value(i, j);
-  }
-}
-
-}  // namespace detail
-
-/// The matrix of `Twist::shifted(r)`; its transpose is that of `Wrench::shifted(-r)`.
-template <Scalar S>
-[[nodiscard]] Mat6<S> shift_matrix(const Vec3<S>& r) {
-  Mat6<S> G = detail::identity<Mat6<S>>();
-  detail::set_quarter<0, 3, S>(G, -skew(r));
-  return G;
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -6312,303 +6943,6 @@ void SensorLayout<S>::validate() const {
                     "SensorLayout::direction" + number + ": length", direction[i].norm(),
                     "must be 1");
   }
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
-// === bristle/sensors/sensor_parameters.hpp
-
-/// @file
-/// Constants of resistive sensors and variants of their law.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/math/lane_value.hpp
-
-/// @file
-/// Traits for formulas that serve a single scalar and a Pack of scalars.
-///
-/// A formula over a `Value` T uses the operators, `dot`, `cross` and `select`. It uses `any` and
-/// `all` where a branch may skip work that no lane needs. For T = S it is the plain scalar formula.
-/// For T = `Pack<S>` it is the same lane by lane. So a test of the first tests the second.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/math/pack3.hpp
-
-/// @file
-/// Vectors in lanes: one point or direction per lane, coordinate by coordinate.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <cstddef>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// A vector for each lane. Like Pack, it is never stored.
-template <Scalar S>
-struct Pack3 {
-  Pack<S> x, y, z;
-
-  /// Loads each coordinate from an array of its own.
-  [[nodiscard]] BRISTLE_FORCE_INLINE static Pack3 load(const S* x, const S* y, const S* z) {
-    return {Pack<S>::load(x), Pack<S>::load(y), Pack<S>::load(z)};
-  }
-  /// The same vector in all lanes.
-  [[nodiscard]] BRISTLE_FORCE_INLINE static Pack3 all(const Vec3<S>& v) {
-    return {Pack<S>(v[0]), Pack<S>(v[1]), Pack<S>(v[2])};
-  }
-  BRISTLE_FORCE_INLINE void store(S* to_x, S* to_y, S* to_z) const {
-    x.store(to_x);
-    y.store(to_y);
-    z.store(to_z);
-  }
-  [[nodiscard]] BRISTLE_FORCE_INLINE Vec3<S> operator[](std::size_t i) const {
-    return {x[i], y[i], z[i]};
-  }
-
-  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack3 operator+(const Pack3& a, const Pack3& b) {
-    return {a.x + b.x, a.y + b.y, a.z + b.z};
-  }
-  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack3 operator-(const Pack3& a, const Pack3& b) {
-    return {a.x - b.x, a.y - b.y, a.z - b.z};
-  }
-  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack3 operator-(const Pack3& a) {
-    return {-a.x, -a.y, -a.z};
-  }
-  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack3 operator*(const Pack<S>& s, const Pack3& a) {
-    return {s * a.x, s * a.y, s * a.z};
-  }
-  BRISTLE_FORCE_INLINE Pack3& operator+=(const Pack3& b) { return *this = *this + b; }
-  BRISTLE_FORCE_INLINE Pack3& operator-=(const Pack3& b) { return *this = *this - b; }
-  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack<S> dot(const Pack3& a, const Pack3& b) {
-    return a.x * b.x + a.y * b.y + a.z * b.z;
-  }
-  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack3 cross(const Pack3& a, const Pack3& b) {
-    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-  }
-  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack3 select(const Mask<S>& m, const Pack3& yes,
-                                                         const Pack3& no) {
-    return {select(m, yes.x, no.x), select(m, yes.y, no.y), select(m, yes.z, no.z)};
-  }
-  /// M v in every lane. A friend, since an operator in namespace `detail` would hide those of
-  /// matrix_arithmetic.hpp.
-  [[nodiscard]] BRISTLE_FORCE_INLINE friend Pack3 operator*(const Mat3<S>& M, const Pack3& v) {
-    const S* m = M.data();  // Column by column.
-    return {m[0] * v.x + m[3] * v.y + m[6] * v.z, m[1] * v.x + m[4] * v.y + m[7] * v.z,
-            m[2] * v.x + m[5] * v.y + m[8] * v.z};
-  }
-};
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
-#include <cmath>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// Types that belong to a value. These are its scalar, its vector and the result of a comparison.
-template <typename T>
-struct ValueTraits {};
-
-template <Scalar S>
-struct ValueTraits<S> {
-  using One = S;
-  using Vector = Vec3<S>;
-  using Truth = bool;
-};
-
-template <Scalar S>
-struct ValueTraits<Pack<S>> {
-  using One = S;
-  using Vector = Pack3<S>;
-  using Truth = Mask<S>;
-};
-
-/// A scalar, or a scalar for each lane.
-template <typename T>
-concept Value = requires {
-  typename ValueTraits<T>::One;
-};
-
-/// The scalar of a value: S of S and of Pack<S>.
-template <Value T>
-using ScalarOf = typename ValueTraits<T>::One;
-/// Three values: Vec3<S> or Pack3<S>.
-template <Value T>
-using Vector3 = typename ValueTraits<T>::Vector;
-/// Result of a comparison: bool or Mask<S>.
-template <Value T>
-using Truth = typename ValueTraits<T>::Truth;
-
-// The functions of simd.hpp and pack3.hpp, for single values.
-[[nodiscard]] BRISTLE_FORCE_INLINE bool any(bool m) { return m; }
-[[nodiscard]] BRISTLE_FORCE_INLINE bool all(bool m) { return m; }
-template <Scalar S>
-[[nodiscard]] BRISTLE_FORCE_INLINE S select(bool m, S yes, S no) {
-  return m ? yes : no;
-}
-template <typename A, typename B>
-[[nodiscard]] BRISTLE_FORCE_INLINE Vec3<typename A::Scalar> select(bool m,
-                                                                   const Eigen::MatrixBase<A>& yes,
-                                                                   const Eigen::MatrixBase<B>& no) {
-  if (m) return yes;
-  return no;
-}
-template <typename A, typename B>
-[[nodiscard]] BRISTLE_FORCE_INLINE typename A::Scalar dot(const Eigen::MatrixBase<A>& a,
-                                                          const Eigen::MatrixBase<B>& b) {
-  return a.dot(b);
-}
-template <typename A, typename B>
-[[nodiscard]] BRISTLE_FORCE_INLINE Vec3<typename A::Scalar> cross(const Eigen::MatrixBase<A>& a,
-                                                                  const Eigen::MatrixBase<B>& b) {
-  return a.cross(b);
-}
-
-/// The zero vector.
-template <Value T>
-[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> zero_vector() {
-  if constexpr (Scalar<T>) {
-    return zero<Vec3<T>>();
-  } else {
-    return {T(ScalarOf<T>(0)), T(ScalarOf<T>(0)), T(ScalarOf<T>(0))};
-  }
-}
-
-/// The same vector for all lanes.
-template <Value T>
-[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> broadcast(const Vec3<ScalarOf<T>>& v) {
-  if constexpr (Scalar<T>) {
-    return v;
-  } else {
-    return Pack3<ScalarOf<T>>::all(v);
-  }
-}
-
-/// Sum over the lanes.
-template <Scalar S>
-[[nodiscard]] BRISTLE_FORCE_INLINE S sum_of_lanes(S a) {
-  return a;
-}
-template <Scalar S>
-[[nodiscard]] BRISTLE_FORCE_INLINE Vec3<S> sum_of_lanes(const Pack3<S>& a) {
-  return {sum_of_lanes(a.x), sum_of_lanes(a.y), sum_of_lanes(a.z)};
-}
-
-/// The remainder of a / b, with the sign of a, exactly. If every a is in [0, 2 b), it is a
-/// difference. That is exact there (Sterbenz). Else it is computed lane by lane.
-template <Scalar S>
-[[nodiscard]] BRISTLE_FORCE_INLINE Pack<S> fmod(const Pack<S>& a, const Pack<S>& b) {
-  using std::fmod;
-  if (all((a >= Pack<S>(S(0))) & (a < b + b))) return select(a < b, a, a - b);
-  S rest[lanes<S>];
-  for (std::size_t i = 0; i < lanes<S>; ++i) rest[i] = fmod(a[i], b[i]);
-  return Pack<S>::load(rest);
-}
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Constants of one resistive sensor. Its ray resists penetration with a spring and damper along
-/// itself, and slip with a bristle across itself. `tuned_for` computes constants from a physical
-/// spec.
-///
-/// The defaults give no force. `static_friction * breakaway_distance` is the dimensionless holding
-/// coefficient: newtons of friction that one newton of normal force can hold.
-template <detail::Value T>
-struct SensorParameters {
-  /// [N] Normal force at full penetration, K_N in Eq. 3. Finite, >= 0. Newtons, not N/m: the depth
-  /// it multiplies is a fraction of the ray (Eq. 4). The stiffness is K_N / L.
-  T normal_stiffness = T(0);
-  /// [N s] Normal damping, K_D in Eq. 3, on the true rate of the depth fraction. Finite, >= 0. The
-  /// paper's values are per 1 kHz step. Divide them by 1000: 50 becomes 0.05.
-  T normal_damping = T(0);
-  /// [1/m] Static friction, mu_S in Eq. 1: force per newton of normal force and metre of stretch.
-  /// [N/m] with FrictionScaling::depth (Eq. 11) and FrictionScaling::none. Finite, >= 0.
-  T static_friction = T(0);
-  /// [N s/m] Sliding friction, mu_V in Eq. 5. Finite, >= 0.
-  T sliding_friction = T(0);
-  /// [m] Stretch at which a stuck bristle lets go, sigma_a in Eq. 2. Finite, > 0.
-  T breakaway_distance = T(detail::ScalarOf<T>(1e-3));
-};
-
-/// Quantity that a sensor's static friction grows with.
-enum class FrictionScaling {
-  /// Eq. 1: k_t = mu_S F_N, with the sensor's own normal force.
-  normal_force,
-  /// Eq. 11: k_t = mu_S e_N, for sensors that must not push.
-  depth,
-  /// k_t = mu_S: a plain spring, as in AMBF without `variable: true`.
-  none
-};
-
-/// Rule for a bristle stretched beyond sigma_a.
-enum class SlipReset {
-  /// The bristle lets go and grips anew (Eq. 2). It keeps the remainder of the stretch beyond whole
-  /// multiples of sigma_a. That is the paper's saw-tooth in the limit of small steps, without its
-  /// aliasing at large ones. Mean sliding friction is half the static one.
-  release,
-  /// The bristle drags along at sigma_a: Coulomb friction with equal static and sliding
-  /// coefficients.
-  drag
-};
-
-/// Direction of the normal force of a sensor.
-enum class NormalDirection {
-  /// Along the ray, as in Eq. 3. Oblique rays then push bodies along. That part, sin(angle) of the
-  /// force, does not come from any potential: bodies that tumble on stiff rays gain energy without
-  /// bound.
-  ray,
-  /// Along the gradient of the depth. The force comes from a potential while a ray stays on one
-  /// surface. Equal to `ray` where the surface faces the ray.
-  gradient
-};
-
-/// Integration of a patch's forces in the step.
-enum class Integration {
-  /// Evaluated at the start of the step. Cheapest; stable only below `largest_stable_step`.
-  explicit_,
-  /// Solved together with contacts and joints as one soft 6x6 constraint; stable at any step.
-  implicit,
-  /// Explicit where that is safely stable, implicit elsewhere. Chosen anew in each step.
-  automatic
-};
-
-/// Law of a patch.
-enum class Law {
-  /// The paper's equations as corrected in docs/sensors.md.
-  paper,
-  /// The law of the paper's own simulator, defects included; explicit only. For comparison.
-  ambf
-};
-
-/// Variants of the law that a patch uses.
-struct LawOptions {
-  /// [-] Law to follow.
-  Law law = Law::paper;
-  /// [-] Quantity that static friction grows with.
-  FrictionScaling scaling = FrictionScaling::normal_force;
-  /// [-] Rule for an overstretched bristle.
-  SlipReset reset = SlipReset::release;
-  /// [-] Direction of the normal force.
-  NormalDirection normal = NormalDirection::gradient;
-};
-
-/// Checks constants.
-/// @throws InvalidArgument naming the field that is not finite or out of range.
-template <Scalar S>
-void validate(const SensorParameters<S>& p) {
-  detail::require_not_negative("SensorParameters::normal_stiffness", p.normal_stiffness);
-  detail::require_not_negative("SensorParameters::normal_damping", p.normal_damping);
-  detail::require_not_negative("SensorParameters::static_friction", p.static_friction);
-  detail::require_not_negative("SensorParameters::sliding_friction", p.sliding_friction);
-  detail::require_positive("SensorParameters::breakaway_distance", p.breakaway_distance);
-}
-
-/// Returns whether these constants can give a force. Static friction scaled by the normal force
-/// needs a normal force.
-template <Scalar S>
-[[nodiscard]] bool can_apply_force(const SensorParameters<S>& p, const LawOptions& options) {
-  return p.normal_stiffness > S(0) || p.normal_damping > S(0) || p.sliding_friction > S(0) ||
-         (p.static_friction > S(0) && options.scaling != FrictionScaling::normal_force);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -8363,255 +8697,6 @@ void RayTree<S>::cut_ranges() {
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
-// === bristle/sensors/law.hpp
-
-/// @file
-/// The law of a resistive sensor (Eqs. 1-11 of Munawar et al.) as pure functions.
-///
-/// A sensor sits on body A. Its ray runs along the unit vector n out of A. It meets body B at P,
-/// where B has the outward unit normal m. All vectors of one call are in the same axes; patches use
-/// those of A, where rays stand still. v is the velocity of A's point at P relative to B's. F is
-/// the force ON B. A gets -F at the same point, so momentum is conserved exactly. docs/sensors.md
-/// lists where and why the printed equations are corrected.
-///
-/// Functions over a `Value` T serve one sensor (T = S) or one register of sensors (T = `Pack<S>`).
-// SPDX-License-Identifier: BSD-3-Clause
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// [1] Depth e_N of a hit at `distance` [m] along a ray of length L, given as 1 / L [1/m]. 0 at
-/// first contact, 1 fully pressed, negative for a surface beyond the ray's end. (Eq. 4, sign and
-/// end corrected.)
-template <Value T>
-[[nodiscard]] BRISTLE_FORCE_INLINE T sensor_depth(T distance, T inverse_length) {
-  return ScalarOf<T>(1) - distance * inverse_length;
-}
-
-/// Cosine between surface normal and ray above which a hit is grazing and counts as none. The
-/// depth's gradient grows as the inverse of the cosine: it would make a stiff spring of a contact
-/// from the side.
-template <Scalar S>
-inline constexpr S grazing_cosine = S(-0.1);
-
-/// Gradient g = m / (m . n) of the depth times the ray's length: d e_N / dt = g . v / L. It equals
-/// n where the surface faces the ray. Always g . n = 1.
-template <Value T>
-[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> depth_gradient(const Vector3<T>& m, T cosine) {
-  return T(ScalarOf<T>(1) / cosine) * m;
-}
-template <Value T>
-[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> depth_gradient(const Vector3<T>& n,
-                                                             const Vector3<T>& m) {
-  return depth_gradient<T>(m, T(dot(m, n)));
-}
-
-/// [N] Normal force F_N of Eq. 3 from depth e_N [1] and its rate [1/s]. It never pulls.
-template <Value T>
-[[nodiscard]] BRISTLE_FORCE_INLINE T normal_force(const SensorParameters<T>& p, T depth, T rate) {
-  const T force = p.normal_stiffness * depth + p.normal_damping * rate;
-  return select(force > T(0), force, T(0));
-}
-
-/// [N/m] Stiffness k_t of the bristle against stretch (Eq. 1 or Eq. 11).
-template <Value T>
-[[nodiscard]] BRISTLE_FORCE_INLINE T bristle_stiffness(const SensorParameters<T>& p,
-                                                       FrictionScaling scaling, T normal_force,
-                                                       T depth) {
-  switch (scaling) {
-    case FrictionScaling::normal_force:
-      return p.static_friction * normal_force;
-    case FrictionScaling::depth:
-      return p.static_friction * depth;
-    case FrictionScaling::none:
-      break;
-  }
-  return p.static_friction;
-}
-
-/// Part of `a` across the unit vector n.
-template <Value T>
-[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> tangential(const Vector3<T>& a, const Vector3<T>& n) {
-  return a - dot(n, a) * n;
-}
-
-/// [m] Wraps a stretch: it lets go at each multiple of `sigma` and keeps the remainder.
-template <Value T>
-[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> wrapped(const Vector3<T>& stretch, T sigma) {
-  using std::fmod;
-  using std::sqrt;
-  const T size = sqrt(dot(stretch, stretch));
-  const Truth<T> is_over = size > sigma;
-  if (!any(is_over)) return stretch;
-  return select(is_over, (fmod(size, sigma) / size) * stretch, stretch);
-}
-
-/// [m] Clips a stretch to at most `sigma`.
-template <Value T>
-[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> clipped(const Vector3<T>& stretch, T sigma) {
-  using std::sqrt;
-  const T size = sqrt(dot(stretch, stretch));
-  const Truth<T> is_over = size > sigma;
-  if (!any(is_over)) return stretch;
-  return select(is_over, (sigma / size) * stretch, stretch);
-}
-
-/// Applies a reset rule to a stretch. A stretch up to sigma_a stays (Eq. 2).
-template <Value T>
-[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> after_reset(const Vector3<T>& stretch, T sigma,
-                                                          SlipReset reset) {
-  return reset == SlipReset::drag ? clipped<T>(stretch, sigma) : wrapped<T>(stretch, sigma);
-}
-
-/// Anchor of a bristle: one point on each body.
-template <Value T>
-struct Anchor {
-  /// [m] Anchor on A, from A's centre of mass, in A's axes (Q_C^A).
-  Vector3<T> q_A = zero_vector<T>();
-  /// [m] Anchor on B, from B's centre of mass, in B's axes (Q_C^B).
-  Vector3<T> q_B = zero_vector<T>();
-};
-
-/// Pose of B relative to A, about their centres of mass. Positions enter only as differences, so
-/// float keeps its precision far from the world's origin.
-template <Scalar S>
-struct PairPose {
-  /// [1] Axes of B in those of A.
-  Mat3<S> R_AB = identity<Mat3<S>>();
-  /// [m] From A's centre of mass to B's, in A's axes.
-  Vec3<S> p_AB = zero<Vec3<S>>();
-};
-
-template <Scalar S>
-[[nodiscard]] PairPose<S> pair_pose(const Transform<S>& X_WA, const Transform<S>& X_WB) {
-  const Transform<S> X_AB = relative_pose(X_WA, X_WB);
-  return {X_AB.rotation_matrix(), X_AB.translation};
-}
-
-/// [m] Stretch e_T of a bristle: displacement of its anchor on A from its anchor on B, across n. In
-/// A's axes, like n.
-template <Value T>
-[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> anchor_stretch(const Anchor<T>& anchor,
-                                                             const PairPose<ScalarOf<T>>& pair,
-                                                             const Vector3<T>& n) {
-  return tangential<T>(anchor.q_A - pair.R_AB * anchor.q_B - broadcast<T>(pair.p_AB), n);
-}
-
-/// Anchors a bristle at P with a given stretch.
-/// @param r_A  [m] From A's centre of mass to P, in A's axes.
-template <Value T>
-[[nodiscard]] BRISTLE_FORCE_INLINE Anchor<T> anchored(const PairPose<ScalarOf<T>>& pair,
-                                                      const Vector3<T>& r_A,
-                                                      const Vector3<T>& stretch) {
-  const Mat3<ScalarOf<T>> R_BA = transposed(pair.R_AB);
-  return {r_A, R_BA * Vector3<T>(r_A - broadcast<T>(pair.p_AB) - stretch)};
-}
-
-/// The part of `advance_anchor` that needs the stretch.
-///
-/// @param[in,out] stretch  [m] In: e_T of `anchor_stretch`. Out: e_T after the reset rule, zero
-///                         where the bristle is anchored anew.
-template <Value T>
-BRISTLE_FORCE_INLINE void root_where_needed(Anchor<T>& anchor, const Truth<T>& is_anchored,
-                                            Vector3<T>& stretch, const PairPose<ScalarOf<T>>& pair,
-                                            const Vector3<T>& r_A, T sigma, SlipReset reset,
-                                            Truth<T>& did_slip) {
-  const Truth<T> is_within = dot(stretch, stretch) <= sigma * sigma;
-  const Truth<T> is_kept = is_anchored & is_within;
-  did_slip = is_anchored & !is_within;
-  if (all(is_kept)) return;
-  // Unanchored lanes hold garbage; zero them so that they do not trigger the slow branch.
-  const Vector3<T> held = select(is_anchored, stretch, zero_vector<T>());
-  stretch = select(is_anchored, after_reset<T>(held, sigma, reset), zero_vector<T>());
-  const Anchor<T> moved = anchored<T>(pair, r_A, stretch);
-  anchor.q_A = select(is_kept, anchor.q_A, moved.q_A);
-  anchor.q_B = select(is_kept, anchor.q_B, moved.q_B);
-}
-
-/// Algorithm 1 with its gaps closed, once per sensor and step, before forces. It anchors the
-/// bristle at first contact and keeps the anchor while the stretch is at most sigma_a. Beyond, it
-/// applies the reset rule.
-///
-/// @param is_anchored  True if `anchor` is anchored in this same body B.
-/// @param[out] did_slip  True if the reset rule was applied.
-/// @return [m] The resulting stretch e_T.
-template <Value T>
-[[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> advance_anchor(
-    Anchor<T>& anchor, const Truth<T>& is_anchored, const PairPose<ScalarOf<T>>& pair,
-    const Vector3<T>& n, const Vector3<T>& r_A, T sigma, SlipReset reset, Truth<T>& did_slip) {
-  Vector3<T> stretch = anchor_stretch(anchor, pair, n);
-  root_where_needed<T>(anchor, is_anchored, stretch, pair, r_A, sigma, reset, did_slip);
-  return stretch;
-}
-
-/// Force of one sensor on the body in contact, by its parts.
-template <Value T>
-struct SensorForce {
-  /// [N] F_N, along the ray (or the gradient).
-  T normal = T(0);
-  /// [N] Normal part as a vector.
-  Vector3<T> normal_vector = zero_vector<T>();
-  /// [N] F_S + F_V, across the ray.
-  Vector3<T> shear = zero_vector<T>();
-
-  /// [N] Total force on B (Eq. 9).
-  [[nodiscard]] BRISTLE_FORCE_INLINE Vector3<T> total() const { return normal_vector + shear; }
-};
-
-/// Hit of one sensor, as input of the law.
-template <Value T>
-struct SensorContact {
-  /// [1] Depth e_N, > 0.
-  T depth = T(0);
-  /// [1/m] Inverse length of the ray, 1 / L.
-  T inverse_length = T(1);
-  /// [1] Direction of the ray, n.
-  Vector3<T> n = zero_vector<T>();
-  /// [1] Gradient g of the depth (`depth_gradient`).
-  Vector3<T> g = zero_vector<T>();
-  /// [m/s] Velocity of A at P relative to B.
-  Vector3<T> v = zero_vector<T>();
-};
-
-/// Force of one sensor on B at the start of a step (Eqs. 1, 3, 5, 8, 9): F = F_N n + k_t e_T + mu_V
-/// v_T.
-///
-/// @param stretch  [m] e_T from `advance_anchor`.
-/// @param dt       [s] Length of the step that the force acts for. A bristle that passes more than
-///                 one sigma_a within it (release only) counts with its mean stretch, sigma_a / 2
-///                 along the slip. Otherwise friction would alias with the step.
-template <Value T>
-[[nodiscard]] BRISTLE_FORCE_INLINE SensorForce<T> sensor_force(const SensorParameters<T>& p,
-                                                               const LawOptions& options,
-                                                               const SensorContact<T>& c,
-                                                               const Vector3<T>& stretch,
-                                                               ScalarOf<T> dt) {
-  using std::sqrt;
-  SensorForce<T> f;
-  f.normal = normal_force(p, c.depth, T(dot(c.g, c.v) * c.inverse_length));
-  // Not a conditional between c.g and c.n: that would put both into memory.
-  if (options.normal == NormalDirection::gradient) {
-    f.normal_vector = f.normal * c.g;
-  } else {
-    f.normal_vector = f.normal * c.n;
-  }
-  const T k_t = bristle_stiffness(p, options.scaling, f.normal, c.depth);
-  const Vector3<T> v_T = tangential<T>(c.v, c.n);
-  const T sigma = p.breakaway_distance;
-  Vector3<T> effective = stretch;
-  if (options.reset == SlipReset::release) {
-    const T passed2 = T(dt * dt) * dot(v_T, v_T);
-    const Truth<T> passes_whole_stretches = passed2 >= sigma * sigma;
-    if (any(passes_whole_stretches)) {
-      effective =
-          select(passes_whole_stretches, (T(dt) * sigma / (T(2) * sqrt(passed2))) * v_T, stretch);
-    }
-  }
-  f.shear = k_t * effective + p.sliding_friction * v_T;
-  return f;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
 // === bristle/sensors/packet_boxes.hpp
 
 /// @file
@@ -9187,6 +9272,13 @@ struct PatchReading {
     return size() -
            static_cast<std::size_t>(std::count(state.begin(), state.end(), SensorState::free));
   }
+  /// [-] Number of sensors that are pressed in over their whole length, with depth 1. They give no
+  /// more, however deep a body goes: the constants are for less load (`GripSpec::load`), or for one
+  /// that more sensors share (`GripSpec::radius`).
+  [[nodiscard]] std::size_t bottomed_out() const {
+    return static_cast<std::size_t>(
+        std::count_if(depth.begin(), depth.end(), [](S e) { return e >= S(1); }));
+  }
   /// [-] Number of sensors that slipped.
   [[nodiscard]] std::size_t slipping() const {
     return static_cast<std::size_t>(std::count(state.begin(), state.end(), SensorState::slipping));
@@ -9719,7 +9811,10 @@ S largest_stable_step(const detail::SensorPatch<S>& patch, MobilityOf&& mobility
 
 }  // namespace bristle::inline BRISTLE_ABI
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <utility>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -9735,8 +9830,11 @@ struct GripSpec {
   /// [kg] Mass that moves against the patch. 0: the heaviest that the grip holds at 9.81 m/s^2,
   /// friction * load / 9.81.
   S mass = S(0);
-  /// [1] Depth of the sensors under the load, in (0, 1].
+  /// [1] Depth of the sensors under the load, in (0, 1]. Under a ball it is that of the deepest.
   S press = S(0.3);
+  /// [m] Radius of the ball that is touched; 0 for a surface that presses all sensors in alike. A
+  /// ball presses few of them in, and most of these less deep, so each must give more.
+  S radius = S(0);
   /// [1] Damping ratio of the normal direction, >= 0.
   S normal_damping_ratio = S(1);
   /// [1] Damping ratio of the bristles, >= 0. At 0.7 slip starts at the same load for every step,
@@ -9754,10 +9852,12 @@ struct Tuning {
 
   /// The patch of a layout: sensors, constants, and the scaling of friction that they are made for.
   [[nodiscard]] PatchDef<S> patch(SensorLayout<S> layout) const;
-  /// Constants for `count` sensors of `length` [m] that share the load. They are right in a patch
-  /// whose `PatchDef::options` have the `scaling` of the spec.
+  /// Constants for `count` sensors of `length` [m] that share the load equally, whatever the radius
+  /// of the spec. They are right in a patch whose `PatchDef::options` have the `scaling` of the
+  /// spec.
   [[nodiscard]] SensorParameters<S> parameters(std::size_t count, S length) const;
-  /// Constants for a layout, by its mean ray length.
+  /// Constants for a layout, by its mean ray length. If the spec has a radius, they are for the
+  /// place where a ball of it meets the sensors that carry most.
   [[nodiscard]] SensorParameters<S> parameters(const SensorLayout<S>& layout) const;
 };
 
@@ -9824,6 +9924,89 @@ template <Scalar S>
 
 // Implementation ----------------------------------------------------------------------------------
 
+namespace detail {
+
+/// Sensors that carry a load.
+template <Scalar S>
+struct LoadedSensors {
+  /// [-] How many they are.
+  S count = S(0);
+  /// [1] Sum of their depths.
+  S depths = S(0);
+};
+
+/// Sensors that a ball presses in where it meets the sensor `middle` head-on, to the depth `press`.
+template <Scalar S>
+LoadedSensors<S> pressed_by_ball(const SensorLayout<S>& layout, std::size_t middle, S radius,
+                                 S press) {
+  using std::sqrt;
+  const Vec3<S> axis = layout.direction[middle];
+  const Vec3<S> lowest = layout.start[middle] + (S(1) - press) * layout.length[middle] * axis;
+  LoadedSensors<S> pressed;
+  for (std::size_t i = 0; i < layout.size(); ++i) {
+    const Vec3<S> direction = layout.direction[i];
+    const Vec3<S> to_lowest = lowest - layout.start[i];
+    const Vec3<S> to_center = to_lowest + radius * axis;
+    const S along = to_center.dot(direction);
+    const S aside2 = (to_center - along * direction).squaredNorm();
+    const S half2 = radius * radius - aside2;
+    const S grazing = grazing_cosine<S> * radius;
+    if (!(half2 > grazing * grazing) || !(along > S(0))) continue;
+    // The distance to the near side, without a difference of two radii.
+    const S near = to_lowest.dot(direction) + radius * (axis.dot(direction) - S(1)) +
+                   aside2 / (radius + sqrt(half2));
+    const S depth = S(1) - std::max(near, S(0)) / layout.length[i];
+    if (!(depth > S(0))) continue;
+    pressed.count += S(1);
+    pressed.depths += depth;
+  }
+  return pressed;
+}
+
+/// The same where the ball meets the sensors that carry most, among at most 64 places all over the
+/// layout: on its border a ball meets fewer.
+template <Scalar S>
+LoadedSensors<S> most_pressed_by_ball(const SensorLayout<S>& layout, S radius, S press) {
+  constexpr std::size_t places = 64;
+  const std::size_t stride = (layout.size() + places - 1) / places;
+  LoadedSensors<S> most;
+  for (std::size_t i = 0; i < layout.size(); i += stride) {
+    const LoadedSensors<S> here = pressed_by_ball(layout, i, radius, press);
+    if (here.depths > most.depths) most = here;
+  }
+  return most;
+}
+
+/// Constants of sensors of `length` [m] that carry the load of a spec.
+template <Scalar S>
+SensorParameters<S> constants_for(const GripSpec<S>& spec, const LoadedSensors<S>& loaded,
+                                  S length) {
+  using std::sqrt;
+  const S mass = spec.mass > S(0) ? spec.mass : spec.friction * spec.load / S(9.81);
+  // k_t of the whole patch, for any scaling: mu N at a stretch of sigma_a.
+  const S stiffness = spec.friction * spec.load / spec.creep;
+  SensorParameters<S> p;
+  p.breakaway_distance = spec.creep;
+  p.normal_stiffness = spec.load / loaded.depths;
+  p.normal_damping =
+      S(2) * spec.normal_damping_ratio * sqrt(p.normal_stiffness * mass * length / loaded.count);
+  p.sliding_friction = S(2) * spec.bristle_damping_ratio * sqrt(stiffness * mass) / loaded.count;
+  switch (spec.scaling) {
+    case FrictionScaling::normal_force:
+      p.static_friction = spec.friction / spec.creep;
+      break;
+    case FrictionScaling::depth:
+      p.static_friction = stiffness / loaded.depths;
+      break;
+    case FrictionScaling::none:
+      p.static_friction = stiffness / loaded.count;
+      break;
+  }
+  return p;
+}
+
+}  // namespace detail
+
 template <Scalar S>
 Tuning<S> tuned_for(const GripSpec<S>& spec) {
   detail::require_positive("GripSpec::friction", spec.friction);
@@ -9832,6 +10015,7 @@ Tuning<S> tuned_for(const GripSpec<S>& spec) {
   detail::require_not_negative("GripSpec::mass", spec.mass);
   detail::require_positive("GripSpec::press", spec.press);
   detail::require(spec.press <= S(1), "GripSpec::press", spec.press, "must be <= 1");
+  detail::require_not_negative("GripSpec::radius", spec.radius);
   detail::require_not_negative("GripSpec::normal_damping_ratio", spec.normal_damping_ratio);
   detail::require_not_negative("GripSpec::bristle_damping_ratio", spec.bristle_damping_ratio);
   detail::require_enumerator("GripSpec::scaling", spec.scaling, FrictionScaling::none);
@@ -9840,31 +10024,10 @@ Tuning<S> tuned_for(const GripSpec<S>& spec) {
 
 template <Scalar S>
 SensorParameters<S> Tuning<S>::parameters(std::size_t count, S length) const {
-  using std::sqrt;
   detail::require(count > 0, "count", S(0), "must be > 0");
   detail::require_positive("length", length);
   const S n = static_cast<S>(count);
-  const S mass = spec.mass > S(0) ? spec.mass : spec.friction * spec.load / S(9.81);
-  // k_t of the whole patch, for any scaling: mu N at a stretch of sigma_a.
-  const S stiffness = spec.friction * spec.load / spec.creep;
-  SensorParameters<S> p;
-  p.breakaway_distance = spec.creep;
-  p.normal_stiffness = spec.load / (n * spec.press);
-  p.normal_damping =
-      S(2) * spec.normal_damping_ratio * sqrt(p.normal_stiffness * mass * length / n);
-  p.sliding_friction = S(2) * spec.bristle_damping_ratio * sqrt(stiffness * mass) / n;
-  switch (spec.scaling) {
-    case FrictionScaling::normal_force:
-      p.static_friction = spec.friction / spec.creep;
-      break;
-    case FrictionScaling::depth:
-      p.static_friction = stiffness / (n * spec.press);
-      break;
-    case FrictionScaling::none:
-      p.static_friction = stiffness / n;
-      break;
-  }
-  return p;
+  return detail::constants_for(spec, {n, n * spec.press}, length);
 }
 
 template <Scalar S>
@@ -9883,7 +10046,10 @@ SensorParameters<S> Tuning<S>::parameters(const SensorLayout<S>& layout) const {
                   "must be > 0: it has no sensors");
   S sum = S(0);
   for (const S length : layout.length) sum += length;
-  return parameters(layout.size(), sum / static_cast<S>(layout.size()));
+  const S length = sum / static_cast<S>(layout.size());
+  if (!(spec.radius > S(0))) return parameters(layout.size(), length);
+  return detail::constants_for(spec, detail::most_pressed_by_ball(layout, spec.radius, spec.press),
+                               length);
 }
 
 template <Scalar S>
@@ -13821,6 +13987,8 @@ struct StepReport {
   std::uint64_t sensors_skipped = 0;
   /// [-] Sensors in contact.
   std::uint64_t sensors_touching = 0;
+  /// [-] Sensors of those pressed in over their whole length (`PatchReading::bottomed_out`).
+  std::uint64_t sensors_bottomed_out = 0;
   /// [-] Patch-body pairs evaluated explicitly.
   std::uint64_t explicit_pairs = 0;
   /// [-] Patch-body pairs solved implicitly.
@@ -15257,6 +15425,9 @@ class World {
   void set_parameters(PatchId id, const SensorParameters<S>& parameters);
   /// Reading of a patch in the last step; valid until the next one.
   [[nodiscard]] PatchReading<S> reading(PatchId id) const;
+  /// Figures of a patch on its body and among the bodies that it may sense, and what is likely to be
+  /// wrong with it (`PatchReport::warnings`). O(shapes of the world); meant for setting up a scene.
+  [[nodiscard]] PatchReport<S> patch_report(PatchId id) const;
   /// Returns whether there is such a patch.
   [[nodiscard]] bool contains(PatchId id) const noexcept { return state_.patches.contains(id); }
   /// The patch itself, with its bristles and contacts.
@@ -28831,15 +29002,19 @@ void clear_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair) {
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
+#include <bit>
+#include <cstddef>
+
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Turns the impulses of all contacts into readings.
 /// @param origin   [m] A's centre of mass in the world.
 /// @param find_id  Callable: BodyId find_id(slot).
 /// @param parallel_for  Shares the contacts of a large patch; the readings are the same bits.
+/// @return Number of sensors of depth 1.
 template <Scalar S, typename FindId>
-void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& find_id,
-                   const ParallelFor& parallel_for = serial_for);
+std::size_t fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& find_id,
+                          const ParallelFor& parallel_for = serial_for);
 
 // Implementation ----------------------------------------------------------------------------------
 
@@ -28859,15 +29034,19 @@ BRISTLE_FORCE_INLINE void clear_pack(ReadingStore<S>& out, std::size_t i) {
   nothing.store(out.shear_2.data() + i);
 }
 
-/// Forces of contacts on A, in its axes: their wrench, and their part across the rays.
+/// Forces of contacts on A, in its axes: their wrench, and their part across the rays; and how many
+/// sensors can give no more.
 template <Scalar S>
 struct ReadingSum {
   LaneWrench<S> all{};
   Pack3<S> shear = zero_vector<Pack<S>>();
+  /// [-] Sensors of depth 1 among them.
+  std::size_t bottomed_out = 0;
 
   ReadingSum& operator+=(const ReadingSum& more) {
     all += more.all;
     shear += more.shear;
+    bottomed_out += more.bottomed_out;
     return *this;
   }
 };
@@ -28884,6 +29063,7 @@ BRISTLE_FORCE_INLINE void read_packet(SensorPatch<S>& patch, const PatchPair<S>&
   const bool is_shared = patch.felt[packet.packet] != 0;
   const std::size_t first = packet.packet * packet_size;
   std::uint32_t felt = 0;
+  std::uint32_t whole = 0;
   for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
     const std::size_t i = first + at;
     if (pack_bits<S>(packet.is_met, at) == 0) {
@@ -28910,6 +29090,7 @@ BRISTLE_FORCE_INLINE void read_packet(SensorPatch<S>& patch, const PatchPair<S>&
     sum.shear += select(is_active_lane, shear, zero_vector<T>());
     const T depth =
         select(is_touching, sensor_depth(distance, load_pack(sensors.inverse_length, at)), T(S(0)));
+    whole |= bits(is_active_lane & (depth >= T(S(1)))) << at;
     put(out.depth.data() + i, is_active_lane, depth, is_shared);
     put(out.normal_force.data() + i, is_active_lane, normal, is_shared);
     put(out.shear_1.data() + i, is_active_lane, dot(t1, shear), is_shared);
@@ -28921,6 +29102,7 @@ BRISTLE_FORCE_INLINE void read_packet(SensorPatch<S>& patch, const PatchPair<S>&
     put(out.point.y.data() + i, is_active_lane, point_W.y, keeps_some);
     put(out.point.z.data() + i, is_active_lane, point_W.z, keeps_some);
   }
+  if (whole != 0) sum.bottomed_out += static_cast<std::size_t>(std::popcount(whole));
   BodyId* body = out.body.data() + first;
   SensorState* state = out.state.data() + first;
   for (std::size_t lane = 0; lane < packet_size; ++lane) {
@@ -28937,9 +29119,10 @@ BRISTLE_FORCE_INLINE void read_packet(SensorPatch<S>& patch, const PatchPair<S>&
 
 /// Adds the readings of a pair's contacts on `id`. The function is apart from `fill_readings`, so
 /// that it is compiled once for all callers.
+/// @return Number of sensors of depth 1.
 template <Scalar S>
-void read_pair(SensorPatch<S>& patch, const PatchPair<S>& pair, const Vec3<S>& origin, S per_step,
-               BodyId id, const ParallelFor& parallel_for) {
+std::size_t read_pair(SensorPatch<S>& patch, const PatchPair<S>& pair, const Vec3<S>& origin,
+                      S per_step, BodyId id, const ParallelFor& parallel_for) {
   using Sum = ReadingSum<S>;
   const auto read = [&] {
     return sum_of_contacts<Sum>(contacts_of(patch, pair), parallel_for,
@@ -28962,23 +29145,26 @@ void read_pair(SensorPatch<S>& patch, const PatchPair<S>& pair, const Vec3<S>& o
   }
   patch.readings.wrench += on_a;
   patch.readings.shear_W += pair.R_WA * sum_of_lanes(sum.shear);
+  return sum.bottomed_out;
 }
 
 template <Scalar S, typename FindId>
-void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& find_id,
-                   const ParallelFor& parallel_for) {
+std::size_t fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& find_id,
+                          const ParallelFor& parallel_for) {
   ReadingStore<S>& out = patch.readings;
   patch.was_active = !patch.pairs.empty();
   std::swap(patch.felt, patch.active_before);
   std::fill(patch.felt.begin(), patch.felt.end(), LaneBits(0));
   out.wrench = {};
   set_zero(out.shear_W);
+  std::size_t bottomed_out = 0;
   for (const PatchPair<S>& pair : patch.pairs) {
-    read_pair(patch, pair, origin, S(1) / dt, find_id(pair.body_b), parallel_for);
+    bottomed_out += read_pair(patch, pair, origin, S(1) / dt, find_id(pair.body_b), parallel_for);
   }
   for (std::size_t i = 0; i < patch.felt.size(); ++i) {
     if (patch.felt[i] == 0 && patch.active_before[i] != 0) out.clear_packet(i);
   }
+  return bottomed_out;
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -37630,7 +37816,7 @@ class SensorStage {
         patch.last_impulses.push_back(
             {state.bodies.handle(pair.body_b), state.constraints.soft[pair.soft].impulse});
       }
-      fill_readings<S>(
+      state.report.sensors_bottomed_out += fill_readings<S>(
           patch, state.bodies.at(patch.body.index).center_pose.translation, state.def.time_step,
           [&](std::uint32_t slot) { return state.bodies.handle(slot); }, state.def.parallel_for);
       state.report.sensors_touching += patch.active_count();
@@ -39482,33 +39668,30 @@ void World<S, Backend>::wake(BodyId id) {
 // === bristle/world/outward_rays.hpp
 
 /// @file
-/// Refuses sensors that point into their own body.
+/// How far the rays of a patch leave its own body: refuses those that do not, and reports the rest.
 // SPDX-License-Identifier: BSD-3-Clause
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Checks that the tip of each ray lies outside of the shapes of its own body. The start of a ray
-/// does not matter: it may lie deep in the body, on its surface, or behind a thin plate. A ray that
-/// ends outside has left the body there, and senses contacts from there. Each tip is cast at each
-/// shape once. Triggers do not count.
+/// [m] Length of each ray, from its end, outside of the shapes of its own body. Triggers do not
+/// count. 0: the ray ends inside. Each ray is cast from its end to its start, at each shape once.
 ///
 /// @param body      Index of the body.
 /// @param origin_B  [m] The point of the body that the patch gives its rays about.
-/// @throws InvalidArgument naming the first sensor whose tip lies inside.
 template <Scalar S>
-void require_outward_rays(const WorldState<S>& state, std::uint32_t body,
-                          const SensorPatch<S>& patch, const Vec3<S>& origin_B) {
-  if (patch.def.may_point_inwards) return;
+DynamicArray<S> lengths_outside(const WorldState<S>& state, std::uint32_t body,
+                                const SensorPatch<S>& patch, const Vec3<S>& origin_B) {
   const Vec3<S> origin_Cm = origin_B - state.bodies.at(body).center_B;
   const std::size_t count = patch.length.size();
-  SensorLayout<S> tips;
+  SensorLayout<S> reversed;
   for (std::size_t i = 0; i < count; ++i) {
     const Vec3<S> start = origin_Cm + patch.start[i];
     const Vec3<S> direction = patch.direction[i];
-    tips.add(start + patch.length[i] * direction, direction, patch.length[i]);
+    reversed.add(start + patch.length[i] * direction, -direction, patch.length[i]);
   }
   // A solid is closed: a ray that starts inside is hit at the distance 0.
   RayHits<S> hits;
@@ -39516,20 +39699,67 @@ void require_outward_rays(const WorldState<S>& state, std::uint32_t body,
   for (std::uint32_t tag = 0; tag < state.colliders.slot_count(); ++tag) {
     if (!state.colliders.is_live(tag)) continue;
     const Collider<S>& c = state.colliders.at(tag);
-    if (c.body.index == body && !c.is_trigger) c.shape.cast_rays(c.X_CmS, tips.rays(), tag, hits);
+    if (c.body.index == body && !c.is_trigger) {
+      c.shape.cast_rays(c.X_CmS, reversed.rays(), tag, hits);
+    }
   }
+  DynamicArray<S> outside(count);
   for (std::size_t i = 0; i < count; ++i) {
-    if (hits.distance[i] > S(0)) continue;
-    const Vec3<S> tip = state.bodies.at(body).center_B + tips.start[i];
+    outside[i] = std::clamp(hits.distance[i], S(0), S(patch.length[i]));
+  }
+  return outside;
+}
+
+/// Checks that the end of each ray lies outside of the shapes of its own body. The start of a ray
+/// does not matter: it may lie deep in the body, on its surface, or behind a thin plate. A ray that
+/// ends outside has left the body there, and senses contacts from there.
+///
+/// @throws InvalidArgument naming the first sensor whose ray ends inside.
+template <Scalar S>
+void require_outward_rays(const WorldState<S>& state, std::uint32_t body,
+                          const SensorPatch<S>& patch, const Vec3<S>& origin_B) {
+  if (patch.def.may_point_inwards) return;
+  const DynamicArray<S> outside = lengths_outside(state, body, patch, origin_B);
+  for (std::size_t i = 0; i < outside.size(); ++i) {
+    if (outside[i] > S(0)) continue;
+    const Vec3<S> end = origin_B + patch.start[i] + patch.length[i] * patch.direction[i];
     std::string text = "(";
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      text.append(axis > 0 ? ", " : "").append(to_text(tip[axis]));
+      text.append(axis > 0 ? ", " : "").append(to_text(end[axis]));
     }
     raise(InvalidArgument("PatchDef::sensors[" + std::to_string(i) + "]: end of the ray",
                           text + ")",
                           "must lie outside of the shapes of its own body, unless "
                           "PatchDef::may_point_inwards"));
   }
+}
+
+/// Figures of a patch of the world.
+template <Scalar S>
+PatchReport<S> report_patch(const WorldState<S>& state, const SensorPatch<S>& patch) {
+  PatchReport<S> report;
+  const Vec3<S> origin_B = state.bodies.at(patch.body.index).center_B;
+  const DynamicArray<S> outside = lengths_outside(state, patch.body.index, patch, origin_B);
+  const PatchReading<S> reading = patch.readings.view();
+  report.load = reading.total_normal();
+  report.bottomed_out = reading.bottomed_out();
+  for (std::size_t i = 0; i < outside.size(); ++i) {
+    report.share_outside.push_back(outside[i] / patch.length[i]);
+    report.largest_load += patch.def.per_sensor.empty() ? patch.def.parameters.normal_stiffness
+                                                        : patch.def.per_sensor[i].normal_stiffness;
+  }
+  bool has_body = false;
+  for (std::uint32_t tag = 0; tag < state.colliders.slot_count(); ++tag) {
+    if (!state.colliders.is_live(tag)) continue;
+    const Collider<S>& c = state.colliders.at(tag);
+    const Body<S>& body = state.bodies.at(c.body.index);
+    if (body.motion != Motion::dynamic || !senses(state, patch, c)) continue;
+    const S weight = body.mass * body.gravity_scale * state.def.gravity.norm();
+    report.least_weight = has_body ? std::min(report.least_weight, weight) : weight;
+    report.largest_weight = std::max(report.largest_weight, weight);
+    has_body = true;
+  }
+  return report;
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -40599,6 +40829,10 @@ void World<S, Backend>::set_parameters(PatchId id, const SensorParameters<S>& pa
   patch.def.per_sensor.clear();
   detail::disturb(state_, patch.body);
 }
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S> PatchReport<S> World<S, Backend>::patch_report(PatchId id)
+const { return detail::report_patch(state_, state_.patches.get(id, "PatchId")); }
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S> PatchReading<S> World<S, Backend>::reading(PatchId id)

@@ -7,15 +7,19 @@
 #include <bristle/sensors/patch.hpp>
 #include <bristle/sensors/patch_block.hpp>
 
+#include <bit>
+#include <cstddef>
+
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Turns the impulses of all contacts into readings.
 /// @param origin   [m] A's centre of mass in the world.
 /// @param find_id  Callable: BodyId find_id(slot).
 /// @param parallel_for  Shares the contacts of a large patch; the readings are the same bits.
+/// @return Number of sensors of depth 1.
 template <Scalar S, typename FindId>
-void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& find_id,
-                   const ParallelFor& parallel_for = serial_for);
+std::size_t fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& find_id,
+                          const ParallelFor& parallel_for = serial_for);
 
 // Implementation ----------------------------------------------------------------------------------
 
@@ -35,15 +39,19 @@ BRISTLE_FORCE_INLINE void clear_pack(ReadingStore<S>& out, std::size_t i) {
   nothing.store(out.shear_2.data() + i);
 }
 
-/// Forces of contacts on A, in its axes: their wrench, and their part across the rays.
+/// Forces of contacts on A, in its axes: their wrench, and their part across the rays; and how many
+/// sensors can give no more.
 template <Scalar S>
 struct ReadingSum {
   LaneWrench<S> all{};
   Pack3<S> shear = zero_vector<Pack<S>>();
+  /// [-] Sensors of depth 1 among them.
+  std::size_t bottomed_out = 0;
 
   ReadingSum& operator+=(const ReadingSum& more) {
     all += more.all;
     shear += more.shear;
+    bottomed_out += more.bottomed_out;
     return *this;
   }
 };
@@ -60,6 +68,7 @@ BRISTLE_FORCE_INLINE void read_packet(SensorPatch<S>& patch, const PatchPair<S>&
   const bool is_shared = patch.felt[packet.packet] != 0;
   const std::size_t first = packet.packet * packet_size;
   std::uint32_t felt = 0;
+  std::uint32_t whole = 0;
   for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
     const std::size_t i = first + at;
     if (pack_bits<S>(packet.is_met, at) == 0) {
@@ -86,6 +95,7 @@ BRISTLE_FORCE_INLINE void read_packet(SensorPatch<S>& patch, const PatchPair<S>&
     sum.shear += select(is_active_lane, shear, zero_vector<T>());
     const T depth =
         select(is_touching, sensor_depth(distance, load_pack(sensors.inverse_length, at)), T(S(0)));
+    whole |= bits(is_active_lane & (depth >= T(S(1)))) << at;
     put(out.depth.data() + i, is_active_lane, depth, is_shared);
     put(out.normal_force.data() + i, is_active_lane, normal, is_shared);
     put(out.shear_1.data() + i, is_active_lane, dot(t1, shear), is_shared);
@@ -97,6 +107,7 @@ BRISTLE_FORCE_INLINE void read_packet(SensorPatch<S>& patch, const PatchPair<S>&
     put(out.point.y.data() + i, is_active_lane, point_W.y, keeps_some);
     put(out.point.z.data() + i, is_active_lane, point_W.z, keeps_some);
   }
+  if (whole != 0) sum.bottomed_out += static_cast<std::size_t>(std::popcount(whole));
   BodyId* body = out.body.data() + first;
   SensorState* state = out.state.data() + first;
   for (std::size_t lane = 0; lane < packet_size; ++lane) {
@@ -113,9 +124,10 @@ BRISTLE_FORCE_INLINE void read_packet(SensorPatch<S>& patch, const PatchPair<S>&
 
 /// Adds the readings of a pair's contacts on `id`. The function is apart from `fill_readings`, so
 /// that it is compiled once for all callers.
+/// @return Number of sensors of depth 1.
 template <Scalar S>
-void read_pair(SensorPatch<S>& patch, const PatchPair<S>& pair, const Vec3<S>& origin, S per_step,
-               BodyId id, const ParallelFor& parallel_for) {
+std::size_t read_pair(SensorPatch<S>& patch, const PatchPair<S>& pair, const Vec3<S>& origin,
+                      S per_step, BodyId id, const ParallelFor& parallel_for) {
   using Sum = ReadingSum<S>;
   const auto read = [&] {
     return sum_of_contacts<Sum>(contacts_of(patch, pair), parallel_for,
@@ -138,23 +150,26 @@ void read_pair(SensorPatch<S>& patch, const PatchPair<S>& pair, const Vec3<S>& o
   }
   patch.readings.wrench += on_a;
   patch.readings.shear_W += pair.R_WA * sum_of_lanes(sum.shear);
+  return sum.bottomed_out;
 }
 
 template <Scalar S, typename FindId>
-void fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& find_id,
-                   const ParallelFor& parallel_for) {
+std::size_t fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& find_id,
+                          const ParallelFor& parallel_for) {
   ReadingStore<S>& out = patch.readings;
   patch.was_active = !patch.pairs.empty();
   std::swap(patch.felt, patch.active_before);
   std::fill(patch.felt.begin(), patch.felt.end(), LaneBits(0));
   out.wrench = {};
   set_zero(out.shear_W);
+  std::size_t bottomed_out = 0;
   for (const PatchPair<S>& pair : patch.pairs) {
-    read_pair(patch, pair, origin, S(1) / dt, find_id(pair.body_b), parallel_for);
+    bottomed_out += read_pair(patch, pair, origin, S(1) / dt, find_id(pair.body_b), parallel_for);
   }
   for (std::size_t i = 0; i < patch.felt.size(); ++i) {
     if (patch.felt[i] == 0 && patch.active_before[i] != 0) out.clear_packet(i);
   }
+  return bottomed_out;
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

@@ -71,6 +71,13 @@ struct PatchReading {
     return size() -
            static_cast<std::size_t>(std::count(state.begin(), state.end(), SensorState::free));
   }
+  /// [-] Number of sensors that are pressed in over their whole length, with depth 1. They give no
+  /// more, however deep a body goes: the constants are for less load (`GripSpec::load`), or for one
+  /// that more sensors share (`GripSpec::radius`).
+  [[nodiscard]] std::size_t bottomed_out() const {
+    return static_cast<std::size_t>(
+        std::count_if(depth.begin(), depth.end(), [](S e) { return e >= S(1); }));
+  }
   /// [-] Number of sensors that slipped.
   [[nodiscard]] std::size_t slipping() const {
     return static_cast<std::size_t>(std::count(state.begin(), state.end(), SensorState::slipping));

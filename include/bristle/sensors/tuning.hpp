@@ -6,12 +6,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/sensors/law.hpp>
 #include <bristle/sensors/patch_def.hpp>
 #include <bristle/sensors/sensor_layout.hpp>
 #include <bristle/sensors/sensor_parameters.hpp>
 #include <bristle/sensors/stability.hpp>
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <utility>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -27,8 +31,11 @@ struct GripSpec {
   /// [kg] Mass that moves against the patch. 0: the heaviest that the grip holds at 9.81 m/s^2,
   /// friction * load / 9.81.
   S mass = S(0);
-  /// [1] Depth of the sensors under the load, in (0, 1].
+  /// [1] Depth of the sensors under the load, in (0, 1]. Under a ball it is that of the deepest.
   S press = S(0.3);
+  /// [m] Radius of the ball that is touched; 0 for a surface that presses all sensors in alike. A
+  /// ball presses few of them in, and most of these less deep, so each must give more.
+  S radius = S(0);
   /// [1] Damping ratio of the normal direction, >= 0.
   S normal_damping_ratio = S(1);
   /// [1] Damping ratio of the bristles, >= 0. At 0.7 slip starts at the same load for every step,
@@ -46,10 +53,12 @@ struct Tuning {
 
   /// The patch of a layout: sensors, constants, and the scaling of friction that they are made for.
   [[nodiscard]] PatchDef<S> patch(SensorLayout<S> layout) const;
-  /// Constants for `count` sensors of `length` [m] that share the load. They are right in a patch
-  /// whose `PatchDef::options` have the `scaling` of the spec.
+  /// Constants for `count` sensors of `length` [m] that share the load equally, whatever the radius
+  /// of the spec. They are right in a patch whose `PatchDef::options` have the `scaling` of the
+  /// spec.
   [[nodiscard]] SensorParameters<S> parameters(std::size_t count, S length) const;
-  /// Constants for a layout, by its mean ray length.
+  /// Constants for a layout, by its mean ray length. If the spec has a radius, they are for the
+  /// place where a ball of it meets the sensors that carry most.
   [[nodiscard]] SensorParameters<S> parameters(const SensorLayout<S>& layout) const;
 };
 
@@ -116,6 +125,89 @@ template <Scalar S>
 
 // Implementation ----------------------------------------------------------------------------------
 
+namespace detail {
+
+/// Sensors that carry a load.
+template <Scalar S>
+struct LoadedSensors {
+  /// [-] How many they are.
+  S count = S(0);
+  /// [1] Sum of their depths.
+  S depths = S(0);
+};
+
+/// Sensors that a ball presses in where it meets the sensor `middle` head-on, to the depth `press`.
+template <Scalar S>
+LoadedSensors<S> pressed_by_ball(const SensorLayout<S>& layout, std::size_t middle, S radius,
+                                 S press) {
+  using std::sqrt;
+  const Vec3<S> axis = layout.direction[middle];
+  const Vec3<S> lowest = layout.start[middle] + (S(1) - press) * layout.length[middle] * axis;
+  LoadedSensors<S> pressed;
+  for (std::size_t i = 0; i < layout.size(); ++i) {
+    const Vec3<S> direction = layout.direction[i];
+    const Vec3<S> to_lowest = lowest - layout.start[i];
+    const Vec3<S> to_center = to_lowest + radius * axis;
+    const S along = to_center.dot(direction);
+    const S aside2 = (to_center - along * direction).squaredNorm();
+    const S half2 = radius * radius - aside2;
+    const S grazing = grazing_cosine<S> * radius;
+    if (!(half2 > grazing * grazing) || !(along > S(0))) continue;
+    // The distance to the near side, without a difference of two radii.
+    const S near = to_lowest.dot(direction) + radius * (axis.dot(direction) - S(1)) +
+                   aside2 / (radius + sqrt(half2));
+    const S depth = S(1) - std::max(near, S(0)) / layout.length[i];
+    if (!(depth > S(0))) continue;
+    pressed.count += S(1);
+    pressed.depths += depth;
+  }
+  return pressed;
+}
+
+/// The same where the ball meets the sensors that carry most, among at most 64 places all over the
+/// layout: on its border a ball meets fewer.
+template <Scalar S>
+LoadedSensors<S> most_pressed_by_ball(const SensorLayout<S>& layout, S radius, S press) {
+  constexpr std::size_t places = 64;
+  const std::size_t stride = (layout.size() + places - 1) / places;
+  LoadedSensors<S> most;
+  for (std::size_t i = 0; i < layout.size(); i += stride) {
+    const LoadedSensors<S> here = pressed_by_ball(layout, i, radius, press);
+    if (here.depths > most.depths) most = here;
+  }
+  return most;
+}
+
+/// Constants of sensors of `length` [m] that carry the load of a spec.
+template <Scalar S>
+SensorParameters<S> constants_for(const GripSpec<S>& spec, const LoadedSensors<S>& loaded,
+                                  S length) {
+  using std::sqrt;
+  const S mass = spec.mass > S(0) ? spec.mass : spec.friction * spec.load / S(9.81);
+  // k_t of the whole patch, for any scaling: mu N at a stretch of sigma_a.
+  const S stiffness = spec.friction * spec.load / spec.creep;
+  SensorParameters<S> p;
+  p.breakaway_distance = spec.creep;
+  p.normal_stiffness = spec.load / loaded.depths;
+  p.normal_damping =
+      S(2) * spec.normal_damping_ratio * sqrt(p.normal_stiffness * mass * length / loaded.count);
+  p.sliding_friction = S(2) * spec.bristle_damping_ratio * sqrt(stiffness * mass) / loaded.count;
+  switch (spec.scaling) {
+    case FrictionScaling::normal_force:
+      p.static_friction = spec.friction / spec.creep;
+      break;
+    case FrictionScaling::depth:
+      p.static_friction = stiffness / loaded.depths;
+      break;
+    case FrictionScaling::none:
+      p.static_friction = stiffness / loaded.count;
+      break;
+  }
+  return p;
+}
+
+}  // namespace detail
+
 template <Scalar S>
 Tuning<S> tuned_for(const GripSpec<S>& spec) {
   detail::require_positive("GripSpec::friction", spec.friction);
@@ -124,6 +216,7 @@ Tuning<S> tuned_for(const GripSpec<S>& spec) {
   detail::require_not_negative("GripSpec::mass", spec.mass);
   detail::require_positive("GripSpec::press", spec.press);
   detail::require(spec.press <= S(1), "GripSpec::press", spec.press, "must be <= 1");
+  detail::require_not_negative("GripSpec::radius", spec.radius);
   detail::require_not_negative("GripSpec::normal_damping_ratio", spec.normal_damping_ratio);
   detail::require_not_negative("GripSpec::bristle_damping_ratio", spec.bristle_damping_ratio);
   detail::require_enumerator("GripSpec::scaling", spec.scaling, FrictionScaling::none);
@@ -132,31 +225,10 @@ Tuning<S> tuned_for(const GripSpec<S>& spec) {
 
 template <Scalar S>
 SensorParameters<S> Tuning<S>::parameters(std::size_t count, S length) const {
-  using std::sqrt;
   detail::require(count > 0, "count", S(0), "must be > 0");
   detail::require_positive("length", length);
   const S n = static_cast<S>(count);
-  const S mass = spec.mass > S(0) ? spec.mass : spec.friction * spec.load / S(9.81);
-  // k_t of the whole patch, for any scaling: mu N at a stretch of sigma_a.
-  const S stiffness = spec.friction * spec.load / spec.creep;
-  SensorParameters<S> p;
-  p.breakaway_distance = spec.creep;
-  p.normal_stiffness = spec.load / (n * spec.press);
-  p.normal_damping =
-      S(2) * spec.normal_damping_ratio * sqrt(p.normal_stiffness * mass * length / n);
-  p.sliding_friction = S(2) * spec.bristle_damping_ratio * sqrt(stiffness * mass) / n;
-  switch (spec.scaling) {
-    case FrictionScaling::normal_force:
-      p.static_friction = spec.friction / spec.creep;
-      break;
-    case FrictionScaling::depth:
-      p.static_friction = stiffness / (n * spec.press);
-      break;
-    case FrictionScaling::none:
-      p.static_friction = stiffness / n;
-      break;
-  }
-  return p;
+  return detail::constants_for(spec, {n, n * spec.press}, length);
 }
 
 template <Scalar S>
@@ -175,7 +247,10 @@ SensorParameters<S> Tuning<S>::parameters(const SensorLayout<S>& layout) const {
                   "must be > 0: it has no sensors");
   S sum = S(0);
   for (const S length : layout.length) sum += length;
-  return parameters(layout.size(), sum / static_cast<S>(layout.size()));
+  const S length = sum / static_cast<S>(layout.size());
+  if (!(spec.radius > S(0))) return parameters(layout.size(), length);
+  return detail::constants_for(spec, detail::most_pressed_by_ball(layout, spec.radius, spec.press),
+                               length);
 }
 
 template <Scalar S>

@@ -1,36 +1,35 @@
 /// @file
-/// Refuses sensors that point into their own body.
+/// How far the rays of a patch leave its own body: refuses those that do not, and reports the rest.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <bristle/core/error.hpp>
 #include <bristle/sensors/patch.hpp>
+#include <bristle/sensors/patch_report.hpp>
+#include <bristle/world/patch_rays.hpp>
 #include <bristle/world/world_state.hpp>
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Checks that the tip of each ray lies outside of the shapes of its own body. The start of a ray
-/// does not matter: it may lie deep in the body, on its surface, or behind a thin plate. A ray that
-/// ends outside has left the body there, and senses contacts from there. Each tip is cast at each
-/// shape once. Triggers do not count.
+/// [m] Length of each ray, from its end, outside of the shapes of its own body. Triggers do not
+/// count. 0: the ray ends inside. Each ray is cast from its end to its start, at each shape once.
 ///
 /// @param body      Index of the body.
 /// @param origin_B  [m] The point of the body that the patch gives its rays about.
-/// @throws InvalidArgument naming the first sensor whose tip lies inside.
 template <Scalar S>
-void require_outward_rays(const WorldState<S>& state, std::uint32_t body,
-                          const SensorPatch<S>& patch, const Vec3<S>& origin_B) {
-  if (patch.def.may_point_inwards) return;
+DynamicArray<S> lengths_outside(const WorldState<S>& state, std::uint32_t body,
+                                const SensorPatch<S>& patch, const Vec3<S>& origin_B) {
   const Vec3<S> origin_Cm = origin_B - state.bodies.at(body).center_B;
   const std::size_t count = patch.length.size();
-  SensorLayout<S> tips;
+  SensorLayout<S> reversed;
   for (std::size_t i = 0; i < count; ++i) {
     const Vec3<S> start = origin_Cm + patch.start[i];
     const Vec3<S> direction = patch.direction[i];
-    tips.add(start + patch.length[i] * direction, direction, patch.length[i]);
+    reversed.add(start + patch.length[i] * direction, -direction, patch.length[i]);
   }
   // A solid is closed: a ray that starts inside is hit at the distance 0.
   RayHits<S> hits;
@@ -38,20 +37,67 @@ void require_outward_rays(const WorldState<S>& state, std::uint32_t body,
   for (std::uint32_t tag = 0; tag < state.colliders.slot_count(); ++tag) {
     if (!state.colliders.is_live(tag)) continue;
     const Collider<S>& c = state.colliders.at(tag);
-    if (c.body.index == body && !c.is_trigger) c.shape.cast_rays(c.X_CmS, tips.rays(), tag, hits);
+    if (c.body.index == body && !c.is_trigger) {
+      c.shape.cast_rays(c.X_CmS, reversed.rays(), tag, hits);
+    }
   }
+  DynamicArray<S> outside(count);
   for (std::size_t i = 0; i < count; ++i) {
-    if (hits.distance[i] > S(0)) continue;
-    const Vec3<S> tip = state.bodies.at(body).center_B + tips.start[i];
+    outside[i] = std::clamp(hits.distance[i], S(0), S(patch.length[i]));
+  }
+  return outside;
+}
+
+/// Checks that the end of each ray lies outside of the shapes of its own body. The start of a ray
+/// does not matter: it may lie deep in the body, on its surface, or behind a thin plate. A ray that
+/// ends outside has left the body there, and senses contacts from there.
+///
+/// @throws InvalidArgument naming the first sensor whose ray ends inside.
+template <Scalar S>
+void require_outward_rays(const WorldState<S>& state, std::uint32_t body,
+                          const SensorPatch<S>& patch, const Vec3<S>& origin_B) {
+  if (patch.def.may_point_inwards) return;
+  const DynamicArray<S> outside = lengths_outside(state, body, patch, origin_B);
+  for (std::size_t i = 0; i < outside.size(); ++i) {
+    if (outside[i] > S(0)) continue;
+    const Vec3<S> end = origin_B + patch.start[i] + patch.length[i] * patch.direction[i];
     std::string text = "(";
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      text.append(axis > 0 ? ", " : "").append(to_text(tip[axis]));
+      text.append(axis > 0 ? ", " : "").append(to_text(end[axis]));
     }
     raise(InvalidArgument("PatchDef::sensors[" + std::to_string(i) + "]: end of the ray",
                           text + ")",
                           "must lie outside of the shapes of its own body, unless "
                           "PatchDef::may_point_inwards"));
   }
+}
+
+/// Figures of a patch of the world.
+template <Scalar S>
+PatchReport<S> report_patch(const WorldState<S>& state, const SensorPatch<S>& patch) {
+  PatchReport<S> report;
+  const Vec3<S> origin_B = state.bodies.at(patch.body.index).center_B;
+  const DynamicArray<S> outside = lengths_outside(state, patch.body.index, patch, origin_B);
+  const PatchReading<S> reading = patch.readings.view();
+  report.load = reading.total_normal();
+  report.bottomed_out = reading.bottomed_out();
+  for (std::size_t i = 0; i < outside.size(); ++i) {
+    report.share_outside.push_back(outside[i] / patch.length[i]);
+    report.largest_load += patch.def.per_sensor.empty() ? patch.def.parameters.normal_stiffness
+                                                        : patch.def.per_sensor[i].normal_stiffness;
+  }
+  bool has_body = false;
+  for (std::uint32_t tag = 0; tag < state.colliders.slot_count(); ++tag) {
+    if (!state.colliders.is_live(tag)) continue;
+    const Collider<S>& c = state.colliders.at(tag);
+    const Body<S>& body = state.bodies.at(c.body.index);
+    if (body.motion != Motion::dynamic || !senses(state, patch, c)) continue;
+    const S weight = body.mass * body.gravity_scale * state.def.gravity.norm();
+    report.least_weight = has_body ? std::min(report.least_weight, weight) : weight;
+    report.largest_weight = std::max(report.largest_weight, weight);
+    has_body = true;
+  }
+  return report;
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

@@ -33,6 +33,8 @@ struct StepReport {
   std::uint64_t sensors_skipped = 0;
   /// [-] Sensors in contact.
   std::uint64_t sensors_touching = 0;
+  /// [-] Sensors of those pressed in over their whole length (`PatchReading::bottomed_out`).
+  std::uint64_t sensors_bottomed_out = 0;
   /// [-] Patch-body pairs evaluated explicitly.
   std::uint64_t explicit_pairs = 0;
   /// [-] Patch-body pairs solved implicitly.

@@ -148,7 +148,7 @@ class SensorStage {
         patch.last_impulses.push_back(
             {state.bodies.handle(pair.body_b), state.constraints.soft[pair.soft].impulse});
       }
-      fill_readings<S>(
+      state.report.sensors_bottomed_out += fill_readings<S>(
           patch, state.bodies.at(patch.body.index).center_pose.translation, state.def.time_step,
           [&](std::uint32_t slot) { return state.bodies.handle(slot); }, state.def.parallel_for);
       state.report.sensors_touching += patch.active_count();

@@ -5,6 +5,7 @@
 
 #include <bristle/core/kernel_scratch.hpp>
 #include <bristle/geometry/backends/analytic_backend.hpp>
+#include <bristle/sensors/patch_report.hpp>
 #include <bristle/sensors/tuning.hpp>
 #include <bristle/world/contact_events.hpp>
 #include <bristle/world/haptic_loop.hpp>
@@ -185,6 +186,9 @@ class World {
   void set_parameters(PatchId id, const SensorParameters<S>& parameters);
   /// Reading of a patch in the last step; valid until the next one.
   [[nodiscard]] PatchReading<S> reading(PatchId id) const;
+  /// Figures of a patch on its body and among the bodies that it may sense, and what is likely to be
+  /// wrong with it (`PatchReport::warnings`). O(shapes of the world); meant for setting up a scene.
+  [[nodiscard]] PatchReport<S> patch_report(PatchId id) const;
   /// Returns whether there is such a patch.
   [[nodiscard]] bool contains(PatchId id) const noexcept { return state_.patches.contains(id); }
   /// The patch itself, with its bristles and contacts.

@@ -210,6 +210,10 @@ void World<S, Backend>::set_parameters(PatchId id, const SensorParameters<S>& pa
 }
 
 template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S> PatchReport<S> World<S, Backend>::patch_report(PatchId id)
+const { return detail::report_patch(state_, state_.patches.get(id, "PatchId")); }
+
+template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S> PatchReading<S> World<S, Backend>::reading(PatchId id)
 const { return state_.patches.get(id, "PatchId").readings.view(); }
 

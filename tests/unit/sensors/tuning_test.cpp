@@ -53,6 +53,84 @@ TEST_CASE("tuned_for: reproduces the table of docs/sensors.md from wants") {
   }
 }
 
+TEST_CASE_TEMPLATE("tuned_for: a ball meets a dense grid as a plane cuts a cap of it", S, float,
+                   double) {
+  // 1 mm apart. Of the ball a cap goes below the rays' ends, of the volume pi d^2 (R - d / 3), and
+  // the depths of the sensors are its heights.
+  constexpr S length = S(0.01);
+  SensorLayout<S> grid;
+  for (int i = -40; i <= 40; ++i) {
+    for (int j = -40; j <= 40; ++j) {
+      grid.add(Vec3<S>(S(i) * S(1e-3), S(j) * S(1e-3), 0), Vec3<S>(0, 0, 1), length);
+    }
+  }
+  GripSpec<S> spec;
+  spec.load = S(20);
+  spec.mass = S(0.7);
+  for (const S radius : {S(0.01), S(0.04), S(0.08)}) {
+    for (const S press : {S(0.3), S(0.9)}) {
+      spec.radius = radius;
+      spec.press = press;
+      const double R = double(radius);
+      const double d = double(press * length);
+      // [-] Sums over the grid: sensors that the cap meets, and their depths.
+      const double count = std::numbers::pi * d * (2 * R - d) * 1e6;
+      const double depths = std::numbers::pi * d * d * (R - d / 3) * 1e6 / double(length);
+      const SensorParameters<S> p = tuned_for(spec).parameters(grid);
+      CAPTURE(radius);
+      CAPTURE(press);
+      CHECK(p.normal_stiffness == test::relative(20 / depths).epsilon(0.01));
+      CHECK(p.normal_damping ==
+            test::relative(2 * std::sqrt(20 / depths * 0.7 * 0.01 / count)).epsilon(0.03));
+      CHECK(p.sliding_friction ==
+            test::relative(2 * 0.7 * std::sqrt(0.8 * 20 / 1e-3 * 0.7) / count).epsilon(0.03));
+      CHECK(p.static_friction == test::relative(S(800)).epsilon(1e-6));
+    }
+  }
+  // A ball as large as a hill is a plane.
+  spec.radius = S(1e4);
+  const SensorParameters<S> hill = tuned_for(spec).parameters(grid);
+  spec.radius = S(0);
+  const SensorParameters<S> plane = tuned_for(spec).parameters(grid);
+  CHECK(hill.normal_stiffness == test::relative(plane.normal_stiffness).epsilon(1e-4));
+  CHECK(hill.normal_damping == test::relative(plane.normal_damping).epsilon(1e-4));
+  CHECK(hill.sliding_friction == test::relative(plane.sliding_friction).epsilon(1e-4));
+}
+
+TEST_CASE("tuned_for: a ball among rays of a round skin, from its border, and of no radius") {
+  // Rays outwards from a ball of 20 mm, 15 mm long, over a half of it, in no order.
+  SensorLayout<double> skin;
+  for (int ring = 0; ring <= 20; ++ring) {
+    for (int k = 0; k < 60; ++k) {
+      const double polar = (ring * 7 % 21) * std::numbers::pi / 40;
+      const double azimuth = k * std::numbers::pi / 30;
+      const Vec3<double> out(std::sin(polar) * std::cos(azimuth),
+                             std::sin(polar) * std::sin(azimuth), std::cos(polar));
+      skin.add(Vec3<double>(0.01 * out), out, 0.015);
+    }
+  }
+  GripSpec<double> spec;
+  spec.radius = 0.03;
+  spec.scaling = FrictionScaling::depth;
+  const SensorParameters<double> p = tuned_for(spec).parameters(skin);
+  spec.scaling = FrictionScaling::none;
+  const SensorParameters<double> q = tuned_for(spec).parameters(skin);
+  // One ball, one sum of depths D and one number n of sensors: K_N = N / D, and friction of
+  // mu N / (creep D) or of mu N / (creep n).
+  CHECK(p.normal_stiffness == q.normal_stiffness);
+  CHECK(p.static_friction ==
+        test::relative(p.normal_stiffness * spec.friction / spec.creep).epsilon(1e-12));
+  const double n = spec.friction * spec.load / spec.creep / q.static_friction;
+  const double depths = spec.load / q.normal_stiffness;
+  CHECK(n == std::round(n));
+  CHECK(n > 1);
+  CHECK(n < 1260);
+  // No sensor is deeper than the one that the ball meets head-on.
+  CHECK(depths < n * spec.press);
+  CHECK(depths > spec.press);
+  CHECK(field_of([&] { (void)tuned_for<double>({.radius = -1}); }) == "GripSpec::radius");
+}
+
 TEST_CASE_TEMPLATE("describe: is the inverse of tuned_for, under every scaling", S, float, double) {
   for (const FrictionScaling scaling :
        {FrictionScaling::normal_force, FrictionScaling::depth, FrictionScaling::none}) {
