@@ -218,6 +218,7 @@
 #include <bristle/world/query_filter.hpp>
 #include <bristle/world/ray_query.hpp>
 #include <bristle/world/report.hpp>
+#include <bristle/world/report_patch.hpp>
 #include <bristle/world/sensor_stage.hpp>
 #include <bristle/world/shapes_of_bodies.hpp>
 #include <bristle/world/sleep_stage.hpp>

@@ -5,45 +5,57 @@
 
 # Kernels of sets other than the baseline need a linker that can make all symbols of an object local:
 # then no function that was compiled for wide registers takes the place of one that all use.
-set(kernels "")
+set(bristle_wide_sets "")
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64)$" AND CMAKE_SYSTEM_NAME STREQUAL "Linux"
    AND CMAKE_CXX_COMPILER_ID MATCHES "GNU|Clang" AND CMAKE_OBJCOPY)
   execute_process(COMMAND "${CMAKE_LINKER}" --help OUTPUT_VARIABLE linker_help ERROR_QUIET)
   if(linker_help MATCHES "--force-group-allocation")
-    set(kernels v3 v4)
+    set(bristle_wide_sets v3 v4)
   endif()
 endif()
-set(BRISTLE_KERNELS "${kernels}" CACHE STRING
+set(BRISTLE_KERNELS "${bristle_wide_sets}" CACHE STRING
     "Instruction sets besides the baseline that bristle::compiled has kernels for: v3, v4")
 
 set(BRISTLE_COMPILED_FLAGS "" CACHE STRING
     "Flags of bristle::compiled after those of the build type, such as -O2")
 mark_as_advanced(BRISTLE_COMPILED_FLAGS)
 
-set(sources "${CMAKE_CURRENT_LIST_DIR}")
 # What a step computes is compiled for each instruction set: kernels in each scalar, and what they ask
 # of the backends in both at once.
-set(kernels_of_scalar kernels.cpp)
-set(queries_of_both geometry/backends/backend_queries.cpp)
+set(bristle_kernels_of_scalar kernels.cpp)
+set(bristle_queries_of_both geometry/backends/backend_queries.cpp)
 # Most of the compile time of these is reading the same headers: they are compiled as one file.
 set(small geometry/backends/backend_makers.cpp geometry/meshes/terrain.cpp
           geometry/shapes/quickhull.cpp hosts/host_sensors.cpp io/glb.cpp io/mesh_file.cpp
           sensors/placement.cpp)
 # Everything in the baseline.
-set(bristle_sources_of_scalar ${kernels_of_scalar} world/world.cpp)
-set(bristle_sources_of_both ${queries_of_both} ${small})
-set(with_fcl "")
+set(bristle_sources_of_scalar ${bristle_kernels_of_scalar} world/world.cpp)
+set(bristle_sources_of_both ${bristle_queries_of_both} ${small})
+set(bristle_optional_fcl "")
 if(TARGET bristle::fcl)
-  set(with_fcl bristle::fcl)
+  set(bristle_optional_fcl bristle::fcl)
 endif()
 
-list(TRANSFORM small PREPEND "${sources}/")
+list(TRANSFORM small PREPEND "${CMAKE_CURRENT_LIST_DIR}/")
 set_source_files_properties(${small} PROPERTIES UNITY_GROUP small)
+
+# What all of the library is compiled with. No fused multiply-adds: all instruction sets round alike.
+function(bristle_compiled_options target)
+  if(PROJECT_IS_TOP_LEVEL)
+    bristle_program_options(${target})
+  endif()
+  set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON CXX_EXTENSIONS OFF)
+  target_link_libraries(${target} PRIVATE bristle ${bristle_optional_fcl})
+  target_compile_definitions(${target} PRIVATE BRISTLE_COMPILED)
+  target_compile_options(
+    ${target} PRIVATE ${BRISTLE_COMPILED_FLAGS} $<$<CXX_COMPILER_ID:GNU,Clang>:-ffp-contract=off>
+                      $<$<BOOL:${BRISTLE_BUILD_FUZZERS}>:-fsanitize=fuzzer-no-link>)
+endfunction()
 
 # Makes an object library of `ARGN` for the instruction set `set`, in `scalar` or in "both".
 function(bristle_add_objects target scalar set)
-  list(TRANSFORM ARGN PREPEND "${sources}/")
-  add_library(${target} OBJECT ${ARGN})
+  list(TRANSFORM ARGN PREPEND "${CMAKE_CURRENT_FUNCTION_LIST_DIR}/")
+  add_library(${target} OBJECT EXCLUDE_FROM_ALL ${ARGN})
   bristle_compiled_options(${target})
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
   target_compile_definitions(${target} PRIVATE BRISTLE_KERNELS=${set})
@@ -54,46 +66,12 @@ function(bristle_add_objects target scalar set)
   endif()
 endfunction()
 
-# What all of the library is compiled with. No fused multiply-adds: all instruction sets round alike.
-function(bristle_compiled_options target)
-  if(PROJECT_IS_TOP_LEVEL)
-    bristle_program_options(${target})
-  endif()
-  set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON CXX_EXTENSIONS OFF)
-  target_link_libraries(${target} PRIVATE bristle ${with_fcl})
-  target_compile_definitions(${target} PRIVATE BRISTLE_COMPILED)
-  target_compile_options(
-    ${target} PRIVATE ${BRISTLE_COMPILED_FLAGS} $<$<CXX_COMPILER_ID:GNU,Clang>:-ffp-contract=off>
-                      $<$<BOOL:${BRISTLE_BUILD_FUZZERS}>:-fsanitize=fuzzer-no-link>)
-  foreach(set IN LISTS BRISTLE_KERNELS)
-    string(TOUPPER "${set}" name)
-    target_compile_definitions(${target} PRIVATE BRISTLE_KERNELS_${name})
-  endforeach()
-endfunction()
-
-set(type STATIC)
-if(BUILD_SHARED_LIBS)
-  set(type SHARED)
-endif()
-add_library(bristle_compiled ${type} "${sources}/core/instruction_set.cpp")
-add_library(bristle::compiled ALIAS bristle_compiled)
-bristle_compiled_options(bristle_compiled)
-target_link_libraries(bristle_compiled PUBLIC bristle PRIVATE ${with_fcl})
-target_compile_definitions(bristle_compiled PUBLIC BRISTLE_COMPILED)
-set_target_properties(bristle_compiled PROPERTIES EXPORT_NAME compiled OUTPUT_NAME bristle)
-
-bristle_add_objects(bristle_both both baseline ${bristle_sources_of_both})
-target_sources(bristle_compiled PRIVATE $<TARGET_OBJECTS:bristle_both>)
-foreach(scalar float double)
-  bristle_add_objects(bristle_${scalar} ${scalar} baseline ${bristle_sources_of_scalar})
-  target_sources(bristle_compiled PRIVATE $<TARGET_OBJECTS:bristle_${scalar}>)
-endforeach()
-
-# Kernels of one set are one object that exports two plain functions and nothing else.
-foreach(set IN LISTS BRISTLE_KERNELS)
-  bristle_add_objects(bristle_both_${set} both ${set} ${queries_of_both})
+# Adds kernels for the instruction set `set` to `library`: one object that exports two plain functions
+# and nothing else.
+function(bristle_add_kernels library set)
+  bristle_add_objects(bristle_both_${set} both ${set} ${bristle_queries_of_both})
   foreach(scalar float double)
-    bristle_add_objects(bristle_${scalar}_${set} ${scalar} ${set} ${kernels_of_scalar})
+    bristle_add_objects(bristle_${scalar}_${set} ${scalar} ${set} ${bristle_kernels_of_scalar})
   endforeach()
   set(objects "")
   foreach(part both float double)
@@ -113,10 +91,38 @@ foreach(set IN LISTS BRISTLE_KERNELS)
     COMMENT "Closing the kernels for x86-64-${set}"
     COMMAND_EXPAND_LISTS VERBATIM)
   set_source_files_properties("${object}" PROPERTIES EXTERNAL_OBJECT ON GENERATED ON)
-  target_sources(bristle_compiled PRIVATE "${object}")
-  set_property(TARGET bristle_compiled APPEND PROPERTY BRISTLE_CLOSED_OBJECTS "${object}")
-  add_dependencies(bristle_compiled bristle_both_${set} bristle_float_${set} bristle_double_${set})
+  target_sources(${library} PRIVATE "${object}")
+  string(TOUPPER "${set}" name)
+  target_compile_definitions(${library} PRIVATE BRISTLE_KERNELS_${name})
+  set_property(TARGET ${library} APPEND PROPERTY BRISTLE_CLOSED_OBJECTS "${object}")
+  add_dependencies(${library} bristle_both_${set} bristle_float_${set} bristle_double_${set})
+endfunction()
+
+# Makes `library` of what is compiled for the baseline, and of kernels for each set in `ARGN`.
+function(bristle_add_compiled library type)
+  add_library(${library} ${type} "${CMAKE_CURRENT_FUNCTION_LIST_DIR}/core/instruction_set.cpp")
+  bristle_compiled_options(${library})
+  target_link_libraries(${library} PUBLIC bristle PRIVATE ${bristle_optional_fcl})
+  target_compile_definitions(${library} PUBLIC BRISTLE_COMPILED)
+  foreach(part both float double)
+    target_sources(${library} PRIVATE $<TARGET_OBJECTS:bristle_${part}>)
+  endforeach()
+  foreach(set IN LISTS ARGN)
+    bristle_add_kernels(${library} ${set})
+  endforeach()
+endfunction()
+
+set(type STATIC)
+if(BUILD_SHARED_LIBS)
+  set(type SHARED)
+endif()
+bristle_add_objects(bristle_both both baseline ${bristle_sources_of_both})
+foreach(scalar float double)
+  bristle_add_objects(bristle_${scalar} ${scalar} baseline ${bristle_sources_of_scalar})
 endforeach()
+bristle_add_compiled(bristle_compiled ${type} ${BRISTLE_KERNELS})
+add_library(bristle::compiled ALIAS bristle_compiled)
+set_target_properties(bristle_compiled PROPERTIES EXPORT_NAME compiled OUTPUT_NAME bristle)
 
 # bristle::compiled_adf: the loaders of scenes, over yaml-cpp ----------------------------------------
 

@@ -5452,17 +5452,19 @@ struct PatchReport {
   /// [1] A ray with a smaller share outside of its own body is buried: next to nothing is sensed
   /// before the body itself touches it.
   static constexpr S least_share = S(0.1);
-  /// [1] A patch that could carry more than so many times the weight of the heaviest body is taken
-  /// for a slip of units: that body presses the sensors in by less than a thousandth.
+  /// [1] A patch whose constants are for more than so many times the weight of the heaviest body is
+  /// taken for a slip of units.
   static constexpr S most_weights = S(1000);
 
-  /// [1] Share of each ray's length, from its end, outside of all shapes of its own body: 0 if it
-  /// ends inside, 1 if it starts outside.
+  /// [1] Share of each ray's length, from its end, up to where it last leaves the shapes of its own
+  /// body: 0 if it ends inside, 1 if it meets none of them.
   std::vector<S> share_outside{};
   /// [N] Sum of all normal forces at depth 1: the patch can carry no more.
   S largest_load = S(0);
-  /// [N] Weight of the lightest and of the heaviest dynamic body that the patch may sense. 0
-  /// without one, and without gravity.
+  /// [N] Load that the constants are for (`PatchDef::load`); 0 where that is not known.
+  S intended_load = S(0);
+  /// [N] Weight of the lightest and of the heaviest dynamic body among the patch's own and those
+  /// that it may sense. 0 without one, and without gravity.
   S least_weight = S(0);
   S largest_weight = S(0);
   /// [N] Sum of the normal forces in the last step.
@@ -5493,24 +5495,23 @@ std::vector<std::string> PatchReport<S>::warnings() const {
     return to_text(count) + " of " + to_text(share_outside.size()) + " sensors";
   };
   if (const std::vector<std::uint32_t> in = buried(); !in.empty()) {
-    lines.push_back(of_all(in.size()) +
-                    " have less than a tenth of their ray outside of their own " + "body, sensor " +
-                    to_text(in.front()) + " the first");
+    lines.push_back(of_all(in.size()) + " have less than a tenth of their ray outside of their " +
+                    "own body, sensor " + to_text(in.front()) + " the first");
   }
   if (largest_load < least_weight) {
     lines.push_back("all sensors fully pressed give " + to_text(largest_load) +
-                    " N, less than the weight of the lightest body that they sense, " +
-                    to_text(least_weight) + " N");
+                    " N, less than the weight of the lightest body, " + to_text(least_weight) +
+                    " N");
   }
-  if (largest_weight > S(0) && largest_load > most_weights * largest_weight) {
-    lines.push_back("all sensors fully pressed give " + to_text(largest_load) +
-                    " N, a thousand times the weight of the heaviest body that they sense, " +
+  if (largest_weight > S(0) && intended_load > most_weights * largest_weight) {
+    lines.push_back("the constants are for a load of " + to_text(intended_load) +
+                    " N, a thousand times the weight of the heaviest body, " +
                     to_text(largest_weight) + " N");
   }
   if (bottomed_out > 0) {
     lines.push_back(of_all(bottomed_out) + " were fully pressed in the last step, under " +
-                    to_text(load) + " N: a GripSpec of this load, or with the radius of what is " +
-                    "touched, carries it");
+                    to_text(load) + " N: a larger GripSpec::load carries it, or GripSpec::radius " +
+                    "where what is touched meets few of them");
   }
   return lines;
 }
@@ -6983,6 +6984,10 @@ struct PatchDef {
   /// otherwise: the end of a ray must lie outside of all shapes that the body has then. A ray that
   /// never leaves its body senses contacts through the body, and presses the body towards them.
   bool may_point_inwards = false;
+  /// [N] Normal force of the whole patch that its constants are for, as `Tuning::patch` sets it; 0
+  /// where that is not known. `World::patch_report` compares it with the weights in the world, and
+  /// nothing else asks for it.
+  S load = S(0);
   /// [-] Steps from one cast of the rays to the next, >= 1. Every step evaluates the law. In the
   /// steps between, the hit surfaces move on as planes (docs/sensors.md, section 8). Patches take
   /// turns by their index. Rays are cast sooner if another shape comes into range, or if bodies
@@ -9562,6 +9567,7 @@ template <Scalar S>
   require(def.per_sensor.empty() || def.per_sensor.size() == n, "PatchDef::per_sensor.size()",
           static_cast<S>(def.per_sensor.size()), "must be 0 or the number of sensors");
   require_not_negative("PatchDef::explicit_below", def.explicit_below);
+  require_not_negative("PatchDef::load", def.load);
   require(def.cast_every > 0, "PatchDef::cast_every", def.cast_every, "must be > 0");
   require(def.options.law == Law::paper || def.integration != Integration::implicit,
           "PatchDef::integration", "implicit", "must not be implicit with the AMBF law");
@@ -9933,32 +9939,58 @@ struct LoadedSensors {
   S count = S(0);
   /// [1] Sum of their depths.
   S depths = S(0);
+  /// [1] Depth of the deepest, and [m] length of its ray.
+  S deepest = S(0);
+  S length = S(0);
 };
 
-/// Sensors that a ball presses in where it meets the sensor `middle` head-on, to the depth `press`.
+/// Sensors that a ball presses in where it meets the sensor `middle` head-on.
+/// @param end  [m] Where the ball ends, from the start of that sensor along its ray.
 template <Scalar S>
 LoadedSensors<S> pressed_by_ball(const SensorLayout<S>& layout, std::size_t middle, S radius,
-                                 S press) {
+                                 S end) {
   using std::sqrt;
   const Vec3<S> axis = layout.direction[middle];
-  const Vec3<S> lowest = layout.start[middle] + (S(1) - press) * layout.length[middle] * axis;
+  const Vec3<S> lowest = layout.start[middle] + end * axis;
+  const S grazing = grazing_cosine<S> * radius;
   LoadedSensors<S> pressed;
   for (std::size_t i = 0; i < layout.size(); ++i) {
     const Vec3<S> direction = layout.direction[i];
     const Vec3<S> to_lowest = lowest - layout.start[i];
     const Vec3<S> to_center = to_lowest + radius * axis;
     const S along = to_center.dot(direction);
-    const S aside2 = (to_center - along * direction).squaredNorm();
+    const S aside2 = i == middle ? S(0) : (to_center - along * direction).squaredNorm();
     const S half2 = radius * radius - aside2;
-    const S grazing = grazing_cosine<S> * radius;
-    if (!(half2 > grazing * grazing) || !(along > S(0))) continue;
-    // The distance to the near side, without a difference of two radii.
-    const S near = to_lowest.dot(direction) + radius * (axis.dot(direction) - S(1)) +
+    if (i != middle && (!(half2 > grazing * grazing) || !(along > S(0)))) continue;
+    // The distance to the near side. Radii of hills leave no digits of their differences, and
+    // cos - 1 of unit vectors is half the square of what lies between them.
+    const S near = to_lowest.dot(direction) - radius * (axis - direction).squaredNorm() / S(2) +
                    aside2 / (radius + sqrt(half2));
     const S depth = S(1) - std::max(near, S(0)) / layout.length[i];
     if (!(depth > S(0))) continue;
     pressed.count += S(1);
     pressed.depths += depth;
+    if (depth > pressed.deepest) {
+      pressed.deepest = depth;
+      pressed.length = layout.length[i];
+    }
+  }
+  return pressed;
+}
+
+/// The same with the ball as deep as `press` in the sensor that it presses in most.
+template <Scalar S>
+LoadedSensors<S> pressed_to_depth(const SensorLayout<S>& layout, std::size_t middle, S radius,
+                                  S press) {
+  S end = (S(1) - press) * layout.length[middle];
+  LoadedSensors<S> pressed = pressed_by_ball(layout, middle, radius, end);
+  // Longer rays and those of a hollow skin are met before the one in the middle. Where rays are
+  // parallel one shift of the ball is exact; a few do for any others.
+  for (int shift = 0; shift < 4 && pressed.deepest > press; ++shift) {
+    end += (pressed.deepest - press) * pressed.length;
+    const LoadedSensors<S> next = pressed_by_ball(layout, middle, radius, end);
+    if (!(next.depths > S(0))) break;
+    pressed = next;
   }
   return pressed;
 }
@@ -9968,10 +10000,16 @@ LoadedSensors<S> pressed_by_ball(const SensorLayout<S>& layout, std::size_t midd
 template <Scalar S>
 LoadedSensors<S> most_pressed_by_ball(const SensorLayout<S>& layout, S radius, S press) {
   constexpr std::size_t places = 64;
-  const std::size_t stride = (layout.size() + places - 1) / places;
   LoadedSensors<S> most;
-  for (std::size_t i = 0; i < layout.size(); i += stride) {
-    const LoadedSensors<S> here = pressed_by_ball(layout, i, radius, press);
+  const std::size_t count = layout.size();
+  for (std::size_t k = 0; k < std::min(count, places); ++k) {
+    // Multiples of the golden ratio fall into step with no length of a grid's rows.
+    const double share = 0.6180339887498949 * static_cast<double>(k);
+    const std::size_t i =
+        count <= places
+            ? k
+            : static_cast<std::size_t>((share - std::floor(share)) * static_cast<double>(count));
+    const LoadedSensors<S> here = pressed_to_depth(layout, i, radius, press);
     if (here.depths > most.depths) most = here;
   }
   return most;
@@ -10026,8 +10064,10 @@ template <Scalar S>
 SensorParameters<S> Tuning<S>::parameters(std::size_t count, S length) const {
   detail::require(count > 0, "count", S(0), "must be > 0");
   detail::require_positive("length", length);
+  detail::require(!(spec.radius > S(0)), "GripSpec::radius", spec.radius,
+                  "must be 0 where the layout of the sensors is not known");
   const S n = static_cast<S>(count);
-  return detail::constants_for(spec, {n, n * spec.press}, length);
+  return detail::constants_for(spec, {n, n * spec.press, spec.press, length}, length);
 }
 
 template <Scalar S>
@@ -10035,6 +10075,7 @@ PatchDef<S> Tuning<S>::patch(SensorLayout<S> layout) const {
   PatchDef<S> def;
   def.parameters = parameters(layout);
   def.options.scaling = spec.scaling;
+  def.load = spec.load;
   def.sensors = std::move(layout);
   return def;
 }
@@ -39668,7 +39709,7 @@ void World<S, Backend>::wake(BodyId id) {
 // === bristle/world/outward_rays.hpp
 
 /// @file
-/// How far the rays of a patch leave its own body: refuses those that do not, and reports the rest.
+/// How far the rays of a patch leave its own body, and a refusal of those that do not.
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <algorithm>
@@ -39734,30 +39775,52 @@ void require_outward_rays(const WorldState<S>& state, std::uint32_t body,
   }
 }
 
-/// Figures of a patch of the world.
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+// === bristle/world/report_patch.hpp
+
+/// @file
+/// Makes the report of a patch: on its body, and among the bodies that it may sense.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Reports the weight of a body, if it has one.
+template <Scalar S>
+void add_weight(const WorldState<S>& state, const Body<S>& body, PatchReport<S>& report) {
+  using std::abs;
+  if (body.motion != Motion::dynamic) return;
+  const S weight = body.mass * abs(body.gravity_scale) * state.def.gravity.norm();
+  if (!(weight > S(0))) return;
+  report.least_weight =
+      report.largest_weight > S(0) ? std::min(report.least_weight, weight) : weight;
+  report.largest_weight = std::max(report.largest_weight, weight);
+}
+
+/// Report of a patch of the world.
 template <Scalar S>
 PatchReport<S> report_patch(const WorldState<S>& state, const SensorPatch<S>& patch) {
   PatchReport<S> report;
-  const Vec3<S> origin_B = state.bodies.at(patch.body.index).center_B;
-  const DynamicArray<S> outside = lengths_outside(state, patch.body.index, patch, origin_B);
-  const PatchReading<S> reading = patch.readings.view();
-  report.load = reading.total_normal();
-  report.bottomed_out = reading.bottomed_out();
+  const Body<S>& own = state.bodies.at(patch.body.index);
+  const DynamicArray<S> outside = lengths_outside(state, patch.body.index, patch, own.center_B);
   for (std::size_t i = 0; i < outside.size(); ++i) {
     report.share_outside.push_back(outside[i] / patch.length[i]);
     report.largest_load += patch.def.per_sensor.empty() ? patch.def.parameters.normal_stiffness
                                                         : patch.def.per_sensor[i].normal_stiffness;
   }
-  bool has_body = false;
+  report.intended_load = patch.def.load;
+  const PatchReading<S> reading = patch.readings.view();
+  report.load = reading.total_normal();
+  report.bottomed_out = reading.bottomed_out();
+  add_weight(state, own, report);
   for (std::uint32_t tag = 0; tag < state.colliders.slot_count(); ++tag) {
     if (!state.colliders.is_live(tag)) continue;
     const Collider<S>& c = state.colliders.at(tag);
-    const Body<S>& body = state.bodies.at(c.body.index);
-    if (body.motion != Motion::dynamic || !senses(state, patch, c)) continue;
-    const S weight = body.mass * body.gravity_scale * state.def.gravity.norm();
-    report.least_weight = has_body ? std::min(report.least_weight, weight) : weight;
-    report.largest_weight = std::max(report.largest_weight, weight);
-    has_body = true;
+    if (senses(state, patch, c)) add_weight(state, state.body_of(c), report);
   }
   return report;
 }
@@ -40827,6 +40890,7 @@ void World<S, Backend>::set_parameters(PatchId id, const SensorParameters<S>& pa
   validate(parameters);
   patch.def.parameters = parameters;
   patch.def.per_sensor.clear();
+  patch.def.load = S(0);
   detail::disturb(state_, patch.body);
 }
 

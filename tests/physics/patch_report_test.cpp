@@ -71,7 +71,8 @@ GripSpec<S> ball_spec(S radius, S press = S(0.3)) {
 TEST_CASE_TEMPLATE("patch_report: a ball rests as deep as its spec says, whatever its radius", S,
                    double, float) {
   for (const S radius : {S(0.01), S(0.03), S(0.1)}) {
-    for (const S press : {S(0.3), S(0.6)}) {
+    // Few sensors carry it at a tenth: all 1089 together are good for 2000 times its weight.
+    for (const S press : {S(0.1), S(0.3), S(0.6)}) {
       for (const bool is_hard : {false, true}) {
         CAPTURE(radius);
         CAPTURE(press);
@@ -90,15 +91,22 @@ TEST_CASE_TEMPLATE("patch_report: a ball rests as deep as its spec says, whateve
   }
 }
 
-TEST_CASE("patch_report: between sensors a ball rests within a twentieth as deep") {
+TEST_CASE("patch_report: between four sensors a ball rests a little less deep") {
   for (const double radius : {0.01, 0.03, 0.1}) {
-    CAPTURE(radius);
-    BallOnPad<double> scene(radius, ball_spec(radius), 0.002, true);
-    const Vec3<double> beside(0.00125, 0.0008, 0);
-    scene.world.set_pose(scene.ball, {scene.world.pose(scene.ball).rotation,
-                                      scene.world.pose(scene.ball).translation + beside});
-    scene.settle();
-    CHECK(scene.deepest() == test::relative(0.3).epsilon(0.05));
+    for (const double press : {0.3, 0.6}) {
+      CAPTURE(radius);
+      CAPTURE(press);
+      BallOnPad<double> scene(radius, ball_spec(radius, press), 0.002, true);
+      const Vec3<double> beside(0.00125, 0.00125, 0);
+      scene.world.set_pose(scene.ball, {scene.world.pose(scene.ball).rotation,
+                                        scene.world.pose(scene.ball).translation + beside});
+      scene.settle();
+      // Over the corners of its cell a ball is higher by r^2 / (2 R) than in the middle. Sums over
+      // the lattice differ by less than half a percent.
+      const double higher = beside.squaredNorm() / (2 * radius) / (press * 0.01);
+      CHECK(scene.deepest() < press);
+      CHECK(scene.deepest() > press * (1 - higher - 0.005));
+    }
   }
 }
 
@@ -122,6 +130,8 @@ TEST_CASE("patch_report: constants for a plane let a ball sink to the bottom, an
   CHECK(report.warnings()[0].find("less than a tenth of their ray outside") != std::string::npos);
   CHECK(report.warnings()[1].find(std::to_string(whole) + " of 1089 sensors were fully pressed") ==
         0);
+  CHECK(report.warnings()[1].find("a larger GripSpec::load carries it, or GripSpec::radius") !=
+        std::string::npos);
 }
 
 TEST_CASE("patch_report: shares of rays outside of the body, of all of its shapes") {
@@ -133,7 +143,7 @@ TEST_CASE("patch_report: shares of rays outside of the body, of all of its shape
   world.add_shape(body, {.shape = Sphere<double>{0.2}, .is_trigger = true});
   PatchDef<double> def;
   def.may_point_inwards = true;
-  def.parameters.normal_stiffness = 1;
+  def.parameters.normal_stiffness = 10;
   // From 5 mm below the face; the third from above it, the fourth into it.
   def.sensors.add({-0.02, 0, 0.045}, {-0.02, 0, 0.055});
   def.sensors.add({0.02, 0, 0.0485}, {0.02, 0, 0.0585});
@@ -151,6 +161,55 @@ TEST_CASE("patch_report: shares of rays outside of the body, of all of its shape
   CHECK(report.warnings()[0].find("sensor 1 the first") != std::string::npos);
 }
 
+TEST_CASE("patch_report: rays behind a thin plate, about a centre of mass that is not the origin") {
+  World<double> world;
+  // A plate of 1 mm, 0.1 m above its body's origin.
+  BodyDef<double> def{.mass = 1, .position = {1, 2, 3}};
+  def.center_of_mass = Vec3<double>(0.01, -0.02, 0.1);
+  def.shapes.push_back({.shape = Box<double>{{0.05, 0.05, 0.0005}},
+                        .X_BS = {Quat<double>::Identity(), {0, 0, 0.1}}});
+  const BodyId plate = world.add_body(def);
+  PatchDef<double> patch;
+  patch.parameters.normal_stiffness = 2;
+  patch.sensors.add({0, 0, 0.095}, {0, 0, 0.105});
+  patch.sensors.add({0, 0, 0.091}, {0, 0, 0.101});
+  patch.per_sensor.assign(2, patch.parameters);
+  patch.per_sensor[1].normal_stiffness = 5;
+  const PatchReport<double> report = world.patch_report(world.add_patch(plate, patch));
+  CHECK(report.share_outside[0] == test::relative(0.45));
+  CHECK(report.share_outside[1] == test::relative(0.05));
+  CHECK(report.largest_load == 7);
+  CHECK(report.buried() == std::vector<std::uint32_t>{1});
+}
+
+TEST_CASE_TEMPLATE("patch_report: weights of the patch's own body and of those that it may sense",
+                   S, double, float) {
+  World<S> world({.gravity = {0, S(6), S(8)}});
+  const auto add = [&](S mass, Motion motion, std::uint32_t category, S gravity_scale) {
+    BodyDef<S> def{.motion = motion, .mass = mass, .shape = Sphere<S>{S(0.01)}};
+    def.position = {0, 0, S(1)};
+    def.filter.category = category;
+    const BodyId id = world.add_body(def);
+    if (motion == Motion::dynamic) world.set_gravity_scale(id, gravity_scale);
+    return id;
+  };
+  const BodyId own = add(S(5), Motion::dynamic, 1, S(1));
+  const BodyId excluded = add(S(1e4), Motion::dynamic, 1, S(1));
+  (void)add(S(1e5), Motion::dynamic, 2, S(1));
+  (void)add(S(1), Motion::kinematic, 1, S(1));
+  (void)add(S(3), Motion::dynamic, 1, S(-2));
+  (void)add(S(2), Motion::dynamic, 1, S(1));
+  PatchDef<S> def;
+  def.sensors.add({0, 0, 0}, {0, 0, S(0.02)});
+  def.parameters.normal_stiffness = S(1);
+  def.sense_mask = 1;
+  def.excluded = {excluded};
+  const PatchReport<S> report = world.patch_report(world.add_patch(own, def));
+  CHECK(report.least_weight == test::relative(S(20)));
+  CHECK(report.largest_weight == test::relative(S(60)));
+  CHECK(report.share_outside[0] == test::relative(S(0.5)));
+}
+
 TEST_CASE("patch_report: loads that the bodies of the world do not have") {
   World<double> world({.gravity = {0, 0, -10}});
   const BodyId pad =
@@ -163,6 +222,9 @@ TEST_CASE("patch_report: loads that the bodies of the world do not have") {
         world.add_patch(pad, layout, tuned_for<double>({.load = load, .press = 0.5}));
     const PatchReport<double> report = world.patch_report(skin);
     CHECK(report.largest_load == test::relative(2 * load));
+    CHECK(report.intended_load == load);
+    world.set_parameters(skin, {});
+    CHECK(world.patch_report(skin).intended_load == 0);
     world.remove_patch(skin);
     return report.warnings();
   };
@@ -175,14 +237,17 @@ TEST_CASE("patch_report: loads that the bodies of the world do not have") {
   const BodyId heavy = add(20);
   CHECK(warnings_with(10).empty());
   REQUIRE(warnings_with(4.9).size() == 1);
-  CHECK(warnings_with(4.9)[0].find("the lightest body that they sense, 10 N") != std::string::npos);
-  CHECK(warnings_with(0.999e5).empty());
-  REQUIRE(warnings_with(1.001e5).size() == 1);
-  CHECK(warnings_with(1.001e5)[0].find("the heaviest body that they sense, 200 N") !=
-        std::string::npos);
+  CHECK(warnings_with(4.9)[0].find("the lightest body, 10 N") != std::string::npos);
+  CHECK(warnings_with(1.999e5).empty());
+  REQUIRE(warnings_with(2.001e5).size() == 1);
+  CHECK(warnings_with(2.001e5)[0].find("the heaviest body, 200 N") != std::string::npos);
   world.remove_body(heavy);
-  CHECK(warnings_with(0.999e5).size() == 1);
+  CHECK(warnings_with(1.999e5).size() == 1);
   world.set_gravity({0, 0, 0});
   CHECK(warnings_with(1e9).empty());
   CHECK_THROWS_AS((void)world.patch_report({}), InvalidArgument);
+  PatchDef<double> def;
+  def.sensors.add({0, 0, 0.045}, {0, 0, 0.055});
+  def.load = -1;
+  CHECK_THROWS_AS(world.add_patch(pad, def), InvalidArgument);
 }

@@ -248,6 +248,7 @@ template <Scalar S>
   require(def.per_sensor.empty() || def.per_sensor.size() == n, "PatchDef::per_sensor.size()",
           static_cast<S>(def.per_sensor.size()), "must be 0 or the number of sensors");
   require_not_negative("PatchDef::explicit_below", def.explicit_below);
+  require_not_negative("PatchDef::load", def.load);
   require(def.cast_every > 0, "PatchDef::cast_every", def.cast_every, "must be > 0");
   require(def.options.law == Law::paper || def.integration != Integration::implicit,
           "PatchDef::integration", "implicit", "must not be implicit with the AMBF law");

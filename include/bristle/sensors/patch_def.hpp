@@ -44,6 +44,10 @@ struct PatchDef {
   /// otherwise: the end of a ray must lie outside of all shapes that the body has then. A ray that
   /// never leaves its body senses contacts through the body, and presses the body towards them.
   bool may_point_inwards = false;
+  /// [N] Normal force of the whole patch that its constants are for, as `Tuning::patch` sets it; 0
+  /// where that is not known. `World::patch_report` compares it with the weights in the world, and
+  /// nothing else asks for it.
+  S load = S(0);
   /// [-] Steps from one cast of the rays to the next, >= 1. Every step evaluates the law. In the
   /// steps between, the hit surfaces move on as planes (docs/sensors.md, section 8). Patches take
   /// turns by their index. Rays are cast sooner if another shape comes into range, or if bodies

@@ -20,17 +20,19 @@ struct PatchReport {
   /// [1] A ray with a smaller share outside of its own body is buried: next to nothing is sensed
   /// before the body itself touches it.
   static constexpr S least_share = S(0.1);
-  /// [1] A patch that could carry more than so many times the weight of the heaviest body is taken
-  /// for a slip of units: that body presses the sensors in by less than a thousandth.
+  /// [1] A patch whose constants are for more than so many times the weight of the heaviest body is
+  /// taken for a slip of units.
   static constexpr S most_weights = S(1000);
 
-  /// [1] Share of each ray's length, from its end, outside of all shapes of its own body: 0 if it
-  /// ends inside, 1 if it starts outside.
+  /// [1] Share of each ray's length, from its end, up to where it last leaves the shapes of its own
+  /// body: 0 if it ends inside, 1 if it meets none of them.
   std::vector<S> share_outside{};
   /// [N] Sum of all normal forces at depth 1: the patch can carry no more.
   S largest_load = S(0);
-  /// [N] Weight of the lightest and of the heaviest dynamic body that the patch may sense. 0
-  /// without one, and without gravity.
+  /// [N] Load that the constants are for (`PatchDef::load`); 0 where that is not known.
+  S intended_load = S(0);
+  /// [N] Weight of the lightest and of the heaviest dynamic body among the patch's own and those
+  /// that it may sense. 0 without one, and without gravity.
   S least_weight = S(0);
   S largest_weight = S(0);
   /// [N] Sum of the normal forces in the last step.
@@ -61,24 +63,23 @@ std::vector<std::string> PatchReport<S>::warnings() const {
     return to_text(count) + " of " + to_text(share_outside.size()) + " sensors";
   };
   if (const std::vector<std::uint32_t> in = buried(); !in.empty()) {
-    lines.push_back(of_all(in.size()) +
-                    " have less than a tenth of their ray outside of their own " + "body, sensor " +
-                    to_text(in.front()) + " the first");
+    lines.push_back(of_all(in.size()) + " have less than a tenth of their ray outside of their " +
+                    "own body, sensor " + to_text(in.front()) + " the first");
   }
   if (largest_load < least_weight) {
     lines.push_back("all sensors fully pressed give " + to_text(largest_load) +
-                    " N, less than the weight of the lightest body that they sense, " +
-                    to_text(least_weight) + " N");
+                    " N, less than the weight of the lightest body, " + to_text(least_weight) +
+                    " N");
   }
-  if (largest_weight > S(0) && largest_load > most_weights * largest_weight) {
-    lines.push_back("all sensors fully pressed give " + to_text(largest_load) +
-                    " N, a thousand times the weight of the heaviest body that they sense, " +
+  if (largest_weight > S(0) && intended_load > most_weights * largest_weight) {
+    lines.push_back("the constants are for a load of " + to_text(intended_load) +
+                    " N, a thousand times the weight of the heaviest body, " +
                     to_text(largest_weight) + " N");
   }
   if (bottomed_out > 0) {
     lines.push_back(of_all(bottomed_out) + " were fully pressed in the last step, under " +
-                    to_text(load) + " N: a GripSpec of this load, or with the radius of what is " +
-                    "touched, carries it");
+                    to_text(load) + " N: a larger GripSpec::load carries it, or GripSpec::radius " +
+                    "where what is touched meets few of them");
   }
   return lines;
 }

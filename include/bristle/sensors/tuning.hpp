@@ -134,32 +134,58 @@ struct LoadedSensors {
   S count = S(0);
   /// [1] Sum of their depths.
   S depths = S(0);
+  /// [1] Depth of the deepest, and [m] length of its ray.
+  S deepest = S(0);
+  S length = S(0);
 };
 
-/// Sensors that a ball presses in where it meets the sensor `middle` head-on, to the depth `press`.
+/// Sensors that a ball presses in where it meets the sensor `middle` head-on.
+/// @param end  [m] Where the ball ends, from the start of that sensor along its ray.
 template <Scalar S>
 LoadedSensors<S> pressed_by_ball(const SensorLayout<S>& layout, std::size_t middle, S radius,
-                                 S press) {
+                                 S end) {
   using std::sqrt;
   const Vec3<S> axis = layout.direction[middle];
-  const Vec3<S> lowest = layout.start[middle] + (S(1) - press) * layout.length[middle] * axis;
+  const Vec3<S> lowest = layout.start[middle] + end * axis;
+  const S grazing = grazing_cosine<S> * radius;
   LoadedSensors<S> pressed;
   for (std::size_t i = 0; i < layout.size(); ++i) {
     const Vec3<S> direction = layout.direction[i];
     const Vec3<S> to_lowest = lowest - layout.start[i];
     const Vec3<S> to_center = to_lowest + radius * axis;
     const S along = to_center.dot(direction);
-    const S aside2 = (to_center - along * direction).squaredNorm();
+    const S aside2 = i == middle ? S(0) : (to_center - along * direction).squaredNorm();
     const S half2 = radius * radius - aside2;
-    const S grazing = grazing_cosine<S> * radius;
-    if (!(half2 > grazing * grazing) || !(along > S(0))) continue;
-    // The distance to the near side, without a difference of two radii.
-    const S near = to_lowest.dot(direction) + radius * (axis.dot(direction) - S(1)) +
+    if (i != middle && (!(half2 > grazing * grazing) || !(along > S(0)))) continue;
+    // The distance to the near side. Radii of hills leave no digits of their differences, and
+    // cos - 1 of unit vectors is half the square of what lies between them.
+    const S near = to_lowest.dot(direction) - radius * (axis - direction).squaredNorm() / S(2) +
                    aside2 / (radius + sqrt(half2));
     const S depth = S(1) - std::max(near, S(0)) / layout.length[i];
     if (!(depth > S(0))) continue;
     pressed.count += S(1);
     pressed.depths += depth;
+    if (depth > pressed.deepest) {
+      pressed.deepest = depth;
+      pressed.length = layout.length[i];
+    }
+  }
+  return pressed;
+}
+
+/// The same with the ball as deep as `press` in the sensor that it presses in most.
+template <Scalar S>
+LoadedSensors<S> pressed_to_depth(const SensorLayout<S>& layout, std::size_t middle, S radius,
+                                  S press) {
+  S end = (S(1) - press) * layout.length[middle];
+  LoadedSensors<S> pressed = pressed_by_ball(layout, middle, radius, end);
+  // Longer rays and those of a hollow skin are met before the one in the middle. Where rays are
+  // parallel one shift of the ball is exact; a few do for any others.
+  for (int shift = 0; shift < 4 && pressed.deepest > press; ++shift) {
+    end += (pressed.deepest - press) * pressed.length;
+    const LoadedSensors<S> next = pressed_by_ball(layout, middle, radius, end);
+    if (!(next.depths > S(0))) break;
+    pressed = next;
   }
   return pressed;
 }
@@ -169,10 +195,16 @@ LoadedSensors<S> pressed_by_ball(const SensorLayout<S>& layout, std::size_t midd
 template <Scalar S>
 LoadedSensors<S> most_pressed_by_ball(const SensorLayout<S>& layout, S radius, S press) {
   constexpr std::size_t places = 64;
-  const std::size_t stride = (layout.size() + places - 1) / places;
   LoadedSensors<S> most;
-  for (std::size_t i = 0; i < layout.size(); i += stride) {
-    const LoadedSensors<S> here = pressed_by_ball(layout, i, radius, press);
+  const std::size_t count = layout.size();
+  for (std::size_t k = 0; k < std::min(count, places); ++k) {
+    // Multiples of the golden ratio fall into step with no length of a grid's rows.
+    const double share = 0.6180339887498949 * static_cast<double>(k);
+    const std::size_t i =
+        count <= places
+            ? k
+            : static_cast<std::size_t>((share - std::floor(share)) * static_cast<double>(count));
+    const LoadedSensors<S> here = pressed_to_depth(layout, i, radius, press);
     if (here.depths > most.depths) most = here;
   }
   return most;
@@ -227,8 +259,10 @@ template <Scalar S>
 SensorParameters<S> Tuning<S>::parameters(std::size_t count, S length) const {
   detail::require(count > 0, "count", S(0), "must be > 0");
   detail::require_positive("length", length);
+  detail::require(!(spec.radius > S(0)), "GripSpec::radius", spec.radius,
+                  "must be 0 where the layout of the sensors is not known");
   const S n = static_cast<S>(count);
-  return detail::constants_for(spec, {n, n * spec.press}, length);
+  return detail::constants_for(spec, {n, n * spec.press, spec.press, length}, length);
 }
 
 template <Scalar S>
@@ -236,6 +270,7 @@ PatchDef<S> Tuning<S>::patch(SensorLayout<S> layout) const {
   PatchDef<S> def;
   def.parameters = parameters(layout);
   def.options.scaling = spec.scaling;
+  def.load = spec.load;
   def.sensors = std::move(layout);
   return def;
 }

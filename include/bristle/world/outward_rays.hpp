@@ -1,12 +1,10 @@
 /// @file
-/// How far the rays of a patch leave its own body: refuses those that do not, and reports the rest.
+/// How far the rays of a patch leave its own body, and a refusal of those that do not.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <bristle/core/error.hpp>
 #include <bristle/sensors/patch.hpp>
-#include <bristle/sensors/patch_report.hpp>
-#include <bristle/world/patch_rays.hpp>
 #include <bristle/world/world_state.hpp>
 
 #include <algorithm>
@@ -70,34 +68,6 @@ void require_outward_rays(const WorldState<S>& state, std::uint32_t body,
                           "must lie outside of the shapes of its own body, unless "
                           "PatchDef::may_point_inwards"));
   }
-}
-
-/// Figures of a patch of the world.
-template <Scalar S>
-PatchReport<S> report_patch(const WorldState<S>& state, const SensorPatch<S>& patch) {
-  PatchReport<S> report;
-  const Vec3<S> origin_B = state.bodies.at(patch.body.index).center_B;
-  const DynamicArray<S> outside = lengths_outside(state, patch.body.index, patch, origin_B);
-  const PatchReading<S> reading = patch.readings.view();
-  report.load = reading.total_normal();
-  report.bottomed_out = reading.bottomed_out();
-  for (std::size_t i = 0; i < outside.size(); ++i) {
-    report.share_outside.push_back(outside[i] / patch.length[i]);
-    report.largest_load += patch.def.per_sensor.empty() ? patch.def.parameters.normal_stiffness
-                                                        : patch.def.per_sensor[i].normal_stiffness;
-  }
-  bool has_body = false;
-  for (std::uint32_t tag = 0; tag < state.colliders.slot_count(); ++tag) {
-    if (!state.colliders.is_live(tag)) continue;
-    const Collider<S>& c = state.colliders.at(tag);
-    const Body<S>& body = state.bodies.at(c.body.index);
-    if (body.motion != Motion::dynamic || !senses(state, patch, c)) continue;
-    const S weight = body.mass * body.gravity_scale * state.def.gravity.norm();
-    report.least_weight = has_body ? std::min(report.least_weight, weight) : weight;
-    report.largest_weight = std::max(report.largest_weight, weight);
-    has_body = true;
-  }
-  return report;
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

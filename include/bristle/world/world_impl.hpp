@@ -8,6 +8,7 @@
 #include <bristle/dynamics/joints/joint_rows.hpp>
 #include <bristle/sensors/stability.hpp>
 #include <bristle/world/outward_rays.hpp>
+#include <bristle/world/report_patch.hpp>
 #include <bristle/world/snapshot.hpp>
 #include <bristle/world/waking.hpp>
 #include <bristle/world/world.hpp>
@@ -206,6 +207,7 @@ void World<S, Backend>::set_parameters(PatchId id, const SensorParameters<S>& pa
   validate(parameters);
   patch.def.parameters = parameters;
   patch.def.per_sensor.clear();
+  patch.def.load = S(0);
   detail::disturb(state_, patch.body);
 }
 

@@ -58,10 +58,13 @@ TEST_CASE_TEMPLATE("tuned_for: a ball meets a dense grid as a plane cuts a cap o
   // 1 mm apart. Of the ball a cap goes below the rays' ends, of the volume pi d^2 (R - d / 3), and
   // the depths of the sensors are its heights.
   constexpr S length = S(0.01);
+  const Quat<double> tilt = Quat<double>(0.3, 0.5, -0.1, 0.8).normalized();
   SensorLayout<S> grid;
   for (int i = -40; i <= 40; ++i) {
     for (int j = -40; j <= 40; ++j) {
-      grid.add(Vec3<S>(S(i) * S(1e-3), S(j) * S(1e-3), 0), Vec3<S>(0, 0, 1), length);
+      const Vec3<double> start = tilt * Vec3<double>(i * 1e-3, j * 1e-3, 0);
+      const Vec3<double> direction = tilt * Vec3<double>(0, 0, 1);
+      grid.add(start.cast<S>(), direction.cast<S>(), length);
     }
   }
   GripSpec<S> spec;
@@ -95,6 +98,51 @@ TEST_CASE_TEMPLATE("tuned_for: a ball meets a dense grid as a plane cuts a cap o
   CHECK(hill.normal_stiffness == test::relative(plane.normal_stiffness).epsilon(1e-4));
   CHECK(hill.normal_damping == test::relative(plane.normal_damping).epsilon(1e-4));
   CHECK(hill.sliding_friction == test::relative(plane.sliding_friction).epsilon(1e-4));
+}
+
+TEST_CASE("tuned_for: a ball is met as well in grids of rows of any number") {
+  const auto stiffness_in = [](int side) {
+    SensorLayout<double> grid;
+    for (int i = 0; i < side; ++i) {
+      for (int j = 0; j < side; ++j) {
+        grid.add({i * 0.0025, j * 0.0025, 0}, Vec3<double>(0, 0, 1), 0.01);
+      }
+    }
+    return tuned_for<double>({.press = 0.3, .radius = 0.01}).parameters(grid).normal_stiffness;
+  };
+  const double expected = stiffness_in(33);
+  for (const int side : {32, 63, 64, 65, 96, 128}) {
+    CAPTURE(side);
+    CHECK(stiffness_in(side) == test::relative(expected).epsilon(1e-9));
+  }
+}
+
+TEST_CASE("tuned_for: among rays of unlike lengths a ball is as deep as it may be in the deepest") {
+  // Every second ray is 20 mm long, the others 5 mm.
+  SensorLayout<double> grid;
+  for (int i = 0; i < 41; ++i) {
+    for (int j = 0; j < 41; ++j) {
+      grid.add({i * 0.001, j * 0.001, 0}, Vec3<double>(0, 0, 1), (i + j) % 2 == 0 ? 0.02 : 0.005);
+    }
+  }
+  // Over the middle of the grid the long rays meet it first. Depths of a cap of d = 6 mm on half of
+  // the places: pi d^2 (R - d / 3) / (2 L), and the ball's lowest point stays above the short ones.
+  const double depths = std::numbers::pi * 0.006 * 0.006 * (0.03 - 0.002) * 0.5e6 / 0.02;
+  const SensorParameters<double> p =
+      tuned_for<double>({.load = 7, .press = 0.3, .radius = 0.03}).parameters(grid);
+  CHECK(p.normal_stiffness == test::relative(7 / depths).epsilon(0.02));
+}
+
+TEST_CASE("tuned_for: the smallest ball meets one sensor") {
+  SensorLayout<float> grid;
+  for (int i = 0; i < 5; ++i) grid.add({float(i) * 0.01f, 0, 0}, Vec3<float>(0.6f, 0, 0.8f), 0.01f);
+  for (const float radius : {1e-3f, 1e-30f}) {
+    const SensorParameters<float> p =
+        tuned_for<float>({.load = 7, .press = 0.25f, .radius = radius}).parameters(grid);
+    CHECK(p.normal_stiffness == test::relative(28.0f).epsilon(1e-5));
+  }
+  CHECK(field_of([] { (void)tuned_for<double>({.radius = 0.1}).parameters(5, 0.01); }) ==
+        "GripSpec::radius");
 }
 
 TEST_CASE("tuned_for: a ball among rays of a round skin, from its border, and of no radius") {
