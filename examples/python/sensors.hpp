@@ -118,21 +118,24 @@ void bind_sensors(py::module_& m) {
           "sensors"_a, "Constants for a layout that carries the load alone.");
   m.def(
       "tuned_for",
-      [](S friction, S creep, S load, S mass, S press, S normal_damping_ratio,
+      [](S friction, S creep, S load, S mass, S press, S radius, S normal_damping_ratio,
          S bristle_damping_ratio) {
         return tuned_for<S>({.friction = friction,
                              .creep = creep,
                              .load = load,
                              .mass = mass,
                              .press = press,
+                             .radius = radius,
                              .normal_damping_ratio = normal_damping_ratio,
                              .bristle_damping_ratio = bristle_damping_ratio});
       },
       py::kw_only(), "friction"_a = S(0.8), "creep"_a = S(1e-3), "load"_a = S(10), "mass"_a = S(0),
-      "press"_a = S(0.3), "normal_damping_ratio"_a = S(1), "bristle_damping_ratio"_a = S(0.7),
+      "press"_a = S(0.3), "radius"_a = S(0), "normal_damping_ratio"_a = S(1),
+      "bristle_damping_ratio"_a = S(0.7),
       "Constants of sensors that hold `friction` [1] times their `load` [N], `creep` [m] far, at a "
-      "depth of `press` [1] under the load, damped by two ratios [1] for a moved `mass` [kg] (0: "
-      "the heaviest that is held).");
+      "depth of `press` [1] under the load. That of a ball has a `radius` [m]; 0 is a surface that "
+      "presses all sensors in alike. They are damped by two ratios [1] for a moved `mass` [kg], "
+      "where 0 is the heaviest that is held.");
 }
 
 }  // namespace bristle_python

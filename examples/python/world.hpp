@@ -29,7 +29,7 @@ struct Reading {
   Array<S> depth, normal_force, shear_1, shear_2, point, force, torque;
   Array<bool> touches, slips;
   S total_normal, total_shear;
-  std::size_t touching, slipping;
+  std::size_t touching, slipping, bottomed_out;
 
   explicit Reading(const PatchReading<S>& r)
       : depth(copied(r.depth)),
@@ -44,7 +44,8 @@ struct Reading {
         total_normal(r.total_normal()),
         total_shear(r.total_shear()),
         touching(r.touching()),
-        slipping(r.slipping()) {
+        slipping(r.slipping()),
+        bottomed_out(r.bottomed_out()) {
     for (std::size_t i = 0; i < r.size(); ++i) {
       const auto k = static_cast<py::ssize_t>(i);
       point.mutable_at(k, 0) = r.point_x[i];
@@ -80,7 +81,9 @@ void bind_world(py::module_& m) {
       .def_readonly("total_shear", &Reading<S>::total_shear,
                     "Size [N] of the sum of the shear forces.")
       .def_readonly("touching", &Reading<S>::touching, "Number of sensors that touch something.")
-      .def_readonly("slipping", &Reading<S>::slipping, "Number of sensors that let go.");
+      .def_readonly("slipping", &Reading<S>::slipping, "Number of sensors that let go.")
+      .def_readonly("bottomed_out", &Reading<S>::bottomed_out,
+                    "Number of sensors that are pressed in over their whole length.");
 
   py::class_<World>(m, "World", "A rigid-body world whose hands can hold things.")
       .def(
@@ -244,6 +247,12 @@ void bind_world(py::module_& m) {
       .def(
           "reading", [](const World& world, PatchId id) { return Reading<S>(world.reading(id)); },
           "patch"_a, "What a patch felt in the last step, copied.")
+      .def(
+          "patch_warnings",
+          [](const World& world, PatchId id) { return world.patch_report(id).warnings(); },
+          "patch"_a,
+          "What is valid and still looks wrong: buried rays, constants for other loads than the "
+          "bodies have, sensors that are pressed in over their whole length.")
       .def(
           "step",
           [](World& world, std::size_t steps) {

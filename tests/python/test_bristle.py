@@ -67,6 +67,28 @@ class Scripts(unittest.TestCase):
         self.assertGreater(names["held"], 0.9 * names["ended"])
 
 
+class Pads(unittest.TestCase):
+    def test_constants_for_a_ball_and_warnings(self):
+        for module in (bristle, bristle32):
+            for radius, deepest in ((0.03, 0.3), (0, 1)):
+                world = module.World(time_step=1e-3)
+                pad = world.add_body(motion=bristle.Motion.fixed, shape=module.HalfSpace())
+                # 10 mm of rays, 5 mm above the plane.
+                world.add_body(mass=1, shape=module.Sphere(0.03), position=(0, 0, 0.045))
+                layout = module.sensor_grid(center=(0, 0, 0.005), side_u=(0.06, 0, 0),
+                                            side_v=(0, 0.06, 0), count_u=21, count_v=21,
+                                            depth=0, range=0.01)
+                skin = world.add_patch(pad, layout, module.tuned_for(
+                    load=9.81, radius=radius).parameters(layout))
+                self.assertEqual(world.patch_warnings(skin), [])
+                world.step(2000)
+                reading = world.reading(skin)
+                self.assertAlmostEqual(reading.depth.max(), deepest, delta=0.01)
+                self.assertEqual(reading.bottomed_out, (reading.depth >= 1).sum())
+                self.assertEqual(reading.bottomed_out > 0, radius == 0)
+                self.assertEqual(len(world.patch_warnings(skin)), 1 if radius == 0 else 0)
+
+
 class Batches(unittest.TestCase):
     def test_worlds_of_a_batch_are_worlds(self):
         for module, dtype in ((bristle, np.float64), (bristle32, np.float32)):
