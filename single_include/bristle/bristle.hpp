@@ -9552,6 +9552,16 @@ struct SensorPatch {
   }
 };
 
+/// Gives all sensors of a patch the same constants. Bristles keep their stretch.
+/// @throws InvalidArgument naming the field.
+template <Scalar S>
+void set_constants(SensorPatch<S>& patch, const SensorParameters<S>& parameters) {
+  validate(parameters);
+  patch.def.parameters = parameters;
+  patch.def.per_sensor.clear();
+  patch.def.load = S(0);
+}
+
 /// Checks a definition and makes a patch on a body with its centre of mass at `center_B` [m].
 /// @throws InvalidArgument naming the field.
 template <Scalar S>
@@ -14939,7 +14949,7 @@ class HapticLoop {
   }
   /// Adds sensors to a tool, in the frame of its body. They sense from the next `World::open` or
   /// `World::step` on. That call refuses rays that end inside the tool's own shapes, unless
-  /// `PatchDef::may_point_inwards`; the loop is then of no more use.
+  /// `PatchDef::may_point_inwards`, until the patch is removed.
   /// @throws InvalidArgument naming the field; the law must be the paper's.
   ToolPatchId add_patch(ToolId tool, PatchDef<S> def) {
     const Tool& owner = tool_of(tool);
@@ -14952,6 +14962,22 @@ class HapticLoop {
     tool_patch.tool = tool.index;
     tool_patches_.push_back(std::move(tool_patch));
     return {static_cast<std::uint32_t>(tool_patches_.size() - 1)};
+  }
+
+  /// Removes a patch. It lets go of the bodies in contact, and its handle names nothing any more.
+  /// @throws InvalidArgument when there is no such patch.
+  void remove_patch(ToolPatchId id);
+  /// Switches a patch off or on. A patch that is off has let go, reads zero and costs nothing. One
+  /// that is on again senses from the next `World::open` or `World::step` on at the latest.
+  /// @throws InvalidArgument when there is no such patch.
+  void set_active(ToolPatchId id, bool is_active);
+  /// Sets the constants of all sensors of a patch, also where they had their own. Bristles keep
+  /// their stretch.
+  /// @throws InvalidArgument naming the field, or when there is no such patch.
+  void set_parameters(ToolPatchId id, const SensorParameters<S>& parameters);
+  /// Returns whether there is such a patch.
+  [[nodiscard]] bool contains(ToolPatchId id) const noexcept {
+    return id.index < tool_patches_.size() && !tool_patches_[id.index].is_removed;
   }
 
   /// Sets the pose of a tool. Its velocity follows from its pose in the last substep; it is zero in
@@ -14996,7 +15022,7 @@ class HapticLoop {
   }
   /// Reading of a patch in the last substep; valid until the next one.
   [[nodiscard]] PatchReading<S> reading(ToolPatchId id) const {
-    detail::require(id.index < tool_patches_.size(), "ToolPatchId", id.index, "must name a patch");
+    require_patch(id);
     return tool_patches_[id.index].patch.readings.view();
   }
   /// Bodies near the tools, as predicted so far.
@@ -15045,6 +15071,8 @@ class HapticLoop {
     std::uint32_t tool = 0;
     /// True from the first time on that the loop's world has seen it, and checked its rays.
     bool is_seen = false;
+    /// True for what is left of a patch that was removed: a place, so that others keep theirs.
+    bool is_removed = false;
     /// [-] Shapes that it may meet within the step.
     detail::DynamicArray<std::uint32_t> near;
     detail::DynamicArray<detail::ShapeInReach<S>> in_reach;
@@ -15060,6 +15088,9 @@ class HapticLoop {
   [[nodiscard]] Tool& tool_of(ToolId tool) {
     require_tool(tool);
     return tools_[tool.index];
+  }
+  void require_patch(ToolPatchId id) const {
+    detail::require(contains(id), "ToolPatchId", id.index, "must name a patch of this loop");
   }
   static void require_pose(const Transform<S>& X_WT) {
     detail::require_all_finite("X_WT.translation", X_WT.translation);
@@ -26845,6 +26876,30 @@ ContactStatus collide_pair(const WorldState<S>& state, const ShapePair& pair,
 
 namespace bristle::inline BRISTLE_ABI {
 
+template <Scalar S>
+void HapticLoop<S>::remove_patch(ToolPatchId id) {
+  require_patch(id);
+  ToolPatch rest;
+  rest.tool = tool_patches_[id.index].tool;
+  rest.is_removed = true;
+  rest.patch.is_active = false;
+  tool_patches_[id.index] = std::move(rest);
+}
+
+template <Scalar S>
+void HapticLoop<S>::set_active(ToolPatchId id, bool is_active) {
+  require_patch(id);
+  detail::SensorPatch<S>& patch = tool_patches_[id.index].patch;
+  patch.is_active = is_active;
+  if (!is_active) clear_patch(patch);
+}
+
+template <Scalar S>
+void HapticLoop<S>::set_parameters(ToolPatchId id, const SensorParameters<S>& parameters) {
+  require_patch(id);
+  detail::set_constants(tool_patches_[id.index].patch, parameters);
+}
+
 /// Resets the loop, as before its first substep. Tools keep their poses.
 template <Scalar S>
 void HapticLoop<S>::forget() {
@@ -26888,7 +26943,7 @@ void HapticLoop<S>::find_near(const detail::WorldState<S>& state, ToolPatch& too
                               S fastest) {
   const Tool& tool = tools_[tool_patch.tool];
   tool_patch.near.clear();
-  if (!state.bodies.contains(tool.body)) return;
+  if (!tool_patch.patch.is_active || !state.bodies.contains(tool.body)) return;
   const S dt = state.def.time_step;
   const S fall = dt * state.def.gravity.norm();
   const Aabb<S> box = transformed(tool_patch.patch.box, tool.pose).inflated(dt * def_.max_speed);
@@ -29287,6 +29342,7 @@ void HapticSubstep<S>::sense(ToolPatch& tool_patch, std::uint32_t number) {
   SensorPatch<S>& patch = tool_patch.patch;
   tool_patch.in_reach.clear();
   for (const std::uint32_t i : tool_patch.near) {
+    if (!patch.is_active) break;
     const NearShape& shape = loop_.shapes_[i];
     const Body<S>& body = loop_.bodies_[shape.body].body();
     const S speed =
@@ -39809,8 +39865,7 @@ PatchReport<S> report_patch(const WorldState<S>& state, const SensorPatch<S>& pa
   const DynamicArray<S> outside = lengths_outside(state, patch.body.index, patch, own.center_B);
   for (std::size_t i = 0; i < outside.size(); ++i) {
     report.share_outside.push_back(outside[i] / patch.length[i]);
-    report.largest_load += patch.def.per_sensor.empty() ? patch.def.parameters.normal_stiffness
-                                                        : patch.def.per_sensor[i].normal_stiffness;
+    report.largest_load += patch.parameters(i).normal_stiffness;
   }
   report.intended_load = patch.def.load;
   const PatchReading<S> reading = patch.readings.view();
@@ -40887,10 +40942,7 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_parameters(PatchId id, const SensorParameters<S>& parameters) {
   detail::SensorPatch<S>& patch = state_.patches.get(id, "PatchId");
-  validate(parameters);
-  patch.def.parameters = parameters;
-  patch.def.per_sensor.clear();
-  patch.def.load = S(0);
+  detail::set_constants(patch, parameters);
   detail::disturb(state_, patch.body);
 }
 

@@ -164,6 +164,77 @@ TEST_CASE("haptic_tools: tools that are new, wrong or gone") {
   scene.world.step(scene.loop);
 }
 
+TEST_CASE("haptic_tools: patches are switched, changed and removed while they touch") {
+  StylusScene<double> scene({});
+  add_table(scene.world);
+  // A second pad, twice as stiff, in the same place.
+  PatchDef<double> stiff = StylusScene<double>::pad_def({});
+  stiff.parameters.normal_stiffness *= 2;
+  const ToolPatchId other = scene.loop.add_patch(scene.tool, stiff);
+  scene.world.open(scene.loop);
+  const auto run = [&](int first, int last) {
+    for (int i = first; i < last; ++i) scene.tick_at({0, 0, 0.006});
+    if (last == 16) scene.world.step(scene.loop);
+  };
+  // [-] What the tool feels, in pads of the first kind.
+  const double one = scene.stiffness() * (scene.ray - 0.006);
+  const auto pads = [&] { return scene.loop.wrench(scene.tool).force.z() / one; };
+  // The loop is opened where the tool was, far away.
+  run(0, 16);
+  run(0, 16);
+  CHECK(pads() == test::relative(3));
+  CHECK(scene.loop.rays_cast() == 32);
+
+  // Off at once, and without rays.
+  run(0, 8);
+  scene.loop.set_active(scene.pad, false);
+  CHECK(scene.loop.reading(scene.pad).touching() == 0);
+  CHECK(scene.loop.reading(scene.pad).total_normal() == 0);
+  run(8, 16);
+  CHECK(pads() == test::relative(2));
+  CHECK(scene.loop.rays_cast() == 16);
+  run(0, 16);
+  CHECK(pads() == test::relative(2));
+  // On again with the next step.
+  run(0, 8);
+  scene.loop.set_active(scene.pad, true);
+  run(8, 16);
+  CHECK(pads() == test::relative(2));
+  run(0, 16);
+  CHECK(pads() == test::relative(3));
+
+  SensorParameters<double> parameters = stiff.parameters;
+  parameters.normal_stiffness /= 4;
+  scene.loop.set_parameters(other, parameters);
+  run(0, 16);
+  CHECK(pads() == test::relative(1.5));
+  parameters.normal_stiffness = -1;
+  CHECK_THROWS_AS(scene.loop.set_parameters(other, parameters), InvalidArgument);
+
+  // What is left keeps its handle.
+  run(0, 8);
+  scene.loop.remove_patch(scene.pad);
+  CHECK(!scene.loop.contains(scene.pad));
+  CHECK(scene.loop.contains(other));
+  run(8, 16);
+  CHECK(pads() == test::relative(0.5));
+  CHECK(scene.loop.reading(other).total_normal() == test::relative(0.5 * one));
+  CHECK_THROWS_AS((void)scene.loop.reading(scene.pad), InvalidArgument);
+  CHECK_THROWS_AS(scene.loop.remove_patch(scene.pad), InvalidArgument);
+  CHECK_THROWS_AS(scene.loop.set_active(scene.pad, true), InvalidArgument);
+  CHECK_THROWS_AS(scene.loop.set_parameters(scene.pad, stiff.parameters), InvalidArgument);
+  const ToolPatchId next = scene.loop.add_patch(scene.tool, StylusScene<double>::pad_def({}));
+  CHECK(next.index != scene.pad.index);
+  CHECK(next.index != other.index);
+  run(0, 16);
+  run(0, 16);
+  CHECK(pads() == test::relative(1.5));
+  // A loop that is opened anew forgets substeps, not what it has.
+  scene.world.open(scene.loop);
+  run(0, 16);
+  CHECK(pads() == test::relative(1.5));
+}
+
 TEST_CASE("haptic_tools: a patch that is refused is not added") {
   StylusScene<double> scene({});
   PatchDef<double> empty;
@@ -202,12 +273,15 @@ TEST_CASE("haptic_tools: rays that end in the tool's own shapes are refused by t
   HapticLoop<double> loop({.substeps = 1});
   const ToolId tool = loop.add_tool(body);
   scene.world.open(loop);
-  loop.add_patch(tool, ray(0.1, 0));
+  const ToolPatchId refused = loop.add_patch(tool, ray(0.1, 0));
   loop.substep();
   const std::uint64_t hash = scene.world.state_hash();
   CHECK_THROWS_AS(scene.world.step(loop), InvalidArgument);
   CHECK(scene.world.state_hash() == hash);
   CHECK(loop.substeps_done() == 1);
+  // Without it the loop goes on.
+  loop.remove_patch(refused);
+  CHECK_NOTHROW(scene.world.step(loop));
 }
 
 TEST_CASE("haptic_tools: a step that one of the tools cannot make is refused for all of them") {

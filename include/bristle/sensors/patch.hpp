@@ -233,6 +233,16 @@ struct SensorPatch {
   }
 };
 
+/// Gives all sensors of a patch the same constants. Bristles keep their stretch.
+/// @throws InvalidArgument naming the field.
+template <Scalar S>
+void set_constants(SensorPatch<S>& patch, const SensorParameters<S>& parameters) {
+  validate(parameters);
+  patch.def.parameters = parameters;
+  patch.def.per_sensor.clear();
+  patch.def.load = S(0);
+}
+
 /// Checks a definition and makes a patch on a body with its centre of mass at `center_B` [m].
 /// @throws InvalidArgument naming the field.
 template <Scalar S>

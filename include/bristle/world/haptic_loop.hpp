@@ -85,7 +85,7 @@ class HapticLoop {
   }
   /// Adds sensors to a tool, in the frame of its body. They sense from the next `World::open` or
   /// `World::step` on. That call refuses rays that end inside the tool's own shapes, unless
-  /// `PatchDef::may_point_inwards`; the loop is then of no more use.
+  /// `PatchDef::may_point_inwards`, until the patch is removed.
   /// @throws InvalidArgument naming the field; the law must be the paper's.
   ToolPatchId add_patch(ToolId tool, PatchDef<S> def) {
     const Tool& owner = tool_of(tool);
@@ -98,6 +98,22 @@ class HapticLoop {
     tool_patch.tool = tool.index;
     tool_patches_.push_back(std::move(tool_patch));
     return {static_cast<std::uint32_t>(tool_patches_.size() - 1)};
+  }
+
+  /// Removes a patch. It lets go of the bodies in contact, and its handle names nothing any more.
+  /// @throws InvalidArgument when there is no such patch.
+  void remove_patch(ToolPatchId id);
+  /// Switches a patch off or on. A patch that is off has let go, reads zero and costs nothing. One
+  /// that is on again senses from the next `World::open` or `World::step` on at the latest.
+  /// @throws InvalidArgument when there is no such patch.
+  void set_active(ToolPatchId id, bool is_active);
+  /// Sets the constants of all sensors of a patch, also where they had their own. Bristles keep
+  /// their stretch.
+  /// @throws InvalidArgument naming the field, or when there is no such patch.
+  void set_parameters(ToolPatchId id, const SensorParameters<S>& parameters);
+  /// Returns whether there is such a patch.
+  [[nodiscard]] bool contains(ToolPatchId id) const noexcept {
+    return id.index < tool_patches_.size() && !tool_patches_[id.index].is_removed;
   }
 
   /// Sets the pose of a tool. Its velocity follows from its pose in the last substep; it is zero in
@@ -142,7 +158,7 @@ class HapticLoop {
   }
   /// Reading of a patch in the last substep; valid until the next one.
   [[nodiscard]] PatchReading<S> reading(ToolPatchId id) const {
-    detail::require(id.index < tool_patches_.size(), "ToolPatchId", id.index, "must name a patch");
+    require_patch(id);
     return tool_patches_[id.index].patch.readings.view();
   }
   /// Bodies near the tools, as predicted so far.
@@ -191,6 +207,8 @@ class HapticLoop {
     std::uint32_t tool = 0;
     /// True from the first time on that the loop's world has seen it, and checked its rays.
     bool is_seen = false;
+    /// True for what is left of a patch that was removed: a place, so that others keep theirs.
+    bool is_removed = false;
     /// [-] Shapes that it may meet within the step.
     detail::DynamicArray<std::uint32_t> near;
     detail::DynamicArray<detail::ShapeInReach<S>> in_reach;
@@ -206,6 +224,9 @@ class HapticLoop {
   [[nodiscard]] Tool& tool_of(ToolId tool) {
     require_tool(tool);
     return tools_[tool.index];
+  }
+  void require_patch(ToolPatchId id) const {
+    detail::require(contains(id), "ToolPatchId", id.index, "must name a patch of this loop");
   }
   static void require_pose(const Transform<S>& X_WT) {
     detail::require_all_finite("X_WT.translation", X_WT.translation);
@@ -265,6 +286,30 @@ class HapticLoop {
 
 namespace bristle::inline BRISTLE_ABI {
 
+template <Scalar S>
+void HapticLoop<S>::remove_patch(ToolPatchId id) {
+  require_patch(id);
+  ToolPatch rest;
+  rest.tool = tool_patches_[id.index].tool;
+  rest.is_removed = true;
+  rest.patch.is_active = false;
+  tool_patches_[id.index] = std::move(rest);
+}
+
+template <Scalar S>
+void HapticLoop<S>::set_active(ToolPatchId id, bool is_active) {
+  require_patch(id);
+  detail::SensorPatch<S>& patch = tool_patches_[id.index].patch;
+  patch.is_active = is_active;
+  if (!is_active) clear_patch(patch);
+}
+
+template <Scalar S>
+void HapticLoop<S>::set_parameters(ToolPatchId id, const SensorParameters<S>& parameters) {
+  require_patch(id);
+  detail::set_constants(tool_patches_[id.index].patch, parameters);
+}
+
 /// Resets the loop, as before its first substep. Tools keep their poses.
 template <Scalar S>
 void HapticLoop<S>::forget() {
@@ -308,7 +353,7 @@ void HapticLoop<S>::find_near(const detail::WorldState<S>& state, ToolPatch& too
                               S fastest) {
   const Tool& tool = tools_[tool_patch.tool];
   tool_patch.near.clear();
-  if (!state.bodies.contains(tool.body)) return;
+  if (!tool_patch.patch.is_active || !state.bodies.contains(tool.body)) return;
   const S dt = state.def.time_step;
   const S fall = dt * state.def.gravity.norm();
   const Aabb<S> box = transformed(tool_patch.patch.box, tool.pose).inflated(dt * def_.max_speed);

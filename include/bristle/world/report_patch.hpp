@@ -34,8 +34,7 @@ PatchReport<S> report_patch(const WorldState<S>& state, const SensorPatch<S>& pa
   const DynamicArray<S> outside = lengths_outside(state, patch.body.index, patch, own.center_B);
   for (std::size_t i = 0; i < outside.size(); ++i) {
     report.share_outside.push_back(outside[i] / patch.length[i]);
-    report.largest_load += patch.def.per_sensor.empty() ? patch.def.parameters.normal_stiffness
-                                                        : patch.def.per_sensor[i].normal_stiffness;
+    report.largest_load += patch.parameters(i).normal_stiffness;
   }
   report.intended_load = patch.def.load;
   const PatchReading<S> reading = patch.readings.view();

@@ -204,10 +204,7 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_parameters(PatchId id, const SensorParameters<S>& parameters) {
   detail::SensorPatch<S>& patch = state_.patches.get(id, "PatchId");
-  validate(parameters);
-  patch.def.parameters = parameters;
-  patch.def.per_sensor.clear();
-  patch.def.load = S(0);
+  detail::set_constants(patch, parameters);
   detail::disturb(state_, patch.body);
 }
 
