@@ -31,9 +31,10 @@ struct PatchReport {
   S largest_load = S(0);
   /// [N] Load that the constants are for (`PatchDef::load`); 0 where that is not known.
   S intended_load = S(0);
-  /// [N] Weight of the lightest and of the heaviest dynamic body among the patch's own and those
-  /// that it may sense. 0 without one, and without gravity.
+  /// [N] Weight of the lightest dynamic body among the patch's own and those that it may sense. 0
+  /// without one, and without gravity.
   S least_weight = S(0);
+  /// [N] Weight of the heaviest of them.
   S largest_weight = S(0);
   /// [N] Sum of the normal forces in the last step.
   S load = S(0);
