@@ -33,6 +33,7 @@
 #include <bristle/sensors/tactile_image.hpp>
 #include <bristle/sensors/taxel_flaws.hpp>
 #include <bristle/sensors/tuning.hpp>
+#include <bristle/sensors/virtual_coupling.hpp>
 #include <bristle/sensors/wrapping.hpp>
 #include <bristle/world/world.hpp>
 #include <bristle/world/world_batch.hpp>

@@ -5,6 +5,8 @@
 #include "scenes/stylus.hpp"
 #include "support/relative.hpp"
 
+#include <bristle/sensors/virtual_coupling.hpp>
+
 #include <doctest/doctest.h>
 
 #include <limits>
@@ -233,6 +235,36 @@ TEST_CASE("haptic_tools: patches are switched, changed and removed while they to
   scene.world.open(scene.loop);
   run(0, 16);
   CHECK(pads() == test::relative(1.5));
+}
+
+TEST_CASE("haptic_tools: behind a coupling the hand feels sensors and spring in series") {
+  StylusScene<double> scene({});
+  add_table(scene.world);
+  scene.world.open(scene.loop);
+  const double h = scene.substep_length();
+  CouplingDef<double> def{.stiffness = 400, .damping = 1};
+  // The sensors' damping is that of 16 of them.
+  def.mass = 1.5 * least_coupled_mass(def, scene.stiffness(), 16 * 0.005 / scene.ray, h);
+  Transform<double> device{Quat<double>::Identity(), {0, 0, 0.02}};
+  VirtualCoupling<double> coupling(def, device);
+  for (int step = 0; step < 120; ++step) {
+    for (int i = 0; i < 16; ++i) {
+      // Down at 14 mm/s for a second, then at rest 4 mm into the table.
+      const bool is_down = device.translation.z() <= 0.006;
+      const Twist<double> moved{Vec3<double>(0, 0, is_down ? 0 : -0.014), Vec3<double>::Zero()};
+      scene.loop.move(scene.tool, coupling.pose(), coupling.twist());
+      scene.loop.substep();
+      coupling.step(device, moved, scene.loop.wrench(scene.tool), h);
+      device.translation += h * moved.linear;
+    }
+    scene.world.step(scene.loop);
+  }
+  const double depth = scene.ray - device.translation.z();
+  CHECK(depth == test::relative(0.004).epsilon(0.01));
+  CHECK(coupling.wrench().force.z() ==
+        test::relative(depth / (1 / def.stiffness + 1 / scene.stiffness())).epsilon(1e-6));
+  CHECK(scene.loop.wrench(scene.tool).force.z() ==
+        test::relative(coupling.wrench().force.z()).epsilon(1e-6));
 }
 
 TEST_CASE("haptic_tools: a patch that is refused is not added") {
