@@ -14965,11 +14965,15 @@ class HapticLoop {
     return {static_cast<std::uint32_t>(tool_patches_.size() - 1)};
   }
 
-  /// Removes a patch. It lets go of the bodies in contact, and its handle names nothing any more.
+  /// Removes a patch. It lets go of the bodies in contact, which keep what it gave them so far, and
+  /// its handle names nothing any more. `wrench` is without it from the next substep on. Its place
+  /// in the loop remains, so switch a patch off that is to come back.
   /// @throws InvalidArgument when there is no such patch.
   void remove_patch(ToolPatchId id);
-  /// Switches a patch off or on. A patch that is off has let go, reads zero and costs nothing. One
-  /// that is on again senses from the next `World::open` or `World::step` on at the latest.
+  /// Switches a patch off or on. A patch that is off has let go, reads zero and costs nothing;
+  /// `wrench` is without it from the next substep on. One that is on again senses from the next
+  /// substep on if it was on when the step began, else from the next `World::open` or
+  /// `World::step`.
   /// @throws InvalidArgument when there is no such patch.
   void set_active(ToolPatchId id, bool is_active);
   /// Sets the constants of all sensors of a patch, also where they had their own. Bristles keep
@@ -17161,40 +17165,55 @@ struct CouplingDef {
   /// [kg] Mass of the tool, which has no weight: the hand feels it when it accelerates the tool.
   /// More than `least_coupled_mass`. Finite, > 0.
   S mass = S(0.01);
-  /// [kg m^2] Inertia of the tool about the origin of its frame, about all axes alike. Finite, > 0.
+  /// [kg m^2] Inertia of the tool, whose centre of mass is the origin of its frame, about all axes
+  /// alike. Finite, > 0.
   S inertia = S(1e-5);
   /// [N] Largest force between device and tool, > 0. It may be infinite. Where it is reached the
-  /// spring no longer steadies the tool, whose mass has to be enough without it.
+  /// spring no longer steadies the tool, whose mass has to be enough without it. A damper of
+  /// `PassivityObserver::control` comes on top of it.
   S max_force = infinity<S>;
   /// [N m] Largest torque, > 0. It may be infinite.
   S max_torque = infinity<S>;
 };
 
-/// [kg] Mass from which on a coupled tool is steady on sensors of `stiffness` [N/m] and `damping`
-/// [N s/m] in substeps of `h` [s]; not above 0 where the coupling alone is enough.
+/// [kg] Mass from which on a coupled tool is steady on sensors; not above 0 where the coupling
+/// alone is enough.
 ///
 /// Sensors answer a tool as if it kept its velocity over the substep, with f = -K x - (h K + B) v;
 /// the coupling answers at the end of it. So x and v of a tool in a wall shrink if and only if
 /// 3 h^2 K + 2 h B < 4 m + h^2 K_c + 2 h B_c (Jury's criterion). Turns are alike, with torques per
-/// angle and the inertia.
+/// angle and the inertia. Sensors at an arm r move and turn a tool at once: it is steady if
+/// q / m + q r^2 / I < 1, where q is the least mass without spring and damper of the coupling.
+///
+/// @param stiffness  [N/m] K: the largest in any direction. Sensors in contact times K_N over their
+///                   length along the rays, mu_S times the normal force across.
+/// @param damping    [N s/m] B: sensors in contact times K_D over their length, or times mu_V.
+/// @param h          [s] Length of a substep.
+/// @throws InvalidArgument naming the argument.
 template <Scalar S>
 [[nodiscard]] S least_coupled_mass(const CouplingDef<S>& coupling, S stiffness, S damping, S h) {
+  detail::require_not_negative("stiffness", stiffness);
+  detail::require_not_negative("damping", damping);
+  detail::require_positive("h", h);
   return h *
          (S(3) * h * stiffness + S(2) * damping - h * coupling.stiffness -
           S(2) * coupling.damping) /
          S(4);
 }
 
-/// A tool on a spring and a damper behind a device, once a substep of a `HapticLoop`:
+/// A tool on a spring and a damper behind a device. After `loop.move(tool, coupling.pose())`, once
+/// a substep of a `HapticLoop`:
 ///
-///     loop.move(tool, coupling.pose(), coupling.twist());
 ///     loop.substep();
-///     device.send(coupling.step(X_WD, device_twist, loop.wrench(tool), loop.substep_length()));
+///     const Wrench<S> on_hand = coupling.step(X_WD, moved, loop.wrench(tool), h);
+///     device.send(observer.control(on_hand, moved, h));
+///     loop.move(tool, coupling.pose(), coupling.twist());
 ///
 /// Spring and damper are those at the end of the substep (backward Euler): they are stable at any
-/// stiffness, and give no energy where the device keeps its velocity. A hand does not, so put
-/// `PassivityObserver::control` between coupling and device. At rest the hand feels sensors and
-/// spring in series.
+/// stiffness. Where the device keeps its velocity they give no energy in translation and in turns
+/// about one axis; spring and device that turn about two axes differ by O(h^2) in a substep. A hand
+/// does not keep its velocity, hence the observer. At rest the hand feels sensors and spring in
+/// series. While device and tool are apart, the moment of the damper about both is left out.
 template <Scalar S>
 class VirtualCoupling {
  public:

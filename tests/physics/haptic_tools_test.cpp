@@ -197,6 +197,11 @@ TEST_CASE("haptic_tools: patches are switched, changed and removed while they to
   CHECK(scene.loop.rays_cast() == 16);
   run(0, 16);
   CHECK(pads() == test::relative(2));
+  // Off and on within one step.
+  scene.loop.set_active(other, false);
+  scene.loop.set_active(other, true);
+  run(0, 16);
+  CHECK(pads() == test::relative(2));
   // On again with the next step.
   run(0, 8);
   scene.loop.set_active(scene.pad, true);
@@ -247,17 +252,20 @@ TEST_CASE("haptic_tools: behind a coupling the hand feels sensors and spring in 
   def.mass = 1.5 * least_coupled_mass(def, scene.stiffness(), 16 * 0.005 / scene.ray, h);
   Transform<double> device{Quat<double>::Identity(), {0, 0, 0.02}};
   VirtualCoupling<double> coupling(def, device);
+  scene.loop.move(scene.tool, coupling.pose());
   for (int step = 0; step < 120; ++step) {
     for (int i = 0; i < 16; ++i) {
       // Down at 14 mm/s for a second, then at rest 4 mm into the table.
       const bool is_down = device.translation.z() <= 0.006;
       const Twist<double> moved{Vec3<double>(0, 0, is_down ? 0 : -0.014), Vec3<double>::Zero()};
-      scene.loop.move(scene.tool, coupling.pose(), coupling.twist());
       scene.loop.substep();
       coupling.step(device, moved, scene.loop.wrench(scene.tool), h);
       device.translation += h * moved.linear;
+      scene.loop.move(scene.tool, coupling.pose(), coupling.twist());
     }
     scene.world.step(scene.loop);
+    // The world has the tool where the coupling has it.
+    CHECK((scene.world.pose(scene.body).translation - coupling.pose().translation).norm() < 1e-12);
   }
   const double depth = scene.ray - device.translation.z();
   CHECK(depth == test::relative(0.004).epsilon(0.01));

@@ -100,11 +100,15 @@ class HapticLoop {
     return {static_cast<std::uint32_t>(tool_patches_.size() - 1)};
   }
 
-  /// Removes a patch. It lets go of the bodies in contact, and its handle names nothing any more.
+  /// Removes a patch. It lets go of the bodies in contact, which keep what it gave them so far, and
+  /// its handle names nothing any more. `wrench` is without it from the next substep on. Its place
+  /// in the loop remains, so switch a patch off that is to come back.
   /// @throws InvalidArgument when there is no such patch.
   void remove_patch(ToolPatchId id);
-  /// Switches a patch off or on. A patch that is off has let go, reads zero and costs nothing. One
-  /// that is on again senses from the next `World::open` or `World::step` on at the latest.
+  /// Switches a patch off or on. A patch that is off has let go, reads zero and costs nothing;
+  /// `wrench` is without it from the next substep on. One that is on again senses from the next
+  /// substep on if it was on when the step began, else from the next `World::open` or
+  /// `World::step`.
   /// @throws InvalidArgument when there is no such patch.
   void set_active(ToolPatchId id, bool is_active);
   /// Sets the constants of all sensors of a patch, also where they had their own. Bristles keep

@@ -173,6 +173,47 @@ TEST_CASE("least_coupled_mass: just above it a tool comes to rest, just below it
   }
 }
 
+TEST_CASE(
+    "least_coupled_mass: a tool that sensors move and turn at once needs q / m + q r^2 / I < 1") {
+  const double h = 1e-3;
+  const double K = 2e4;
+  const double r = 0.05;
+  CouplingDef<double> def{.stiffness = 1e-9, .damping = 0, .angular_stiffness = 1e-9};
+  def.angular_damping = 0;
+  const double q = least_coupled_mass(def, K, 0.0, h);
+  // The mass has a share of the bound, the inertia what is left.
+  for (const double share : {0.3, 0.5, 0.8}) {
+    for (const double factor : {0.99, 1.01}) {
+      CAPTURE(share);
+      CAPTURE(factor);
+      def.mass = factor * q / share;
+      def.inertia = factor * q * r * r / (1 - share);
+      VirtualCoupling<double> coupling(def, {});
+      double push = 1e-9;
+      const auto swing = [&](int substeps) {
+        double most = 0;
+        for (int i = 0; i < substeps; ++i) {
+          // One spring along z, at r in x.
+          const double turn = log_rotation<double>(coupling.pose().rotation).y();
+          const double z = coupling.pose().translation.z() - r * turn;
+          const double v = coupling.twist().linear.z() - r * coupling.twist().angular.y();
+          Wrench<double> on_tool;
+          on_tool.force.z() = push - K * z - h * K * v;
+          on_tool.torque.y() = -r * on_tool.force.z();
+          push = 0;
+          coupling.step({}, {}, on_tool, h);
+          most = std::max(most, std::abs(v));
+        }
+        return most;
+      };
+      (void)swing(200);
+      const double before = swing(100);
+      (void)swing(300);
+      CHECK((swing(100) > before) == (factor < 1));
+    }
+  }
+}
+
 // Of backward Euler: m (v1 - v0) v1 >= the change of m v^2 / 2, and K d1 (d1 - d0) >= that of
 // K d^2 / 2, with d1 the stretch at the end of the substep.
 TEST_CASE("VirtualCoupling: gives no energy to a device whose motion it knows, nor to the wall") {
@@ -228,12 +269,21 @@ TEST_CASE("VirtualCoupling: bad input is refused by name, and changes nothing") 
 
   VirtualCoupling<double> coupling({}, {});
   coupling.step(device_at(0.01), {}, {}, 1e-3);
-  const Vec3<double> place = coupling.pose().translation;
+  const VirtualCoupling<double> before = coupling;
   Wrench<double> wrong;
   wrong.torque.y() = nan;
   CHECK_THROWS_AS(coupling.step(device_at(nan), {}, {}, 1e-3), InvalidArgument);
   CHECK_THROWS_AS(coupling.step({}, {{0, nan, 0}, {0, 0, 0}}, {}, 1e-3), InvalidArgument);
   CHECK_THROWS_AS(coupling.step({}, {}, wrong, 1e-3), InvalidArgument);
   CHECK_THROWS_AS(coupling.step({}, {}, {}, 0.0), InvalidArgument);
-  CHECK(coupling.pose().translation == place);
+  CHECK_THROWS_AS(coupling.step({Quat<double>(2, 0, 0, 0), {0, 0, 0}}, {}, {}, 1e-3),
+                  InvalidArgument);
+  CHECK(coupling.pose().translation == before.pose().translation);
+  CHECK(coupling.pose().rotation.coeffs() == before.pose().rotation.coeffs());
+  CHECK(coupling.twist().linear == before.twist().linear);
+  CHECK(coupling.twist().angular == before.twist().angular);
+  CHECK(coupling.wrench().force == before.wrench().force);
+  CHECK_THROWS_AS((void)least_coupled_mass<double>({}, nan, 0, 1e-3), InvalidArgument);
+  CHECK_THROWS_AS((void)least_coupled_mass<double>({}, 1, -1, 1e-3), InvalidArgument);
+  CHECK_THROWS_AS((void)least_coupled_mass<double>({}, 1, 0, 0), InvalidArgument);
 }
