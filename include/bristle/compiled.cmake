@@ -67,7 +67,7 @@ function(bristle_add_objects target scalar set)
 endfunction()
 
 # Adds kernels for the instruction set `set` to `library`: one object that exports two plain functions
-# and nothing else.
+# and nothing else. Once for each set: its parts have names of their own.
 function(bristle_add_kernels library set)
   bristle_add_objects(bristle_both_${set} both ${set} ${bristle_queries_of_both})
   foreach(scalar float double)

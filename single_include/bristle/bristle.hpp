@@ -3332,6 +3332,41 @@ class CoulombNewton {
 /// Rigid transform: the pose of one frame in another.
 // SPDX-License-Identifier: BSD-3-Clause
 
+// === bristle/math/finite.hpp
+
+/// @file
+/// Tests of vectors and matrices for numbers that cannot be computed with.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cmath>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Returns whether no entry is infinite or NaN. Only a finite entry times 0 is 0.
+template <Scalar S, int rows, int columns, int options>
+[[nodiscard]] inline bool all_finite(const Eigen::Matrix<S, rows, columns, options>& m) {
+  S sum = S(0);
+  for (int i = 0; i < rows * columns; ++i) sum += m.data()[i] * S(0);
+  return sum == S(0);
+}
+
+/// Returns whether the squared length is finite. Then no component is NaN. None is so large that a
+/// result may overflow (`largest_number`).
+template <Scalar S>
+[[nodiscard]] inline bool has_finite_square(const Vec3<S>& v) {
+  return (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) * S(0) == S(0);
+}
+
+/// Returns whether a vector has length 1. False if it is not finite.
+template <typename Vector>
+[[nodiscard]] bool is_unit(const Vector& v) {
+  using S = typename Vector::Scalar;
+  using std::abs;
+  return abs(v.squaredNorm() - S(1)) <= Tolerance<S>::equal();
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
 // === bristle/math/rotation.hpp
 
 /// @file
@@ -3485,6 +3520,7 @@ void tangent_basis(const Vec3<S>& n, Vec3<S>& t1, Vec3<S>& t2) {
 
 #include <cmath>
 #include <string>
+#include <string_view>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -3538,12 +3574,15 @@ namespace detail {
 
 /// Raises InvalidArgument unless the pose is finite and its rotation has length 1.
 template <Scalar S>
-void require_pose(const std::string& field, const Transform<S>& X) {
+void require_pose(std::string_view field, const Transform<S>& X) {
   using std::abs;
-  require_all_finite(field + ".translation", X.translation);
-  require_all_finite(field + ".rotation", X.rotation.coeffs());
-  require(abs(X.rotation.squaredNorm() - S(1)) <= Tolerance<S>::equal(),
-          field + ".rotation: length", X.rotation.norm(), "must be 1");
+  const bool is_unit = abs(X.rotation.squaredNorm() - S(1)) <= Tolerance<S>::equal();
+  if (is_unit && all_finite(X.translation)) return;
+  // Text is made only on error: steps never allocate.
+  const std::string name(field);
+  require_all_finite(name + ".translation", X.translation);
+  require_all_finite(name + ".rotation", X.rotation.coeffs());
+  require(is_unit, name + ".rotation: length", X.rotation.norm(), "must be 1");
 }
 
 }  // namespace detail
@@ -3860,41 +3899,6 @@ TriangleMesh<S> weld(const TriangleMesh<S>& mesh, S tolerance) {
 /// @file
 /// Checks of triangle meshes: as a surface, and as the closed boundary of a solid.
 // SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/math/finite.hpp
-
-/// @file
-/// Tests of vectors and matrices for numbers that cannot be computed with.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <cmath>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// Returns whether no entry is infinite or NaN. Only a finite entry times 0 is 0.
-template <Scalar S, int rows, int columns, int options>
-[[nodiscard]] inline bool all_finite(const Eigen::Matrix<S, rows, columns, options>& m) {
-  S sum = S(0);
-  for (int i = 0; i < rows * columns; ++i) sum += m.data()[i] * S(0);
-  return sum == S(0);
-}
-
-/// Returns whether the squared length is finite. Then no component is NaN. None is so large that a
-/// result may overflow (`largest_number`).
-template <Scalar S>
-[[nodiscard]] inline bool has_finite_square(const Vec3<S>& v) {
-  return (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) * S(0) == S(0);
-}
-
-/// Returns whether a vector has length 1. False if it is not finite.
-template <typename Vector>
-[[nodiscard]] bool is_unit(const Vector& v) {
-  using S = typename Vector::Scalar;
-  using std::abs;
-  return abs(v.squaredNorm() - S(1)) <= Tolerance<S>::equal();
-}
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <algorithm>
 #include <array>
@@ -14972,8 +14976,7 @@ class HapticLoop {
   void remove_patch(ToolPatchId id);
   /// Switches a patch off or on. A patch that is off has let go, reads zero and costs nothing;
   /// `wrench` is without it from the next substep on. One that is on again senses from the next
-  /// substep on if it was on when the step began, else from the next `World::open` or
-  /// `World::step`.
+  /// `World::open` or `World::step` on, as a new one does.
   /// @throws InvalidArgument when there is no such patch.
   void set_active(ToolPatchId id, bool is_active);
   /// Sets the constants of all sensors of a patch, also where they had their own. Bristles keep
@@ -17210,10 +17213,11 @@ template <Scalar S>
 ///     loop.move(tool, coupling.pose(), coupling.twist());
 ///
 /// Spring and damper are those at the end of the substep (backward Euler): they are stable at any
-/// stiffness. Where the device keeps its velocity they give no energy in translation and in turns
-/// about one axis; spring and device that turn about two axes differ by O(h^2) in a substep. A hand
-/// does not keep its velocity, hence the observer. At rest the hand feels sensors and spring in
-/// series. While device and tool are apart, the moment of the damper about both is left out.
+/// stiffness. Below the largest force and torque, and where the device keeps its velocity, they
+/// give no energy in translation and in turns about one axis. Turns about changing axes may give
+/// some, and a hand does not keep its velocity, hence the observer. At rest the hand feels sensors
+/// and spring in series. While device and tool are apart, the moment of the damper about both is
+/// left out.
 template <Scalar S>
 class VirtualCoupling {
  public:
@@ -17250,10 +17254,6 @@ class VirtualCoupling {
   /// @return Force or torque of the spring on the tool.
   static Vec3<S> pull(const Spring& spring, const Vec3<S>& stretch, const Vec3<S>& device,
                       const Vec3<S>& other, S h, Vec3<S>& velocity);
-  static void require_pose(const Transform<S>& X_WD) {
-    detail::require_all_finite("X_WD.translation", X_WD.translation);
-    detail::require_unit<S>("X_WD.rotation", X_WD.rotation);
-  }
 
   CouplingDef<S> def_;
   Transform<S> pose_;
@@ -17274,7 +17274,7 @@ VirtualCoupling<S>::VirtualCoupling(const CouplingDef<S>& def, const Transform<S
   detail::require_positive("CouplingDef::inertia", def.inertia);
   detail::require(def.max_force > S(0), "CouplingDef::max_force", def.max_force, "must be > 0");
   detail::require(def.max_torque > S(0), "CouplingDef::max_torque", def.max_torque, "must be > 0");
-  require_pose(X_WD);
+  detail::require_pose("X_WD", X_WD);
   pose_.rotation = X_WD.rotation.normalized();
 }
 
@@ -17301,7 +17301,7 @@ Vec3<S> VirtualCoupling<S>::pull(const Spring& spring, const Vec3<S>& stretch,
 template <Scalar S>
 const Wrench<S>& VirtualCoupling<S>::step(const Transform<S>& X_WD, const Twist<S>& device,
                                           const Wrench<S>& on_tool, S h) {
-  require_pose(X_WD);
+  detail::require_pose("X_WD", X_WD);
   detail::require_all_finite("device.linear", device.linear);
   detail::require_all_finite("device.angular", device.angular);
   detail::require_all_finite("on_tool.force", on_tool.force);
@@ -27078,9 +27078,11 @@ void HapticLoop<S>::remove_patch(ToolPatchId id) {
 template <Scalar S>
 void HapticLoop<S>::set_active(ToolPatchId id, bool is_active) {
   require_patch(id);
-  detail::SensorPatch<S>& patch = tool_patches_[id.index].patch;
-  patch.is_active = is_active;
-  if (!is_active) clear_patch(patch);
+  ToolPatch& tool_patch = tool_patches_[id.index];
+  tool_patch.patch.is_active = is_active;
+  if (is_active) return;
+  tool_patch.near.clear();
+  clear_patch(tool_patch.patch);
 }
 
 template <Scalar S>
@@ -29531,7 +29533,6 @@ void HapticSubstep<S>::sense(ToolPatch& tool_patch, std::uint32_t number) {
   SensorPatch<S>& patch = tool_patch.patch;
   tool_patch.in_reach.clear();
   for (const std::uint32_t i : tool_patch.near) {
-    if (!patch.is_active) break;
     const NearShape& shape = loop_.shapes_[i];
     const Body<S>& body = loop_.bodies_[shape.body].body();
     const S speed =

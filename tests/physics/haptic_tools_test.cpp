@@ -198,8 +198,11 @@ TEST_CASE("haptic_tools: patches are switched, changed and removed while they to
   run(0, 16);
   CHECK(pads() == test::relative(2));
   // Off and on within one step.
+  run(0, 8);
   scene.loop.set_active(other, false);
   scene.loop.set_active(other, true);
+  run(8, 16);
+  CHECK(pads() == 0);
   run(0, 16);
   CHECK(pads() == test::relative(2));
   // On again with the next step.

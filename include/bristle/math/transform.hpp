@@ -4,11 +4,13 @@
 #pragma once
 
 #include <bristle/core/error.hpp>
+#include <bristle/math/finite.hpp>
 #include <bristle/math/rotation.hpp>
 #include <bristle/math/types.hpp>
 
 #include <cmath>
 #include <string>
+#include <string_view>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -62,12 +64,15 @@ namespace detail {
 
 /// Raises InvalidArgument unless the pose is finite and its rotation has length 1.
 template <Scalar S>
-void require_pose(const std::string& field, const Transform<S>& X) {
+void require_pose(std::string_view field, const Transform<S>& X) {
   using std::abs;
-  require_all_finite(field + ".translation", X.translation);
-  require_all_finite(field + ".rotation", X.rotation.coeffs());
-  require(abs(X.rotation.squaredNorm() - S(1)) <= Tolerance<S>::equal(),
-          field + ".rotation: length", X.rotation.norm(), "must be 1");
+  const bool is_unit = abs(X.rotation.squaredNorm() - S(1)) <= Tolerance<S>::equal();
+  if (is_unit && all_finite(X.translation)) return;
+  // Text is made only on error: steps never allocate.
+  const std::string name(field);
+  require_all_finite(name + ".translation", X.translation);
+  require_all_finite(name + ".rotation", X.rotation.coeffs());
+  require(is_unit, name + ".rotation: length", X.rotation.norm(), "must be 1");
 }
 
 }  // namespace detail

@@ -9,7 +9,6 @@
 #pragma once
 
 #include <bristle/core/error.hpp>
-#include <bristle/dynamics/bodies/body.hpp>
 #include <bristle/math/rotation.hpp>
 #include <bristle/math/spatial.hpp>
 #include <bristle/math/transform.hpp>
@@ -76,10 +75,11 @@ template <Scalar S>
 ///     loop.move(tool, coupling.pose(), coupling.twist());
 ///
 /// Spring and damper are those at the end of the substep (backward Euler): they are stable at any
-/// stiffness. Where the device keeps its velocity they give no energy in translation and in turns
-/// about one axis; spring and device that turn about two axes differ by O(h^2) in a substep. A hand
-/// does not keep its velocity, hence the observer. At rest the hand feels sensors and spring in
-/// series. While device and tool are apart, the moment of the damper about both is left out.
+/// stiffness. Below the largest force and torque, and where the device keeps its velocity, they
+/// give no energy in translation and in turns about one axis. Turns about changing axes may give
+/// some, and a hand does not keep its velocity, hence the observer. At rest the hand feels sensors
+/// and spring in series. While device and tool are apart, the moment of the damper about both is
+/// left out.
 template <Scalar S>
 class VirtualCoupling {
  public:
@@ -116,10 +116,6 @@ class VirtualCoupling {
   /// @return Force or torque of the spring on the tool.
   static Vec3<S> pull(const Spring& spring, const Vec3<S>& stretch, const Vec3<S>& device,
                       const Vec3<S>& other, S h, Vec3<S>& velocity);
-  static void require_pose(const Transform<S>& X_WD) {
-    detail::require_all_finite("X_WD.translation", X_WD.translation);
-    detail::require_unit<S>("X_WD.rotation", X_WD.rotation);
-  }
 
   CouplingDef<S> def_;
   Transform<S> pose_;
@@ -140,7 +136,7 @@ VirtualCoupling<S>::VirtualCoupling(const CouplingDef<S>& def, const Transform<S
   detail::require_positive("CouplingDef::inertia", def.inertia);
   detail::require(def.max_force > S(0), "CouplingDef::max_force", def.max_force, "must be > 0");
   detail::require(def.max_torque > S(0), "CouplingDef::max_torque", def.max_torque, "must be > 0");
-  require_pose(X_WD);
+  detail::require_pose("X_WD", X_WD);
   pose_.rotation = X_WD.rotation.normalized();
 }
 
@@ -167,7 +163,7 @@ Vec3<S> VirtualCoupling<S>::pull(const Spring& spring, const Vec3<S>& stretch,
 template <Scalar S>
 const Wrench<S>& VirtualCoupling<S>::step(const Transform<S>& X_WD, const Twist<S>& device,
                                           const Wrench<S>& on_tool, S h) {
-  require_pose(X_WD);
+  detail::require_pose("X_WD", X_WD);
   detail::require_all_finite("device.linear", device.linear);
   detail::require_all_finite("device.angular", device.angular);
   detail::require_all_finite("on_tool.force", on_tool.force);

@@ -107,8 +107,7 @@ class HapticLoop {
   void remove_patch(ToolPatchId id);
   /// Switches a patch off or on. A patch that is off has let go, reads zero and costs nothing;
   /// `wrench` is without it from the next substep on. One that is on again senses from the next
-  /// substep on if it was on when the step began, else from the next `World::open` or
-  /// `World::step`.
+  /// `World::open` or `World::step` on, as a new one does.
   /// @throws InvalidArgument when there is no such patch.
   void set_active(ToolPatchId id, bool is_active);
   /// Sets the constants of all sensors of a patch, also where they had their own. Bristles keep
@@ -303,9 +302,11 @@ void HapticLoop<S>::remove_patch(ToolPatchId id) {
 template <Scalar S>
 void HapticLoop<S>::set_active(ToolPatchId id, bool is_active) {
   require_patch(id);
-  detail::SensorPatch<S>& patch = tool_patches_[id.index].patch;
-  patch.is_active = is_active;
-  if (!is_active) clear_patch(patch);
+  ToolPatch& tool_patch = tool_patches_[id.index];
+  tool_patch.patch.is_active = is_active;
+  if (is_active) return;
+  tool_patch.near.clear();
+  clear_patch(tool_patch.patch);
 }
 
 template <Scalar S>

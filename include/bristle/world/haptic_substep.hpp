@@ -88,7 +88,6 @@ void HapticSubstep<S>::sense(ToolPatch& tool_patch, std::uint32_t number) {
   SensorPatch<S>& patch = tool_patch.patch;
   tool_patch.in_reach.clear();
   for (const std::uint32_t i : tool_patch.near) {
-    if (!patch.is_active) break;
     const NearShape& shape = loop_.shapes_[i];
     const Body<S>& body = loop_.bodies_[shape.body].body();
     const S speed =

@@ -223,21 +223,28 @@ TEST_CASE("VirtualCoupling: gives no energy to a device whose motion it knows, n
     const CouplingDef<double> def{.stiffness = 3000, .damping = damping, .mass = 0.03};
     const double h = 1e-3;
     VirtualCoupling<double> coupling(def, {});
-    Vec3<double> place(0, 0, 0);
+    Transform<double> device;
+    const Vec3<double> axis = Vec3<double>(2, -1, 2) / 3;
     double brought = 0;
     double lost = 0;
     double least_loss = 0;
     for (int i = 0; i < 5000; ++i) {
-      const Vec3<double> speed = random.in_cube(1.0);
-      Wrench<double> on_tool;
-      on_tool.force = random.in_cube(30.0);
-      const Wrench<double> on_device = coupling.step({Quat<double>::Identity(), place},
-                                                     {speed, Vec3<double>::Zero()}, on_tool, h);
-      place += h * speed;
-      brought += h * (on_tool.force.dot(coupling.twist().linear) - on_device.force.dot(speed));
+      // Any way along, and turns about one axis.
+      const Twist<double> speed{random.in_cube(1.0), random.uniform(-20.0, 20.0) * axis};
+      const Wrench<double> on_tool{random.in_cube(30.0), random.uniform(-0.2, 0.2) * axis};
+      const Wrench<double> on_device = coupling.step(device, speed, on_tool, h);
+      device.translation += h * speed.linear;
+      device.rotation = step_rotation<double>(device.rotation, speed.angular, h);
+      const Twist<double>& tool = coupling.twist();
+      brought += h * (on_tool.force.dot(tool.linear) - on_device.force.dot(speed.linear) +
+                      on_tool.torque.dot(tool.angular) - on_device.torque.dot(speed.angular));
+      const Vec3<double> stretch = device.translation - coupling.pose().translation;
+      const Vec3<double> turn =
+          log_rotation<double>(device.rotation * coupling.pose().rotation.conjugate());
       const double stored =
-          0.5 * def.mass * coupling.twist().linear.squaredNorm() +
-          0.5 * def.stiffness * (place - coupling.pose().translation).squaredNorm();
+          0.5 *
+          (def.mass * tool.linear.squaredNorm() + def.stiffness * stretch.squaredNorm() +
+           def.inertia * tool.angular.squaredNorm() + def.angular_stiffness * turn.squaredNorm());
       least_loss = std::min(least_loss, brought - stored - lost);
       lost = brought - stored;
     }
