@@ -227,6 +227,7 @@
 #include <bristle/world/solve_stage.hpp>
 #include <bristle/world/state_visitor.hpp>
 #include <bristle/world/stepper.hpp>
+#include <bristle/world/touch_events.hpp>
 #include <bristle/world/waking.hpp>
 #include <bristle/world/world_bodies_impl.hpp>
 #include <bristle/world/world_contacts_impl.hpp>

@@ -13958,10 +13958,9 @@ template <Scalar S, typename Backend>
                     ContactManifolds<S>& out) noexcept -> ContactStatus {
         return Backend::collide(as(a), as(b), X_AB, margin, out);
       },
-      .cast_rays = [](const void* c, const Transform<S>& X_RC, const RayBatch<S>& rays,
-                      std::uint32_t tag, RayHits<S>& hits) noexcept {
-        Backend::cast_rays(as(c), X_RC, rays, tag, hits);
-      },
+      .cast_rays =
+          [](const void* c, const Transform<S>& X_RC, const RayBatch<S>& rays, std::uint32_t tag,
+             RayHits<S>& hits) noexcept { Backend::cast_rays(as(c), X_RC, rays, tag, hits); },
       .is_surely_clear = [](const void* c, const Transform<S>& X_RC,
                             const RayBatch<S>& rays) noexcept -> bool {
         return bristle::is_surely_clear<S, Backend>(as(c), X_RC, rays);
@@ -14142,6 +14141,110 @@ class ShapesOfBodies {
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
+// === bristle/world/touch_events.hpp
+
+/// @file
+/// Events of patches: which body a patch begins and ceases to touch, kept until a caller reads
+/// them.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <compare>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// A patch and a body that began to touch, or no longer do. They *touch* in a step when a reading
+/// of the patch names the body.
+struct TouchEvent {
+  /// [-] Patch. After an end it may be removed, as may the body.
+  PatchId patch{};
+  /// [-] Body that its sensors touch.
+  BodyId body{};
+  /// True for a begin, false for an end.
+  bool begins = false;
+};
+
+namespace detail {
+
+/// The touches that a caller was told of, and the events that he has not read yet. What is known is
+/// compared with readings after each step, so that steps cost nothing more where nobody listens.
+class TouchLog {
+ public:
+  /// Starts or ends to listen. Both forget all touches and events.
+  void listen(bool is_on) {
+    is_on_ = is_on;
+    known_.clear();
+    events_.clear();
+  }
+  [[nodiscard]] const DynamicArray<TouchEvent>& events() const { return events_; }
+  void clear_events() { events_.clear(); }
+
+  /// Compares the readings of all patches with what is known.
+  /// @param patches  `SlotMap` of `SensorPatch`.
+  template <typename Patches>
+  void update(const Patches& patches);
+
+ private:
+  struct Touch {
+    PatchId patch{};
+    BodyId body{};
+    friend auto operator<=>(const Touch&, const Touch&) = default;
+  };
+
+  template <Scalar S>
+  void find(PatchId id, const SensorPatch<S>& patch);
+
+  bool is_on_ = false;
+  /// Sorted.
+  DynamicArray<Touch> known_, found_;
+  DynamicArray<TouchEvent> events_;
+};
+
+// Implementation ----------------------------------------------------------------------------------
+
+template <typename Patches>
+void TouchLog::update(const Patches& patches) {
+  if (!is_on_) return;
+  found_.clear();
+  for (std::uint32_t i = 0; i < patches.slot_count(); ++i) {
+    if (patches.is_live(i)) find(patches.handle(i), patches.at(i));
+  }
+  std::sort(found_.begin(), found_.end());
+  found_.erase(std::unique(found_.begin(), found_.end()), found_.end());
+  const auto add_missing = [this](const auto& from, const auto& in, bool begins) {
+    for (const Touch& touch : from) {
+      if (std::binary_search(in.begin(), in.end(), touch)) continue;
+      events_.push_back({touch.patch, touch.body, begins});
+    }
+  };
+  add_missing(known_, found_, false);
+  add_missing(found_, known_, true);
+  std::swap(known_, found_);
+}
+
+/// Finds the bodies that a patch touches; neighbours mostly touch the same.
+template <Scalar S>
+void TouchLog::find(PatchId id, const SensorPatch<S>& patch) {
+  BodyId last{};
+  for (std::size_t packet = 0; packet < patch.felt.size(); ++packet) {
+    if (patch.felt[packet] == 0) continue;
+    for (std::size_t lane = 0; lane < packet_size; ++lane) {
+      if ((patch.felt[packet] >> lane & 1u) == 0) continue;
+      const BodyId body = patch.readings.body[packet * packet_size + lane];
+      if (body == last) continue;
+      found_.push_back({id, body});
+      last = body;
+    }
+  }
+}
+
+}  // namespace detail
+
+}  // namespace bristle::inline BRISTLE_ABI
+
 // === bristle/world/world_def.hpp
 
 /// @file
@@ -14246,6 +14349,7 @@ struct WorldState {
   DynamicArray<ContactEvent> ended, ended_since;
   /// Begins and ends of contacts, if `WorldDef::keeps_contact_events`.
   DynamicArray<ContactEvent> kept_events;
+  TouchLog touch_log;
   /// The body of joints to the world. Names none before the first.
   BodyId ground{};
   /// Body index pairs whose contact a joint disables, sorted.
@@ -14868,9 +14972,9 @@ void extrapolate_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S>> sh
     patch.plane_cache.shapes.clear();
     for (const ShapeInReach<S>& shape : shapes) {
       patch.plane_cache.shapes.push_back({shape.tag,
-                                   shape.generation,
-                                   {shape.X_AB.rotation_matrix(), shape.X_AB.translation},
-                                   shape.extra_length});
+                                          shape.generation,
+                                          {shape.X_AB.rotation_matrix(), shape.X_AB.translation},
+                                          shape.extra_length});
     }
     patch.plane_cache.keep(patch);
   }
@@ -15505,8 +15609,9 @@ class World {
   void set_parameters(PatchId id, const SensorParameters<S>& parameters);
   /// Reading of a patch in the last step; valid until the next one.
   [[nodiscard]] PatchReading<S> reading(PatchId id) const;
-  /// Figures of a patch on its body and among the bodies that it may sense, and what is likely to be
-  /// wrong with it (`PatchReport::warnings`). O(shapes of the world); meant for setting up a scene.
+  /// Figures of a patch on its body and among the bodies that it may sense, and what is likely to
+  /// be wrong with it (`PatchReport::warnings`). O(shapes of the world); meant for setting up a
+  /// scene.
   [[nodiscard]] PatchReport<S> patch_report(PatchId id) const;
   /// Returns whether there is such a patch.
   [[nodiscard]] bool contains(PatchId id) const noexcept { return state_.patches.contains(id); }
@@ -15599,6 +15704,21 @@ class World {
   [[nodiscard]] Wrench<S> contact_impulse(BodyId id) const;
   /// The same for the contacts with one other body.
   [[nodiscard]] Wrench<S> contact_impulse(BodyId id, BodyId from) const;
+
+  // Touches of patches ----------------------------------------------------------------------------
+
+  /// Starts or ends to keep events of touches. After a start the next step reports all bodies that
+  /// patches touch then. Each later step compares its readings with what was reported. A world that
+  /// does not keep them pays nothing. No state of snapshots: after `restore` the next step reports
+  /// what differs.
+  void keep_touch_events(bool is_on) { state_.touch_log.listen(is_on); }
+  /// Begins and ends of touches since the last `clear_touch_events`, in the order of steps. In a
+  /// step ends come first, then by patch and body. Valid until the next step.
+  [[nodiscard]] std::span<const TouchEvent> touch_events() const noexcept {
+    return state_.touch_log.events();
+  }
+  /// Forgets all events of touches kept so far.
+  void clear_touch_events() noexcept { state_.touch_log.clear_events(); }
 
   // State -----------------------------------------------------------------------------------------
 
@@ -16202,6 +16322,7 @@ class HostSensors {
     stage_.kernels().collect(stage_.get(), state(), step_);
     ask_mobilities(host);
     stage_.kernels().solve(stage_.get(), state(), step_);
+    state().touch_log.update(state().patches);
     for (const detail::HostWrench<S>& given : step_.wrenches) {
       host.apply_wrench(state().bodies.handle(given.body), given.wrench);
     }
@@ -39525,6 +39646,7 @@ void Stepper<S>::step(State& state) {
   sleep_.fall_asleep(state, sensors_);
   ++state.steps;
   if (state.def.keeps_contact_events) keep_events(state);
+  state.touch_log.update(state.patches);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

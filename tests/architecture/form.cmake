@@ -1,6 +1,6 @@
 # What every file has: a licence line and a bounded length; headers also #pragma once, those of the
 # library and of tests `/// @file` on top, and those of the library a place in the umbrella, but for
-# io/adf.hpp, io/adf/, io/drawn_world.hpp and hosts/<engine>_host.hpp, which are opt-in. What no file has: what clang 14 cannot precompile, and, in tests that
+# io/adf.hpp, io/adf/, io/drawn_world.hpp and hosts/<engine>_*.hpp, which are opt-in. What no file has: what clang 14 cannot precompile, and, in tests that
 # are compiled together, a helper that another file has: the call would take whichever fits better;
 # and doctest's Approx of a number that is not 0, which lets pass whatever is small.
 # Usage: cmake -DROOT=<tree> [-DMAX_LINES=600] -P form.cmake
@@ -66,7 +66,7 @@ compiled together, so another name")
   if(file MATCHES "^include/(.+)$" AND NOT file STREQUAL umbrella)
     string(FIND "${umbrella_text}" "\n#include <${CMAKE_MATCH_1}>\n" at)
     # kernel_tables.hpp is between the files of the compiled library.
-    if(at EQUAL -1 AND NOT file MATCHES "/(io/adf|io/adf/[a-z_]+|io/drawn_world|hosts/(mujoco|bullet|ode|dart|engine)_host|core/kernel_tables)\\.hpp$")
+    if(at EQUAL -1 AND NOT file MATCHES "/(io/adf|io/adf/[a-z_]+|io/drawn_world|hosts/(mujoco|bullet|ode|dart|engine)_[a-z_]+|core/kernel_tables)\\.hpp$")
       violation("${file}:1" "not included by ${umbrella}")
     endif()
   endif()

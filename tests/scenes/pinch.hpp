@@ -13,7 +13,7 @@
 namespace bristle::scenes {
 
 /// The same in every engine. Pads weigh 100 g and slide along x; pads and part are boxes of
-/// 10 x 20 x 20 mm, 0.1 mm from each other, and collide with nothing but by sensors.
+/// 10 x 20 x 20 mm, 0.1 mm from each other.
 struct PinchDef {
   /// [kg], [N], [m] Mass of the part, squeeze of each pad, and how far the part's centre of mass
   /// lies beside the pads along y.
@@ -31,9 +31,13 @@ struct PinchDef {
   bool is_geared = false;
   /// [-] Sensors of a pad along each of its sides.
   int across = 6;
+  /// True if pads and part collide in the engine, too, with `friction`; else by sensors only.
+  /// Sensors then are for half of the squeeze, and contacts bear the rest.
+  bool has_contacts = false;
 
   [[nodiscard]] GripSpec<double> spec() const {
-    return {.friction = friction, .load = squeeze, .mass = mass, .press = 0.45};
+    const double share = has_contacts ? 0.5 : 1.0;
+    return {.friction = friction, .load = share * squeeze, .mass = mass, .press = 0.45};
   }
 };
 

@@ -10,22 +10,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/hosts/dart_shapes.hpp>
 #include <bristle/hosts/engine_host.hpp>
 
 #include <cstddef>
 #include <cstdint>
 #include <dart/dynamics/BodyNode.hpp>
-#include <dart/dynamics/BoxShape.hpp>
-#include <dart/dynamics/CapsuleShape.hpp>
-#include <dart/dynamics/CylinderShape.hpp>
-#include <dart/dynamics/EllipsoidShape.hpp>
-#include <dart/dynamics/PlaneShape.hpp>
-#include <dart/dynamics/ShapeNode.hpp>
 #include <dart/dynamics/Skeleton.hpp>
-#include <dart/dynamics/SphereShape.hpp>
 #include <dart/simulation/World.hpp>
 #include <optional>
 #include <utility>
+#include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -43,19 +38,24 @@ class DartHost : public EngineHost<dart::dynamics::BodyNode*, Backend> {
 
   /// Mirrors a body with its shapes for the sensors. DART's collision filters do not matter.
   /// @return The same id again for a body that is mirrored already.
-  /// @throws InvalidArgument when no shape of bristle matches one of the body's.
+  /// @throws InvalidArgument when no shape of bristle matches one of the body's, or a mesh is open.
   BodyId mirror(dart::dynamics::BodyNode& node) {
+    if (const auto known = this->find(&node)) return *known;
+    return mirror(node, detail::dart_shapes(node));
+  }
+  /// Mirrors a body with other shapes than DART's: a height map as an `extruded_mesh`.
+  /// @return The same id again for a body that is mirrored already, with the shapes that it has.
+  /// @throws InvalidArgument when a shape is refused.
+  BodyId mirror(dart::dynamics::BodyNode& node, std::vector<ShapeDef<double>> shapes) {
     if (const auto known = this->find(&node)) return *known;
     BodyDef<double> def;
     const bool moves = node.getSkeleton()->isMobile() && node.getNumDependentGenCoords() > 0;
     def.motion = moves ? Motion::kinematic : Motion::fixed;
     def.center_of_mass = Vec3<double>(node.getLocalCOM());
-    const Transform<double> X_WB = transform(node.getWorldTransform());
+    const Transform<double> X_WB = detail::dart_pose(node.getWorldTransform());
     def.position = X_WB.translation;
     def.orientation = X_WB.rotation;
-    for (std::size_t i = 0; i < node.getNumShapeNodes(); ++i) {
-      def.shapes.push_back(shape(*node.getShapeNode(i)));
-    }
+    def.shapes = std::move(shapes);
     return this->insert(&node, def);
   }
   /// Adds sensors to a body, in its frame. Mirrors it if needed.
@@ -87,7 +87,7 @@ class DartHost : public EngineHost<dart::dynamics::BodyNode*, Backend> {
       ++state.mechanism;
     }
     if (state.mechanism == dart_->getNumSkeletons()) return {};
-    state.pose = transform(node.getWorldTransform());
+    state.pose = detail::dart_pose(node.getWorldTransform());
     state.center = node.getCOM();
     state.twist = {node.getCOMLinearVelocity(), node.getAngularVelocity()};
     // Acceleration by forces, springs, dampers and gravity, without constraints.
@@ -116,34 +116,6 @@ class DartHost : public EngineHost<dart::dynamics::BodyNode*, Backend> {
   }
 
  private:
-  [[nodiscard]] static Transform<double> transform(const Eigen::Isometry3d& X) {
-    const Eigen::Quaterniond q(X.linear());
-    return {Quat<double>(q.w(), q.x(), q.y(), q.z()).normalized(), Vec3<double>(X.translation())};
-  }
-  [[nodiscard]] static ShapeDef<double> shape(const dart::dynamics::ShapeNode& node) {
-    namespace shapes = dart::dynamics;
-    const shapes::Shape* shape = node.getShape().get();
-    ShapeDef<double> def;
-    def.X_BS = transform(node.getRelativeTransform());
-    if (const auto* box = dynamic_cast<const shapes::BoxShape*>(shape)) {
-      def.shape = Box<double>{Vec3<double>(0.5 * box->getSize())};
-    } else if (const auto* ball = dynamic_cast<const shapes::SphereShape*>(shape)) {
-      def.shape = Sphere<double>{ball->getRadius()};
-    } else if (const auto* capsule = dynamic_cast<const shapes::CapsuleShape*>(shape)) {
-      def.shape = Capsule<double>{capsule->getRadius(), 0.5 * capsule->getHeight()};
-    } else if (const auto* cylinder = dynamic_cast<const shapes::CylinderShape*>(shape)) {
-      def.shape = Cylinder<double>{cylinder->getRadius(), 0.5 * cylinder->getHeight()};
-    } else if (const auto* ellipsoid = dynamic_cast<const shapes::EllipsoidShape*>(shape)) {
-      def.shape = Ellipsoid<double>{Vec3<double>(ellipsoid->getRadii())};
-    } else if (const auto* plane = dynamic_cast<const shapes::PlaneShape*>(shape)) {
-      def.shape = HalfSpace<double>{Vec3<double>(plane->getNormal()), plane->getOffset()};
-    } else {
-      detail::require(false, "BodyNode: shape", shape->getType().c_str(),
-                      "must be a box, sphere, capsule, cylinder, ellipsoid or plane");
-    }
-    return def;
-  }
-
   dart::simulation::WorldPtr dart_;
 };
 

@@ -240,6 +240,7 @@ class HostSensors {
     stage_.kernels().collect(stage_.get(), state(), step_);
     ask_mobilities(host);
     stage_.kernels().solve(stage_.get(), state(), step_);
+    state().touch_log.update(state().patches);
     for (const detail::HostWrench<S>& given : step_.wrenches) {
       host.apply_wrench(state().bodies.handle(given.body), given.wrench);
     }

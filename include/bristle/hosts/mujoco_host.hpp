@@ -10,17 +10,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/geometry/meshes/terrain.hpp>
-#include <bristle/geometry/shapes/quickhull.hpp>
 #include <bristle/hosts/engine_host.hpp>
-#include <bristle/sensors/placement.hpp>
+#include <bristle/hosts/mujoco_shapes.hpp>
 
-#include <array>
-#include <cstddef>
 #include <cstdint>
 #include <mujoco/mujoco.h>
 #include <optional>
 #include <string>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -56,20 +53,43 @@ class MujocoHost : public EngineHost<int, Backend> {
   /// The same by MuJoCo's index of the body.
   /// @throws InvalidArgument when there is none with it, or as above.
   BodyId mirror(int number) {
-    detail::require(number >= 0 && number < model_->nbody, "body", number,
-                    "must be the index of one in the model");
+    require_body(number);
+    if (const auto known = this->find(number)) return *known;
+    return mirror(number, detail::mujoco_shapes(*model_, number));
+  }
+  /// Mirrors a body with other shapes than MuJoCo's, by name: a mesh in the place of its hull.
+  /// @return The same id again for a body that is mirrored already, with the shapes that it has.
+  /// @throws InvalidArgument when there is no such body, or a shape is refused.
+  BodyId mirror(const std::string& body, std::vector<ShapeDef<double>> shapes) {
+    return mirror(number_of(mjOBJ_BODY, body), std::move(shapes));
+  }
+  /// The same by MuJoCo's index of the body.
+  BodyId mirror(int number, std::vector<ShapeDef<double>> shapes) {
+    require_body(number);
     if (const auto known = this->find(number)) return *known;
     BodyDef<double> def;
     // A body welded to the world stands still, unless mocap leads it.
-    const bool is_still = model_->body_weldid[number] == 0 && model_->body_mocapid[number] < 0;
+    const bool is_still = model_->body_weldid[number] == 0 && !is_led(number);
     def.motion = is_still ? Motion::fixed : Motion::kinematic;
-    def.center_of_mass = vector(model_->body_ipos + 3 * number);
-    const Transform<double> X_WB = pose_of(data_->xpos, data_->xquat, number);
+    def.center_of_mass = detail::mujoco_vector(model_->body_ipos + 3 * number);
+    const Transform<double> X_WB = detail::mujoco_pose(data_->xpos, data_->xquat, number);
     def.position = X_WB.translation;
     def.orientation = X_WB.rotation;
-    const int first = model_->body_geomadr[number];
-    for (int i = 0; i < model_->body_geomnum[number]; ++i) def.shapes.push_back(shape(first + i));
+    def.shapes = std::move(shapes);
     return this->insert(number, def);
+  }
+  /// Sets the velocity of a body that mocap leads: of its centre of mass [m/s], and [rad/s], world
+  /// axes, until the next call. For MuJoCo such a body jumps from place to place without a
+  /// velocity, and that is what sensors take it for without this call: what it holds then lags by
+  /// the damping of the sensors.
+  /// @throws InvalidArgument when there is no such body, mocap does not lead it, or a number is not
+  ///         finite.
+  void set_velocity(const std::string& body, const Twist<double>& velocity) {
+    const int number = number_of(mjOBJ_BODY, body);
+    detail::require(is_led(number), "body", body.c_str(), "must be one that mocap leads");
+    detail::require_all_finite("velocity.linear", velocity.linear);
+    detail::require_all_finite("velocity.angular", velocity.angular);
+    led_[number] = velocity;
   }
 
   /// Adds sensors to a body, in its frame. Mirrors it if needed.
@@ -84,18 +104,7 @@ class MujocoHost : public EngineHost<int, Backend> {
   PatchId add_pad(const std::string& site, std::uint32_t rows, std::uint32_t columns,
                   const GripSpec<double>& spec) {
     const int number = number_of(mjOBJ_SITE, site);
-    detail::require(model_->site_type[number] == mjGEOM_BOX, "site", site.c_str(),
-                    "must be of type box");
-    const Transform<double> X_BS = pose_of(model_->site_pos, model_->site_quat, number);
-    const Vec3<double> half = vector(model_->site_size + 3 * number);
-    SensorLayout<double> sensors;
-    for (std::uint32_t i = 0; i < rows; ++i) {
-      for (std::uint32_t j = 0; j < columns; ++j) {
-        const double x = half.x() * ((2.0 * i + 1) / rows - 1);
-        const double y = half.y() * ((2.0 * j + 1) / columns - 1);
-        sensors.add(X_BS * Vec3<double>(x, y, -half.z()), X_BS * Vec3<double>(x, y, half.z()));
-      }
-    }
+    SensorLayout<double> sensors = detail::mujoco_pad(*model_, number, rows, columns);
     const int body = model_->site_bodyid[number];
     return this->add_patch_to(body, tuned_for<double>(spec).patch(std::move(sensors)),
                               [&] { return mirror(body); });
@@ -127,12 +136,14 @@ class MujocoHost : public EngineHost<int, Backend> {
     mj_objectVelocity(model_, data_, mjOBJ_BODY, number, velocity, 0);
     mj_objectAcceleration(model_, data_, mjOBJ_BODY, number, acceleration, 0);
     HostBody<double> body;
-    body.pose = pose_of(data_->xpos, data_->xquat, number);
-    body.center = vector(data_->xipos + 3 * number);
-    body.twist = {vector(velocity + 3), vector(velocity)};
+    body.pose = detail::mujoco_pose(data_->xpos, data_->xquat, number);
+    body.center = detail::mujoco_vector(data_->xipos + 3 * number);
+    body.twist = {detail::mujoco_vector(velocity + 3), detail::mujoco_vector(velocity)};
+    if (const auto led = led_.find(number); led != led_.end()) body.twist = led->second;
     // MuJoCo's accelerations are relative to a frame that falls with gravity.
-    body.acceleration = {vector(acceleration + 3) + vector(model_->opt.gravity),
-                         vector(acceleration)};
+    body.acceleration = {
+        detail::mujoco_vector(acceleration + 3) + detail::mujoco_vector(model_->opt.gravity),
+        detail::mujoco_vector(acceleration)};
     // All bodies of a kinematic tree move each other.
     body.mechanism = static_cast<std::uint32_t>(model_->body_rootid[number]);
     return body;
@@ -160,75 +171,25 @@ class MujocoHost : public EngineHost<int, Backend> {
   }
 
  private:
-  [[nodiscard]] static Vec3<double> vector(const mjtNum* x) { return {x[0], x[1], x[2]}; }
-  [[nodiscard]] static Transform<double> pose_of(const mjtNum* positions, const mjtNum* rotations,
-                                                 int i) {
-    const mjtNum* q = rotations + 4 * i;
-    return {Quat<double>(q[0], q[1], q[2], q[3]).normalized(), vector(positions + 3 * i)};
+  void require_body(int number) const {
+    detail::require(number >= 0 && number < model_->nbody, "body", number,
+                    "must be the index of one in the model");
   }
+  /// Returns whether mocap leads a body.
+  [[nodiscard]] bool is_led(int number) const { return model_->body_mocapid[number] >= 0; }
   [[nodiscard]] int number_of(mjtObj kind, const std::string& name) const {
     const int number = mj_name2id(model_, kind, name.c_str());
     detail::require(number >= 0, kind == mjOBJ_SITE ? "site" : "body", name.c_str(),
                     "must be the name of one in the model");
     return number;
   }
-  [[nodiscard]] ShapeDef<double> shape(int geom) const {
-    const Vec3<double> size = vector(model_->geom_size + 3 * geom);
-    ShapeDef<double> def;
-    def.X_BS = pose_of(model_->geom_pos, model_->geom_quat, geom);
-    switch (model_->geom_type[geom]) {
-      case mjGEOM_PLANE:
-        def.shape = HalfSpace<double>{};
-        break;
-      case mjGEOM_SPHERE:
-        def.shape = Sphere<double>{size.x()};
-        break;
-      case mjGEOM_CAPSULE:
-        def.shape = Capsule<double>{size.x(), size.y()};
-        break;
-      case mjGEOM_CYLINDER:
-        def.shape = Cylinder<double>{size.x(), size.y()};
-        break;
-      case mjGEOM_ELLIPSOID:
-        def.shape = Ellipsoid<double>{size};
-        break;
-      case mjGEOM_BOX:
-        def.shape = Box<double>{size};
-        break;
-      case mjGEOM_MESH: {
-        const int mesh = model_->geom_dataid[geom];
-        std::vector<Vec3<double>> points(static_cast<std::size_t>(model_->mesh_vertnum[mesh]));
-        const float* next = model_->mesh_vert + 3 * model_->mesh_vertadr[mesh];
-        for (Vec3<double>& point : points) {
-          for (int k = 0; k < 3; ++k) point[k] = static_cast<double>(*next++);
-        }
-        def.shape = convex_hull<double>(points);
-        break;
-      }
-      case mjGEOM_HFIELD: {
-        const int field = model_->geom_dataid[geom];
-        const mjtNum* sizes = model_->hfield_size + 4 * field;
-        const int rows = model_->hfield_nrow[field];
-        const int columns = model_->hfield_ncol[field];
-        std::vector<double> heights(static_cast<std::size_t>(rows * columns));
-        const float* next = model_->hfield_data + model_->hfield_adr[field];
-        for (double& height : heights) height = sizes[2] * static_cast<double>(*next++);
-        const std::array<std::uint32_t, 2> cells{static_cast<std::uint32_t>(columns - 1),
-                                                 static_cast<std::uint32_t>(rows - 1)};
-        def.shape = extruded_mesh<double>(
-            height_field_mesh<double>({2 * sizes[0], 2 * sizes[1]}, cells, heights),
-            {0, 0, -sizes[3]});
-        break;
-      }
-      default:
-        detail::require(false, "geom", geom, "must be of a kind that has a shape");
-    }
-    return def;
-  }
 
   const mjModel* model_;
   mjData* data_;
+  /// The caller's entries of `data.xfrc_applied`.
   std::vector<mjtNum> own_;
+  /// [m/s, rad/s] Velocities of bodies that mocap leads.
+  std::unordered_map<int, Twist<double>> led_;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI

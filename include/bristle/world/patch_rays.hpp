@@ -189,9 +189,9 @@ void extrapolate_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S>> sh
     patch.plane_cache.shapes.clear();
     for (const ShapeInReach<S>& shape : shapes) {
       patch.plane_cache.shapes.push_back({shape.tag,
-                                   shape.generation,
-                                   {shape.X_AB.rotation_matrix(), shape.X_AB.translation},
-                                   shape.extra_length});
+                                          shape.generation,
+                                          {shape.X_AB.rotation_matrix(), shape.X_AB.translation},
+                                          shape.extra_length});
     }
     patch.plane_cache.keep(patch);
   }

@@ -38,10 +38,9 @@ template <Scalar S, typename Backend>
                     ContactManifolds<S>& out) noexcept -> ContactStatus {
         return Backend::collide(as(a), as(b), X_AB, margin, out);
       },
-      .cast_rays = [](const void* c, const Transform<S>& X_RC, const RayBatch<S>& rays,
-                      std::uint32_t tag, RayHits<S>& hits) noexcept {
-        Backend::cast_rays(as(c), X_RC, rays, tag, hits);
-      },
+      .cast_rays =
+          [](const void* c, const Transform<S>& X_RC, const RayBatch<S>& rays, std::uint32_t tag,
+             RayHits<S>& hits) noexcept { Backend::cast_rays(as(c), X_RC, rays, tag, hits); },
       .is_surely_clear = [](const void* c, const Transform<S>& X_RC,
                             const RayBatch<S>& rays) noexcept -> bool {
         return bristle::is_surely_clear<S, Backend>(as(c), X_RC, rays);

@@ -71,6 +71,7 @@ void Stepper<S>::step(State& state) {
   sleep_.fall_asleep(state, sensors_);
   ++state.steps;
   if (state.def.keeps_contact_events) keep_events(state);
+  state.touch_log.update(state.patches);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

@@ -12,6 +12,7 @@
 #include <bristle/world/kernels.hpp>
 #include <bristle/world/proximity.hpp>
 #include <bristle/world/ray_query.hpp>
+#include <bristle/world/touch_events.hpp>
 #include <bristle/world/world_state.hpp>
 
 #include <cstddef>
@@ -186,8 +187,9 @@ class World {
   void set_parameters(PatchId id, const SensorParameters<S>& parameters);
   /// Reading of a patch in the last step; valid until the next one.
   [[nodiscard]] PatchReading<S> reading(PatchId id) const;
-  /// Figures of a patch on its body and among the bodies that it may sense, and what is likely to be
-  /// wrong with it (`PatchReport::warnings`). O(shapes of the world); meant for setting up a scene.
+  /// Figures of a patch on its body and among the bodies that it may sense, and what is likely to
+  /// be wrong with it (`PatchReport::warnings`). O(shapes of the world); meant for setting up a
+  /// scene.
   [[nodiscard]] PatchReport<S> patch_report(PatchId id) const;
   /// Returns whether there is such a patch.
   [[nodiscard]] bool contains(PatchId id) const noexcept { return state_.patches.contains(id); }
@@ -280,6 +282,21 @@ class World {
   [[nodiscard]] Wrench<S> contact_impulse(BodyId id) const;
   /// The same for the contacts with one other body.
   [[nodiscard]] Wrench<S> contact_impulse(BodyId id, BodyId from) const;
+
+  // Touches of patches ----------------------------------------------------------------------------
+
+  /// Starts or ends to keep events of touches. After a start the next step reports all bodies that
+  /// patches touch then. Each later step compares its readings with what was reported. A world that
+  /// does not keep them pays nothing. No state of snapshots: after `restore` the next step reports
+  /// what differs.
+  void keep_touch_events(bool is_on) { state_.touch_log.listen(is_on); }
+  /// Begins and ends of touches since the last `clear_touch_events`, in the order of steps. In a
+  /// step ends come first, then by patch and body. Valid until the next step.
+  [[nodiscard]] std::span<const TouchEvent> touch_events() const noexcept {
+    return state_.touch_log.events();
+  }
+  /// Forgets all events of touches kept so far.
+  void clear_touch_events() noexcept { state_.touch_log.clear_events(); }
 
   // State -----------------------------------------------------------------------------------------
 

@@ -17,6 +17,7 @@
 #include <bristle/world/prepared_shape.hpp>
 #include <bristle/world/report.hpp>
 #include <bristle/world/shapes_of_bodies.hpp>
+#include <bristle/world/touch_events.hpp>
 #include <bristle/world/world_def.hpp>
 
 #include <algorithm>
@@ -66,6 +67,7 @@ struct WorldState {
   DynamicArray<ContactEvent> ended, ended_since;
   /// Begins and ends of contacts, if `WorldDef::keeps_contact_events`.
   DynamicArray<ContactEvent> kept_events;
+  TouchLog touch_log;
   /// The body of joints to the world. Names none before the first.
   BodyId ground{};
   /// Body index pairs whose contact a joint disables, sorted.
