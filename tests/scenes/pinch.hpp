@@ -94,10 +94,15 @@ class Pinch {
   [[nodiscard]] double weight() {
     return -reading(0).wrench.force.z() - reading(1).wrench.force.z();
   }
-  /// [m] How far the part sags under its weight: m g / (mu_S sum F_N).
+  /// [m] How far the part's centre of mass sags under its weight: m g / (mu_S sum F_N) between the
+  /// pads, and beside them more, as bristles at a mean square distance from the pads' middle resist
+  /// its turn.
   [[nodiscard]] double expected_sag() {
     const double mu_S = world().patch(patches[0]).def.parameters.static_friction;
-    return def.mass * 9.81 / (mu_S * normal());
+    const double distance = 0.018 / def.across;
+    const double mean_square = distance * distance * (def.across * def.across - 1) / 6;
+    const double turn = 1 + def.offset * def.offset / mean_square;
+    return turn * def.mass * 9.81 / (mu_S * normal());
   }
 
  protected:
