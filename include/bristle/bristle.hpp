@@ -200,6 +200,7 @@
 #include <bristle/sensors/sensor_packets.hpp>
 #include <bristle/sensors/sensor_parameters.hpp>
 #include <bristle/sensors/sensor_wrench.hpp>
+#include <bristle/sensors/taxel_points.hpp>
 #include <bristle/sensors/touch_force.hpp>
 #include <bristle/world/contact_events.hpp>
 #include <bristle/world/contact_stage.hpp>

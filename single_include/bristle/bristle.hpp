@@ -15609,6 +15609,13 @@ class World {
   void set_parameters(PatchId id, const SensorParameters<S>& parameters);
   /// Reading of a patch in the last step; valid until the next one.
   [[nodiscard]] PatchReading<S> reading(PatchId id) const;
+  /// Writes the reading as a set of points, out[sensor][6]: how far the skin is displaced at the
+  /// sensor, dx, dy, dz [m], and the force on it, Fx, Fy, Fz [N], in the axes of the patch's body.
+  /// Displaced is it against the ray by depth times the ray's length, as the reading has it, and
+  /// across the ray by the present stretch of the bristle, towards where the other body takes it.
+  /// Zeros without a contact.
+  /// @throws InvalidArgument when `out` has another size.
+  void taxel_points(PatchId id, std::span<S> out) const;
   /// Figures of a patch on its body and among the bodies that it may sense, and what is likely to
   /// be wrong with it (`PatchReport::warnings`). O(shapes of the world); meant for setting up a
   /// scene.
@@ -17860,6 +17867,60 @@ TriangleMesh<S> wrap_patch(const PatchMesh<S>& patch, const TriangleMesh<S>& sha
 /// Many worlds of one scene that step together, for training a learner.
 // SPDX-License-Identifier: BSD-3-Clause
 
+// === bristle/sensors/taxel_points.hpp
+
+/// @file
+/// Readings of a patch as a set of points: how each taxel gives way, and the force on it.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// [-] Numbers of a taxel in a set of points: dx, dy, dz, Fx, Fy, Fz.
+inline constexpr std::size_t taxel_point_size = 6;
+
+/// Writes for each sensor its displacement dx, dy, dz [m] and the force Fx, Fy, Fz [N] on it, in
+/// the axes of the patch's body. The displacement is that of the skin at the sensor: the reading's
+/// depth against the ray, and its bristle's present stretch towards where the other body takes it.
+/// In a hold the force pulls the same way as the displacement across the ray, and along the ray
+/// both point inwards. Zeros without a contact.
+/// @param pose_of  Callable: PairPose<S> pose_of(BodyId), the pose of a body relative to the
+///                 patch's.
+template <Scalar S, typename PoseOf>
+void write_taxel_points(const SensorPatch<S>& patch, PoseOf&& pose_of, S* out) {
+  std::fill_n(out, taxel_point_size * patch.size(), S(0));
+  BodyId body{};
+  PairPose<S> pose{};
+  for (std::size_t k = 0; k < patch.felt.size(); ++k) {
+    const SensorPacket<S>& packet = patch.packets[k];
+    for (std::uint32_t rest = patch.felt[k]; rest != 0; rest &= rest - 1) {
+      const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
+      const std::size_t i = k * packet_size + lane;
+      if (patch.readings.body[i] != body) {
+        body = patch.readings.body[i];
+        pose = pose_of(body);
+      }
+      const Vec3<S> n = packet.direction[lane];
+      const Vec3<S> t1 = packet.tangent[lane];
+      Vec3<S> displacement = (-patch.readings.depth[i] * patch.length[i]) * n;
+      if ((packet.is_anchored >> lane & 1u) != 0 && packet.anchored_on[lane] == anchor_key(body)) {
+        displacement -= anchor_stretch<S>({packet.anchor_a[lane], packet.anchor_b[lane]}, pose, n);
+      }
+      const Vec3<S> force = patch.readings.shear_1[i] * t1 +
+                            patch.readings.shear_2[i] * n.cross(t1) -
+                            patch.readings.normal_force[i] * n;
+      S* const to = out + taxel_point_size * i;
+      std::copy_n(force.data(), 3, std::copy_n(displacement.data(), 3, to));
+    }
+  }
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -17938,6 +17999,10 @@ class WorldBatch {
   /// in its order and units. Sensors of a `sensor_grid` are image rows. All patches must have
   /// equally many sensors.
   void gather_taxels(std::span<const PatchId> patches, std::span<S> out) const;
+  /// Writes readings to out[world][patch][sensor][6] as sets of points: displacement dx, dy, dz
+  /// [m] and force Fx, Fy, Fz [N] in the axes of the patch's body (`World::taxel_points`). All
+  /// patches must have equally many sensors.
+  void gather_points(std::span<const PatchId> patches, std::span<S> out) const;
   /// Writes the number of sensors in contact to out[world][patch].
   void gather_touching(std::span<const PatchId> patches, std::span<std::uint32_t> out) const;
 
@@ -17969,6 +18034,7 @@ class WorldBatch {
   /// Throws InvalidArgument unless all worlds have these handles.
   template <typename Id>
   void require_handles(std::span<const Id> ids) const;
+  [[nodiscard]] std::size_t require_equal_patches(std::span<const PatchId> patches) const;
   /// Writes `width` numbers a world and handle: write(world, id, first number).
   template <typename Id, typename T, typename Write>
   void gather(std::span<const Id> ids, std::size_t width, std::span<T> out,
@@ -18101,9 +18167,9 @@ void WorldBatch<S, Backend>::gather_joints(std::span<const JointId> joints,
   });
 }
 
+/// @return [-] Sensors of each of the patches.
 template <Scalar S, typename Backend>
-void WorldBatch<S, Backend>::gather_taxels(std::span<const PatchId> patches,
-                                           std::span<S> out) const {
+std::size_t WorldBatch<S, Backend>::require_equal_patches(std::span<const PatchId> patches) const {
   require_handles(patches);
   const std::size_t sensors = patches.empty() ? 0 : worlds_[0].patch(patches.front()).size();
   for (const World<S, Backend>& world : worlds_) {
@@ -18112,6 +18178,13 @@ void WorldBatch<S, Backend>::gather_taxels(std::span<const PatchId> patches,
                       world.patch(id).size(), "must be as many as those of the first one");
     }
   }
+  return sensors;
+}
+
+template <Scalar S, typename Backend>
+void WorldBatch<S, Backend>::gather_taxels(std::span<const PatchId> patches,
+                                           std::span<S> out) const {
+  const std::size_t sensors = require_equal_patches(patches);
   gather<PatchId>(patches, tactile_channel_count * sensors, out,
                   [](const World<S, Backend>& world, PatchId id, S* to) {
                     const PatchReading<S> reading = world.reading(id);
@@ -18120,6 +18193,15 @@ void WorldBatch<S, Backend>::gather_taxels(std::span<const PatchId> patches,
                       to = std::copy(channel.begin(), channel.end(), to);
                     }
                   });
+}
+
+template <Scalar S, typename Backend>
+void WorldBatch<S, Backend>::gather_points(std::span<const PatchId> patches,
+                                           std::span<S> out) const {
+  const std::size_t width = detail::taxel_point_size * require_equal_patches(patches);
+  gather<PatchId>(patches, width, out, [width](const World<S, Backend>& world, PatchId id, S* to) {
+    world.taxel_points(id, {to, width});
+  });
 }
 
 template <Scalar S, typename Backend>
@@ -41265,6 +41347,19 @@ const { return detail::report_patch(state_, state_.patches.get(id, "PatchId")); 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S> PatchReading<S> World<S, Backend>::reading(PatchId id)
 const { return state_.patches.get(id, "PatchId").readings.view(); }
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+void World<S, Backend>::taxel_points(PatchId id, std::span<S> out) const {
+  const detail::SensorPatch<S>& patch = state_.patches.get(id, "PatchId");
+  detail::require(out.size() == detail::taxel_point_size * patch.size(), "out.size()", out.size(),
+                  "must be six for each sensor");
+  const Transform<S>& X_WA = state_.bodies.at(patch.body.index).center_pose;
+  detail::write_taxel_points(
+      patch,
+      [&](BodyId b) { return detail::pair_pose(X_WA, state_.bodies.at(b.index).center_pose); },
+      out.data());
+}
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S> S World<S, Backend>::largest_stable_step(PatchId id)

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -107,12 +108,14 @@ TEST_CASE("WorldBatch: what is gathered is what the worlds say") {
   batch.for_each([&](std::size_t i, World<double>& world) { vary(scene, i, world); });
   batch.step(5);
   const std::size_t n = scene.world.patch(scene.pads[0]).size();
-  std::vector<double> bodies(19 * 2 * 13), joints(19 * 2 * 2), taxels(19 * 2 * 4 * n);
+  std::vector<double> bodies(19 * 2 * 13), joints(19 * 2 * 2), taxels(19 * 2 * 4 * n),
+      points(19 * 2 * 6 * n), own(6 * n);
   std::vector<std::uint32_t> touching(19 * 2);
   const std::vector<BodyId> ids{scene.fingers[1], scene.part};
   batch.gather_bodies(ids, bodies);
   batch.gather_joints(scene.drives, joints);
   batch.gather_taxels(scene.pads, taxels);
+  batch.gather_points(scene.pads, points);
   batch.gather_touching(scene.pads, touching);
   for (std::size_t i = 0; i < 19; ++i) {
     CAPTURE(i);
@@ -128,6 +131,9 @@ TEST_CASE("WorldBatch: what is gathered is what the worlds say") {
       CHECK(joints[2 * (2 * i + k)] == world.reading(scene.drives[k]).position);
       CHECK(joints[2 * (2 * i + k) + 1] == world.reading(scene.drives[k]).velocity);
       const PatchReading<double> reading = world.reading(scene.pads[k]);
+      world.taxel_points(scene.pads[k], own);
+      CHECK(
+          std::equal(own.begin(), own.end(), points.begin() + std::ptrdiff_t((2 * i + k) * 6 * n)));
       CHECK(touching[2 * i + k] == reading.touching());
       const double* t = &taxels[(2 * i + k) * 4 * n];
       for (std::size_t s = 0; s < n; ++s) {

@@ -187,6 +187,13 @@ class World {
   void set_parameters(PatchId id, const SensorParameters<S>& parameters);
   /// Reading of a patch in the last step; valid until the next one.
   [[nodiscard]] PatchReading<S> reading(PatchId id) const;
+  /// Writes the reading as a set of points, out[sensor][6]: how far the skin is displaced at the
+  /// sensor, dx, dy, dz [m], and the force on it, Fx, Fy, Fz [N], in the axes of the patch's body.
+  /// Displaced is it against the ray by depth times the ray's length, as the reading has it, and
+  /// across the ray by the present stretch of the bristle, towards where the other body takes it.
+  /// Zeros without a contact.
+  /// @throws InvalidArgument when `out` has another size.
+  void taxel_points(PatchId id, std::span<S> out) const;
   /// Figures of a patch on its body and among the bodies that it may sense, and what is likely to
   /// be wrong with it (`PatchReport::warnings`). O(shapes of the world); meant for setting up a
   /// scene.

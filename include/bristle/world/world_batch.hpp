@@ -8,6 +8,7 @@
 #include <bristle/core/kernel_scratch.hpp>
 #include <bristle/core/parallel.hpp>
 #include <bristle/sensors/tactile_image.hpp>
+#include <bristle/sensors/taxel_points.hpp>
 #include <bristle/world/world.hpp>
 
 #include <algorithm>
@@ -88,6 +89,10 @@ class WorldBatch {
   /// in its order and units. Sensors of a `sensor_grid` are image rows. All patches must have
   /// equally many sensors.
   void gather_taxels(std::span<const PatchId> patches, std::span<S> out) const;
+  /// Writes readings to out[world][patch][sensor][6] as sets of points: displacement dx, dy, dz
+  /// [m] and force Fx, Fy, Fz [N] in the axes of the patch's body (`World::taxel_points`). All
+  /// patches must have equally many sensors.
+  void gather_points(std::span<const PatchId> patches, std::span<S> out) const;
   /// Writes the number of sensors in contact to out[world][patch].
   void gather_touching(std::span<const PatchId> patches, std::span<std::uint32_t> out) const;
 
@@ -119,6 +124,7 @@ class WorldBatch {
   /// Throws InvalidArgument unless all worlds have these handles.
   template <typename Id>
   void require_handles(std::span<const Id> ids) const;
+  [[nodiscard]] std::size_t require_equal_patches(std::span<const PatchId> patches) const;
   /// Writes `width` numbers a world and handle: write(world, id, first number).
   template <typename Id, typename T, typename Write>
   void gather(std::span<const Id> ids, std::size_t width, std::span<T> out,
@@ -251,9 +257,9 @@ void WorldBatch<S, Backend>::gather_joints(std::span<const JointId> joints,
   });
 }
 
+/// @return [-] Sensors of each of the patches.
 template <Scalar S, typename Backend>
-void WorldBatch<S, Backend>::gather_taxels(std::span<const PatchId> patches,
-                                           std::span<S> out) const {
+std::size_t WorldBatch<S, Backend>::require_equal_patches(std::span<const PatchId> patches) const {
   require_handles(patches);
   const std::size_t sensors = patches.empty() ? 0 : worlds_[0].patch(patches.front()).size();
   for (const World<S, Backend>& world : worlds_) {
@@ -262,6 +268,13 @@ void WorldBatch<S, Backend>::gather_taxels(std::span<const PatchId> patches,
                       world.patch(id).size(), "must be as many as those of the first one");
     }
   }
+  return sensors;
+}
+
+template <Scalar S, typename Backend>
+void WorldBatch<S, Backend>::gather_taxels(std::span<const PatchId> patches,
+                                           std::span<S> out) const {
+  const std::size_t sensors = require_equal_patches(patches);
   gather<PatchId>(patches, tactile_channel_count * sensors, out,
                   [](const World<S, Backend>& world, PatchId id, S* to) {
                     const PatchReading<S> reading = world.reading(id);
@@ -270,6 +283,15 @@ void WorldBatch<S, Backend>::gather_taxels(std::span<const PatchId> patches,
                       to = std::copy(channel.begin(), channel.end(), to);
                     }
                   });
+}
+
+template <Scalar S, typename Backend>
+void WorldBatch<S, Backend>::gather_points(std::span<const PatchId> patches,
+                                           std::span<S> out) const {
+  const std::size_t width = detail::taxel_point_size * require_equal_patches(patches);
+  gather<PatchId>(patches, width, out, [width](const World<S, Backend>& world, PatchId id, S* to) {
+    world.taxel_points(id, {to, width});
+  });
 }
 
 template <Scalar S, typename Backend>

@@ -7,6 +7,7 @@
 #include <bristle/dynamics/joints/joint_pose.hpp>
 #include <bristle/dynamics/joints/joint_rows.hpp>
 #include <bristle/sensors/stability.hpp>
+#include <bristle/sensors/taxel_points.hpp>
 #include <bristle/world/outward_rays.hpp>
 #include <bristle/world/report_patch.hpp>
 #include <bristle/world/snapshot.hpp>
@@ -215,6 +216,19 @@ const { return detail::report_patch(state_, state_.patches.get(id, "PatchId")); 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S> PatchReading<S> World<S, Backend>::reading(PatchId id)
 const { return state_.patches.get(id, "PatchId").readings.view(); }
+
+template <Scalar S, typename Backend>
+requires ShapeBackend<Backend, S>
+void World<S, Backend>::taxel_points(PatchId id, std::span<S> out) const {
+  const detail::SensorPatch<S>& patch = state_.patches.get(id, "PatchId");
+  detail::require(out.size() == detail::taxel_point_size * patch.size(), "out.size()", out.size(),
+                  "must be six for each sensor");
+  const Transform<S>& X_WA = state_.bodies.at(patch.body.index).center_pose;
+  detail::write_taxel_points(
+      patch,
+      [&](BodyId b) { return detail::pair_pose(X_WA, state_.bodies.at(b.index).center_pose); },
+      out.data());
+}
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S> S World<S, Backend>::largest_stable_step(PatchId id)
