@@ -6,7 +6,10 @@
 #include <bristle/core/error.hpp>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <thread>
 
@@ -66,9 +69,11 @@ class RealTimePacer {
     const double lateness = seconds(now - origin_) - due;
     ++steps_;
     if (lateness <= 0) {
-      sleep_until(origin_ + duration(due));
+      const TimePoint at = origin_ + duration(due);
+      count_delay(seconds(sleep_until(at) - at));
       return;
     }
+    count_delay(lateness);
     ++late_steps_;
     worst_lateness_ = std::max(worst_lateness_, lateness);
     if (lateness > longest_debt_) {
@@ -88,8 +93,24 @@ class RealTimePacer {
   }
   /// [-] Steps that were due before their `wait` was called.
   [[nodiscard]] std::uint64_t late_steps() const { return late_steps_; }
-  /// [s] Largest delay of a step.
+  /// [s] Largest delay of a step that was late.
   [[nodiscard]] double worst_lateness() const { return worst_lateness_; }
+  /// [s] Delay within which a part of all steps began, say 0.99 of them: late steps, and those that
+  /// the system woke late. Rounded up by at most a ninth. 0 before the second `wait`.
+  /// @param part  [1] In (0, 1]. 1 is the largest delay.
+  /// @throws InvalidArgument when it is not.
+  [[nodiscard]] double start_delay(double part) const {
+    detail::require(part > 0 && part <= 1, "RealTimePacer: part", part, "must be in (0, 1]");
+    const double wanted = part * static_cast<double>(steps_ == 0 ? 0 : steps_ - 1);
+    double counted = 0;
+    for (std::size_t i = 0; i < delays_.size(); ++i) {
+      counted += static_cast<double>(delays_[i]);
+      if (counted >= wanted && counted > 0) {
+        return std::min(worst_delay_, shortest_delay * std::exp2(static_cast<double>(i) / octave));
+      }
+    }
+    return 0;
+  }
   /// [s] Total delay that was not caught up.
   [[nodiscard]] double forgiven() const { return forgiven_; }
 
@@ -99,15 +120,28 @@ class RealTimePacer {
     return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(s));
   }
 
-  void sleep_until(TimePoint due) const {
+  /// [s] Upper end of the first bin of delays, and [-] bins in which a delay doubles.
+  static constexpr double shortest_delay = 1e-9;
+  static constexpr double octave = 8;
+
+  void count_delay(double delay) {
+    worst_delay_ = std::max(worst_delay_, delay);
+    const double bin = delay > shortest_delay ? octave * std::log2(delay / shortest_delay) : 0;
+    const double last = static_cast<double>(delays_.size() - 1);
+    ++delays_[static_cast<std::size_t>(std::min(std::ceil(bin), last))];
+  }
+
+  /// @return When the waiting ended.
+  TimePoint sleep_until(TimePoint due) const {
     const TimePoint wake = due - duration(spin_);
     if constexpr (requires { Clock::sleep_until(wake); }) {
       Clock::sleep_until(wake);
     } else {
       std::this_thread::sleep_until(wake);
     }
-    while (Clock::now() < due) {
-    }
+    TimePoint now = Clock::now();
+    while (now < due) now = Clock::now();
+    return now;
   }
 
   double step_, longest_debt_, spin_;
@@ -117,6 +151,9 @@ class RealTimePacer {
   std::uint64_t late_steps_ = 0;
   double worst_lateness_ = 0;
   double forgiven_ = 0;
+  double worst_delay_ = 0;
+  /// [-] Steps by the delay of their start. The last bin ends at a million seconds.
+  std::array<std::uint64_t, 400> delays_{};
 };
 
 }  // namespace bristle::inline BRISTLE_ABI

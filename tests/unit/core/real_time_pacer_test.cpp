@@ -106,6 +106,48 @@ TEST_CASE("real-time pacer: steps that are always too slow run at their own pace
   CHECK(pacer.late_steps() == 200);
 }
 
+TEST_CASE("real-time pacer: the delay within which a part of the steps began") {
+  Pacer pacer(1e-3, 10, 0);
+  CHECK(pacer.start_delay(0.5) == 0);
+  pacer.wait();
+  CHECK(pacer.start_delay(1) == 0);
+  // One step in ten is late by 0.2 ms, one in a hundred by 5.4 ms with five behind it that catch
+  // up.
+  for (int i = 1; i <= 1000; ++i) {
+    FakeClock::work(i % 100 == 0 ? 6.4e-3 : i % 10 == 5 ? 1.2e-3 : 0.1e-3);
+    pacer.wait();
+  }
+  CHECK(pacer.start_delay(0.5) < 1e-6);
+  const double tenth = pacer.start_delay(0.92);
+  CHECK(tenth > 0.2e-3);
+  CHECK(tenth < 0.2e-3 * 1.12);
+  CHECK(pacer.start_delay(1) == pacer.worst_lateness());
+  CHECK(pacer.start_delay(1) == test::relative(5.4e-3).epsilon(1e-3));
+  for (int tenths = 1; tenths < 10; ++tenths) {
+    CHECK(pacer.start_delay(tenths / 10.0) <= pacer.start_delay((tenths + 1) / 10.0));
+  }
+  for (const double part : {0.0, -1.0, 1.5, std::nan("")}) {
+    CHECK_THROWS_WITH_AS((void)pacer.start_delay(part), doctest::Contains("part"), InvalidArgument);
+  }
+}
+
+TEST_CASE("real-time pacer: a sleeper that the system wakes late began late, and is not late") {
+  struct Sleepy : FakeClock {
+    static void sleep_until(time_point until) {
+      FakeClock::sleep_until(until);
+      work(30e-6);
+    }
+  };
+  RealTimePacer<Sleepy> pacer(1e-3, 10, 0);
+  for (int i = 0; i <= 100; ++i) {
+    FakeClock::work(0.1e-3);
+    pacer.wait();
+  }
+  CHECK(pacer.late_steps() == 0);
+  CHECK(pacer.start_delay(0.01) == test::relative(30e-6).epsilon(1e-2));
+  CHECK(pacer.start_delay(1) == test::relative(30e-6).epsilon(1e-2));
+}
+
 TEST_CASE("real-time pacer: the clock on the wall") {
   RealTimePacer pacer(1e-3);
   CHECK(pacer.real_time_factor() == 1);
