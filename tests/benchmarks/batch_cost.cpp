@@ -10,10 +10,14 @@
 //
 // Times are medians of seven runs, microseconds a world and step; memory is what the C library has
 // given out, kB a world. `error` is the number of worlds of a batch on two threads whose state is
-// not that of the same world stepped alone, to the last bit.
+// not that of the same world stepped alone, to the last bit. Where MuJoCo is installed it steps as
+// many grips by its own contacts, without taxels.
 // Usage: benchmark_batch_cost [WORLDS]
 // SPDX-License-Identifier: BSD-3-Clause
 #include "benchmarks/thread_clock.hpp"
+#if defined(BRISTLE_WITH_MUJOCO)
+#include "benchmarks/mujoco_batch.hpp"
+#endif
 
 #include <bristle/bristle.hpp>
 #include <bristle/core/thread_pool.hpp>
@@ -138,6 +142,26 @@ void measure(const char* scalar, int side, std::size_t count) {
               gather, kilobytes, readings, wrong);
 }
 
+#if defined(BRISTLE_WITH_MUJOCO)
+void measure_mujoco(std::size_t count) {
+  benchmarks::MujocoBatch batch(count);
+  const double worlds = static_cast<double>(count);
+  const double one = median(benchmarks::thread_seconds, 500, [&] { batch.step(0, 500); });
+  const auto step_all = [&](int steps) {
+    for (std::size_t i = 0; i < count; ++i) batch.step(i, steps);
+  };
+  const double by_one = median(benchmarks::thread_seconds, worlds, [&] { step_all(1); });
+  const double by_eight = median(benchmarks::thread_seconds, 8 * worlds, [&] { step_all(8); });
+  const double by_eight_wall = median(wall_seconds, 8 * worlds, [&] { step_all(8); });
+  ThreadPool pool(2);
+  const auto hook = pool.hook();
+  const double two = median(wall_seconds, 8 * worlds,
+                            [&] { hook(count, [&](std::size_t i) { batch.step(i, 8); }); });
+  std::printf("MuJoCo  %d con. %6.2f        %6.2f %6.2f %6.2f %8.2f\n", batch.contacts(0), one,
+              by_one, by_eight, two, by_eight_wall / two);
+}
+#endif
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -154,4 +178,7 @@ int main(int argc, char** argv) {
     measure<float>("float", side, count);
     measure<double>("double", side, count);
   }
+#if defined(BRISTLE_WITH_MUJOCO)
+  measure_mujoco(count);
+#endif
 }
