@@ -95,10 +95,10 @@ TEST_CASE("add_adf: a sensor of today's form supersedes the one in its body") {
 
 TEST_CASE("add_adf: groups and exclusions become filters") {
   World<double> world;
-  const AdfScene<double> scene =
-      add(world, "bodies: [A, B, C, D]\n" + ball("A") + ball("B", ", collision groups: [1]") +
-                     ball("C", ", collision groups: [0, 1]") +
-                     ball("D", ", collision groups: [31, 700]"));
+  const AdfScene<double> scene = add(
+      world, "bodies: [A, B, C, D, E]\n" + ball("A", ", collision groups: [0]") +
+                 ball("B", ", collision groups: [1]") + ball("C", ", collision groups: [0, 1]") +
+                 ball("D", ", collision groups: [30, 700]") + ball("E"));
   const auto meet = [&](const char* a, const char* b) {
     return may_meet(world.body(scene.bodies.at(a)).filter, world.body(scene.bodies.at(b)).filter);
   };
@@ -107,10 +107,14 @@ TEST_CASE("add_adf: groups and exclusions become filters") {
   CHECK(meet("B", "C"));
   CHECK_FALSE(meet("A", "D"));
   CHECK_FALSE(meet("C", "D"));
-  // A body from elsewhere is of group 0.
-  CHECK(may_meet(CollisionFilter{}, world.body(scene.bodies.at("A")).filter));
-  CHECK_FALSE(may_meet(CollisionFilter{}, world.body(scene.bodies.at("B")).filter));
-  // Groups above 31 take bits from the last down.
+  // A body without groups meets all, and so does one from elsewhere.
+  for (const char* name : {"A", "B", "C", "D", "E"}) {
+    CAPTURE(name);
+    CHECK(meet("E", name));
+    CHECK(may_meet(CollisionFilter{}, world.body(scene.bodies.at(name)).filter));
+  }
+  // Small groups have the bit after their number, others take bits from the last down.
+  CHECK(world.body(scene.bodies.at("C")).filter.category == 0x00000006u);
   CHECK(world.body(scene.bodies.at("D")).filter.category == 0xc0000000u);
 
   // Two models none of whose own bodies touch each other, but those of the other.
@@ -125,9 +129,29 @@ TEST_CASE("add_adf: groups and exclusions become filters") {
   CHECK(may_meet(filter(one, "X"), filter(two, "X")));
 
   std::string many = "collision groups: [0";
-  for (int g = 1; g < 33; ++g) many += ", " + std::to_string(g);
+  for (int g = 1; g < 32; ++g) many += ", " + std::to_string(g);
   CHECK(build_error("bodies: [A]\n" + ball("A", ", " + many + "]")) ==
-        "scene.yaml:2: A/collision groups = 32: must not be the 33rd different one of the model");
+        "scene.yaml:2: A/collision groups = 31: must not be one of more than 31 different ones in "
+        "a world");
+}
+
+TEST_CASE("add_adf: a ball with a group lies on floors without one") {
+  // The file's own floor, or one of the caller's.
+  const std::string floor =
+      "Floor: {mass: 0, collision shape: PLANE, collision geometry: {normal: {x: 0, y: 0, z: 1}, "
+      "offset: 0}}\n";
+  const std::string dropped =
+      ball("Ball", ", collision groups: [1], location: {position: {x: 0, y: 0, z: 1.01}}");
+  for (const bool is_own : {true, false}) {
+    CAPTURE(is_own);
+    World<double> world({.gravity = {0, 0, -10}, .time_step = 1e-3});
+    if (!is_own) world.add_body({.motion = Motion::fixed, .shape = HalfSpace<double>{}});
+    const AdfScene<double> scene = add(
+        world, is_own ? "bodies: [Ball, Floor]\n" + dropped + floor : "bodies: [Ball]\n" + dropped);
+    for (int i = 0; i < 1000; ++i) world.step();
+    // 5 m below but for the floor, where it stands at its radius.
+    CHECK(world.pose(scene.bodies.at("Ball")).translation.z() == test::relative(1.0).epsilon(1e-4));
+  }
 }
 
 TEST_CASE("add_adf: mass, inertia, scale and gravity") {

@@ -36,7 +36,6 @@ TEST_CASE("add_adf: a gripper from a file is, bit by bit, the gripper made by ha
   const Material<double> plain{.friction = 0.25, .restitution = 0.1 * 0.1};
   const Material<double> hard{.friction = 0.25, .restitution = 0.0};
   const Material<double> smooth{.friction = 0.0, .restitution = 0.0};
-  const CollisionFilter filter{.category = 1, .mask = 1};
   const auto box = [&](double mass, const V& half, const V& at, const Material<double>& material) {
     BodyDef<double> def;
     def.motion = mass > 0 ? Motion::dynamic : Motion::fixed;
@@ -45,7 +44,6 @@ TEST_CASE("add_adf: a gripper from a file is, bit by bit, the gripper made by ha
       def.center_of_mass = V::Zero();
     }
     def.shapes = {{.shape = Box<double>{half}, .material = material}};
-    def.filter = filter;
     def.position = at;
     return built.add_body(def);
   };
@@ -53,9 +51,8 @@ TEST_CASE("add_adf: a gripper from a file is, bit by bit, the gripper made by ha
   const BodyId palm = box(0.5, {0.025, 0.1, 0.015}, {0, 0, 0.13}, plain);
   const BodyId left = box(0.2, {0.02, 0.005, 0.05}, {0, 0.04, 0.065}, smooth);
   const BodyId right = box(0.2, {0.02, 0.005, 0.05}, {0, -0.04, 0.065}, smooth);
-  built.add_body({.motion = Motion::fixed,
-                  .shapes = {{.shape = HalfSpace<double>{}, .material = plain}},
-                  .filter = filter});
+  built.add_body(
+      {.motion = Motion::fixed, .shapes = {{.shape = HalfSpace<double>{}, .material = plain}}});
   const BodyId part = box(0.1, {0.02, 0.02, 0.02}, {0, 0, 0.02}, hard);
 
   const auto slide = [&](BodyId a, BodyId b, const V& pivot, const Q& R, double low, double high) {

@@ -34,6 +34,7 @@ AdfScene<S> add_adf(World<S, Backend>& world, const std::filesystem::path& path,
 #if BRISTLE_HAS_DEFINITIONS
 #include <bristle/io/adf/adf_body_builder.hpp>
 #include <bristle/io/adf/adf_fields.hpp>
+#include <bristle/io/adf/adf_groups.hpp>
 #include <bristle/io/adf/adf_joint_builder.hpp>
 #include <bristle/io/adf/adf_meshes.hpp>
 #include <bristle/io/adf/adf_names.hpp>
@@ -106,7 +107,7 @@ class AdfBuilder {
   }
 
   void add_bodies() {
-    AdfBodyBuilder<S> builder(model_, def_, world_.def().gravity, meshes_, scene_.report);
+    AdfBodyBuilder<S> builder(model_, def_, world_.def().gravity, meshes_, groups_, scene_.report);
     for (const AdfBody& body : model_.bodies) {
       const BodyId id = in_block(body, [&] { return world_.add_body(builder.body(body)); });
       scene_.bodies.add(body, id);
@@ -209,6 +210,7 @@ class AdfBuilder {
   const AdfModel& model_;
   const AdfBuildDef<S>& def_;
   AdfMeshes<S> meshes_;
+  AdfGroups groups_;
   AdfScene<S> scene_;
   AdfNames<Found> found_;
   std::map<std::string, const Found*> looked_up_;
