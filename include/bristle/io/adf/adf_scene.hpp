@@ -44,6 +44,10 @@ struct AdfBuildDef {
   /// [-] True if joints with a controller are held where they stand, by a spring of its P and a
   /// damper of its D. Else joints are free until they are given a motor, as in AMBF.
   bool hold_joints = false;
+  /// [-] True if the joints of planar loops are fitted to the plane of their loop, where they are
+  /// out of it by no more than numbers with three digits after the point explain. Loops of rounded
+  /// axes cannot move otherwise.
+  bool fit_loops = true;
   /// [s] Step for which the file's damping was chosen. Constants that the format gives per step are
   /// converted with it.
   S authored_step = S(1e-3);
