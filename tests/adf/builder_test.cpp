@@ -244,6 +244,14 @@ TEST_CASE("add_adf: meshes are found by their folders, and closed ones stay as t
   CHECK_THROWS_WITH_AS(add_adf<double>(world, model_of("bodies: [A]\nA: {mesh: none.stl}\n")),
                        doctest::Contains("A/mesh = none.stl: must be a file; none of these is: "),
                        AdfError);
+  // The whole path, however long, and in its own letters.
+  const std::string deep =
+      "gr\xc3\xb6\xc3\x9f"
+      "e/" +
+      std::string(100, 'd');
+  CHECK_THROWS_WITH_AS(
+      add_adf<double>(world, model_of("bodies: [A]\nA: {mesh: " + deep + "/none.stl}\n")),
+      doctest::Contains((folder.path() / "low" / deep / "none.stl").string().c_str()), AdfError);
   CHECK_THROWS_WITH_AS(add_adf<double>(world, model_of("bodies: [A]\nA: {mesh: broken.stl}\n")),
                        doctest::Contains("scene.yaml:4: A/mesh = broken.stl: must be a mesh that "
                                          "can be read: "),
@@ -316,8 +324,8 @@ TEST_CASE("add_adf: what names nothing is left out, and said") {
                      "0, z: 0}, direction: {x: 1, y: 0, z: 0}}]}\n");
   CHECK(scene.joints.size() == 1);
   CHECK(scene.joints.find("J1") != nullptr);
-  CHECK(has_note(scene.report, "J2", "no body, or several, by the name Tip"));
-  CHECK(has_note(scene.report, "S", "no body, or several, by the name Thumb"));
+  CHECK(has_note(scene.report, "J2", "several bodies by the name Tip"));
+  CHECK(has_note(scene.report, "S", "no body by the name Thumb"));
   CHECK(scene.bodies.find("/n/Left Tip") == scene.bodies.find("Left Tip"));
   CHECK(scene.bodies.find("Left") == scene.bodies.find("Left Tip"));
   CHECK(scene.bodies.find("Tip") == nullptr);
@@ -327,7 +335,7 @@ TEST_CASE("add_adf: what names nothing is left out, and said") {
 
 TEST_CASE("add_adf: what the world refuses is an error of its block, and the world stays") {
   CHECK(build_error("bodies: [A, B]\n" + ball("A") + "B: {mass: 1}\n") ==
-        "scene.yaml:3: B/inertia = unset: must be set where there is no shape with a "
+        "scene.yaml:3: B/inertia = not given: must be set where there is no shape with a "
         "finite volume");
   CHECK(
       build_error("bodies: [A]\nA: {mass: 1, collision shape: PLANE, collision geometry: {normal: "
@@ -341,20 +349,38 @@ TEST_CASE("add_adf: what the world refuses is an error of its block, and the wor
             "bodies: [A]\nA: {mass: 1, collision shape: BOX, collision geometry: {x: 1, y: 1, "
             "z: 1}, inertial offset: {position: {x: 1e308, y: 0, z: 0}, orientation: {r: 0, "
             "p: 0, y: 0}}}\n")
-            .find("scene.yaml:2: A/collision offset = 1e+308") == 0);
+            .find("scene.yaml:2: A/collision offset = {x: 1e+308, y: 0, z: 0}: must be") == 0);
   CHECK(
       build_error("bodies: [A, B]\nA: {mass: 0, scale: 1e308}\n" + ball("B") +
                   "joints: [J]\nJ: {type: fixed, parent: A, child: B, parent pivot: {x: 100, y: 0, "
                   "z: 0}, child pivot: {x: 0, y: 0, z: 0}, parent axis: {x: 0, y: 0, z: 1}, child "
                   "axis: {x: 0, y: 0, z: 1}}\n")
-          .find("scene.yaml:5: J/parent pivot = inf") == 0);
+          .find("scene.yaml:5: J/parent pivot = {x: 100, y: 0, z: 0}: must be ") == 0);
+  // Its author gave whole extents.
+  CHECK(
+      build_error("bodies: [A]\nA: {mass: 1, collision shape: BOX, collision geometry: {x: 1e300, "
+                  "y: 1, z: 1}}\n")
+          .find("scene.yaml:2: A/collision geometry = {x: 1e+300, y: 1, z: 1}: must be at most ") ==
+      0);
+  CHECK(
+      build_error("bodies: [A]\nA: {mass: 1, collision shape: BOX, collision geometry: {x: 1e100, "
+                  "y: 1e100, z: 1}}\n")
+          .find("scene.yaml:2: A/collision geometry = {x: 1e+100, y: 1e+100, z: 1}: must have "
+                "moments of inertia") == 0);
+  CHECK(build_error(
+            "bodies: [A]\n" + ball("A") +
+            "joints: [J]\nJ: {type: hinge, parent: A, child: A, parent pivot: {x: 0, y: 0, z: "
+            "0}, child pivot: {x: 1, y: 0, z: 0}, parent axis: {x: 0, y: 0, z: 1}, child "
+            "axis: {x: 0, y: 0, z: 1}}\n") ==
+        "scene.yaml:4: J/child = A: must not be the parent as well");
   AdfBuildDef<double> slow;
   slow.authored_step = 1e10;
   CHECK(build_error(
             "bodies: [A]\n" + ball("A") +
                 "sensors: [S]\nS: {type: Resistance, parent: A, contact damping: 1e300, array: "
                 "[{offset: {x: 0, y: 0, z: 0}, direction: {x: 1, y: 0, z: 0}}]}\n",
-            slow) == "scene.yaml:4: S/contact damping = inf: must be finite and >= 0");
+            slow) ==
+        "scene.yaml:4: S/contact damping = 1e+300: must be finite and >= 0 (inf in the world)");
   AdfBuildDef<double> few;
   few.limits.max_rays = 3;
   CHECK(

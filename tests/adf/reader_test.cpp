@@ -448,6 +448,9 @@ TEST_CASE("read_adf: limits hold against texts that ask for more than they are l
   CHECK(error_of("a: &a {<<: *a}\n") == "scene.yaml:1: alias within what it names");
   CHECK(error_of("a: &a 1\nb: {<<: *a}\n") == "scene.yaml:1: <<: must name maps");
 
+  // What the library says of a byte has no control characters.
+  for (const char c : error_of("a: \"\\\x1b[2J\"\n")) CHECK_FALSE((c >= 0 && c < ' '));
+
   // Names are short, as each of many blocks may copy them.
   const std::string longest(1024, 'n');
   CHECK(error_of("namespace: " + longest + "\n") == "no error");

@@ -11,6 +11,7 @@
 #include <bristle/io/adf/adf_solids.hpp>
 
 #include <optional>
+#include <string>
 #include <type_traits>
 #include <variant>
 
@@ -61,19 +62,25 @@ class AdfBodyBuilder {
       : model_(model),
         def_(def),
         gravity_(gravity),
+        meshes_(meshes),
         solids_(model, def.limits, meshes, report),
         groups_(groups),
         report_(report) {
     groups.add(model);
   }
 
-  [[nodiscard]] BodyDef<S> body(const AdfBody& body) {
+  /// Returns none for a body that is left out, since its mesh is missing.
+  [[nodiscard]] std::optional<BodyDef<S>> body(const AdfBody& body) {
     BodyDef<S> result;
     const Transform<S> X_WB = def_.X_WM * scaled_pose<S>(body.location, 1.0);
     result.position = X_WB.translation;
     result.orientation = X_WB.rotation.normalized();
     result.filter = groups_.filter_of(body);
-    add_shapes(body, result);
+    if (is_without_mesh(body)) {
+      if (body.mass > 0.0 && !body.inertia) return std::nullopt;
+    } else {
+      add_shapes(body, result);
+    }
     result.motion = body.mass > 0.0 ? Motion::dynamic : Motion::fixed;
     if (result.motion == Motion::dynamic) set_inertia(body, result);
     result.gravity_scale = gravity_scale(body);
@@ -96,6 +103,21 @@ class AdfBodyBuilder {
     if (body.shapes.empty() && !body.collision_mesh.empty()) {
       result.shapes.push_back({.shape = solids_.of(body), .material = material(body)});
     }
+  }
+
+  /// Returns whether a body goes without its mesh, and reports it.
+  [[nodiscard]] bool is_without_mesh(const AdfBody& body) {
+    if (!def_.allow_missing_meshes || !body.shapes.empty() || body.collision_mesh.empty()) {
+      return false;
+    }
+    const std::string places = meshes_.missing_from(body.collision_mesh, AdfResolution::low, &body);
+    if (places.empty()) return false;
+    const bool is_left_out = body.mass > 0.0 && !body.inertia;
+    report_.add(is_left_out ? AdfNoteKind::left_out : AdfNoteKind::changed, printable(body.key),
+                std::string(is_left_out ? "its inertia is not given, and" : "it has no shape:") +
+                    " none of these is a file: " + places,
+                body.line);
+    return true;
   }
 
   static void set_inertia(const AdfBody& body, BodyDef<S>& result) {
@@ -132,6 +154,7 @@ class AdfBodyBuilder {
   const AdfModel& model_;
   const AdfBuildDef<S>& def_;
   Vec3<S> gravity_;
+  AdfMeshes<S>& meshes_;
   AdfSolids<S> solids_;
   const AdfGroups& groups_;
   AdfReport& report_;
