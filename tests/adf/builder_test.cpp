@@ -190,6 +190,40 @@ TEST_CASE("add_adf: mass, inertia, scale and gravity") {
   CHECK(hit.distance == test::relative(7.0));
 }
 
+TEST_CASE("add_adf: bodies lose the part of their speed that the format has") {
+  for (const double dt : {1e-3, 1.0 / 60.0, 0.5}) {
+    CAPTURE(dt);
+    World<double> world({.gravity = {0, 0, 0}, .time_step = dt});
+    const AdfScene<double> scene =
+        add(world, "bodies: [A, B, C, D]\n" + ball("A") +
+                       ball("B",
+                            ", damping: {linear: 0, angular: 0}, location: {position: {x: 10, "
+                            "y: 0, z: 0}}") +
+                       ball("C",
+                            ", damping: {linear: 0.9, angular: 0.5}, location: {position: {x: "
+                            "20, y: 0, z: 0}}") +
+                       ball("D",
+                            ", damping: {linear: 3, angular: 1}, location: {position: {x: 30, "
+                            "y: 0, z: 0}}"));
+    CHECK(has_note(scene.report, "body/damping/linear", "1, as in Bullet"));
+    CHECK_FALSE(has_note(scene.report, "body/damping/angular", ""));
+    for (const auto& body : scene.bodies) {
+      world.set_velocity(body.value, {{0, 1, 0}, {0, 0, 1}});
+    }
+    const int steps = static_cast<int>(std::lround(1.0 / dt));
+    for (int i = 0; i < steps; ++i) world.step();
+    // Bullet has (1 - d)^dt in each step, so that 1 - d is left of both after a second.
+    const auto left = [&](const char* name) {
+      const Twist<double>& twist = world.body(scene.bodies.at(name)).twist;
+      return V(twist.linear.y(), twist.angular.z(), 0);
+    };
+    CHECK((left("A") - V(0.96, 0.9, 0)).norm() < 1e-12);
+    CHECK((left("B") - V(1, 1, 0)).norm() < 1e-12);
+    CHECK((left("C") - V(0.1, 0.5, 0)).norm() < 1e-12);
+    CHECK(left("D").norm() < 1e-12);
+  }
+}
+
 TEST_CASE("add_adf: meshes are found by their folders, and closed ones stay as they are") {
   const test::TempFolder folder;
   std::filesystem::create_directories(folder.path() / "low");

@@ -64,6 +64,8 @@ TEST_CASE("read_adf: defaults are those of the format") {
   CHECK(body.scale == 1.0);
   CHECK(body.friction == 0.5);
   CHECK(body.restitution == 0.1);
+  CHECK(body.linear_damping == 0.04);
+  CHECK(body.angular_damping == 0.1);
   CHECK(body.location.translation == Vec3<double>::Zero());
   CHECK_FALSE(body.inertia.has_value());
   CHECK_FALSE(body.inertial_offset.has_value());
@@ -282,8 +284,7 @@ TEST_CASE("read_adf: aliases, and keys merged from other maps") {
   CHECK(model.bodies[1].mass == 2.0);  // the first of several sources wins
   CHECK(model.bodies[1].restitution == 0.5);
   // The target of an alias is no stray key.
-  REQUIRE(model.report.notes().size() == 1);
-  CHECK(model.report.notes()[0].key == "body/damping");
+  CHECK(model.report.notes().empty());
 }
 
 TEST_CASE("read_adf: names") {
@@ -319,10 +320,7 @@ TEST_CASE("read_adf: what is not read is reported, once each") {
     REQUIRE(note_of(report, key) != nullptr);
     CHECK(note_of(report, key)->kind == AdfNoteKind::left_out);
   }
-  // The damping that the format has where a body says nothing of it is lost too.
-  REQUIRE(note_of(report, "body/damping") != nullptr);
-  CHECK(note_of(report, "body/damping")->count == 2);
-  CHECK(report.notes().size() == 9);
+  CHECK(report.notes().size() == 8);
   CHECK(report.text().find("line 7: unsupported: body/collision margin (2 times): ") !=
         std::string::npos);
 

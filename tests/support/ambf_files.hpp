@@ -1,5 +1,6 @@
-// The scene files of AMBF itself, where they are at hand: the environment's BRISTLE_AMBF_DIR names
-// their folder.
+/// @file
+/// The scene files of AMBF itself, where they are at hand: the environment's BRISTLE_AMBF_DIR names
+/// their folder.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 

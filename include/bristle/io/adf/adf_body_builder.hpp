@@ -10,6 +10,8 @@
 #include <bristle/io/adf/adf_scene.hpp>
 #include <bristle/io/adf/adf_solids.hpp>
 
+#include <cmath>
+#include <limits>
 #include <optional>
 #include <string>
 #include <type_traits>
@@ -84,10 +86,19 @@ class AdfBodyBuilder {
     result.motion = body.mass > 0.0 ? Motion::dynamic : Motion::fixed;
     if (result.motion == Motion::dynamic) set_inertia(body, result);
     result.gravity_scale = gravity_scale(body);
+    result.linear_damping = damping_rate(body.linear_damping);
+    result.angular_damping = damping_rate(body.angular_damping);
     return result;
   }
 
  private:
+  /// [1/s] Rate at which a part of the velocity is lost in a second: (1 - part)^t is exp(-rate t).
+  /// Where all is lost at once, none but round-off is left after a step of the file.
+  [[nodiscard]] S damping_rate(double part) const {
+    if (part < 1.0) return S(-std::log1p(-part));
+    return -std::log(std::numeric_limits<S>::epsilon()) / def_.authored_step;
+  }
+
   /// Bullet multiplies coefficients. Squares give the same for a pair here. For friction that is
   /// exact, as the geometric mean of squares is the product; for restitution, if both are equal.
   [[nodiscard]] static Material<S> material(const AdfBody& body) {

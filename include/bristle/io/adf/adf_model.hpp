@@ -64,6 +64,9 @@ struct AdfBody : AdfItem {
   /// [1] Coefficients as in Bullet: those of a pair are the product.
   double friction = 0.5;
   double restitution = 0.1;
+  /// [1] Part of the linear and the angular velocity that is lost in a second, at most 1.
+  double linear_damping = 0.04;
+  double angular_damping = 0.1;
   /// [-] Bodies with groups collide if they share one; a body without collides with all.
   std::vector<std::size_t> collision_groups{};
   /// [m/s^2] Gravity of this body, in place of the world's.

@@ -88,7 +88,7 @@ class AdfReport {
  public:
   AdfReport() = default;
   /// @param file  The file of the notes that `add` adds.
-  explicit AdfReport(std::string file) : file_(std::move(file)) {}
+  explicit AdfReport(std::string file) : file_(std::move(file)) { files_.emplace(file_, 0); }
 
   /// Adds a note, or counts one more with its kind, key and reason.
   void add(AdfNoteKind kind, std::string key, std::string reason, std::size_t line) {
@@ -97,6 +97,7 @@ class AdfReport {
 
   /// Adds the notes of another report, with their files.
   void append(const AdfReport& other) {
+    for (const std::string& file : other.in_order()) files_.emplace(file, files_.size());
     for (const AdfNote& note : other.notes_) add(note);
     dropped_ += other.dropped_;
   }
@@ -110,22 +111,19 @@ class AdfReport {
   /// there are several files each line begins with its own.
   [[nodiscard]] std::string text() const {
     std::vector<const AdfNote*> sorted;
-    std::map<std::string_view, std::size_t> files;
-    for (const AdfNote& note : notes_) {
-      sorted.push_back(&note);
-      files.emplace(note.file, files.size());
-    }
+    for (const AdfNote& note : notes_) sorted.push_back(&note);
     // Notes of one line keep the order in which they were found.
-    std::sort(sorted.begin(), sorted.end(), [&files](const AdfNote* a, const AdfNote* b) {
-      const auto place = [&files](const AdfNote* note) {
-        return std::tuple(files.at(note->file), note->line, note);
+    std::sort(sorted.begin(), sorted.end(), [this](const AdfNote* a, const AdfNote* b) {
+      const auto place = [this](const AdfNote* note) {
+        const auto file = files_.find(note->file);
+        return std::tuple(file == files_.end() ? 0 : file->second, note->line, note);
       };
       return place(a) < place(b);
     });
     std::string text;
     for (const AdfNote* each : sorted) {
       const AdfNote& note = *each;
-      text += files.size() > 1 ? note.file + ":" : "line ";
+      text += files_.size() > 1 ? note.file + ":" : "line ";
       text += std::to_string(note.line) + ": " + name_of(note.kind) + ": " + note.key;
       if (note.count > 1) text += " (" + std::to_string(note.count) + " times)";
       if (!note.reason.empty()) text += ": " + note.reason;
@@ -156,7 +154,15 @@ class AdfReport {
     notes_.push_back(std::move(added));
   }
 
+  /// The files in the order in which they came.
+  [[nodiscard]] std::vector<std::string> in_order() const {
+    std::vector<std::string> result(files_.size());
+    for (const auto& [file, place] : files_) result[place] = file;
+    return result;
+  }
+
   std::string file_;
+  std::map<std::string, std::size_t> files_;
   std::vector<AdfNote> notes_;
   std::map<Name, std::size_t> places_;
   std::size_t dropped_ = 0;
