@@ -12,6 +12,7 @@
 #include <bristle/io/adf/adf_scene.hpp>
 #include <bristle/io/adf/adf_sensor_builder.hpp>
 #include <bristle/io/adf/adf_words.hpp>
+#include <bristle/world/world.hpp>
 
 #include <algorithm>
 #include <array>

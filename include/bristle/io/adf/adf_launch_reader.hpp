@@ -76,8 +76,8 @@ class AdfRoot {
 };
 
 /// Adds the models of a file to a launch.
-inline void add_models(AdfLaunch& launch, const std::filesystem::path& path,
-                       const AdfLimits& limits) {
+inline void load_models(AdfLaunch& launch, const std::filesystem::path& path,
+                        const AdfLimits& limits) {
   for (AdfModel& model : load_adf_documents(path, limits)) {
     if (!model.gravity) model.gravity = launch.gravity;
     launch.models.push_back(std::move(model));
@@ -98,12 +98,12 @@ inline AdfLaunch load_adf_launch(const std::filesystem::path& path,
     if (world.map().has("gravity")) launch.gravity = world.map().vector("gravity");
     if (world.map().has("environment")) {
       const std::string floor = world.map().text("environment");
-      detail::add_models(launch, world.path_of("environment", floor), limits);
+      detail::load_models(launch, world.path_of("environment", floor), limits);
     }
     launch.report.append(world.finish());
   }
   const auto add = [&](std::size_t i) {
-    detail::add_models(launch, root.path_of("multibody configs", names[i].first), limits);
+    detail::load_models(launch, root.path_of("multibody configs", names[i].first), limits);
   };
   for (const std::size_t i : which) {
     if (i >= names.size()) {
