@@ -1,6 +1,7 @@
-// The scene files of AMBF itself, where they are at hand: the environment's BRISTLE_AMBF_DIR names
-// their folder.
+// AMBF's own scene files fall, and gain no energy.
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/ambf_files.hpp"
+
 #include <bristle/io/adf.hpp>
 #include <bristle/world/world.hpp>
 
@@ -8,31 +9,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
-#include <string>
-#include <vector>
 
 using namespace bristle;
 
 namespace {
-
-std::vector<std::filesystem::path> ambf_files() {
-  std::vector<std::filesystem::path> files;
-  const char* const folder = std::getenv("BRISTLE_AMBF_DIR");
-  if (folder == nullptr) {
-    MESSAGE("skipped: BRISTLE_AMBF_DIR is not set");
-    return files;
-  }
-  std::error_code error;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder, error)) {
-    if (entry.path().extension() == ".yaml") files.push_back(entry.path());
-  }
-  std::sort(files.begin(), files.end());
-  // A folder that is named and holds none is a slip.
-  CHECK_MESSAGE(!files.empty(), "no scene files in ", std::string(folder));
-  return files;
-}
 
 /// [J] Kinetic and potential energy of the bodies of a scene.
 double energy_of(const World<double>& world, const AdfScene<double>& scene, double g) {
@@ -47,7 +28,7 @@ double energy_of(const World<double>& world, const AdfScene<double>& scene, doub
 }  // namespace
 
 TEST_CASE("AMBF's own files: load and run for ten seconds without a blow-up") {
-  for (const std::filesystem::path& file : ambf_files()) {
+  for (const std::filesystem::path& file : test::ambf_files()) {
     CAPTURE(file.string());
     const double g = 9.81;
     World<double> world({.gravity = {0, 0, -g}, .time_step = 1e-3});

@@ -95,10 +95,10 @@ TEST_CASE("add_adf: a sensor of today's form supersedes the one in its body") {
 
 TEST_CASE("add_adf: groups and exclusions become filters") {
   World<double> world;
-  const AdfScene<double> scene =
-      add(world, "bodies: [A, B, C, D]\n" + ball("A") + ball("B", ", collision groups: [1]") +
-                     ball("C", ", collision groups: [0, 1]") +
-                     ball("D", ", collision groups: [31, 700]"));
+  const AdfScene<double> scene = add(
+      world, "bodies: [A, B, C, D, E]\n" + ball("A", ", collision groups: [0]") +
+                 ball("B", ", collision groups: [1]") + ball("C", ", collision groups: [0, 1]") +
+                 ball("D", ", collision groups: [30, 700]") + ball("E"));
   const auto meet = [&](const char* a, const char* b) {
     return may_meet(world.body(scene.bodies.at(a)).filter, world.body(scene.bodies.at(b)).filter);
   };
@@ -107,10 +107,14 @@ TEST_CASE("add_adf: groups and exclusions become filters") {
   CHECK(meet("B", "C"));
   CHECK_FALSE(meet("A", "D"));
   CHECK_FALSE(meet("C", "D"));
-  // A body from elsewhere is of group 0.
-  CHECK(may_meet(CollisionFilter{}, world.body(scene.bodies.at("A")).filter));
-  CHECK_FALSE(may_meet(CollisionFilter{}, world.body(scene.bodies.at("B")).filter));
-  // Groups above 31 take bits from the last down.
+  // A body without groups meets all, and so does one from elsewhere.
+  for (const char* name : {"A", "B", "C", "D", "E"}) {
+    CAPTURE(name);
+    CHECK(meet("E", name));
+    CHECK(may_meet(CollisionFilter{}, world.body(scene.bodies.at(name)).filter));
+  }
+  // Small groups have the bit after their number, others take bits from the last down.
+  CHECK(world.body(scene.bodies.at("C")).filter.category == 0x00000006u);
   CHECK(world.body(scene.bodies.at("D")).filter.category == 0xc0000000u);
 
   // Two models none of whose own bodies touch each other, but those of the other.
@@ -125,9 +129,29 @@ TEST_CASE("add_adf: groups and exclusions become filters") {
   CHECK(may_meet(filter(one, "X"), filter(two, "X")));
 
   std::string many = "collision groups: [0";
-  for (int g = 1; g < 33; ++g) many += ", " + std::to_string(g);
+  for (int g = 1; g < 32; ++g) many += ", " + std::to_string(g);
   CHECK(build_error("bodies: [A]\n" + ball("A", ", " + many + "]")) ==
-        "scene.yaml:2: A/collision groups = 32: must not be the 33rd different one of the model");
+        "scene.yaml:2: A/collision groups = 31: must not be one of more than 31 different ones in "
+        "a world");
+}
+
+TEST_CASE("add_adf: a ball with a group lies on floors without one") {
+  // The file's own floor, or one of the caller's.
+  const std::string floor =
+      "Floor: {mass: 0, collision shape: PLANE, collision geometry: {normal: {x: 0, y: 0, z: 1}, "
+      "offset: 0}}\n";
+  const std::string dropped =
+      ball("Ball", ", collision groups: [1], location: {position: {x: 0, y: 0, z: 1.01}}");
+  for (const bool is_own : {true, false}) {
+    CAPTURE(is_own);
+    World<double> world({.gravity = {0, 0, -10}, .time_step = 1e-3});
+    if (!is_own) world.add_body({.motion = Motion::fixed, .shape = HalfSpace<double>{}});
+    const AdfScene<double> scene = add(
+        world, is_own ? "bodies: [Ball, Floor]\n" + dropped + floor : "bodies: [Ball]\n" + dropped);
+    for (int i = 0; i < 1000; ++i) world.step();
+    // 5 m below but for the floor, where it stands at its radius.
+    CHECK(world.pose(scene.bodies.at("Ball")).translation.z() == test::relative(1.0).epsilon(1e-4));
+  }
 }
 
 TEST_CASE("add_adf: mass, inertia, scale and gravity") {
@@ -164,6 +188,40 @@ TEST_CASE("add_adf: mass, inertia, scale and gravity") {
                                    .length = 20});
   CHECK(hit.body == scene.bodies.at("A"));
   CHECK(hit.distance == test::relative(7.0));
+}
+
+TEST_CASE("add_adf: bodies lose the part of their speed that the format has") {
+  for (const double dt : {1e-3, 1.0 / 60.0, 0.5}) {
+    CAPTURE(dt);
+    World<double> world({.gravity = {0, 0, 0}, .time_step = dt});
+    const AdfScene<double> scene =
+        add(world, "bodies: [A, B, C, D]\n" + ball("A") +
+                       ball("B",
+                            ", damping: {linear: 0, angular: 0}, location: {position: {x: 10, "
+                            "y: 0, z: 0}}") +
+                       ball("C",
+                            ", damping: {linear: 0.9, angular: 0.5}, location: {position: {x: "
+                            "20, y: 0, z: 0}}") +
+                       ball("D",
+                            ", damping: {linear: 3, angular: 1}, location: {position: {x: 30, "
+                            "y: 0, z: 0}}"));
+    CHECK(has_note(scene.report, "body/damping/linear", "1, as in Bullet"));
+    CHECK_FALSE(has_note(scene.report, "body/damping/angular", ""));
+    for (const auto& body : scene.bodies) {
+      world.set_velocity(body.value, {{0, 1, 0}, {0, 0, 1}});
+    }
+    const int steps = static_cast<int>(std::lround(1.0 / dt));
+    for (int i = 0; i < steps; ++i) world.step();
+    // Bullet has (1 - d)^dt in each step, so that 1 - d is left of both after a second.
+    const auto left = [&](const char* name) {
+      const Twist<double>& twist = world.body(scene.bodies.at(name)).twist;
+      return V(twist.linear.y(), twist.angular.z(), 0);
+    };
+    CHECK((left("A") - V(0.96, 0.9, 0)).norm() < 1e-12);
+    CHECK((left("B") - V(1, 1, 0)).norm() < 1e-12);
+    CHECK((left("C") - V(0.1, 0.5, 0)).norm() < 1e-12);
+    CHECK(left("D").norm() < 1e-12);
+  }
 }
 
 TEST_CASE("add_adf: meshes are found by their folders, and closed ones stay as they are") {
@@ -220,6 +278,14 @@ TEST_CASE("add_adf: meshes are found by their folders, and closed ones stay as t
   CHECK_THROWS_WITH_AS(add_adf<double>(world, model_of("bodies: [A]\nA: {mesh: none.stl}\n")),
                        doctest::Contains("A/mesh = none.stl: must be a file; none of these is: "),
                        AdfError);
+  // The whole path, however long, and in its own letters.
+  const std::string deep =
+      "gr\xc3\xb6\xc3\x9f"
+      "e/" +
+      std::string(100, 'd');
+  CHECK_THROWS_WITH_AS(
+      add_adf<double>(world, model_of("bodies: [A]\nA: {mesh: " + deep + "/none.stl}\n")),
+      doctest::Contains((folder.path() / "low" / deep / "none.stl").string().c_str()), AdfError);
   CHECK_THROWS_WITH_AS(add_adf<double>(world, model_of("bodies: [A]\nA: {mesh: broken.stl}\n")),
                        doctest::Contains("scene.yaml:4: A/mesh = broken.stl: must be a mesh that "
                                          "can be read: "),
@@ -292,8 +358,8 @@ TEST_CASE("add_adf: what names nothing is left out, and said") {
                      "0, z: 0}, direction: {x: 1, y: 0, z: 0}}]}\n");
   CHECK(scene.joints.size() == 1);
   CHECK(scene.joints.find("J1") != nullptr);
-  CHECK(has_note(scene.report, "J2", "no body, or several, by the name Tip"));
-  CHECK(has_note(scene.report, "S", "no body, or several, by the name Thumb"));
+  CHECK(has_note(scene.report, "J2", "several bodies by the name Tip"));
+  CHECK(has_note(scene.report, "S", "no body by the name Thumb"));
   CHECK(scene.bodies.find("/n/Left Tip") == scene.bodies.find("Left Tip"));
   CHECK(scene.bodies.find("Left") == scene.bodies.find("Left Tip"));
   CHECK(scene.bodies.find("Tip") == nullptr);
@@ -303,7 +369,7 @@ TEST_CASE("add_adf: what names nothing is left out, and said") {
 
 TEST_CASE("add_adf: what the world refuses is an error of its block, and the world stays") {
   CHECK(build_error("bodies: [A, B]\n" + ball("A") + "B: {mass: 1}\n") ==
-        "scene.yaml:3: B/inertia = unset: must be set where there is no shape with a "
+        "scene.yaml:3: B/inertia = not given: must be set where there is no shape with a "
         "finite volume");
   CHECK(
       build_error("bodies: [A]\nA: {mass: 1, collision shape: PLANE, collision geometry: {normal: "
@@ -317,20 +383,38 @@ TEST_CASE("add_adf: what the world refuses is an error of its block, and the wor
             "bodies: [A]\nA: {mass: 1, collision shape: BOX, collision geometry: {x: 1, y: 1, "
             "z: 1}, inertial offset: {position: {x: 1e308, y: 0, z: 0}, orientation: {r: 0, "
             "p: 0, y: 0}}}\n")
-            .find("scene.yaml:2: A/collision offset = 1e+308") == 0);
+            .find("scene.yaml:2: A/collision offset = {x: 1e+308, y: 0, z: 0}: must be") == 0);
   CHECK(
       build_error("bodies: [A, B]\nA: {mass: 0, scale: 1e308}\n" + ball("B") +
                   "joints: [J]\nJ: {type: fixed, parent: A, child: B, parent pivot: {x: 100, y: 0, "
                   "z: 0}, child pivot: {x: 0, y: 0, z: 0}, parent axis: {x: 0, y: 0, z: 1}, child "
                   "axis: {x: 0, y: 0, z: 1}}\n")
-          .find("scene.yaml:5: J/parent pivot = inf") == 0);
+          .find("scene.yaml:5: J/parent pivot = {x: 100, y: 0, z: 0}: must be ") == 0);
+  // Its author gave whole extents.
+  CHECK(
+      build_error("bodies: [A]\nA: {mass: 1, collision shape: BOX, collision geometry: {x: 1e300, "
+                  "y: 1, z: 1}}\n")
+          .find("scene.yaml:2: A/collision geometry = {x: 1e+300, y: 1, z: 1}: must be at most ") ==
+      0);
+  CHECK(
+      build_error("bodies: [A]\nA: {mass: 1, collision shape: BOX, collision geometry: {x: 1e100, "
+                  "y: 1e100, z: 1}}\n")
+          .find("scene.yaml:2: A/collision geometry = {x: 1e+100, y: 1e+100, z: 1}: must have "
+                "moments of inertia") == 0);
+  CHECK(build_error(
+            "bodies: [A]\n" + ball("A") +
+            "joints: [J]\nJ: {type: hinge, parent: A, child: A, parent pivot: {x: 0, y: 0, z: "
+            "0}, child pivot: {x: 1, y: 0, z: 0}, parent axis: {x: 0, y: 0, z: 1}, child "
+            "axis: {x: 0, y: 0, z: 1}}\n") ==
+        "scene.yaml:4: J/child = A: must not be the parent as well");
   AdfBuildDef<double> slow;
   slow.authored_step = 1e10;
   CHECK(build_error(
             "bodies: [A]\n" + ball("A") +
                 "sensors: [S]\nS: {type: Resistance, parent: A, contact damping: 1e300, array: "
                 "[{offset: {x: 0, y: 0, z: 0}, direction: {x: 1, y: 0, z: 0}}]}\n",
-            slow) == "scene.yaml:4: S/contact damping = inf: must be finite and >= 0");
+            slow) ==
+        "scene.yaml:4: S/contact damping = 1e+300: must be finite and >= 0 (inf in the world)");
   AdfBuildDef<double> few;
   few.limits.max_rays = 3;
   CHECK(

@@ -114,7 +114,9 @@ TEST_CASE("add_adf: joints of each kind") {
     detail::AdfJointBuilder<double> builder(def, report);
     // The child stands 0.25 m along and 0.5 rad about the axis from zero.
     const Transform<double> X_WB{Q(Eigen::AngleAxis<double>(0.5, V::UnitZ())), {0, 0, 0.25}};
-    return builder.joint(model.joints.at(0), model.bodies[0], model.bodies[1], {}, X_WB);
+    JointDef<double> result = builder.joint(model.joints.at(0), 1.0, 1.0);
+    builder.hold(model.joints.at(0), {}, X_WB, result);
+    return result;
   };
   CHECK(joint_of("fixed", "").kind == JointKind::fixed);
   CHECK(joint_of("p2p", "").kind == JointKind::ball);

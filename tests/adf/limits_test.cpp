@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <support/temp_folder.hpp>
 
 using namespace bristle;
@@ -51,21 +52,34 @@ TEST_CASE("AdfNames: whole names are found without a search, parts by one pass o
   names.add(item("A", "/n/A", "Twin"), 3);
   names.add(item("B", "/n/B", "Twin"), 4);
   std::size_t searched = 0;
-  CHECK(*names.find("/n/BODY Left Tip", searched) == 1);
-  CHECK(*names.find("BODY Right Tip", searched) == 2);
-  CHECK(*names.find("RightTip", searched) == 2);
-  CHECK(names.find("Twin", searched) == nullptr);
+  const auto found = [&](std::string_view name) {
+    const auto match = names.match(name, searched);
+    return match.entry == nullptr ? 0 : match.entry->value;
+  };
+  CHECK(found("/n/BODY Left Tip") == 1);
+  CHECK(found("BODY Right Tip") == 2);
+  CHECK(found("RightTip") == 2);
+  CHECK(found("Twin") == 0);
+  CHECK(names.match("Twin", searched).is_several);
   CHECK(searched == 0);
-  CHECK(*names.find("Left", searched) == 1);
+  CHECK(found("Left") == 1);
   CHECK(searched == 16 + 17 + 4 + 4);
   searched = 0;
-  CHECK(names.find("Tip", searched) == nullptr);
+  CHECK(found("Tip") == 0);
   CHECK(searched == 16 + 17);  // the second match settles it
+  CHECK(names.match("Tip", searched).is_several);
+  CHECK_FALSE(names.match("Thumb", searched).is_several);
   // A part that begins again within itself.
   names.add(item("C", "/n/aabaabaaa", "C"), 5);
-  REQUIRE(names.find("aabaaa", searched) != nullptr);
-  CHECK(*names.find("aabaaa", searched) == 5);
-  CHECK(names.find("aabab", searched) == nullptr);
+  CHECK(found("aabaaa") == 5);
+  CHECK(found("aabab") == 0);
+  // Two files may have one key, and then it means neither.
+  AdfNames<int> other;
+  other.add(item("A", "/m/A", "Single"), 6);
+  names.append(other);
+  CHECK(names.find("A") == nullptr);
+  CHECK(*names.find("/n/A") == 3);
+  CHECK(*names.find("Single") == 6);
 }
 
 TEST_CASE("add_adf: names that repeat one letter are not searched for ever") {

@@ -4,19 +4,18 @@
 #pragma once
 
 #include <bristle/dynamics/bodies/body.hpp>
+#include <bristle/io/adf/adf_groups.hpp>
 #include <bristle/io/adf/adf_meshes.hpp>
 #include <bristle/io/adf/adf_model.hpp>
 #include <bristle/io/adf/adf_scene.hpp>
 #include <bristle/io/adf/adf_solids.hpp>
 
-#include <cstddef>
-#include <cstdint>
-#include <map>
+#include <cmath>
+#include <limits>
+#include <optional>
 #include <string>
 #include <type_traits>
-#include <utility>
 #include <variant>
-#include <vector>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -55,76 +54,51 @@ template <Scalar S>
   return {rotation.normalized(), translation};
 }
 
-/// Category bits of collision groups. Group g has bit g, so that bodies of group 0 have the default
-/// category. Numbers above 31 get the free bits, from the last down.
-class AdfGroups {
- public:
-  explicit AdfGroups(const AdfModel& model) {
-    for (const AdfBody& body : model.bodies) {
-      for (const std::size_t group : body.collision_groups) {
-        if (group < bits) used_ |= 1u << group;
-      }
-    }
-  }
-
-  [[nodiscard]] std::uint32_t bits_of(const AdfModel& model, const AdfBody& body) {
-    std::uint32_t result = body.collision_groups.empty() ? 1u : 0u;
-    for (const std::size_t group : body.collision_groups) {
-      result |= group < bits ? 1u << group : high_bit(model, body, group);
-    }
-    return result;
-  }
-
- private:
-  static constexpr std::size_t bits = 32;
-
-  [[nodiscard]] std::uint32_t high_bit(const AdfModel& model, const AdfBody& body,
-                                       std::size_t group) {
-    const auto known = high_.find(group);
-    if (known != high_.end()) return known->second;
-    std::uint32_t bit = 0x80000000u;
-    while ((used_ & bit) != 0 && bit > 1u) bit >>= 1;
-    if ((used_ & bit) != 0) {
-      raise(AdfError(model.file.string(), body.line, body.key + "/collision groups",
-                     std::to_string(group), "must not be the 33rd different one of the model"));
-    }
-    used_ |= bit;
-    return high_[group] = bit;
-  }
-
-  std::uint32_t used_ = 0;
-  std::map<std::size_t, std::uint32_t> high_;
-};
-
 template <Scalar S>
 class AdfBodyBuilder {
  public:
   /// @param gravity  [m/s^2] Gravity of the world.
+  /// @param groups   Those of the model are added.
   AdfBodyBuilder(const AdfModel& model, const AdfBuildDef<S>& def, const Vec3<S>& gravity,
-                 AdfMeshes<S>& meshes, AdfReport& report)
+                 AdfMeshes<S>& meshes, AdfGroups& groups, AdfReport& report)
       : model_(model),
         def_(def),
         gravity_(gravity),
+        meshes_(meshes),
         solids_(model, def.limits, meshes, report),
-        report_(report),
-        groups_(model) {}
+        groups_(groups),
+        report_(report) {
+    groups.add(model);
+  }
 
-  [[nodiscard]] BodyDef<S> body(const AdfBody& body) {
+  /// Returns none for a body that is left out, since its mesh is missing.
+  [[nodiscard]] std::optional<BodyDef<S>> body(const AdfBody& body) {
     BodyDef<S> result;
     const Transform<S> X_WB = def_.X_WM * scaled_pose<S>(body.location, 1.0);
     result.position = X_WB.translation;
     result.orientation = X_WB.rotation.normalized();
-    result.filter.category = groups_.bits_of(model_, body);
-    // Bodies from elsewhere, of the default category, collide with group 0.
-    result.filter.mask = result.filter.category;
-    add_shapes(body, result);
+    result.filter = groups_.filter_of(body);
+    if (is_without_mesh(body)) {
+      if (body.mass > 0.0 && !body.inertia) return std::nullopt;
+    } else {
+      add_shapes(body, result);
+    }
     result.motion = body.mass > 0.0 ? Motion::dynamic : Motion::fixed;
     if (result.motion == Motion::dynamic) set_inertia(body, result);
     result.gravity_scale = gravity_scale(body);
+    result.linear_damping = damping_rate(body.linear_damping);
+    result.angular_damping = damping_rate(body.angular_damping);
     return result;
   }
 
  private:
+  /// [1/s] Rate at which a part of the velocity is lost in a second: (1 - part)^t is exp(-rate t).
+  /// Where all is lost at once, none but round-off is left after a step of the file.
+  [[nodiscard]] S damping_rate(double part) const {
+    if (part < 1.0) return S(-std::log1p(-part));
+    return -std::log(std::numeric_limits<S>::epsilon()) / def_.authored_step;
+  }
+
   /// Bullet multiplies coefficients. Squares give the same for a pair here. For friction that is
   /// exact, as the geometric mean of squares is the product; for restitution, if both are equal.
   [[nodiscard]] static Material<S> material(const AdfBody& body) {
@@ -140,6 +114,21 @@ class AdfBodyBuilder {
     if (body.shapes.empty() && !body.collision_mesh.empty()) {
       result.shapes.push_back({.shape = solids_.of(body), .material = material(body)});
     }
+  }
+
+  /// Returns whether a body goes without its mesh, and reports it.
+  [[nodiscard]] bool is_without_mesh(const AdfBody& body) {
+    if (!def_.allow_missing_meshes || !body.shapes.empty() || body.collision_mesh.empty()) {
+      return false;
+    }
+    const std::string places = meshes_.missing_from(body.collision_mesh, AdfResolution::low, &body);
+    if (places.empty()) return false;
+    const bool is_left_out = body.mass > 0.0 && !body.inertia;
+    report_.add(is_left_out ? AdfNoteKind::left_out : AdfNoteKind::changed, printable(body.key),
+                std::string(is_left_out ? "its inertia is not given, and" : "it has no shape:") +
+                    " none of these is a file: " + places,
+                body.line);
+    return true;
   }
 
   static void set_inertia(const AdfBody& body, BodyDef<S>& result) {
@@ -176,9 +165,10 @@ class AdfBodyBuilder {
   const AdfModel& model_;
   const AdfBuildDef<S>& def_;
   Vec3<S> gravity_;
+  AdfMeshes<S>& meshes_;
   AdfSolids<S> solids_;
+  const AdfGroups& groups_;
   AdfReport& report_;
-  AdfGroups groups_;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

@@ -8,6 +8,7 @@
 #include <bristle/io/adf/adf_sensor_reader.hpp>
 #include <bristle/io/text_scanner.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <numbers>
 #include <optional>
@@ -111,12 +112,26 @@ inline void read_adf_surface(AdfMap& map, AdfBody& body) {
   if (map.has("friction")) {
     AdfMap friction = map.map("friction");
     body.friction = friction.number("static", body.friction, adf_not_negative);
-    friction.skip({"rolling"}, "not applied: see Material::rolling_friction");
+    friction.skip({"rolling"}, "not applied: Bullet scales it by the friction of the other body");
     friction.finish();
   }
   body.restitution = map.number("restitution", body.restitution, adf_not_negative);
   if (body.restitution > 1.0) map.fail("restitution", "must be in [0, 1]");
   body.collision_groups = map.counts("collision groups", adf_max_group);
+}
+
+/// Reads the damping of a body, which it has even without the key.
+inline void read_adf_damping(AdfMap& map, AdfBody& body) {
+  if (!map.has("damping")) return;
+  AdfMap damping = map.map("damping");
+  const auto read = [&damping](const char* key, double otherwise) {
+    const double part = damping.number(key, otherwise, adf_not_negative);
+    if (part > 1.0) damping.note(AdfNoteKind::changed, key, "1, as in Bullet: no more can be lost");
+    return std::min(part, 1.0);
+  };
+  body.linear_damping = read("linear", body.linear_damping);
+  body.angular_damping = read("angular", body.angular_damping);
+  damping.finish();
 }
 
 /// Reads a sensor in the older form, nested in its body.
@@ -143,16 +158,10 @@ inline std::optional<AdfSensor> read_adf_body(AdfMap& map, AdfBody& body) {
   read_adf_inertia(map, body);
   read_adf_collision(map, body);
   read_adf_surface(map, body);
+  read_adf_damping(map, body);
   if (map.has("gravity")) body.gravity = map.vector("gravity");
   std::optional<AdfSensor> sensor = read_adf_surface_sensor(map, body);
 
-  if (body.mass > 0.0 || map.has("damping")) {
-    // A body without the key has some damping in AMBF.
-    map.note(AdfNoteKind::unsupported, "damping",
-             "not applied: scenes are without drag; the default of the format is 0.04 "
-             "and 0.1 of the velocities a second");
-  }
-  map.pass({"damping"});
   map.skip({"collision margin"}, "shapes have their exact size");
   map.skip({"controller", "controller output type"},
            "nothing drives a free body: World::move_to, "

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <bristle/dynamics/joints/joint.hpp>
+#include <bristle/io/adf/adf_axis_turn.hpp>
 #include <bristle/io/adf/adf_body_builder.hpp>
 #include <bristle/io/adf/adf_model.hpp>
 #include <bristle/io/adf/adf_scene.hpp>
@@ -15,26 +16,6 @@
 #include <string>
 
 namespace bristle::inline BRISTLE_ABI::detail {
-
-/// Shortest rotation from one unit vector to another. Between opposite vectors the format takes the
-/// half turn about from x X, or about from x Y if X is parallel.
-[[nodiscard]] inline Quat<double> axis_turn(const Vec3<double>& from, const Vec3<double>& to) {
-  const double cosine = from.dot(to);
-  if (cosine > -0.5) {
-    const Vec3<double> axis = from.cross(to);
-    return Quat<double>(1.0 + cosine, axis.x(), axis.y(), axis.z()).normalized();
-  }
-  const bool is_opposite = cosine < -0.99993;  // within 0.012 rad, the format's own bound
-  Vec3<double> axis = from.cross(to);
-  if (is_opposite) {
-    axis = from.cross(unit_x<Vec3<double>>());
-    if (axis.norm() < 0.1) axis = from.cross(unit_y<Vec3<double>>());
-  }
-  // Half a turn, or two thirds of one. The remaining rotation is no longer close to opposite.
-  const double angle = is_opposite ? std::numbers::pi : 2.0;
-  const Quat<double> first(Eigen::AngleAxis<double>(angle, axis.normalized()));
-  return (axis_turn(first * from, to) * first).normalized();
-}
 
 /// Frames of a joint in its two bodies.
 template <Scalar S>
@@ -116,20 +97,15 @@ class AdfJointBuilder {
  public:
   AdfJointBuilder(const AdfBuildDef<S>& def, AdfReport& report) : def_(def), report_(report) {}
 
-  /// @param X_WA, X_WB  Poses of parent and child.
-  [[nodiscard]] JointDef<S> joint(const AdfJoint& joint, const AdfBody& parent,
-                                  const AdfBody& child, const Transform<S>& X_WA,
-                                  const Transform<S>& X_WB) {
+  /// Returns a joint without the bodies that it joins, and free.
+  [[nodiscard]] JointDef<S> joint(const AdfJoint& joint, double parent_scale, double child_scale) {
     JointDef<S> result;
     result.kind = kind_of(joint.type);
-    const JointFrames<S> frames = joint_frames<S>(joint, parent.scale, child.scale);
+    const JointFrames<S> frames = joint_frames<S>(joint, parent_scale, child_scale);
     result.X_AJ = frames.X_AJ;
     result.X_BJ = frames.X_BJ;
     result.bodies_collide = !joint.ignore_inter_collision;
-    if (has_free_axis(result.kind)) {
-      set_axis(joint, result);
-      if (def_.hold_joints) hold(joint, X_WA, X_WB, result);
-    }
+    if (has_free_axis(result.kind)) set_axis(joint, result);
     if (result.kind == JointKind::cone_twist) set_cone(joint, result);
     if (result.kind == JointKind::six_dof) {
       for (std::size_t i = 0; i < 6; ++i) {
@@ -140,22 +116,13 @@ class AdfJointBuilder {
     return result;
   }
 
- private:
-  static void set_axis(const AdfJoint& joint, JointDef<S>& result) {
-    if (joint.limits) {
-      result.lower_limit = S(joint.limits->low);
-      result.upper_limit = S(joint.limits->high);
-    }
-    // The rest position of a spring that is none says nothing.
-    if (joint.stiffness == 0 && joint.damping == 0) return;
-    result.spring = {
-        .stiffness = S(joint.stiffness), .damping = S(joint.damping), .rest = S(joint.equilibrium)};
-  }
-
-  /// Adds the holding force. A controller acts like a spring and a damper, added to those of the
-  /// joint. A motor acts like a brake.
+  /// Adds what holds a joint where it stands. A controller acts like a spring and a damper, added
+  /// to those of the joint. A motor acts like a brake.
+  ///
+  /// @param X_WA, X_WB  Poses of parent and child.
   void hold(const AdfJoint& joint, const Transform<S>& X_WA, const Transform<S>& X_WB,
             JointDef<S>& result) const {
+    if (!def_.hold_joints || !has_free_axis(result.kind)) return;
     if (!joint.controller) {
       result.motor = {.mode = MotorMode::velocity,
                       .max_force = S(joint.max_motor_impulse) / def_.authored_step};
@@ -170,6 +137,18 @@ class AdfJointBuilder {
     }
     result.spring.stiffness = both;
     result.spring.damping += S(joint.controller->D);
+  }
+
+ private:
+  static void set_axis(const AdfJoint& joint, JointDef<S>& result) {
+    if (joint.limits) {
+      result.lower_limit = S(joint.limits->low);
+      result.upper_limit = S(joint.limits->high);
+    }
+    // The rest position of a spring that is none says nothing.
+    if (joint.stiffness == 0 && joint.damping == 0) return;
+    result.spring = {
+        .stiffness = S(joint.stiffness), .damping = S(joint.damping), .rest = S(joint.equilibrium)};
   }
 
   void set_cone(const AdfJoint& joint, JointDef<S>& result) {

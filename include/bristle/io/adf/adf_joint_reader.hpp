@@ -57,18 +57,22 @@ namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Reads limits, springs and dampers of the one free axis.
 inline void read_adf_axis(AdfMap& map, AdfJoint& joint) {
+  double middle = 0.0;
   if (map.has("joint limits")) {
     AdfMap limits = map.map("joint limits");
     if (limits.has("low") && limits.has("high")) {
-      joint.limits = AdfRange{limits.number("low", adf_finite), limits.number("high", adf_finite)};
-      if (joint.limits->low > joint.limits->high) limits.fail("low", "must be <= high");
+      const AdfRange range{limits.number("low", adf_finite), limits.number("high", adf_finite)};
+      middle = range.low + 0.5 * (range.high - range.low);
+      if (range.low <= range.high) {
+        joint.limits = range;
+      } else {
+        map.note(AdfNoteKind::changed, "joint limits", "low is above high: free, as in Bullet");
+      }
     }
     limits.finish();
   }
   joint.stiffness = map.number("stiffness", 0.0, adf_not_negative);
   joint.damping = map.number("damping", 0.0, adf_not_negative);
-  const double middle =
-      joint.limits ? joint.limits->low + 0.5 * (joint.limits->high - joint.limits->low) : 0.0;
   joint.equilibrium = map.number("equilibrium point", middle, adf_finite);
 }
 

@@ -41,7 +41,11 @@ class AdfMeshes {
   [[nodiscard]] const TriangleMesh<S>& load(const AdfItem& item, const char* key,
                                             const std::string& file, AdfResolution first,
                                             const AdfBody* body) {
-    const std::filesystem::path path = find(item, key, file, first, body);
+    const Search search = find(file, first, body);
+    if (search.found.empty()) {
+      fail(item, key, file, "must be a file; none of these is: " + search.places);
+    }
+    const std::filesystem::path& path = search.found;
     std::error_code error;
     // A file has many names: "a.stl", "./a.stl".
     const std::string one_name = std::filesystem::canonical(path, error).string();
@@ -61,23 +65,39 @@ class AdfMeshes {
     }
   }
 
+  /// Where a mesh was looked for, for reports. Empty if it was found.
+  [[nodiscard]] std::string missing_from(const std::string& file, AdfResolution first,
+                                         const AdfBody* body) const {
+    const Search search = find(file, first, body);
+    return search.found.empty() ? search.places : std::string();
+  }
+
  private:
-  [[nodiscard]] std::filesystem::path find(const AdfItem& item, const char* key,
-                                           const std::string& file, AdfResolution first,
-                                           const AdfBody* body) const {
+  /// The file of a mesh, or empty, and the places where it is not.
+  struct Search {
+    std::filesystem::path found;
+    std::string places;
+  };
+
+  [[nodiscard]] Search find(const std::string& file, AdfResolution first,
+                            const AdfBody* body) const {
     const std::filesystem::path here = model_.file.parent_path();
     std::string high = model_.high_resolution_path;
     std::string low = model_.low_resolution_path;
     if (body != nullptr && !body->high_resolution_path.empty()) high = body->high_resolution_path;
     if (body != nullptr && !body->low_resolution_path.empty()) low = body->low_resolution_path;
     if (first == AdfResolution::high) std::swap(high, low);
-    std::string places;
+    Search search;
     for (const std::filesystem::path& folder : {here / low, here / high, here}) {
       std::error_code error;
-      if (std::filesystem::is_regular_file(folder / file, error)) return folder / file;
-      places += (places.empty() ? "" : ", ") + printable((folder / file).string());
+      if (std::filesystem::is_regular_file(folder / file, error)) {
+        search.found = folder / file;
+        break;
+      }
+      search.places +=
+          (search.places.empty() ? "" : ", ") + printable_path((folder / file).string());
     }
-    fail(item, key, file, "must be a file; none of these is: " + places);
+    return search;
   }
 
   [[noreturn]] void fail(const AdfItem& item, const char* key, const std::string& file,

@@ -64,7 +64,10 @@ struct AdfBody : AdfItem {
   /// [1] Coefficients as in Bullet: those of a pair are the product.
   double friction = 0.5;
   double restitution = 0.1;
-  /// [-] Only bodies with a common group collide; none: group 0.
+  /// [1] Part of the linear and the angular velocity that is lost in a second, at most 1.
+  double linear_damping = 0.04;
+  double angular_damping = 0.1;
+  /// [-] Bodies with groups collide if they share one; a body without collides with all.
   std::vector<std::size_t> collision_groups{};
   /// [m/s^2] Gravity of this body, in place of the world's.
   std::optional<Vec3<double>> gravity{};
@@ -114,7 +117,7 @@ struct AdfJoint : AdfItem {
   /// [rad] As above: `offset` of the format, or `child offset`, and `joint offset`.
   double offset = 0.0;
   double frame_offset = 0.0;
-  /// [m or rad] Limits of the free axis; unset: none.
+  /// [m or rad] Limits of the free axis; unset: none, or the lower one was above the upper.
   std::optional<AdfRange> limits{};
   /// [N/m or N m/rad], [N s/m or N m s/rad], [m or rad] Passive spring and damper, and rest
   /// position of the spring.

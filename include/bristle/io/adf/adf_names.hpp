@@ -49,52 +49,68 @@ class AdfPart {
   std::vector<std::size_t> border_;
 };
 
-/// Items by the names of a description, in the order of the file.
+/// Items by the names of descriptions, in the order of the files.
 template <typename T>
 class AdfNames {
  public:
+  /// An item with its names.
   struct Entry {
+    /// Namespace and key.
     std::string qualified;
+    /// Key of its block.
     std::string key;
+    /// Its own `name`, without blanks.
     std::string name;
+    /// The item.
     T value;
   };
 
+  /// What a name matches.
+  struct Match {
+    /// The one item, or null.
+    const Entry* entry = nullptr;
+    /// True if several match.
+    bool is_several = false;
+  };
+
+  /// Adds an item under its names.
   void add(const AdfItem& item, T value) {
-    by_qualified_.emplace(item.qualified, entries_.size());
-    by_key_.emplace(item.key, entries_.size());
-    ++by_name_.emplace(item.name, Named{entries_.size(), 0}).first->second.count;
-    entries_.push_back({item.qualified, item.key, item.name, std::move(value)});
+    add(Entry{item.qualified, item.key, item.name, std::move(value)});
   }
 
-  /// Returns the item of a name: the one of that qualified name or key, else the only one with that
-  /// own name, else the only one whose qualified name contains it. Null if there is none, or
-  /// several.
+  /// Adds the items of another description.
+  void append(const AdfNames& other) {
+    for (const Entry& entry : other.entries_) add(entry);
+  }
+
+  /// Returns the item of a name: the only one with that qualified name, else with that key, else
+  /// with that own name, else the only one whose qualified name contains it. Null if there is none,
+  /// or several.
   [[nodiscard]] const T* find(std::string_view name) const {
     std::size_t searched = 0;
-    return find(name, searched);
+    const Match found = match(name, searched);
+    return found.entry == nullptr ? nullptr : &found.entry->value;
   }
+  /// The same.
   [[nodiscard]] T* find(std::string_view name) {
     return const_cast<T*>(std::as_const(*this).find(name));
   }
   /// The same. Adds to `searched` the bytes of the names that it searched for a part. Whole names
   /// are found without.
-  [[nodiscard]] const T* find(std::string_view name, std::size_t& searched) const {
-    for (const auto* names : {&by_qualified_, &by_key_}) {
+  [[nodiscard]] Match match(std::string_view name, std::size_t& searched) const {
+    for (const auto* names : {&by_qualified_, &by_key_, &by_name_}) {
       const auto at = names->find(name);
-      if (at != names->end()) return &entries_[at->second].value;
-    }
-    const auto named = by_name_.find(name);
-    if (named != by_name_.end()) {
-      return named->second.count == 1 ? &entries_[named->second.first].value : nullptr;
+      if (at == names->end()) continue;
+      if (at->second.count > 1) return {.is_several = true};
+      return {.entry = &entries_[at->second.first]};
     }
     const AdfPart part(name);
-    const T* found = nullptr;
+    Match found;
     for (const Entry& entry : entries_) {
       searched += entry.qualified.size();
       if (!part.is_in(entry.qualified)) continue;
-      if (found != nullptr) return nullptr;
-      found = &entry.value;
+      if (found.entry != nullptr) return {.is_several = true};
+      found.entry = &entry;
     }
     return found;
   }
@@ -109,25 +125,40 @@ class AdfNames {
     }
     return *found;
   }
+  /// The same.
   [[nodiscard]] T& at(std::string_view name) {
     return const_cast<T&>(std::as_const(*this).at(name));
   }
 
+  /// [-] Number of items.
   [[nodiscard]] std::size_t size() const noexcept { return entries_.size(); }
+  /// The items in order.
   [[nodiscard]] auto begin() const noexcept { return entries_.begin(); }
+  /// Their end.
   [[nodiscard]] auto end() const noexcept { return entries_.end(); }
 
  private:
-  /// First item with an own name, and the number of such items.
+  /// First item with a name, and the number of such items.
   struct Named {
     std::size_t first;
     std::size_t count;
   };
+  using Index = std::map<std::string, Named, std::less<>>;
+
+  void add(Entry entry) {
+    const auto count = [this](Index& index, const std::string& name) {
+      ++index.emplace(name, Named{entries_.size(), 0}).first->second.count;
+    };
+    count(by_qualified_, entry.qualified);
+    count(by_key_, entry.key);
+    count(by_name_, entry.name);
+    entries_.push_back(std::move(entry));
+  }
 
   std::vector<Entry> entries_;
-  std::map<std::string, std::size_t, std::less<>> by_qualified_;
-  std::map<std::string, std::size_t, std::less<>> by_key_;
-  std::map<std::string, Named, std::less<>> by_name_;
+  Index by_qualified_;
+  Index by_key_;
+  Index by_name_;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

@@ -27,7 +27,7 @@ namespace bristle::inline BRISTLE_ABI::detail {
 /// Reads a description from the text of an ADF file. Meshes are not read.
 ///
 /// Missing values get the format's default. Keys that are not read are on the model's report, each
-/// once, and so are blocks that no list names.
+/// once, and so are blocks that no list names, and documents after the first.
 ///
 /// @param file    Source of the text: for messages, and to find meshes beside it.
 /// @throws AdfError that names line, key and rule, if the text is no YAML, a value is missing or
@@ -35,18 +35,39 @@ namespace bristle::inline BRISTLE_ABI::detail {
 [[nodiscard]] AdfModel read_adf(std::string_view text, const std::filesystem::path& file,
                                 const AdfLimits& limits = {});
 
+/// Reads each document of a text, at least one. The limits hold for all together.
+/// @throws AdfError as `read_adf`.
+[[nodiscard]] std::vector<AdfModel> read_adf_documents(std::string_view text,
+                                                       const std::filesystem::path& file,
+                                                       const AdfLimits& limits = {});
+
 /// Reads a description from a file.
 /// @throws IoError if the file cannot be read, AdfError as `read_adf`.
 [[nodiscard]] AdfModel load_adf(const std::filesystem::path& path, const AdfLimits& limits = {});
 
+/// Reads each document of a file, at least one.
+/// @throws IoError if the file cannot be read, AdfError as `read_adf`.
+[[nodiscard]] std::vector<AdfModel> load_adf_documents(const std::filesystem::path& path,
+                                                       const AdfLimits& limits = {});
+
 // Implementation ----------------------------------------------------------------------------------
+
+/// [-] What the documents of a text have used of the limits.
+struct AdfUsage {
+  std::size_t items = 0;
+  std::size_t rays = 0;
+};
 
 /// Reads the blocks that the lists of a model name.
 class AdfReader {
  public:
-  AdfReader(AdfTree& tree, const AdfLimits& limits) : limits_(limits), root_(tree, 0, "", "") {}
+  AdfReader(AdfTree& tree, const AdfLimits& limits, AdfUsage& usage)
+      : limits_(limits), usage_(usage), root_(tree, 0, "", "") {}
 
   [[nodiscard]] AdfModel read(const std::filesystem::path& file) {
+    if (root_.has("multibody configs")) {
+      root_.fail("multibody configs", "must not be given: load_adf_launch reads launch files");
+    }
     AdfModel model;
     model.file = file;
     model.name_space = root_.text("namespace", "");
@@ -139,42 +160,70 @@ class AdfReader {
   }
 
   void count(std::size_t more, const AdfMap& map) {
-    items_ += more;
-    if (items_ > limits_.max_items) {
+    usage_.items += more;
+    if (usage_.items > limits_.max_items) {
       root_.tree().fail(map.line(), map.path(), "",
                         "more than " + std::to_string(limits_.max_items) +
                             " bodies, shapes, joints, sensors and actuators");
     }
   }
   void count_rays(const AdfSensor& sensor, const AdfMap& map) {
-    rays_ += sensor.array.size();
-    if (sensor.fan) rays_ += sensor.fan->resolution * sensor.fan->resolution;
-    if (rays_ > limits_.max_rays) {
+    usage_.rays += sensor.array.size();
+    if (sensor.fan) usage_.rays += sensor.fan->resolution * sensor.fan->resolution;
+    if (usage_.rays > limits_.max_rays) {
       root_.tree().fail(map.line(), map.path(), "",
                         "more than " + std::to_string(limits_.max_rays) + " rays");
     }
   }
 
   const AdfLimits& limits_;
+  AdfUsage& usage_;
   AdfMap root_;
-  std::size_t items_ = 0;
-  std::size_t rays_ = 0;
 };
 
 inline AdfModel read_adf(std::string_view text, const std::filesystem::path& file,
                          const AdfLimits& limits) {
-  AdfTree tree = read_adf_tree(text, file.string(), limits);
-  return AdfReader(tree, limits).read(file);
+  std::vector<AdfTree> trees = read_adf_trees(text, file.string(), limits);
+  for (std::size_t i = 1; i < trees.size(); ++i) {
+    trees[0].report.add(AdfNoteKind::left_out, "document " + std::to_string(i + 1),
+                        "load_adf_documents and read_adf_documents read it",
+                        trees[i].nodes[0].line);
+  }
+  AdfUsage usage;
+  return AdfReader(trees[0], limits, usage).read(file);
 }
 
-inline AdfModel load_adf(const std::filesystem::path& path, const AdfLimits& limits) {
+inline std::vector<AdfModel> read_adf_documents(std::string_view text,
+                                                const std::filesystem::path& file,
+                                                const AdfLimits& limits) {
+  std::vector<AdfModel> models;
+  AdfUsage usage;
+  for (AdfTree& tree : read_adf_trees(text, file.string(), limits)) {
+    models.push_back(AdfReader(tree, limits, usage).read(file));
+  }
+  return models;
+}
+
+/// Returns the text of a file.
+/// @throws IoError if it cannot be read, AdfError if it is larger than the limit.
+[[nodiscard]] inline std::string adf_text(const std::filesystem::path& path,
+                                          const AdfLimits& limits) {
   std::error_code error;
   const std::uintmax_t size = std::filesystem::file_size(path, error);
   if (!error && size > limits.max_bytes) {
     raise(AdfError(path.string(), 0, "", "",
                    "larger than " + std::to_string(limits.max_bytes) + " bytes"));
   }
-  return read_adf(read_file(path.string()), path, limits);
+  return read_file(path.string());
+}
+
+inline AdfModel load_adf(const std::filesystem::path& path, const AdfLimits& limits) {
+  return read_adf(adf_text(path, limits), path, limits);
+}
+
+inline std::vector<AdfModel> load_adf_documents(const std::filesystem::path& path,
+                                                const AdfLimits& limits) {
+  return read_adf_documents(adf_text(path, limits), path, limits);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -183,6 +232,8 @@ namespace bristle::inline BRISTLE_ABI {
 
 // For programs that read a file without a world, or change a model before it is added.
 using detail::load_adf;
+using detail::load_adf_documents;
 using detail::read_adf;
+using detail::read_adf_documents;
 
 }  // namespace bristle::inline BRISTLE_ABI

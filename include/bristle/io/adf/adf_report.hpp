@@ -5,6 +5,7 @@
 #pragma once
 
 #include <bristle/core/error.hpp>
+#include <bristle/io/utf8.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -74,6 +75,8 @@ struct AdfNote {
   std::string key;
   /// Reason of the omission, or the replacement.
   std::string reason;
+  /// The file, as the caller named it.
+  std::string file;
   /// 1-based line of the first occurrence.
   std::size_t line = 0;
   /// [-] Number of occurrences.
@@ -83,21 +86,20 @@ struct AdfNote {
 /// All changed or omitted parts.
 class AdfReport {
  public:
+  AdfReport() = default;
+  /// @param file  The file of the notes that `add` adds.
+  explicit AdfReport(std::string file) : file_(std::move(file)) { files_.emplace(file_, 0); }
+
   /// Adds a note, or counts one more with its kind, key and reason.
   void add(AdfNoteKind kind, std::string key, std::string reason, std::size_t line) {
-    const auto known = places_.find({kind, key, reason});
-    if (known != places_.end()) {
-      AdfNote& note = notes_[known->second];
-      ++note.count;
-      note.line = std::min(note.line, line);
-      return;
-    }
-    if (notes_.size() == max_notes) {
-      ++dropped_;
-      return;
-    }
-    places_.emplace(Name{kind, key, reason}, notes_.size());
-    notes_.push_back({kind, std::move(key), std::move(reason), line, 1});
+    add(AdfNote{kind, std::move(key), std::move(reason), file_, line, 1});
+  }
+
+  /// Adds the notes of another report, with their files.
+  void append(const AdfReport& other) {
+    for (const std::string& file : other.in_order()) files_.emplace(file, files_.size());
+    for (const AdfNote& note : other.notes_) add(note);
+    dropped_ += other.dropped_;
   }
 
   /// Notes in the order in which they were found.
@@ -105,18 +107,24 @@ class AdfReport {
   /// [-] Notes beyond the capacity: a file full of errors does not fill the memory.
   [[nodiscard]] std::size_t dropped() const noexcept { return dropped_; }
 
-  /// The notes as text, a line each, in the order of the file.
+  /// The notes as text, a line each, in the order of the files and in each in that of its lines. If
+  /// there are several files each line begins with its own.
   [[nodiscard]] std::string text() const {
     std::vector<const AdfNote*> sorted;
     for (const AdfNote& note : notes_) sorted.push_back(&note);
     // Notes of one line keep the order in which they were found.
-    std::sort(sorted.begin(), sorted.end(), [](const AdfNote* a, const AdfNote* b) {
-      return a->line != b->line ? a->line < b->line : a < b;
+    std::sort(sorted.begin(), sorted.end(), [this](const AdfNote* a, const AdfNote* b) {
+      const auto place = [this](const AdfNote* note) {
+        const auto file = files_.find(note->file);
+        return std::tuple(file == files_.end() ? 0 : file->second, note->line, note);
+      };
+      return place(a) < place(b);
     });
     std::string text;
     for (const AdfNote* each : sorted) {
       const AdfNote& note = *each;
-      text += "line " + std::to_string(note.line) + ": " + name_of(note.kind) + ": " + note.key;
+      text += files_.size() > 1 ? note.file + ":" : "line ";
+      text += std::to_string(note.line) + ": " + name_of(note.kind) + ": " + note.key;
       if (note.count > 1) text += " (" + std::to_string(note.count) + " times)";
       if (!note.reason.empty()) text += ": " + note.reason;
       text += '\n';
@@ -127,8 +135,34 @@ class AdfReport {
 
  private:
   static constexpr std::size_t max_notes = 1000;
-  using Name = std::tuple<AdfNoteKind, std::string, std::string>;
+  using Name = std::tuple<AdfNoteKind, std::string, std::string, std::string>;
 
+  void add(AdfNote added) {
+    Name name{added.kind, added.key, added.reason, added.file};
+    const auto known = places_.find(name);
+    if (known != places_.end()) {
+      AdfNote& note = notes_[known->second];
+      note.count += added.count;
+      note.line = std::min(note.line, added.line);
+      return;
+    }
+    if (notes_.size() == max_notes) {
+      ++dropped_;
+      return;
+    }
+    places_.emplace(std::move(name), notes_.size());
+    notes_.push_back(std::move(added));
+  }
+
+  /// The files in the order in which they came.
+  [[nodiscard]] std::vector<std::string> in_order() const {
+    std::vector<std::string> result(files_.size());
+    for (const auto& [file, place] : files_) result[place] = file;
+    return result;
+  }
+
+  std::string file_;
+  std::map<std::string, std::size_t> files_;
   std::vector<AdfNote> notes_;
   std::map<Name, std::size_t> places_;
   std::size_t dropped_ = 0;
@@ -136,11 +170,26 @@ class AdfReport {
 
 namespace detail {
 
-/// A scalar for messages: short, and without control characters.
-[[nodiscard]] inline std::string printable(std::string_view text) {
+/// Text for messages, without control characters. Of scalars that are no names the beginning says
+/// enough.
+[[nodiscard]] inline std::string printable(std::string_view text, std::size_t longest = 60) {
   std::string result;
-  for (const char c : text.substr(0, 60)) result += c < ' ' || c > '~' ? '?' : c;
-  if (text.size() > 60) result += "...";
+  for (const char c : text.substr(0, longest)) result += c < ' ' || c > '~' ? '?' : c;
+  if (text.size() > longest) result += "...";
+  return result;
+}
+
+/// A path for messages, whole. UTF-8 stays as it is, except for control characters.
+[[nodiscard]] inline std::string printable_path(std::string_view path) {
+  if (first_not_utf8(path) < path.size()) return printable(path, path.size());
+  std::string result;
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(path[i]);
+    // U+0080 to U+009F are control characters, too: two bytes, of which the first is this.
+    const bool is_high_control = byte == 0xc2 && static_cast<unsigned char>(path[i + 1]) < 0xa0;
+    if (is_high_control) ++i;
+    result += byte < ' ' || byte == 0x7f || is_high_control ? '?' : path[i];
+  }
   return result;
 }
 

@@ -58,9 +58,11 @@ struct AdfTree {
 /// before it does.
 class AdfTreeBuilder final : public YAML::EventHandler {
  public:
-  AdfTreeBuilder(AdfTree& tree, const AdfLimits& limits) : tree_(tree), limits_(limits) {}
+  /// @param count  [-] Nodes of the documents before it, which count too.
+  AdfTreeBuilder(AdfTree& tree, const AdfLimits& limits, std::size_t& count)
+      : tree_(tree), limits_(limits), count_(count) {}
 
-  void OnDocumentStart(const YAML::Mark&) override {}
+  void OnDocumentStart(const YAML::Mark& mark) override { start_ = mark; }
   void OnDocumentEnd() override {}
   void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override {
     finish(add(mark, anchor, AdfNode::Kind::null));
@@ -101,6 +103,9 @@ class AdfTreeBuilder final : public YAML::EventHandler {
     merge(open_.back().node, open_.back().merged);
     close();
   }
+
+  /// Where the document starts.
+  [[nodiscard]] const YAML::Mark& start() const { return start_; }
 
  private:
   static constexpr std::uint32_t none = 0xffffffffu;
@@ -205,31 +210,48 @@ class AdfTreeBuilder final : public YAML::EventHandler {
   const AdfLimits& limits_;
   std::vector<Open> open_;
   std::vector<std::uint32_t> anchors_;
-  std::size_t count_ = 0;
+  std::size_t& count_;
   std::uint32_t line_ = 0;
+  YAML::Mark start_ = YAML::Mark::null_mark();
 };
 
-/// Parses the first document of a text.
-/// @throws AdfError that names the line, if the text is no YAML or exceeds a limit.
-[[nodiscard]] inline AdfTree read_adf_tree(std::string_view text, std::string_view file,
-                                           const AdfLimits& limits) {
-  AdfTree tree;
-  tree.file = file;
+/// Parses the documents of a text. Those without content are left out.
+/// @throws AdfError that names the line, if the text is no YAML, is empty or exceeds a limit.
+[[nodiscard]] inline std::vector<AdfTree> read_adf_trees(std::string_view text,
+                                                         std::string_view file,
+                                                         const AdfLimits& limits) {
+  std::vector<AdfTree> trees;
+  const auto fail = [&](std::size_t line, std::string rule) {
+    raise(AdfError(std::string(file), line, "", "", std::move(rule)));
+  };
   if (text.size() > limits.max_bytes) {
-    tree.fail(0, "", "", "larger than " + std::to_string(limits.max_bytes) + " bytes");
+    fail(0, "larger than " + std::to_string(limits.max_bytes) + " bytes");
   }
   std::istringstream stream{std::string(text)};
   try {
     YAML::Parser parser(stream);
-    AdfTreeBuilder builder(tree, limits);
-    parser.HandleNextDocument(builder);
+    std::size_t count = 0;
+    int last_start = -1;
+    while (true) {
+      AdfTree tree;
+      tree.file = file;
+      tree.report = AdfReport(tree.file);
+      AdfTreeBuilder builder(tree, limits, count);
+      if (!parser.HandleNextDocument(builder)) break;
+      // The parser leaves a bracket that closes nothing where it is, and would meet it for ever.
+      if (builder.start().pos <= last_start) {
+        fail(static_cast<std::size_t>(builder.start().line) + 1, "no YAML: no document");
+      }
+      last_start = builder.start().pos;
+      if (tree.nodes.empty() || tree.nodes[0].kind == AdfNode::Kind::null) continue;
+      trees.push_back(std::move(tree));
+    }
   } catch (const YAML::Exception& error) {
-    const std::size_t line =
-        error.mark.is_null() ? 0 : static_cast<std::size_t>(std::max(error.mark.line, 0)) + 1;
-    tree.fail(line, "", "", "no YAML: " + error.msg);
+    fail(error.mark.is_null() ? 0 : static_cast<std::size_t>(std::max(error.mark.line, 0)) + 1,
+         "no YAML: " + printable(error.msg, error.msg.size()));
   }
-  if (tree.nodes.empty()) tree.fail(0, "", "", "file is empty");
-  return tree;
+  if (trees.empty()) fail(0, "file is empty");
+  return trees;
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
