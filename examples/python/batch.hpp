@@ -82,7 +82,7 @@ struct ThreadedBatch {
 
 template <typename S>
 [[nodiscard]] Transform<S> pose_of(const S* position, const S* xyzw) {
-  return {Quat<S>(xyzw[3], xyzw[0], xyzw[1], xyzw[2]), Eigen::Map<const Vec3<S>>(position)};
+  return {Quat<S>(xyzw[3], xyzw[0], xyzw[1], xyzw[2]), vec3_at(position)};
 }
 
 /// What differs from world to world, before or between steps.
@@ -179,8 +179,7 @@ void bind_batch_changes(Class& c) {
             const Rows<S> v("linear", linear, batch.worlds.size(), 3);
             const Rows<S> w("angular", angular, batch.worlds.size(), 3);
             batch.change(body, mask, [&](std::size_t i, World<S>& world) {
-              world.set_velocity(body, {Vec3<S>(Eigen::Map<const Vec3<S>>(v[i])),
-                                        Vec3<S>(Eigen::Map<const Vec3<S>>(w[i]))});
+              world.set_velocity(body, {vec3_at(v[i]), vec3_at(w[i])});
             });
           },
           "body"_a, "linear"_a, "angular"_a = py::make_tuple(0, 0, 0), "mask"_a = py::none(),
@@ -194,6 +193,11 @@ void bind_batch_gathers(Class& c) {
   using Out = std::optional<Array<S>>;
   const auto length = [](const auto& items) { return static_cast<py::ssize_t>(items.size()); };
   const auto out = py::arg("out").noconvert() = py::none();
+  // All patches have as many, or the gather refuses them.
+  const auto sensors_in = [](const Batch& batch, const std::vector<PatchId>& ids) {
+    const World<S>& first = batch.worlds.world(0);
+    return static_cast<py::ssize_t>(ids.empty() ? 0 : first.patch(ids.front()).size());
+  };
   c.def(
        "bodies",
        [length](const Batch& batch, const std::vector<BodyId>& ids, Out out) {
@@ -214,16 +218,25 @@ void bind_batch_gathers(Class& c) {
           "joints"_a, out, "[world, joint, 2]: position [m or rad] and velocity [m/s or rad/s].")
       .def(
           "taxels",
-          [length](const Batch& batch, const std::vector<PatchId>& ids, Out out) {
-            const World<S>& first = batch.worlds.world(0);
-            const std::size_t sensors = ids.empty() ? 0 : first.patch(ids.front()).size();
-            auto to = out_or_new<S>(std::move(out), {length(batch.worlds), length(ids), 4,
-                                                     static_cast<py::ssize_t>(sensors)});
+          [length, sensors_in](const Batch& batch, const std::vector<PatchId>& ids, Out out) {
+            auto to = out_or_new<S>(std::move(out),
+                                    {length(batch.worlds), length(ids), 4, sensors_in(batch, ids)});
             batch.worlds.gather_taxels(ids, span_of(to));
             return to;
           },
           "patches"_a, out,
           "[world, patch, channel, sensor]: depth [1], normal force, shear along t1 and t2 [N].")
+      .def(
+          "points",
+          [length, sensors_in](const Batch& batch, const std::vector<PatchId>& ids, Out out) {
+            auto to = out_or_new<S>(std::move(out),
+                                    {length(batch.worlds), length(ids), sensors_in(batch, ids), 6});
+            batch.worlds.gather_points(ids, span_of(to));
+            return to;
+          },
+          "patches"_a, out,
+          "[world, patch, sensor, 6]: how far the skin is displaced at a sensor, dx, dy, dz [m], "
+          "and the force on it, Fx, Fy, Fz [N], in the axes of the patch's body.")
       .def(
           "touching",
           [length](const Batch& batch, const std::vector<PatchId>& ids,
