@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "batch.hpp"
 #include "events.hpp"
+#include "meshes.hpp"
 #include "plot.hpp"
 #include "rays.hpp"
 #include "recorder.hpp"
@@ -72,6 +73,7 @@ void bind_common(py::module_& m) {
 template <typename S>
 void bind_scalar(py::module_& m) {
   bind_shapes<S>(m);
+  bind_meshes<S>(m);
   bind_sensors<S>(m);
   bind_hits<S>(m);
   bind_reading<S>(m);
