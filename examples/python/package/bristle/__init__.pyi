@@ -385,6 +385,17 @@ class WorldBatch:
         restitution: ArrayLike = ...,
         mask: ArrayLike | None = ...,
         rolling_friction: ArrayLike = ...,
+        surface_velocity: ArrayLike = ...,
+    ) -> None: ...
+    def set_damping(
+        self,
+        body: BodyId,
+        linear: ArrayLike,
+        angular: ArrayLike = ...,
+        mask: ArrayLike | None = ...,
+    ) -> None: ...
+    def set_gravity_scale(
+        self, body: BodyId, scales: ArrayLike, mask: ArrayLike | None = ...
     ) -> None: ...
     def set_parameters(
         self,
@@ -423,6 +434,20 @@ class WorldBatch:
         body: BodyId,
         linear: ArrayLike,
         angular: ArrayLike = ...,
+        mask: ArrayLike | None = ...,
+    ) -> None: ...
+    def apply_force(
+        self,
+        body: BodyId,
+        forces: ArrayLike,
+        points: ArrayLike,
+        mask: ArrayLike | None = ...,
+    ) -> None: ...
+    def apply_impulse(
+        self,
+        body: BodyId,
+        impulses: ArrayLike,
+        points: ArrayLike,
         mask: ArrayLike | None = ...,
     ) -> None: ...
     def bodies(
