@@ -199,6 +199,7 @@ void bind_world(py::module_& m) {
           "[rad] apart. For the motor see `set_motor`. A six_dof is held by springs and dampers "
           "alone, six numbers each: along x, y, z [N/m, N s/m] and about x, y, z [N m/rad, N m "
           "s/rad] of A's frame.")
+      .def("remove_joint", &World::remove_joint, "joint"_a, "Removes a joint.")
       .def(
           "set_motor",
           [](World& world, JointId id, MotorMode mode, S target, S max_force, S max_speed,
@@ -245,6 +246,8 @@ void bind_world(py::module_& m) {
           "normal"_a = LawOptions{}.normal, "cast_every"_a = 1u,
           "Adds sensors, in the body's frame, that share constants. Rays are cast in every "
           "`cast_every`-th step.")
+      .def("remove_patch", &World::remove_patch, "patch"_a,
+           "Removes a patch. It lets go of what it touches.")
       .def("set_parameters", &World::set_parameters, "patch"_a, "parameters"_a,
            "Gives all sensors of a patch other constants.")
       .def("set_mass", &World::set_mass, "body"_a, "mass"_a,

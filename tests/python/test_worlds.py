@@ -212,6 +212,10 @@ class Joints(unittest.TestCase):
             world.set_spring(slide, stiffness=100, damping=20, rest=0.2)
             world.step(2000)
             self.assertAlmostEqual(world.joint_state(slide)[0], 0.2 - GRAVITY / 100, delta=1e-5)
+            world.remove_joint(slide)
+            self.assertFalse(world.contains(slide))
+            world.step(100)
+            self.assertAlmostEqual(world.velocity(ball)[0][0], -GRAVITY * 0.1, delta=1e-4)
 
 
 class Touches(unittest.TestCase):
@@ -264,6 +268,19 @@ class Touches(unittest.TestCase):
                          [(ball, True), (ball, False)])
         self.assertFalse(world.contains(ball))
         self.assertTrue(world.contains(skin))
+
+    def test_a_patch_that_is_removed_lets_go(self):
+        for module, _ in SCALARS:
+            world, _, skin, ball = self.drop(module)
+            world.keep_touch_events()
+            world.step(150)
+            world.remove_patch(skin)
+            self.assertFalse(world.contains(skin))
+            falls = world.velocity(ball)[0][2]
+            world.step()
+            self.assertEqual([(e.patch, e.begins) for e in world.touch_events()],
+                             [(skin, True), (skin, False)])
+            self.assertAlmostEqual(world.velocity(ball)[0][2], falls - 1e-3 * GRAVITY, delta=1e-5)
 
     def test_contacts_are_told_when_the_world_was_made_to(self):
         for module, _ in SCALARS:
