@@ -122,30 +122,33 @@ class Compounds(unittest.TestCase):
 
     def test_what_is_in_a_trigger_is_told_and_not_pushed(self):
         for module, error in SCALARS:
-            world = module.World(time_step=1e-3, gravity=(0, 0, 0), keeps_contact_events=True)
-            gate = world.add_body(motion=bristle.Motion.fixed, shape=module.Box((0.1, 1, 1)),
-                                  is_trigger=True)
-            ball = world.add_body(mass=1, shape=module.Sphere(0.1), position=(-0.5, 0, 0),
-                                  velocity=(1, 0, 0))
-            self.assertEqual(world.contact_events(), [])
-            told = []
-            for step in range(1000):
-                world.step()
-                told += [(step, e) for e in world.contact_events()]
-                world.clear_contact_events()
-            self.assertEqual([e.begins for _, e in told], [True, False])
-            self.assertEqual({told[0][1].body_a, told[0][1].body_b}, {gate, ball})
-            self.assertEqual(told[0][1].shape_a, told[1][1].shape_a)
-            self.assertTrue(world.contains(told[0][1].shape_b))
-            # From 0.3 m on to 0.7 m, which steps of 1 mm reach.
-            self.assertAlmostEqual(told[0][0], 300, delta=1)
-            self.assertAlmostEqual(told[1][0], 700, delta=1)
-            np.testing.assert_allclose(world.velocity(ball)[0], [1, 0, 0], rtol=error)
-            self.assertRegex(repr(told[1][1]), r"^ContactEvent\(body_a=BodyId\{0, 0\}, .*begins=False")
-            # A ray does not meet it unless it is told to.
-            for meets, distance in ((False, np.inf), (True, 4.9)):
-                hits = world.cast_rays((5, 0.5, 0.5), (-1, 0, 0), meets_triggers=meets)
-                np.testing.assert_allclose(hits.distance, [distance], rtol=error)
+            gate_shape = module.Box((0.1, 1, 1))
+            for shapes in ({"shape": gate_shape}, {"shapes": [(gate_shape, (0, 0, 0), UPRIGHT)]}):
+                world = module.World(time_step=1e-3, gravity=(0, 0, 0), keeps_contact_events=True)
+                gate = world.add_body(motion=bristle.Motion.fixed, is_trigger=True, **shapes)
+                ball = world.add_body(mass=1, shape=module.Sphere(0.1), position=(-0.5, 0, 0),
+                                      velocity=(1, 0, 0))
+                self.assertEqual(world.contact_events(), [])
+                told = []
+                for step in range(1000):
+                    world.step()
+                    told += [(step, event) for event in world.contact_events()]
+                    world.clear_contact_events()
+                (entry, enters), (exit, leaves) = told
+                self.assertEqual((enters.begins, leaves.begins), (True, False))
+                self.assertEqual({enters.body_a, enters.body_b}, {gate, ball})
+                self.assertEqual((enters.shape_a, enters.shape_b), (leaves.shape_a, leaves.shape_b))
+                self.assertTrue(world.contains(enters.shape_b))
+                # From 0.3 m on to 0.7 m, in steps of 1 mm.
+                self.assertAlmostEqual(entry, 300, delta=1)
+                self.assertAlmostEqual(exit, 700, delta=1)
+                np.testing.assert_allclose(world.velocity(ball)[0], [1, 0, 0], rtol=error)
+                self.assertRegex(repr(leaves), r"^ContactEvent\(body_a=BodyId\{0, 0\}, "
+                                               r".*begins=False\)$")
+                # A ray does not meet it unless it is told to.
+                for meets, distance in ((False, np.inf), (True, 4.9)):
+                    hits = world.cast_rays((5, 0.5, 0.5), (-1, 0, 0), meets_triggers=meets)
+                    np.testing.assert_allclose(hits.distance, [distance], rtol=error)
 
 
 class Joints(unittest.TestCase):
