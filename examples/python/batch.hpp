@@ -235,9 +235,9 @@ void bind_batch_changes(Class& c) {
             });
           },
           "body"_a, "forces"_a, "points"_a, "mask"_a = py::none(),
-          "Adds a force [N] at a point [m] of each world that acts during its next step: [world, "
-          "3] "
-          "each.")
+          "Adds a force [N] at a point [m] of each world, [world, 3] each, that acts during its "
+          "next "
+          "step.")
       .def(
           "apply_impulse",
           [](Batch& batch, BodyId body, const py::object& impulses, const py::object& points,
@@ -250,8 +250,7 @@ void bind_batch_changes(Class& c) {
           },
           "body"_a, "impulses"_a, "points"_a, "mask"_a = py::none(),
           "Changes the velocity of a dynamic body at once by an impulse [N s] at a point [m] of "
-          "each "
-          "world: [world, 3] each.");
+          "each world, [world, 3] each.");
 }
 
 /// What is read of all worlds into one array.

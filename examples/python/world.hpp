@@ -158,7 +158,7 @@ void bind_world(py::module_& m) {
           "shapes"_a = std::vector<PlacedShape<S>>{}, "is_trigger"_a = false,
           "Adds a body of a mass [kg] at a position [m] with an orientation x, y, z, w, a velocity "
           "[m/s] and an angular velocity [rad/s]. A dynamic body has a shape; without a mass it "
-          "has that of water. rolling_friction is a lever [m]. Like a belt the surface moves by "
+          "is as dense as water. rolling_friction is a lever [m]. Like a belt the surface moves by "
           "surface_velocity [m/s] in the axes of the shape. Velocity and angular momentum decay at "
           "linear_damping and angular_damping [1/s], and gravity pulls gravity_scale [1] times. "
           "More `shapes` are a list of (shape, position, orientation) in the body's frame. With "
@@ -195,10 +195,10 @@ void bind_world(py::module_& m) {
           "bushing_damping"_a = Vec6<S>(Vec6<S>::Zero()),
           "Adds a joint about or along the x axis of a frame in both bodies: `anchor` [m] and "
           "`rotation` x, y, z, w, in the body's axes. A body that is None is the world. Limits are "
-          "in m or rad, of a cone_twist those of its twist, whose x axes are at most `swing_limit` "
-          "[rad] apart. For the motor see `set_motor`. A six_dof is held by springs and dampers "
-          "alone, six numbers each: along x, y, z [N/m, N s/m] and about x, y, z [N m/rad, N m "
-          "s/rad] of A's frame.")
+          "in m or rad, of a cone_twist those of its twist, and the x axes are at most "
+          "`swing_limit` [rad] apart. For the motor see `set_motor`. A six_dof is held by springs "
+          "and dampers alone, six numbers each: along x, y, z [N/m, N s/m] and about x, y, z "
+          "[N m/rad, N m s/rad] of A's frame.")
       .def("remove_joint", &World::remove_joint, "joint"_a, "Removes a joint.")
       .def(
           "set_motor",
@@ -303,12 +303,10 @@ void bind_world(py::module_& m) {
           },
           "body"_a, "force"_a, "torque"_a,
           "Adds a force [N] at the centre of mass and a torque [N m] that act during the next "
-          "step, "
-          "world axes.")
+          "step, world axes.")
       .def("apply_impulse", &World::apply_impulse, "body"_a, "impulse"_a, "point"_a,
            "Changes the velocity of a dynamic body at once by an impulse [N s] at a point [m] of "
-           "the "
-           "world.")
+           "the world.")
       .def(
           "contains",
           [](const World& world, const std::variant<BodyId, JointId, PatchId, ShapeId>& handle) {
