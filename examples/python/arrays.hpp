@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
@@ -38,6 +39,12 @@ template <typename S>
   return Quat<S>(xyzw[3], xyzw[0], xyzw[1], xyzw[2]);
 }
 
+/// The vector that starts at a number of an array.
+template <typename S>
+[[nodiscard]] Vec3<S> vec3_at(const S* xyz) {
+  return Eigen::Map<const Vec3<S>>(xyz);
+}
+
 /// What numpy makes of an argument.
 /// @throws InvalidArgument when it makes nothing of it, as of rows of unequal lengths.
 [[nodiscard]] inline py::array array_of(const std::string& name, const py::object& values) {
@@ -49,16 +56,31 @@ template <typename S>
   return array;
 }
 
+/// The numbers of an argument as `T`.
+/// @param kinds  What they may be, as letters of numpy's `dtype.kind`.
+/// @param what   The same in words.
+/// @throws InvalidArgument as `array_of`; TypeError when they are of another kind.
+template <typename T>
+[[nodiscard]] Array<T> numbers_of_kinds(const std::string& name, const py::object& values,
+                                        std::string_view kinds, const char* what) {
+  const py::array array = array_of(name, values);
+  if (kinds.find(array.dtype().kind()) == std::string_view::npos) {
+    throw py::type_error(name + ": dtype " + std::string(py::str(array.dtype())) + ": must be " +
+                         what);
+  }
+  return py::array_t<T, py::array::c_style | py::array::forcecast>(array);
+}
 /// The numbers of an argument in the type of the world.
-/// @throws InvalidArgument as `array_of`; TypeError when they are no real numbers.
+/// @throws as `numbers_of_kinds`, when they are no real numbers.
 template <typename S>
 [[nodiscard]] Array<S> numbers_of(const std::string& name, const py::object& values) {
-  const py::array array = array_of(name, values);
-  if (std::string_view("fiu").find(array.dtype().kind()) == std::string_view::npos) {
-    throw py::type_error(name + ": dtype " + std::string(py::str(array.dtype())) +
-                         ": must be real numbers");
-  }
-  return py::array_t<S, py::array::c_style | py::array::forcecast>(array);
+  return numbers_of_kinds<S>(name, values, "fiu", "real numbers");
+}
+/// Numbers of an argument that count or name things.
+/// @throws as `numbers_of_kinds`, when they are no whole numbers.
+[[nodiscard]] inline Array<std::int64_t> whole_numbers_of(const std::string& name,
+                                                          const py::object& values) {
+  return numbers_of_kinds<std::int64_t>(name, values, "iu", "whole numbers");
 }
 
 [[nodiscard]] inline std::string shape_text(const std::vector<py::ssize_t>& shape) {
@@ -71,29 +93,49 @@ template <typename S>
          std::equal(shape.begin(), shape.end(), array.shape());
 }
 
-/// Numbers for each world of a batch: a row each, or one row for all.
+/// @throws InvalidArgument when an array is not [some, 3].
+inline void require_rows_of_three(const std::string& name, const py::array& rows) {
+  if (rows.ndim() == 2 && rows.shape(1) == 3) return;
+  throw InvalidArgument(name + ".shape", py::str(rows.attr("shape")), "must be (" + name + ", 3)");
+}
+/// The points of an argument, [point, 3].
+/// @throws as `numbers_of` and `require_rows_of_three`.
+template <typename S>
+[[nodiscard]] std::vector<Vec3<S>> points_of(const std::string& name, const py::object& values) {
+  const Array<S> rows = numbers_of<S>(name, values);
+  require_rows_of_three(name, rows);
+  std::vector<Vec3<S>> points;
+  for (py::ssize_t i = 0; i < rows.shape(0); ++i) points.push_back(vec3_at(rows.data(i, 0)));
+  return points;
+}
+
+/// Numbers for each of several things, such as the worlds of a batch: a row each, or one row for
+/// all.
 template <typename S>
 class Rows {
  public:
+  /// @param count  [-] Number of the things.
   /// @param width  [-] Numbers of a row; 0 for rows that are one number and no array.
+  /// @param thing  What they are, in a message.
   /// @throws as `numbers_of`; InvalidArgument when the shape is another.
-  Rows(const std::string& name, const py::object& values, std::size_t worlds, py::ssize_t width = 0)
+  Rows(const std::string& name, const py::object& values, std::size_t count, py::ssize_t width = 0,
+       const char* thing = "world")
       : numbers_(numbers_of<S>(name, values)) {
     std::vector<py::ssize_t> one;
     if (width > 0) one.push_back(width);
     std::vector<py::ssize_t> all = one;
-    all.insert(all.begin(), static_cast<py::ssize_t>(worlds));
+    all.insert(all.begin(), static_cast<py::ssize_t>(count));
     if (has_shape(numbers_, all)) {
       stride_ = static_cast<std::size_t>(std::max<py::ssize_t>(width, 1));
     } else if (!has_shape(numbers_, one)) {
       throw InvalidArgument(name + ".shape", py::str(numbers_.attr("shape")),
-                            "must be " + shape_text(all) + ", a row for each world, or " +
+                            "must be " + shape_text(all) + ", a row for each " + thing + ", or " +
                                 shape_text(one) + " for all");
     }
   }
-  /// First number of the row of a world.
-  [[nodiscard]] const S* operator[](std::size_t world) const {
-    return numbers_.data() + world * stride_;
+  /// First number of the row of a thing.
+  [[nodiscard]] const S* operator[](std::size_t number) const {
+    return numbers_.data() + number * stride_;
   }
 
  private:

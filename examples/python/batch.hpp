@@ -18,6 +18,7 @@
 #include <pybind11/stl.h>
 #include <span>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -64,7 +65,7 @@ struct ThreadedBatch {
         worlds(start, count, pool->hook()) {}
 
   /// Does the same to all worlds of a mask, or raises and does nothing: what a world refuses, a
-  /// copy of the original refuses first.
+  /// copy of the original refuses first, its body in the state of the one in that world.
   template <typename Id, typename Change>
   void change(Id id, const py::object& worlds_meant, const Change& change) {
     const WorldMask mask(worlds_meant, worlds.size());
@@ -74,15 +75,28 @@ struct ThreadedBatch {
       if (!std::as_const(worlds).world(i).contains(id)) {
         throw InvalidArgument("handle", to_text(id), "must name what all worlds have");
       }
+      if constexpr (std::is_same_v<Id, BodyId>) put_in_state_of(worlds.world(i), id, probe);
       change(i, probe);
     }
     worlds.for_each(change, mask.get());
+  }
+
+ private:
+  /// Lets a body of a copy stand, move, weigh and be pushed as that of a world, to rounding:
+  /// whether a force, an impulse or a way is too large depends on these.
+  static void put_in_state_of(const World<S>& world, BodyId id, World<S>& copy) {
+    const Body<S>& body = world.body(id);
+    copy.set_pose(id, body.pose());
+    copy.apply_wrench(id, -copy.body(id).applied);
+    copy.apply_wrench(id, body.applied);
+    if (body.motion != Motion::fixed) copy.set_velocity(id, body.twist);
+    if (body.is_dynamic()) copy.set_mass(id, body.mass);
   }
 };
 
 template <typename S>
 [[nodiscard]] Transform<S> pose_of(const S* position, const S* xyzw) {
-  return {Quat<S>(xyzw[3], xyzw[0], xyzw[1], xyzw[2]), Eigen::Map<const Vec3<S>>(position)};
+  return {Quat<S>(xyzw[3], xyzw[0], xyzw[1], xyzw[2]), vec3_at(position)};
 }
 
 /// What differs from world to world, before or between steps.
@@ -101,19 +115,45 @@ void bind_batch_changes(Class& c) {
       .def(
           "set_material",
           [](Batch& batch, BodyId body, const py::object& friction, const py::object& restitution,
-             const py::object& mask, const py::object& rolling_friction) {
+             const py::object& mask, const py::object& rolling_friction,
+             const py::object& surface_velocity) {
             const Rows<S> mu("friction", friction, batch.worlds.size());
             const Rows<S> e("restitution", restitution, batch.worlds.size());
             const Rows<S> lever("rolling_friction", rolling_friction, batch.worlds.size());
+            const Rows<S> v("surface_velocity", surface_velocity, batch.worlds.size(), 3);
             batch.change(body, mask, [&](std::size_t i, World<S>& w) {
-              w.set_material(
-                  body, {.friction = *mu[i], .restitution = *e[i], .rolling_friction = *lever[i]});
+              w.set_material(body, {.friction = *mu[i],
+                                    .restitution = *e[i],
+                                    .surface_velocity = vec3_at(v[i]),
+                                    .rolling_friction = *lever[i]});
             });
           },
           "body"_a, "friction"_a, "restitution"_a = 0, "mask"_a = py::none(),
-          "rolling_friction"_a = 0,
-          "Gives all shapes of a body a friction [1], a restitution [1] and a lever of rolling "
-          "friction [m] for each world.")
+          "rolling_friction"_a = 0, "surface_velocity"_a = py::make_tuple(0, 0, 0),
+          "Gives all shapes of a body a friction [1], a restitution [1], a lever of rolling "
+          "friction [m] and a velocity of the surface [m/s], [world, 3], for each world.")
+      .def(
+          "set_damping",
+          [](Batch& batch, BodyId body, const py::object& linear, const py::object& angular,
+             const py::object& mask) {
+            const Rows<S> v("linear", linear, batch.worlds.size());
+            const Rows<S> w("angular", angular, batch.worlds.size());
+            batch.change(body, mask, [&](std::size_t i, World<S>& world) {
+              world.set_damping(body, *v[i], *w[i]);
+            });
+          },
+          "body"_a, "linear"_a, "angular"_a = 0, "mask"_a = py::none(),
+          "Rates [1/s] at which velocity and angular momentum of a dynamic body decay, for each "
+          "world.")
+      .def(
+          "set_gravity_scale",
+          [](Batch& batch, BodyId body, const py::object& scales, const py::object& mask) {
+            const Rows<S> scale("scales", scales, batch.worlds.size());
+            batch.change(body, mask,
+                         [&](std::size_t i, World<S>& w) { w.set_gravity_scale(body, *scale[i]); });
+          },
+          "body"_a, "scales"_a, "mask"_a = py::none(),
+          "Factor [1] of a dynamic body on gravity, for each world.")
       .def(
           "set_parameters",
           [](Batch& batch, PatchId patch,
@@ -179,12 +219,38 @@ void bind_batch_changes(Class& c) {
             const Rows<S> v("linear", linear, batch.worlds.size(), 3);
             const Rows<S> w("angular", angular, batch.worlds.size(), 3);
             batch.change(body, mask, [&](std::size_t i, World<S>& world) {
-              world.set_velocity(body, {Vec3<S>(Eigen::Map<const Vec3<S>>(v[i])),
-                                        Vec3<S>(Eigen::Map<const Vec3<S>>(w[i]))});
+              world.set_velocity(body, {vec3_at(v[i]), vec3_at(w[i])});
             });
           },
           "body"_a, "linear"_a, "angular"_a = py::make_tuple(0, 0, 0), "mask"_a = py::none(),
-          "Velocity of the centre of mass [m/s] and angular velocity [rad/s]: [world, 3] each.");
+          "Velocity of the centre of mass [m/s] and angular velocity [rad/s]: [world, 3] each.")
+      .def(
+          "apply_force",
+          [](Batch& batch, BodyId body, const py::object& forces, const py::object& points,
+             const py::object& mask) {
+            const Rows<S> f("forces", forces, batch.worlds.size(), 3);
+            const Rows<S> p("points", points, batch.worlds.size(), 3);
+            batch.change(body, mask, [&](std::size_t i, World<S>& w) {
+              w.apply_force(body, vec3_at(f[i]), vec3_at(p[i]));
+            });
+          },
+          "body"_a, "forces"_a, "points"_a, "mask"_a = py::none(),
+          "Adds a force [N] at a point [m] of each world, [world, 3] each, that acts during its "
+          "next "
+          "step.")
+      .def(
+          "apply_impulse",
+          [](Batch& batch, BodyId body, const py::object& impulses, const py::object& points,
+             const py::object& mask) {
+            const Rows<S> j("impulses", impulses, batch.worlds.size(), 3);
+            const Rows<S> p("points", points, batch.worlds.size(), 3);
+            batch.change(body, mask, [&](std::size_t i, World<S>& w) {
+              w.apply_impulse(body, vec3_at(j[i]), vec3_at(p[i]));
+            });
+          },
+          "body"_a, "impulses"_a, "points"_a, "mask"_a = py::none(),
+          "Changes the velocity of a dynamic body at once by an impulse [N s] at a point [m] of "
+          "each world, [world, 3] each.");
 }
 
 /// What is read of all worlds into one array.
@@ -194,6 +260,11 @@ void bind_batch_gathers(Class& c) {
   using Out = std::optional<Array<S>>;
   const auto length = [](const auto& items) { return static_cast<py::ssize_t>(items.size()); };
   const auto out = py::arg("out").noconvert() = py::none();
+  // All patches have as many, or the gather refuses them.
+  const auto sensors_in = [](const Batch& batch, const std::vector<PatchId>& ids) {
+    const World<S>& first = batch.worlds.world(0);
+    return static_cast<py::ssize_t>(ids.empty() ? 0 : first.patch(ids.front()).size());
+  };
   c.def(
        "bodies",
        [length](const Batch& batch, const std::vector<BodyId>& ids, Out out) {
@@ -214,16 +285,25 @@ void bind_batch_gathers(Class& c) {
           "joints"_a, out, "[world, joint, 2]: position [m or rad] and velocity [m/s or rad/s].")
       .def(
           "taxels",
-          [length](const Batch& batch, const std::vector<PatchId>& ids, Out out) {
-            const World<S>& first = batch.worlds.world(0);
-            const std::size_t sensors = ids.empty() ? 0 : first.patch(ids.front()).size();
-            auto to = out_or_new<S>(std::move(out), {length(batch.worlds), length(ids), 4,
-                                                     static_cast<py::ssize_t>(sensors)});
+          [length, sensors_in](const Batch& batch, const std::vector<PatchId>& ids, Out out) {
+            auto to = out_or_new<S>(std::move(out),
+                                    {length(batch.worlds), length(ids), 4, sensors_in(batch, ids)});
             batch.worlds.gather_taxels(ids, span_of(to));
             return to;
           },
           "patches"_a, out,
           "[world, patch, channel, sensor]: depth [1], normal force, shear along t1 and t2 [N].")
+      .def(
+          "points",
+          [length, sensors_in](const Batch& batch, const std::vector<PatchId>& ids, Out out) {
+            auto to = out_or_new<S>(std::move(out),
+                                    {length(batch.worlds), length(ids), sensors_in(batch, ids), 6});
+            batch.worlds.gather_points(ids, span_of(to));
+            return to;
+          },
+          "patches"_a, out,
+          "[world, patch, sensor, 6]: how far the skin is displaced at a sensor, dx, dy, dz [m], "
+          "and the force on it, Fx, Fy, Fz [N], in the axes of the patch's body.")
       .def(
           "touching",
           [length](const Batch& batch, const std::vector<PatchId>& ids,

@@ -2,7 +2,10 @@
 // float as `bristle.float32` (docs/python.md).
 // SPDX-License-Identifier: BSD-3-Clause
 #include "batch.hpp"
+#include "events.hpp"
+#include "meshes.hpp"
 #include "plot.hpp"
+#include "rays.hpp"
 #include "recorder.hpp"
 #include "scene.hpp"
 #include "sensors.hpp"
@@ -46,7 +49,9 @@ void bind_common(py::module_& m) {
       .value("fixed", JointKind::fixed)
       .value("revolute", JointKind::revolute)
       .value("prismatic", JointKind::prismatic)
-      .value("ball", JointKind::ball);
+      .value("ball", JointKind::ball)
+      .value("cone_twist", JointKind::cone_twist)
+      .value("six_dof", JointKind::six_dof);
   py::enum_<MotorMode>(m, "MotorMode", "What drives the free axis of a joint.")
       .value("none", MotorMode::none)
       .value("velocity", MotorMode::velocity)
@@ -55,7 +60,9 @@ void bind_common(py::module_& m) {
   bind_handle<BodyId>(m, "BodyId");
   bind_handle<JointId>(m, "JointId");
   bind_handle<PatchId>(m, "PatchId");
+  bind_handle<ShapeId>(m, "ShapeId");
 
+  bind_event_types(m);
   bind_scene_type(m);
   bind_plot(m);
 
@@ -66,7 +73,10 @@ void bind_common(py::module_& m) {
 template <typename S>
 void bind_scalar(py::module_& m) {
   bind_shapes<S>(m);
+  bind_meshes<S>(m);
   bind_sensors<S>(m);
+  bind_hits<S>(m);
+  bind_reading<S>(m);
   bind_world<S>(m);
   bind_batch<S>(m);
   bind_recorder<S>(m);

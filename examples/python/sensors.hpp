@@ -1,20 +1,17 @@
 /// @file
-/// Shapes and sensors in Python.
+/// Shapes, but for meshes, and sensors in Python.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include "arrays.hpp"
 
 #include <bristle/bristle.hpp>
-#include <bristle/io/mesh_file.hpp>
 
 #include <cstddef>
 #include <pybind11/eigen.h>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
-#include <string>
-#include <vector>
 
 namespace bristle_python {
 
@@ -47,16 +44,7 @@ void bind_shapes(py::module_& m) {
            "Ellipsoid of three radii [m].");
   py::class_<ConvexHull<S>>(m, "ConvexHull", "Convex solid.")
       .def(py::init([](const py::object& points) {
-             const Array<S> rows = numbers_of<S>("points", points);
-             if (rows.ndim() != 2 || rows.shape(1) != 3) {
-               throw InvalidArgument("points.shape", py::str(rows.attr("shape")),
-                                     "must be (points, 3)");
-             }
-             std::vector<Vec3<S>> vertices;
-             for (py::ssize_t i = 0; i < rows.shape(0); ++i) {
-               vertices.push_back({rows.at(i, 0), rows.at(i, 1), rows.at(i, 2)});
-             }
-             return convex_hull<S>(vertices);
+             return convex_hull<S>(points_of<S>("points", points));
            }),
            "points"_a, "Hull of points: [point, 3] in m.");
   py::class_<HalfSpace<S>>(m, "HalfSpace", "All points on one side of a plane.")
@@ -65,10 +53,6 @@ void bind_shapes(py::module_& m) {
            }),
            "normal"_a = Vec3<S>(0, 0, 1), "offset"_a = S(0),
            "All p with normal . p <= offset [m].");
-  py::class_<TriangleMesh<S>>(m, "TriangleMesh", "Closed surface of triangles.")
-      .def_static(
-          "load", [](const std::string& path) { return load_mesh<S>(path); }, "path"_a,
-          "Mesh of an .stl or .obj file.");
 }
 
 template <typename S>

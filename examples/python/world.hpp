@@ -4,6 +4,8 @@
 #pragma once
 
 #include "arrays.hpp"
+#include "events.hpp"
+#include "rays.hpp"
 
 #include <bristle/bristle.hpp>
 
@@ -18,7 +20,9 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <utility>
+#include <variant>
 #include <vector>
 
 namespace bristle_python {
@@ -57,10 +61,12 @@ struct Reading {
   }
 };
 
+/// A shape of a body, and where its frame is in the body's [m]: position and x, y, z, w.
 template <typename S>
-void bind_world(py::module_& m) {
-  using World = bristle::World<S>;
-  using Vec4 = Eigen::Matrix<S, 4, 1>;
+using PlacedShape = std::tuple<Shape<S>, Vec3<S>, Eigen::Matrix<S, 4, 1>>;
+
+template <typename S>
+void bind_reading(py::module_& m) {
   py::class_<Reading<S>>(m, "Reading", "What a patch felt in a step: copies, an entry a sensor.")
       .def_readonly("depth", &Reading<S>::depth,
                     "[sensor]: depth [1] from 0 to 1 as a part of the ray, 0 without a touch.")
@@ -84,14 +90,22 @@ void bind_world(py::module_& m) {
       .def_readonly("slipping", &Reading<S>::slipping, "Number of sensors that let go.")
       .def_readonly("bottomed_out", &Reading<S>::bottomed_out,
                     "Number of sensors that are pressed in over their whole length.");
+}
 
-  py::class_<World>(m, "World", "A rigid-body world whose hands can hold things.")
-      .def(
-          py::init([](const Vec3<S>& gravity, S time_step) {
-            return std::make_unique<World>(WorldDef<S>{.gravity = gravity, .time_step = time_step});
-          }),
-          py::kw_only(), "gravity"_a = Vec3<S>(0, 0, S(-9.81)), "time_step"_a = S(1) / S(240),
-          "An empty world of a gravity [m/s^2] that steps by `time_step` [s].")
+template <typename S>
+void bind_world(py::module_& m) {
+  using World = bristle::World<S>;
+  using Vec4 = Eigen::Matrix<S, 4, 1>;
+  py::class_<World> c(m, "World", "A rigid-body world whose hands can hold things.");
+  c.def(py::init([](const Vec3<S>& gravity, S time_step, bool keeps_contact_events) {
+          return std::make_unique<World>(WorldDef<S>{.gravity = gravity,
+                                                     .time_step = time_step,
+                                                     .keeps_contact_events = keeps_contact_events});
+        }),
+        py::kw_only(), "gravity"_a = Vec3<S>(0, 0, S(-9.81)), "time_step"_a = S(1) / S(240),
+        "keeps_contact_events"_a = false,
+        "An empty world of a gravity [m/s^2] that steps by `time_step` [s]. With "
+        "`keeps_contact_events` it keeps `contact_events` until they are cleared.")
       .def(
           "__copy__", [](const World& world) { return std::make_unique<World>(world); },
           "A copy, which steps on as the original would.")
@@ -102,14 +116,31 @@ void bind_world(py::module_& m) {
           "add_body",
           [](World& world, Motion motion, std::optional<Shape<S>> shape, std::optional<S> mass,
              const Vec3<S>& position, const Vec4& orientation, const Vec3<S>& velocity,
-             const Vec3<S>& angular_velocity, S friction, S restitution, S rolling_friction) {
+             const Vec3<S>& angular_velocity, S friction, S restitution, S rolling_friction,
+             const Vec3<S>& surface_velocity, S linear_damping, S angular_damping, S gravity_scale,
+             std::vector<PlacedShape<S>> shapes, bool is_trigger) {
             BodyDef<S> def;
             def.motion = motion;
-            if (shape) def.shape = *std::move(shape);
             def.mass = mass;
-            def.material.friction = friction;
-            def.material.restitution = restitution;
-            def.material.rolling_friction = rolling_friction;
+            def.material = {.friction = friction,
+                            .restitution = restitution,
+                            .surface_velocity = surface_velocity,
+                            .rolling_friction = rolling_friction};
+            def.linear_damping = linear_damping;
+            def.angular_damping = angular_damping;
+            def.gravity_scale = gravity_scale;
+            const auto add = [&](Shape<S> part, const Transform<S>& pose) {
+              def.shapes.push_back({std::move(part), pose, def.material, is_trigger});
+            };
+            // Only shapes of the list can be triggers.
+            if (shape && is_trigger) {
+              add(*std::move(shape), {});
+            } else if (shape) {
+              def.shape = *std::move(shape);
+            }
+            for (auto& [part, place, turn] : shapes) {
+              add(std::move(part), {rotation_of<S>(turn), place});
+            }
             def.position = position;
             def.orientation = rotation_of<S>(orientation);
             def.velocity = velocity;
@@ -122,24 +153,36 @@ void bind_world(py::module_& m) {
           "angular_velocity"_a = Vec3<S>(0, 0, 0), "friction"_a = Material<S>{}.friction,
           "restitution"_a = Material<S>{}.restitution,
           "rolling_friction"_a = Material<S>{}.rolling_friction,
+          "surface_velocity"_a = Vec3<S>(0, 0, 0), "linear_damping"_a = S(0),
+          "angular_damping"_a = S(0), "gravity_scale"_a = S(1),
+          "shapes"_a = std::vector<PlacedShape<S>>{}, "is_trigger"_a = false,
           "Adds a body of a mass [kg] at a position [m] with an orientation x, y, z, w, a velocity "
-          "[m/s] and an angular velocity [rad/s]. A dynamic body has a mass and a shape. "
-          "rolling_friction is a lever [m].")
+          "[m/s] and an angular velocity [rad/s]. A dynamic body has a shape; without a mass it "
+          "is as dense as water. rolling_friction is a lever [m]. Like a belt the surface moves by "
+          "surface_velocity [m/s] in the axes of the shape. Velocity and angular momentum decay at "
+          "linear_damping and angular_damping [1/s], and gravity pulls gravity_scale [1] times. "
+          "More `shapes` are a list of (shape, position, orientation) in the body's frame. With "
+          "is_trigger the shapes push nothing and no sensor senses them: `contact_events` tells "
+          "what is in them. They have no mass, so that such a body is fixed or kinematic.")
       .def("remove_body", &World::remove_body, "body"_a,
            "Removes a body with its patches and joints.")
       .def(
           "add_joint",
-          [](World& world, JointKind kind, BodyId a, BodyId b, const Vec3<S>& anchor_a,
-             const Vec4& rotation_a, const Vec3<S>& anchor_b, const Vec4& rotation_b, S lower,
-             S upper, MotorMode mode, S target, S max_force, S max_speed, S stiffness, S damping) {
+          [](World& world, JointKind kind, std::optional<BodyId> a, std::optional<BodyId> b,
+             const Vec3<S>& anchor_a, const Vec4& rotation_a, const Vec3<S>& anchor_b,
+             const Vec4& rotation_b, S lower, S upper, MotorMode mode, S target, S max_force,
+             S max_speed, S stiffness, S damping, S swing_limit, const Vec6<S>& bushing_stiffness,
+             const Vec6<S>& bushing_damping) {
             JointDef<S> def;
             def.kind = kind;
-            def.body_a = a;
-            def.body_b = b;
+            def.body_a = a.value_or(BodyId{});
+            def.body_b = b.value_or(BodyId{});
             def.X_AJ = {rotation_of<S>(rotation_a), anchor_a};
             def.X_BJ = {rotation_of<S>(rotation_b), anchor_b};
             def.lower_limit = lower;
             def.upper_limit = upper;
+            def.swing_limit = swing_limit;
+            def.bushing = {bushing_stiffness, bushing_damping};
             def.motor = {mode, target, max_force, max_speed, stiffness, damping};
             return world.add_joint(def);
           },
@@ -148,9 +191,15 @@ void bind_world(py::module_& m) {
           "rotation_b"_a = Vec4(0, 0, 0, 1), "lower"_a = -infinity<S>, "upper"_a = infinity<S>,
           "mode"_a = MotorMode::none, "target"_a = S(0), "max_force"_a = S(0),
           "max_speed"_a = infinity<S>, "stiffness"_a = S(0), "damping"_a = S(0),
+          "swing_limit"_a = infinity<S>, "bushing_stiffness"_a = Vec6<S>(Vec6<S>::Zero()),
+          "bushing_damping"_a = Vec6<S>(Vec6<S>::Zero()),
           "Adds a joint about or along the x axis of a frame in both bodies: `anchor` [m] and "
-          "`rotation` x, y, z, w, in the body's axes. Limits are in m or rad; for the motor see "
-          "`set_motor`.")
+          "`rotation` x, y, z, w, in the body's axes. A body that is None is the world. Limits are "
+          "in m or rad, of a cone_twist those of its twist, and the x axes are at most "
+          "`swing_limit` [rad] apart. For the motor see `set_motor`. A six_dof is held by springs "
+          "and dampers alone, six numbers each: along x, y, z [N/m, N s/m] and about x, y, z "
+          "[N m/rad, N m s/rad] of A's frame.")
+      .def("remove_joint", &World::remove_joint, "joint"_a, "Removes a joint.")
       .def(
           "set_motor",
           [](World& world, JointId id, MotorMode mode, S target, S max_force, S max_speed,
@@ -162,6 +211,16 @@ void bind_world(py::module_& m) {
           "Drives a joint to a velocity [m/s] or position [m], with a largest force [N] and, to a "
           "position, speed [m/s]; or as a spring [N/m] with damping [N s/m]. Of joints that turn: "
           "rad and N m.")
+      .def("set_limits", &World::set_limits, "joint"_a, "lower"_a = -infinity<S>,
+           "upper"_a = infinity<S>, "Gives a joint other limits [m or rad], into which it moves.")
+      .def(
+          "set_spring",
+          [](World& world, JointId id, S stiffness, S damping, S rest) {
+            world.set_spring(id, {stiffness, damping, rest});
+          },
+          "joint"_a, py::kw_only(), "stiffness"_a = S(0), "damping"_a = S(0), "rest"_a = S(0),
+          "Gives a joint a passive spring [N/m] with damping [N s/m] and the position `rest` [m] "
+          "without force. Of joints that turn: rad and N m.")
       .def(
           "joint_state",
           [](const World& world, JointId id) {
@@ -187,20 +246,29 @@ void bind_world(py::module_& m) {
           "normal"_a = LawOptions{}.normal, "cast_every"_a = 1u,
           "Adds sensors, in the body's frame, that share constants. Rays are cast in every "
           "`cast_every`-th step.")
+      .def("remove_patch", &World::remove_patch, "patch"_a,
+           "Removes a patch. It lets go of what it touches.")
       .def("set_parameters", &World::set_parameters, "patch"_a, "parameters"_a,
            "Gives all sensors of a patch other constants.")
       .def("set_mass", &World::set_mass, "body"_a, "mass"_a,
            "Gives a body another mass [kg]; its inertia follows in proportion.")
+      .def("set_damping", &World::set_damping, "body"_a, "linear"_a, "angular"_a = S(0),
+           "Sets the rates [1/s] at which velocity and angular momentum of a dynamic body decay.")
+      .def("set_gravity_scale", &World::set_gravity_scale, "body"_a, "scale"_a,
+           "Sets the factor [1] of a dynamic body on the world's gravity.")
       .def(
           "set_material",
-          [](World& world, BodyId body, S friction, S restitution, S rolling_friction) {
+          [](World& world, BodyId body, S friction, S restitution, S rolling_friction,
+             const Vec3<S>& surface_velocity) {
             world.set_material(body, {.friction = friction,
                                       .restitution = restitution,
+                                      .surface_velocity = surface_velocity,
                                       .rolling_friction = rolling_friction});
           },
           "body"_a, "friction"_a, "restitution"_a = S(0), "rolling_friction"_a = S(0),
-          "Gives all shapes of a body a friction [1], a restitution [1] and a lever of rolling "
-          "friction [m].")
+          "surface_velocity"_a = Vec3<S>(0, 0, 0),
+          "Gives all shapes of a body a friction [1], a restitution [1], a lever of rolling "
+          "friction [m] and, as of a belt, a velocity of the surface [m/s] in a shape's axes.")
       .def("set_gravity", &World::set_gravity, "gravity"_a, "Sets gravity [m/s^2].")
       .def("set_time_step", &World::set_time_step, "time_step"_a,
            "Sets the length [s] of the steps to come.")
@@ -229,6 +297,23 @@ void bind_world(py::module_& m) {
       .def("apply_force", &World::apply_force, "body"_a, "force"_a, "point"_a,
            "Adds a force [N] at a point [m] of the world that acts during the next step.")
       .def(
+          "apply_wrench",
+          [](World& world, BodyId id, const Vec3<S>& force, const Vec3<S>& torque) {
+            world.apply_wrench(id, {force, torque});
+          },
+          "body"_a, "force"_a, "torque"_a,
+          "Adds a force [N] at the centre of mass and a torque [N m] that act during the next "
+          "step, world axes.")
+      .def("apply_impulse", &World::apply_impulse, "body"_a, "impulse"_a, "point"_a,
+           "Changes the velocity of a dynamic body at once by an impulse [N s] at a point [m] of "
+           "the world.")
+      .def(
+          "contains",
+          [](const World& world, const std::variant<BodyId, JointId, PatchId, ShapeId>& handle) {
+            return std::visit([&](auto id) { return world.contains(id); }, handle);
+          },
+          "handle"_a, "Whether there still is what a handle names.")
+      .def(
           "position",
           [](const World& world, BodyId id) { return Vec3<S>(world.pose(id).translation); },
           "body"_a, "Origin [m] of the body frame.")
@@ -247,6 +332,16 @@ void bind_world(py::module_& m) {
       .def(
           "reading", [](const World& world, PatchId id) { return Reading<S>(world.reading(id)); },
           "patch"_a, "What a patch felt in the last step, copied.")
+      .def(
+          "taxel_points",
+          [](const World& world, PatchId id) {
+            Array<S> points({world.patch(id).size(), std::size_t(6)});
+            world.taxel_points(id, span_of(points));
+            return points;
+          },
+          "patch"_a,
+          "[sensor, 6]: how far the skin is displaced at a sensor, dx, dy, dz [m], and the force "
+          "on it, Fx, Fy, Fz [N], in the axes of the patch's body. Zeros without a touch.")
       .def(
           "patch_warnings",
           [](const World& world, PatchId id) { return world.patch_report(id).warnings(); },
@@ -276,6 +371,8 @@ void bind_world(py::module_& m) {
           "bytes"_a, "Puts the world into the state of a snapshot of it or of a copy.")
       .def("state_hash", &World::state_hash, "One number for all that a snapshot holds.")
       .def_property_readonly("time_step", &World::time_step, "Length of the next step [s].");
+  bind_world_queries<S>(c);
+  bind_world_events<S>(c);
 }
 
 }  // namespace bristle_python

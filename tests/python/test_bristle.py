@@ -60,6 +60,13 @@ class Scripts(unittest.TestCase):
         text, _ = output_of("batch.py")
         self.assertEqual(text, (EXAMPLES / "18_batch.expected").read_text())
 
+    def test_a_foot_on_a_slope_feels_its_weight(self):
+        text, names = output_of("slope.py")
+        self.assertEqual(text, "ground at [0.] m, foot at [0.12] m\n"
+                               "77 ms: the sole touches the ground\n"
+                               "force on the sole: 1.07 N along it, 4.79 N across\n")
+        self.assertAlmostEqual(np.linalg.norm(names["forces"].sum(axis=0)), 0.5 * 9.81, delta=1e-3)
+
     def test_parts_are_gripped_by_feel(self):
         text, names = output_of("grip_by_feel.py")
         self.assertEqual(text, f"{names['held']} of {names['ended']} parts are held\n")

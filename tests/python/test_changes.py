@@ -55,6 +55,12 @@ class Changes(unittest.TestCase):
              lambda w, i: w.set_material(ball, some[i], some[i])),
             ("set_material", (ball, some), {"rolling_friction": 0.01 * some},
              lambda w, i: w.set_material(ball, some[i], rolling_friction=0.01 * some[i])),
+            ("set_material", (ball, some), {"surface_velocity": rows},
+             lambda w, i: w.set_material(ball, some[i], surface_velocity=rows[i])),
+            ("set_damping", (ball, some, 2 * some), {},
+             lambda w, i: w.set_damping(ball, some[i], 2 * some[i])),
+            ("set_gravity_scale", (ball, -some), {},
+             lambda w, i: w.set_gravity_scale(ball, -some[i])),
             ("set_parameters", (pad, constants), {},
              lambda w, i: w.set_parameters(pad, constants[i])),
             ("set_motor", (joint,), motor, lambda w, i: w.set_motor(joint, **of(i, motor))),
@@ -63,7 +69,11 @@ class Changes(unittest.TestCase):
              lambda w, i: w.set_pose(ball, rows[i], turns[i])),
             ("move_to", (hand, rows, turns), {}, lambda w, i: w.move_to(hand, rows[i], turns[i])),
             ("set_velocity", (ball, rows, 2 * rows), {},
-             lambda w, i: w.set_velocity(ball, rows[i], 2 * rows[i]))]
+             lambda w, i: w.set_velocity(ball, rows[i], 2 * rows[i])),
+            ("apply_force", (ball, rows, 2 * rows), {},
+             lambda w, i: w.apply_force(ball, rows[i], 2 * rows[i])),
+            ("apply_impulse", (ball, rows, 2 * rows), {},
+             lambda w, i: w.apply_impulse(ball, rows[i], 2 * rows[i]))]
 
     def test_each_is_what_it_is_of_a_world(self):
         mask = np.array([True, False, True, True, False])
@@ -142,6 +152,31 @@ class Changes(unittest.TestCase):
                 with self.assertRaisesRegex(error, words):
                     call()
             self.assertEqual([batch[i].state_hash() for i in range(COUNT)], [before] * COUNT)
+
+    def test_what_is_too_much_in_the_state_of_one_world_changes_none(self):
+        for module, dtype in ((bristle, np.float64), (bristle32, np.float32)):
+            world, hand, ball, *_ = slide(module)
+            center = world.position(ball)
+            large = 0.35 * np.sqrt(float(np.finfo(dtype).max))  # twice of it is too large
+            one = np.arange(COUNT) == 3
+            start, push, way = ((large, 0, 0), (0.2 * large, 0, 0), (0, 0, large * 1e-3))
+            for prepare, change in (
+                    (lambda b: b.set_velocity(ball, start, mask=one),
+                     lambda b: b.apply_impulse(ball, push, center)),
+                    (lambda b: b.set_mass(ball, 0.01, mask=one),
+                     lambda b: b.apply_impulse(ball, push, center)),
+                    (lambda b: b.apply_force(ball, start, center, mask=one),
+                     lambda b: b.apply_force(ball, start, center)),
+                    (lambda b: b.set_pose(hand, np.negative(way), mask=one),
+                     lambda b: b.move_to(hand, way))):
+                batch = module.WorldBatch(world, COUNT)
+                prepare(batch)
+                before = [batch[i].state_hash() for i in range(COUNT)]
+                with self.assertRaises(bristle.InvalidArgument):
+                    change(batch)
+                self.assertEqual([batch[i].state_hash() for i in range(COUNT)], before)
+                # The others take it, however many they are.
+                change(module.WorldBatch(world, COUNT))
 
     def test_a_body_that_one_world_lost(self):
         world, _, ball, *_ = slide(bristle)
