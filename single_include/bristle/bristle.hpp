@@ -14169,8 +14169,9 @@ struct TouchEvent {
 
 namespace detail {
 
-/// The touches that a caller was told of, and the events that he has not read yet. What is known is
-/// compared with readings after each step, so that steps cost nothing more where nobody listens.
+/// The touches that a caller was told of, and the events since the caller last cleared them. What
+/// is known is compared with readings after each step, so that steps cost nothing more where nobody
+/// listens.
 class TouchLog {
  public:
   /// Starts or ends to listen. Both forget all touches and events.
@@ -15609,10 +15610,10 @@ class World {
   void set_parameters(PatchId id, const SensorParameters<S>& parameters);
   /// Reading of a patch in the last step; valid until the next one.
   [[nodiscard]] PatchReading<S> reading(PatchId id) const;
-  /// Writes the reading as a set of points, out[sensor][6]: how far the skin is displaced at the
-  /// sensor, dx, dy, dz [m], and the force on it, Fx, Fy, Fz [N], in the axes of the patch's body.
-  /// Displaced is it against the ray by depth times the ray's length, as the reading has it, and
-  /// across the ray by the present stretch of the bristle, towards where the other body takes it.
+  /// Writes the reading as a set of points, out[sensor][6]: the displacement dx, dy, dz [m] of the
+  /// skin at the sensor and the force Fx, Fy, Fz [N] on it, in the axes of the patch's body. The
+  /// displacement is that at the start of the last step: against the ray by depth times the ray's
+  /// length, and across it by the stretch of the bristle, towards where the other body took it.
   /// Zeros without a contact.
   /// @throws InvalidArgument when `out` has another size.
   void taxel_points(PatchId id, std::span<S> out) const;
@@ -17884,31 +17885,28 @@ namespace bristle::inline BRISTLE_ABI::detail {
 inline constexpr std::size_t taxel_point_size = 6;
 
 /// Writes for each sensor its displacement dx, dy, dz [m] and the force Fx, Fy, Fz [N] on it, in
-/// the axes of the patch's body. The displacement is that of the skin at the sensor: the reading's
-/// depth against the ray, and its bristle's present stretch towards where the other body takes it.
-/// In a hold the force pulls the same way as the displacement across the ray, and along the ray
+/// the axes of the patch's body. Both are of the last step, the displacement as the step began:
+/// along the ray the depth, across it the stretch of the bristle, towards where the other body took
+/// it. In a hold the force pulls the same way as the displacement across the ray, and along the ray
 /// both point inwards. Zeros without a contact.
-/// @param pose_of  Callable: PairPose<S> pose_of(BodyId), the pose of a body relative to the
-///                 patch's.
-template <Scalar S, typename PoseOf>
-void write_taxel_points(const SensorPatch<S>& patch, PoseOf&& pose_of, S* out) {
+template <Scalar S>
+void write_taxel_points(const SensorPatch<S>& patch, S* out) {
   std::fill_n(out, taxel_point_size * patch.size(), S(0));
-  BodyId body{};
-  PairPose<S> pose{};
   for (std::size_t k = 0; k < patch.felt.size(); ++k) {
     const SensorPacket<S>& packet = patch.packets[k];
     for (std::uint32_t rest = patch.felt[k]; rest != 0; rest &= rest - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
       const std::size_t i = k * packet_size + lane;
-      if (patch.readings.body[i] != body) {
-        body = patch.readings.body[i];
-        pose = pose_of(body);
-      }
+      const BodyId body = patch.readings.body[i];
       const Vec3<S> n = packet.direction[lane];
       const Vec3<S> t1 = packet.tangent[lane];
       Vec3<S> displacement = (-patch.readings.depth[i] * patch.length[i]) * n;
-      if ((packet.is_anchored >> lane & 1u) != 0 && packet.anchored_on[lane] == anchor_key(body)) {
-        displacement -= anchor_stretch<S>({packet.anchor_a[lane], packet.anchor_b[lane]}, pose, n);
+      const auto pair = std::find_if(patch.pairs.begin(), patch.pairs.end(),
+                                     [&](const PatchPair<S>& p) { return p.body_b == body.index; });
+      if (pair != patch.pairs.end() && (packet.is_anchored >> lane & 1u) != 0 &&
+          packet.anchored_on[lane] == anchor_key(body)) {
+        displacement -=
+            anchor_stretch<S>({packet.anchor_a[lane], packet.anchor_b[lane]}, pair->pose, n);
       }
       const Vec3<S> force = patch.readings.shear_1[i] * t1 +
                             patch.readings.shear_2[i] * n.cross(t1) -
@@ -41391,11 +41389,7 @@ void World<S, Backend>::taxel_points(PatchId id, std::span<S> out) const {
   const detail::SensorPatch<S>& patch = state_.patches.get(id, "PatchId");
   detail::require(out.size() == detail::taxel_point_size * patch.size(), "out.size()", out.size(),
                   "must be six for each sensor");
-  const Transform<S>& X_WA = state_.bodies.at(patch.body.index).center_pose;
-  detail::write_taxel_points(
-      patch,
-      [&](BodyId b) { return detail::pair_pose(X_WA, state_.bodies.at(b.index).center_pose); },
-      out.data());
+  detail::write_taxel_points(patch, out.data());
 }
 
 template <Scalar S, typename Backend>

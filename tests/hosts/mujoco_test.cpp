@@ -121,6 +121,24 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("MuJoCo: all that hangs on a body that mocap leads moves with it") {
+  const MujocoModel model = mujoco_model_of(
+      "<mujoco><worldbody><body name=\"hand\" mocap=\"true\"><geom type=\"box\" "
+      "size=\"0.1 0.1 0.1\"/><body name=\"pad\" pos=\"0 0.2 0\"><geom type=\"sphere\" "
+      "size=\"0.01\"/></body></body></worldbody></mujoco>");
+  const MujocoData data(mj_makeData(model.get()), mj_deleteData);
+  mj_forward(model.get(), data.get());
+  MujocoHost<> host(*model, *data);
+  const BodyId pad = host.mirror("pad");
+  host.set_velocity("hand", {{1, 0, 0}, {0, 0, 2}});
+  const HostBody<double> body = *host.body(pad);
+  CHECK((body.twist.linear - Vec3<double>(1 - 2 * 0.2, 0, 0)).norm() < 1e-12);
+  CHECK((body.twist.angular - Vec3<double>(0, 0, 2)).norm() < 1e-12);
+  data->mocap_pos[2] = 0.5;
+  host.step();
+  CHECK(host.world().pose(pad).translation.z() == test::relative(0.5));
+}
+
 TEST_CASE("MuJoCo: velocities are for bodies that mocap leads") {
   MujocoPinch pinch{{}};
   CHECK_THROWS_WITH_AS(pinch.host->set_velocity("part", {}), doctest::Contains("mocap"),

@@ -88,3 +88,35 @@ TEST_CASE("taxel_points: they are in the axes of the patch's body, and zero with
   CHECK_THROWS_WITH_AS(world.taxel_points(patch, wrong), doctest::Contains("out.size()"),
                        InvalidArgument);
 }
+
+TEST_CASE("taxel_points: they are of the last step, whatever is changed after it") {
+  // A block slides over a pad at 0.2 m/s: bristles let go at 1 mm.
+  World<double> world;
+  const BodyId plate = world.add_body({.motion = Motion::fixed});
+  PatchDef<double> def;
+  for (int i = 0; i < 16; ++i) {
+    const double x = 0.01 * (i % 4), y = 0.01 * (i / 4);
+    def.sensors.add({x, y, 0}, {x, y, 0.01});
+  }
+  def.parameters =
+      tuned_for<double>({.friction = 0.2, .load = 10, .mass = 1}).parameters(def.sensors);
+  def.options.reset = SlipReset::drag;
+  const PatchId patch = world.add_patch(plate, def);
+  const BodyId block = world.add_body({.mass = 1,
+                                       .shape = Box<double>{{0.06, 0.06, 0.01}},
+                                       .position = {0.015, 0.015, 0.017},
+                                       .velocity = {0.2, 0, 0}});
+  for (int i = 0; i < 10; ++i) {
+    world.step();
+    const std::vector<double> points = points_of(world, patch);
+    const double sigma = def.parameters.breakaway_distance;
+    for (std::size_t k = 0; k < 16; ++k) {
+      CHECK(points[6 * k] <= sigma * (1 + 1e-12));
+      CHECK(points[6 * k] >= 0);
+    }
+    if (i > 3) CHECK(points[0] > 0.9 * sigma);
+  }
+  const std::vector<double> before = points_of(world, patch);
+  world.set_pose(block, {Quat<double>::Identity(), {0.5, 0, 0}});
+  CHECK(points_of(world, patch) == before);
+}

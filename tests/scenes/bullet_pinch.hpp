@@ -120,8 +120,11 @@ class BulletPinch : public Pinch {
 class BulletChain {
  public:
   /// @param base_mass  [kg] 0 for a base that is fixed.
-  BulletChain(BulletWorld& bullet, int links, double base_mass, const btVector3& base)
-      : bullet_(&bullet), body(links, bullet_number(base_mass), inertia, base_mass == 0, false) {
+  /// @param can_sleep  False to keep it awake.
+  BulletChain(BulletWorld& bullet, int links, double base_mass, const btVector3& base,
+              bool can_sleep = false)
+      : bullet_(&bullet),
+        body(links, bullet_number(base_mass), inertia, base_mass == 0, can_sleep) {
     body.setBasePos(base);
     // Bullet's defaults take energy.
     body.setLinearDamping(0);
@@ -236,7 +239,10 @@ class BulletLinkPinch : public Pinch {
     }
     arm_.body.addJointTorque(pads_[0], bullet_number(def.squeeze));
     arm_.body.addJointTorque(pads_[1], bullet_number(-def.squeeze));
-    bullet_.world.stepSimulation(bullet_number(def.dt), 0);
+    // Of one tick, without Bullet's clock; of more with it, and a little over.
+    const bool is_one = def.substeps == 1;
+    bullet_.world.stepSimulation(bullet_number(def.dt * def.substeps), is_one ? 0 : def.substeps,
+                                 bullet_number(def.dt));
   }
 
  private:

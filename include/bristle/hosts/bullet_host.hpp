@@ -132,6 +132,9 @@ class BulletHost : public EngineHost<btCollisionObject*, Backend>, private btAct
         {*this->key_of(id), detail::to_bullet(wrench.force), detail::to_bullet(wrench.torque)});
     give(applied_.back(), 1);
     applied_.back().object->activate();
+    if (const auto* link = btMultiBodyLinkCollider::upcast(applied_.back().object)) {
+      detail::wake(*link);
+    }
   }
 
  private:
@@ -143,7 +146,7 @@ class BulletHost : public EngineHost<btCollisionObject*, Backend>, private btAct
 
   void sense(btScalar dt) {
     dt_ = dt;
-    std::erase_if(mechanisms_, [](detail::BulletMechanism& m) { return !m.end(); });
+    for (detail::BulletMechanism& mechanism : mechanisms_) (void)mechanism.end();
     this->sensors().step(*this, static_cast<double>(dt));
   }
   /// A multibody in this tick.
@@ -166,6 +169,8 @@ class BulletHost : public EngineHost<btCollisionObject*, Backend>, private btAct
   void updateAction(btCollisionWorld*, btScalar) override {
     for (const Given& given : applied_) give(given, -1);
     applied_.clear();
+    // Those that nobody asked for in this tick have no mirrored link any more.
+    std::erase_if(mechanisms_, [](detail::BulletMechanism& m) { return !m.end(); });
   }
   void debugDraw(btIDebugDraw*) override {}
 

@@ -105,6 +105,16 @@ class BulletMechanism {
   btAlignedObjectArray<btMatrix3x3> matrices_;
 };
 
+/// Wakes the multibody of a link. Bullet skips one of which any collider sleeps.
+inline void wake(const btMultiBodyLinkCollider& link) {
+  btMultiBody& body = *link.m_multiBody;
+  body.wakeUp();
+  if (body.getBaseCollider() != nullptr) body.getBaseCollider()->activate();
+  for (int i = 0; i < body.getNumLinks(); ++i) {
+    if (body.getLink(i).m_collider != nullptr) body.getLink(i).m_collider->activate();
+  }
+}
+
 /// Adds a wrench [N, N m] about the centre of mass of a link, until Bullet clears its forces.
 inline void add_wrench(btMultiBodyLinkCollider& link, const btVector3& force,
                        const btVector3& torque) {

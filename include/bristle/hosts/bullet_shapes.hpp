@@ -62,7 +62,8 @@ inline void add_bullet_shapes(const btCollisionShape& shape, const btTransform& 
   } else if (const auto* plane = dynamic_cast<const btStaticPlaneShape*>(&shape)) {
     const Vec3<double> n = from_bullet(plane->getPlaneNormal());
     def.shape = HalfSpace<double>{n.normalized(), number(plane->getPlaneConstant()) / n.norm()};
-  } else if (const auto* polyhedron = dynamic_cast<const btPolyhedralConvexShape*>(&shape)) {
+  } else if (const auto* polyhedron = dynamic_cast<const btPolyhedralConvexShape*>(&shape);
+             polyhedron != nullptr && polyhedron->getNumVertices() > 0) {
     std::vector<Vec3<double>> points;
     for (int i = 0; i < polyhedron->getNumVertices(); ++i) {
       btVector3 point;

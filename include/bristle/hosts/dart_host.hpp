@@ -36,7 +36,8 @@ class DartHost : public EngineHost<dart::dynamics::BodyNode*, Backend> {
   /// Shares the world, which must not be null.
   explicit DartHost(dart::simulation::WorldPtr engine) : dart_(std::move(engine)) {}
 
-  /// Mirrors a body with its shapes for the sensors. DART's collision filters do not matter.
+  /// Mirrors a body for the sensors with the shapes that it collides by, or with all that it is
+  /// drawn by where it collides by none. DART's collision filters do not matter.
   /// @return The same id again for a body that is mirrored already.
   /// @throws InvalidArgument when no shape of bristle matches one of the body's, or a mesh is open.
   BodyId mirror(dart::dynamics::BodyNode& node) {

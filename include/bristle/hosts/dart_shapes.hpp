@@ -89,13 +89,16 @@ namespace bristle::inline BRISTLE_ABI::detail {
   return def;
 }
 
-/// The shapes of all shape nodes of a body. A mesh must be closed.
+/// The shapes that a body collides by, or all of its shape nodes where it collides by none. A mesh
+/// must be closed.
 /// @throws InvalidArgument when no shape of bristle matches one of them.
 [[nodiscard]] inline std::vector<ShapeDef<double>> dart_shapes(
     const dart::dynamics::BodyNode& node) {
+  const bool collides = node.getNumShapeNodesWith<dart::dynamics::CollisionAspect>() > 0;
   std::vector<ShapeDef<double>> shapes;
   for (std::size_t i = 0; i < node.getNumShapeNodes(); ++i) {
-    shapes.push_back(dart_shape(*node.getShapeNode(i)));
+    const dart::dynamics::ShapeNode& shape = *node.getShapeNode(i);
+    if (!collides || shape.hasCollisionAspect()) shapes.push_back(dart_shape(shape));
   }
   return shapes;
 }

@@ -68,8 +68,8 @@ class MujocoHost : public EngineHost<int, Backend> {
     require_body(number);
     if (const auto known = this->find(number)) return *known;
     BodyDef<double> def;
-    // A body welded to the world stands still, unless mocap leads it.
-    const bool is_still = model_->body_weldid[number] == 0 && !is_led(number);
+    // A body welded to the world stands still, unless mocap leads what it is welded to.
+    const bool is_still = model_->body_weldid[number] == 0 && !is_led(model_->body_rootid[number]);
     def.motion = is_still ? Motion::fixed : Motion::kinematic;
     def.center_of_mass = detail::mujoco_vector(model_->body_ipos + 3 * number);
     const Transform<double> X_WB = detail::mujoco_pose(data_->xpos, data_->xquat, number);
@@ -78,10 +78,10 @@ class MujocoHost : public EngineHost<int, Backend> {
     def.shapes = std::move(shapes);
     return this->insert(number, def);
   }
-  /// Sets the velocity of a body that mocap leads: of its centre of mass [m/s], and [rad/s], world
-  /// axes, until the next call. For MuJoCo such a body jumps from place to place without a
-  /// velocity, and that is what sensors take it for without this call: what it holds then lags by
-  /// the damping of the sensors.
+  /// Sets the velocity of a body that mocap leads, and of all that hangs on it: of its centre of
+  /// mass [m/s], and [rad/s], world axes, until the next call. For MuJoCo such a body jumps from
+  /// place to place without a velocity, and that is what sensors take it for without this call:
+  /// what it holds then lags by the damping of the sensors.
   /// @throws InvalidArgument when there is no such body, mocap does not lead it, or a number is not
   ///         finite.
   void set_velocity(const std::string& body, const Twist<double>& velocity) {
@@ -139,7 +139,12 @@ class MujocoHost : public EngineHost<int, Backend> {
     body.pose = detail::mujoco_pose(data_->xpos, data_->xquat, number);
     body.center = detail::mujoco_vector(data_->xipos + 3 * number);
     body.twist = {detail::mujoco_vector(velocity + 3), detail::mujoco_vector(velocity)};
-    if (const auto led = led_.find(number); led != led_.end()) body.twist = led->second;
+    const int root = model_->body_rootid[number];
+    if (const auto led = led_.find(root); led != led_.end()) {
+      // What MuJoCo knows is the motion relative to the body that mocap leads.
+      const Vec3<double> arm = body.center - detail::mujoco_vector(data_->xipos + 3 * root);
+      body.twist = body.twist + led->second.shifted(arm);
+    }
     // MuJoCo's accelerations are relative to a frame that falls with gravity.
     body.acceleration = {
         detail::mujoco_vector(acceleration + 3) + detail::mujoco_vector(model_->opt.gravity),

@@ -31,8 +31,9 @@ struct TouchEvent {
 
 namespace detail {
 
-/// The touches that a caller was told of, and the events that he has not read yet. What is known is
-/// compared with readings after each step, so that steps cost nothing more where nobody listens.
+/// The touches that a caller was told of, and the events since the caller last cleared them. What
+/// is known is compared with readings after each step, so that steps cost nothing more where nobody
+/// listens.
 class TouchLog {
  public:
   /// Starts or ends to listen. Both forget all touches and events.

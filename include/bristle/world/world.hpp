@@ -187,10 +187,10 @@ class World {
   void set_parameters(PatchId id, const SensorParameters<S>& parameters);
   /// Reading of a patch in the last step; valid until the next one.
   [[nodiscard]] PatchReading<S> reading(PatchId id) const;
-  /// Writes the reading as a set of points, out[sensor][6]: how far the skin is displaced at the
-  /// sensor, dx, dy, dz [m], and the force on it, Fx, Fy, Fz [N], in the axes of the patch's body.
-  /// Displaced is it against the ray by depth times the ray's length, as the reading has it, and
-  /// across the ray by the present stretch of the bristle, towards where the other body takes it.
+  /// Writes the reading as a set of points, out[sensor][6]: the displacement dx, dy, dz [m] of the
+  /// skin at the sensor and the force Fx, Fy, Fz [N] on it, in the axes of the patch's body. The
+  /// displacement is that at the start of the last step: against the ray by depth times the ray's
+  /// length, and across it by the stretch of the bristle, towards where the other body took it.
   /// Zeros without a contact.
   /// @throws InvalidArgument when `out` has another size.
   void taxel_points(PatchId id, std::span<S> out) const;

@@ -223,11 +223,7 @@ void World<S, Backend>::taxel_points(PatchId id, std::span<S> out) const {
   const detail::SensorPatch<S>& patch = state_.patches.get(id, "PatchId");
   detail::require(out.size() == detail::taxel_point_size * patch.size(), "out.size()", out.size(),
                   "must be six for each sensor");
-  const Transform<S>& X_WA = state_.bodies.at(patch.body.index).center_pose;
-  detail::write_taxel_points(
-      patch,
-      [&](BodyId b) { return detail::pair_pose(X_WA, state_.bodies.at(b.index).center_pose); },
-      out.data());
+  detail::write_taxel_points(patch, out.data());
 }
 
 template <Scalar S, typename Backend>
