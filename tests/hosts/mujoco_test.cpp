@@ -121,6 +121,36 @@ TEST_CASE(
   }
 }
 
+// MuJoCo puts the frame of a mesh at its centre of mass, along its principal axes.
+TEST_CASE("MuJoCo: a mesh geom becomes a skin that looks out of its faces") {
+  const MujocoModel model = mujoco_model_of(
+      "<mujoco><asset><mesh name=\"wedge\" vertex=\"0 0 0  0.1 0 0  0 0.06 0  0 0 0.04\"/></asset>"
+      "<worldbody><body name=\"finger\" pos=\"0.1 0.2 0.3\" euler=\"10 20 30\"><freejoint/>"
+      "<geom name=\"tip\" type=\"mesh\" mesh=\"wedge\" pos=\"0.01 0 0.02\"/>"
+      "<geom name=\"ball\" size=\"0.001\"/></body></worldbody></mujoco>");
+  const MujocoData data(mj_makeData(model.get()), mj_deleteData);
+  mj_forward(model.get(), data.get());
+  MujocoHost<> host(*model, *data);
+  const PatchId patch = host.add_skin("tip", {.depth = 0.001, .range = 0.004}, {});
+  const auto& skin = host.world().patch(patch);
+  REQUIRE(skin.size() == 4);
+  // Rays start 1 mm below the hull that MuJoCo collides, and leave it head-on.
+  const BodyId finger = host.mirror("finger");
+  const Transform<double> X_WB = host.world().pose(finger);
+  const Vec3<double> center = host.world().body(finger).center_pose.translation;
+  for (std::size_t i = 0; i < skin.size(); ++i) {
+    const Vec3<double> start = center + X_WB.rotation * skin.start[i];
+    const Vec3<double> along = X_WB.rotation * skin.direction[i];
+    const WorldHit<double> hit = host.world().cast_ray({start + 0.01 * along, -along, 0.02});
+    CHECK(hit.distance == test::relative(0.009).epsilon(1e-5));
+    CHECK(hit.normal.dot(along) == test::relative(1.0).epsilon(1e-6));
+  }
+  CHECK_THROWS_WITH_AS(host.add_skin("ball", {}, {}), doctest::Contains("must be of type mesh"),
+                       InvalidArgument);
+  CHECK_THROWS_WITH_AS(host.add_skin("nail", {}, {}), doctest::Contains("geom = nail"),
+                       InvalidArgument);
+}
+
 TEST_CASE("MuJoCo: all that hangs on a body that mocap leads moves with it") {
   const MujocoModel model = mujoco_model_of(
       "<mujoco><worldbody><body name=\"hand\" mocap=\"true\"><geom type=\"box\" "

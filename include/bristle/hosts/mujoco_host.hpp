@@ -110,6 +110,18 @@ class MujocoHost : public EngineHost<int, Backend> {
                               [&] { return mirror(body); });
   }
 
+  /// Turns a mesh geom into sensors of its body, as `sensors_from_mesh` places them: a ray on each
+  /// face by default, along its normal.
+  /// @throws InvalidArgument when there is no such geom, it is no mesh, or as `sensors_from_mesh`.
+  PatchId add_skin(const std::string& geom, const PlacementDef<double>& def,
+                   const GripSpec<double>& spec) {
+    const int number = number_of(mjOBJ_GEOM, geom);
+    const int body = model_->geom_bodyid[number];
+    return this->add_patch_to(
+        body, tuned_for<double>(spec).patch(detail::mujoco_skin(*model_, number, def)),
+        [&] { return mirror(body); });
+  }
+
   /// A step of MuJoCo with sensors, in the place of `mj_step`. It calls `mj_step1` and `mj_step2`,
   /// so it uses MuJoCo's Euler or implicit integrator.
   void step() {
@@ -184,8 +196,8 @@ class MujocoHost : public EngineHost<int, Backend> {
   [[nodiscard]] bool is_led(int number) const { return model_->body_mocapid[number] >= 0; }
   [[nodiscard]] int number_of(mjtObj kind, const std::string& name) const {
     const int number = mj_name2id(model_, kind, name.c_str());
-    detail::require(number >= 0, kind == mjOBJ_SITE ? "site" : "body", name.c_str(),
-                    "must be the name of one in the model");
+    const char* const what = kind == mjOBJ_SITE ? "site" : kind == mjOBJ_GEOM ? "geom" : "body";
+    detail::require(number >= 0, what, name.c_str(), "must be the name of one in the model");
     return number;
   }
 

@@ -6,8 +6,10 @@
 #include <bristle/core/error.hpp>
 #include <bristle/dynamics/bodies/body.hpp>
 #include <bristle/geometry/meshes/terrain.hpp>
+#include <bristle/geometry/meshes/triangle_mesh.hpp>
 #include <bristle/geometry/shapes/quickhull.hpp>
 #include <bristle/math/transform.hpp>
+#include <bristle/sensors/placement.hpp>
 #include <bristle/sensors/sensor_layout.hpp>
 
 #include <array>
@@ -26,6 +28,24 @@ namespace bristle::inline BRISTLE_ABI::detail {
                                                    int i) {
   const mjtNum* q = rotations + 4 * i;
   return {Quat<double>(q[0], q[1], q[2], q[3]).normalized(), mujoco_vector(places + 3 * i)};
+}
+
+/// The mesh of a mesh geom, in the frame of the geom.
+[[nodiscard]] inline TriangleMesh<double> mujoco_mesh(const mjModel& model, int geom) {
+  const int number = model.geom_dataid[geom];
+  TriangleMesh<double> mesh;
+  const float* vertex = model.mesh_vert + 3 * model.mesh_vertadr[number];
+  for (int i = 0; i < model.mesh_vertnum[number]; ++i, vertex += 3) {
+    mesh.vertices.push_back({static_cast<double>(vertex[0]), static_cast<double>(vertex[1]),
+                             static_cast<double>(vertex[2])});
+  }
+  const int* face = model.mesh_face + 3 * model.mesh_faceadr[number];
+  for (int i = 0; i < model.mesh_facenum[number]; ++i, face += 3) {
+    mesh.triangles.push_back({static_cast<std::uint32_t>(face[0]),
+                              static_cast<std::uint32_t>(face[1]),
+                              static_cast<std::uint32_t>(face[2])});
+  }
+  return mesh;
 }
 
 /// The shape of a geom, in the frame of its body. A mesh is its convex hull, as MuJoCo collides it.
@@ -54,16 +74,9 @@ namespace bristle::inline BRISTLE_ABI::detail {
     case mjGEOM_BOX:
       def.shape = Box<double>{size};
       break;
-    case mjGEOM_MESH: {
-      const int mesh = model.geom_dataid[geom];
-      std::vector<Vec3<double>> points(static_cast<std::size_t>(model.mesh_vertnum[mesh]));
-      const float* next = model.mesh_vert + 3 * model.mesh_vertadr[mesh];
-      for (Vec3<double>& point : points) {
-        for (int k = 0; k < 3; ++k) point[k] = static_cast<double>(*next++);
-      }
-      def.shape = convex_hull<double>(points);
+    case mjGEOM_MESH:
+      def.shape = convex_hull<double>(mujoco_mesh(model, geom).vertices);
       break;
-    }
     case mjGEOM_HFIELD: {
       const int field = model.geom_dataid[geom];
       const mjtNum* sizes = model.hfield_size + 4 * field;
@@ -113,6 +126,16 @@ namespace bristle::inline BRISTLE_ABI::detail {
     }
   }
   return sensors;
+}
+
+/// Rays over the faces, vertices or edges of a mesh geom, in the frame of its body.
+/// @throws InvalidArgument when the geom is no mesh, or as `sensors_from_mesh`.
+[[nodiscard]] inline SensorLayout<double> mujoco_skin(const mjModel& model, int geom,
+                                                      PlacementDef<double> def) {
+  require(model.geom_type[geom] == mjGEOM_MESH, "geom", mj_id2name(&model, mjOBJ_GEOM, geom),
+          "must be of type mesh");
+  def.X_AM = mujoco_pose(model.geom_pos, model.geom_quat, geom) * def.X_AM;
+  return sensors_from_mesh(mujoco_mesh(model, geom), def);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
