@@ -180,20 +180,21 @@ class AdfBuilder {
   /// three digits, and axes that close a loop then contradict each other.
   void report_gap(const AdfPlannedJoint<S>& plan, JointId id) {
     const double of_round_off = std::sqrt(static_cast<double>(std::numeric_limits<S>::epsilon()));
-    const auto add = [&](const char* format, double distance, double angle) {
+    const auto add = [&](const char* subject, double distance, double angle, const char* what) {
       if (distance <= of_round_off) distance = 0;
       if (angle <= of_round_off) angle = 0;
       if (distance == 0 && angle == 0) return;
-      std::array<char, 128> text{};
-      std::snprintf(text.data(), text.size(), format, distance, angle);
+      std::array<char, 160> text{};
+      std::snprintf(text.data(), text.size(), "%s %.2g m and %.2g rad %s", subject, distance, angle,
+                    what);
       scene_.report.add(AdfNoteKind::changed, printable(plan.joint->key), text.data(),
                         plan.joint->line);
     };
-    add("its frames were %.2g m and %.2g rad out of the plane of its loop: fitted to it",
-        plan.out_of_plane.gap, plan.out_of_plane.tilt);
+    add("its frames were", plan.out_of_plane.gap, plan.out_of_plane.tilt,
+        "out of the plane of its loop: fitted to it");
     const JointReading<S> reading = world_.reading(id);
-    add("its frames stand %.2g m and %.2g rad apart; steps close what they can",
-        static_cast<double>(reading.gap), static_cast<double>(reading.tilt));
+    add("its frames stand", static_cast<double>(reading.gap), static_cast<double>(reading.tilt),
+        "apart; steps close what they can");
   }
 
   void add_sensors() {
