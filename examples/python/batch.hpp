@@ -99,6 +99,38 @@ template <typename S>
   return {Quat<S>(xyzw[3], xyzw[0], xyzw[1], xyzw[2]), vec3_at(position)};
 }
 
+/// A change of a body by two rows of numbers for each world.
+/// @param names   Names of the rows, and the lengths of each.
+/// @param change  Callable: change(world, body, first number of a row, and of the other).
+template <typename S, typename Change>
+[[nodiscard]] auto by_two_rows(std::pair<const char*, py::ssize_t> first,
+                               std::pair<const char*, py::ssize_t> second, Change change) {
+  return [=](ThreadedBatch<S>& batch, BodyId body, const py::object& a, const py::object& b,
+             const py::object& mask) {
+    const Rows<S> x(first.first, a, batch.worlds.size(), first.second);
+    const Rows<S> y(second.first, b, batch.worlds.size(), second.second);
+    batch.change(body, mask,
+                 [&](std::size_t i, World<S>& world) { change(world, body, x[i], y[i]); });
+  };
+}
+
+/// What is read of things of all worlds into one array.
+/// @param gather    Function of `WorldBatch` that fills it.
+/// @param shape_of  Callable: shape_of(batch, ids), the shape of what one thing gives.
+template <typename S, typename Id, typename T, typename ShapeOf>
+[[nodiscard]] auto gathered(void (WorldBatch<S>::*gather)(std::span<const Id>, std::span<T>) const,
+                            ShapeOf shape_of) {
+  return
+      [=](const ThreadedBatch<S>& batch, const std::vector<Id>& ids, std::optional<Array<T>> out) {
+        std::vector<py::ssize_t> shape{static_cast<py::ssize_t>(batch.worlds.size()),
+                                       static_cast<py::ssize_t>(ids.size())};
+        for (const py::ssize_t n : shape_of(batch, ids)) shape.push_back(n);
+        auto to = out_or_new<T>(std::move(out), std::move(shape));
+        (batch.worlds.*gather)(ids, span_of(to));
+        return to;
+      };
+}
+
 /// What differs from world to world, before or between steps.
 template <typename S, typename Class>
 void bind_batch_changes(Class& c) {
@@ -132,19 +164,14 @@ void bind_batch_changes(Class& c) {
           "rolling_friction"_a = 0, "surface_velocity"_a = py::make_tuple(0, 0, 0),
           "Gives all shapes of a body a friction [1], a restitution [1], a lever of rolling "
           "friction [m] and a velocity of the surface [m/s], [world, 3], for each world.")
-      .def(
-          "set_damping",
-          [](Batch& batch, BodyId body, const py::object& linear, const py::object& angular,
-             const py::object& mask) {
-            const Rows<S> v("linear", linear, batch.worlds.size());
-            const Rows<S> w("angular", angular, batch.worlds.size());
-            batch.change(body, mask, [&](std::size_t i, World<S>& world) {
-              world.set_damping(body, *v[i], *w[i]);
-            });
-          },
-          "body"_a, "linear"_a, "angular"_a = 0, "mask"_a = py::none(),
-          "Rates [1/s] at which velocity and angular momentum of a dynamic body decay, for each "
-          "world.")
+      .def("set_damping",
+           by_two_rows<S>({"linear", 0}, {"angular", 0},
+                          [](World<S>& world, BodyId body, const S* v, const S* w) {
+                            world.set_damping(body, *v, *w);
+                          }),
+           "body"_a, "linear"_a, "angular"_a = 0, "mask"_a = py::none(),
+           "Rates [1/s] at which velocity and angular momentum of a dynamic body decay, for each "
+           "world.")
       .def(
           "set_gravity_scale",
           [](Batch& batch, BodyId body, const py::object& scales, const py::object& mask) {
@@ -188,132 +215,83 @@ void bind_batch_changes(Class& c) {
           "mask"_a = py::none(),
           "Drives a joint: numbers [m or m/s, N, m/s, N/m, N s/m; of angles rad and N m] for each "
           "world or for all.")
-      .def(
-          "set_pose",
-          [](Batch& batch, BodyId body, const py::object& positions, const py::object& orientations,
-             const py::object& mask) {
-            const Rows<S> p("positions", positions, batch.worlds.size(), 3);
-            const Rows<S> q("orientations", orientations, batch.worlds.size(), 4);
-            batch.change(body, mask, [&](std::size_t i, World<S>& w) {
-              w.set_pose(body, pose_of(p[i], q[i]));
-            });
-          },
-          "body"_a, "positions"_a, "orientations"_a = upright, "mask"_a = py::none(),
-          "Puts a body somewhere else at once: [world, 3] in m, [world, 4] as x, y, z, w.")
-      .def(
-          "move_to",
-          [](Batch& batch, BodyId body, const py::object& positions, const py::object& orientations,
-             const py::object& mask) {
-            const Rows<S> p("positions", positions, batch.worlds.size(), 3);
-            const Rows<S> q("orientations", orientations, batch.worlds.size(), 4);
-            batch.change(body, mask,
-                         [&](std::size_t i, World<S>& w) { w.move_to(body, pose_of(p[i], q[i])); });
-          },
-          "body"_a, "positions"_a, "orientations"_a = upright, "mask"_a = py::none(),
-          "Where a kinematic body is to be after the next step: [world, 3] in m, [world, 4]. It "
-          "keeps that velocity in the steps after it.")
-      .def(
-          "set_velocity",
-          [](Batch& batch, BodyId body, const py::object& linear, const py::object& angular,
-             const py::object& mask) {
-            const Rows<S> v("linear", linear, batch.worlds.size(), 3);
-            const Rows<S> w("angular", angular, batch.worlds.size(), 3);
-            batch.change(body, mask, [&](std::size_t i, World<S>& world) {
-              world.set_velocity(body, {vec3_at(v[i]), vec3_at(w[i])});
-            });
-          },
-          "body"_a, "linear"_a, "angular"_a = py::make_tuple(0, 0, 0), "mask"_a = py::none(),
-          "Velocity of the centre of mass [m/s] and angular velocity [rad/s]: [world, 3] each.")
-      .def(
-          "apply_force",
-          [](Batch& batch, BodyId body, const py::object& forces, const py::object& points,
-             const py::object& mask) {
-            const Rows<S> f("forces", forces, batch.worlds.size(), 3);
-            const Rows<S> p("points", points, batch.worlds.size(), 3);
-            batch.change(body, mask, [&](std::size_t i, World<S>& w) {
-              w.apply_force(body, vec3_at(f[i]), vec3_at(p[i]));
-            });
-          },
-          "body"_a, "forces"_a, "points"_a, "mask"_a = py::none(),
-          "Adds a force [N] at a point [m] of each world, [world, 3] each, that acts during its "
-          "next "
-          "step.")
-      .def(
-          "apply_impulse",
-          [](Batch& batch, BodyId body, const py::object& impulses, const py::object& points,
-             const py::object& mask) {
-            const Rows<S> j("impulses", impulses, batch.worlds.size(), 3);
-            const Rows<S> p("points", points, batch.worlds.size(), 3);
-            batch.change(body, mask, [&](std::size_t i, World<S>& w) {
-              w.apply_impulse(body, vec3_at(j[i]), vec3_at(p[i]));
-            });
-          },
-          "body"_a, "impulses"_a, "points"_a, "mask"_a = py::none(),
-          "Changes the velocity of a dynamic body at once by an impulse [N s] at a point [m] of "
-          "each world, [world, 3] each.");
+      .def("set_pose",
+           by_two_rows<S>({"positions", 3}, {"orientations", 4},
+                          [](World<S>& world, BodyId body, const S* p, const S* q) {
+                            world.set_pose(body, pose_of(p, q));
+                          }),
+           "body"_a, "positions"_a, "orientations"_a = upright, "mask"_a = py::none(),
+           "Puts a body somewhere else at once: [world, 3] in m, [world, 4] as x, y, z, w.")
+      .def("move_to",
+           by_two_rows<S>({"positions", 3}, {"orientations", 4},
+                          [](World<S>& world, BodyId body, const S* p, const S* q) {
+                            world.move_to(body, pose_of(p, q));
+                          }),
+           "body"_a, "positions"_a, "orientations"_a = upright, "mask"_a = py::none(),
+           "Where a kinematic body is to be after the next step: [world, 3] in m, [world, 4]. It "
+           "keeps that velocity in the steps after it.")
+      .def("set_velocity",
+           by_two_rows<S>({"linear", 3}, {"angular", 3},
+                          [](World<S>& world, BodyId body, const S* v, const S* w) {
+                            world.set_velocity(body, {vec3_at(v), vec3_at(w)});
+                          }),
+           "body"_a, "linear"_a, "angular"_a = py::make_tuple(0, 0, 0), "mask"_a = py::none(),
+           "Velocity of the centre of mass [m/s] and angular velocity [rad/s]: [world, 3] each.")
+      .def("apply_force",
+           by_two_rows<S>({"forces", 3}, {"points", 3},
+                          [](World<S>& world, BodyId body, const S* f, const S* p) {
+                            world.apply_force(body, vec3_at(f), vec3_at(p));
+                          }),
+           "body"_a, "forces"_a, "points"_a, "mask"_a = py::none(),
+           "Adds a force [N] at a point [m] of each world, [world, 3] each, that acts during its "
+           "next step.")
+      .def("apply_impulse",
+           by_two_rows<S>({"impulses", 3}, {"points", 3},
+                          [](World<S>& world, BodyId body, const S* j, const S* p) {
+                            world.apply_impulse(body, vec3_at(j), vec3_at(p));
+                          }),
+           "body"_a, "impulses"_a, "points"_a, "mask"_a = py::none(),
+           "Changes the velocity of a dynamic body at once by an impulse [N s] at a point [m] of "
+           "each world, [world, 3] each.");
 }
 
 /// What is read of all worlds into one array.
 template <typename S, typename Class>
 void bind_batch_gathers(Class& c) {
   using Batch = ThreadedBatch<S>;
-  using Out = std::optional<Array<S>>;
-  const auto length = [](const auto& items) { return static_cast<py::ssize_t>(items.size()); };
+  using Worlds = WorldBatch<S>;
+  using Shape = std::vector<py::ssize_t>;
   const auto out = py::arg("out").noconvert() = py::none();
+  const auto each = [](Shape shape) {
+    return [shape](const Batch&, const auto&) { return shape; };
+  };
   // All patches have as many, or the gather refuses them.
   const auto sensors_in = [](const Batch& batch, const std::vector<PatchId>& ids) {
     const World<S>& first = batch.worlds.world(0);
     return static_cast<py::ssize_t>(ids.empty() ? 0 : first.patch(ids.front()).size());
   };
-  c.def(
-       "bodies",
-       [length](const Batch& batch, const std::vector<BodyId>& ids, Out out) {
-         auto to = out_or_new<S>(std::move(out), {length(batch.worlds), length(ids), 13});
-         batch.worlds.gather_bodies(ids, span_of(to));
-         return to;
-       },
-       "bodies"_a, out,
-       "[world, body, 13]: position [m], quaternion x y z w, velocity of the centre of mass [m/s], "
-       "angular velocity [rad/s]; world axes.")
-      .def(
-          "joints",
-          [length](const Batch& batch, const std::vector<JointId>& ids, Out out) {
-            auto to = out_or_new<S>(std::move(out), {length(batch.worlds), length(ids), 2});
-            batch.worlds.gather_joints(ids, span_of(to));
-            return to;
-          },
-          "joints"_a, out, "[world, joint, 2]: position [m or rad] and velocity [m/s or rad/s].")
-      .def(
-          "taxels",
-          [length, sensors_in](const Batch& batch, const std::vector<PatchId>& ids, Out out) {
-            auto to = out_or_new<S>(std::move(out),
-                                    {length(batch.worlds), length(ids), 4, sensors_in(batch, ids)});
-            batch.worlds.gather_taxels(ids, span_of(to));
-            return to;
-          },
-          "patches"_a, out,
-          "[world, patch, channel, sensor]: depth [1], normal force, shear along t1 and t2 [N].")
-      .def(
-          "points",
-          [length, sensors_in](const Batch& batch, const std::vector<PatchId>& ids, Out out) {
-            auto to = out_or_new<S>(std::move(out),
-                                    {length(batch.worlds), length(ids), sensors_in(batch, ids), 6});
-            batch.worlds.gather_points(ids, span_of(to));
-            return to;
-          },
-          "patches"_a, out,
-          "[world, patch, sensor, 6]: how far the skin is displaced at a sensor, dx, dy, dz [m], "
-          "and the force on it, Fx, Fy, Fz [N], in the axes of the patch's body.")
-      .def(
-          "touching",
-          [length](const Batch& batch, const std::vector<PatchId>& ids,
-                   std::optional<Array<std::uint32_t>> out) {
-            auto to =
-                out_or_new<std::uint32_t>(std::move(out), {length(batch.worlds), length(ids)});
-            batch.worlds.gather_touching(ids, span_of(to));
-            return to;
-          },
-          "patches"_a, out, "[world, patch]: number of sensors that touch something.");
+  c.def("bodies", gathered(&Worlds::gather_bodies, each({13})), "bodies"_a, out,
+        "[world, body, 13]: position [m], quaternion x y z w, velocity of the centre of mass "
+        "[m/s], angular velocity [rad/s]; world axes.")
+      .def("joints", gathered(&Worlds::gather_joints, each({2})), "joints"_a, out,
+           "[world, joint, 2]: position [m or rad] and velocity [m/s or rad/s].")
+      .def("taxels",
+           gathered(&Worlds::gather_taxels,
+                    [sensors_in](const Batch& batch, const std::vector<PatchId>& ids) {
+                      return Shape{4, sensors_in(batch, ids)};
+                    }),
+           "patches"_a, out,
+           "[world, patch, channel, sensor]: depth [1], normal force, shear along t1 and t2 [N].")
+      .def("points",
+           gathered(&Worlds::gather_points,
+                    [sensors_in](const Batch& batch, const std::vector<PatchId>& ids) {
+                      return Shape{sensors_in(batch, ids), 6};
+                    }),
+           "patches"_a, out,
+           "[world, patch, sensor, 6]: how far the skin is displaced at a sensor, dx, dy, dz [m], "
+           "and the force on it, Fx, Fy, Fz [N], in the axes of the patch's body.")
+      .def("touching", gathered(&Worlds::gather_touching, each({})), "patches"_a, out,
+           "[world, patch]: number of sensors that touch something.");
 }
 
 template <typename S>

@@ -56,25 +56,18 @@ inline void bind_event_types(py::module_& m) {
 template <typename S, typename Class>
 void bind_world_events(Class& c) {
   using World = bristle::World<S>;
+  const auto listed = [](const auto& events) { return std::vector(events.begin(), events.end()); };
   c.def("keep_touch_events", &World::keep_touch_events, "on"_a = true,
         "Starts or ends to keep events of touches. After a start the next step reports all bodies "
         "that patches touch then. Both forget what was kept.")
       .def(
-          "touch_events",
-          [](const World& world) {
-            const auto events = world.touch_events();
-            return std::vector<TouchEvent>(events.begin(), events.end());
-          },
+          "touch_events", [listed](const World& world) { return listed(world.touch_events()); },
           "Which patch began and ceased to touch which body since the last `clear_touch_events`, "
           "in the order of steps, as copies. Empty unless `keep_touch_events`.")
       .def("clear_touch_events", &World::clear_touch_events,
            "Forgets all events of touches kept so far.")
       .def(
-          "contact_events",
-          [](const World& world) {
-            const auto events = world.contact_events();
-            return std::vector<ContactEvent>(events.begin(), events.end());
-          },
+          "contact_events", [listed](const World& world) { return listed(world.contact_events()); },
           "Which shapes began and ceased to touch since the last `clear_contact_events`, in the "
           "order of steps, as copies. What is in a trigger touches it. Empty unless the world was "
           "made with `keeps_contact_events`, and after `restore`.")

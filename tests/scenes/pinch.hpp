@@ -41,13 +41,16 @@ struct PinchDef {
   }
 };
 
+/// [m] Side of the square of a pad that has sensors.
+inline constexpr double pinch_pad_side = 0.018;
+
 /// Sensors over 18 x 18 mm that start 3 mm below a pad's face and reach 5 mm beyond.
 /// @param side    [1] 1 for the pad at negative x, whose face looks to positive x; else -1.
 /// @param across  [-] Sensors along y, and along z.
 [[nodiscard]] inline PatchDef<double> pinch_pad(double side, const GripSpec<double>& spec,
                                                 int across = 6) {
   PatchDef<double> patch;
-  const double distance = 0.018 / across;
+  const double distance = pinch_pad_side / across;
   for (int i = 0; i < across * across; ++i) {
     const double y = distance * (i % across - 0.5 * (across - 1));
     const double z = distance * (i / across - 0.5 * (across - 1));
@@ -99,7 +102,7 @@ class Pinch {
   /// its turn.
   [[nodiscard]] double expected_sag() {
     const double mu_S = world().patch(patches[0]).def.parameters.static_friction;
-    const double distance = 0.018 / def.across;
+    const double distance = pinch_pad_side / def.across;
     const double mean_square = distance * distance * (def.across * def.across - 1) / 6;
     const double turn = 1 + def.offset * def.offset / mean_square;
     return turn * def.mass * 9.81 / (mu_S * normal());

@@ -69,14 +69,9 @@ class BulletHost : public EngineHost<btCollisionObject*, Backend>, private btAct
   /// @throws InvalidArgument when a shape is refused.
   BodyId mirror(btCollisionObject& body, std::vector<ShapeDef<double>> shapes) {
     if (const auto known = this->find(&body)) return *known;
-    BodyDef<double> def;
-    def.motion = body.isStaticObject() ? Motion::fixed : Motion::kinematic;
-    def.center_of_mass = detail::zero<Vec3<double>>();
-    const Transform<double> X_WB = detail::from_bullet(body.getWorldTransform());
-    def.position = X_WB.translation;
-    def.orientation = X_WB.rotation;
-    def.shapes = std::move(shapes);
-    return this->insert(&body, def);
+    return this->insert(&body, body.isStaticObject() ? Motion::fixed : Motion::kinematic,
+                        detail::from_bullet(body.getWorldTransform()), detail::zero<Vec3<double>>(),
+                        std::move(shapes));
   }
   /// Adds sensors to a body, in its frame. Mirrors it if needed.
   PatchId add_patch(btCollisionObject& body, const PatchDef<double>& def) {
@@ -146,6 +141,7 @@ class BulletHost : public EngineHost<btCollisionObject*, Backend>, private btAct
 
   void sense(btScalar dt) {
     dt_ = dt;
+    // A caller may have asked for a body between two ticks.
     for (detail::BulletMechanism& mechanism : mechanisms_) (void)mechanism.end();
     this->sensors().step(*this, static_cast<double>(dt));
   }

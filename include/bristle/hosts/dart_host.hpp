@@ -49,15 +49,10 @@ class DartHost : public EngineHost<dart::dynamics::BodyNode*, Backend> {
   /// @throws InvalidArgument when a shape is refused.
   BodyId mirror(dart::dynamics::BodyNode& node, std::vector<ShapeDef<double>> shapes) {
     if (const auto known = this->find(&node)) return *known;
-    BodyDef<double> def;
     const bool moves = node.getSkeleton()->isMobile() && node.getNumDependentGenCoords() > 0;
-    def.motion = moves ? Motion::kinematic : Motion::fixed;
-    def.center_of_mass = Vec3<double>(node.getLocalCOM());
-    const Transform<double> X_WB = detail::dart_pose(node.getWorldTransform());
-    def.position = X_WB.translation;
-    def.orientation = X_WB.rotation;
-    def.shapes = std::move(shapes);
-    return this->insert(&node, def);
+    return this->insert(&node, moves ? Motion::kinematic : Motion::fixed,
+                        detail::dart_pose(node.getWorldTransform()),
+                        Vec3<double>(node.getLocalCOM()), std::move(shapes));
   }
   /// Adds sensors to a body, in its frame. Mirrors it if needed.
   PatchId add_patch(dart::dynamics::BodyNode& node, const PatchDef<double>& def) {

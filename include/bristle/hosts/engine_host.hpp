@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <optional>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 namespace bristle::inline BRISTLE_ABI {
@@ -57,7 +58,16 @@ class EngineHost {
     return patch;
   }
   /// Mirrors an engine body that is not mirrored yet.
-  BodyId insert(Key key, const BodyDef<double>& def) {
+  /// @param X_WB            [m] Pose of its frame.
+  /// @param center_of_mass  [m] In its frame.
+  BodyId insert(Key key, Motion motion, const Transform<double>& X_WB,
+                const Vec3<double>& center_of_mass, std::vector<ShapeDef<double>> shapes) {
+    BodyDef<double> def;
+    def.motion = motion;
+    def.center_of_mass = center_of_mass;
+    def.shapes = std::move(shapes);
+    def.position = X_WB.translation;
+    def.orientation = X_WB.rotation;
     const BodyId id = world().add_body(def);
     ids_[key] = id;
     if (entries_.size() <= id.index) entries_.resize(id.index + std::size_t(1));

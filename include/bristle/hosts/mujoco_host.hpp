@@ -67,16 +67,11 @@ class MujocoHost : public EngineHost<int, Backend> {
   BodyId mirror(int number, std::vector<ShapeDef<double>> shapes) {
     require_body(number);
     if (const auto known = this->find(number)) return *known;
-    BodyDef<double> def;
     // A body welded to the world stands still, unless mocap leads what it is welded to.
     const bool is_still = model_->body_weldid[number] == 0 && !is_led(model_->body_rootid[number]);
-    def.motion = is_still ? Motion::fixed : Motion::kinematic;
-    def.center_of_mass = detail::mujoco_vector(model_->body_ipos + 3 * number);
-    const Transform<double> X_WB = detail::mujoco_pose(data_->xpos, data_->xquat, number);
-    def.position = X_WB.translation;
-    def.orientation = X_WB.rotation;
-    def.shapes = std::move(shapes);
-    return this->insert(number, def);
+    return this->insert(number, is_still ? Motion::fixed : Motion::kinematic,
+                        detail::mujoco_pose(data_->xpos, data_->xquat, number),
+                        detail::mujoco_vector(model_->body_ipos + 3 * number), std::move(shapes));
   }
   /// Sets the velocity of a body that mocap leads, and of all that hangs on it: of its centre of
   /// mass [m/s], and [rad/s], world axes, until the next call. For MuJoCo such a body jumps from
@@ -162,7 +157,7 @@ class MujocoHost : public EngineHost<int, Backend> {
         detail::mujoco_vector(acceleration + 3) + detail::mujoco_vector(model_->opt.gravity),
         detail::mujoco_vector(acceleration)};
     // All bodies of a kinematic tree move each other.
-    body.mechanism = static_cast<std::uint32_t>(model_->body_rootid[number]);
+    body.mechanism = static_cast<std::uint32_t>(root);
     return body;
   }
   /// [1/kg, 1/(kg m^2)] Mobility between two bodies of one kinematic tree.

@@ -59,7 +59,8 @@ class OdeHost : public EngineHost<void*, Backend> {
   /// @throws InvalidArgument when a shape is refused.
   BodyId mirror(dBodyID body, std::vector<ShapeDef<double>> shapes) {
     if (const auto known = this->find(body)) return *known;
-    return insert(body, Motion::kinematic, detail::ode_pose(body), std::move(shapes));
+    return this->insert(body, Motion::kinematic, detail::ode_pose(body),
+                        detail::zero<Vec3<double>>(), std::move(shapes));
   }
   /// Mirrors a geom without a body, as a fixed body at its present pose. The mirrored body of a
   /// plane has the world's frame.
@@ -83,7 +84,7 @@ class OdeHost : public EngineHost<void*, Backend> {
       dGeomGetQuaternion(geom, q);
       X_WG = detail::ode_transform(q, dGeomGetPosition(geom));
     }
-    return insert(geom, Motion::fixed, X_WG, std::move(shapes));
+    return this->insert(geom, Motion::fixed, X_WG, detail::zero<Vec3<double>>(), std::move(shapes));
   }
 
   /// Adds sensors to a body, in its frame. Mirrors it if needed.
@@ -133,15 +134,6 @@ class OdeHost : public EngineHost<void*, Backend> {
   }
 
  private:
-  BodyId insert(void* key, Motion motion, const Transform<double>& X_WB,
-                std::vector<ShapeDef<double>> shapes) {
-    BodyDef<double> def;
-    def.motion = motion;
-    def.position = X_WB.translation;
-    def.orientation = X_WB.rotation;
-    def.shapes = std::move(shapes);
-    return Base::insert(key, def);
-  }
   /// Mirrored geoms without body are fixed, never queried.
   [[nodiscard]] dBodyID body_of(BodyId id) const { return static_cast<dBodyID>(*this->key_of(id)); }
 

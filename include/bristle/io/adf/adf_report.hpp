@@ -110,18 +110,15 @@ class AdfReport {
   /// The notes as text, a line each, in the order of the files and in each in that of its lines. If
   /// there are several files each line begins with its own.
   [[nodiscard]] std::string text() const {
-    std::vector<const AdfNote*> sorted;
-    for (const AdfNote& note : notes_) sorted.push_back(&note);
     // Notes of one line keep the order in which they were found.
-    std::sort(sorted.begin(), sorted.end(), [this](const AdfNote* a, const AdfNote* b) {
-      const auto place = [this](const AdfNote* note) {
-        const auto file = files_.find(note->file);
-        return std::tuple(file == files_.end() ? 0 : file->second, note->line, note);
-      };
-      return place(a) < place(b);
-    });
+    std::vector<std::tuple<std::size_t, std::size_t, const AdfNote*>> sorted;
+    for (const AdfNote& note : notes_) {
+      const auto file = files_.find(note.file);
+      sorted.emplace_back(file == files_.end() ? 0 : file->second, note.line, &note);
+    }
+    std::sort(sorted.begin(), sorted.end());
     std::string text;
-    for (const AdfNote* each : sorted) {
+    for (const auto& [file, line, each] : sorted) {
       const AdfNote& note = *each;
       text += files_.size() > 1 ? note.file + ":" : "line ";
       text += std::to_string(note.line) + ": " + name_of(note.kind) + ": " + note.key;
