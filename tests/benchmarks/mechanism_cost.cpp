@@ -2,9 +2,12 @@
 //
 // Chains of n links of 0.2 m and 1 kg, released level, for ten seconds: median time of a step, time
 // and number of evaluations, and the largest change of energy relative to n m g times half the
-// length.
+// length. And of joints that hold the same: n welds of two boxes that fall and turn, the time to
+// add them, the median of a step, and the largest gap.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/mechanism.hpp"
+
+#include <bristle/world/world.hpp>
 
 #include <algorithm>
 #include <chrono>
@@ -47,6 +50,39 @@ void measure(const char* scalar, int n, double rate) {
               evaluations / static_cast<double>(times.size()), most, error / (n * 9.81 * n * 0.1));
 }
 
+void measure_redundant(int n) {
+  using Clock = std::chrono::steady_clock;
+  const auto milliseconds = [](Clock::duration d) {
+    return std::chrono::duration<double, std::milli>(d).count();
+  };
+  World<double> world({.time_step = 1e-3});
+  BodyDef<double> box{.mass = 1, .shape = Box<double>{{0.1, 0.1, 0.1}}};
+  box.angular_velocity = {0, 0, 1};
+  const BodyId a = world.add_body(box);
+  box.position = {1, 0, 0};
+  const BodyId b = world.add_body(box);
+  JointDef<double> weld;
+  weld.kind = JointKind::fixed;
+  weld.body_a = a;
+  weld.body_b = b;
+  weld.X_AJ.translation = {0.5, 0, 0};
+  weld.X_BJ.translation = {-0.5, 0, 0};
+  const auto begin = Clock::now();
+  JointId last{};
+  for (int i = 0; i < n; ++i) last = world.add_joint(weld);
+  const double added = milliseconds(Clock::now() - begin);
+  std::vector<double> times;
+  double gap = 0;
+  for (int i = 0; i < 11; ++i) {
+    const auto start = Clock::now();
+    world.step();
+    times.push_back(milliseconds(Clock::now() - start));
+    gap = std::max(gap, world.reading(last).gap);
+  }
+  std::nth_element(times.begin(), times.begin() + 5, times.end());
+  std::printf("%6d  %8.2f  %8.3f  %8.1e\n", n, added, times[5], gap);
+}
+
 }  // namespace
 
 int main() {
@@ -55,4 +91,6 @@ int main() {
     for (const double rate : {60.0, 240.0, 1000.0}) measure<double>("double", n, rate);
   }
   for (const int n : {2, 10}) measure<float>("float", n, 240.0);
+  std::printf("\nwelds   add [ms]  step [ms]  gap [m]\n");
+  for (const int n : {1, 20, 200, 2000, 20000}) measure_redundant(n);
 }
