@@ -190,6 +190,7 @@
 #include <bristle/sensors/patch_contacts.hpp>
 #include <bristle/sensors/patch_def.hpp>
 #include <bristle/sensors/patch_explicit.hpp>
+#include <bristle/sensors/patch_geometry.hpp>
 #include <bristle/sensors/patch_mesh.hpp>
 #include <bristle/sensors/patch_readings.hpp>
 #include <bristle/sensors/patch_touch.hpp>

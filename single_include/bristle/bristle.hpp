@@ -8365,6 +8365,12 @@ BRISTLE_NOINLINE std::optional<RayHit<S>> TriangleCache<S>::cast(const RayMesh<S
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
+// === bristle/sensors/patch_geometry.hpp
+
+/// @file
+/// The rays of a patch on its body: all that no step changes, so that copies of a world share it.
+// SPDX-License-Identifier: BSD-3-Clause
+
 // === bristle/geometry/rays/ray_tree.hpp
 
 /// @file
@@ -8824,13 +8830,18 @@ struct AnchorBodies {
   }
 };
 
-/// Sixteen sensors of a patch and their bristles.
+/// Rays of sixteen sensors on their body.
 template <Scalar S>
-struct alignas(64) SensorPacket {
+struct alignas(64) RayPacket {
   /// [m] Starts of the rays from A's centre of mass; [1] unit directions and their first tangents
   /// (`tangent_basis`); [1/m] inverse lengths.
   Row3<S> start{}, direction{}, tangent{};
   Row<S> inverse_length{};
+};
+
+/// Bristles of sixteen sensors: their memory of where they touched.
+template <Scalar S>
+struct alignas(64) BristlePacket {
   /// [m] Anchors of the bristles on A in A's axes, on B in B's.
   Row3<S> anchor_a{}, anchor_b{};
   /// Lanes that are anchored, and their bodies.
@@ -9016,6 +9027,75 @@ class PacketBoxes {
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
+#include <algorithm>
+#include <cstddef>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Rays of a patch, as queries and kernels read them. Arrays have one entry a sensor.
+template <Scalar S>
+struct PatchGeometry {
+  /// [m] Starts from A's centre of mass in A's axes; [1] unit directions; [m] lengths.
+  Vec3Array<S> start, direction;
+  LineArray<S> length;
+  /// Tree over the rays.
+  RayTree<S> ray_tree{};
+  /// [m] Box around all rays, from A's centre of mass in A's axes.
+  Aabb<S> box{};
+  /// The same rays for the kernels: [0, size()) in order, then unused lanes.
+  DynamicArray<RayPacket<S>> packets;
+  PacketBoxes<S> packet_boxes{};
+  /// [m] Farthest point of the rays from A's centre of mass, and the length of the shortest.
+  S reach = S(0);
+  S shortest = S(0);
+
+  /// @param layout    At least one sensor, in the frame of the body.
+  /// @param center_B  [m] Centre of mass of the body, in its frame.
+  /// @throws InvalidArgument when a ray ends too far away to be measured.
+  PatchGeometry(const SensorLayout<S>& layout, const Vec3<S>& center_B);
+
+  [[nodiscard]] std::size_t size() const { return length.size(); }
+  /// All rays, each longer by `extra_length` [m].
+  [[nodiscard]] RayBatch<S> rays(S extra_length) const {
+    return {start.x,     start.y, start.z,      direction.x, direction.y,
+            direction.z, length,  extra_length, &ray_tree};
+  }
+};
+
+// Implementation ----------------------------------------------------------------------------------
+
+template <Scalar S>
+PatchGeometry<S>::PatchGeometry(const SensorLayout<S>& layout, const Vec3<S>& center_B)
+    : start(layout.start), direction(layout.direction), length(layout.length) {
+  const std::size_t n = size();
+  for (std::size_t i = 0; i < n; ++i) {
+    start.set(i, start[i] - center_B);
+    box.include(start[i]);
+    const Vec3<S> end = start[i] + length[i] * direction[i];
+    box.include(end);
+    reach = std::max({reach, start[i].norm(), end.norm()});
+  }
+  require_finite("PatchDef::sensors: farthest point of a ray", reach);
+  shortest = *std::min_element(length.begin(), length.end());
+  packet_boxes = PacketBoxes<S>(rays(S(0)));
+  ray_tree = RayTree<S>(rays(S(0)));
+  packets.resize((n + packet_size - 1) / packet_size);
+  for (std::size_t i = 0; i < packets.size() * packet_size; ++i) {
+    RayPacket<S>& packet = packets[i / packet_size];
+    const std::size_t lane = i % packet_size;
+    // Lanes behind the last sensor never hit anything. A unit direction keeps them finite.
+    const Vec3<S> along = i < n ? direction[i] : unit_x<Vec3<S>>();
+    Vec3<S> t1, t2;
+    tangent_basis<S>(along, t1, t2);
+    packet.direction.set(lane, along);
+    packet.tangent.set(lane, t1);
+    if (i < n) packet.start.set(lane, start[i]);
+    packet.inverse_length[lane] = i < n ? S(1) / length[i] : S(1);
+  }
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
 // === bristle/sensors/plane_cache.hpp
 
 /// @file
@@ -9096,10 +9176,9 @@ struct PlaneCache {
 
 /// Puts the distances of the planes of a pack into `hits`, where they are in range.
 template <Scalar S>
-BRISTLE_FORCE_INLINE void advance_pack(const SensorPacket<S>& sensors,
-                                       const PlaneCachePacket<S>& kept, std::size_t at,
-                                       const Mask<S>& is_of_shape, const PairPose<S>& pose,
-                                       S extra_length, RayHits<S>& hits) {
+BRISTLE_FORCE_INLINE void advance_pack(const RayPacket<S>& sensors, const PlaneCachePacket<S>& kept,
+                                       std::size_t at, const Mask<S>& is_of_shape,
+                                       const PairPose<S>& pose, S extra_length, RayHits<S>& hits) {
   using T = Pack<S>;
   const std::size_t first = kept.packet * packet_size + at;
   const Pack3<S> n = load_pack(sensors.direction, at);
@@ -9124,7 +9203,7 @@ BRISTLE_FORCE_INLINE void advance_pack(const SensorPacket<S>& sensors,
 /// Puts the planes that a pack of sensors met on one body into `kept`.
 /// @return True if a ray starts inside.
 template <Scalar S>
-BRISTLE_FORCE_INLINE bool keep_pack(const SensorPacket<S>& sensors, const RayHits<S>& hits,
+BRISTLE_FORCE_INLINE bool keep_pack(const RayPacket<S>& sensors, const RayHits<S>& hits,
                                     std::size_t at, const Mask<S>& is_of_shape,
                                     const PairPose<S>& pose, const Mat3<S>& R_BA,
                                     PlaneCachePacket<S>& kept) {
@@ -9169,7 +9248,7 @@ void PlaneCache<S>::keep(const Patch& patch) {
           static_cast<LaneBits>(kept.is_hit & equal_lanes(kept.tag.data(), shape.tag));
       for (std::size_t at = 0; at < packet_size && of_shape != 0; at += lanes<S>) {
         if (pack_bits<S>(of_shape, at) == 0) continue;
-        const bool starts_inside = keep_pack(patch.packets[kept.packet], hits, at,
+        const bool starts_inside = keep_pack(patch.geometry->packets[kept.packet], hits, at,
                                              load_mask<S>(of_shape, at), shape.pose, R_BA, kept);
         if (starts_inside) shape.reserve = S(-1);
       }
@@ -9196,8 +9275,8 @@ void PlaneCache<S>::advance(Patch& patch, ReachOf&& reach_of) const {
           static_cast<LaneBits>(kept.is_hit & equal_lanes(kept.tag.data(), shape.tag));
       for (std::size_t at = 0; at < packet_size && of_shape != 0; at += lanes<S>) {
         if (pack_bits<S>(of_shape, at) == 0) continue;
-        advance_pack(patch.packets[kept.packet], kept, at, load_mask<S>(of_shape, at), pose,
-                     extra_length, hits);
+        advance_pack(patch.geometry->packets[kept.packet], kept, at, load_mask<S>(of_shape, at),
+                     pose, extra_length, hits);
       }
     }
   }
@@ -9347,6 +9426,7 @@ struct ReadingStore {
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 
@@ -9457,22 +9537,12 @@ struct SensorPatch {
   PatchDef<S> def{};
   /// [-] Body A.
   BodyId body{};
-  /// [m] Rays from A's centre of mass in A's axes; [1] unit directions; [m] lengths.
-  Vec3Array<S> start, direction;
-  LineArray<S> length;
-  /// Tree over the rays, built once by `make_patch`.
-  RayTree<S> ray_tree{};
+  /// Its rays. Copies of the patch share them.
+  std::shared_ptr<const PatchGeometry<S>> geometry{};
   /// Triangle cache for a fine mesh. Not state: results do not depend on it.
   TriangleCache<S> triangle_cache{};
-  /// [m] Box around all rays, from A's centre of mass in A's axes.
-  Aabb<S> box{};
-
-  /// The same sensors for the kernels, and their bristles: [0, size()) in order, then unused lanes.
-  DynamicArray<SensorPacket<S>> packets;
-  PacketBoxes<S> packet_boxes{};
-  /// [m] Farthest point of the rays from A's centre of mass, and the length of the shortest.
-  S reach = S(0);
-  S shortest = S(0);
+  /// Bristles, a packet for each of the geometry's.
+  DynamicArray<BristlePacket<S>> bristles;
   /// False if the patch is off and senses nothing.
   bool is_active = true;
 
@@ -9496,7 +9566,7 @@ struct SensorPatch {
   bool was_active = false;
   ReadingStore<S> readings{};
 
-  [[nodiscard]] std::size_t size() const { return length.size(); }
+  [[nodiscard]] std::size_t size() const { return geometry->size(); }
   [[nodiscard]] const SensorParameters<S>& parameters(std::size_t sensor) const {
     return def.per_sensor.empty() ? def.parameters : def.per_sensor[sensor];
   }
@@ -9508,13 +9578,9 @@ struct SensorPatch {
     return def.per_sensor.empty() ? of(def.parameters)
                                   : std::any_of(def.per_sensor.begin(), def.per_sensor.end(), of);
   }
-  [[nodiscard]] RayBatch<S> rays(S extra_length) const {
-    return {start.x,     start.y, start.z,      direction.x, direction.y,
-            direction.z, length,  extra_length, &ray_tree};
-  }
-  /// The same rays. Only those of the near packets need a result.
+  /// Its rays, each longer by `extra_length` [m]. Only those of the near packets need a result.
   [[nodiscard]] RayBatch<S> near_rays(S extra_length) const {
-    RayBatch<S> batch = rays(extra_length);
+    RayBatch<S> batch = geometry->rays(extra_length);
     batch.near_packets = &near;
     return batch;
   }
@@ -9527,14 +9593,14 @@ struct SensorPatch {
   [[nodiscard]] std::size_t near_count() const {
     const std::size_t all = near.size() * packet_size;
     // Only the last packet may have unused lanes.
-    const bool has_last = !near.empty() && near.back() + 1 == packets.size();
-    return has_last ? all - (packets.size() * packet_size - size()) : all;
+    const bool has_last = !near.empty() && near.back() + 1 == bristles.size();
+    return has_last ? all - (bristles.size() * packet_size - size()) : all;
   }
   /// [-] First packet of a range, and one behind its last, which may be padded where the range is
   /// not. Only for ranges of whole packets (`RayTree::has_packets_in_ranges`), or for all sensors.
   [[nodiscard]] std::array<std::size_t, 2> packets_in(RayRange range) const {
     const std::size_t end = range.end / packet_size + (range.end % packet_size != 0 ? 1u : 0u);
-    return {range.first / packet_size, std::min(packets.size(), end)};
+    return {range.first / packet_size, std::min(bristles.size(), end)};
   }
   /// [-] Near packets of the range.
   [[nodiscard]] std::span<const std::uint32_t> near_in(RayRange range) const {
@@ -9589,34 +9655,9 @@ template <Scalar S>
 
   SensorPatch<S> patch;
   patch.body = body;
-  patch.start = def.sensors.start;
-  patch.direction = def.sensors.direction;
-  patch.length = def.sensors.length;
-  for (std::size_t i = 0; i < n; ++i) {
-    patch.start.set(i, patch.start[i] - center_B);
-    patch.box.include(patch.start[i]);
-    const Vec3<S> end = patch.start[i] + patch.length[i] * patch.direction[i];
-    patch.box.include(end);
-    patch.reach = std::max({patch.reach, patch.start[i].norm(), end.norm()});
-  }
-  require_finite("PatchDef::sensors: farthest point of a ray", patch.reach);
-  patch.shortest = *std::min_element(patch.length.begin(), patch.length.end());
-  patch.packet_boxes = PacketBoxes<S>(patch.rays(S(0)));
-  patch.ray_tree = RayTree<S>(patch.rays(S(0)));
-  const std::size_t packet_count = (n + packet_size - 1) / packet_size;
-  patch.packets.resize(packet_count);
-  for (std::size_t i = 0; i < packet_count * packet_size; ++i) {
-    SensorPacket<S>& packet = patch.packets[i / packet_size];
-    const std::size_t lane = i % packet_size;
-    // Lanes behind the last sensor never hit anything. A unit direction keeps them finite.
-    const Vec3<S> direction = i < n ? patch.direction[i] : unit_x<Vec3<S>>();
-    Vec3<S> t1, t2;
-    tangent_basis<S>(direction, t1, t2);
-    packet.direction.set(lane, direction);
-    packet.tangent.set(lane, t1);
-    if (i < n) packet.start.set(lane, patch.start[i]);
-    packet.inverse_length[lane] = i < n ? S(1) / patch.length[i] : S(1);
-  }
+  patch.geometry = std::make_shared<const PatchGeometry<S>>(def.sensors, center_B);
+  const std::size_t packet_count = patch.geometry->packets.size();
+  patch.bristles.resize(packet_count);
   patch.hits.reset(packet_count * packet_size);
   patch.hit_bits.resize(packet_count);
   patch.hit_before.resize(packet_count);
@@ -9628,7 +9669,7 @@ template <Scalar S>
   patch.felt.resize(packet_count);
   patch.active_before.resize(packet_count);
   patch.readings.resize(n);
-  def.sensors = {};  // The arrays above replace it.
+  def.sensors = {};  // The geometry replaces it.
   patch.def = std::move(def);
   return patch;
 }
@@ -9661,7 +9702,7 @@ struct SensorTouch {
 /// Contact geometry of sensor `i`, which has a hit.
 template <Scalar S>
 [[nodiscard]] SensorTouch<S> touch_of(const SensorPatch<S>& patch, std::size_t i) {
-  const SensorPacket<S>& sensors = patch.packets[i / packet_size];
+  const RayPacket<S>& sensors = patch.geometry->packets[i / packet_size];
   const std::size_t lane = i % packet_size;
   const S distance = patch.hits.distance[i];
   const Vec3<S> n = sensors.direction[lane];
@@ -9677,11 +9718,11 @@ struct TouchPack : SensorTouch<Pack<S>> {
   /// them finite.
   Mask<S> is_met;
 
-  /// @param sensors  Packet `number` of the patch; passed in to avoid a look-up for each pack.
+  /// @param sensors  Packet `number` of its rays; passed in to avoid a look-up for each pack.
   /// @param hit      Lanes that have a hit.
   /// @param decides  True to drop hits at a grazing angle. Dropped once a step; afterwards every
   ///                 hit counts.
-  BRISTLE_FORCE_INLINE TouchPack(const SensorPatch<S>& patch, const SensorPacket<S>& sensors,
+  BRISTLE_FORCE_INLINE TouchPack(const SensorPatch<S>& patch, const RayPacket<S>& sensors,
                                  std::size_t number, std::size_t at, LaneBits hit, bool decides) {
     using T = Pack<S>;
     const std::size_t first = number * packet_size + at;
@@ -9750,7 +9791,7 @@ void sum_stiffness(const SensorPatch<S>& patch, const PatchPair<S>& pair, Mat6<S
   set_zero(D);
   for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
     const ContactPacket<S>& contacts = patch.contacts[k];
-    const SensorPacket<S>& sensors = patch.packets[contacts.packet];
+    const RayPacket<S>& sensors = patch.geometry->packets[contacts.packet];
     for (std::size_t i = 0; i < packet_size; ++i) {
       if ((contacts.is_touching >> i & 1u) == 0) continue;
       const std::size_t sensor = contacts.packet * packet_size + i;
@@ -14899,7 +14940,8 @@ ShapeInReach<S> shape_in_reach(const SensorPatch<S>& patch, ShapeId id, const Co
   shape.X_AS = X_AB * collider.X_CmS;
   shape.approach = approach;
   // The cache must stay valid for several steps.
-  shape.extra_length = patch.def.cast_every > 1 ? approach + patch.shortest / S(4) : approach;
+  shape.extra_length =
+      patch.def.cast_every > 1 ? approach + patch.geometry->shortest / S(4) : approach;
   if (collider.half_space) {
     shape.normal = shape.X_AS.rotate(collider.half_space->normal);
     shape.offset = collider.half_space->offset + shape.normal.dot(shape.X_AS.translation);
@@ -14907,7 +14949,7 @@ ShapeInReach<S> shape_in_reach(const SensorPatch<S>& patch, ShapeId id, const Co
     shape.box = transformed(collider.bounds, shape.X_AS).inflated(shape.extra_length);
   }
   // Boxes that touch but for rounding count, too.
-  const S size = cwise_abs(shape.X_AS.translation).sum() + patch.reach + collider.radius;
+  const S size = cwise_abs(shape.X_AS.translation).sum() + patch.geometry->reach + collider.radius;
   shape.offset += shape.extra_length + Tolerance<S>::round_off() * size;
   shape.box = shape.box.inflated(Tolerance<S>::round_off() * size);
   return shape;
@@ -14922,7 +14964,7 @@ template <Scalar S>
     const ShapeInReach<S>& shape = shapes[i];
     if (kept[i].tag != shape.tag || kept[i].generation != shape.generation ||
         !kept[i].covers({shape.X_AB.rotation_matrix(), shape.X_AB.translation}, shape.approach,
-                        patch.reach)) {
+                        patch.geometry->reach)) {
       return false;
     }
   }
@@ -14933,7 +14975,8 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] bool are_clear(const SensorPatch<S>& patch, std::span<const ShapeInReach<S>> shapes) {
   return std::all_of(shapes.begin(), shapes.end(), [&](const auto& shape) {
-    return shape.collider->shape.is_surely_clear(shape.X_AS, patch.rays(shape.extra_length));
+    return shape.collider->shape.is_surely_clear(shape.X_AS,
+                                                 patch.geometry->rays(shape.extra_length));
   });
 }
 
@@ -14946,7 +14989,7 @@ bool needs_rays(SensorPatch<S>& patch, std::span<const ShapeInReach<S>> shapes, 
     patch.near.clear();
     return true;
   }
-  patch.packet_boxes.find(
+  patch.geometry->packet_boxes.find(
       [&](const Pack3<S>& lower, const Pack3<S>& upper) {
         Mask<S> near = Mask<S>::first(0);
         for (const auto& shape : shapes) near = near | shape.is_near(lower, upper);
@@ -16268,7 +16311,7 @@ struct HostStep {
   /// [m] Extra length of a patch's rays, for bodies that come closer within a step of dt [s].
   [[nodiscard]] S reach(const SensorPatch<S>& patch, S dt) const {
     const Twist<S>& own = bodies[patch.body.index].free;
-    return dt * (own.linear.norm() + own.angular.norm() * patch.reach + fastest);
+    return dt * (own.linear.norm() + own.angular.norm() * patch.geometry->reach + fastest);
   }
 };
 
@@ -16363,7 +16406,8 @@ class HostSensors {
       if (!step_.is_sensing(state(), i)) continue;
       detail::SensorPatch<S>& patch = state().patches.at(i);
       host_hits_.reset(patch.size());
-      host.cast_rays(patch.body, patch.rays(step_.reach(patch, world_.time_step())), host_hits_);
+      host.cast_rays(patch.body, patch.geometry->rays(step_.reach(patch, world_.time_step())),
+                     host_hits_);
       take_hits(patch);
     }
   }
@@ -17893,20 +17937,21 @@ template <Scalar S>
 void write_taxel_points(const SensorPatch<S>& patch, S* out) {
   std::fill_n(out, taxel_point_size * patch.size(), S(0));
   for (std::size_t k = 0; k < patch.felt.size(); ++k) {
-    const SensorPacket<S>& packet = patch.packets[k];
+    const RayPacket<S>& rays = patch.geometry->packets[k];
+    const BristlePacket<S>& bristles = patch.bristles[k];
     for (std::uint32_t rest = patch.felt[k]; rest != 0; rest &= rest - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
       const std::size_t i = k * packet_size + lane;
       const BodyId body = patch.readings.body[i];
-      const Vec3<S> n = packet.direction[lane];
-      const Vec3<S> t1 = packet.tangent[lane];
-      Vec3<S> displacement = (-patch.readings.depth[i] * patch.length[i]) * n;
+      const Vec3<S> n = rays.direction[lane];
+      const Vec3<S> t1 = rays.tangent[lane];
+      Vec3<S> displacement = (-patch.readings.depth[i] * patch.geometry->length[i]) * n;
       const auto pair = std::find_if(patch.pairs.begin(), patch.pairs.end(),
                                      [&](const PatchPair<S>& p) { return p.body_b == body.index; });
-      if (pair != patch.pairs.end() && (packet.is_anchored >> lane & 1u) != 0 &&
-          packet.anchored_on[lane] == anchor_key(body)) {
+      if (pair != patch.pairs.end() && (bristles.is_anchored >> lane & 1u) != 0 &&
+          bristles.anchored_on[lane] == anchor_key(body)) {
         displacement -=
-            anchor_stretch<S>({packet.anchor_a[lane], packet.anchor_b[lane]}, pair->pose, n);
+            anchor_stretch<S>({bristles.anchor_a[lane], bristles.anchor_b[lane]}, pair->pose, n);
       }
       const Vec3<S> force = patch.readings.shear_1[i] * t1 +
                             patch.readings.shear_2[i] * n.cross(t1) -
@@ -18625,9 +18670,10 @@ void Recorder<S>::add_patch(const World<S, Backend>& world, PatchId id, std::str
   patch.name = std::move(name);
   patch.body = numbers_[sensors.body.index];
   const Vec3<S>& center = world.body(sensors.body).center_B;
-  for (std::size_t i = 0; i < sensors.size(); ++i) {
-    patch.ends.push_back(center + sensors.start[i] + sensors.length[i] * sensors.direction[i]);
-    patch.directions.push_back(sensors.direction[i]);
+  const detail::PatchGeometry<S>& rays = *sensors.geometry;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    patch.ends.push_back(center + rays.start[i] + rays.length[i] * rays.direction[i]);
+    patch.directions.push_back(rays.direction[i]);
   }
   const std::size_t past = recording_.times.size() * patch.ends.size();
   patch.forces.resize(past, detail::zero<Vec3<S>>());
@@ -27375,7 +27421,8 @@ void HapticLoop<S>::find_near(const detail::WorldState<S>& state, ToolPatch& too
   if (!tool_patch.patch.is_active || !state.bodies.contains(tool.body)) return;
   const S dt = state.def.time_step;
   const S fall = dt * state.def.gravity.norm();
-  const Aabb<S> box = transformed(tool_patch.patch.box, tool.pose).inflated(dt * def_.max_speed);
+  const Aabb<S> box =
+      transformed(tool_patch.patch.geometry->box, tool.pose).inflated(dt * def_.max_speed);
   state.broad_phase.overlap(box.inflated(dt * (fastest + fall)), [&](std::uint32_t tag) {
     const detail::Collider<S>& c = state.colliders.at(tag);
     if (!detail::senses(state, tool_patch.patch, c)) return true;
@@ -28363,7 +28410,7 @@ void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
 template <Scalar S>
 void clear_patch(SensorPatch<S>& patch) {
   for (const ContactPacket<S>& c : patch.contacts) {
-    patch.packets[c.packet].is_anchored = 0;
+    patch.bristles[c.packet].is_anchored = 0;
     patch.hit_bits[c.packet] = 0;
   }
   for (std::size_t i = 0; patch.was_active && i < patch.felt.size(); ++i) {
@@ -28406,7 +28453,7 @@ void find_hit_mask(SensorPatch<S>& patch, RayRange range) {
   // traffic.
   const auto [begin, end] = patch.packets_in(range);
   for (std::size_t i = begin; i < end; ++i) {
-    if (patch.hit_before[i] != 0 && patch.hit_bits[i] == 0) patch.packets[i].is_anchored = 0;
+    if (patch.hit_before[i] != 0 && patch.hit_bits[i] == 0) patch.bristles[i].is_anchored = 0;
   }
 }
 
@@ -28414,7 +28461,7 @@ void find_hit_mask(SensorPatch<S>& patch, RayRange range) {
 template <Scalar S>
 void find_whole_hit_mask(SensorPatch<S>& patch) {
   // Hosts fill the hits of real sensors only.
-  const std::size_t padded = patch.packets.size() * packet_size;
+  const std::size_t padded = patch.bristles.size() * packet_size;
   patch.hits.distance.resize(padded, infinity<S>);
   patch.hits.normal.resize(padded);
   patch.hits.tag.resize(padded);
@@ -28557,7 +28604,7 @@ class ContactMaker {
         pose_(pair.pose),
         linear_(broadcast<T>(pair.start_motion.linear)),
         angular_(broadcast<T>(pair.start_motion.angular)),
-        middle_(broadcast<T>(patch.box.center())),
+        middle_(broadcast<T>(patch.geometry->box.center())),
         key_b_(anchor_key(id_b)),
         dt_(def.dt),
         measures_lambda_(def.measures_lambda),
@@ -28570,24 +28617,24 @@ class ContactMaker {
 
   /// Adds contacts for the lanes `hit` of a packet that meet the body at more than a grazing angle.
   BRISTLE_FORCE_INLINE void add_packet(std::size_t number, LaneBits hit) {
-    SensorPacket<S>& packet = patch_.packets[number];
+    BristlePacket<S>& bristles = patch_.bristles[number];
     ContactPacket<S>& out = *next_++;
     out.begin(static_cast<std::uint32_t>(number));
     // A sensor without a hit lets go.
-    const auto was_anchored = static_cast<LaneBits>(packet.is_anchored & patch_.hit_bits[number]);
+    const auto was_anchored = static_cast<LaneBits>(bristles.is_anchored & patch_.hit_bits[number]);
     const LaneBits anchored =
         was_anchored == 0
             ? LaneBits(0)
-            : static_cast<LaneBits>(was_anchored & packet.anchored_on.lanes_in(key_b_));
+            : static_cast<LaneBits>(was_anchored & bristles.anchored_on.lanes_in(key_b_));
     for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
-      if (pack_bits<S>(hit, at) != 0) add_pack(packet, out, at, hit, anchored);
+      if (pack_bits<S>(hit, at) != 0) add_pack(bristles, out, at, hit, anchored);
     }
     if (options_.law == Law::ambf) {
-      packet.is_anchored = static_cast<LaneBits>(was_anchored & (~hit | out.is_met));
+      bristles.is_anchored = static_cast<LaneBits>(was_anchored & (~hit | out.is_met));
     } else {
       const auto fresh = static_cast<LaneBits>(out.is_touching & ~std::uint32_t(anchored));
-      if (fresh != 0) packet.anchored_on.set(fresh, key_b_, was_anchored != anchored);
-      packet.is_anchored = static_cast<LaneBits>((was_anchored & ~hit) | out.is_touching);
+      if (fresh != 0) bristles.anchored_on.set(fresh, key_b_, was_anchored != anchored);
+      bristles.is_anchored = static_cast<LaneBits>((was_anchored & ~hit) | out.is_touching);
     }
     sums_.count += static_cast<std::uint32_t>(std::popcount(out.is_met));
   }
@@ -28595,9 +28642,10 @@ class ContactMaker {
   [[nodiscard]] const ContactSums<S>& sums() const { return sums_; }
 
  private:
-  BRISTLE_FORCE_INLINE void add_pack(SensorPacket<S>& packet, ContactPacket<S>& out, std::size_t at,
-                                     LaneBits hit, LaneBits anchored) {
-    const TouchPack<S> touch(patch_, packet, out.packet, at, hit, true);
+  BRISTLE_FORCE_INLINE void add_pack(BristlePacket<S>& bristles, ContactPacket<S>& out,
+                                     std::size_t at, LaneBits hit, LaneBits anchored) {
+    const TouchPack<S> touch(patch_, patch_.geometry->packets[out.packet], out.packet, at, hit,
+                             true);
     SensorParameters<T> scratch;
     const SensorParameters<T>& p = parameters_(out.packet, at, scratch);
     const Mask<S> is_met = touch.is_met;
@@ -28612,7 +28660,7 @@ class ContactMaker {
     if (options_.law == Law::paper) {
       // Most bristles keep their anchor. Anchoring is a call that reloads its operands: inlined, it
       // would push this loop's values out of the registers.
-      const Anchor<T> anchor{load_pack(packet.anchor_a, at), load_pack(packet.anchor_b, at)};
+      const Anchor<T> anchor{load_pack(bristles.anchor_a, at), load_pack(bristles.anchor_b, at)};
       Pack3<S> stretch = anchor_stretch<T>(anchor, pose_, n);
       const T sigma = p.breakaway_distance;
       const Mask<S> is_kept = load_mask<S>(anchored, at) & (dot(stretch, stretch) <= sigma * sigma);
@@ -28621,7 +28669,7 @@ class ContactMaker {
       Row3<S>& row = applies_ ? stretch_ : out.stretch;
       if (!applies_ || is_any_moved) store_pack(row, at, stretch);
       if (is_any_moved) {
-        root_anew(packet, out, at, anchored, sigma, row);
+        root_anew(bristles, out, at, anchored, sigma, row);
         stretch = load_pack(row, at);
       }
       if (applies_) {
@@ -28636,12 +28684,13 @@ class ContactMaker {
   }
 
   /// Advances the bristles of the lanes in contact. Leaves the other lanes alone.
-  BRISTLE_NOINLINE void root_anew(SensorPacket<S>& packet, ContactPacket<S>& out, std::size_t at,
+  BRISTLE_NOINLINE void root_anew(BristlePacket<S>& bristles, ContactPacket<S>& out, std::size_t at,
                                   LaneBits anchored, const T& sigma, Row3<S>& row) const {
-    Anchor<T> anchor{load_pack(packet.anchor_a, at), load_pack(packet.anchor_b, at)};
+    Anchor<T> anchor{load_pack(bristles.anchor_a, at), load_pack(bristles.anchor_b, at)};
     const Mask<S> is_touching = load_mask<S>(out.is_touching, at);
     const T distance = patch_.distances_of(out.packet * packet_size + at, is_touching);
-    const Pack3<S> point = load_pack(packet.start, at) + distance * load_pack(packet.direction, at);
+    const RayPacket<S>& rays = patch_.geometry->packets[out.packet];
+    const Pack3<S> point = load_pack(rays.start, at) + distance * load_pack(rays.direction, at);
     Mask<S> did_slip;
     // Lanes out of contact keep their anchor at any stretch.
     Pack3<S> stretch = load_pack(row, at);
@@ -28649,8 +28698,8 @@ class ContactMaker {
                          select(is_touching, sigma, T(infinity<S>)), options_.reset, did_slip);
     store_pack(row, at, stretch);
     store_mask(out.is_slipping, at, did_slip);
-    store_pack(packet.anchor_a, at, anchor.q_A);
-    store_pack(packet.anchor_b, at, anchor.q_B);
+    store_pack(bristles.anchor_a, at, anchor.q_A);
+    store_pack(bristles.anchor_b, at, anchor.q_B);
   }
 
   BRISTLE_FORCE_INLINE void add_sums(const SensorParameters<T>& p, const Pack3<S>& point,
@@ -29207,8 +29256,8 @@ template <Scalar S>
 BRISTLE_FORCE_INLINE void find_geometry(const SensorPatch<S>& patch, const ContactPacket<S>& packet,
                                         std::size_t at, const Pack3<S>& center,
                                         PatchContact<Pack<S>>& c) {
-  const TouchPack<S> touch(patch, patch.packets[packet.packet], packet.packet, at, packet.is_met,
-                           false);
+  const TouchPack<S> touch(patch, patch.geometry->packets[packet.packet], packet.packet, at,
+                           packet.is_met, false);
   c.n = touch.n;
   c.g = touch.g;
   c.rho = touch.point - center;
@@ -29582,7 +29631,7 @@ BRISTLE_FORCE_INLINE void read_packet(SensorPatch<S>& patch, const PatchPair<S>&
                                       const ContactPacket<S>& packet, const Vec3<S>& origin,
                                       S per_step, BodyId id, ReadingSum<S>& sum) {
   using T = Pack<S>;
-  const SensorPacket<S>& sensors = patch.packets[packet.packet];
+  const RayPacket<S>& sensors = patch.geometry->packets[packet.packet];
   ReadingStore<S>& out = patch.readings;
   // One packet can be in contact with two bodies.
   const bool is_shared = patch.felt[packet.packet] != 0;
@@ -29773,11 +29822,11 @@ void HapticSubstep<S>::sense(ToolPatch& tool_patch, std::uint32_t number) {
   for (const std::uint32_t i : tool_patch.near) {
     const NearShape& shape = loop_.shapes_[i];
     const Body<S>& body = loop_.bodies_[shape.body].body();
-    const S speed =
-        closing_speed(patch.box, tool.pose, tool.twist, body.center_pose.translation, body.twist);
+    const S speed = closing_speed(patch.geometry->box, tool.pose, tool.twist,
+                                  body.center_pose.translation, body.twist);
     const auto seen = shape_in_reach(patch, shape.id, shape.collider,
                                      relative_pose(tool.pose, body.center_pose), loop_.h_ * speed);
-    if (seen.is_near(patch.box)) tool_patch.in_reach.push_back(seen);
+    if (seen.is_near(patch.geometry->box)) tool_patch.in_reach.push_back(seen);
   }
   if (tool_patch.in_reach.empty()) {
     clear_patch(patch);
@@ -38108,7 +38157,7 @@ void measure_pair(const SensorPatch<S>& patch, PatchPair<S>& pair, const SolverB
   const S w_rot = quarter<3, 3, S>(W).trace() / S(3);
   const PairStiffness<S>& k = pair.stiffness;
   // Shifts the moments from the patch's middle to c.
-  const Vec3<S> shift = pair.center - patch.box.center();
+  const Vec3<S> shift = pair.center - patch.geometry->box.center();
   const S tangential_moment = k.tangential_second - S(2) * shift.dot(k.tangential_first) +
                               shift.squaredNorm() * k.tangential;
   const S normal_moment =
@@ -38123,7 +38172,7 @@ template <Scalar S>
 Wrench<S> ambf_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt) {
   Wrench<S> sum;
   for (ContactPacket<S>& packet : contacts_of(patch, pair)) {
-    SensorPacket<S>& sensors = patch.packets[packet.packet];
+    BristlePacket<S>& bristles = patch.bristles[packet.packet];
     packet.is_slipping = 0;
     for (std::size_t i = 0; i < packet_size; ++i) {
       const LaneBits bit = static_cast<LaneBits>(1u << i);
@@ -38133,18 +38182,18 @@ Wrench<S> ambf_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId 
       const auto [n, g, point, depth, inverse_length] =
           touch_of(patch, packet.packet * packet_size + i);
       const SensorContact<S> contact{depth, inverse_length, n, g, pair.start_motion.at(point)};
-      Anchor<S> anchor{sensors.anchor_a[i], sensors.anchor_b[i]};
+      Anchor<S> anchor{bristles.anchor_a[i], bristles.anchor_b[i]};
       bool is_anchored =
-          (sensors.is_anchored & bit) != 0 && sensors.anchored_on[i] == anchor_key(id_b);
+          (bristles.is_anchored & bit) != 0 && bristles.anchored_on[i] == anchor_key(id_b);
       bool did_slip = false;
       const SensorForce<S> force = ambf_sensor_force<S>(
           patch.parameters(packet.packet * packet_size + i), patch.def.options.scaling, contact,
           g.normalized() * S(-1), pair.pose, point, anchor, is_anchored, did_slip);
-      sensors.anchor_a.set(i, anchor.q_A);
-      sensors.anchor_b.set(i, anchor.q_B);
-      sensors.anchored_on.set(bit, anchor_key(id_b), (sensors.is_anchored & ~bit) != 0);
-      sensors.is_anchored = static_cast<LaneBits>(is_anchored ? sensors.is_anchored | bit
-                                                              : sensors.is_anchored & ~bit);
+      bristles.anchor_a.set(i, anchor.q_A);
+      bristles.anchor_b.set(i, anchor.q_B);
+      bristles.anchored_on.set(bit, anchor_key(id_b), (bristles.is_anchored & ~bit) != 0);
+      bristles.is_anchored = static_cast<LaneBits>(is_anchored ? bristles.is_anchored | bit
+                                                               : bristles.is_anchored & ~bit);
       if (did_slip) packet.is_slipping = static_cast<LaneBits>(packet.is_slipping | bit);
       packet.normal_impulse[i] = dt * force.normal;
       packet.impulse.set(i, dt * force.total());
@@ -38167,7 +38216,7 @@ void apply_at_start(SensorPatch<S>& patch, const PatchPair<S>& pair,
   for (ContactPacket<S>& packet : packets) {
     for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
       if (pack_bits<S>(packet.is_met, at) == 0) continue;
-      const TouchPack<S> touch(patch, patch.packets[packet.packet], packet.packet, at,
+      const TouchPack<S> touch(patch, patch.geometry->packets[packet.packet], packet.packet, at,
                                packet.is_met, false);
       const SensorContact<Pack<S>> contact{touch.depth, touch.inverse_length, touch.n, touch.g,
                                            start.at(touch.point)};
@@ -38394,7 +38443,7 @@ class SensorStage {
     const Twist<S>& b = state.solver_bodies[c.body.index].free;
     const Transform<S>& X_WA = state.bodies.at(patch.body.index).center_pose;
     return state.def.time_step *
-           closing_speed(patch.box, X_WA, a, state.body_of(c).center_pose.translation, b);
+           closing_speed(patch.geometry->box, X_WA, a, state.body_of(c).center_pose.translation, b);
   }
 
   /// Returns whether a patch keeps its readings. True if its body or one in its range sleeps, and
@@ -38433,7 +38482,8 @@ class SensorStage {
     }
     const std::span<const ShapeInReach<S>> shapes(scratch.shapes);
     const bool is_due = (state.steps + index) % patch.def.cast_every == 0;
-    if (shares && patch.size() >= fewest_shared_rays && !patch.ray_tree.ranges().empty() &&
+    if (shares && patch.size() >= fewest_shared_rays &&
+        !patch.geometry->ray_tree.ranges().empty() &&
         shapes.front().collider->shape.asks_ranges()) {
       scratch.has_cast = needs_rays<S>(patch, shapes, is_due);
       scratch.sensors_asked = patch.near_count();
@@ -38488,7 +38538,7 @@ class SensorStage {
       shared_.clear();
       for (std::size_t k = 0; k < live_.size(); ++k) {
         const Scratch& scratch = scratch_[k];
-        const RayTree<S>& ray_tree = state.patches.at(live_[k]).ray_tree;
+        const RayTree<S>& ray_tree = state.patches.at(live_[k]).geometry->ray_tree;
         const std::size_t rounds = ray_tree.has_packets_in_ranges() ? 1 : scratch.shapes.size();
         if (!scratch.is_shared || scratch.rays_cast == 0 || round >= rounds) continue;
         for (const RayRange& range : ray_tree.ranges()) shared_.push_back({k, range});
@@ -38508,7 +38558,7 @@ class SensorStage {
 
   /// Does the work that must precede the cast and that ranges cannot do alone.
   static void begin_shared(SensorPatch<S>& patch, Scratch& scratch) {
-    if (!patch.ray_tree.has_packets_in_ranges()) return patch.reset_near_hits();
+    if (!patch.geometry->ray_tree.has_packets_in_ranges()) return patch.reset_near_hits();
     // If hits are extrapolated, only the extrapolated ones count.
     scratch.knows_hit_mask = patch.def.cast_every == 1;
     if (scratch.knows_hit_mask) begin_hit_mask(patch);
@@ -38519,7 +38569,7 @@ class SensorStage {
     const std::size_t owner = shared_[i].owner;
     const Scratch& scratch = scratch_[owner];
     SensorPatch<S>& patch = state.patches.at(live_[owner]);
-    if (patch.ray_tree.has_packets_in_ranges()) {
+    if (patch.geometry->ray_tree.has_packets_in_ranges()) {
       sense_range(patch, scratch, shared_[i].range);
     } else {
       cast_rays_at<S>(patch, scratch.shapes[round], shared_[i].range);
@@ -38595,9 +38645,9 @@ void SensorStage<S>::find_near(const State& state, const SensorPatch<S>& patch,
   const Twist<S>& free = state.solver_bodies[patch.body.index].free;
   const S own_reach =
       state.def.time_step *
-      (free.linear.norm() +
-       free.angular.norm() * (patch.box.center().norm() + patch.box.half_extents().norm()));
-  const Aabb<S> box = transformed(patch.box, A.center_pose);
+      (free.linear.norm() + free.angular.norm() * (patch.geometry->box.center().norm() +
+                                                   patch.geometry->box.half_extents().norm()));
+  const Aabb<S> box = transformed(patch.geometry->box, A.center_pose);
   state.broad_phase.overlap(box.inflated(own_reach), [&](std::uint32_t tag) {
     const Collider<S>& c = state.colliders.at(tag);
     if (!senses(state, patch, c)) return true;
@@ -38606,10 +38656,10 @@ void SensorStage<S>::find_near(const State& state, const SensorPatch<S>& patch,
       return true;
     }
     const S extra = approach(state, patch, c);
-    const bool is_near =
-        c.half_space ? state.reaches(box.inflated(extra), c)
-                     : transformed(patch.box.inflated(extra), state.pose_from(A, c).inverse())
-                           .overlaps(c.bounds);
+    const bool is_near = c.half_space ? state.reaches(box.inflated(extra), c)
+                                      : transformed(patch.geometry->box.inflated(extra),
+                                                    state.pose_from(A, c).inverse())
+                                            .overlaps(c.bounds);
     if (is_near) out.push_back(tag);
     return true;
   });
@@ -40212,12 +40262,13 @@ template <Scalar S>
 DynamicArray<S> lengths_outside(const WorldState<S>& state, std::uint32_t body,
                                 const SensorPatch<S>& patch, const Vec3<S>& origin_B) {
   const Vec3<S> origin_Cm = origin_B - state.bodies.at(body).center_B;
-  const std::size_t count = patch.length.size();
+  const PatchGeometry<S>& rays = *patch.geometry;
+  const std::size_t count = rays.size();
   SensorLayout<S> reversed;
   for (std::size_t i = 0; i < count; ++i) {
-    const Vec3<S> start = origin_Cm + patch.start[i];
-    const Vec3<S> direction = patch.direction[i];
-    reversed.add(start + patch.length[i] * direction, -direction, patch.length[i]);
+    const Vec3<S> start = origin_Cm + rays.start[i];
+    const Vec3<S> direction = rays.direction[i];
+    reversed.add(start + rays.length[i] * direction, -direction, rays.length[i]);
   }
   // A solid is closed: a ray that starts inside is hit at the distance 0.
   RayHits<S> hits;
@@ -40231,7 +40282,7 @@ DynamicArray<S> lengths_outside(const WorldState<S>& state, std::uint32_t body,
   }
   DynamicArray<S> outside(count);
   for (std::size_t i = 0; i < count; ++i) {
-    outside[i] = std::clamp(hits.distance[i], S(0), S(patch.length[i]));
+    outside[i] = std::clamp(hits.distance[i], S(0), S(rays.length[i]));
   }
   return outside;
 }
@@ -40245,10 +40296,11 @@ template <Scalar S>
 void require_outward_rays(const WorldState<S>& state, std::uint32_t body,
                           const SensorPatch<S>& patch, const Vec3<S>& origin_B) {
   if (patch.def.may_point_inwards) return;
+  const PatchGeometry<S>& rays = *patch.geometry;
   const DynamicArray<S> outside = lengths_outside(state, body, patch, origin_B);
   for (std::size_t i = 0; i < outside.size(); ++i) {
     if (outside[i] > S(0)) continue;
-    const Vec3<S> end = origin_B + patch.start[i] + patch.length[i] * patch.direction[i];
+    const Vec3<S> end = origin_B + rays.start[i] + rays.length[i] * rays.direction[i];
     std::string text = "(";
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
       text.append(axis > 0 ? ", " : "").append(to_text(end[axis]));
@@ -40293,7 +40345,7 @@ PatchReport<S> report_patch(const WorldState<S>& state, const SensorPatch<S>& pa
   const Body<S>& own = state.bodies.at(patch.body.index);
   const DynamicArray<S> outside = lengths_outside(state, patch.body.index, patch, own.center_B);
   for (std::size_t i = 0; i < outside.size(); ++i) {
-    report.share_outside.push_back(outside[i] / patch.length[i]);
+    report.share_outside.push_back(outside[i] / patch.geometry->length[i]);
     report.largest_load += patch.parameters(i).normal_stiffness;
   }
   report.intended_load = patch.def.load;
@@ -40780,7 +40832,7 @@ void visit_plane_cache(Patch& patch, Visitor& visit) {
       visit_lane(kept.normal, i, visit);
       visit.value(kept.tag[i]);
     }
-    const bool is_next = kept.packet >= next && kept.packet < patch.packets.size();
+    const bool is_next = kept.packet >= next && kept.packet < patch.bristles.size();
     visit.require("patches (plane cache)", is_next &&
                                                (kept.is_hit & ~lanes_of(patch, kept.packet)) == 0 &&
                                                has_vectors(kept.point, kept.is_hit) &&
@@ -40797,15 +40849,15 @@ void visit_patch(const State& state, Patch& patch, Visitor& visit) {
   const std::size_t own = visit.list("patches (parameters)", patch.def.per_sensor,
                                      [&](auto& p) { visit_parameters(p, visit); });
   visit.require("patches (parameters)", own == 0 || own == patch.size());
-  for (std::size_t i = 0; i < patch.packets.size(); ++i) {
-    visit_bristles(patch.packets[i], lanes_of(patch, i), visit);
+  for (std::size_t i = 0; i < patch.bristles.size(); ++i) {
+    visit_bristles(patch.bristles[i], lanes_of(patch, i), visit);
   }
   // Lanes with contacts, of each packet.
-  DynamicArray<LaneBits> touching(Visitor::is_checking ? patch.packets.size() : 0);
+  DynamicArray<LaneBits> touching(Visitor::is_checking ? patch.bristles.size() : 0);
   const std::size_t contacts = visit.list("patches (contacts)", patch.contacts, [&](auto& packet) {
     visit_contact_packet(packet, visit);
     visit.require("patches (contacts)",
-                  packet.packet < patch.packets.size() &&
+                  packet.packet < patch.bristles.size() &&
                       (packet.is_touching & ~lanes_of(patch, packet.packet)) == 0);
     if constexpr (Visitor::is_checking) {
       touching[packet.packet] = static_cast<LaneBits>(touching[packet.packet] | packet.is_touching);
@@ -41534,7 +41586,7 @@ void World<S, Backend>::require_tools(const HapticLoop<S>& loop, bool opens) con
   }
   for (const auto& skin : loop.tool_patches_) {
     const BodyId body = loop.tools_[skin.tool].body;
-    if ((skin.is_seen && !opens) || !contains(body)) continue;
+    if (skin.is_removed || (skin.is_seen && !opens) || !contains(body)) continue;
     // The loop knows no centre of mass: its patches are about the origin of the body.
     detail::require_outward_rays(state_, body.index, skin.patch, detail::zero<Vec3<S>>());
   }
@@ -42449,7 +42501,7 @@ void HostStage<S>::cast(State& state, const Step& step, bool all_rays) {
       (void)find_hits<S>(patch, shapes_, is_due);
       continue;
     }
-    patch.near.resize(patch.packets.size());
+    patch.near.resize(patch.bristles.size());
     fill_numbers(patch.near);
     patch.reset_near_hits();
     for (const Shape& shape : shapes_) cast_rays_at<S>(patch, shape, {});
@@ -42463,12 +42515,12 @@ void HostStage<S>::find_shapes(const State& state, const Step& step, const Senso
   const Body<S>& A = state.bodies.at(patch.body.index);
   const Twist<S>& free_a = step.bodies[patch.body.index].free;
   const auto approach_of = [&](std::uint32_t slot) {
-    return state.def.time_step * closing_speed(patch.box, A.center_pose, free_a,
+    return state.def.time_step * closing_speed(patch.geometry->box, A.center_pose, free_a,
                                                state.bodies.at(slot).center_pose.translation,
                                                step.bodies[slot].free);
   };
-  const Aabb<S> box =
-      transformed(patch.box, A.center_pose).inflated(step.reach(patch, state.def.time_step));
+  const Aabb<S> box = transformed(patch.geometry->box, A.center_pose)
+                          .inflated(step.reach(patch, state.def.time_step));
   candidates_.clear();
   state.broad_phase.overlap(box, [&](std::uint32_t tag) {
     candidates_.push_back(tag);
@@ -42481,7 +42533,7 @@ void HostStage<S>::find_shapes(const State& state, const Step& step, const Senso
     const Shape shape = shape_in_reach(patch, state.colliders.handle(tag), c,
                                        relative_pose(A.center_pose, state.body_of(c).center_pose),
                                        approach_of(c.body.index));
-    if (shape.is_near(patch.box)) shapes_.push_back(shape);
+    if (shape.is_near(patch.geometry->box)) shapes_.push_back(shape);
   }
 }
 

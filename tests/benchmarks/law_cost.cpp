@@ -79,7 +79,7 @@ class Slide {
       }
       hits[k].reset(patch.size());
       AnalyticBackend::cast_rays(AnalyticBackend::make<S>(Sphere<S>{S(0.05)}), ball.center_pose,
-                                 patch.rays(S(0)), 0, hits[k]);
+                                 patch.geometry->rays(S(0)), 0, hits[k]);
     }
   }
 
@@ -134,7 +134,7 @@ class ScalarSlide {
     Wrench<double> sum;
     for (std::size_t i = 0; i < patch.size(); ++i) {
       sum += -sensor_wrench<double>(patch.def.parameters, patch.def.options,
-                                    {patch.start[i], patch.direction[i], patch.length[i]},
+                                    {patch.geometry->start[i], patch.geometry->direction[i], patch.geometry->length[i]},
                                     patch.hits.distance[i], patch.hits.normal[i], {}, {},
                                     ball.center_pose, ball.twist, dt, memory_[i]);
     }

@@ -52,13 +52,13 @@ class PadPatch {
 
   /// The batch a world casts: implicit patches look as far as the body comes within the step.
   [[nodiscard]] RayBatch<S> rays(const Body<S>& body) {
-    RayBatch<S> batch = patch.rays(S(0));
+    RayBatch<S> batch = patch.geometry->rays(S(0));
     batch.triangle_cache = &patch.triangle_cache;
     if (patch.def.integration == Integration::explicit_) return batch;
-    const Vec3<S> center = patch.box.center();
+    const Vec3<S> center = patch.geometry->box.center();
     const Vec3<S> v = body.twist.at(center - body.center_pose.translation);
     batch.extra_length =
-        S(pad_time_step) * (v.norm() + body.twist.angular.norm() * patch.box.half_extents().norm());
+        S(pad_time_step) * (v.norm() + body.twist.angular.norm() * patch.geometry->box.half_extents().norm());
     return batch;
   }
 

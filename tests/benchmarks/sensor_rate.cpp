@@ -211,7 +211,7 @@ void measure_bullet(Report& report, Table& table, const Workload& work) {
   RayHits<float> hits;
   const auto cast = [&](int k) {
     hits.reset(pad.patch.size());
-    body.cast_rays(work.object.pose(k, work.gap).cast<float>(), pad.patch.rays(0), 0, hits);
+    body.cast_rays(work.object.pose(k, work.gap).cast<float>(), pad.patch.geometry->rays(0), 0, hits);
   };
   std::size_t wrong = 0;
   for (int k = 0; k < PadReference::steps; ++k) {

@@ -139,8 +139,8 @@ TEST_CASE("MuJoCo: a mesh geom becomes a skin that looks out of its faces") {
   const Transform<double> X_WB = host.world().pose(finger);
   const Vec3<double> center = host.world().body(finger).center_pose.translation;
   for (std::size_t i = 0; i < skin.size(); ++i) {
-    const Vec3<double> start = center + X_WB.rotation * skin.start[i];
-    const Vec3<double> along = X_WB.rotation * skin.direction[i];
+    const Vec3<double> start = center + X_WB.rotation * skin.geometry->start[i];
+    const Vec3<double> along = X_WB.rotation * skin.geometry->direction[i];
     const WorldHit<double> hit = host.world().cast_ray({start + 0.01 * along, -along, 0.02});
     CHECK(hit.distance == test::relative(0.009).epsilon(1e-5));
     CHECK(hit.normal.dot(along) == test::relative(1.0).epsilon(1e-6));

@@ -258,9 +258,9 @@ TEST_CASE("conservation: readings of each sensor add up to those of the patch") 
       const SensorPatch<double>& patch = c.world.patch(c.patch);
       for (std::size_t k = 0; k < r.size(); ++k) {
         Vec3<double> t1, t2;
-        tangent_basis<double>(patch.direction[k], t1, t2);
+        tangent_basis<double>(patch.geometry->direction[k], t1, t2);
         const Vec3<double> across = X.rotate(r.shear_1[k] * t1 + r.shear_2[k] * t2);
-        const Vec3<double> force = across - X.rotate(r.normal_force[k] * patch.direction[k]);
+        const Vec3<double> force = across - X.rotate(r.normal_force[k] * patch.geometry->direction[k]);
         const Vec3<double> point(r.point_x[k], r.point_y[k], r.point_z[k]);
         shear += across;
         if (r.state[k] != SensorState::free)

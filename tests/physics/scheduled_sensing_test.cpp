@@ -275,7 +275,7 @@ TEST_CASE("scheduled_sensing: of a large skin only what is near is sensed") {
     CHECK(world.report().rays_cast <= 2 * 16 * (21 * 3 + 12 * 2));
     CHECK(world.report().rays_cast + world.report().sensors_skipped >= n);
     const PatchReading<double> reading = world.reading(patch);
-    const RayBatch<double> rays = world.patch(patch).rays(0);
+    const RayBatch<double> rays = world.patch(patch).geometry->rays(0);
     std::size_t touching = 0;
     for (std::size_t i = 0; i < n; ++i) {
       const WorldHit<double> hit = world.cast_ray(rays[i]);

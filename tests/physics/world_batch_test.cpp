@@ -15,6 +15,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -78,6 +79,19 @@ TEST_CASE_TEMPLATE("WorldBatch: worlds do what they would do alone, for any numb
     for (int k = 0; k < 20; ++k) batch.step(3);
     CHECK(batch_hashes(batch) == alone);
   }
+}
+
+TEST_CASE("WorldBatch: worlds share the rays of their patches, which outlive the original") {
+  std::optional<GraspScene<double>> scene = training_grasp<double>();
+  const PatchId pad = scene->pads[0];
+  WorldBatch<double> batch(scene->world, 2);
+  scene.reset();
+  const auto rays_of = [&](std::size_t i) { return batch.world(i).patch(pad).geometry; };
+  CHECK(rays_of(0) == rays_of(1));
+  batch.world(0).remove_patch(pad);
+  batch.step();
+  CHECK(batch.world(1).reading(pad).touching() > 0);
+  CHECK(rays_of(1)->length[0] > 0.0);
 }
 
 TEST_CASE("WorldBatch: worlds of a mask start anew, with the masses they had") {

@@ -54,10 +54,10 @@ class RandomPatch {
     for (std::size_t i = 0; i < patch.size(); ++i) {
       const std::size_t kind = random_.index(10);
       if (kind == 0) continue;
-      const Vec3<S> n = patch.direction[i];
+      const Vec3<S> n = patch.geometry->direction[i];
       Vec3<S> m = random_.direction<S>();
       if (m.dot(n) > S(0)) m = -m;
-      patch.hits.offer(i, {random_.uniform(S(0), S(1.2)) * patch.length[i], m},
+      patch.hits.offer(i, {random_.uniform(S(0), S(1.2)) * patch.geometry->length[i], m},
                        kind < 6   ? 10u
                        : kind < 8 ? 11u
                                   : 12u);

@@ -178,7 +178,7 @@ struct HostStep {
   /// [m] Extra length of a patch's rays, for bodies that come closer within a step of dt [s].
   [[nodiscard]] S reach(const SensorPatch<S>& patch, S dt) const {
     const Twist<S>& own = bodies[patch.body.index].free;
-    return dt * (own.linear.norm() + own.angular.norm() * patch.reach + fastest);
+    return dt * (own.linear.norm() + own.angular.norm() * patch.geometry->reach + fastest);
   }
 };
 
@@ -273,7 +273,8 @@ class HostSensors {
       if (!step_.is_sensing(state(), i)) continue;
       detail::SensorPatch<S>& patch = state().patches.at(i);
       host_hits_.reset(patch.size());
-      host.cast_rays(patch.body, patch.rays(step_.reach(patch, world_.time_step())), host_hits_);
+      host.cast_rays(patch.body, patch.geometry->rays(step_.reach(patch, world_.time_step())),
+                     host_hits_);
       take_hits(patch);
     }
   }

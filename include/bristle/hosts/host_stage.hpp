@@ -121,7 +121,7 @@ void HostStage<S>::cast(State& state, const Step& step, bool all_rays) {
       (void)find_hits<S>(patch, shapes_, is_due);
       continue;
     }
-    patch.near.resize(patch.packets.size());
+    patch.near.resize(patch.bristles.size());
     fill_numbers(patch.near);
     patch.reset_near_hits();
     for (const Shape& shape : shapes_) cast_rays_at<S>(patch, shape, {});
@@ -135,12 +135,12 @@ void HostStage<S>::find_shapes(const State& state, const Step& step, const Senso
   const Body<S>& A = state.bodies.at(patch.body.index);
   const Twist<S>& free_a = step.bodies[patch.body.index].free;
   const auto approach_of = [&](std::uint32_t slot) {
-    return state.def.time_step * closing_speed(patch.box, A.center_pose, free_a,
+    return state.def.time_step * closing_speed(patch.geometry->box, A.center_pose, free_a,
                                                state.bodies.at(slot).center_pose.translation,
                                                step.bodies[slot].free);
   };
-  const Aabb<S> box =
-      transformed(patch.box, A.center_pose).inflated(step.reach(patch, state.def.time_step));
+  const Aabb<S> box = transformed(patch.geometry->box, A.center_pose)
+                          .inflated(step.reach(patch, state.def.time_step));
   candidates_.clear();
   state.broad_phase.overlap(box, [&](std::uint32_t tag) {
     candidates_.push_back(tag);
@@ -153,7 +153,7 @@ void HostStage<S>::find_shapes(const State& state, const Step& step, const Senso
     const Shape shape = shape_in_reach(patch, state.colliders.handle(tag), c,
                                        relative_pose(A.center_pose, state.body_of(c).center_pose),
                                        approach_of(c.body.index));
-    if (shape.is_near(patch.box)) shapes_.push_back(shape);
+    if (shape.is_near(patch.geometry->box)) shapes_.push_back(shape);
   }
 }
 

@@ -134,16 +134,17 @@ class WorldDrawer {
         drawn.kind = is_free                                  ? DrawnKind::free_sensor
                      : felt.state[i] == SensorState::slipping ? DrawnKind::slipping_sensor
                                                               : DrawnKind::stuck_sensor;
-        const Vec3<S> start = patch.start[i];
-        visitor_.line(drawn, X_WA * start,
-                      X_WA * Vec3<S>(start + patch.length[i] * patch.direction[i]));
+        const Vec3<S> start = patch.geometry->start[i];
+        visitor_.line(
+            drawn, X_WA * start,
+            X_WA * Vec3<S>(start + patch.geometry->length[i] * patch.geometry->direction[i]));
       }
       if (is_free || !def_.has_forces) continue;
       const Vec3<S> point(felt.point_x[i], felt.point_y[i], felt.point_z[i]);
       drawn.kind = DrawnKind::touch;
       visitor_.point(drawn, point);
       drawn.kind = DrawnKind::touch_force;
-      draw_force(drawn, point, X_WA.rotate(touch_force<S>(felt, i, patch.direction[i])));
+      draw_force(drawn, point, X_WA.rotate(touch_force<S>(felt, i, patch.geometry->direction[i])));
     }
   }
 
@@ -182,7 +183,7 @@ class WorldDrawer {
     std::snprintf(text, sizeof text, "patch %u: %.3g N, %zu slip", unsigned{id.index},
                   static_cast<double>(felt.total_normal()), felt.slipping());
     visitor_.text({.kind = DrawnKind::patch_name, .body = patch.body, .patch = id},
-                  world_.body(patch.body).center_pose * patch.box.center(), text);
+                  world_.body(patch.body).center_pose * patch.geometry->box.center(), text);
   }
 
  private:

@@ -224,9 +224,10 @@ void Recorder<S>::add_patch(const World<S, Backend>& world, PatchId id, std::str
   patch.name = std::move(name);
   patch.body = numbers_[sensors.body.index];
   const Vec3<S>& center = world.body(sensors.body).center_B;
-  for (std::size_t i = 0; i < sensors.size(); ++i) {
-    patch.ends.push_back(center + sensors.start[i] + sensors.length[i] * sensors.direction[i]);
-    patch.directions.push_back(sensors.direction[i]);
+  const detail::PatchGeometry<S>& rays = *sensors.geometry;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    patch.ends.push_back(center + rays.start[i] + rays.length[i] * rays.direction[i]);
+    patch.directions.push_back(rays.direction[i]);
   }
   const std::size_t past = recording_.times.size() * patch.ends.size();
   patch.forces.resize(past, detail::zero<Vec3<S>>());

@@ -9,12 +9,9 @@
 #include <bristle/dynamics/bodies/body.hpp>
 #include <bristle/geometry/contacts/triangle_cache.hpp>
 #include <bristle/geometry/rays/ray.hpp>
-#include <bristle/geometry/rays/ray_tree.hpp>
-#include <bristle/geometry/trees/aabb.hpp>
-#include <bristle/math/rotation.hpp>
 #include <bristle/sensors/law.hpp>
-#include <bristle/sensors/packet_boxes.hpp>
 #include <bristle/sensors/patch_def.hpp>
+#include <bristle/sensors/patch_geometry.hpp>
 #include <bristle/sensors/plane_cache.hpp>
 #include <bristle/sensors/reading_store.hpp>
 #include <bristle/sensors/sensor_packets.hpp>
@@ -23,6 +20,7 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 
@@ -133,22 +131,12 @@ struct SensorPatch {
   PatchDef<S> def{};
   /// [-] Body A.
   BodyId body{};
-  /// [m] Rays from A's centre of mass in A's axes; [1] unit directions; [m] lengths.
-  Vec3Array<S> start, direction;
-  LineArray<S> length;
-  /// Tree over the rays, built once by `make_patch`.
-  RayTree<S> ray_tree{};
+  /// Its rays. Copies of the patch share them.
+  std::shared_ptr<const PatchGeometry<S>> geometry{};
   /// Triangle cache for a fine mesh. Not state: results do not depend on it.
   TriangleCache<S> triangle_cache{};
-  /// [m] Box around all rays, from A's centre of mass in A's axes.
-  Aabb<S> box{};
-
-  /// The same sensors for the kernels, and their bristles: [0, size()) in order, then unused lanes.
-  DynamicArray<SensorPacket<S>> packets;
-  PacketBoxes<S> packet_boxes{};
-  /// [m] Farthest point of the rays from A's centre of mass, and the length of the shortest.
-  S reach = S(0);
-  S shortest = S(0);
+  /// Bristles, a packet for each of the geometry's.
+  DynamicArray<BristlePacket<S>> bristles;
   /// False if the patch is off and senses nothing.
   bool is_active = true;
 
@@ -172,7 +160,7 @@ struct SensorPatch {
   bool was_active = false;
   ReadingStore<S> readings{};
 
-  [[nodiscard]] std::size_t size() const { return length.size(); }
+  [[nodiscard]] std::size_t size() const { return geometry->size(); }
   [[nodiscard]] const SensorParameters<S>& parameters(std::size_t sensor) const {
     return def.per_sensor.empty() ? def.parameters : def.per_sensor[sensor];
   }
@@ -184,13 +172,9 @@ struct SensorPatch {
     return def.per_sensor.empty() ? of(def.parameters)
                                   : std::any_of(def.per_sensor.begin(), def.per_sensor.end(), of);
   }
-  [[nodiscard]] RayBatch<S> rays(S extra_length) const {
-    return {start.x,     start.y, start.z,      direction.x, direction.y,
-            direction.z, length,  extra_length, &ray_tree};
-  }
-  /// The same rays. Only those of the near packets need a result.
+  /// Its rays, each longer by `extra_length` [m]. Only those of the near packets need a result.
   [[nodiscard]] RayBatch<S> near_rays(S extra_length) const {
-    RayBatch<S> batch = rays(extra_length);
+    RayBatch<S> batch = geometry->rays(extra_length);
     batch.near_packets = &near;
     return batch;
   }
@@ -203,14 +187,14 @@ struct SensorPatch {
   [[nodiscard]] std::size_t near_count() const {
     const std::size_t all = near.size() * packet_size;
     // Only the last packet may have unused lanes.
-    const bool has_last = !near.empty() && near.back() + 1 == packets.size();
-    return has_last ? all - (packets.size() * packet_size - size()) : all;
+    const bool has_last = !near.empty() && near.back() + 1 == bristles.size();
+    return has_last ? all - (bristles.size() * packet_size - size()) : all;
   }
   /// [-] First packet of a range, and one behind its last, which may be padded where the range is
   /// not. Only for ranges of whole packets (`RayTree::has_packets_in_ranges`), or for all sensors.
   [[nodiscard]] std::array<std::size_t, 2> packets_in(RayRange range) const {
     const std::size_t end = range.end / packet_size + (range.end % packet_size != 0 ? 1u : 0u);
-    return {range.first / packet_size, std::min(packets.size(), end)};
+    return {range.first / packet_size, std::min(bristles.size(), end)};
   }
   /// [-] Near packets of the range.
   [[nodiscard]] std::span<const std::uint32_t> near_in(RayRange range) const {
@@ -265,34 +249,9 @@ template <Scalar S>
 
   SensorPatch<S> patch;
   patch.body = body;
-  patch.start = def.sensors.start;
-  patch.direction = def.sensors.direction;
-  patch.length = def.sensors.length;
-  for (std::size_t i = 0; i < n; ++i) {
-    patch.start.set(i, patch.start[i] - center_B);
-    patch.box.include(patch.start[i]);
-    const Vec3<S> end = patch.start[i] + patch.length[i] * patch.direction[i];
-    patch.box.include(end);
-    patch.reach = std::max({patch.reach, patch.start[i].norm(), end.norm()});
-  }
-  require_finite("PatchDef::sensors: farthest point of a ray", patch.reach);
-  patch.shortest = *std::min_element(patch.length.begin(), patch.length.end());
-  patch.packet_boxes = PacketBoxes<S>(patch.rays(S(0)));
-  patch.ray_tree = RayTree<S>(patch.rays(S(0)));
-  const std::size_t packet_count = (n + packet_size - 1) / packet_size;
-  patch.packets.resize(packet_count);
-  for (std::size_t i = 0; i < packet_count * packet_size; ++i) {
-    SensorPacket<S>& packet = patch.packets[i / packet_size];
-    const std::size_t lane = i % packet_size;
-    // Lanes behind the last sensor never hit anything. A unit direction keeps them finite.
-    const Vec3<S> direction = i < n ? patch.direction[i] : unit_x<Vec3<S>>();
-    Vec3<S> t1, t2;
-    tangent_basis<S>(direction, t1, t2);
-    packet.direction.set(lane, direction);
-    packet.tangent.set(lane, t1);
-    if (i < n) packet.start.set(lane, patch.start[i]);
-    packet.inverse_length[lane] = i < n ? S(1) / patch.length[i] : S(1);
-  }
+  patch.geometry = std::make_shared<const PatchGeometry<S>>(def.sensors, center_B);
+  const std::size_t packet_count = patch.geometry->packets.size();
+  patch.bristles.resize(packet_count);
   patch.hits.reset(packet_count * packet_size);
   patch.hit_bits.resize(packet_count);
   patch.hit_before.resize(packet_count);
@@ -304,7 +263,7 @@ template <Scalar S>
   patch.felt.resize(packet_count);
   patch.active_before.resize(packet_count);
   patch.readings.resize(n);
-  def.sensors = {};  // The arrays above replace it.
+  def.sensors = {};  // The geometry replaces it.
   patch.def = std::move(def);
   return patch;
 }

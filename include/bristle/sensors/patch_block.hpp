@@ -123,8 +123,8 @@ template <Scalar S>
 BRISTLE_FORCE_INLINE void find_geometry(const SensorPatch<S>& patch, const ContactPacket<S>& packet,
                                         std::size_t at, const Pack3<S>& center,
                                         PatchContact<Pack<S>>& c) {
-  const TouchPack<S> touch(patch, patch.packets[packet.packet], packet.packet, at, packet.is_met,
-                           false);
+  const TouchPack<S> touch(patch, patch.geometry->packets[packet.packet], packet.packet, at,
+                           packet.is_met, false);
   c.n = touch.n;
   c.g = touch.g;
   c.rho = touch.point - center;

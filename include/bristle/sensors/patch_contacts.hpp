@@ -66,7 +66,7 @@ void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
 template <Scalar S>
 void clear_patch(SensorPatch<S>& patch) {
   for (const ContactPacket<S>& c : patch.contacts) {
-    patch.packets[c.packet].is_anchored = 0;
+    patch.bristles[c.packet].is_anchored = 0;
     patch.hit_bits[c.packet] = 0;
   }
   for (std::size_t i = 0; patch.was_active && i < patch.felt.size(); ++i) {
@@ -109,7 +109,7 @@ void find_hit_mask(SensorPatch<S>& patch, RayRange range) {
   // traffic.
   const auto [begin, end] = patch.packets_in(range);
   for (std::size_t i = begin; i < end; ++i) {
-    if (patch.hit_before[i] != 0 && patch.hit_bits[i] == 0) patch.packets[i].is_anchored = 0;
+    if (patch.hit_before[i] != 0 && patch.hit_bits[i] == 0) patch.bristles[i].is_anchored = 0;
   }
 }
 
@@ -117,7 +117,7 @@ void find_hit_mask(SensorPatch<S>& patch, RayRange range) {
 template <Scalar S>
 void find_whole_hit_mask(SensorPatch<S>& patch) {
   // Hosts fill the hits of real sensors only.
-  const std::size_t padded = patch.packets.size() * packet_size;
+  const std::size_t padded = patch.bristles.size() * packet_size;
   patch.hits.distance.resize(padded, infinity<S>);
   patch.hits.normal.resize(padded);
   patch.hits.tag.resize(padded);
@@ -260,7 +260,7 @@ class ContactMaker {
         pose_(pair.pose),
         linear_(broadcast<T>(pair.start_motion.linear)),
         angular_(broadcast<T>(pair.start_motion.angular)),
-        middle_(broadcast<T>(patch.box.center())),
+        middle_(broadcast<T>(patch.geometry->box.center())),
         key_b_(anchor_key(id_b)),
         dt_(def.dt),
         measures_lambda_(def.measures_lambda),
@@ -273,24 +273,24 @@ class ContactMaker {
 
   /// Adds contacts for the lanes `hit` of a packet that meet the body at more than a grazing angle.
   BRISTLE_FORCE_INLINE void add_packet(std::size_t number, LaneBits hit) {
-    SensorPacket<S>& packet = patch_.packets[number];
+    BristlePacket<S>& bristles = patch_.bristles[number];
     ContactPacket<S>& out = *next_++;
     out.begin(static_cast<std::uint32_t>(number));
     // A sensor without a hit lets go.
-    const auto was_anchored = static_cast<LaneBits>(packet.is_anchored & patch_.hit_bits[number]);
+    const auto was_anchored = static_cast<LaneBits>(bristles.is_anchored & patch_.hit_bits[number]);
     const LaneBits anchored =
         was_anchored == 0
             ? LaneBits(0)
-            : static_cast<LaneBits>(was_anchored & packet.anchored_on.lanes_in(key_b_));
+            : static_cast<LaneBits>(was_anchored & bristles.anchored_on.lanes_in(key_b_));
     for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
-      if (pack_bits<S>(hit, at) != 0) add_pack(packet, out, at, hit, anchored);
+      if (pack_bits<S>(hit, at) != 0) add_pack(bristles, out, at, hit, anchored);
     }
     if (options_.law == Law::ambf) {
-      packet.is_anchored = static_cast<LaneBits>(was_anchored & (~hit | out.is_met));
+      bristles.is_anchored = static_cast<LaneBits>(was_anchored & (~hit | out.is_met));
     } else {
       const auto fresh = static_cast<LaneBits>(out.is_touching & ~std::uint32_t(anchored));
-      if (fresh != 0) packet.anchored_on.set(fresh, key_b_, was_anchored != anchored);
-      packet.is_anchored = static_cast<LaneBits>((was_anchored & ~hit) | out.is_touching);
+      if (fresh != 0) bristles.anchored_on.set(fresh, key_b_, was_anchored != anchored);
+      bristles.is_anchored = static_cast<LaneBits>((was_anchored & ~hit) | out.is_touching);
     }
     sums_.count += static_cast<std::uint32_t>(std::popcount(out.is_met));
   }
@@ -298,9 +298,10 @@ class ContactMaker {
   [[nodiscard]] const ContactSums<S>& sums() const { return sums_; }
 
  private:
-  BRISTLE_FORCE_INLINE void add_pack(SensorPacket<S>& packet, ContactPacket<S>& out, std::size_t at,
-                                     LaneBits hit, LaneBits anchored) {
-    const TouchPack<S> touch(patch_, packet, out.packet, at, hit, true);
+  BRISTLE_FORCE_INLINE void add_pack(BristlePacket<S>& bristles, ContactPacket<S>& out,
+                                     std::size_t at, LaneBits hit, LaneBits anchored) {
+    const TouchPack<S> touch(patch_, patch_.geometry->packets[out.packet], out.packet, at, hit,
+                             true);
     SensorParameters<T> scratch;
     const SensorParameters<T>& p = parameters_(out.packet, at, scratch);
     const Mask<S> is_met = touch.is_met;
@@ -315,7 +316,7 @@ class ContactMaker {
     if (options_.law == Law::paper) {
       // Most bristles keep their anchor. Anchoring is a call that reloads its operands: inlined, it
       // would push this loop's values out of the registers.
-      const Anchor<T> anchor{load_pack(packet.anchor_a, at), load_pack(packet.anchor_b, at)};
+      const Anchor<T> anchor{load_pack(bristles.anchor_a, at), load_pack(bristles.anchor_b, at)};
       Pack3<S> stretch = anchor_stretch<T>(anchor, pose_, n);
       const T sigma = p.breakaway_distance;
       const Mask<S> is_kept = load_mask<S>(anchored, at) & (dot(stretch, stretch) <= sigma * sigma);
@@ -324,7 +325,7 @@ class ContactMaker {
       Row3<S>& row = applies_ ? stretch_ : out.stretch;
       if (!applies_ || is_any_moved) store_pack(row, at, stretch);
       if (is_any_moved) {
-        root_anew(packet, out, at, anchored, sigma, row);
+        root_anew(bristles, out, at, anchored, sigma, row);
         stretch = load_pack(row, at);
       }
       if (applies_) {
@@ -339,12 +340,13 @@ class ContactMaker {
   }
 
   /// Advances the bristles of the lanes in contact. Leaves the other lanes alone.
-  BRISTLE_NOINLINE void root_anew(SensorPacket<S>& packet, ContactPacket<S>& out, std::size_t at,
+  BRISTLE_NOINLINE void root_anew(BristlePacket<S>& bristles, ContactPacket<S>& out, std::size_t at,
                                   LaneBits anchored, const T& sigma, Row3<S>& row) const {
-    Anchor<T> anchor{load_pack(packet.anchor_a, at), load_pack(packet.anchor_b, at)};
+    Anchor<T> anchor{load_pack(bristles.anchor_a, at), load_pack(bristles.anchor_b, at)};
     const Mask<S> is_touching = load_mask<S>(out.is_touching, at);
     const T distance = patch_.distances_of(out.packet * packet_size + at, is_touching);
-    const Pack3<S> point = load_pack(packet.start, at) + distance * load_pack(packet.direction, at);
+    const RayPacket<S>& rays = patch_.geometry->packets[out.packet];
+    const Pack3<S> point = load_pack(rays.start, at) + distance * load_pack(rays.direction, at);
     Mask<S> did_slip;
     // Lanes out of contact keep their anchor at any stretch.
     Pack3<S> stretch = load_pack(row, at);
@@ -352,8 +354,8 @@ class ContactMaker {
                          select(is_touching, sigma, T(infinity<S>)), options_.reset, did_slip);
     store_pack(row, at, stretch);
     store_mask(out.is_slipping, at, did_slip);
-    store_pack(packet.anchor_a, at, anchor.q_A);
-    store_pack(packet.anchor_b, at, anchor.q_B);
+    store_pack(bristles.anchor_a, at, anchor.q_A);
+    store_pack(bristles.anchor_b, at, anchor.q_B);
   }
 
   BRISTLE_FORCE_INLINE void add_sums(const SensorParameters<T>& p, const Pack3<S>& point,

@@ -44,7 +44,7 @@ void measure_pair(const SensorPatch<S>& patch, PatchPair<S>& pair, const SolverB
   const S w_rot = quarter<3, 3, S>(W).trace() / S(3);
   const PairStiffness<S>& k = pair.stiffness;
   // Shifts the moments from the patch's middle to c.
-  const Vec3<S> shift = pair.center - patch.box.center();
+  const Vec3<S> shift = pair.center - patch.geometry->box.center();
   const S tangential_moment = k.tangential_second - S(2) * shift.dot(k.tangential_first) +
                               shift.squaredNorm() * k.tangential;
   const S normal_moment =
@@ -59,7 +59,7 @@ template <Scalar S>
 Wrench<S> ambf_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt) {
   Wrench<S> sum;
   for (ContactPacket<S>& packet : contacts_of(patch, pair)) {
-    SensorPacket<S>& sensors = patch.packets[packet.packet];
+    BristlePacket<S>& bristles = patch.bristles[packet.packet];
     packet.is_slipping = 0;
     for (std::size_t i = 0; i < packet_size; ++i) {
       const LaneBits bit = static_cast<LaneBits>(1u << i);
@@ -69,18 +69,18 @@ Wrench<S> ambf_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId 
       const auto [n, g, point, depth, inverse_length] =
           touch_of(patch, packet.packet * packet_size + i);
       const SensorContact<S> contact{depth, inverse_length, n, g, pair.start_motion.at(point)};
-      Anchor<S> anchor{sensors.anchor_a[i], sensors.anchor_b[i]};
+      Anchor<S> anchor{bristles.anchor_a[i], bristles.anchor_b[i]};
       bool is_anchored =
-          (sensors.is_anchored & bit) != 0 && sensors.anchored_on[i] == anchor_key(id_b);
+          (bristles.is_anchored & bit) != 0 && bristles.anchored_on[i] == anchor_key(id_b);
       bool did_slip = false;
       const SensorForce<S> force = ambf_sensor_force<S>(
           patch.parameters(packet.packet * packet_size + i), patch.def.options.scaling, contact,
           g.normalized() * S(-1), pair.pose, point, anchor, is_anchored, did_slip);
-      sensors.anchor_a.set(i, anchor.q_A);
-      sensors.anchor_b.set(i, anchor.q_B);
-      sensors.anchored_on.set(bit, anchor_key(id_b), (sensors.is_anchored & ~bit) != 0);
-      sensors.is_anchored = static_cast<LaneBits>(is_anchored ? sensors.is_anchored | bit
-                                                              : sensors.is_anchored & ~bit);
+      bristles.anchor_a.set(i, anchor.q_A);
+      bristles.anchor_b.set(i, anchor.q_B);
+      bristles.anchored_on.set(bit, anchor_key(id_b), (bristles.is_anchored & ~bit) != 0);
+      bristles.is_anchored = static_cast<LaneBits>(is_anchored ? bristles.is_anchored | bit
+                                                               : bristles.is_anchored & ~bit);
       if (did_slip) packet.is_slipping = static_cast<LaneBits>(packet.is_slipping | bit);
       packet.normal_impulse[i] = dt * force.normal;
       packet.impulse.set(i, dt * force.total());
@@ -103,7 +103,7 @@ void apply_at_start(SensorPatch<S>& patch, const PatchPair<S>& pair,
   for (ContactPacket<S>& packet : packets) {
     for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
       if (pack_bits<S>(packet.is_met, at) == 0) continue;
-      const TouchPack<S> touch(patch, patch.packets[packet.packet], packet.packet, at,
+      const TouchPack<S> touch(patch, patch.geometry->packets[packet.packet], packet.packet, at,
                                packet.is_met, false);
       const SensorContact<Pack<S>> contact{touch.depth, touch.inverse_length, touch.n, touch.g,
                                            start.at(touch.point)};

@@ -62,7 +62,7 @@ BRISTLE_FORCE_INLINE void read_packet(SensorPatch<S>& patch, const PatchPair<S>&
                                       const ContactPacket<S>& packet, const Vec3<S>& origin,
                                       S per_step, BodyId id, ReadingSum<S>& sum) {
   using T = Pack<S>;
-  const SensorPacket<S>& sensors = patch.packets[packet.packet];
+  const RayPacket<S>& sensors = patch.geometry->packets[packet.packet];
   ReadingStore<S>& out = patch.readings;
   // One packet can be in contact with two bodies.
   const bool is_shared = patch.felt[packet.packet] != 0;

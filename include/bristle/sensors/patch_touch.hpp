@@ -25,7 +25,7 @@ struct SensorTouch {
 /// Contact geometry of sensor `i`, which has a hit.
 template <Scalar S>
 [[nodiscard]] SensorTouch<S> touch_of(const SensorPatch<S>& patch, std::size_t i) {
-  const SensorPacket<S>& sensors = patch.packets[i / packet_size];
+  const RayPacket<S>& sensors = patch.geometry->packets[i / packet_size];
   const std::size_t lane = i % packet_size;
   const S distance = patch.hits.distance[i];
   const Vec3<S> n = sensors.direction[lane];
@@ -41,11 +41,11 @@ struct TouchPack : SensorTouch<Pack<S>> {
   /// them finite.
   Mask<S> is_met;
 
-  /// @param sensors  Packet `number` of the patch; passed in to avoid a look-up for each pack.
+  /// @param sensors  Packet `number` of its rays; passed in to avoid a look-up for each pack.
   /// @param hit      Lanes that have a hit.
   /// @param decides  True to drop hits at a grazing angle. Dropped once a step; afterwards every
   ///                 hit counts.
-  BRISTLE_FORCE_INLINE TouchPack(const SensorPatch<S>& patch, const SensorPacket<S>& sensors,
+  BRISTLE_FORCE_INLINE TouchPack(const SensorPatch<S>& patch, const RayPacket<S>& sensors,
                                  std::size_t number, std::size_t at, LaneBits hit, bool decides) {
     using T = Pack<S>;
     const std::size_t first = number * packet_size + at;

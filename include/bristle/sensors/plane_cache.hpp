@@ -82,10 +82,9 @@ struct PlaneCache {
 
 /// Puts the distances of the planes of a pack into `hits`, where they are in range.
 template <Scalar S>
-BRISTLE_FORCE_INLINE void advance_pack(const SensorPacket<S>& sensors,
-                                       const PlaneCachePacket<S>& kept, std::size_t at,
-                                       const Mask<S>& is_of_shape, const PairPose<S>& pose,
-                                       S extra_length, RayHits<S>& hits) {
+BRISTLE_FORCE_INLINE void advance_pack(const RayPacket<S>& sensors, const PlaneCachePacket<S>& kept,
+                                       std::size_t at, const Mask<S>& is_of_shape,
+                                       const PairPose<S>& pose, S extra_length, RayHits<S>& hits) {
   using T = Pack<S>;
   const std::size_t first = kept.packet * packet_size + at;
   const Pack3<S> n = load_pack(sensors.direction, at);
@@ -110,7 +109,7 @@ BRISTLE_FORCE_INLINE void advance_pack(const SensorPacket<S>& sensors,
 /// Puts the planes that a pack of sensors met on one body into `kept`.
 /// @return True if a ray starts inside.
 template <Scalar S>
-BRISTLE_FORCE_INLINE bool keep_pack(const SensorPacket<S>& sensors, const RayHits<S>& hits,
+BRISTLE_FORCE_INLINE bool keep_pack(const RayPacket<S>& sensors, const RayHits<S>& hits,
                                     std::size_t at, const Mask<S>& is_of_shape,
                                     const PairPose<S>& pose, const Mat3<S>& R_BA,
                                     PlaneCachePacket<S>& kept) {
@@ -155,7 +154,7 @@ void PlaneCache<S>::keep(const Patch& patch) {
           static_cast<LaneBits>(kept.is_hit & equal_lanes(kept.tag.data(), shape.tag));
       for (std::size_t at = 0; at < packet_size && of_shape != 0; at += lanes<S>) {
         if (pack_bits<S>(of_shape, at) == 0) continue;
-        const bool starts_inside = keep_pack(patch.packets[kept.packet], hits, at,
+        const bool starts_inside = keep_pack(patch.geometry->packets[kept.packet], hits, at,
                                              load_mask<S>(of_shape, at), shape.pose, R_BA, kept);
         if (starts_inside) shape.reserve = S(-1);
       }
@@ -182,8 +181,8 @@ void PlaneCache<S>::advance(Patch& patch, ReachOf&& reach_of) const {
           static_cast<LaneBits>(kept.is_hit & equal_lanes(kept.tag.data(), shape.tag));
       for (std::size_t at = 0; at < packet_size && of_shape != 0; at += lanes<S>) {
         if (pack_bits<S>(of_shape, at) == 0) continue;
-        advance_pack(patch.packets[kept.packet], kept, at, load_mask<S>(of_shape, at), pose,
-                     extra_length, hits);
+        advance_pack(patch.geometry->packets[kept.packet], kept, at, load_mask<S>(of_shape, at),
+                     pose, extra_length, hits);
       }
     }
   }

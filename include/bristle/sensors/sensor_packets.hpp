@@ -112,13 +112,18 @@ struct AnchorBodies {
   }
 };
 
-/// Sixteen sensors of a patch and their bristles.
+/// Rays of sixteen sensors on their body.
 template <Scalar S>
-struct alignas(64) SensorPacket {
+struct alignas(64) RayPacket {
   /// [m] Starts of the rays from A's centre of mass; [1] unit directions and their first tangents
   /// (`tangent_basis`); [1/m] inverse lengths.
   Row3<S> start{}, direction{}, tangent{};
   Row<S> inverse_length{};
+};
+
+/// Bristles of sixteen sensors: their memory of where they touched.
+template <Scalar S>
+struct alignas(64) BristlePacket {
   /// [m] Anchors of the bristles on A in A's axes, on B in B's.
   Row3<S> anchor_a{}, anchor_b{};
   /// Lanes that are anchored, and their bodies.

@@ -58,7 +58,7 @@ void sum_stiffness(const SensorPatch<S>& patch, const PatchPair<S>& pair, Mat6<S
   set_zero(D);
   for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
     const ContactPacket<S>& contacts = patch.contacts[k];
-    const SensorPacket<S>& sensors = patch.packets[contacts.packet];
+    const RayPacket<S>& sensors = patch.geometry->packets[contacts.packet];
     for (std::size_t i = 0; i < packet_size; ++i) {
       if ((contacts.is_touching >> i & 1u) == 0) continue;
       const std::size_t sensor = contacts.packet * packet_size + i;

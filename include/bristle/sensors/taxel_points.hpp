@@ -26,20 +26,21 @@ template <Scalar S>
 void write_taxel_points(const SensorPatch<S>& patch, S* out) {
   std::fill_n(out, taxel_point_size * patch.size(), S(0));
   for (std::size_t k = 0; k < patch.felt.size(); ++k) {
-    const SensorPacket<S>& packet = patch.packets[k];
+    const RayPacket<S>& rays = patch.geometry->packets[k];
+    const BristlePacket<S>& bristles = patch.bristles[k];
     for (std::uint32_t rest = patch.felt[k]; rest != 0; rest &= rest - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
       const std::size_t i = k * packet_size + lane;
       const BodyId body = patch.readings.body[i];
-      const Vec3<S> n = packet.direction[lane];
-      const Vec3<S> t1 = packet.tangent[lane];
-      Vec3<S> displacement = (-patch.readings.depth[i] * patch.length[i]) * n;
+      const Vec3<S> n = rays.direction[lane];
+      const Vec3<S> t1 = rays.tangent[lane];
+      Vec3<S> displacement = (-patch.readings.depth[i] * patch.geometry->length[i]) * n;
       const auto pair = std::find_if(patch.pairs.begin(), patch.pairs.end(),
                                      [&](const PatchPair<S>& p) { return p.body_b == body.index; });
-      if (pair != patch.pairs.end() && (packet.is_anchored >> lane & 1u) != 0 &&
-          packet.anchored_on[lane] == anchor_key(body)) {
+      if (pair != patch.pairs.end() && (bristles.is_anchored >> lane & 1u) != 0 &&
+          bristles.anchored_on[lane] == anchor_key(body)) {
         displacement -=
-            anchor_stretch<S>({packet.anchor_a[lane], packet.anchor_b[lane]}, pair->pose, n);
+            anchor_stretch<S>({bristles.anchor_a[lane], bristles.anchor_b[lane]}, pair->pose, n);
       }
       const Vec3<S> force = patch.readings.shear_1[i] * t1 +
                             patch.readings.shear_2[i] * n.cross(t1) -

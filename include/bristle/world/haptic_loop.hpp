@@ -361,7 +361,8 @@ void HapticLoop<S>::find_near(const detail::WorldState<S>& state, ToolPatch& too
   if (!tool_patch.patch.is_active || !state.bodies.contains(tool.body)) return;
   const S dt = state.def.time_step;
   const S fall = dt * state.def.gravity.norm();
-  const Aabb<S> box = transformed(tool_patch.patch.box, tool.pose).inflated(dt * def_.max_speed);
+  const Aabb<S> box =
+      transformed(tool_patch.patch.geometry->box, tool.pose).inflated(dt * def_.max_speed);
   state.broad_phase.overlap(box.inflated(dt * (fastest + fall)), [&](std::uint32_t tag) {
     const detail::Collider<S>& c = state.colliders.at(tag);
     if (!detail::senses(state, tool_patch.patch, c)) return true;

@@ -90,11 +90,11 @@ void HapticSubstep<S>::sense(ToolPatch& tool_patch, std::uint32_t number) {
   for (const std::uint32_t i : tool_patch.near) {
     const NearShape& shape = loop_.shapes_[i];
     const Body<S>& body = loop_.bodies_[shape.body].body();
-    const S speed =
-        closing_speed(patch.box, tool.pose, tool.twist, body.center_pose.translation, body.twist);
+    const S speed = closing_speed(patch.geometry->box, tool.pose, tool.twist,
+                                  body.center_pose.translation, body.twist);
     const auto seen = shape_in_reach(patch, shape.id, shape.collider,
                                      relative_pose(tool.pose, body.center_pose), loop_.h_ * speed);
-    if (seen.is_near(patch.box)) tool_patch.in_reach.push_back(seen);
+    if (seen.is_near(patch.geometry->box)) tool_patch.in_reach.push_back(seen);
   }
   if (tool_patch.in_reach.empty()) {
     clear_patch(patch);

@@ -22,12 +22,13 @@ template <Scalar S>
 DynamicArray<S> lengths_outside(const WorldState<S>& state, std::uint32_t body,
                                 const SensorPatch<S>& patch, const Vec3<S>& origin_B) {
   const Vec3<S> origin_Cm = origin_B - state.bodies.at(body).center_B;
-  const std::size_t count = patch.length.size();
+  const PatchGeometry<S>& rays = *patch.geometry;
+  const std::size_t count = rays.size();
   SensorLayout<S> reversed;
   for (std::size_t i = 0; i < count; ++i) {
-    const Vec3<S> start = origin_Cm + patch.start[i];
-    const Vec3<S> direction = patch.direction[i];
-    reversed.add(start + patch.length[i] * direction, -direction, patch.length[i]);
+    const Vec3<S> start = origin_Cm + rays.start[i];
+    const Vec3<S> direction = rays.direction[i];
+    reversed.add(start + rays.length[i] * direction, -direction, rays.length[i]);
   }
   // A solid is closed: a ray that starts inside is hit at the distance 0.
   RayHits<S> hits;
@@ -41,7 +42,7 @@ DynamicArray<S> lengths_outside(const WorldState<S>& state, std::uint32_t body,
   }
   DynamicArray<S> outside(count);
   for (std::size_t i = 0; i < count; ++i) {
-    outside[i] = std::clamp(hits.distance[i], S(0), S(patch.length[i]));
+    outside[i] = std::clamp(hits.distance[i], S(0), S(rays.length[i]));
   }
   return outside;
 }
@@ -55,10 +56,11 @@ template <Scalar S>
 void require_outward_rays(const WorldState<S>& state, std::uint32_t body,
                           const SensorPatch<S>& patch, const Vec3<S>& origin_B) {
   if (patch.def.may_point_inwards) return;
+  const PatchGeometry<S>& rays = *patch.geometry;
   const DynamicArray<S> outside = lengths_outside(state, body, patch, origin_B);
   for (std::size_t i = 0; i < outside.size(); ++i) {
     if (outside[i] > S(0)) continue;
-    const Vec3<S> end = origin_B + patch.start[i] + patch.length[i] * patch.direction[i];
+    const Vec3<S> end = origin_B + rays.start[i] + rays.length[i] * rays.direction[i];
     std::string text = "(";
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
       text.append(axis > 0 ? ", " : "").append(to_text(end[axis]));

@@ -115,7 +115,8 @@ ShapeInReach<S> shape_in_reach(const SensorPatch<S>& patch, ShapeId id, const Co
   shape.X_AS = X_AB * collider.X_CmS;
   shape.approach = approach;
   // The cache must stay valid for several steps.
-  shape.extra_length = patch.def.cast_every > 1 ? approach + patch.shortest / S(4) : approach;
+  shape.extra_length =
+      patch.def.cast_every > 1 ? approach + patch.geometry->shortest / S(4) : approach;
   if (collider.half_space) {
     shape.normal = shape.X_AS.rotate(collider.half_space->normal);
     shape.offset = collider.half_space->offset + shape.normal.dot(shape.X_AS.translation);
@@ -123,7 +124,7 @@ ShapeInReach<S> shape_in_reach(const SensorPatch<S>& patch, ShapeId id, const Co
     shape.box = transformed(collider.bounds, shape.X_AS).inflated(shape.extra_length);
   }
   // Boxes that touch but for rounding count, too.
-  const S size = cwise_abs(shape.X_AS.translation).sum() + patch.reach + collider.radius;
+  const S size = cwise_abs(shape.X_AS.translation).sum() + patch.geometry->reach + collider.radius;
   shape.offset += shape.extra_length + Tolerance<S>::round_off() * size;
   shape.box = shape.box.inflated(Tolerance<S>::round_off() * size);
   return shape;
@@ -138,7 +139,7 @@ template <Scalar S>
     const ShapeInReach<S>& shape = shapes[i];
     if (kept[i].tag != shape.tag || kept[i].generation != shape.generation ||
         !kept[i].covers({shape.X_AB.rotation_matrix(), shape.X_AB.translation}, shape.approach,
-                        patch.reach)) {
+                        patch.geometry->reach)) {
       return false;
     }
   }
@@ -149,7 +150,8 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] bool are_clear(const SensorPatch<S>& patch, std::span<const ShapeInReach<S>> shapes) {
   return std::all_of(shapes.begin(), shapes.end(), [&](const auto& shape) {
-    return shape.collider->shape.is_surely_clear(shape.X_AS, patch.rays(shape.extra_length));
+    return shape.collider->shape.is_surely_clear(shape.X_AS,
+                                                 patch.geometry->rays(shape.extra_length));
   });
 }
 
@@ -162,7 +164,7 @@ bool needs_rays(SensorPatch<S>& patch, std::span<const ShapeInReach<S>> shapes, 
     patch.near.clear();
     return true;
   }
-  patch.packet_boxes.find(
+  patch.geometry->packet_boxes.find(
       [&](const Pack3<S>& lower, const Pack3<S>& upper) {
         Mask<S> near = Mask<S>::first(0);
         for (const auto& shape : shapes) near = near | shape.is_near(lower, upper);

@@ -33,7 +33,7 @@ PatchReport<S> report_patch(const WorldState<S>& state, const SensorPatch<S>& pa
   const Body<S>& own = state.bodies.at(patch.body.index);
   const DynamicArray<S> outside = lengths_outside(state, patch.body.index, patch, own.center_B);
   for (std::size_t i = 0; i < outside.size(); ++i) {
-    report.share_outside.push_back(outside[i] / patch.length[i]);
+    report.share_outside.push_back(outside[i] / patch.geometry->length[i]);
     report.largest_load += patch.parameters(i).normal_stiffness;
   }
   report.intended_load = patch.def.load;

@@ -201,7 +201,7 @@ class SensorStage {
     const Twist<S>& b = state.solver_bodies[c.body.index].free;
     const Transform<S>& X_WA = state.bodies.at(patch.body.index).center_pose;
     return state.def.time_step *
-           closing_speed(patch.box, X_WA, a, state.body_of(c).center_pose.translation, b);
+           closing_speed(patch.geometry->box, X_WA, a, state.body_of(c).center_pose.translation, b);
   }
 
   /// Returns whether a patch keeps its readings. True if its body or one in its range sleeps, and
@@ -240,7 +240,8 @@ class SensorStage {
     }
     const std::span<const ShapeInReach<S>> shapes(scratch.shapes);
     const bool is_due = (state.steps + index) % patch.def.cast_every == 0;
-    if (shares && patch.size() >= fewest_shared_rays && !patch.ray_tree.ranges().empty() &&
+    if (shares && patch.size() >= fewest_shared_rays &&
+        !patch.geometry->ray_tree.ranges().empty() &&
         shapes.front().collider->shape.asks_ranges()) {
       scratch.has_cast = needs_rays<S>(patch, shapes, is_due);
       scratch.sensors_asked = patch.near_count();
@@ -295,7 +296,7 @@ class SensorStage {
       shared_.clear();
       for (std::size_t k = 0; k < live_.size(); ++k) {
         const Scratch& scratch = scratch_[k];
-        const RayTree<S>& ray_tree = state.patches.at(live_[k]).ray_tree;
+        const RayTree<S>& ray_tree = state.patches.at(live_[k]).geometry->ray_tree;
         const std::size_t rounds = ray_tree.has_packets_in_ranges() ? 1 : scratch.shapes.size();
         if (!scratch.is_shared || scratch.rays_cast == 0 || round >= rounds) continue;
         for (const RayRange& range : ray_tree.ranges()) shared_.push_back({k, range});
@@ -315,7 +316,7 @@ class SensorStage {
 
   /// Does the work that must precede the cast and that ranges cannot do alone.
   static void begin_shared(SensorPatch<S>& patch, Scratch& scratch) {
-    if (!patch.ray_tree.has_packets_in_ranges()) return patch.reset_near_hits();
+    if (!patch.geometry->ray_tree.has_packets_in_ranges()) return patch.reset_near_hits();
     // If hits are extrapolated, only the extrapolated ones count.
     scratch.knows_hit_mask = patch.def.cast_every == 1;
     if (scratch.knows_hit_mask) begin_hit_mask(patch);
@@ -326,7 +327,7 @@ class SensorStage {
     const std::size_t owner = shared_[i].owner;
     const Scratch& scratch = scratch_[owner];
     SensorPatch<S>& patch = state.patches.at(live_[owner]);
-    if (patch.ray_tree.has_packets_in_ranges()) {
+    if (patch.geometry->ray_tree.has_packets_in_ranges()) {
       sense_range(patch, scratch, shared_[i].range);
     } else {
       cast_rays_at<S>(patch, scratch.shapes[round], shared_[i].range);
@@ -402,9 +403,9 @@ void SensorStage<S>::find_near(const State& state, const SensorPatch<S>& patch,
   const Twist<S>& free = state.solver_bodies[patch.body.index].free;
   const S own_reach =
       state.def.time_step *
-      (free.linear.norm() +
-       free.angular.norm() * (patch.box.center().norm() + patch.box.half_extents().norm()));
-  const Aabb<S> box = transformed(patch.box, A.center_pose);
+      (free.linear.norm() + free.angular.norm() * (patch.geometry->box.center().norm() +
+                                                   patch.geometry->box.half_extents().norm()));
+  const Aabb<S> box = transformed(patch.geometry->box, A.center_pose);
   state.broad_phase.overlap(box.inflated(own_reach), [&](std::uint32_t tag) {
     const Collider<S>& c = state.colliders.at(tag);
     if (!senses(state, patch, c)) return true;
@@ -413,10 +414,10 @@ void SensorStage<S>::find_near(const State& state, const SensorPatch<S>& patch,
       return true;
     }
     const S extra = approach(state, patch, c);
-    const bool is_near =
-        c.half_space ? state.reaches(box.inflated(extra), c)
-                     : transformed(patch.box.inflated(extra), state.pose_from(A, c).inverse())
-                           .overlaps(c.bounds);
+    const bool is_near = c.half_space ? state.reaches(box.inflated(extra), c)
+                                      : transformed(patch.geometry->box.inflated(extra),
+                                                    state.pose_from(A, c).inverse())
+                                            .overlaps(c.bounds);
     if (is_near) out.push_back(tag);
     return true;
   });

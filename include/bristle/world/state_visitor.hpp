@@ -366,7 +366,7 @@ void visit_plane_cache(Patch& patch, Visitor& visit) {
       visit_lane(kept.normal, i, visit);
       visit.value(kept.tag[i]);
     }
-    const bool is_next = kept.packet >= next && kept.packet < patch.packets.size();
+    const bool is_next = kept.packet >= next && kept.packet < patch.bristles.size();
     visit.require("patches (plane cache)", is_next &&
                                                (kept.is_hit & ~lanes_of(patch, kept.packet)) == 0 &&
                                                has_vectors(kept.point, kept.is_hit) &&
@@ -383,15 +383,15 @@ void visit_patch(const State& state, Patch& patch, Visitor& visit) {
   const std::size_t own = visit.list("patches (parameters)", patch.def.per_sensor,
                                      [&](auto& p) { visit_parameters(p, visit); });
   visit.require("patches (parameters)", own == 0 || own == patch.size());
-  for (std::size_t i = 0; i < patch.packets.size(); ++i) {
-    visit_bristles(patch.packets[i], lanes_of(patch, i), visit);
+  for (std::size_t i = 0; i < patch.bristles.size(); ++i) {
+    visit_bristles(patch.bristles[i], lanes_of(patch, i), visit);
   }
   // Lanes with contacts, of each packet.
-  DynamicArray<LaneBits> touching(Visitor::is_checking ? patch.packets.size() : 0);
+  DynamicArray<LaneBits> touching(Visitor::is_checking ? patch.bristles.size() : 0);
   const std::size_t contacts = visit.list("patches (contacts)", patch.contacts, [&](auto& packet) {
     visit_contact_packet(packet, visit);
     visit.require("patches (contacts)",
-                  packet.packet < patch.packets.size() &&
+                  packet.packet < patch.bristles.size() &&
                       (packet.is_touching & ~lanes_of(patch, packet.packet)) == 0);
     if constexpr (Visitor::is_checking) {
       touching[packet.packet] = static_cast<LaneBits>(touching[packet.packet] | packet.is_touching);

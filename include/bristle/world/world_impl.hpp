@@ -368,7 +368,7 @@ void World<S, Backend>::require_tools(const HapticLoop<S>& loop, bool opens) con
   }
   for (const auto& skin : loop.tool_patches_) {
     const BodyId body = loop.tools_[skin.tool].body;
-    if ((skin.is_seen && !opens) || !contains(body)) continue;
+    if (skin.is_removed || (skin.is_seen && !opens) || !contains(body)) continue;
     // The loop knows no centre of mass: its patches are about the origin of the body.
     detail::require_outward_rays(state_, body.index, skin.patch, detail::zero<Vec3<S>>());
   }

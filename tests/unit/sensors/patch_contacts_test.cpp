@@ -55,19 +55,19 @@ TEST_CASE_TEMPLATE("collect_contacts: every hit that does not graze, at its body
             CHECK((patch.hits.tag[k] == 12u) == (body == 1));
             const Vec3<S> m = patch.hits.normal[k];
             const Vec3<S> point =
-                patch.start[k] + patch.hits.distance[k] * Vec3<S>(patch.direction[k]);
-            const S depth = S(1) - patch.hits.distance[k] / patch.length[k];
+                patch.geometry->start[k] + patch.hits.distance[k] * Vec3<S>(patch.geometry->direction[k]);
+            const S depth = S(1) - patch.hits.distance[k] / patch.geometry->length[k];
             CHECK(((packet.is_touching >> i & 1u) != 0) == (depth > S(0)));
             // In lanes, and of one sensor.
             const std::size_t at = i / lanes<S> * lanes<S>;
-            const detail::TouchPack<S> touches(patch, patch.packets[packet.packet], packet.packet,
+            const detail::TouchPack<S> touches(patch, patch.geometry->packets[packet.packet], packet.packet,
                                                at, packet.is_met, false);
             const SensorTouch<S> touch = touch_of(patch, k);
             for (const auto& [point_found, g_found, depth_found] :
                  {std::tuple(touches.point[i - at], touches.g[i - at], touches.depth[i - at]),
                   std::tuple(touch.point, touch.g, touch.depth)}) {
               CHECK((point_found - point).norm() < contact_round_off<S>);
-              CHECK((g_found - depth_gradient<S>(patch.direction[k], m)).norm() <
+              CHECK((g_found - depth_gradient<S>(patch.geometry->direction[k], m)).norm() <
                     S(100) * contact_round_off<S>);
               CHECK(std::abs(depth_found - depth) < contact_round_off<S>);
             }
@@ -87,7 +87,7 @@ TEST_CASE_TEMPLATE("collect_contacts: every hit that does not graze, at its body
     std::size_t expected = 0;
     for (std::size_t k = 0; k < patch.size(); ++k) {
       expected +=
-          patch.hits.is_hit(k) && patch.hits.normal[k].dot(patch.direction[k]) <= grazing_cosine<S>
+          patch.hits.is_hit(k) && patch.hits.normal[k].dot(patch.geometry->direction[k]) <= grazing_cosine<S>
               ? 1u
               : 0u;
     }
@@ -101,7 +101,7 @@ TEST_CASE_TEMPLATE("collect_contacts: bristles are anchored while they touch, an
   for (int round = 0; round < 20; ++round) {
     random.next();
     const SensorPatch<S>& patch = random.patch;
-    std::vector<std::uint64_t> anchored_on(patch.packets.size() * packet_size, 0);
+    std::vector<std::uint64_t> anchored_on(patch.bristles.size() * packet_size, 0);
     for (const PatchPair<S>& pair : patch.pairs) {
       const std::size_t body = pair.body_b == test::RandomPatch<S>::id(0).index ? 0 : 1;
       for_each_contact(
@@ -109,16 +109,16 @@ TEST_CASE_TEMPLATE("collect_contacts: bristles are anchored while they touch, an
             if ((packet.is_touching >> i & 1u) == 0) return;
             anchored_on[k] = anchor_key(test::RandomPatch<S>::id(body));
             // Anchored with the stretch that is reported.
-            const Anchor<S> anchor{patch.packets[packet.packet].anchor_a[i],
-                                   patch.packets[packet.packet].anchor_b[i]};
-            const Vec3<S> stretch = anchor_stretch(anchor, pair.pose, Vec3<S>(patch.direction[k]));
+            const Anchor<S> anchor{patch.bristles[packet.packet].anchor_a[i],
+                                   patch.bristles[packet.packet].anchor_b[i]};
+            const Vec3<S> stretch = anchor_stretch(anchor, pair.pose, Vec3<S>(patch.geometry->direction[k]));
             CHECK((stretch - packet.stretch[i]).norm() < contact_round_off<S>);
             CHECK(packet.stretch[i].norm() <=
                   patch.def.parameters.breakaway_distance * (1 + contact_round_off<S>));
           });
     }
     for (std::size_t k = 0; k < anchored_on.size(); ++k) {
-      const SensorPacket<S>& packet = patch.packets[k / packet_size];
+      const BristlePacket<S>& packet = patch.bristles[k / packet_size];
       const bool is_anchored = (packet.is_anchored >> k % packet_size & 1u) != 0;
       CHECK(is_anchored == (anchored_on[k] != 0));
       if (is_anchored) CHECK(packet.anchored_on[k % packet_size] == anchored_on[k]);
@@ -142,14 +142,14 @@ TEST_CASE_TEMPLATE("collect_contacts: stiffness is summed about the middle of th
       for_each_contact(
           patch, pair, [&](const ContactPacket<S>& packet, std::size_t i, std::size_t k) {
             const SensorTouch<S> touch = touch_of(patch, k);
-            const Vec3<S> arm = touch.point - patch.box.center();
+            const Vec3<S> arm = touch.point - patch.geometry->box.center();
             const S normal =
-                (dt * dt * p.normal_stiffness + 2 * dt * p.normal_damping) / patch.length[k];
+                (dt * dt * p.normal_stiffness + 2 * dt * p.normal_damping) / patch.geometry->length[k];
             expected.normal += normal;
             expected.normal_first += normal * arm;
             expected.normal_second += normal * arm.squaredNorm();
             if ((packet.is_touching >> i & 1u) == 0) return;
-            const S rate = touch.g.dot(pair.start_motion.at(touch.point)) / patch.length[k];
+            const S rate = touch.g.dot(pair.start_motion.at(touch.point)) / patch.geometry->length[k];
             const S k_t =
                 bristle_stiffness(p, scaling, normal_force(p, touch.depth, rate), touch.depth);
             const S tangential = dt * dt * k_t + 2 * dt * p.sliding_friction;
@@ -189,13 +189,13 @@ TEST_CASE("collect_contacts: who hits nothing lets go; nothing near or cleared, 
                      {.dt = 1e-3});
     CHECK(random.patch.pairs.empty());
     CHECK(random.patch.contacts.empty());
-    for (const SensorPacket<double>& packet : random.patch.packets) CHECK(packet.is_anchored == 0);
+    for (const BristlePacket<double>& packet : random.patch.bristles) CHECK(packet.is_anchored == 0);
     random.patch.near = near;
   }
   random.next();
   clear_patch(random.patch);
   CHECK(random.patch.contacts.empty());
-  for (const SensorPacket<double>& packet : random.patch.packets) CHECK(packet.is_anchored == 0);
+  for (const BristlePacket<double>& packet : random.patch.bristles) CHECK(packet.is_anchored == 0);
 }
 
 TEST_CASE("reset_near_hits: of a range, and only what is near") {
@@ -220,8 +220,8 @@ TEST_CASE("find_hit_mask: range by range as all at once, and nothing of other ra
   test::RandomPatch<double> random(15, {}, 53);
   random.next();
   SensorPatch<double> whole = random.patch;
-  REQUIRE(whole.packets.size() == 4);
-  for (const SensorPacket<double>& packet : whole.packets) REQUIRE(packet.is_anchored != 0);
+  REQUIRE(whole.bristles.size() == 4);
+  for (const BristlePacket<double>& packet : whole.bristles) REQUIRE(packet.is_anchored != 0);
   // The second packet is near nothing any more, and the last hits nothing.
   whole.near = {0, 2, 3};
   whole.reset_near_hits({48, 53});
@@ -230,12 +230,12 @@ TEST_CASE("find_hit_mask: range by range as all at once, and nothing of other ra
   find_hit_mask(in_ranges, {32, 53});
   for (std::size_t i = 0; i < 4; ++i) {
     CHECK((in_ranges.hit_bits[i] != 0) == (i == 2));
-    CHECK(in_ranges.packets[i].is_anchored == (i == 3 ? 0 : whole.packets[i].is_anchored));
+    CHECK(in_ranges.bristles[i].is_anchored == (i == 3 ? 0 : whole.bristles[i].is_anchored));
   }
   find_hit_mask(in_ranges, {0, 16});
-  CHECK(in_ranges.packets[1].is_anchored == whole.packets[1].is_anchored);
+  CHECK(in_ranges.bristles[1].is_anchored == whole.bristles[1].is_anchored);
   find_hit_mask(in_ranges, {16, 32});
-  CHECK(in_ranges.packets[1].is_anchored == 0);
+  CHECK(in_ranges.bristles[1].is_anchored == 0);
 
   const auto collect = [&](SensorPatch<double>& patch, bool knows_hit_mask) {
     collect_contacts(patch, random.a,
@@ -256,9 +256,9 @@ TEST_CASE("find_hit_mask: range by range as all at once, and nothing of other ra
     CHECK(in_ranges.contacts[k].stretch.x == whole.contacts[k].stretch.x);
   }
   for (std::size_t i = 0; i < 4; ++i) {
-    CHECK(in_ranges.packets[i].is_anchored == whole.packets[i].is_anchored);
-    CHECK(in_ranges.packets[i].anchor_a.x == whole.packets[i].anchor_a.x);
-    CHECK(in_ranges.packets[i].anchor_b.x == whole.packets[i].anchor_b.x);
+    CHECK(in_ranges.bristles[i].is_anchored == whole.bristles[i].is_anchored);
+    CHECK(in_ranges.bristles[i].anchor_a.x == whole.bristles[i].anchor_a.x);
+    CHECK(in_ranges.bristles[i].anchor_b.x == whole.bristles[i].anchor_b.x);
   }
 }
 
@@ -269,7 +269,7 @@ TEST_CASE("collect_contacts: a normal that is no number is no contact") {
   patch.hits.reset(patch.size());
   const double nan = std::numeric_limits<double>::quiet_NaN();
   patch.hits.offer(2, {0.001, Vec3<double>(nan, 0, 0)}, 10);
-  patch.hits.offer(3, {0.001, -Vec3<double>(patch.direction[3])}, 10);
+  patch.hits.offer(3, {0.001, -Vec3<double>(patch.geometry->direction[3])}, 10);
   collect_contacts(patch, random.a,
                    [&](std::uint32_t) {
                      return TouchedBody<double>{&random.b[0], test::RandomPatch<double>::id(0)};
@@ -277,7 +277,7 @@ TEST_CASE("collect_contacts: a normal that is no number is no contact") {
                    {.dt = 1e-3});
   REQUIRE(patch.contacts.size() == 1);
   CHECK(patch.contacts[0].is_met == 1u << 3);
-  CHECK(patch.packets[0].is_anchored == 1u << 3);
+  CHECK(patch.bristles[0].is_anchored == 1u << 3);
   CHECK(patch.pairs[0].center.allFinite());
 }
 
@@ -286,7 +286,7 @@ TEST_CASE("collect_contacts: a body in the slot of a removed one is another body
   SensorPatch<double>& patch = random.patch;
   const auto meet = [&](BodyId id, double distance) {
     patch.hits.reset(patch.size());
-    patch.hits.offer(5, {distance * patch.length[5], -Vec3<double>(patch.direction[5])}, 10);
+    patch.hits.offer(5, {distance * patch.geometry->length[5], -Vec3<double>(patch.geometry->direction[5])}, 10);
     collect_contacts(patch, random.a,
                      [&](std::uint32_t) {
                        return TouchedBody<double>{&random.b[0], id};
@@ -297,7 +297,7 @@ TEST_CASE("collect_contacts: a body in the slot of a removed one is another body
   meet(first, 0.5);
   // Half of what a bristle can stretch, aside.
   random.b[0].center_pose.translation +=
-      random.a.center_pose.rotate(0.5e-3 * Vec3<double>(patch.packets[0].tangent[5]));
+      random.a.center_pose.rotate(0.5e-3 * Vec3<double>(patch.geometry->packets[0].tangent[5]));
   meet(first, 0.5);
   CHECK(patch.contacts[0].stretch[5].norm() == test::relative(0.5e-3));
   meet({first.index, first.generation + 1}, 0.5);
@@ -308,7 +308,7 @@ TEST_CASE("collect_contacts: a ray that starts inside a body is pressed in all t
   test::RandomPatch<double> random(17, {});
   SensorPatch<double>& patch = random.patch;
   patch.hits.reset(patch.size());
-  patch.hits.offer(5, {0, -Vec3<double>(patch.direction[5])}, 10);
+  patch.hits.offer(5, {0, -Vec3<double>(patch.geometry->direction[5])}, 10);
   collect_contacts(patch, random.a,
                    [&](std::uint32_t) {
                      return TouchedBody<double>{&random.b[0], test::RandomPatch<double>::id(0)};

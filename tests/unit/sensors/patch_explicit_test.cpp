@@ -34,7 +34,7 @@ class OneByOne {
       const Body<S>& b = random.b[body];
       wrenches.push_back(sensor_wrench<S>(
           patch.parameters(i), patch.def.options,
-          {patch.start[i], patch.direction[i], patch.length[i]}, patch.hits.distance[i],
+          {patch.geometry->start[i], patch.geometry->direction[i], patch.geometry->length[i]}, patch.hits.distance[i],
           random.a.center_pose.rotate(patch.hits.normal[i]), a.center_pose, a.twist, b.center_pose,
           b.twist, random.dt, memory_[i]));
     }
@@ -80,14 +80,14 @@ void compare(test::RandomPatch<S>& random) {
     CHECK((r.wrench.torque - sum.torque).norm() < sums * size * S(0.1));
     for (std::size_t i = 0; i < r.size(); ++i) {
       Vec3<S> t1, t2;
-      tangent_basis<S>(patch.direction[i], t1, t2);
+      tangent_basis<S>(patch.geometry->direction[i], t1, t2);
       const Vec3<S> force = random.a.center_pose.rotate(r.shear_1[i] * t1 + r.shear_2[i] * t2 -
-                                                        r.normal_force[i] * patch.direction[i]);
+                                                        r.normal_force[i] * patch.geometry->direction[i]);
       // 1e-3 of the stretch is round-off of the poses in float.
       CHECK((force - expected[i].force).norm() < S(100) * sums * size);
       const bool is_active_lane = patch.hits.is_hit(i) &&
-                                  patch.hits.distance[i] < patch.length[i] &&
-                                  patch.hits.normal[i].dot(patch.direction[i]) <= grazing_cosine<S>;
+                                  patch.hits.distance[i] < patch.geometry->length[i] &&
+                                  patch.hits.normal[i].dot(patch.geometry->direction[i]) <= grazing_cosine<S>;
       CHECK((r.state[i] != SensorState::free) == is_active_lane);
       CHECK((r.body[i] == BodyId{}) == !is_active_lane);
       if (r.state[i] == SensorState::slipping) ++slips;
@@ -100,7 +100,7 @@ void compare(test::RandomPatch<S>& random) {
       }
       CHECK(r.body[i].index == (patch.hits.tag[i] == 12u ? 4u : 3u));
       const Vec3<S> point(r.point_x[i], r.point_y[i], r.point_z[i]);
-      const Vec3<S> p_A = patch.start[i] + patch.hits.distance[i] * Vec3<S>(patch.direction[i]);
+      const Vec3<S> p_A = patch.geometry->start[i] + patch.hits.distance[i] * Vec3<S>(patch.geometry->direction[i]);
       CHECK((point - origin - random.a.center_pose.rotate(p_A)).norm() < sums);
     }
   }

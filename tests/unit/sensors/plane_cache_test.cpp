@@ -29,7 +29,7 @@ SensorPatch<S> patch_of(int side) {
 template <typename S>
 void cast(SensorPatch<S>& patch, const Shape<S>& shape, const Transform<S>& X, S extra,
           std::uint32_t tag) {
-  AnalyticBackend::cast_rays(AnalyticBackend::make<S>(shape), X, patch.rays(extra), tag,
+  AnalyticBackend::cast_rays(AnalyticBackend::make<S>(shape), X, patch.geometry->rays(extra), tag,
                              patch.hits);
 }
 
@@ -50,7 +50,7 @@ TEST_CASE_TEMPLATE("plane cache: flat faces move exactly", S, float, double) {
   for (int round = 0; round < 50; ++round) {
     const Transform<S> X{exp_rotation<S>(random.in_cube(S(0.2))),
                          Vec3<S>(0, 0, S(0.0275)) + random.in_cube(S(0.002))};
-    patch.near.resize(patch.packets.size());
+    patch.near.resize(patch.bristles.size());
     for (std::uint32_t i = 0; i < patch.near.size(); ++i) patch.near[i] = i;
     patch.reset_near_hits();
     // Far enough to keep what only comes into reach later.
@@ -64,7 +64,7 @@ TEST_CASE_TEMPLATE("plane cache: flat faces move exactly", S, float, double) {
       pose = pair(moved);
       return S(0);
     });
-    fresh.hits.reset(fresh.packets.size() * packet_size);
+    fresh.hits.reset(fresh.bristles.size() * packet_size);
     cast(fresh, box, moved, S(0), 7);
     const double round_off = 100 * static_cast<double>(Tolerance<S>::round_off());
     for (std::size_t i = 0; i < patch.size(); ++i) {
@@ -130,6 +130,6 @@ TEST_CASE("plane cache: where a ray starts inside, nothing is known of the surfa
     patch.plane_cache.shapes.assign(1, {3, 0, pair(X), 0.01});
     patch.plane_cache.keep(patch);
     // The box is 5 mm ahead of the starts, or 2.5 mm behind them.
-    CHECK(patch.plane_cache.shapes[0].covers(pair(X), 0.0, patch.reach) == (height > 0.02));
+    CHECK(patch.plane_cache.shapes[0].covers(pair(X), 0.0, patch.geometry->reach) == (height > 0.02));
   }
 }
