@@ -62,6 +62,7 @@ void bind_common(py::module_& m) {
   bind_handle<PatchId>(m, "PatchId");
   bind_handle<ShapeId>(m, "ShapeId");
 
+  bind_filter(m);
   bind_event_types(m);
   bind_scene_type(m);
   bind_plot(m);
@@ -76,6 +77,7 @@ void bind_scalar(py::module_& m) {
   bind_meshes<S>(m);
   bind_sensors<S>(m);
   bind_hits<S>(m);
+  bind_contacts<S>(m);
   bind_reading<S>(m);
   bind_world<S>(m);
   bind_batch<S>(m);

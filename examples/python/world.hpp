@@ -4,6 +4,7 @@
 #pragma once
 
 #include "arrays.hpp"
+#include "contacts.hpp"
 #include "events.hpp"
 #include "rays.hpp"
 
@@ -97,15 +98,21 @@ void bind_world(py::module_& m) {
   using World = bristle::World<S>;
   using Vec4 = Eigen::Matrix<S, 4, 1>;
   py::class_<World> c(m, "World", "A rigid-body world whose hands can hold things.");
-  c.def(py::init([](const Vec3<S>& gravity, S time_step, bool keeps_contact_events) {
-          return std::make_unique<World>(WorldDef<S>{.gravity = gravity,
-                                                     .time_step = time_step,
-                                                     .keeps_contact_events = keeps_contact_events});
+  c.def(py::init([](const Vec3<S>& gravity, S time_step, bool keeps_contact_events, S sleep_time,
+                    S sleep_linear_speed, S sleep_angular_speed) {
+          return std::make_unique<World>(
+              WorldDef<S>{.gravity = gravity,
+                          .time_step = time_step,
+                          .sleep = {sleep_linear_speed, sleep_angular_speed, sleep_time},
+                          .keeps_contact_events = keeps_contact_events});
         }),
         py::kw_only(), "gravity"_a = Vec3<S>(0, 0, S(-9.81)), "time_step"_a = S(1) / S(240),
-        "keeps_contact_events"_a = false,
+        "keeps_contact_events"_a = false, "sleep_time"_a = SleepDef<S>{}.time,
+        "sleep_linear_speed"_a = SleepDef<S>{}.linear_speed,
+        "sleep_angular_speed"_a = SleepDef<S>{}.angular_speed,
         "An empty world of a gravity [m/s^2] that steps by `time_step` [s]. With "
-        "`keeps_contact_events` it keeps `contact_events` until they are cleared.")
+        "`keeps_contact_events` it keeps `contact_events` until they are cleared. What touches "
+        "sleeps together after `sleep_time` [s] below both speeds [m/s, rad/s]; as it is, never.")
       .def(
           "__copy__", [](const World& world) { return std::make_unique<World>(world); },
           "A copy, which steps on as the original would.")
@@ -118,7 +125,7 @@ void bind_world(py::module_& m) {
              const Vec3<S>& position, const Vec4& orientation, const Vec3<S>& velocity,
              const Vec3<S>& angular_velocity, S friction, S restitution, S rolling_friction,
              const Vec3<S>& surface_velocity, S linear_damping, S angular_damping, S gravity_scale,
-             std::vector<PlacedShape<S>> shapes, bool is_trigger) {
+             std::vector<PlacedShape<S>> shapes, bool is_trigger, const CollisionFilter& filter) {
             BodyDef<S> def;
             def.motion = motion;
             def.mass = mass;
@@ -129,6 +136,7 @@ void bind_world(py::module_& m) {
             def.linear_damping = linear_damping;
             def.angular_damping = angular_damping;
             def.gravity_scale = gravity_scale;
+            def.filter = filter;
             const auto add = [&](Shape<S> part, const Transform<S>& pose) {
               def.shapes.push_back({std::move(part), pose, def.material, is_trigger});
             };
@@ -156,6 +164,7 @@ void bind_world(py::module_& m) {
           "surface_velocity"_a = Vec3<S>(0, 0, 0), "linear_damping"_a = S(0),
           "angular_damping"_a = S(0), "gravity_scale"_a = S(1),
           "shapes"_a = std::vector<PlacedShape<S>>{}, "is_trigger"_a = false,
+          "filter"_a = CollisionFilter{},
           "Adds a body of a mass [kg] at a position [m] with an orientation x, y, z, w, a velocity "
           "[m/s] and an angular velocity [rad/s]. A dynamic body has a shape; without a mass it "
           "is as dense as water. rolling_friction is a lever [m]. Like a belt the surface moves by "
@@ -163,7 +172,8 @@ void bind_world(py::module_& m) {
           "linear_damping and angular_damping [1/s], and gravity pulls gravity_scale [1] times. "
           "More `shapes` are a list of (shape, position, orientation) in the body's frame. With "
           "is_trigger the shapes push nothing and no sensor senses them: `contact_events` tells "
-          "what is in them. They have no mass, so that such a body is fixed or kinematic.")
+          "what is in them. They have no mass, so that such a body is fixed or kinematic. A "
+          "`filter` says which bodies it meets.")
       .def("remove_body", &World::remove_body, "body"_a,
            "Removes a body with its patches and joints.")
       .def(
@@ -248,6 +258,11 @@ void bind_world(py::module_& m) {
           "`cast_every`-th step.")
       .def("remove_patch", &World::remove_patch, "patch"_a,
            "Removes a patch. It lets go of what it touches.")
+      .def("set_active", &World::set_active, "patch"_a, "is_active"_a,
+           "Switches a patch on or off. One that is off lets go and costs nothing.")
+      .def(
+          "is_active", [](const World& world, PatchId id) { return world.patch(id).is_active; },
+          "patch"_a, "Whether a patch is on.")
       .def("set_parameters", &World::set_parameters, "patch"_a, "parameters"_a,
            "Gives all sensors of a patch other constants.")
       .def("set_mass", &World::set_mass, "body"_a, "mass"_a,
@@ -307,6 +322,8 @@ void bind_world(py::module_& m) {
       .def("apply_impulse", &World::apply_impulse, "body"_a, "impulse"_a, "point"_a,
            "Changes the velocity of a dynamic body at once by an impulse [N s] at a point [m] of "
            "the world.")
+      .def("is_asleep", &World::is_asleep, "body"_a, "Whether a body sleeps.")
+      .def("wake", &World::wake, "body"_a, "Wakes a body with all that it touches.")
       .def(
           "contains",
           [](const World& world, const std::variant<BodyId, JointId, PatchId, ShapeId>& handle) {
@@ -372,6 +389,7 @@ void bind_world(py::module_& m) {
       .def("state_hash", &World::state_hash, "One number for all that a snapshot holds.")
       .def_property_readonly("time_step", &World::time_step, "Length of the next step [s].");
   bind_world_queries<S>(c);
+  bind_world_contacts<S>(c);
   bind_world_events<S>(c);
 }
 

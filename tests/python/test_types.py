@@ -2,8 +2,12 @@
 explained."""
 # SPDX-License-Identifier: BSD-3-Clause
 import ast
+import os
 import re
+import shutil
+import subprocess
 import sys
+import tempfile
 import types
 import unittest
 
@@ -114,6 +118,32 @@ class Stubs(unittest.TestCase):
                                      parameters_of_stub(known[member]), f"{name}.{member}")
                     compared += 1
         self.assertGreater(compared, 100)
+
+
+@unittest.skipUnless(shutil.which("mypy"), "no mypy")
+class TypeChecker(unittest.TestCase):
+    def complaints(self, *files):
+        """What mypy, at its strictest, says of programs."""
+        run = subprocess.run(
+            ["mypy", "--strict", "--no-error-summary", "--cache-dir", os.devnull, *map(str, files)],
+            env={**os.environ, "MYPYPATH": str(stubs.PACKAGE)}, capture_output=True, text=True)
+        return run.stdout + run.stderr
+
+    def test_examples_have_no_mistakes(self):
+        examples = stubs.PACKAGE.parent
+        self.assertEqual(self.complaints(*(examples / name for name in (
+            "falling_box.py", "slope.py", "batch.py"))), "")
+
+    def test_mistakes_are_found(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "wrong.py")
+            with open(path, "w") as file:
+                file.write("import bristle\nimport bristle.float32\n"
+                           "world = bristle.World(time_step='1 ms')\n"
+                           "world.set_active(world.add_body(mass=1), True)\n"
+                           "bristle.float32.World().contacts().gaps\n")
+            self.assertEqual([line.split(":")[1] for line in self.complaints(path).splitlines()
+                              if " error: " in line], ["3", "4", "5"])
 
 
 class Docstrings(unittest.TestCase):

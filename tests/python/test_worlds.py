@@ -1,5 +1,5 @@
-"""Tests of worlds against closed forms: pushes, damping, belts, compounds, joints, events, rays and
-sets of points, in double and in float."""
+"""Tests of worlds against closed forms: pushes, damping, belts, compounds, contacts, sleep, joints,
+events, rays and sets of points, in double and in float."""
 # SPDX-License-Identifier: BSD-3-Clause
 import sys
 import unittest
@@ -149,6 +149,89 @@ class Compounds(unittest.TestCase):
                 for meets, distance in ((False, np.inf), (True, 4.9)):
                     hits = world.cast_rays((5, 0.5, 0.5), (-1, 0, 0), meets_triggers=meets)
                     np.testing.assert_allclose(hits.distance, [distance], rtol=error)
+
+
+class Contacts(unittest.TestCase):
+    def test_points_give_what_carries_the_weight(self):
+        for module, error in SCALARS:
+            world = module.World(time_step=1e-3, gravity=(0, 0, -GRAVITY))
+            ground = world.add_body(motion=bristle.Motion.fixed, shape=module.Box((1, 1, 0.1)),
+                                    position=(0, 0, -0.1))
+            box = world.add_body(mass=2, shape=module.Box((0.1, 0.1, 0.1)), position=(0, 0, 0.1))
+            world.step(500)
+            contacts = world.contacts()
+            self.assertEqual(contacts.impulse.shape, (len(contacts.gap), 3))
+            self.assertTrue(((contacts.body_a == ground) & (contacts.body_b == box)).all())
+            np.testing.assert_allclose(contacts.normal, len(contacts.gap) * [[0, 0, 1]], atol=error)
+            np.testing.assert_allclose(np.abs(contacts.position[:, :2]), 0.1, rtol=1e-3)
+            np.testing.assert_allclose(contacts.impulse.sum(0), [0, 0, 2 * GRAVITY * 1e-3],
+                                       rtol=1e3 * error, atol=error)
+            for other in (None, ground):
+                impulse, moment = world.contact_impulse(box, other)
+                np.testing.assert_allclose(impulse, contacts.impulse.sum(0), rtol=error, atol=error)
+                np.testing.assert_allclose(moment, 0, atol=error)
+            impulse, _ = world.contact_impulse(ground)
+            np.testing.assert_allclose(impulse, -contacts.impulse.sum(0), rtol=error, atol=error)
+
+    def test_filters_say_which_bodies_meet(self):
+        for module, _ in SCALARS:
+            world = module.World(time_step=1e-3)
+            world.add_body(motion=bristle.Motion.fixed, shape=module.Box((1, 1, 0.1)),
+                           position=(0, 0, -0.1), filter=bristle.CollisionFilter(category=2))
+            balls = [world.add_body(mass=1, shape=module.Sphere(0.1), position=(0.5 * i, 0, 0.1),
+                                    filter=bristle.CollisionFilter(mask=mask))
+                     for i, mask in enumerate((0xffffffff, 2, 1))]
+            self.assertEqual(bristle.CollisionFilter(group=-1).group, -1)
+            world.step(200)
+            self.assertEqual([world.position(b)[2] > 0.09 for b in balls], [True, True, False])
+            world.set_filter(balls[0], bristle.CollisionFilter(mask=4))
+            world.step(200)
+            self.assertEqual([world.position(b)[2] > 0.09 for b in balls], [False, True, False])
+            with self.assertRaises(TypeError):
+                bristle.CollisionFilter(mask=-1)
+
+
+class Rest(unittest.TestCase):
+    def test_what_rests_sleeps_after_the_time_given(self):
+        for module, _ in SCALARS:
+            world = module.World(time_step=1e-3, sleep_time=0.1)
+            world.add_body(motion=bristle.Motion.fixed, shape=module.Box((1, 1, 0.1)),
+                           position=(0, 0, -0.1))
+            box = world.add_body(mass=1, shape=module.Box((0.1, 0.1, 0.1)), position=(0, 0, 0.1))
+            world.step(90)
+            self.assertFalse(world.is_asleep(box))
+            world.step(30)
+            self.assertTrue(world.is_asleep(box))
+            world.wake(box)
+            self.assertFalse(world.is_asleep(box))
+            restless = module.World(time_step=1e-3, sleep_time=0.1, gravity=(0, 0, 0),
+                                    sleep_linear_speed=0.5, sleep_angular_speed=0.5)
+            quick, slow = (restless.add_body(mass=1, shape=module.Sphere(0.1), position=(0, y, 0),
+                                             velocity=(speed, 0, 0))
+                           for y, speed in ((0, 0.6), (5, 0.4)))
+            restless.step(150)
+            self.assertEqual((restless.is_asleep(quick), restless.is_asleep(slow)), (False, True))
+            with self.assertRaisesRegex(bristle.InvalidArgument, "time"):
+                module.World(sleep_time=-1)
+
+    def test_a_patch_that_is_off_feels_nothing(self):
+        for module, _ in SCALARS:
+            world = module.World(time_step=1e-3, gravity=(0, 0, 0))
+            box = world.add_body(mass=1, shape=module.Box((0.1, 0.1, 0.1)))
+            world.add_body(motion=bristle.Motion.fixed, shape=module.Box((0.1, 0.1, 0.1)),
+                           position=(0, 0, 0.205))
+            layout = module.SensorLayout()
+            layout.add((0, 0, 0.1), (0, 0, 1), 0.01)
+            tuning = module.tuned_for(friction=0.5, creep=1e-3, load=5)
+            skin = world.add_patch(box, layout, tuning.parameters(layout))
+            world.step()
+            self.assertEqual((world.is_active(skin), world.reading(skin).touching), (True, 1))
+            world.set_active(skin, False)
+            world.step()
+            self.assertEqual((world.is_active(skin), world.reading(skin).touching), (False, 0))
+            world.set_active(skin, True)
+            world.step()
+            self.assertEqual(world.reading(skin).touching, 1)
 
 
 class Joints(unittest.TestCase):
