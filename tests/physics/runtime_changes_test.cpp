@@ -48,7 +48,7 @@ struct ChangedScene {
   static WorldDef<S> definition(Integrator integrator) {
     WorldDef<S> def;
     def.integrator = integrator;
-    def.gravity = detail::zero<Vec3<S>>();
+    def.gravity = bristle::detail::zero<Vec3<S>>();
     def.time_step = S(1) / S(256);
     return def;
   }
@@ -110,7 +110,7 @@ TEST_CASE_TEMPLATE("limits that are set stop a slide there, and limits taken awa
                    float, double) {
   ChangedScene<S> scene;
   World<S>& world = scene.world;
-  world.set_velocity(scene.box, {{S(0.5), S(0), S(0)}, detail::zero<Vec3<S>>()});
+  world.set_velocity(scene.box, {{S(0.5), S(0), S(0)}, bristle::detail::zero<Vec3<S>>()});
   scene.run(1);
   CHECK(world.reading(scene.slide).position == test::relative(S(0.5)).epsilon(1e-4));
   world.set_limits(scene.slide, S(-0.25), S(0.75));
@@ -118,7 +118,7 @@ TEST_CASE_TEMPLATE("limits that are set stop a slide there, and limits taken awa
   CHECK(world.reading(scene.slide).position == test::relative(S(0.75)).epsilon(1e-3));
   CHECK(std::abs(world.reading(scene.slide).velocity) < S(1e-4));
   world.set_limits(scene.slide, -infinity<S>, infinity<S>);
-  world.set_velocity(scene.box, {{S(0.5), S(0), S(0)}, detail::zero<Vec3<S>>()});
+  world.set_velocity(scene.box, {{S(0.5), S(0), S(0)}, bristle::detail::zero<Vec3<S>>()});
   scene.run(1);
   CHECK(world.reading(scene.slide).position == test::relative(S(1.25)).epsilon(1e-3));
 }
