@@ -1,8 +1,9 @@
 # Examples of one file need no other header than the single one: each is compiled against it,
 # declared only. Those with scene files or a renderer need io/adf.hpp or io/drawn_world.hpp, which
 # are not in it. g++ finds the header compiled before the header itself, once for each set of flags.
+# Those in EXCEPT are compiled elsewhere.
 # Usage: cmake -DROOT=<tree> -DCXX=<compiler> -DEIGEN=<include dir> -DWORK=<folder>
-#              -P single_examples.cmake
+#              -DEXCEPT=<names> -P single_examples.cmake
 # SPDX-License-Identifier: BSD-3-Clause
 cmake_minimum_required(VERSION 3.24)
 
@@ -25,7 +26,8 @@ set(failed "")
 set(count 0)
 foreach(example IN LISTS examples)
   file(STRINGS "${example}" opts_in REGEX "^#include <bristle/io/(adf|drawn_world)")
-  if(opts_in)
+  cmake_path(GET example STEM name)
+  if(opts_in OR name IN_LIST EXCEPT)
     continue()
   endif()
   # Backends and scalars of their own.
