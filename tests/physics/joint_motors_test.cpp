@@ -134,3 +134,33 @@ TEST_CASE("joint_motors: gains are checked") {
   driven.world.step();
   CHECK(driven.world.reading(driven.joint).motor_force == 0);
 }
+
+// Nothing moved or pressed before the first step, so nothing there tells how small a speed is none.
+TEST_CASE_TEMPLATE("joint_motors: a finger that begins to close needs no sweeps", S, float,
+                   double) {
+  World<S> world({.gravity = zero<Vec3<S>>(), .time_step = S(1e-3)});
+  const S half = S(0.025);
+  const Vec3<S> root(S(0.062), S(0), S(0.2));
+  BodyId previous = world.add_body({.motion = Motion::fixed, .position = root});
+  for (int k = 0; k < 3; ++k) {
+    BodyDef<S> link;
+    link.shape = Box<S>{{S(0.008), S(0.009), S(0.024)}};
+    link.mass = S(0.04);
+    link.position = root - Vec3<S>(S(0), S(0), S(2 * k + 1) * half);
+    JointDef<S> hinge;
+    hinge.kind = JointKind::revolute;
+    hinge.body_a = previous;
+    hinge.body_b = previous = world.add_body(link);
+    hinge.X_AJ.translation.z() = k == 0 ? S(0) : -half;
+    hinge.X_BJ.translation.z() = half;
+    hinge.X_AJ.rotation = hinge.X_BJ.rotation =
+        exp_rotation<S>(shortest_turn<S>(Vec3<S>::UnitX(), Vec3<S>::UnitY()));
+    hinge.motor = {MotorMode::spring, k == 0 ? S(0.6) : S(0.1), S(10)};
+    hinge.motor.stiffness = S(4);
+    hinge.motor.damping = S(0.1);
+    world.add_joint(hinge);
+  }
+  world.step();
+  CHECK(world.report().sweeps == 0);
+  CHECK(world.report().factorisations < 8);
+}

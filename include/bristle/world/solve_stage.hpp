@@ -202,6 +202,11 @@ class SolveStage {
     // Relative to that change, but not below the resolution of the present state.
     context.velocity_tolerance = max(context.settings.tolerance * context.driven_change,
                                      Tolerance<S>::round_off() * max(sqrt(speed2), change));
+    // Where nothing moved or pressed before, as in a hand that begins to close, nothing gives a
+    // scale. A speed is none there that moves no body by more than round-off within the step.
+    if (!(context.velocity_tolerance > S(0))) {
+      context.velocity_tolerance = Tolerance<S>::round_off() * extent / context.dt;
+    }
     context.position_tolerance =
         max(context.settings.position_tolerance * context.dt * context.speed_change,
             Tolerance<S>::round_off() * extent);
