@@ -20,7 +20,7 @@
 
 namespace bristle_python {
 
-/// Points at which bodies are in contact, copied.
+/// Points at which shapes are within reach of each other, copied.
 template <typename S>
 struct WorldContacts {
   /// Of handles.
@@ -76,7 +76,8 @@ template <typename S>
 void bind_contacts(py::module_& m) {
   using Contacts = WorldContacts<S>;
   py::class_<Contacts>(m, "WorldContacts",
-                       "Points at which bodies are in contact: copies, an entry a point.")
+                       "Points at which shapes are within reach of each other: copies, an entry a "
+                       "point. Those with a gap above 0 and no impulse do not touch.")
       .def_readonly("body_a", &Contacts::body_a,
                     "[point]: BodyId of one. `contacts.body_a == body` is a mask.")
       .def_readonly("body_b", &Contacts::body_b, "[point]: BodyId of the other.")
@@ -108,7 +109,8 @@ void bind_world_contacts(Class& c) {
           },
           "body"_a, "other"_a = py::none(),
           "Impulse [N s] of a body's contacts in the last step and its moment [N m s] about the "
-          "centre of mass, world axes: of those with one `other`, or of all.")
+          "centre of mass, world axes: of those with one `other`, or of all. Forces of sensors are "
+          "not in it.")
       .def("set_filter", &World::set_filter, "body"_a, "filter"_a,
            "Sets which bodies a body meets. Its island wakes.");
 }

@@ -100,11 +100,12 @@ void bind_world(py::module_& m) {
   py::class_<World> c(m, "World", "A rigid-body world whose hands can hold things.");
   c.def(py::init([](const Vec3<S>& gravity, S time_step, bool keeps_contact_events, S sleep_time,
                     S sleep_linear_speed, S sleep_angular_speed) {
-          return std::make_unique<World>(
-              WorldDef<S>{.gravity = gravity,
-                          .time_step = time_step,
-                          .sleep = {sleep_linear_speed, sleep_angular_speed, sleep_time},
-                          .keeps_contact_events = keeps_contact_events});
+          return std::make_unique<World>(WorldDef<S>{.gravity = gravity,
+                                                     .time_step = time_step,
+                                                     .sleep = {.linear_speed = sleep_linear_speed,
+                                                               .angular_speed = sleep_angular_speed,
+                                                               .time = sleep_time},
+                                                     .keeps_contact_events = keeps_contact_events});
         }),
         py::kw_only(), "gravity"_a = Vec3<S>(0, 0, S(-9.81)), "time_step"_a = S(1) / S(240),
         "keeps_contact_events"_a = false, "sleep_time"_a = SleepDef<S>{}.time,
@@ -112,7 +113,8 @@ void bind_world(py::module_& m) {
         "sleep_angular_speed"_a = SleepDef<S>{}.angular_speed,
         "An empty world of a gravity [m/s^2] that steps by `time_step` [s]. With "
         "`keeps_contact_events` it keeps `contact_events` until they are cleared. What touches "
-        "sleeps together after `sleep_time` [s] below both speeds [m/s, rad/s]; as it is, never.")
+        "or is joined sleeps together after `sleep_time` [s] below both speeds [m/s, rad/s]; as it "
+        "is, never.")
       .def(
           "__copy__", [](const World& world) { return std::make_unique<World>(world); },
           "A copy, which steps on as the original would.")
@@ -323,7 +325,8 @@ void bind_world(py::module_& m) {
            "Changes the velocity of a dynamic body at once by an impulse [N s] at a point [m] of "
            "the world.")
       .def("is_asleep", &World::is_asleep, "body"_a, "Whether a body sleeps.")
-      .def("wake", &World::wake, "body"_a, "Wakes a body with all that it touches.")
+      .def("wake", &World::wake, "body"_a,
+           "Wakes a body with its island: all that touches or is joined.")
       .def(
           "contains",
           [](const World& world, const std::variant<BodyId, JointId, PatchId, ShapeId>& handle) {

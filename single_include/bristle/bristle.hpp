@@ -9176,20 +9176,20 @@ struct PlaneCache {
 
 /// Puts the distances of the planes of a pack into `hits`, where they are in range.
 template <Scalar S>
-BRISTLE_FORCE_INLINE void advance_pack(const RayPacket<S>& sensors, const PlaneCachePacket<S>& kept,
+BRISTLE_FORCE_INLINE void advance_pack(const RayPacket<S>& rays, const PlaneCachePacket<S>& kept,
                                        std::size_t at, const Mask<S>& is_of_shape,
                                        const PairPose<S>& pose, S extra_length, RayHits<S>& hits) {
   using T = Pack<S>;
   const std::size_t first = kept.packet * packet_size + at;
-  const Pack3<S> n = load_pack(sensors.direction, at);
+  const Pack3<S> n = load_pack(rays.direction, at);
   const Pack3<S> m = pose.R_AB * load_pack(kept.normal, at);
   const Pack3<S> point = pose.R_AB * load_pack(kept.point, at) + Pack3<S>::all(pose.p_AB);
   const T cosine = dot(m, n);
   const Mask<S> is_ahead = is_of_shape & (cosine < T(S(0)));
-  const T height = dot(m, point - load_pack(sensors.start, at));
+  const T height = dot(m, point - load_pack(rays.start, at));
   const T distance = max(height / select(is_ahead, cosine, T(S(-1))), T(S(0)));
   // Only inverse lengths are stored: d <= L + e  <=>  (d - e) / L <= 1.
-  const T over = (distance - T(extra_length)) * load_pack(sensors.inverse_length, at);
+  const T over = (distance - T(extra_length)) * load_pack(rays.inverse_length, at);
   const Mask<S> is_met = is_ahead & (over <= T(S(1)));
   const auto put = [&](S* row, const T& value) {
     select(is_met, value, T::load(row + first)).store(row + first);
@@ -9203,7 +9203,7 @@ BRISTLE_FORCE_INLINE void advance_pack(const RayPacket<S>& sensors, const PlaneC
 /// Puts the planes that a pack of sensors met on one body into `kept`.
 /// @return True if a ray starts inside.
 template <Scalar S>
-BRISTLE_FORCE_INLINE bool keep_pack(const RayPacket<S>& sensors, const RayHits<S>& hits,
+BRISTLE_FORCE_INLINE bool keep_pack(const RayPacket<S>& rays, const RayHits<S>& hits,
                                     std::size_t at, const Mask<S>& is_of_shape,
                                     const PairPose<S>& pose, const Mat3<S>& R_BA,
                                     PlaneCachePacket<S>& kept) {
@@ -9213,8 +9213,7 @@ BRISTLE_FORCE_INLINE bool keep_pack(const RayPacket<S>& sensors, const RayHits<S
   const T distance = select(is_of_shape, T::load(hits.distance.data() + first), T(S(0)));
   const Pack3<S> normal_A = Pack3<S>::load(
       hits.normal.x.data() + first, hits.normal.y.data() + first, hits.normal.z.data() + first);
-  const Pack3<S> point_A =
-      load_pack(sensors.start, at) + distance * load_pack(sensors.direction, at);
+  const Pack3<S> point_A = load_pack(rays.start, at) + distance * load_pack(rays.direction, at);
   const Pack3<S> point = R_BA * (point_A - Pack3<S>::all(pose.p_AB));
   const Pack3<S> normal = R_BA * normal_A;
   store_pack(kept.point, at, select(is_of_shape, point, load_pack(kept.point, at)));
@@ -9537,7 +9536,8 @@ struct SensorPatch {
   PatchDef<S> def{};
   /// [-] Body A.
   BodyId body{};
-  /// Its rays. Copies of the patch share them.
+  /// Its rays. Copies of the patch share them. Null in a patch that `make_patch` did not make, such
+  /// as a removed one of a haptic loop.
   std::shared_ptr<const PatchGeometry<S>> geometry{};
   /// Triangle cache for a fine mesh. Not state: results do not depend on it.
   TriangleCache<S> triangle_cache{};
@@ -9702,12 +9702,12 @@ struct SensorTouch {
 /// Contact geometry of sensor `i`, which has a hit.
 template <Scalar S>
 [[nodiscard]] SensorTouch<S> touch_of(const SensorPatch<S>& patch, std::size_t i) {
-  const RayPacket<S>& sensors = patch.geometry->packets[i / packet_size];
+  const RayPacket<S>& rays = patch.geometry->packets[i / packet_size];
   const std::size_t lane = i % packet_size;
   const S distance = patch.hits.distance[i];
-  const Vec3<S> n = sensors.direction[lane];
-  return {n, depth_gradient<S>(n, patch.hits.normal[i]), sensors.start[lane] + distance * n,
-          sensor_depth(distance, sensors.inverse_length[lane]), sensors.inverse_length[lane]};
+  const Vec3<S> n = rays.direction[lane];
+  return {n, depth_gradient<S>(n, patch.hits.normal[i]), rays.start[lane] + distance * n,
+          sensor_depth(distance, rays.inverse_length[lane]), rays.inverse_length[lane]};
 }
 
 /// Contact geometry of the sensors from lane `at` of a packet, and the lanes that have one.
@@ -9718,16 +9718,16 @@ struct TouchPack : SensorTouch<Pack<S>> {
   /// them finite.
   Mask<S> is_met;
 
-  /// @param sensors  Packet `number` of its rays; passed in to avoid a look-up for each pack.
+  /// @param rays     Packet `number` of its rays; passed in to avoid a look-up for each pack.
   /// @param hit      Lanes that have a hit.
   /// @param decides  True to drop hits at a grazing angle. Dropped once a step; afterwards every
   ///                 hit counts.
-  BRISTLE_FORCE_INLINE TouchPack(const SensorPatch<S>& patch, const RayPacket<S>& sensors,
+  BRISTLE_FORCE_INLINE TouchPack(const SensorPatch<S>& patch, const RayPacket<S>& rays,
                                  std::size_t number, std::size_t at, LaneBits hit, bool decides) {
     using T = Pack<S>;
     const std::size_t first = number * packet_size + at;
     const RayHits<S>& hits = patch.hits;
-    this->n = load_pack(sensors.direction, at);
+    this->n = load_pack(rays.direction, at);
     const Pack3<S> surface = Pack3<S>::load(
         hits.normal.x.data() + first, hits.normal.y.data() + first, hits.normal.z.data() + first);
     const T cosine = dot(surface, this->n);
@@ -9735,11 +9735,11 @@ struct TouchPack : SensorTouch<Pack<S>> {
     // Also false for a normal that is NaN.
     if (decides) is_met = is_met & (cosine <= T(grazing_cosine<S>));
     const T distance = patch.distances_of(first, is_met);
-    this->inverse_length = load_pack(sensors.inverse_length, at);
+    this->inverse_length = load_pack(rays.inverse_length, at);
     this->g =
         depth_gradient<T>(select(is_met, surface, -this->n), select(is_met, cosine, T(S(-1))));
     this->depth = sensor_depth(distance, this->inverse_length);
-    this->point = load_pack(sensors.start, at) + distance * this->n;
+    this->point = load_pack(rays.start, at) + distance * this->n;
   }
 };
 
@@ -9791,7 +9791,7 @@ void sum_stiffness(const SensorPatch<S>& patch, const PatchPair<S>& pair, Mat6<S
   set_zero(D);
   for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
     const ContactPacket<S>& contacts = patch.contacts[k];
-    const RayPacket<S>& sensors = patch.geometry->packets[contacts.packet];
+    const RayPacket<S>& rays = patch.geometry->packets[contacts.packet];
     for (std::size_t i = 0; i < packet_size; ++i) {
       if ((contacts.is_touching >> i & 1u) == 0) continue;
       const std::size_t sensor = contacts.packet * packet_size + i;
@@ -9807,7 +9807,7 @@ void sum_stiffness(const SensorPatch<S>& patch, const PatchPair<S>& pair, Mat6<S
         K += (stiffness * j) * j.transpose();
         D += (damping * j) * j.transpose();
       };
-      const Vec3<S> t1 = sensors.tangent[i];
+      const Vec3<S> t1 = rays.tangent[i];
       add(t1, k_t, p.sliding_friction);
       add(n.cross(t1), k_t, p.sliding_friction);
       add(g, p.normal_stiffness * per_length, p.normal_damping * per_length);
@@ -17974,7 +17974,7 @@ void write_taxel_points(const SensorPatch<S>& patch, S* out) {
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Copies of one world. They share its shapes and nothing else.
+/// Copies of one world. They share its shapes and the rays of its patches, and nothing else.
 ///
 /// `WorldBatch<float> batch(scene, 1024, pool.hook())`, then, again and again, `batch.step(8)`,
 /// `batch.gather_taxels(pads, images)` and `batch.reset(batch.failed())`: examples/18_batch.cpp.
@@ -29631,7 +29631,7 @@ BRISTLE_FORCE_INLINE void read_packet(SensorPatch<S>& patch, const PatchPair<S>&
                                       const ContactPacket<S>& packet, const Vec3<S>& origin,
                                       S per_step, BodyId id, ReadingSum<S>& sum) {
   using T = Pack<S>;
-  const RayPacket<S>& sensors = patch.geometry->packets[packet.packet];
+  const RayPacket<S>& rays = patch.geometry->packets[packet.packet];
   ReadingStore<S>& out = patch.readings;
   // One packet can be in contact with two bodies.
   const bool is_shared = patch.felt[packet.packet] != 0;
@@ -29644,11 +29644,11 @@ BRISTLE_FORCE_INLINE void read_packet(SensorPatch<S>& patch, const PatchPair<S>&
       if (!is_shared) clear_pack(out, i);
       continue;
     }
-    const Pack3<S> n = load_pack(sensors.direction, at);
-    const Pack3<S> t1 = load_pack(sensors.tangent, at);
+    const Pack3<S> n = load_pack(rays.direction, at);
+    const Pack3<S> t1 = load_pack(rays.tangent, at);
     const Mask<S> is_met = load_mask<S>(packet.is_met, at);
     const T distance = patch.distances_of(i, is_met);
-    const Pack3<S> point = load_pack(sensors.start, at) + distance * n;
+    const Pack3<S> point = load_pack(rays.start, at) + distance * n;
     const Pack3<S> force = T(-per_step) * load_pack(packet.impulse, at);
     const T normal = load_pack(packet.normal_impulse, at) * T(per_step);
     const Pack3<S> shear = tangential<T>(force, n);
@@ -29663,7 +29663,7 @@ BRISTLE_FORCE_INLINE void read_packet(SensorPatch<S>& patch, const PatchPair<S>&
     sum.all.torque += cross(point, active_force);
     sum.shear += select(is_active_lane, shear, zero_vector<T>());
     const T depth =
-        select(is_touching, sensor_depth(distance, load_pack(sensors.inverse_length, at)), T(S(0)));
+        select(is_touching, sensor_depth(distance, load_pack(rays.inverse_length, at)), T(S(0)));
     whole |= bits(is_active_lane & (depth >= T(S(1)))) << at;
     put(out.depth.data() + i, is_active_lane, depth, is_shared);
     put(out.normal_force.data() + i, is_active_lane, normal, is_shared);

@@ -17,6 +17,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 using namespace bristle;
@@ -84,14 +85,14 @@ TEST_CASE_TEMPLATE("WorldBatch: worlds do what they would do alone, for any numb
 TEST_CASE("WorldBatch: worlds share the rays of their patches, which outlive the original") {
   std::optional<GraspScene<double>> scene = training_grasp<double>();
   const PatchId pad = scene->pads[0];
-  WorldBatch<double> batch(scene->world, 2);
+  std::optional<WorldBatch<double>> batch(std::in_place, scene->world, std::size_t(2));
+  const auto* rays = scene->world.patch(pad).geometry.get();
+  for (const std::size_t i : {0u, 1u}) CHECK(batch->world(i).patch(pad).geometry.get() == rays);
+  World<double> copy(batch->world(1));
+  batch.reset();
   scene.reset();
-  const auto rays_of = [&](std::size_t i) { return batch.world(i).patch(pad).geometry; };
-  CHECK(rays_of(0) == rays_of(1));
-  batch.world(0).remove_patch(pad);
-  batch.step();
-  CHECK(batch.world(1).reading(pad).touching() > 0);
-  CHECK(rays_of(1)->length[0] > 0.0);
+  copy.step();
+  CHECK(copy.reading(pad).touching() > 0);
 }
 
 TEST_CASE("WorldBatch: worlds of a mask start anew, with the masses they had") {

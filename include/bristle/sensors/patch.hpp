@@ -131,7 +131,8 @@ struct SensorPatch {
   PatchDef<S> def{};
   /// [-] Body A.
   BodyId body{};
-  /// Its rays. Copies of the patch share them.
+  /// Its rays. Copies of the patch share them. Null in a patch that `make_patch` did not make, such
+  /// as a removed one of a haptic loop.
   std::shared_ptr<const PatchGeometry<S>> geometry{};
   /// Triangle cache for a fine mesh. Not state: results do not depend on it.
   TriangleCache<S> triangle_cache{};

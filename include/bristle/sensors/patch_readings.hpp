@@ -62,7 +62,7 @@ BRISTLE_FORCE_INLINE void read_packet(SensorPatch<S>& patch, const PatchPair<S>&
                                       const ContactPacket<S>& packet, const Vec3<S>& origin,
                                       S per_step, BodyId id, ReadingSum<S>& sum) {
   using T = Pack<S>;
-  const RayPacket<S>& sensors = patch.geometry->packets[packet.packet];
+  const RayPacket<S>& rays = patch.geometry->packets[packet.packet];
   ReadingStore<S>& out = patch.readings;
   // One packet can be in contact with two bodies.
   const bool is_shared = patch.felt[packet.packet] != 0;
@@ -75,11 +75,11 @@ BRISTLE_FORCE_INLINE void read_packet(SensorPatch<S>& patch, const PatchPair<S>&
       if (!is_shared) clear_pack(out, i);
       continue;
     }
-    const Pack3<S> n = load_pack(sensors.direction, at);
-    const Pack3<S> t1 = load_pack(sensors.tangent, at);
+    const Pack3<S> n = load_pack(rays.direction, at);
+    const Pack3<S> t1 = load_pack(rays.tangent, at);
     const Mask<S> is_met = load_mask<S>(packet.is_met, at);
     const T distance = patch.distances_of(i, is_met);
-    const Pack3<S> point = load_pack(sensors.start, at) + distance * n;
+    const Pack3<S> point = load_pack(rays.start, at) + distance * n;
     const Pack3<S> force = T(-per_step) * load_pack(packet.impulse, at);
     const T normal = load_pack(packet.normal_impulse, at) * T(per_step);
     const Pack3<S> shear = tangential<T>(force, n);
@@ -94,7 +94,7 @@ BRISTLE_FORCE_INLINE void read_packet(SensorPatch<S>& patch, const PatchPair<S>&
     sum.all.torque += cross(point, active_force);
     sum.shear += select(is_active_lane, shear, zero_vector<T>());
     const T depth =
-        select(is_touching, sensor_depth(distance, load_pack(sensors.inverse_length, at)), T(S(0)));
+        select(is_touching, sensor_depth(distance, load_pack(rays.inverse_length, at)), T(S(0)));
     whole |= bits(is_active_lane & (depth >= T(S(1)))) << at;
     put(out.depth.data() + i, is_active_lane, depth, is_shared);
     put(out.normal_force.data() + i, is_active_lane, normal, is_shared);

@@ -25,12 +25,12 @@ struct SensorTouch {
 /// Contact geometry of sensor `i`, which has a hit.
 template <Scalar S>
 [[nodiscard]] SensorTouch<S> touch_of(const SensorPatch<S>& patch, std::size_t i) {
-  const RayPacket<S>& sensors = patch.geometry->packets[i / packet_size];
+  const RayPacket<S>& rays = patch.geometry->packets[i / packet_size];
   const std::size_t lane = i % packet_size;
   const S distance = patch.hits.distance[i];
-  const Vec3<S> n = sensors.direction[lane];
-  return {n, depth_gradient<S>(n, patch.hits.normal[i]), sensors.start[lane] + distance * n,
-          sensor_depth(distance, sensors.inverse_length[lane]), sensors.inverse_length[lane]};
+  const Vec3<S> n = rays.direction[lane];
+  return {n, depth_gradient<S>(n, patch.hits.normal[i]), rays.start[lane] + distance * n,
+          sensor_depth(distance, rays.inverse_length[lane]), rays.inverse_length[lane]};
 }
 
 /// Contact geometry of the sensors from lane `at` of a packet, and the lanes that have one.
@@ -41,16 +41,16 @@ struct TouchPack : SensorTouch<Pack<S>> {
   /// them finite.
   Mask<S> is_met;
 
-  /// @param sensors  Packet `number` of its rays; passed in to avoid a look-up for each pack.
+  /// @param rays     Packet `number` of its rays; passed in to avoid a look-up for each pack.
   /// @param hit      Lanes that have a hit.
   /// @param decides  True to drop hits at a grazing angle. Dropped once a step; afterwards every
   ///                 hit counts.
-  BRISTLE_FORCE_INLINE TouchPack(const SensorPatch<S>& patch, const RayPacket<S>& sensors,
+  BRISTLE_FORCE_INLINE TouchPack(const SensorPatch<S>& patch, const RayPacket<S>& rays,
                                  std::size_t number, std::size_t at, LaneBits hit, bool decides) {
     using T = Pack<S>;
     const std::size_t first = number * packet_size + at;
     const RayHits<S>& hits = patch.hits;
-    this->n = load_pack(sensors.direction, at);
+    this->n = load_pack(rays.direction, at);
     const Pack3<S> surface = Pack3<S>::load(
         hits.normal.x.data() + first, hits.normal.y.data() + first, hits.normal.z.data() + first);
     const T cosine = dot(surface, this->n);
@@ -58,11 +58,11 @@ struct TouchPack : SensorTouch<Pack<S>> {
     // Also false for a normal that is NaN.
     if (decides) is_met = is_met & (cosine <= T(grazing_cosine<S>));
     const T distance = patch.distances_of(first, is_met);
-    this->inverse_length = load_pack(sensors.inverse_length, at);
+    this->inverse_length = load_pack(rays.inverse_length, at);
     this->g =
         depth_gradient<T>(select(is_met, surface, -this->n), select(is_met, cosine, T(S(-1))));
     this->depth = sensor_depth(distance, this->inverse_length);
-    this->point = load_pack(sensors.start, at) + distance * this->n;
+    this->point = load_pack(rays.start, at) + distance * this->n;
   }
 };
 

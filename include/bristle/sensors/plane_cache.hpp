@@ -82,20 +82,20 @@ struct PlaneCache {
 
 /// Puts the distances of the planes of a pack into `hits`, where they are in range.
 template <Scalar S>
-BRISTLE_FORCE_INLINE void advance_pack(const RayPacket<S>& sensors, const PlaneCachePacket<S>& kept,
+BRISTLE_FORCE_INLINE void advance_pack(const RayPacket<S>& rays, const PlaneCachePacket<S>& kept,
                                        std::size_t at, const Mask<S>& is_of_shape,
                                        const PairPose<S>& pose, S extra_length, RayHits<S>& hits) {
   using T = Pack<S>;
   const std::size_t first = kept.packet * packet_size + at;
-  const Pack3<S> n = load_pack(sensors.direction, at);
+  const Pack3<S> n = load_pack(rays.direction, at);
   const Pack3<S> m = pose.R_AB * load_pack(kept.normal, at);
   const Pack3<S> point = pose.R_AB * load_pack(kept.point, at) + Pack3<S>::all(pose.p_AB);
   const T cosine = dot(m, n);
   const Mask<S> is_ahead = is_of_shape & (cosine < T(S(0)));
-  const T height = dot(m, point - load_pack(sensors.start, at));
+  const T height = dot(m, point - load_pack(rays.start, at));
   const T distance = max(height / select(is_ahead, cosine, T(S(-1))), T(S(0)));
   // Only inverse lengths are stored: d <= L + e  <=>  (d - e) / L <= 1.
-  const T over = (distance - T(extra_length)) * load_pack(sensors.inverse_length, at);
+  const T over = (distance - T(extra_length)) * load_pack(rays.inverse_length, at);
   const Mask<S> is_met = is_ahead & (over <= T(S(1)));
   const auto put = [&](S* row, const T& value) {
     select(is_met, value, T::load(row + first)).store(row + first);
@@ -109,7 +109,7 @@ BRISTLE_FORCE_INLINE void advance_pack(const RayPacket<S>& sensors, const PlaneC
 /// Puts the planes that a pack of sensors met on one body into `kept`.
 /// @return True if a ray starts inside.
 template <Scalar S>
-BRISTLE_FORCE_INLINE bool keep_pack(const RayPacket<S>& sensors, const RayHits<S>& hits,
+BRISTLE_FORCE_INLINE bool keep_pack(const RayPacket<S>& rays, const RayHits<S>& hits,
                                     std::size_t at, const Mask<S>& is_of_shape,
                                     const PairPose<S>& pose, const Mat3<S>& R_BA,
                                     PlaneCachePacket<S>& kept) {
@@ -119,8 +119,7 @@ BRISTLE_FORCE_INLINE bool keep_pack(const RayPacket<S>& sensors, const RayHits<S
   const T distance = select(is_of_shape, T::load(hits.distance.data() + first), T(S(0)));
   const Pack3<S> normal_A = Pack3<S>::load(
       hits.normal.x.data() + first, hits.normal.y.data() + first, hits.normal.z.data() + first);
-  const Pack3<S> point_A =
-      load_pack(sensors.start, at) + distance * load_pack(sensors.direction, at);
+  const Pack3<S> point_A = load_pack(rays.start, at) + distance * load_pack(rays.direction, at);
   const Pack3<S> point = R_BA * (point_A - Pack3<S>::all(pose.p_AB));
   const Pack3<S> normal = R_BA * normal_A;
   store_pack(kept.point, at, select(is_of_shape, point, load_pack(kept.point, at)));

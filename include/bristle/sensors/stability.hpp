@@ -58,7 +58,7 @@ void sum_stiffness(const SensorPatch<S>& patch, const PatchPair<S>& pair, Mat6<S
   set_zero(D);
   for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
     const ContactPacket<S>& contacts = patch.contacts[k];
-    const RayPacket<S>& sensors = patch.geometry->packets[contacts.packet];
+    const RayPacket<S>& rays = patch.geometry->packets[contacts.packet];
     for (std::size_t i = 0; i < packet_size; ++i) {
       if ((contacts.is_touching >> i & 1u) == 0) continue;
       const std::size_t sensor = contacts.packet * packet_size + i;
@@ -74,7 +74,7 @@ void sum_stiffness(const SensorPatch<S>& patch, const PatchPair<S>& pair, Mat6<S
         K += (stiffness * j) * j.transpose();
         D += (damping * j) * j.transpose();
       };
-      const Vec3<S> t1 = sensors.tangent[i];
+      const Vec3<S> t1 = rays.tangent[i];
       add(t1, k_t, p.sliding_friction);
       add(n.cross(t1), k_t, p.sliding_friction);
       add(g, p.normal_stiffness * per_length, p.normal_damping * per_length);

@@ -21,7 +21,7 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// Copies of one world. They share its shapes and nothing else.
+/// Copies of one world. They share its shapes and the rays of its patches, and nothing else.
 ///
 /// `WorldBatch<float> batch(scene, 1024, pool.hook())`, then, again and again, `batch.step(8)`,
 /// `batch.gather_taxels(pads, images)` and `batch.reset(batch.failed())`: examples/18_batch.cpp.
