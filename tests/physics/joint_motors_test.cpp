@@ -138,7 +138,7 @@ TEST_CASE("joint_motors: gains are checked") {
 // Nothing moved or pressed before the first step, so nothing there tells how small a speed is none.
 TEST_CASE_TEMPLATE("joint_motors: a finger that begins to close needs no sweeps", S, float,
                    double) {
-  World<S> world({.gravity = zero<Vec3<S>>(), .time_step = S(1e-3)});
+  World<S> world({.gravity = bristle::detail::zero<Vec3<S>>(), .time_step = S(1e-3)});
   const S half = S(0.025);
   const Vec3<S> root(S(0.062), S(0), S(0.2));
   BodyId previous = world.add_body({.motion = Motion::fixed, .position = root});
