@@ -33,6 +33,11 @@ template <typename T>
   return Array<T>(static_cast<py::ssize_t>(values.size()), values.data());
 }
 
+/// Handles, or None, as an array whose comparison with a handle is a mask.
+[[nodiscard]] inline py::array handles_of(const py::list& handles) {
+  return py::module_::import("numpy").attr("array")(handles, "dtype"_a = "object");
+}
+
 /// Quaternions are x, y, z, w in Python.
 template <typename S>
 [[nodiscard]] Quat<S> rotation_of(const Eigen::Matrix<S, 4, 1>& xyzw) {

@@ -43,9 +43,8 @@ struct WorldContacts {
         append(impulses, point.normal_impulse * point.normal + point.friction_impulse);
       });
     });
-    const auto handles = py::module_::import("numpy").attr("array");
-    body_a = handles(bodies_a, "dtype"_a = "object");
-    body_b = handles(bodies_b, "dtype"_a = "object");
+    body_a = handles_of(bodies_a);
+    body_b = handles_of(bodies_b);
     const auto vectors = [&](const std::vector<S>& row) {
       return Array<S>({gaps.size(), std::size_t(3)}, row.data());
     };

@@ -40,7 +40,7 @@ struct WorldHits {
       is_hit.mutable_at(k) = hits[i].is_hit();
       bodies.append(hits[i].is_hit() ? py::cast(hits[i].body) : py::none());
     }
-    body = py::module_::import("numpy").attr("array")(bodies, "dtype"_a = "object");
+    body = handles_of(bodies);
   }
 };
 

@@ -28617,6 +28617,7 @@ class ContactMaker {
 
   /// Adds contacts for the lanes `hit` of a packet that meet the body at more than a grazing angle.
   BRISTLE_FORCE_INLINE void add_packet(std::size_t number, LaneBits hit) {
+    const RayPacket<S>& rays = patch_.geometry->packets[number];
     BristlePacket<S>& bristles = patch_.bristles[number];
     ContactPacket<S>& out = *next_++;
     out.begin(static_cast<std::uint32_t>(number));
@@ -28627,7 +28628,7 @@ class ContactMaker {
             ? LaneBits(0)
             : static_cast<LaneBits>(was_anchored & bristles.anchored_on.lanes_in(key_b_));
     for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
-      if (pack_bits<S>(hit, at) != 0) add_pack(bristles, out, at, hit, anchored);
+      if (pack_bits<S>(hit, at) != 0) add_pack(rays, bristles, out, at, hit, anchored);
     }
     if (options_.law == Law::ambf) {
       bristles.is_anchored = static_cast<LaneBits>(was_anchored & (~hit | out.is_met));
@@ -28642,10 +28643,10 @@ class ContactMaker {
   [[nodiscard]] const ContactSums<S>& sums() const { return sums_; }
 
  private:
-  BRISTLE_FORCE_INLINE void add_pack(BristlePacket<S>& bristles, ContactPacket<S>& out,
-                                     std::size_t at, LaneBits hit, LaneBits anchored) {
-    const TouchPack<S> touch(patch_, patch_.geometry->packets[out.packet], out.packet, at, hit,
-                             true);
+  BRISTLE_FORCE_INLINE void add_pack(const RayPacket<S>& rays, BristlePacket<S>& bristles,
+                                     ContactPacket<S>& out, std::size_t at, LaneBits hit,
+                                     LaneBits anchored) {
+    const TouchPack<S> touch(patch_, rays, out.packet, at, hit, true);
     SensorParameters<T> scratch;
     const SensorParameters<T>& p = parameters_(out.packet, at, scratch);
     const Mask<S> is_met = touch.is_met;
@@ -28669,7 +28670,7 @@ class ContactMaker {
       Row3<S>& row = applies_ ? stretch_ : out.stretch;
       if (!applies_ || is_any_moved) store_pack(row, at, stretch);
       if (is_any_moved) {
-        root_anew(bristles, out, at, anchored, sigma, row);
+        root_anew(rays, bristles, out, at, anchored, sigma, row);
         stretch = load_pack(row, at);
       }
       if (applies_) {
@@ -28684,12 +28685,12 @@ class ContactMaker {
   }
 
   /// Advances the bristles of the lanes in contact. Leaves the other lanes alone.
-  BRISTLE_NOINLINE void root_anew(BristlePacket<S>& bristles, ContactPacket<S>& out, std::size_t at,
-                                  LaneBits anchored, const T& sigma, Row3<S>& row) const {
+  BRISTLE_NOINLINE void root_anew(const RayPacket<S>& rays, BristlePacket<S>& bristles,
+                                  ContactPacket<S>& out, std::size_t at, LaneBits anchored,
+                                  const T& sigma, Row3<S>& row) const {
     Anchor<T> anchor{load_pack(bristles.anchor_a, at), load_pack(bristles.anchor_b, at)};
     const Mask<S> is_touching = load_mask<S>(out.is_touching, at);
     const T distance = patch_.distances_of(out.packet * packet_size + at, is_touching);
-    const RayPacket<S>& rays = patch_.geometry->packets[out.packet];
     const Pack3<S> point = load_pack(rays.start, at) + distance * load_pack(rays.direction, at);
     Mask<S> did_slip;
     // Lanes out of contact keep their anchor at any stretch.
@@ -29253,11 +29254,10 @@ struct LaneWrench {
 
 /// Finds the geometry of the contacts of a pack, as far as it is known before the linearisation.
 template <Scalar S>
-BRISTLE_FORCE_INLINE void find_geometry(const SensorPatch<S>& patch, const ContactPacket<S>& packet,
-                                        std::size_t at, const Pack3<S>& center,
-                                        PatchContact<Pack<S>>& c) {
-  const TouchPack<S> touch(patch, patch.geometry->packets[packet.packet], packet.packet, at,
-                           packet.is_met, false);
+BRISTLE_FORCE_INLINE void find_geometry(const SensorPatch<S>& patch, const RayPacket<S>& rays,
+                                        const ContactPacket<S>& packet, std::size_t at,
+                                        const Pack3<S>& center, PatchContact<Pack<S>>& c) {
+  const TouchPack<S> touch(patch, rays, packet.packet, at, packet.is_met, false);
   c.n = touch.n;
   c.g = touch.g;
   c.rho = touch.point - center;
@@ -29336,10 +29336,11 @@ void sum_first_models(const SensorPatch<S>& patch, const PatchPair<S>& pair,
   ModelSum<T> sum;
   SensorParameters<T> scratch;
   for (const ContactPacket<S>& packet : packets) {
+    const RayPacket<S>& rays = patch.geometry->packets[packet.packet];
     for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
       if (pack_bits<S>(packet.is_met, at) == 0) continue;
       PatchContact<T> c;
-      find_geometry(patch, packet, at, center, c);
+      find_geometry(patch, rays, packet, at, center, c);
       linearise_at_start<S>(parameters(packet.packet, at, scratch), options, scheme, start,
                             load_mask<S>(packet.is_met, at), dt, c);
       sum.add(c);
@@ -29425,12 +29426,13 @@ void evaluate(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<Contact
   Evaluation<S> sum;
   SensorParameters<T> scratch;
   for (ContactPacket<S>& packet : packets) {
+    const RayPacket<S>& rays = patch.geometry->packets[packet.packet];
     if constexpr (is_first) packet.is_slipping = 0;
     for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
       if (pack_bits<S>(packet.is_met, at) == 0) continue;
       const SensorParameters<T>& p = parameters(packet.packet, at, scratch);
       PatchContact<T> c;
-      find_geometry(patch, packet, at, center, c);
+      find_geometry(patch, rays, packet, at, center, c);
       if constexpr (is_first) {
         linearise_at_start<S>(p, options, scheme, start, load_mask<S>(packet.is_met, at), def.dt,
                               c);
@@ -29477,10 +29479,11 @@ void linearise_at_motion(SensorPatch<S>& patch, const PatchPair<S>& pair,
   MovedModels<T> sum;
   SensorParameters<T> scratch;
   for (ContactPacket<S>& packet : packets) {
+    const RayPacket<S>& rays = patch.geometry->packets[packet.packet];
     for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
       if (pack_bits<S>(packet.is_met, at) == 0) continue;
       PatchContact<T> c;
-      find_geometry(patch, packet, at, center, c);
+      find_geometry(patch, rays, packet, at, center, c);
       load_states(packet, at, c);
       const SensorParameters<T>& p = parameters(packet.packet, at, scratch);
       const Pack3<S> v = found.at(c.rho);
@@ -38214,10 +38217,10 @@ void apply_at_start(SensorPatch<S>& patch, const PatchPair<S>& pair,
   LaneWrench<S> sum;
   SensorParameters<Pack<S>> scratch;
   for (ContactPacket<S>& packet : packets) {
+    const RayPacket<S>& rays = patch.geometry->packets[packet.packet];
     for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
       if (pack_bits<S>(packet.is_met, at) == 0) continue;
-      const TouchPack<S> touch(patch, patch.geometry->packets[packet.packet], packet.packet, at,
-                               packet.is_met, false);
+      const TouchPack<S> touch(patch, rays, packet.packet, at, packet.is_met, false);
       const SensorContact<Pack<S>> contact{touch.depth, touch.inverse_length, touch.n, touch.g,
                                            start.at(touch.point)};
       apply_impulses<S>(packet, at, parameters(packet.packet, at, scratch), options, contact,

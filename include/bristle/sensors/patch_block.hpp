@@ -120,11 +120,10 @@ struct LaneWrench {
 
 /// Finds the geometry of the contacts of a pack, as far as it is known before the linearisation.
 template <Scalar S>
-BRISTLE_FORCE_INLINE void find_geometry(const SensorPatch<S>& patch, const ContactPacket<S>& packet,
-                                        std::size_t at, const Pack3<S>& center,
-                                        PatchContact<Pack<S>>& c) {
-  const TouchPack<S> touch(patch, patch.geometry->packets[packet.packet], packet.packet, at,
-                           packet.is_met, false);
+BRISTLE_FORCE_INLINE void find_geometry(const SensorPatch<S>& patch, const RayPacket<S>& rays,
+                                        const ContactPacket<S>& packet, std::size_t at,
+                                        const Pack3<S>& center, PatchContact<Pack<S>>& c) {
+  const TouchPack<S> touch(patch, rays, packet.packet, at, packet.is_met, false);
   c.n = touch.n;
   c.g = touch.g;
   c.rho = touch.point - center;
@@ -203,10 +202,11 @@ void sum_first_models(const SensorPatch<S>& patch, const PatchPair<S>& pair,
   ModelSum<T> sum;
   SensorParameters<T> scratch;
   for (const ContactPacket<S>& packet : packets) {
+    const RayPacket<S>& rays = patch.geometry->packets[packet.packet];
     for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
       if (pack_bits<S>(packet.is_met, at) == 0) continue;
       PatchContact<T> c;
-      find_geometry(patch, packet, at, center, c);
+      find_geometry(patch, rays, packet, at, center, c);
       linearise_at_start<S>(parameters(packet.packet, at, scratch), options, scheme, start,
                             load_mask<S>(packet.is_met, at), dt, c);
       sum.add(c);
@@ -292,12 +292,13 @@ void evaluate(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<Contact
   Evaluation<S> sum;
   SensorParameters<T> scratch;
   for (ContactPacket<S>& packet : packets) {
+    const RayPacket<S>& rays = patch.geometry->packets[packet.packet];
     if constexpr (is_first) packet.is_slipping = 0;
     for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
       if (pack_bits<S>(packet.is_met, at) == 0) continue;
       const SensorParameters<T>& p = parameters(packet.packet, at, scratch);
       PatchContact<T> c;
-      find_geometry(patch, packet, at, center, c);
+      find_geometry(patch, rays, packet, at, center, c);
       if constexpr (is_first) {
         linearise_at_start<S>(p, options, scheme, start, load_mask<S>(packet.is_met, at), def.dt,
                               c);
@@ -344,10 +345,11 @@ void linearise_at_motion(SensorPatch<S>& patch, const PatchPair<S>& pair,
   MovedModels<T> sum;
   SensorParameters<T> scratch;
   for (ContactPacket<S>& packet : packets) {
+    const RayPacket<S>& rays = patch.geometry->packets[packet.packet];
     for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
       if (pack_bits<S>(packet.is_met, at) == 0) continue;
       PatchContact<T> c;
-      find_geometry(patch, packet, at, center, c);
+      find_geometry(patch, rays, packet, at, center, c);
       load_states(packet, at, c);
       const SensorParameters<T>& p = parameters(packet.packet, at, scratch);
       const Pack3<S> v = found.at(c.rho);

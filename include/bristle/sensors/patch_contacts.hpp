@@ -273,6 +273,7 @@ class ContactMaker {
 
   /// Adds contacts for the lanes `hit` of a packet that meet the body at more than a grazing angle.
   BRISTLE_FORCE_INLINE void add_packet(std::size_t number, LaneBits hit) {
+    const RayPacket<S>& rays = patch_.geometry->packets[number];
     BristlePacket<S>& bristles = patch_.bristles[number];
     ContactPacket<S>& out = *next_++;
     out.begin(static_cast<std::uint32_t>(number));
@@ -283,7 +284,7 @@ class ContactMaker {
             ? LaneBits(0)
             : static_cast<LaneBits>(was_anchored & bristles.anchored_on.lanes_in(key_b_));
     for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
-      if (pack_bits<S>(hit, at) != 0) add_pack(bristles, out, at, hit, anchored);
+      if (pack_bits<S>(hit, at) != 0) add_pack(rays, bristles, out, at, hit, anchored);
     }
     if (options_.law == Law::ambf) {
       bristles.is_anchored = static_cast<LaneBits>(was_anchored & (~hit | out.is_met));
@@ -298,10 +299,10 @@ class ContactMaker {
   [[nodiscard]] const ContactSums<S>& sums() const { return sums_; }
 
  private:
-  BRISTLE_FORCE_INLINE void add_pack(BristlePacket<S>& bristles, ContactPacket<S>& out,
-                                     std::size_t at, LaneBits hit, LaneBits anchored) {
-    const TouchPack<S> touch(patch_, patch_.geometry->packets[out.packet], out.packet, at, hit,
-                             true);
+  BRISTLE_FORCE_INLINE void add_pack(const RayPacket<S>& rays, BristlePacket<S>& bristles,
+                                     ContactPacket<S>& out, std::size_t at, LaneBits hit,
+                                     LaneBits anchored) {
+    const TouchPack<S> touch(patch_, rays, out.packet, at, hit, true);
     SensorParameters<T> scratch;
     const SensorParameters<T>& p = parameters_(out.packet, at, scratch);
     const Mask<S> is_met = touch.is_met;
@@ -325,7 +326,7 @@ class ContactMaker {
       Row3<S>& row = applies_ ? stretch_ : out.stretch;
       if (!applies_ || is_any_moved) store_pack(row, at, stretch);
       if (is_any_moved) {
-        root_anew(bristles, out, at, anchored, sigma, row);
+        root_anew(rays, bristles, out, at, anchored, sigma, row);
         stretch = load_pack(row, at);
       }
       if (applies_) {
@@ -340,12 +341,12 @@ class ContactMaker {
   }
 
   /// Advances the bristles of the lanes in contact. Leaves the other lanes alone.
-  BRISTLE_NOINLINE void root_anew(BristlePacket<S>& bristles, ContactPacket<S>& out, std::size_t at,
-                                  LaneBits anchored, const T& sigma, Row3<S>& row) const {
+  BRISTLE_NOINLINE void root_anew(const RayPacket<S>& rays, BristlePacket<S>& bristles,
+                                  ContactPacket<S>& out, std::size_t at, LaneBits anchored,
+                                  const T& sigma, Row3<S>& row) const {
     Anchor<T> anchor{load_pack(bristles.anchor_a, at), load_pack(bristles.anchor_b, at)};
     const Mask<S> is_touching = load_mask<S>(out.is_touching, at);
     const T distance = patch_.distances_of(out.packet * packet_size + at, is_touching);
-    const RayPacket<S>& rays = patch_.geometry->packets[out.packet];
     const Pack3<S> point = load_pack(rays.start, at) + distance * load_pack(rays.direction, at);
     Mask<S> did_slip;
     // Lanes out of contact keep their anchor at any stretch.

@@ -101,10 +101,10 @@ void apply_at_start(SensorPatch<S>& patch, const PatchPair<S>& pair,
   LaneWrench<S> sum;
   SensorParameters<Pack<S>> scratch;
   for (ContactPacket<S>& packet : packets) {
+    const RayPacket<S>& rays = patch.geometry->packets[packet.packet];
     for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
       if (pack_bits<S>(packet.is_met, at) == 0) continue;
-      const TouchPack<S> touch(patch, patch.geometry->packets[packet.packet], packet.packet, at,
-                               packet.is_met, false);
+      const TouchPack<S> touch(patch, rays, packet.packet, at, packet.is_met, false);
       const SensorContact<Pack<S>> contact{touch.depth, touch.inverse_length, touch.n, touch.g,
                                            start.at(touch.point)};
       apply_impulses<S>(packet, at, parameters(packet.packet, at, scratch), options, contact,
