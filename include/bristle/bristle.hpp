@@ -21,7 +21,6 @@
 #include <bristle/geometry/shapes/shapes.hpp>
 #include <bristle/hosts/host_sensors.hpp>
 #include <bristle/io/file.hpp>
-#include <bristle/math/envelope_lu.hpp>
 #include <bristle/math/rotation.hpp>
 #include <bristle/sensors/elastic_skin.hpp>
 #include <bristle/sensors/neighbour_order.hpp>
@@ -161,12 +160,14 @@
 #include <bristle/geometry/trees/wide_tree.hpp>
 #include <bristle/hosts/host_stage.hpp>
 #include <bristle/math/block6.hpp>
+#include <bristle/math/block_cholesky.hpp>
 #include <bristle/math/block_envelope.hpp>
+#include <bristle/math/block_lu.hpp>
+#include <bristle/math/block_pattern.hpp>
 #include <bristle/math/cholesky.hpp>
 #include <bristle/math/dormand_prince.hpp>
 #include <bristle/math/dual.hpp>
 #include <bristle/math/elimination.hpp>
-#include <bristle/math/envelope_cholesky.hpp>
 #include <bristle/math/finite.hpp>
 #include <bristle/math/lane_register.hpp>
 #include <bristle/math/lane_rows.hpp>

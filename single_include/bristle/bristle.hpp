@@ -932,14 +932,10 @@ using LineArray = DynamicArray<T, 64>;
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
-// === bristle/math/envelope_cholesky.hpp
+// === bristle/math/block_cholesky.hpp
 
 /// @file
-/// Cholesky factorisation of a sparse symmetric matrix of 6x6 blocks within its envelope.
-///
-/// Each block row is stored from its first nonzero block to the diagonal. All fill of the
-/// factorisation falls inside (Jennings 1966). Stacks and chains numbered end to end have narrow
-/// envelopes. Their cost grows with their length and not with its cube.
+/// Cholesky factorisation of a sparse symmetric matrix of 6x6 blocks.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/math/block6.hpp
@@ -2090,6 +2086,16 @@ template <Scalar S>
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
+// === bristle/math/block_pattern.hpp
+
+/// @file
+/// Where the blocks of a sparse matrix and of its factors are.
+///
+/// A block row is a list of runs of neighbouring columns, the last of which ends at the diagonal.
+/// The products of a factorisation are then those of a full matrix, over the columns that two runs
+/// have in common. A full row is one run.
+// SPDX-License-Identifier: BSD-3-Clause
+
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -2097,55 +2103,168 @@ template <Scalar S>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
+/// Blocks of the lower triangle of a symmetric matrix that has its own fill: where two rows have a
+/// block in one column, the later row has one in the column of the earlier. Rows and columns count
+/// blocks. Blocks are numbered row by row.
+class BlockPattern {
+ public:
+  /// Neighbouring blocks of a row: those of the columns from `first` up to `end`.
+  struct Run {
+    std::uint32_t first;
+    std::uint32_t end;
+    std::size_t block;  ///< Number of the first one.
+  };
+
+  void clear() {
+    runs_.clear();
+    run_starts_.assign(1, 0);
+    block_starts_.assign(1, 0);
+  }
+  /// Appends a row.
+  /// @param columns  Those of its blocks below the diagonal, in ascending order. The block of the
+  ///                 diagonal is added.
+  void add_row(std::span<const std::uint32_t> columns) {
+    const auto row = static_cast<std::uint32_t>(rows());
+    std::size_t block = block_starts_.back();
+    const auto add = [&](std::uint32_t column) {
+      if (runs_.size() > run_starts_.back() && runs_.back().end == column) {
+        ++runs_.back().end;
+      } else {
+        runs_.push_back({column, column + 1, block});
+      }
+      ++block;
+    };
+    for (const std::uint32_t column : columns) add(column);
+    add(row);
+    run_starts_.push_back(static_cast<std::uint32_t>(runs_.size()));
+    block_starts_.push_back(block);
+  }
+
+  [[nodiscard]] std::size_t rows() const { return run_starts_.size() - 1; }
+  /// [-] Blocks of all rows.
+  [[nodiscard]] std::size_t size() const { return block_starts_.back(); }
+  /// Number of the first block of a row. That of the next row follows its diagonal block.
+  [[nodiscard]] std::size_t start(std::size_t row) const { return block_starts_[row]; }
+  /// Number of the diagonal block of a row.
+  [[nodiscard]] std::size_t diagonal(std::size_t row) const { return block_starts_[row + 1] - 1; }
+  /// Number of a block of the pattern.
+  [[nodiscard]] std::size_t block(std::size_t row, std::size_t column) const {
+    const Run* run = runs_.data() + run_starts_[row];
+    while (run->end <= column) ++run;
+    return run->block + (column - run->first);
+  }
+
+  /// Calls use(column, number) for the blocks of a row below the diagonal.
+  template <typename Use>
+  void for_each_below(std::size_t row, Use&& use) const {
+    for (std::size_t r = run_starts_[row]; r < run_starts_[row + 1]; ++r) {
+      const Run& run = runs_[r];
+      const std::size_t end = std::min<std::size_t>(run.end, row);
+      for (std::size_t column = run.first; column < end; ++column) {
+        use(column, run.block + (column - run.first));
+      }
+    }
+  }
+  /// Calls use(number in row, number in other row, columns) for the runs of columns that both rows
+  /// have before the diagonal of the other.
+  /// @param other  At most `row`.
+  template <typename Use>
+  void for_each_common(std::size_t row, std::size_t other, Use&& use) const {
+    const Run* a = runs_.data() + run_starts_[row];
+    const Run* b = runs_.data() + run_starts_[other];
+    const Run* const end_b = runs_.data() + run_starts_[other + 1];
+    // The last run of `row` reaches its diagonal. No run of the other row ends later.
+    while (b != end_b && a->first < other) {
+      const std::uint32_t first = std::max(a->first, b->first);
+      const std::uint32_t end = std::min({a->end, b->end, static_cast<std::uint32_t>(other)});
+      if (first < end)
+        use(a->block + (first - a->first), b->block + (first - b->first), end - first);
+      if (a->end < b->end) {
+        ++a;
+      } else {
+        ++b;
+      }
+    }
+  }
+
+ private:
+  DynamicArray<Run> runs_;
+  DynamicArray<std::uint32_t> run_starts_{0};  // First run of each row, and past the last.
+  DynamicArray<std::size_t> block_starts_{0};  // First block of each row, and past the last.
+};
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
 /// Lower triangle of a symmetric positive definite matrix, and its factor in place.
 template <Scalar S>
-class EnvelopeMatrix {
+class BlockCholesky {
  public:
   /// Sets the shape and all entries to zero.
-  /// @param first  Column of the first block of each block row. At most the row's own number.
-  void reset(std::span<const std::uint32_t> first) {
-    first_.assign(first.begin(), first.end());
-    start_.resize(first.size());
-    std::size_t size = 0;
-    for (std::size_t i = 0; i < first.size(); ++i) {
-      start_[i] = size - 6 * stride * first[i];  // Wraps around; only sums with a column are used.
-      size += 6 * stride * (i - first[i] + 1);
+  /// @param pattern  Blocks of the matrix and of its factor. It has to last as long as they do.
+  void reset(const BlockPattern& pattern) {
+    pattern_ = &pattern;
+    values_.assign(6 * stride * pattern.size(), S(0));
+  }
+
+  /// Takes the blocks of a pattern from a matrix that has others, too.
+  void assign(const BlockPattern& pattern, const BlockCholesky& other) {
+    reset(pattern);
+    for (std::size_t i = 0; i < blocks(); ++i) {
+      const auto copy = [&](std::size_t j, std::size_t number) {
+        std::copy_n(other.block(other.pattern_->block(i, j)), 6 * stride, block(number));
+      };
+      pattern.for_each_below(i, copy);
+      copy(i, pattern.diagonal(i));
     }
-    values_.assign(size, S(0));
   }
 
   /// Reserves as much as `other` has, so that copying it allocates nothing.
-  void reserve(const EnvelopeMatrix& other) {
-    first_.reserve(other.first_.capacity());
-    start_.reserve(other.start_.capacity());
-    values_.reserve(other.values_.capacity());
-  }
+  void reserve(const BlockCholesky& other) { values_.reserve(other.values_.capacity()); }
 
+  [[nodiscard]] const BlockPattern& pattern() const { return *pattern_; }
   /// [-] Block rows.
-  [[nodiscard]] std::size_t blocks() const { return first_.size(); }
+  [[nodiscard]] std::size_t blocks() const { return pattern_->rows(); }
   /// [-] Rows.
-  [[nodiscard]] std::size_t size() const { return 6 * first_.size(); }
-  /// First block of a block row.
-  [[nodiscard]] std::uint32_t first(std::size_t block) const { return first_[block]; }
-  /// Entry of the lower triangle: 6 first(i / 6) <= j <= i. The entries of a block row in one
-  /// column are side by side. In diagonal blocks, those above the diagonal have no meaning.
-  [[nodiscard]] S& at(std::size_t i, std::size_t j) { return column(i / 6, j)[i % 6]; }
-  [[nodiscard]] const S& at(std::size_t i, std::size_t j) const { return column(i / 6, j)[i % 6]; }
+  [[nodiscard]] std::size_t size() const { return 6 * blocks(); }
+  /// First entry of a block of the pattern, by its number. The six entries of a column are side by
+  /// side, the next column follows after `Block6<S>::stride`. In diagonal blocks, entries above the
+  /// diagonal have no meaning.
+  [[nodiscard]] S* block(std::size_t number) { return values_.data() + 6 * stride * number; }
+  [[nodiscard]] const S* block(std::size_t number) const {
+    return values_.data() + 6 * stride * number;
+  }
+  /// Entry of the lower triangle, in a block of the pattern.
+  [[nodiscard]] S& at(std::size_t i, std::size_t j) {
+    return block(pattern_->block(i / 6, j / 6))[stride * (j % 6) + i % 6];
+  }
+  [[nodiscard]] const S& at(std::size_t i, std::size_t j) const {
+    return block(pattern_->block(i / 6, j / 6))[stride * (j % 6) + i % 6];
+  }
 
   /// y := A x, before `factor`.
   void multiply(const S* x, S* y) const {
     for (std::size_t i = 0; i < blocks(); ++i) {
       S sum[Block6<S>::stride] = {};
       Six<S> sums = Six<S>::load(sum);
-      for (std::size_t j = 6 * first_[i]; j < 6 * i; ++j) {
-        sums.add(x[j], Six<S>::load(column(i, j)));
-        y[j] += dot6(column(i, j), x + 6 * i);
-      }
+      pattern_->for_each_below(i, [&](std::size_t j, std::size_t number) {
+        const S* const entries = block(number);
+        for (std::size_t b = 0; b < 6; ++b) {
+          sums.add(x[6 * j + b], Six<S>::load(entries + stride * b));
+          y[6 * j + b] += dot6(entries + stride * b, x + 6 * i);
+        }
+      });
       sums.store(sum);
+      const S* const diagonal = block(pattern_->diagonal(i));
       for (std::size_t a = 0; a < 6; ++a) {
         y[6 * i + a] = sum[a];
         for (std::size_t b = 0; b < 6; ++b) {
-          y[6 * i + a] += at(6 * i + std::max(a, b), 6 * i + std::min(a, b)) * x[6 * i + b];
+          y[6 * i + a] += diagonal[stride * std::min(a, b) + std::max(a, b)] * x[6 * i + b];
         }
       }
     }
@@ -2155,15 +2274,18 @@ class EnvelopeMatrix {
   /// @return False if a pivot is not positive or not finite. The matrix is then spoilt.
   [[nodiscard]] bool factor() {
     for (std::size_t i = 0; i < blocks(); ++i) {
-      for (std::size_t j = first_[i]; j < i; ++j) {
-        const std::size_t from = 6 * std::max(first_[i], first_[j]);
-        add_product<-1>(column(j, from), 1, stride, column(i, from), 6 * j - from,
-                        column(i, 6 * j));
-        divide(column(j, 6 * j), column(i, 6 * j));
-      }
-      S* const pivot = column(i, 6 * i);
-      const std::size_t from = 6 * first_[i];
-      add_product<-1>(column(i, from), 1, stride, column(i, from), 6 * i - from, pivot);
+      pattern_->for_each_below(i, [&](std::size_t j, std::size_t number) {
+        S* const entries = block(number);
+        pattern_->for_each_common(
+            i, j, [&](std::size_t own, std::size_t other, std::size_t columns) {
+              add_product<-1>(block(other), 1, stride, block(own), 6 * columns, entries);
+            });
+        divide(block(pattern_->diagonal(j)), entries);
+      });
+      S* const pivot = block(pattern_->diagonal(i));
+      pattern_->for_each_common(i, i, [&](std::size_t own, std::size_t, std::size_t columns) {
+        add_product<-1>(block(own), 1, stride, block(own), 6 * columns, pivot);
+      });
       if (!factor_diagonal(pivot)) return false;
     }
     return true;
@@ -2171,14 +2293,19 @@ class EnvelopeMatrix {
 
   /// x := A^-1 x, after `factor`.
   void solve(S* x) const {
-    for (std::size_t i = 0; i < blocks(); ++i) solve_lower(i, first_[i], x);
+    for (std::size_t i = 0; i < blocks(); ++i) solve_lower(i, 0, x);
     for (std::size_t i = blocks(); i-- > 0;) {
+      const S* const diagonal = block(pattern_->diagonal(i));
       for (std::size_t a = 6; a-- > 0;) {
-        const S* const below = column(i, 6 * i + a);
+        const S* const below = diagonal + stride * a;
         for (std::size_t b = a + 1; b < 6; ++b) x[6 * i + a] -= below[b] * x[6 * i + b];
         x[6 * i + a] /= below[a];
       }
-      for (std::size_t j = 6 * first_[i]; j < 6 * i; ++j) x[j] -= dot6(column(i, j), x + 6 * i);
+      pattern_->for_each_below(i, [&](std::size_t j, std::size_t number) {
+        for (std::size_t b = 0; b < 6; ++b) {
+          x[6 * j + b] -= dot6(block(number) + stride * b, x + 6 * i);
+        }
+      });
     }
   }
 
@@ -2189,7 +2316,7 @@ class EnvelopeMatrix {
   [[nodiscard]] bool responds_by(const S& bound, S* x, std::size_t start) const {
     S sum = S(0);
     for (std::size_t i = start; i < blocks(); ++i) {
-      solve_lower(i, std::max<std::size_t>(start, first_[i]), x);
+      solve_lower(i, start, x);
       sum += dot6(x + 6 * i, x + 6 * i);
       if (sum > bound) return true;
     }
@@ -2204,21 +2331,20 @@ class EnvelopeMatrix {
     S own[Block6<S>::stride] = {};
     std::copy_n(x + 6 * i, 6, own);
     Six<S> rest = Six<S>::load(own);
-    for (std::size_t j = 6 * from; j < 6 * i; ++j) rest.subtract(x[j], Six<S>::load(column(i, j)));
+    pattern_->for_each_below(i, [&](std::size_t j, std::size_t number) {
+      if (j < from) return;
+      const S* const entries = block(number);
+      for (std::size_t b = 0; b < 6; ++b) {
+        rest.subtract(x[6 * j + b], Six<S>::load(entries + stride * b));
+      }
+    });
     rest.store(own);
+    const S* const diagonal = block(pattern_->diagonal(i));
     for (std::size_t a = 0; a < 6; ++a) {
-      const S* const below = column(i, 6 * i + a);
+      const S* const below = diagonal + stride * a;
       x[6 * i + a] = own[a] / below[a];
       for (std::size_t b = a + 1; b < 6; ++b) own[b] -= below[b] * x[6 * i + a];
     }
-  }
-
-  /// The six entries of a block row in a column.
-  [[nodiscard]] S* column(std::size_t block, std::size_t j) {
-    return values_.data() + (start_[block] + stride * j);
-  }
-  [[nodiscard]] const S* column(std::size_t block, std::size_t j) const {
-    return values_.data() + (start_[block] + stride * j);
   }
 
   /// x := x L^-T for a factored diagonal block L. Both are stored by columns.
@@ -2250,8 +2376,7 @@ class EnvelopeMatrix {
     return true;
   }
 
-  DynamicArray<std::uint32_t> first_;
-  DynamicArray<std::size_t> start_;  // Index of each block row in `values_`, less its first column.
+  const BlockPattern* pattern_ = nullptr;
   DynamicArray<S> values_;
 };
 
@@ -2398,16 +2523,17 @@ void project_on_cone(Real friction, Real most, Real& n, Real& x, Real& y) {
 
 /// h += weight j j^T, with the Jacobian j of a row.
 template <typename Real>
-void add_square(EnvelopeMatrix<Real>& h, Real weight, const IslandRow<Real>& row) {
+void add_square(BlockCholesky<Real>& h, Real weight, const IslandRow<Real>& row) {
   const std::uint32_t unknown[2] = {row.a, row.b};
   const std::array<Real, 6>* j[2] = {&row.jacobian_a, &row.jacobian_b};
   for (std::size_t k = 0; k < 2; ++k) {
     if (unknown[k] == row.none) continue;
     for (std::size_t l = 0; l < 2; ++l) {
       if (unknown[l] == row.none || unknown[l] > unknown[k]) continue;
+      Real* const block = h.block(h.pattern().block(unknown[k] / 6, unknown[l] / 6));
       for (std::uint32_t q = 0; q < 6; ++q) {
         const Real right = weight * (*j[l])[q];
-        Real* const out = &h.at(unknown[k], unknown[l] + q);
+        Real* const out = block + Block6<Real>::stride * q;
         for (std::size_t p = 0; p < 6; ++p) out[p] += right * (*j[k])[p];
       }
     }
@@ -2614,14 +2740,13 @@ template <typename Real>
 /// velocities. The best that add no energy are kept.
 // SPDX-License-Identifier: BSD-3-Clause
 
-// === bristle/math/envelope_lu.hpp
+// === bristle/math/block_lu.hpp
 
 /// @file
-/// LU factorisation of a sparse matrix of 6x6 blocks within its envelope.
+/// LU factorisation of a sparse matrix of 6x6 blocks.
 ///
 /// The pattern of the matrix is symmetric, its numbers are not. Lower blocks are stored in rows,
-/// upper blocks in block columns. Both go from the first nonzero block to the diagonal. All fill
-/// falls inside (Jennings 1966). Pivots are chosen within the blocks of the diagonal. A single
+/// upper blocks in block columns. Pivots are chosen within the blocks of the diagonal. A single
 /// diagonal entry can be zero. That of a contact which slides at the friction angle is.
 // SPDX-License-Identifier: BSD-3-Clause
 
@@ -2633,56 +2758,50 @@ namespace bristle::inline BRISTLE_ABI::detail {
 
 /// The matrix, and its factors in place. A = L U, with unit blocks on the diagonal of L.
 template <Scalar S>
-class EnvelopeLu {
+class BlockLu {
  public:
-  /// Takes the shape of one symmetric matrix and the numbers of another, whose envelope lies
-  /// within. Neither is factored.
-  void assign(const EnvelopeMatrix<S>& shape, const EnvelopeMatrix<S>& numbers) {
-    blocks_ = shape.blocks();
-    first_.resize(blocks_);
-    lower_start_.resize(blocks_);
-    upper_start_.resize(blocks_);
-    std::size_t lower_size = 0;
-    std::size_t upper_size = 0;
-    for (std::size_t i = 0; i < blocks_; ++i) {
-      first_[i] = shape.first(i);
-      // Both may wrap around. Only sums with a row or a column are used.
-      lower_start_[i] = lower_size - 6 * first_[i];
-      upper_start_[i] = upper_size - 6 * first_[i] * stride;
-      lower_size += 6 * width(i);
-      upper_size += 6 * (i - first_[i]) * stride;
-    }
-    lower_.assign(lower_size, S(0));
-    upper_.assign(upper_size, S(0));
+  /// Sets the shape, and the numbers of a symmetric matrix. That one is not factored.
+  /// @param pattern  Has all blocks of `numbers`. It has to last as long as the matrix does.
+  void assign(const BlockPattern& pattern, const BlockCholesky<S>& numbers) {
+    pattern_ = &pattern;
+    blocks_ = pattern.rows();
+    lower_.assign(36 * pattern.size(), S(0));
+    upper_.assign(6 * stride * (pattern.size() - blocks_), S(0));
     inverses_.resize(blocks_);
-    for (std::size_t i = 0; i < 6 * blocks_; ++i) {
-      const std::size_t diagonal = i / 6 * 6;
-      for (std::size_t j = 6 * numbers.first(i / 6); j < diagonal; ++j) {
-        *row(i, j) = column(i / 6, j)[i % 6] = numbers.at(i, j);
+    for (std::size_t i = 0; i < blocks_; ++i) {
+      numbers.pattern().for_each_below(i, [&](std::size_t j, std::size_t number) {
+        const std::size_t own = pattern.block(i, j);
+        const S* const from = numbers.block(number);
+        for (std::size_t a = 0; a < 6; ++a) {
+          for (std::size_t b = 0; b < 6; ++b) {
+            row(i, own, a)[b] = column(i, own)[stride * b + a] = from[stride * b + a];
+          }
+        }
+      });
+      const S* const from = numbers.block(numbers.pattern().diagonal(i));
+      for (std::size_t a = 0; a < 6; ++a) {
+        for (std::size_t b = 0; b < 6; ++b) {
+          row(i, pattern.diagonal(i), a)[b] = from[stride * std::min(a, b) + std::max(a, b)];
+        }
       }
-      for (std::size_t j = diagonal; j <= i; ++j) *row(i, j) = *row(j, i) = numbers.at(i, j);
     }
   }
 
   /// Reserves memory for `assign`, so that it allocates nothing.
-  void reserve(const EnvelopeMatrix<S>& shape) {
-    const std::size_t blocks = shape.blocks();
-    std::size_t size = 0;
-    for (std::size_t i = 0; i < blocks; ++i) size += i - shape.first(i) + 1;
-    first_.reserve(blocks);
-    lower_start_.reserve(blocks);
-    upper_start_.reserve(blocks);
-    lower_.reserve(36 * size);
-    upper_.reserve(6 * stride * size);
-    inverses_.reserve(blocks);
+  void reserve(const BlockPattern& pattern) {
+    lower_.reserve(36 * pattern.size());
+    upper_.reserve(6 * stride * (pattern.size() - pattern.rows()));
+    inverses_.reserve(pattern.rows());
   }
 
-  /// Adds to a block within the envelope.
+  /// Adds to a block of the pattern, or to one that mirrors it.
   void add(std::size_t block_row, std::size_t block_column, const Block6<S>& x) {
     const bool is_lower = block_row >= block_column;
+    const std::size_t number = is_lower ? pattern_->block(block_row, block_column)
+                                        : pattern_->block(block_column, block_row);
     for (std::size_t i = 0; i < 6; ++i) {
-      S* const out = is_lower ? row(6 * block_row + i, 6 * block_column)
-                              : column(block_column, 6 * block_row + i);
+      S* const out =
+          is_lower ? row(block_row, number, i) : column(block_column, number) + stride * i;
       for (std::size_t j = 0; j < 6; ++j) out[j] += x.row(i)[j];
     }
   }
@@ -2691,21 +2810,23 @@ class EnvelopeLu {
   /// @return False if a block of the diagonal is singular or not finite. The matrix is then spoilt.
   [[nodiscard]] bool factor() {
     for (std::size_t i = 0; i < blocks_; ++i) {
-      for (std::size_t j = first_[i]; j < i; ++j) {
-        const std::size_t from = 6 * std::max(first_[i], first_[j]);
-        const std::size_t count = 6 * j - from;
-        Block6<S> below = lower_block(i, j);
-        add_product<-1>(row(6 * i, from), width(i), 1, column(j, from), count, below.row(0));
+      pattern_->for_each_below(i, [&](std::size_t j, std::size_t number) {
+        Block6<S> below = lower_block(i, number);
+        S* const above = column(i, number);
+        pattern_->for_each_common(
+            i, j, [&](std::size_t own, std::size_t other, std::size_t columns) {
+              add_product<-1>(row(i, own, 0), width(i), 1, column(j, other), 6 * columns,
+                              below.row(0));
+              add_product<-1>(row(j, other, 0), width(j), 1, column(i, own), 6 * columns, above);
+            });
         Block6<S> quotient;
         add_product<1>(below.row(0), stride, 1, inverses_[j].row(0), 6, quotient.row(0));
-        for (std::size_t a = 0; a < 6; ++a) {
-          std::copy_n(quotient.row(a), 6, row(6 * i + a, 6 * j));
-        }
-        add_product<-1>(row(6 * j, from), width(j), 1, column(i, from), count, column(i, 6 * j));
-      }
-      const std::size_t from = 6 * first_[i];
-      Block6<S> pivot = lower_block(i, i);
-      add_product<-1>(row(6 * i, from), width(i), 1, column(i, from), 6 * i - from, pivot.row(0));
+        for (std::size_t a = 0; a < 6; ++a) std::copy_n(quotient.row(a), 6, row(i, number, a));
+      });
+      Block6<S> pivot = lower_block(i, pattern_->diagonal(i));
+      pattern_->for_each_common(i, i, [&](std::size_t own, std::size_t, std::size_t columns) {
+        add_product<-1>(row(i, own, 0), width(i), 1, column(i, own), 6 * columns, pivot.row(0));
+      });
       if (!invert(pivot, inverses_[i])) return false;
     }
     return true;
@@ -2713,16 +2834,20 @@ class EnvelopeLu {
 
   /// x := A^-1 x, after `factor`.
   void solve(S* x) const {
-    for (std::size_t i = 0; i < 6 * blocks_; ++i) {
-      for (std::size_t j = 6 * first_[i / 6]; j < i / 6 * 6; j += 6) {
-        x[i] -= dot6(row(i, j), x + j);
-      }
+    for (std::size_t i = 0; i < blocks_; ++i) {
+      pattern_->for_each_below(i, [&](std::size_t j, std::size_t number) {
+        for (std::size_t a = 0; a < 6; ++a) x[6 * i + a] -= dot6(row(i, number, a), x + 6 * j);
+      });
     }
     for (std::size_t i = blocks_; i-- > 0;) {
       S found[6];
       for (std::size_t a = 0; a < 6; ++a) found[a] = dot6(inverses_[i].row(a), x + 6 * i);
       std::copy_n(found, 6, x + 6 * i);
-      for (std::size_t k = 6 * first_[i]; k < 6 * i; ++k) x[k] -= dot6(column(i, k), found);
+      pattern_->for_each_below(i, [&](std::size_t j, std::size_t number) {
+        for (std::size_t b = 0; b < 6; ++b) {
+          x[6 * j + b] -= dot6(column(i, number) + stride * b, found);
+        }
+      });
     }
   }
 
@@ -2730,27 +2855,36 @@ class EnvelopeLu {
   static constexpr std::size_t stride = Block6<S>::stride;
 
   /// [-] Numbers in each row of a block row, up to the end of the diagonal block.
-  [[nodiscard]] std::size_t width(std::size_t block) const {
-    return 6 * (block - first_[block] + 1);
+  [[nodiscard]] std::size_t width(std::size_t block_row) const {
+    return 6 * (pattern_->start(block_row + 1) - pattern_->start(block_row));
   }
-  /// Entry (i, j) up to the end of the diagonal block. The others of the row follow.
-  [[nodiscard]] S* row(std::size_t i, std::size_t j) {
-    return lower_.data() + (lower_start_[i / 6] + i % 6 * width(i / 6) + j);
+  /// Row a of a block of the lower triangle, by the block's row and number. Those of the blocks
+  /// after it follow.
+  [[nodiscard]] S* row(std::size_t block_row, std::size_t number, std::size_t a) {
+    return lower_.data() + row_index(block_row, number, a);
   }
-  [[nodiscard]] const S* row(std::size_t i, std::size_t j) const {
-    return lower_.data() + (lower_start_[i / 6] + i % 6 * width(i / 6) + j);
+  [[nodiscard]] const S* row(std::size_t block_row, std::size_t number, std::size_t a) const {
+    return lower_.data() + row_index(block_row, number, a);
   }
-  /// Entry (j, 6 block), above the diagonal block. The other five columns of the block follow.
-  [[nodiscard]] S* column(std::size_t block, std::size_t j) {
-    return upper_.data() + (upper_start_[block] + stride * j);
+  [[nodiscard]] std::size_t row_index(std::size_t block_row, std::size_t number,
+                                      std::size_t a) const {
+    const std::size_t start = pattern_->start(block_row);
+    return 36 * start + a * width(block_row) + 6 * (number - start);
   }
-  [[nodiscard]] const S* column(std::size_t block, std::size_t j) const {
-    return upper_.data() + (upper_start_[block] + stride * j);
+  /// First row of the block that mirrors one below the diagonal, by that block's row and number.
+  /// Its other rows follow, then the blocks below it in its column.
+  [[nodiscard]] S* column(std::size_t block_row, std::size_t number) {
+    return upper_.data() + 6 * stride * (number - block_row);  // Diagonal blocks are left out.
+  }
+  [[nodiscard]] const S* column(std::size_t block_row, std::size_t number) const {
+    return upper_.data() + 6 * stride * (number - block_row);
   }
 
-  [[nodiscard]] Block6<S> lower_block(std::size_t i, std::size_t j) const {
+  [[nodiscard]] Block6<S> lower_block(std::size_t block_row, std::size_t number) const {
     Block6<S> block;
-    for (std::size_t a = 0; a < 6; ++a) std::copy_n(row(6 * i + a, 6 * j), 6, block.row(a));
+    for (std::size_t a = 0; a < 6; ++a) {
+      std::copy_n(row(block_row, number, a), 6, block.row(a));
+    }
     return block;
   }
 
@@ -2787,11 +2921,8 @@ class EnvelopeLu {
     return true;
   }
 
+  const BlockPattern* pattern_ = nullptr;
   std::size_t blocks_ = 0;
-  DynamicArray<std::size_t> first_;  // First block of each block row.
-  // Index of each block row in `lower_`, less its first column, and of each block column in
-  // `upper_`, less its first row.
-  DynamicArray<std::size_t> lower_start_, upper_start_;
   DynamicArray<S> lower_, upper_;     // Lower blocks with the diagonal; upper blocks.
   DynamicArray<Block6<S>> inverses_;  // Inverses of the diagonal blocks of U.
 };
@@ -2813,7 +2944,7 @@ struct CoulombProblem {
   /// Rows with their warm start.
   std::span<const IslandRow<Real>> rows;
   /// Mt: masses, and terms linear in the velocities. r: the momentum without constraints.
-  const EnvelopeMatrix<Real>* matrix;
+  const BlockCholesky<Real>* matrix;
   std::span<const Real> rhs;
   /// True if Mt is M. Then bodies act on each other through the rows alone.
   bool is_uncoupled;
@@ -2998,7 +3129,7 @@ class CoulombNewton {
     nearest_impulse_ = impulse_;
     factored_ = branches_;
     cholesky_.reserve(*problem.matrix);
-    lu_.reserve(*problem.matrix);
+    lu_.reserve(problem.matrix->pattern());
     evaluate(problem.rows, *problem.free, free_velocity_);
   }
 
@@ -3109,7 +3240,7 @@ class CoulombNewton {
 
   /// Assembles the matrix with sliding contacts.
   void assemble(const CoulombProblem<Real>& problem) {
-    lu_.assign(*problem.matrix, linear_);
+    lu_.assign(problem.matrix->pattern(), linear_);
     const std::span<const Row> rows = problem.rows;
     const Row* of_pair = nullptr;
     for (std::size_t k = 0; k < rows.size(); ++k) {
@@ -3195,14 +3326,12 @@ class CoulombNewton {
 
   /// Keeps Mt and its factors. Where it does not couple bodies, its empty blocks are left out.
   bool factor_response(const CoulombProblem<Real>& problem) {
-    const EnvelopeMatrix<Real>& matrix = *problem.matrix;
-    first_.resize(matrix.blocks());
-    for (std::size_t i = 0; i < matrix.blocks(); ++i) {
-      first_[i] = problem.is_uncoupled ? static_cast<std::uint32_t>(i) : matrix.first(i);
-    }
-    linear_.reset(first_);
-    for (std::size_t i = 0; i < matrix.size(); ++i) {
-      for (std::size_t j = 6 * first_[i / 6]; j <= i; ++j) linear_.at(i, j) = matrix.at(i, j);
+    if (problem.is_uncoupled) {
+      diagonal_.clear();
+      for (std::size_t i = 0; i < problem.matrix->blocks(); ++i) diagonal_.add_row({});
+      linear_.assign(diagonal_, *problem.matrix);
+    } else {
+      linear_ = *problem.matrix;
     }
     response_ = linear_;
     return response_.factor();
@@ -3288,11 +3417,11 @@ class CoulombNewton {
     }
   }
 
-  EnvelopeLu<Real> lu_;
-  EnvelopeMatrix<Real> cholesky_;
-  bool is_symmetric_ = false;               // True if `cholesky_` was factored last.
-  EnvelopeMatrix<Real> linear_, response_;  // Mt, and its factors.
-  DynamicArray<std::uint32_t> first_;
+  BlockLu<Real> lu_;
+  BlockCholesky<Real> cholesky_;
+  bool is_symmetric_ = false;              // True if `cholesky_` was factored last.
+  BlockPattern diagonal_;                  // Of Mt, where it does not couple bodies.
+  BlockCholesky<Real> linear_, response_;  // Mt, and its factors.
   DynamicArray<Branch> branches_, factored_;
   std::array<Block6<Real>, 4> pair_{};
   DynamicArray<Real> v_, step_, nearest_v_, candidate_v_, best_v_;
@@ -12946,8 +13075,9 @@ struct SolverDef {
   /// [-] Most multiply-adds of one factorisation of the matrix of an island. Islands within it are
   /// solved by factorisation where sweeps converge too slowly. Examples are a tower of some five
   /// hundred bodies, or a heap of some forty. Larger islands are swept, and so are heaps that
-  /// slide, from a tenth of it on. 0 for plain sequential impulses. Twenty times as many are the
-  /// budget of one solve of an island.
+  /// slide, from a tenth of it on, and islands with joints where the elimination alone takes a
+  /// fifth. 0 for plain sequential impulses. Twenty times as many are the budget of one solve of
+  /// an island.
   std::uint64_t max_direct_work = 700000;
   /// [-] Most Newton steps of one such solve. Islands for which they exceed the budget take fewer.
   /// With the bounds on sweeps and passes it bounds the cost of the worst step.
@@ -13107,6 +13237,9 @@ struct SolveContext {
   /// [-] Multiply-adds of one assembly and factorisation of the island's matrix. Only a bound if
   /// that decides (`MethodChoice`).
   std::uint64_t factor_work = 0;
+  /// True if the island takes many factorisations as long as it moves, and each costs more than it
+  /// gains (`MethodChoice`).
+  bool is_costly_to_move = false;
   /// True if the island gets a bounded number of sweeps, converged or not.
   bool is_swept = false;
   /// True if sweeps may solve the island and its surfaces slide fast (`MethodChoice`).
@@ -13122,7 +13255,9 @@ struct SolveContext {
            static_cast<double>(std::max<std::uint64_t>(1, factor_work));
   }
   /// Returns whether a factorisation exceeds its bound. The island is then swept in any case.
-  [[nodiscard]] bool is_large() const { return factor_work > settings.max_direct_work; }
+  [[nodiscard]] bool is_large() const {
+    return factor_work > settings.max_direct_work || is_costly_to_move;
+  }
   /// [-] Sweeps of the position problem that cost as much as all steps of Newton's method may.
   [[nodiscard]] int affordable_sweeps(const Island& island) const {
     const double steps = std::min<double>(settings.max_newton_steps, affordable_steps());
@@ -30526,8 +30661,9 @@ void JointOrder::build(std::span<const MechanismJoint<S>> joints, const DynamicA
 /// @file
 /// Factorisation of a sparse symmetric matrix of 3x3 blocks within its envelope.
 ///
-/// Like `EnvelopeMatrix`, for matrices whose rows come in threes. The joints of a mechanism are an
-/// example. Blocks keep the compiler in straight-line code. They take one division per row instead
+/// Each row is stored from its first nonzero block to the diagonal. All fill of the factorisation
+/// falls inside (Jennings 1966). The joints of a mechanism, numbered end to end, have a narrow
+/// envelope. Blocks keep the compiler in straight-line code. They take one division per row instead
 /// of one per entry and a square root. That makes a chain more than three times cheaper.
 // SPDX-License-Identifier: BSD-3-Clause
 
@@ -32445,12 +32581,18 @@ template <Scalar S>
 // === bristle/dynamics/solver/island_order.hpp
 
 /// @file
-/// Order of an island's bodies in its matrix. Neighbours are side by side, so that the envelope is
-/// narrow (reverse Cuthill-McKee, from an end of the island; George 1971).
+/// Order of an island's bodies in its matrix, and the blocks that its factors have in that order.
+///
+/// The body with the fewest neighbours is eliminated next, and makes neighbours of those that it
+/// had (Tinney and Walker 1967; George and Liu 1989 have its properties). Chains, trees and stacks
+/// get no blocks but their own, and heaps few.
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
+#include <limits>
+#include <span>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -32459,29 +32601,24 @@ class IslandOrder {
  public:
   static constexpr std::uint32_t none = 0xffffffffu;
 
-  /// Numbers the bodies. Finds for each body the lowest number among itself and its neighbours.
+  /// Numbers the bodies and finds the pattern of their matrix.
   template <Scalar S>
   void build(const Island& island, const Constraints<S>& constraints, std::size_t slots) {
-    if (local_.size() < slots) local_.resize(slots, none);
-    const auto count = static_cast<std::uint32_t>(island.bodies.size());
-    for (std::uint32_t i = 0; i < count; ++i) local_[island.bodies[i]] = i;
-    link(island, constraints, count);
-    // Two walks. The first finds a far end. The second starts there.
-    walk(0, count);
-    walk(queue_.back(), count);
-
-    number_.resize(count);
-    // Reversed. A hub that many bodies touch then comes after them. There it fills one row only.
-    for (std::uint32_t i = 0; i < count; ++i) number_[queue_[i]] = count - 1 - i;
-    lowest_.resize(count);
-    for (std::uint32_t i = 0; i < count; ++i) lowest_[i] = i;
-    for (std::uint32_t i = 0; i < count; ++i) {
-      for (std::uint32_t k = starts_[i]; k < starts_[i + 1]; ++k) {
-        lowest_[number_[i]] = std::min(lowest_[number_[i]], number_[links_[k]]);
-      }
-    }
+    eliminate(island, constraints, slots, std::numeric_limits<std::uint64_t>::max());
+    number_bodies();
+    make_pattern();
     // From here on indexed by slot. Slots of other islands stay `none`.
     for (const std::uint32_t slot : island.bodies) local_[slot] = number_[local_[slot]];
+  }
+
+  /// Multiply-adds of the factorisation of an island's matrix. Numbers no bodies.
+  /// @param most  [-] Above this the result is only a lower bound.
+  template <Scalar S>
+  [[nodiscard]] std::uint64_t factor_work(const Island& island, const Constraints<S>& constraints,
+                                          std::size_t slots, std::uint64_t most) {
+    const std::uint64_t work = eliminate(island, constraints, slots, most);
+    clear(island);
+    return work;
   }
 
   /// Clears the island, ready for the next one.
@@ -32491,20 +32628,147 @@ class IslandOrder {
 
   /// Number of a body. It is `none` if the body is not in the island.
   [[nodiscard]] std::uint32_t number(std::uint32_t slot) const { return local_[slot]; }
-  /// [-] Multiply-adds of the factorisation of the island's matrix within its envelope. That is
-  /// half the square of the width of each row.
-  [[nodiscard]] std::uint64_t factor_work() const {
-    std::uint64_t sum = 0;
-    for (std::uint32_t i = 0; i < lowest_.size(); ++i) {
-      const std::uint64_t width = 6 * (i - lowest_[i]) + 3;  // The mean of a body's six rows.
-      sum += 3 * width * width;
-    }
-    return sum;
-  }
-  /// Lowest number among a body and its neighbours.
-  [[nodiscard]] std::uint32_t lowest(std::uint32_t number) const { return lowest_[number]; }
+  /// Blocks of the island's matrix and of its factors, six unknowns a body.
+  [[nodiscard]] const BlockPattern& pattern() const { return pattern_; }
 
  private:
+  /// Those bodies that are neighbours of one, in ascending order: `size` of `lists_`.
+  struct List {
+    std::size_t first = 0;
+    std::uint32_t size = 0;
+  };
+
+  /// Puts the bodies in the order of their elimination. Afterwards the list of each body has those
+  /// that come after it and have a block in its column.
+  /// @return Multiply-adds of the factorisation. Ends early above `most`.
+  template <Scalar S>
+  std::uint64_t eliminate(const Island& island, const Constraints<S>& constraints,
+                          std::size_t slots, std::uint64_t most) {
+    if (local_.size() < slots) local_.resize(slots, none);
+    const auto count = static_cast<std::uint32_t>(island.bodies.size());
+    for (std::uint32_t i = 0; i < count; ++i) local_[island.bodies[i]] = i;
+    link(island, constraints, count);
+    list_neighbours(count);
+
+    queue_.clear();
+    number_.assign(count, none);
+    order_.clear();
+    for (std::uint32_t i = 0; i < count; ++i) enqueue(i);
+    std::uint64_t work = 0;
+    while (order_.size() < count && work <= most) {
+      const std::uint32_t body = pop_least();
+      const List column = list_of_[body];
+      number_[body] = static_cast<std::uint32_t>(order_.size());
+      order_.push_back(body);
+      // A product for each two blocks of the column, in six times six rows; half of the diagonal's.
+      const std::uint64_t width = 6 * std::uint64_t(column.size) + 3;
+      work += 3 * width * width;
+      for (std::uint32_t k = 0; k < column.size; ++k) {
+        const std::uint32_t other = lists_[column.first + k];
+        const std::uint32_t before = list_of_[other].size;
+        merge(other, column, body);
+        if (list_of_[other].size != before) enqueue(other);
+      }
+    }
+    return work;
+  }
+
+  /// Queues a body by its neighbours. What is queued with other numbers of them is out of date.
+  void enqueue(std::uint32_t body) {
+    queue_.push_back(std::uint64_t(list_of_[body].size) << 32 | body);
+    std::push_heap(queue_.begin(), queue_.end(), std::greater<>());
+  }
+  /// Takes the body with the fewest neighbours. The first of equals is taken.
+  [[nodiscard]] std::uint32_t pop_least() {
+    for (;;) {
+      const std::uint64_t least = queue_.front();
+      std::pop_heap(queue_.begin(), queue_.end(), std::greater<>());
+      queue_.pop_back();
+      const auto body = static_cast<std::uint32_t>(least);
+      if (number_[body] == none && list_of_[body].size == least >> 32) return body;
+    }
+  }
+  /// Adds the other bodies of a column to the neighbours of one, and removes the column's own.
+  void merge(std::uint32_t body, const List& column, std::uint32_t eliminated) {
+    const List old = list_of_[body];
+    List& list = list_of_[body];
+    list.first = lists_.size();
+    if (lists_.capacity() < list.first + old.size + column.size) {
+      lists_.reserve(2 * (list.first + old.size + column.size));
+    }
+    lists_.resize(list.first + old.size + column.size);
+    std::uint32_t* const begin = lists_.begin() + list.first;
+    std::uint32_t* const end = std::set_union(
+        lists_.begin() + old.first, lists_.begin() + old.first + old.size,
+        lists_.begin() + column.first, lists_.begin() + column.first + column.size, begin);
+    list.size = static_cast<std::uint32_t>(
+        std::remove_if(begin, end,
+                       [&](std::uint32_t other) { return other == body || other == eliminated; }) -
+        begin);
+    lists_.resize(list.first + list.size);
+  }
+
+  /// Numbers the bodies so that those which are eliminated into one another follow each other. That
+  /// gives no other blocks, and long runs of them.
+  void number_bodies() {
+    // The parent of a body is the next one in its column. Its children and theirs precede it.
+    sizes_.assign(number_.size(), 1);
+    parents_.resize(number_.size());
+    for (const std::uint32_t body : order_) {
+      const std::uint32_t* const column = lists_.begin() + list_of_[body].first;
+      std::uint32_t& parent = parents_[body] = none;
+      for (std::uint32_t k = 0; k < list_of_[body].size; ++k) {
+        if (parent == none || number_[column[k]] < number_[parent]) parent = column[k];
+      }
+      if (parent != none) sizes_[parent] += sizes_[body];
+    }
+    // Room for children that are still without numbers ends here. Parents come before children.
+    room_ends_.resize(number_.size());
+    auto end = static_cast<std::uint32_t>(number_.size());
+    for (std::size_t k = order_.size(); k-- > 0;) {
+      const std::uint32_t body = order_[k];
+      std::uint32_t& room_end = parents_[body] == none ? end : room_ends_[parents_[body]];
+      number_[body] = room_ends_[body] = room_end - 1;
+      room_end -= sizes_[body];
+    }
+  }
+
+  /// Turns the lists, which are columns, into rows.
+  void make_pattern() {
+    const std::size_t count = number_.size();
+    for (std::uint32_t body = 0; body < count; ++body) order_[number_[body]] = body;
+    starts_.assign(count + 1, 0);
+    const auto for_blocks = [&](const auto& use) {
+      for (std::uint32_t column = 0; column < count; ++column) {
+        const List& list = list_of_[order_[column]];
+        for (std::uint32_t k = 0; k < list.size; ++k) use(number_[lists_[list.first + k]], column);
+      }
+    };
+    for_blocks([&](std::uint32_t row, std::uint32_t) { ++starts_[row + 1]; });
+    for (std::size_t i = 0; i < count; ++i) starts_[i + 1] += starts_[i];
+    links_.resize(starts_[count]);
+    next_.assign(starts_.begin(), starts_.end());
+    for_blocks([&](std::uint32_t row, std::uint32_t column) { links_[next_[row]++] = column; });
+    pattern_.clear();
+    for (std::size_t row = 0; row < count; ++row) {
+      pattern_.add_row({links_.data() + starts_[row], links_.data() + starts_[row + 1]});
+    }
+  }
+
+  /// Turns the links into lists without repetitions.
+  void list_neighbours(std::uint32_t count) {
+    list_of_.resize(count);
+    lists_.clear();
+    for (std::uint32_t i = 0; i < count; ++i) {
+      std::uint32_t* const begin = links_.begin() + starts_[i];
+      std::uint32_t* const end = links_.begin() + starts_[i + 1];
+      std::sort(begin, end);
+      const std::uint32_t* const last = std::unique(begin, end);
+      list_of_[i] = {lists_.size(), static_cast<std::uint32_t>(last - begin)};
+      lists_.append(begin, begin + list_of_[i].size);
+    }
+  }
+
   /// Lists the neighbours of each body, with repetitions.
   template <Scalar S>
   void link(const Island& island, const Constraints<S>& constraints, std::uint32_t count) {
@@ -32543,33 +32807,11 @@ class IslandOrder {
     });
   }
 
-  /// Breadth first from a body, neighbours with fewer links first.
-  void walk(std::uint32_t from, std::uint32_t count) {
-    is_queued_.assign(count, false);
-    queue_.clear();
-    const auto push = [&](std::uint32_t i) {
-      if (is_queued_[i]) return;
-      is_queued_[i] = true;
-      queue_.push_back(i);
-    };
-    push(from);
-    for (std::size_t head = 0; head < queue_.size(); ++head) {
-      const std::uint32_t i = queue_[head];
-      const std::size_t first = queue_.size();
-      for (std::uint32_t k = starts_[i]; k < starts_[i + 1]; ++k) push(links_[k]);
-      std::sort(queue_.begin() + static_cast<std::ptrdiff_t>(first), queue_.end(),
-                [&](std::uint32_t a, std::uint32_t b) {
-                  const std::uint32_t links_a = starts_[a + 1] - starts_[a];
-                  const std::uint32_t links_b = starts_[b + 1] - starts_[b];
-                  return links_a != links_b ? links_a < links_b : a < b;
-                });
-    }
-    // Bodies that only fixed ones connect to the rest, if the caller's island has any.
-    for (std::uint32_t i = 0; i < count; ++i) push(i);
-  }
-
-  DynamicArray<std::uint32_t> local_, number_, lowest_, starts_, links_, next_, queue_;
-  DynamicArray<bool> is_queued_;
+  DynamicArray<std::uint32_t> local_, number_, order_, starts_, links_, next_;
+  DynamicArray<std::uint32_t> sizes_, parents_, room_ends_, lists_;
+  DynamicArray<List> list_of_;
+  DynamicArray<std::uint64_t> queue_;  // A heap of neighbours and bodies, the least first.
+  BlockPattern pattern_;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -32620,8 +32862,8 @@ template <Scalar S>
 template <Scalar S>
 class MethodChoice {
  public:
-  /// Chooses between factorisations and sweeps. Sets `factor_work`, `is_swept` and `slides` of the
-  /// context.
+  /// Chooses between factorisations and sweeps. Sets `factor_work`, `is_costly_to_move`,
+  /// `is_swept` and `slides` of the context.
   void make(const Island& island, const Constraints<S>& constraints,
             std::span<const SolverBody<S>> bodies, SolveContext<S>& context) {
     const std::uint64_t most = context.settings.max_direct_work;
@@ -32636,12 +32878,17 @@ class MethodChoice {
     context.factor_work = dense;
     if (!may_be_large && !context.slides) return;
     if (assembly <= most) {
-      order_.build(island, constraints, bodies.size());
-      order_.clear(island);
-      const std::uint64_t work = std::min(dense, assembly + order_.factor_work());
-      context.is_swept = work > most || (context.slides && work > most / sweeps_pay_from);
+      const std::uint64_t elimination =
+          order_.factor_work(island, constraints, bodies.size(), most);
+      const std::uint64_t work = std::min(dense, assembly + elimination);
       // The full matrix bounds the work of small islands. It decides what their budget allows.
-      if (may_be_large) context.factor_work = work;
+      if (may_be_large) {
+        context.factor_work = work;
+        context.is_costly_to_move =
+            (context.slides && elimination > most / most_sliding_share) ||
+            (has_joints(island, constraints) && elimination > most / most_jointed_share);
+      }
+      context.is_swept = context.is_large() || (context.slides && work > most / sweeps_pay_from);
     } else {
       context.is_swept = true;
     }
@@ -32650,6 +32897,12 @@ class MethodChoice {
  private:
   /// Sweeps solve moving heaps from this share of the largest factorisation on.
   static constexpr std::uint64_t sweeps_pay_from = 10;
+  /// The elimination of an island may take these shares of the largest factorisation. What rests
+  /// needs one factorisation or none in a step. A heap that slides takes hundreds of sweeps or
+  /// several factorisations, and one with joints ten to twenty (docs/measurements/
+  /// 0042-a-budget-for-an-island.md, "No zero blocks").
+  static constexpr std::uint64_t most_sliding_share = 3;
+  static constexpr std::uint64_t most_jointed_share = 5;
 
   /// Returns whether an island has contacts alone, none of which may bounce, and surfaces that
   /// slide or close faster than forces change velocities in a step. What rests or is held has to
@@ -32696,7 +32949,7 @@ class MethodChoice {
 /// is iterated with R = eps K. Here K is the response of each constraint by itself. For a given
 /// lambda the two equations are the gradient of a convex function of v. Newton's method with an
 /// exact line search minimises it from anywhere. Its Hessian Mt + J^T D J is as sparse as the
-/// island. It is factored within its envelope. Redundant constraints share their load evenly.
+/// island (`IslandOrder`). Redundant constraints share their load evenly.
 /// Nothing is ever divided by their (singular) response.
 ///
 /// The projection on a cone makes sliding surfaces separate at mu |v_t|. The shift s = mu |v_t| of
@@ -32840,7 +33093,7 @@ class InteriorCone {
   }
 
   /// h += J^T D J, with the D of `step`.
-  void add_slope(std::span<const Row> rows, EnvelopeMatrix<Real>& h) const {
+  void add_slope(std::span<const Row> rows, BlockCholesky<Real>& h) const {
     Row with = rows[0];
     Row against = rows[0];
     Row across = rows[0];
@@ -33005,7 +33258,7 @@ class InteriorInterval {
     }
     weight_ = is_fixed_ ? Real(0) : Real(1) / slope;
   }
-  void add_slope(std::span<const Row> rows, EnvelopeMatrix<Real>& h) const {
+  void add_slope(std::span<const Row> rows, BlockCholesky<Real>& h) const {
     if (weight_ > Real(0)) add_square(h, weight_, rows[0]);
   }
   std::array<Real, 1> start_step(Real barrier, bool is_corrected) {
@@ -33087,7 +33340,7 @@ struct ConvexProblem {
   /// Rows with their opening speeds.
   std::span<const IslandRow<Real>> rows;
   /// Mt: masses, and terms linear in the velocities. r: the momentum without constraints.
-  const EnvelopeMatrix<Real>* matrix;
+  const BlockCholesky<Real>* matrix;
   std::span<const Real> rhs;
   /// [m/s] Speed of which the rows' velocities are: the size of the start.
   Real speed;
@@ -33264,7 +33517,7 @@ class InteriorPoint {
         [&](std::size_t k) { return problem.rows[k].times(v_) - problem.rows[k].target; });
   }
 
-  EnvelopeMatrix<Real> hessian_;
+  BlockCholesky<Real> hessian_;
   DynamicArray<Real> v_, gradient_, step_, impulses_;
   DynamicArray<InteriorCone<Real>> cones_;
   DynamicArray<InteriorInterval<Real>> intervals_;
@@ -33549,14 +33802,10 @@ class IslandRows {
   void number(const Island& island, const Constraints<S>& constraints,
               std::span<const SolverBody<S>> bodies) {
     order_.build(island, constraints, bodies.size());
-    const std::size_t count = island.bodies.size();
-    unknowns_ = 6 * count;
+    unknowns_ = 6 * island.bodies.size();
     unknown_.resize(std::max(unknown_.size(), bodies.size()), none);
-    envelope_.resize(count);
     for (const std::uint32_t slot : island.bodies) {
-      const std::uint32_t n = order_.number(slot);
-      unknown_[slot] = 6 * n;
-      envelope_[n] = order_.lowest(n);
+      unknown_[slot] = 6 * order_.number(slot);
     }
     for (const std::uint32_t slot : last_) {
       if (order_.number(slot) == none) unknown_[slot] = none;
@@ -33638,8 +33887,8 @@ class IslandRows {
   [[nodiscard]] std::size_t unknowns() const { return unknowns_; }
   /// First of a body's six unknowns, or `none`.
   [[nodiscard]] std::uint32_t unknown(std::uint32_t slot) const { return unknown_[slot]; }
-  /// First block of each block row of the island's matrix.
-  [[nodiscard]] const DynamicArray<std::uint32_t>& envelope() const { return envelope_; }
+  /// Blocks of the island's matrix and of its factors.
+  [[nodiscard]] const BlockPattern& pattern() const { return order_.pattern(); }
   /// Returns whether any row may change its state. If none may, the problem is linear.
   [[nodiscard]] bool can_switch() const { return can_switch_; }
 
@@ -33678,7 +33927,7 @@ class IslandRows {
   }
 
   /// Adds J^T J / (eps K) of the joints alone.
-  void add_joints(Real eps, EnvelopeMatrix<Real>& h) const {
+  void add_joints(Real eps, BlockCholesky<Real>& h) const {
     for (const Row& row : rows_) {
       if (row.kind != Kind::free || !(row.response > Real(0))) continue;
       add_square(h, Real(1) / (eps * row.response), row);
@@ -33690,7 +33939,7 @@ class IslandRows {
                      std::span<const SolverBody<S>> bodies);
   /// Drops those of the listed rows whose response in a factored matrix is at most `share` of their
   /// own response. A contact is dropped with its normal.
-  void drop_locked(const EnvelopeMatrix<Real>& factored, Real share, DynamicArray<Real>& scratch) {
+  void drop_locked(const BlockCholesky<Real>& factored, Real share, DynamicArray<Real>& scratch) {
     for (const std::size_t i : lockable_) {
       Row& row = rows_[i];
       scratch.assign(unknowns_, Real(0));
@@ -33743,7 +33992,7 @@ class IslandRows {
   }
   /// Adds J^T D J, with the derivative D of -lambda+ by J v. Records on which side of their bounds
   /// the rows are.
-  void add_hessian(Real eps, EnvelopeMatrix<Real>& h);
+  void add_hessian(Real eps, BlockCholesky<Real>& h);
   /// Records on which side of their bounds the rows are. Opening speeds do not count.
   void set_sides(Real eps) {
     for (Row& row : rows_) row.shift = Real(0);
@@ -33785,7 +34034,7 @@ class IslandRows {
 
   /// r := Mt v - J^T lambda.
   void remove_impulses(const DynamicArray<Real>& v, DynamicArray<Real>& r,
-                       const EnvelopeMatrix<Real>& matrix) const {
+                       const BlockCholesky<Real>& matrix) const {
     matrix.multiply(v.data(), r.data());
     for (const Row& row : rows_) row.add_to(r, -row.lambda);
   }
@@ -33939,7 +34188,7 @@ class IslandRows {
 
   IslandOrder order_;
   std::size_t unknowns_ = 0;
-  DynamicArray<std::uint32_t> unknown_, last_, envelope_;
+  DynamicArray<std::uint32_t> unknown_, last_;
   DynamicArray<Row> rows_;
   std::size_t contact_rows_ = 0;  // The first rows, up to those of joints.
   bool can_switch_ = false;
@@ -33986,7 +34235,7 @@ bool IslandRows<S, Real>::find_lockable(const Island& island, const Constraints<
 }
 
 template <Scalar S, typename Real>
-void IslandRows<S, Real>::add_hessian(Real eps, EnvelopeMatrix<Real>& h) {
+void IslandRows<S, Real>::add_hessian(Real eps, BlockCholesky<Real>& h) {
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     Row& row = rows_[i];
     if (!(row.response > Real(0)) || row.kind == Kind::tangent) continue;
@@ -34154,13 +34403,13 @@ class ProximalSolver {
   InteriorPoint<Real> interior_;
   DynamicArray<Real> found_;  // Impulses from the warm start.
   Real enough_ = Real(0);
-  EnvelopeMatrix<Real> matrix_;   // Mt.
-  EnvelopeMatrix<Real> hessian_;  // Mt + J^T D J, then its factor.
-  Real eps_ = Real(1);            // The eps of `hessian_`.
-  bool is_stiff_ = false;         // True if one Newton step leaves more than round-off.
-  DynamicArray<Real> rhs_;        // r.
-  DynamicArray<Real> masses_;     // Diagonal of M.
-  Real mismatch_ = Real(0);       // Of the last `minimise`.
+  BlockCholesky<Real> matrix_;   // Mt.
+  BlockCholesky<Real> hessian_;  // Mt + J^T D J, then its factor.
+  Real eps_ = Real(1);           // The eps of `hessian_`.
+  bool is_stiff_ = false;        // True if one Newton step leaves more than round-off.
+  DynamicArray<Real> rhs_;       // r.
+  DynamicArray<Real> masses_;    // Diagonal of M.
+  Real mismatch_ = Real(0);      // Of the last `minimise`.
   DerivativeWatch<Real> watch_;
   DynamicArray<Real> v_, settled_, gradient_, step_, product_;
 };
@@ -34300,7 +34549,7 @@ void ProximalSolver<S>::store_soft(const Island& island, Constraints<S>& constra
 
 template <Scalar S>
 void ProximalSolver<S>::make_mass(const Island& island, std::span<const SolverBody<S>> bodies) {
-  matrix_.reset(rows_.envelope());
+  matrix_.reset(rows_.pattern());
   rhs_.assign(rows_.unknowns(), Real(0));
   for (const std::uint32_t slot : island.bodies) {
     const SolverBody<S>& body = bodies[slot];

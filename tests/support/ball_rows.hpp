@@ -3,9 +3,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "support/block_patterns.hpp"
+
 #include <bristle/core/dynamic_array.hpp>
 #include <bristle/dynamics/solver/island_row.hpp>
-#include <bristle/math/envelope_cholesky.hpp>
+#include <bristle/math/block_cholesky.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -21,9 +23,10 @@ struct BallRows {
   detail::DynamicArray<Row> rows{};
   /// [m/s, rad/s] Velocities of all balls at the start of a step, and without rows at its end.
   detail::DynamicArray<double> start, free;
-  /// The system of `assemble`.
+  /// The system of `assemble`, with a block for each two balls.
   detail::DynamicArray<double> rhs{};
-  detail::EnvelopeMatrix<double> matrix{};
+  detail::BlockPattern pattern{};
+  detail::BlockCholesky<double> matrix{};
 
   explicit BallRows(detail::DynamicArray<double> masses)
       : mass(std::move(masses)), start(6 * mass.size(), 0.0), free(start) {}
@@ -57,7 +60,8 @@ struct BallRows {
   /// Fills the matrix of masses, and the momentum of free motion.
   void assemble() {
     const std::size_t n = 6 * mass.size();
-    matrix.reset(detail::DynamicArray<std::uint32_t>(mass.size(), 0));
+    pattern = full_pattern(mass.size());
+    matrix.reset(pattern);
     rhs.resize(n);
     for (std::size_t i = 0; i < n; ++i) {
       matrix.at(i, i) = mass[i / 6];

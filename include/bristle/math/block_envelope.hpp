@@ -1,8 +1,9 @@
 /// @file
 /// Factorisation of a sparse symmetric matrix of 3x3 blocks within its envelope.
 ///
-/// Like `EnvelopeMatrix`, for matrices whose rows come in threes. The joints of a mechanism are an
-/// example. Blocks keep the compiler in straight-line code. They take one division per row instead
+/// Each row is stored from its first nonzero block to the diagonal. All fill of the factorisation
+/// falls inside (Jennings 1966). The joints of a mechanism, numbered end to end, have a narrow
+/// envelope. Blocks keep the compiler in straight-line code. They take one division per row instead
 /// of one per entry and a square root. That makes a chain more than three times cheaper.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once

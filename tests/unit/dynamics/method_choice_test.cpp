@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <vector>
 
 using namespace bristle;
 
@@ -145,6 +146,38 @@ TEST_CASE("MethodChoice: small heaps, chains, bounces and symplectic Euler are f
   // Large ones are swept in any case.
   heap.context.settings.max_direct_work = 0;
   CHECK(heap.is_swept());
+}
+
+TEST_CASE("MethodChoice: what moves is large sooner than what rests") {
+  // A chain of 24 boxes with one contact each: 24 * 234 multiply-adds to assemble its matrix, and
+  // 23 * 243 + 27 to eliminate its bodies. A full matrix would take many more.
+  test::Random random(9);
+  Heap chain(5);
+  chain.island = test::random_pile<double>(random, 24, 1, 0.5, 1.0);
+  for (auto& c : chain.island.constraints.contacts) c.impulse = {1, 0, 0};
+  const std::uint64_t elimination = 23 * 243 + 27;
+  ConstraintBlock<double> joint;
+  joint.body_a = 0;
+  joint.body_b = 1;
+  chain.island.constraints.blocks.push_back(joint);
+  const std::vector<std::uint32_t> joints{0};
+  const auto is_large = [&](std::uint64_t most, bool has_joint) {
+    chain.context.settings.max_direct_work = most;
+    Island island = chain.island.island();
+    if (has_joint) island.blocks = joints;
+    SolveContext<double> c = chain.context;
+    MethodChoice<double>().make(island, chain.island.constraints, chain.island.bodies, c);
+    CHECK(c.is_swept == (c.is_large() || c.slides));
+    return c.is_large();
+  };
+  const auto is_free = [&](std::uint64_t most) { return is_large(most, false); };
+  const auto is_jointed = [&](std::uint64_t most) { return is_large(most, true); };
+  CHECK_FALSE(is_free(3 * elimination - 1));
+  CHECK_FALSE(is_jointed(5 * elimination));
+  CHECK(is_jointed(5 * elimination - 1));
+  chain.slide(1);
+  CHECK_FALSE(is_free(3 * elimination));
+  CHECK(is_free(3 * elimination - 1));
 }
 
 TEST_CASE("SolveContext: position sweeps have a bound whatever the settings") {

@@ -18,8 +18,8 @@
 #include <bristle/core/dynamic_array.hpp>
 #include <bristle/dynamics/solver/coulomb_branch.hpp>
 #include <bristle/dynamics/solver/island_row.hpp>
-#include <bristle/math/envelope_cholesky.hpp>
-#include <bristle/math/envelope_lu.hpp>
+#include <bristle/math/block_cholesky.hpp>
+#include <bristle/math/block_lu.hpp>
 
 #include <algorithm>
 #include <array>
@@ -36,7 +36,7 @@ struct CoulombProblem {
   /// Rows with their warm start.
   std::span<const IslandRow<Real>> rows;
   /// Mt: masses, and terms linear in the velocities. r: the momentum without constraints.
-  const EnvelopeMatrix<Real>* matrix;
+  const BlockCholesky<Real>* matrix;
   std::span<const Real> rhs;
   /// True if Mt is M. Then bodies act on each other through the rows alone.
   bool is_uncoupled;
@@ -221,7 +221,7 @@ class CoulombNewton {
     nearest_impulse_ = impulse_;
     factored_ = branches_;
     cholesky_.reserve(*problem.matrix);
-    lu_.reserve(*problem.matrix);
+    lu_.reserve(problem.matrix->pattern());
     evaluate(problem.rows, *problem.free, free_velocity_);
   }
 
@@ -332,7 +332,7 @@ class CoulombNewton {
 
   /// Assembles the matrix with sliding contacts.
   void assemble(const CoulombProblem<Real>& problem) {
-    lu_.assign(*problem.matrix, linear_);
+    lu_.assign(problem.matrix->pattern(), linear_);
     const std::span<const Row> rows = problem.rows;
     const Row* of_pair = nullptr;
     for (std::size_t k = 0; k < rows.size(); ++k) {
@@ -418,14 +418,12 @@ class CoulombNewton {
 
   /// Keeps Mt and its factors. Where it does not couple bodies, its empty blocks are left out.
   bool factor_response(const CoulombProblem<Real>& problem) {
-    const EnvelopeMatrix<Real>& matrix = *problem.matrix;
-    first_.resize(matrix.blocks());
-    for (std::size_t i = 0; i < matrix.blocks(); ++i) {
-      first_[i] = problem.is_uncoupled ? static_cast<std::uint32_t>(i) : matrix.first(i);
-    }
-    linear_.reset(first_);
-    for (std::size_t i = 0; i < matrix.size(); ++i) {
-      for (std::size_t j = 6 * first_[i / 6]; j <= i; ++j) linear_.at(i, j) = matrix.at(i, j);
+    if (problem.is_uncoupled) {
+      diagonal_.clear();
+      for (std::size_t i = 0; i < problem.matrix->blocks(); ++i) diagonal_.add_row({});
+      linear_.assign(diagonal_, *problem.matrix);
+    } else {
+      linear_ = *problem.matrix;
     }
     response_ = linear_;
     return response_.factor();
@@ -511,11 +509,11 @@ class CoulombNewton {
     }
   }
 
-  EnvelopeLu<Real> lu_;
-  EnvelopeMatrix<Real> cholesky_;
-  bool is_symmetric_ = false;               // True if `cholesky_` was factored last.
-  EnvelopeMatrix<Real> linear_, response_;  // Mt, and its factors.
-  DynamicArray<std::uint32_t> first_;
+  BlockLu<Real> lu_;
+  BlockCholesky<Real> cholesky_;
+  bool is_symmetric_ = false;              // True if `cholesky_` was factored last.
+  BlockPattern diagonal_;                  // Of Mt, where it does not couple bodies.
+  BlockCholesky<Real> linear_, response_;  // Mt, and its factors.
   DynamicArray<Branch> branches_, factored_;
   std::array<Block6<Real>, 4> pair_{};
   DynamicArray<Real> v_, step_, nearest_v_, candidate_v_, best_v_;

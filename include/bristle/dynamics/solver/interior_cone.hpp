@@ -120,7 +120,7 @@ class InteriorCone {
   }
 
   /// h += J^T D J, with the D of `step`.
-  void add_slope(std::span<const Row> rows, EnvelopeMatrix<Real>& h) const {
+  void add_slope(std::span<const Row> rows, BlockCholesky<Real>& h) const {
     Row with = rows[0];
     Row against = rows[0];
     Row across = rows[0];

@@ -68,7 +68,7 @@ class InteriorInterval {
     }
     weight_ = is_fixed_ ? Real(0) : Real(1) / slope;
   }
-  void add_slope(std::span<const Row> rows, EnvelopeMatrix<Real>& h) const {
+  void add_slope(std::span<const Row> rows, BlockCholesky<Real>& h) const {
     if (weight_ > Real(0)) add_square(h, weight_, rows[0]);
   }
   std::array<Real, 1> start_step(Real barrier, bool is_corrected) {

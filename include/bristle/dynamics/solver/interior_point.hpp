@@ -16,7 +16,7 @@
 #include <bristle/dynamics/solver/interior_cone.hpp>
 #include <bristle/dynamics/solver/interior_interval.hpp>
 #include <bristle/dynamics/solver/island_row.hpp>
-#include <bristle/math/envelope_cholesky.hpp>
+#include <bristle/math/block_cholesky.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -30,7 +30,7 @@ struct ConvexProblem {
   /// Rows with their opening speeds.
   std::span<const IslandRow<Real>> rows;
   /// Mt: masses, and terms linear in the velocities. r: the momentum without constraints.
-  const EnvelopeMatrix<Real>* matrix;
+  const BlockCholesky<Real>* matrix;
   std::span<const Real> rhs;
   /// [m/s] Speed of which the rows' velocities are: the size of the start.
   Real speed;
@@ -207,7 +207,7 @@ class InteriorPoint {
         [&](std::size_t k) { return problem.rows[k].times(v_) - problem.rows[k].target; });
   }
 
-  EnvelopeMatrix<Real> hessian_;
+  BlockCholesky<Real> hessian_;
   DynamicArray<Real> v_, gradient_, step_, impulses_;
   DynamicArray<InteriorCone<Real>> cones_;
   DynamicArray<InteriorInterval<Real>> intervals_;

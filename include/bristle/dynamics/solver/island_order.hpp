@@ -1,14 +1,21 @@
 /// @file
-/// Order of an island's bodies in its matrix. Neighbours are side by side, so that the envelope is
-/// narrow (reverse Cuthill-McKee, from an end of the island; George 1971).
+/// Order of an island's bodies in its matrix, and the blocks that its factors have in that order.
+///
+/// The body with the fewest neighbours is eliminated next, and makes neighbours of those that it
+/// had (Tinney and Walker 1967; George and Liu 1989 have its properties). Chains, trees and stacks
+/// get no blocks but their own, and heaps few.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <bristle/core/dynamic_array.hpp>
 #include <bristle/dynamics/solver/solver_types.hpp>
+#include <bristle/math/block_pattern.hpp>
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
+#include <limits>
+#include <span>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -17,29 +24,24 @@ class IslandOrder {
  public:
   static constexpr std::uint32_t none = 0xffffffffu;
 
-  /// Numbers the bodies. Finds for each body the lowest number among itself and its neighbours.
+  /// Numbers the bodies and finds the pattern of their matrix.
   template <Scalar S>
   void build(const Island& island, const Constraints<S>& constraints, std::size_t slots) {
-    if (local_.size() < slots) local_.resize(slots, none);
-    const auto count = static_cast<std::uint32_t>(island.bodies.size());
-    for (std::uint32_t i = 0; i < count; ++i) local_[island.bodies[i]] = i;
-    link(island, constraints, count);
-    // Two walks. The first finds a far end. The second starts there.
-    walk(0, count);
-    walk(queue_.back(), count);
-
-    number_.resize(count);
-    // Reversed. A hub that many bodies touch then comes after them. There it fills one row only.
-    for (std::uint32_t i = 0; i < count; ++i) number_[queue_[i]] = count - 1 - i;
-    lowest_.resize(count);
-    for (std::uint32_t i = 0; i < count; ++i) lowest_[i] = i;
-    for (std::uint32_t i = 0; i < count; ++i) {
-      for (std::uint32_t k = starts_[i]; k < starts_[i + 1]; ++k) {
-        lowest_[number_[i]] = std::min(lowest_[number_[i]], number_[links_[k]]);
-      }
-    }
+    eliminate(island, constraints, slots, std::numeric_limits<std::uint64_t>::max());
+    number_bodies();
+    make_pattern();
     // From here on indexed by slot. Slots of other islands stay `none`.
     for (const std::uint32_t slot : island.bodies) local_[slot] = number_[local_[slot]];
+  }
+
+  /// Multiply-adds of the factorisation of an island's matrix. Numbers no bodies.
+  /// @param most  [-] Above this the result is only a lower bound.
+  template <Scalar S>
+  [[nodiscard]] std::uint64_t factor_work(const Island& island, const Constraints<S>& constraints,
+                                          std::size_t slots, std::uint64_t most) {
+    const std::uint64_t work = eliminate(island, constraints, slots, most);
+    clear(island);
+    return work;
   }
 
   /// Clears the island, ready for the next one.
@@ -49,20 +51,147 @@ class IslandOrder {
 
   /// Number of a body. It is `none` if the body is not in the island.
   [[nodiscard]] std::uint32_t number(std::uint32_t slot) const { return local_[slot]; }
-  /// [-] Multiply-adds of the factorisation of the island's matrix within its envelope. That is
-  /// half the square of the width of each row.
-  [[nodiscard]] std::uint64_t factor_work() const {
-    std::uint64_t sum = 0;
-    for (std::uint32_t i = 0; i < lowest_.size(); ++i) {
-      const std::uint64_t width = 6 * (i - lowest_[i]) + 3;  // The mean of a body's six rows.
-      sum += 3 * width * width;
-    }
-    return sum;
-  }
-  /// Lowest number among a body and its neighbours.
-  [[nodiscard]] std::uint32_t lowest(std::uint32_t number) const { return lowest_[number]; }
+  /// Blocks of the island's matrix and of its factors, six unknowns a body.
+  [[nodiscard]] const BlockPattern& pattern() const { return pattern_; }
 
  private:
+  /// Those bodies that are neighbours of one, in ascending order: `size` of `lists_`.
+  struct List {
+    std::size_t first = 0;
+    std::uint32_t size = 0;
+  };
+
+  /// Puts the bodies in the order of their elimination. Afterwards the list of each body has those
+  /// that come after it and have a block in its column.
+  /// @return Multiply-adds of the factorisation. Ends early above `most`.
+  template <Scalar S>
+  std::uint64_t eliminate(const Island& island, const Constraints<S>& constraints,
+                          std::size_t slots, std::uint64_t most) {
+    if (local_.size() < slots) local_.resize(slots, none);
+    const auto count = static_cast<std::uint32_t>(island.bodies.size());
+    for (std::uint32_t i = 0; i < count; ++i) local_[island.bodies[i]] = i;
+    link(island, constraints, count);
+    list_neighbours(count);
+
+    queue_.clear();
+    number_.assign(count, none);
+    order_.clear();
+    for (std::uint32_t i = 0; i < count; ++i) enqueue(i);
+    std::uint64_t work = 0;
+    while (order_.size() < count && work <= most) {
+      const std::uint32_t body = pop_least();
+      const List column = list_of_[body];
+      number_[body] = static_cast<std::uint32_t>(order_.size());
+      order_.push_back(body);
+      // A product for each two blocks of the column, in six times six rows; half of the diagonal's.
+      const std::uint64_t width = 6 * std::uint64_t(column.size) + 3;
+      work += 3 * width * width;
+      for (std::uint32_t k = 0; k < column.size; ++k) {
+        const std::uint32_t other = lists_[column.first + k];
+        const std::uint32_t before = list_of_[other].size;
+        merge(other, column, body);
+        if (list_of_[other].size != before) enqueue(other);
+      }
+    }
+    return work;
+  }
+
+  /// Queues a body by its neighbours. What is queued with other numbers of them is out of date.
+  void enqueue(std::uint32_t body) {
+    queue_.push_back(std::uint64_t(list_of_[body].size) << 32 | body);
+    std::push_heap(queue_.begin(), queue_.end(), std::greater<>());
+  }
+  /// Takes the body with the fewest neighbours. The first of equals is taken.
+  [[nodiscard]] std::uint32_t pop_least() {
+    for (;;) {
+      const std::uint64_t least = queue_.front();
+      std::pop_heap(queue_.begin(), queue_.end(), std::greater<>());
+      queue_.pop_back();
+      const auto body = static_cast<std::uint32_t>(least);
+      if (number_[body] == none && list_of_[body].size == least >> 32) return body;
+    }
+  }
+  /// Adds the other bodies of a column to the neighbours of one, and removes the column's own.
+  void merge(std::uint32_t body, const List& column, std::uint32_t eliminated) {
+    const List old = list_of_[body];
+    List& list = list_of_[body];
+    list.first = lists_.size();
+    if (lists_.capacity() < list.first + old.size + column.size) {
+      lists_.reserve(2 * (list.first + old.size + column.size));
+    }
+    lists_.resize(list.first + old.size + column.size);
+    std::uint32_t* const begin = lists_.begin() + list.first;
+    std::uint32_t* const end = std::set_union(
+        lists_.begin() + old.first, lists_.begin() + old.first + old.size,
+        lists_.begin() + column.first, lists_.begin() + column.first + column.size, begin);
+    list.size = static_cast<std::uint32_t>(
+        std::remove_if(begin, end,
+                       [&](std::uint32_t other) { return other == body || other == eliminated; }) -
+        begin);
+    lists_.resize(list.first + list.size);
+  }
+
+  /// Numbers the bodies so that those which are eliminated into one another follow each other. That
+  /// gives no other blocks, and long runs of them.
+  void number_bodies() {
+    // The parent of a body is the next one in its column. Its children and theirs precede it.
+    sizes_.assign(number_.size(), 1);
+    parents_.resize(number_.size());
+    for (const std::uint32_t body : order_) {
+      const std::uint32_t* const column = lists_.begin() + list_of_[body].first;
+      std::uint32_t& parent = parents_[body] = none;
+      for (std::uint32_t k = 0; k < list_of_[body].size; ++k) {
+        if (parent == none || number_[column[k]] < number_[parent]) parent = column[k];
+      }
+      if (parent != none) sizes_[parent] += sizes_[body];
+    }
+    // Room for children that are still without numbers ends here. Parents come before children.
+    room_ends_.resize(number_.size());
+    auto end = static_cast<std::uint32_t>(number_.size());
+    for (std::size_t k = order_.size(); k-- > 0;) {
+      const std::uint32_t body = order_[k];
+      std::uint32_t& room_end = parents_[body] == none ? end : room_ends_[parents_[body]];
+      number_[body] = room_ends_[body] = room_end - 1;
+      room_end -= sizes_[body];
+    }
+  }
+
+  /// Turns the lists, which are columns, into rows.
+  void make_pattern() {
+    const std::size_t count = number_.size();
+    for (std::uint32_t body = 0; body < count; ++body) order_[number_[body]] = body;
+    starts_.assign(count + 1, 0);
+    const auto for_blocks = [&](const auto& use) {
+      for (std::uint32_t column = 0; column < count; ++column) {
+        const List& list = list_of_[order_[column]];
+        for (std::uint32_t k = 0; k < list.size; ++k) use(number_[lists_[list.first + k]], column);
+      }
+    };
+    for_blocks([&](std::uint32_t row, std::uint32_t) { ++starts_[row + 1]; });
+    for (std::size_t i = 0; i < count; ++i) starts_[i + 1] += starts_[i];
+    links_.resize(starts_[count]);
+    next_.assign(starts_.begin(), starts_.end());
+    for_blocks([&](std::uint32_t row, std::uint32_t column) { links_[next_[row]++] = column; });
+    pattern_.clear();
+    for (std::size_t row = 0; row < count; ++row) {
+      pattern_.add_row({links_.data() + starts_[row], links_.data() + starts_[row + 1]});
+    }
+  }
+
+  /// Turns the links into lists without repetitions.
+  void list_neighbours(std::uint32_t count) {
+    list_of_.resize(count);
+    lists_.clear();
+    for (std::uint32_t i = 0; i < count; ++i) {
+      std::uint32_t* const begin = links_.begin() + starts_[i];
+      std::uint32_t* const end = links_.begin() + starts_[i + 1];
+      std::sort(begin, end);
+      const std::uint32_t* const last = std::unique(begin, end);
+      list_of_[i] = {lists_.size(), static_cast<std::uint32_t>(last - begin)};
+      lists_.append(begin, begin + list_of_[i].size);
+    }
+  }
+
   /// Lists the neighbours of each body, with repetitions.
   template <Scalar S>
   void link(const Island& island, const Constraints<S>& constraints, std::uint32_t count) {
@@ -101,33 +230,11 @@ class IslandOrder {
     });
   }
 
-  /// Breadth first from a body, neighbours with fewer links first.
-  void walk(std::uint32_t from, std::uint32_t count) {
-    is_queued_.assign(count, false);
-    queue_.clear();
-    const auto push = [&](std::uint32_t i) {
-      if (is_queued_[i]) return;
-      is_queued_[i] = true;
-      queue_.push_back(i);
-    };
-    push(from);
-    for (std::size_t head = 0; head < queue_.size(); ++head) {
-      const std::uint32_t i = queue_[head];
-      const std::size_t first = queue_.size();
-      for (std::uint32_t k = starts_[i]; k < starts_[i + 1]; ++k) push(links_[k]);
-      std::sort(queue_.begin() + static_cast<std::ptrdiff_t>(first), queue_.end(),
-                [&](std::uint32_t a, std::uint32_t b) {
-                  const std::uint32_t links_a = starts_[a + 1] - starts_[a];
-                  const std::uint32_t links_b = starts_[b + 1] - starts_[b];
-                  return links_a != links_b ? links_a < links_b : a < b;
-                });
-    }
-    // Bodies that only fixed ones connect to the rest, if the caller's island has any.
-    for (std::uint32_t i = 0; i < count; ++i) push(i);
-  }
-
-  DynamicArray<std::uint32_t> local_, number_, lowest_, starts_, links_, next_, queue_;
-  DynamicArray<bool> is_queued_;
+  DynamicArray<std::uint32_t> local_, number_, order_, starts_, links_, next_;
+  DynamicArray<std::uint32_t> sizes_, parents_, room_ends_, lists_;
+  DynamicArray<List> list_of_;
+  DynamicArray<std::uint64_t> queue_;  // A heap of neighbours and bodies, the least first.
+  BlockPattern pattern_;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

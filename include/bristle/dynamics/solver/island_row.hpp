@@ -5,7 +5,7 @@
 
 #include <bristle/core/config.hpp>
 #include <bristle/core/dynamic_array.hpp>
-#include <bristle/math/envelope_cholesky.hpp>
+#include <bristle/math/block_cholesky.hpp>
 
 #include <algorithm>
 #include <array>
@@ -148,16 +148,17 @@ void project_on_cone(Real friction, Real most, Real& n, Real& x, Real& y) {
 
 /// h += weight j j^T, with the Jacobian j of a row.
 template <typename Real>
-void add_square(EnvelopeMatrix<Real>& h, Real weight, const IslandRow<Real>& row) {
+void add_square(BlockCholesky<Real>& h, Real weight, const IslandRow<Real>& row) {
   const std::uint32_t unknown[2] = {row.a, row.b};
   const std::array<Real, 6>* j[2] = {&row.jacobian_a, &row.jacobian_b};
   for (std::size_t k = 0; k < 2; ++k) {
     if (unknown[k] == row.none) continue;
     for (std::size_t l = 0; l < 2; ++l) {
       if (unknown[l] == row.none || unknown[l] > unknown[k]) continue;
+      Real* const block = h.block(h.pattern().block(unknown[k] / 6, unknown[l] / 6));
       for (std::uint32_t q = 0; q < 6; ++q) {
         const Real right = weight * (*j[l])[q];
-        Real* const out = &h.at(unknown[k], unknown[l] + q);
+        Real* const out = block + Block6<Real>::stride * q;
         for (std::size_t p = 0; p < 6; ++p) out[p] += right * (*j[k])[p];
       }
     }

@@ -13,7 +13,7 @@
 #include <bristle/dynamics/solver/island_row.hpp>
 #include <bristle/dynamics/solver/joint_locks.hpp>
 #include <bristle/dynamics/solver/solver_types.hpp>
-#include <bristle/math/envelope_cholesky.hpp>
+#include <bristle/math/block_cholesky.hpp>
 
 #include <algorithm>
 #include <array>
@@ -34,14 +34,10 @@ class IslandRows {
   void number(const Island& island, const Constraints<S>& constraints,
               std::span<const SolverBody<S>> bodies) {
     order_.build(island, constraints, bodies.size());
-    const std::size_t count = island.bodies.size();
-    unknowns_ = 6 * count;
+    unknowns_ = 6 * island.bodies.size();
     unknown_.resize(std::max(unknown_.size(), bodies.size()), none);
-    envelope_.resize(count);
     for (const std::uint32_t slot : island.bodies) {
-      const std::uint32_t n = order_.number(slot);
-      unknown_[slot] = 6 * n;
-      envelope_[n] = order_.lowest(n);
+      unknown_[slot] = 6 * order_.number(slot);
     }
     for (const std::uint32_t slot : last_) {
       if (order_.number(slot) == none) unknown_[slot] = none;
@@ -123,8 +119,8 @@ class IslandRows {
   [[nodiscard]] std::size_t unknowns() const { return unknowns_; }
   /// First of a body's six unknowns, or `none`.
   [[nodiscard]] std::uint32_t unknown(std::uint32_t slot) const { return unknown_[slot]; }
-  /// First block of each block row of the island's matrix.
-  [[nodiscard]] const DynamicArray<std::uint32_t>& envelope() const { return envelope_; }
+  /// Blocks of the island's matrix and of its factors.
+  [[nodiscard]] const BlockPattern& pattern() const { return order_.pattern(); }
   /// Returns whether any row may change its state. If none may, the problem is linear.
   [[nodiscard]] bool can_switch() const { return can_switch_; }
 
@@ -163,7 +159,7 @@ class IslandRows {
   }
 
   /// Adds J^T J / (eps K) of the joints alone.
-  void add_joints(Real eps, EnvelopeMatrix<Real>& h) const {
+  void add_joints(Real eps, BlockCholesky<Real>& h) const {
     for (const Row& row : rows_) {
       if (row.kind != Kind::free || !(row.response > Real(0))) continue;
       add_square(h, Real(1) / (eps * row.response), row);
@@ -175,7 +171,7 @@ class IslandRows {
                      std::span<const SolverBody<S>> bodies);
   /// Drops those of the listed rows whose response in a factored matrix is at most `share` of their
   /// own response. A contact is dropped with its normal.
-  void drop_locked(const EnvelopeMatrix<Real>& factored, Real share, DynamicArray<Real>& scratch) {
+  void drop_locked(const BlockCholesky<Real>& factored, Real share, DynamicArray<Real>& scratch) {
     for (const std::size_t i : lockable_) {
       Row& row = rows_[i];
       scratch.assign(unknowns_, Real(0));
@@ -228,7 +224,7 @@ class IslandRows {
   }
   /// Adds J^T D J, with the derivative D of -lambda+ by J v. Records on which side of their bounds
   /// the rows are.
-  void add_hessian(Real eps, EnvelopeMatrix<Real>& h);
+  void add_hessian(Real eps, BlockCholesky<Real>& h);
   /// Records on which side of their bounds the rows are. Opening speeds do not count.
   void set_sides(Real eps) {
     for (Row& row : rows_) row.shift = Real(0);
@@ -270,7 +266,7 @@ class IslandRows {
 
   /// r := Mt v - J^T lambda.
   void remove_impulses(const DynamicArray<Real>& v, DynamicArray<Real>& r,
-                       const EnvelopeMatrix<Real>& matrix) const {
+                       const BlockCholesky<Real>& matrix) const {
     matrix.multiply(v.data(), r.data());
     for (const Row& row : rows_) row.add_to(r, -row.lambda);
   }
@@ -424,7 +420,7 @@ class IslandRows {
 
   IslandOrder order_;
   std::size_t unknowns_ = 0;
-  DynamicArray<std::uint32_t> unknown_, last_, envelope_;
+  DynamicArray<std::uint32_t> unknown_, last_;
   DynamicArray<Row> rows_;
   std::size_t contact_rows_ = 0;  // The first rows, up to those of joints.
   bool can_switch_ = false;
@@ -471,7 +467,7 @@ bool IslandRows<S, Real>::find_lockable(const Island& island, const Constraints<
 }
 
 template <Scalar S, typename Real>
-void IslandRows<S, Real>::add_hessian(Real eps, EnvelopeMatrix<Real>& h) {
+void IslandRows<S, Real>::add_hessian(Real eps, BlockCholesky<Real>& h) {
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     Row& row = rows_[i];
     if (!(row.response > Real(0)) || row.kind == Kind::tangent) continue;

@@ -52,8 +52,8 @@ template <Scalar S>
 template <Scalar S>
 class MethodChoice {
  public:
-  /// Chooses between factorisations and sweeps. Sets `factor_work`, `is_swept` and `slides` of the
-  /// context.
+  /// Chooses between factorisations and sweeps. Sets `factor_work`, `is_costly_to_move`,
+  /// `is_swept` and `slides` of the context.
   void make(const Island& island, const Constraints<S>& constraints,
             std::span<const SolverBody<S>> bodies, SolveContext<S>& context) {
     const std::uint64_t most = context.settings.max_direct_work;
@@ -68,12 +68,17 @@ class MethodChoice {
     context.factor_work = dense;
     if (!may_be_large && !context.slides) return;
     if (assembly <= most) {
-      order_.build(island, constraints, bodies.size());
-      order_.clear(island);
-      const std::uint64_t work = std::min(dense, assembly + order_.factor_work());
-      context.is_swept = work > most || (context.slides && work > most / sweeps_pay_from);
+      const std::uint64_t elimination =
+          order_.factor_work(island, constraints, bodies.size(), most);
+      const std::uint64_t work = std::min(dense, assembly + elimination);
       // The full matrix bounds the work of small islands. It decides what their budget allows.
-      if (may_be_large) context.factor_work = work;
+      if (may_be_large) {
+        context.factor_work = work;
+        context.is_costly_to_move =
+            (context.slides && elimination > most / most_sliding_share) ||
+            (has_joints(island, constraints) && elimination > most / most_jointed_share);
+      }
+      context.is_swept = context.is_large() || (context.slides && work > most / sweeps_pay_from);
     } else {
       context.is_swept = true;
     }
@@ -82,6 +87,12 @@ class MethodChoice {
  private:
   /// Sweeps solve moving heaps from this share of the largest factorisation on.
   static constexpr std::uint64_t sweeps_pay_from = 10;
+  /// The elimination of an island may take these shares of the largest factorisation. What rests
+  /// needs one factorisation or none in a step. A heap that slides takes hundreds of sweeps or
+  /// several factorisations, and one with joints ten to twenty (docs/measurements/
+  /// 0042-a-budget-for-an-island.md, "No zero blocks").
+  static constexpr std::uint64_t most_sliding_share = 3;
+  static constexpr std::uint64_t most_jointed_share = 5;
 
   /// Returns whether an island has contacts alone, none of which may bounce, and surfaces that
   /// slide or close faster than forces change velocities in a step. What rests or is held has to

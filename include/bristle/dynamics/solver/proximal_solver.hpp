@@ -13,7 +13,7 @@
 /// is iterated with R = eps K. Here K is the response of each constraint by itself. For a given
 /// lambda the two equations are the gradient of a convex function of v. Newton's method with an
 /// exact line search minimises it from anywhere. Its Hessian Mt + J^T D J is as sparse as the
-/// island. It is factored within its envelope. Redundant constraints share their load evenly.
+/// island (`IslandOrder`). Redundant constraints share their load evenly.
 /// Nothing is ever divided by their (singular) response.
 ///
 /// The projection on a cone makes sliding surfaces separate at mu |v_t|. The shift s = mu |v_t| of
@@ -157,13 +157,13 @@ class ProximalSolver {
   InteriorPoint<Real> interior_;
   DynamicArray<Real> found_;  // Impulses from the warm start.
   Real enough_ = Real(0);
-  EnvelopeMatrix<Real> matrix_;   // Mt.
-  EnvelopeMatrix<Real> hessian_;  // Mt + J^T D J, then its factor.
-  Real eps_ = Real(1);            // The eps of `hessian_`.
-  bool is_stiff_ = false;         // True if one Newton step leaves more than round-off.
-  DynamicArray<Real> rhs_;        // r.
-  DynamicArray<Real> masses_;     // Diagonal of M.
-  Real mismatch_ = Real(0);       // Of the last `minimise`.
+  BlockCholesky<Real> matrix_;   // Mt.
+  BlockCholesky<Real> hessian_;  // Mt + J^T D J, then its factor.
+  Real eps_ = Real(1);           // The eps of `hessian_`.
+  bool is_stiff_ = false;        // True if one Newton step leaves more than round-off.
+  DynamicArray<Real> rhs_;       // r.
+  DynamicArray<Real> masses_;    // Diagonal of M.
+  Real mismatch_ = Real(0);      // Of the last `minimise`.
   DerivativeWatch<Real> watch_;
   DynamicArray<Real> v_, settled_, gradient_, step_, product_;
 };
@@ -303,7 +303,7 @@ void ProximalSolver<S>::store_soft(const Island& island, Constraints<S>& constra
 
 template <Scalar S>
 void ProximalSolver<S>::make_mass(const Island& island, std::span<const SolverBody<S>> bodies) {
-  matrix_.reset(rows_.envelope());
+  matrix_.reset(rows_.pattern());
   rhs_.assign(rows_.unknowns(), Real(0));
   for (const std::uint32_t slot : island.bodies) {
     const SolverBody<S>& body = bodies[slot];

@@ -149,6 +149,9 @@ struct SolveContext {
   /// [-] Multiply-adds of one assembly and factorisation of the island's matrix. Only a bound if
   /// that decides (`MethodChoice`).
   std::uint64_t factor_work = 0;
+  /// True if the island takes many factorisations as long as it moves, and each costs more than it
+  /// gains (`MethodChoice`).
+  bool is_costly_to_move = false;
   /// True if the island gets a bounded number of sweeps, converged or not.
   bool is_swept = false;
   /// True if sweeps may solve the island and its surfaces slide fast (`MethodChoice`).
@@ -164,7 +167,9 @@ struct SolveContext {
            static_cast<double>(std::max<std::uint64_t>(1, factor_work));
   }
   /// Returns whether a factorisation exceeds its bound. The island is then swept in any case.
-  [[nodiscard]] bool is_large() const { return factor_work > settings.max_direct_work; }
+  [[nodiscard]] bool is_large() const {
+    return factor_work > settings.max_direct_work || is_costly_to_move;
+  }
   /// [-] Sweeps of the position problem that cost as much as all steps of Newton's method may.
   [[nodiscard]] int affordable_sweeps(const Island& island) const {
     const double steps = std::min<double>(settings.max_newton_steps, affordable_steps());

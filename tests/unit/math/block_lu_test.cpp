@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "support/block_patterns.hpp"
 #include "support/random.hpp"
 
-#include <bristle/math/envelope_lu.hpp>
+#include <bristle/math/block_lu.hpp>
 
 #include <Eigen/Dense>
 #include <doctest/doctest.h>
 
 #include <cstddef>
-#include <cstdint>
 #include <limits>
-#include <vector>
+#include <utility>
 
 using namespace bristle;
 
@@ -19,34 +19,40 @@ namespace {
 
 using Dense = Eigen::MatrixXd;
 
-/// A matrix of blocks in an arrow's envelope, and the same without one.
+/// A sparse matrix of blocks, and the same with its zeros. Neighbours are coupled, the last row
+/// reaches everything.
 struct Arrow {
-  EnvelopeLu<double> sparse;
+  BlockPattern pattern;
+  BlockLu<double> sparse;
   Dense dense;
 
-  Arrow(std::size_t blocks, double diagonal, double asymmetry) {
+  Arrow(std::size_t blocks, double share, double diagonal, double asymmetry) {
     test::Random random(1);
     const std::size_t n = 6 * blocks;
-    std::vector<std::uint32_t> first(blocks);
-    for (std::size_t i = 0; i < blocks; ++i) {
-      first[i] = i + 1 == blocks || i == 0 ? 0 : static_cast<std::uint32_t>(i - 1);
-    }
-    EnvelopeMatrix<double> symmetric;
-    symmetric.reset(first);
+    pattern = test::pattern_with_fill(blocks, [&](std::size_t i, std::size_t j) {
+      return i + 1 == blocks || i - j == 1 || random.uniform(0.0, 1.0) < share;
+    });
+    BlockCholesky<double> symmetric;
+    symmetric.reset(pattern);
     dense = Dense::Zero(static_cast<Eigen::Index>(n), static_cast<Eigen::Index>(n));
+    const auto set = [&](std::size_t i, std::size_t j) {
+      const double x = i == j ? diagonal : random.uniform(-1.0, 1.0);
+      symmetric.at(i, j) = x;
+      at(i, j) = at(j, i) = x;
+    };
     for (std::size_t i = 0; i < n; ++i) {
-      for (std::size_t j = 6 * first[i / 6]; j <= i; ++j) {
-        const double x = i == j ? diagonal : random.uniform(-1.0, 1.0);
-        symmetric.at(i, j) = x;
-        at(i, j) = at(j, i) = x;
-      }
+      pattern.for_each_below(i / 6, [&](std::size_t column, std::size_t) {
+        for (std::size_t j = 6 * column; j < 6 * column + 6; ++j) set(i, j);
+      });
+      for (std::size_t j = i / 6 * 6; j <= i; ++j) set(i, j);
     }
-    sparse.assign(symmetric, symmetric);
+    sparse.assign(pattern, symmetric);
     for (std::size_t i = 0; i < blocks; ++i) {
-      for (std::size_t j = first[i]; j <= i; ++j) {
+      pattern.for_each_below(i, [&](std::size_t j, std::size_t) {
         add(i, j, asymmetry, random);
-        if (i != j) add(j, i, asymmetry, random);
-      }
+        add(j, i, asymmetry, random);
+      });
+      add(i, i, asymmetry, random);
     }
   }
 
@@ -68,13 +74,15 @@ struct Arrow {
 
 }  // namespace
 
-TEST_CASE("EnvelopeLu: solves what is not symmetric as a dense factorisation does") {
+TEST_CASE("BlockLu: solves what is not symmetric as a dense factorisation does") {
   for (const std::size_t blocks : {1u, 2u, 5u, 12u}) {
     // Dominant diagonals, and ones that are zero but for the asymmetry: pivots within blocks.
-    for (const double diagonal : {200.0, 0.0}) {
+    for (const auto& [share, diagonal] :
+         {std::pair(0.0, 200.0), {0.3, 200.0}, {1.0, 200.0}, {0.0, 0.0}, {0.1, 0.0}}) {
       CAPTURE(blocks);
+      CAPTURE(share);
       CAPTURE(diagonal);
-      Arrow arrow(blocks, diagonal, 1.0);
+      Arrow arrow(blocks, share, diagonal, 1.0);
       const auto n = arrow.dense.rows();
       Eigen::VectorXd x = Eigen::VectorXd::LinSpaced(n, -1, 2);
       Eigen::VectorXd b = arrow.dense * x;
@@ -89,14 +97,14 @@ TEST_CASE("EnvelopeLu: solves what is not symmetric as a dense factorisation doe
   }
 }
 
-TEST_CASE("EnvelopeLu: refuses singular blocks and numbers that are none") {
-  const std::vector<std::uint32_t> first(1, 0);
-  EnvelopeMatrix<double> matrix;
-  EnvelopeLu<double> lu;
+TEST_CASE("BlockLu: refuses singular blocks and numbers that are none") {
+  const BlockPattern pattern = test::full_pattern(1);
+  BlockCholesky<double> matrix;
+  BlockLu<double> lu;
   const auto factor = [&](double last) {
-    matrix.reset(first);
+    matrix.reset(pattern);
     for (std::size_t i = 0; i < 6; ++i) matrix.at(i, i) = i < 5 ? 1.0 : last;
-    lu.assign(matrix, matrix);
+    lu.assign(pattern, matrix);
     return lu.factor();
   };
   CHECK(factor(-2.0));
