@@ -65,6 +65,7 @@
 #include <bristle/core/dynamic_array.hpp>
 #include <bristle/core/fill_numbers.hpp>
 #include <bristle/core/slot_map.hpp>
+#include <bristle/core/unrolled.hpp>
 #include <bristle/dynamics/bodies/body.hpp>
 #include <bristle/dynamics/bodies/integrator.hpp>
 #include <bristle/dynamics/bodies/islands.hpp>

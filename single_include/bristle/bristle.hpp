@@ -932,11 +932,32 @@ using LineArray = DynamicArray<T, 64>;
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
-// === bristle/math/block_cholesky.hpp
+// === bristle/core/unrolled.hpp
 
 /// @file
-/// Cholesky factorisation of a sparse symmetric matrix of 6x6 blocks.
+/// Loops over a few elements that are not left to the compiler.
 // SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstddef>
+#include <type_traits>
+#include <utility>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+template <typename Use, std::size_t... i>
+BRISTLE_FORCE_INLINE void unrolled(const Use& use, std::index_sequence<i...>) {
+  (use(std::integral_constant<std::size_t, i>()), ...);
+}
+
+/// Calls use(i) for i from 0 up to `count`, each a constant. Arrays that it indexes stay in
+/// registers. g++ 12 keeps such loops at -O2, and their arrays in memory. Products of blocks take
+/// four times as long then.
+template <std::size_t count, typename Use>
+BRISTLE_FORCE_INLINE void unrolled(const Use& use) {
+  unrolled(use, std::make_index_sequence<count>());
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/math/block6.hpp
 
@@ -1044,7 +1065,8 @@ template <SmallMatrix M>
 
 /// Entry of a matrix that is in memory.
 template <SmallMatrix M>
-[[nodiscard]] BRISTLE_FORCE_INLINE const typename M::Scalar& entry(const M& m, int row, int column) {
+[[nodiscard]] BRISTLE_FORCE_INLINE const typename M::Scalar& entry(const M& m, int row,
+                                                                   int column) {
   if constexpr (M::IsRowMajor) {
     return m.data()[row * m.outerStride() + column * m.innerStride()];
   } else {
@@ -1171,8 +1193,9 @@ template <detail::SmallMatrix A, std::same_as<typename A::Scalar> S>
 template <detail::SmallMatrix A, detail::SmallMatrix B>
 requires(int{A::ColsAtCompileTime} == int{B::RowsAtCompileTime} &&
          (int{A::RowsAtCompileTime} > 1 || int{B::ColsAtCompileTime} > 1) &&
-         std::same_as<typename A::Scalar, typename B::Scalar>) [[nodiscard]] BRISTLE_FORCE_INLINE auto
-operator*(const A& a, const B& b) {
+         std::same_as<typename A::Scalar, typename B::Scalar>) [[nodiscard]] BRISTLE_FORCE_INLINE
+    auto
+    operator*(const A& a, const B& b) {
   using S = typename A::Scalar;
   constexpr int inner = A::ColsAtCompileTime;
   decltype(auto) x = detail::stored(a);
@@ -2035,19 +2058,23 @@ struct Six {
 
   [[nodiscard]] BRISTLE_FORCE_INLINE static Six load(const S* from) {
     Six six;
-    for (std::size_t p = 0; p < packs; ++p) six.part[p] = Pack<S>::load(from + lanes<S> * p);
+    unrolled<packs>([&](auto p) { six.part[p] = Pack<S>::load(from + lanes<S> * p); });
     return six;
   }
   BRISTLE_FORCE_INLINE void store(S* to) const {
-    for (std::size_t p = 0; p < packs; ++p) part[p].store(to + lanes<S> * p);
+    unrolled<packs>([&](auto p) { part[p].store(to + lanes<S> * p); });
   }
   BRISTLE_FORCE_INLINE void add(const S& factor, const Six& other) {
     const Pack<S> all(factor);
-    for (std::size_t p = 0; p < packs; ++p) part[p] += all * other.part[p];
+    unrolled<packs>([&](auto p) { part[p] += all * other.part[p]; });
+  }
+  BRISTLE_FORCE_INLINE void scale(const S& factor) {
+    const Pack<S> all(factor);
+    unrolled<packs>([&](auto p) { part[p] *= all; });
   }
   BRISTLE_FORCE_INLINE void subtract(const S& factor, const Six& other) {
     const Pack<S> all(factor);
-    for (std::size_t p = 0; p < packs; ++p) part[p] -= all * other.part[p];
+    unrolled<packs>([&](auto p) { part[p] -= all * other.part[p]; });
   }
 };
 
@@ -2062,19 +2089,19 @@ BRISTLE_FORCE_INLINE void add_product(const S* left, std::size_t next_row, std::
   constexpr std::size_t at_once = Six<S>::packs <= 2 ? 6 : 3;
   for (std::size_t first = 0; first < 6; first += at_once) {
     Six<S> sums[at_once];
-    for (std::size_t a = 0; a < at_once; ++a) sums[a] = Six<S>::load(out + stride * (first + a));
+    unrolled<at_once>([&](auto a) { sums[a] = Six<S>::load(out + stride * (first + a)); });
     for (std::size_t k = 0; k < count; ++k) {
       const Six<S> row = Six<S>::load(right + stride * k);
-      for (std::size_t a = 0; a < at_once; ++a) {
+      unrolled<at_once>([&](auto a) {
         const S& factor = left[next_row * (first + a) + next_column * k];
         if constexpr (sign > 0) {
           sums[a].add(factor, row);
         } else {
           sums[a].subtract(factor, row);
         }
-      }
+      });
     }
-    for (std::size_t a = 0; a < at_once; ++a) sums[a].store(out + stride * (first + a));
+    unrolled<at_once>([&](auto a) { sums[a].store(out + stride * (first + a)); });
   }
 }
 
@@ -2085,6 +2112,12 @@ template <Scalar S>
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
+
+// === bristle/math/block_cholesky.hpp
+
+/// @file
+/// Cholesky factorisation of a sparse symmetric matrix of 6x6 blocks.
+// SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/math/block_pattern.hpp
 
@@ -2270,7 +2303,8 @@ class BlockCholesky {
     }
   }
 
-  /// Replaces the matrix A by its factor L, A = L L^T.
+  /// Replaces the matrix A by its factor L, A = L L^T. L is stored with the inverse of its
+  /// diagonal.
   /// @return False if a pivot is not positive or not finite. The matrix is then spoilt.
   [[nodiscard]] bool factor() {
     for (std::size_t i = 0; i < blocks(); ++i) {
@@ -2296,14 +2330,18 @@ class BlockCholesky {
     for (std::size_t i = 0; i < blocks(); ++i) solve_lower(i, 0, x);
     for (std::size_t i = blocks(); i-- > 0;) {
       const S* const diagonal = block(pattern_->diagonal(i));
-      for (std::size_t a = 6; a-- > 0;) {
+      S own[6];
+      std::copy_n(x + 6 * i, 6, own);
+      unrolled<6>([&](auto before) {
+        constexpr std::size_t a = 5 - before;
         const S* const below = diagonal + stride * a;
-        for (std::size_t b = a + 1; b < 6; ++b) x[6 * i + a] -= below[b] * x[6 * i + b];
-        x[6 * i + a] /= below[a];
-      }
+        unrolled<before>([&](auto k) { own[a] -= below[5 - k] * own[5 - k]; });
+        own[a] *= below[a];
+      });
+      std::copy_n(own, 6, x + 6 * i);
       pattern_->for_each_below(i, [&](std::size_t j, std::size_t number) {
         for (std::size_t b = 0; b < 6; ++b) {
-          x[6 * j + b] -= dot6(block(number) + stride * b, x + 6 * i);
+          x[6 * j + b] -= dot6(block(number) + stride * b, own);
         }
       });
     }
@@ -2340,40 +2378,44 @@ class BlockCholesky {
     });
     rest.store(own);
     const S* const diagonal = block(pattern_->diagonal(i));
-    for (std::size_t a = 0; a < 6; ++a) {
+    unrolled<6>([&](auto a) {
       const S* const below = diagonal + stride * a;
-      x[6 * i + a] = own[a] / below[a];
-      for (std::size_t b = a + 1; b < 6; ++b) own[b] -= below[b] * x[6 * i + a];
-    }
+      own[a] *= below[a];
+      unrolled<5 - a>([&](auto k) { own[a + 1 + k] -= below[a + 1 + k] * own[a]; });
+    });
+    std::copy_n(own, 6, x + 6 * i);
   }
 
-  /// x := x L^-T for a factored diagonal block L. Both are stored by columns.
+  /// x := x L^-T for a factored diagonal block. Both are stored by columns.
   static void divide(const S* factor, S* x) {
     Six<S> columns[6];
-    for (std::size_t b = 0; b < 6; ++b) {
+    unrolled<6>([&](auto b) {
       columns[b] = Six<S>::load(x + stride * b);
-      for (std::size_t c = 0; c < b; ++c) columns[b].subtract(factor[stride * c + b], columns[c]);
-      const Pack<S> pivot(factor[stride * b + b]);
-      for (Pack<S>& part : columns[b].part) part /= pivot;
+      unrolled<b>([&](auto c) { columns[b].subtract(factor[stride * c + b], columns[c]); });
+      columns[b].scale(factor[stride * b + b]);
       columns[b].store(x + stride * b);
-    }
+    });
   }
 
-  /// Factors a diagonal block, stored by columns.
+  /// Factors a diagonal block, stored by columns. On the diagonal the factor has its inverse, which
+  /// takes one division for all that the pivot divides.
   [[nodiscard]] static bool factor_diagonal(S* block) {
     using std::sqrt;
-    for (std::size_t b = 0; b < 6; ++b) {
+    bool is_positive = true;
+    Six<S> columns[6];
+    unrolled<6>([&](auto b) {
       S* const below = block + stride * b;
-      for (std::size_t c = 0; c < b; ++c) {
-        const S* const before = block + stride * c;
-        for (std::size_t a = b; a < 6; ++a) below[a] -= before[b] * before[a];
-      }
-      if (!(below[b] > S(0)) || !(below[b] < infinity<S>)) return false;
-      const S root = sqrt(below[b]);
-      below[b] = root;
-      for (std::size_t a = b + 1; a < 6; ++a) below[a] /= root;
-    }
-    return true;
+      columns[b] = Six<S>::load(below);
+      unrolled<b>([&](auto c) { columns[b].subtract(block[stride * c + b], columns[c]); });
+      columns[b].store(below);
+      const S pivot = below[b];
+      is_positive = is_positive && pivot > S(0) && pivot < infinity<S>;
+      const S inverse = S(1) / sqrt(pivot);
+      columns[b].scale(inverse);
+      columns[b].store(below);
+      below[b] = inverse;
+    });
+    return is_positive;
   }
 
   const BlockPattern* pattern_ = nullptr;
@@ -2442,22 +2484,14 @@ struct IslandRow {
   /// J v.
   [[nodiscard]] Real times(const DynamicArray<Real>& v) const {
     Real sum = Real(0);
-    if (a != none) {
-      for (std::size_t i = 0; i < 6; ++i) sum += jacobian_a[i] * v[a + i];
-    }
-    if (b != none) {
-      for (std::size_t i = 0; i < 6; ++i) sum += jacobian_b[i] * v[b + i];
-    }
+    if (a != none) sum += dot6(jacobian_a.data(), v.data() + a);
+    if (b != none) sum += dot6(jacobian_b.data(), v.data() + b);
     return sum;
   }
   /// g += J^T x.
   void add_to(DynamicArray<Real>& g, Real x) const {
-    if (a != none) {
-      for (std::size_t i = 0; i < 6; ++i) g[a + i] += x * jacobian_a[i];
-    }
-    if (b != none) {
-      for (std::size_t i = 0; i < 6; ++i) g[b + i] += x * jacobian_b[i];
-    }
+    if (a != none) unrolled<6>([&](auto i) { g[a + i] += x * jacobian_a[i]; });
+    if (b != none) unrolled<6>([&](auto i) { g[b + i] += x * jacobian_b[i]; });
   }
   /// The nearest allowed value of a row without a cone.
   [[nodiscard]] Real clamped(Real x) const {
@@ -2531,10 +2565,10 @@ void add_square(BlockCholesky<Real>& h, Real weight, const IslandRow<Real>& row)
     for (std::size_t l = 0; l < 2; ++l) {
       if (unknown[l] == row.none || unknown[l] > unknown[k]) continue;
       Real* const block = h.block(h.pattern().block(unknown[k] / 6, unknown[l] / 6));
-      for (std::uint32_t q = 0; q < 6; ++q) {
+      for (std::size_t q = 0; q < 6; ++q) {
         const Real right = weight * (*j[l])[q];
         Real* const out = block + Block6<Real>::stride * q;
-        for (std::size_t p = 0; p < 6; ++p) out[p] += right * (*j[k])[p];
+        unrolled<6>([&](auto p) { out[p] += right * (*j[k])[p]; });
       }
     }
   }
@@ -2888,6 +2922,13 @@ class BlockLu {
     return block;
   }
 
+  /// to -= share * row.
+  BRISTLE_FORCE_INLINE static void subtract(const S& share, const Six<S>& row, S* to) {
+    Six<S> rest = Six<S>::load(to);
+    rest.subtract(share, row);
+    rest.store(to);
+  }
+
   /// Inverse by Gauss-Jordan elimination, with the largest pivot of each column. False if singular.
   [[nodiscard]] static bool invert(Block6<S>& m, Block6<S>& inverse) {
     using std::abs;
@@ -2904,18 +2945,18 @@ class BlockLu {
         std::swap_ranges(m.row(c), m.row(c) + 6, m.row(best));
         std::swap_ranges(inverse.row(c), inverse.row(c) + 6, inverse.row(best));
       }
+      Six<S> row = Six<S>::load(m.row(c));
+      Six<S> inverse_row = Six<S>::load(inverse.row(c));
       const S scale = S(1) / pivot;
-      for (std::size_t k = 0; k < 6; ++k) {
-        m.row(c)[k] *= scale;
-        inverse.row(c)[k] *= scale;
-      }
+      row.scale(scale);
+      inverse_row.scale(scale);
+      row.store(m.row(c));
+      inverse_row.store(inverse.row(c));
       for (std::size_t i = 0; i < 6; ++i) {
         if (i == c) continue;
         const S share = m.row(i)[c];
-        for (std::size_t k = 0; k < 6; ++k) {
-          m.row(i)[k] -= share * m.row(c)[k];
-          inverse.row(i)[k] -= share * inverse.row(c)[k];
-        }
+        subtract(share, row, m.row(i));
+        subtract(share, inverse_row, inverse.row(i));
       }
     }
     return true;
@@ -34955,11 +34996,13 @@ BRISTLE_FORCE_INLINE void load_rows(const S* rows, const std::uint32_t* at,
     constexpr std::size_t n = block_size<S>;
     for (std::size_t first = 0; first < count; first += n) {
       Pack<S> pieces[n];
-      for (std::size_t i = 0; i < n; ++i) {
+      unrolled<n>([&](auto i) {
         pieces[i] = load_piece(rows + first, at + i, std::make_index_sequence<lanes<S>>());
-      }
+      });
       transpose(pieces);
-      for (std::size_t i = 0; i < n && first + i < count; ++i) columns[first + i] = pieces[i];
+      unrolled<n>([&](auto i) {
+        if (first + i < count) columns[first + i] = pieces[i];
+      });
     }
     return;
   }
@@ -34976,9 +35019,8 @@ BRISTLE_FORCE_INLINE void store_rows(S* rows, const std::uint32_t* at,
     constexpr std::size_t n = block_size<S>;
     for (std::size_t first = 0; first < count; first += n) {
       Pack<S> pieces[n];
-      for (std::size_t i = 0; i < n; ++i) {
-        pieces[i] = first + i < count ? columns[first + i] : Pack<S>(S(0));
-      }
+      unrolled<n>(
+          [&](auto i) { pieces[i] = first + i < count ? columns[first + i] : Pack<S>(S(0)); });
       transpose(pieces);
       // Lane by lane. Of lanes with the same row the last one then stays.
       constexpr auto row = std::make_index_sequence<row_stride>();

@@ -6,6 +6,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/unrolled.hpp>
 #include <bristle/math/simd.hpp>
 
 #include <algorithm>
@@ -36,19 +37,23 @@ struct Six {
 
   [[nodiscard]] BRISTLE_FORCE_INLINE static Six load(const S* from) {
     Six six;
-    for (std::size_t p = 0; p < packs; ++p) six.part[p] = Pack<S>::load(from + lanes<S> * p);
+    unrolled<packs>([&](auto p) { six.part[p] = Pack<S>::load(from + lanes<S> * p); });
     return six;
   }
   BRISTLE_FORCE_INLINE void store(S* to) const {
-    for (std::size_t p = 0; p < packs; ++p) part[p].store(to + lanes<S> * p);
+    unrolled<packs>([&](auto p) { part[p].store(to + lanes<S> * p); });
   }
   BRISTLE_FORCE_INLINE void add(const S& factor, const Six& other) {
     const Pack<S> all(factor);
-    for (std::size_t p = 0; p < packs; ++p) part[p] += all * other.part[p];
+    unrolled<packs>([&](auto p) { part[p] += all * other.part[p]; });
+  }
+  BRISTLE_FORCE_INLINE void scale(const S& factor) {
+    const Pack<S> all(factor);
+    unrolled<packs>([&](auto p) { part[p] *= all; });
   }
   BRISTLE_FORCE_INLINE void subtract(const S& factor, const Six& other) {
     const Pack<S> all(factor);
-    for (std::size_t p = 0; p < packs; ++p) part[p] -= all * other.part[p];
+    unrolled<packs>([&](auto p) { part[p] -= all * other.part[p]; });
   }
 };
 
@@ -63,19 +68,19 @@ BRISTLE_FORCE_INLINE void add_product(const S* left, std::size_t next_row, std::
   constexpr std::size_t at_once = Six<S>::packs <= 2 ? 6 : 3;
   for (std::size_t first = 0; first < 6; first += at_once) {
     Six<S> sums[at_once];
-    for (std::size_t a = 0; a < at_once; ++a) sums[a] = Six<S>::load(out + stride * (first + a));
+    unrolled<at_once>([&](auto a) { sums[a] = Six<S>::load(out + stride * (first + a)); });
     for (std::size_t k = 0; k < count; ++k) {
       const Six<S> row = Six<S>::load(right + stride * k);
-      for (std::size_t a = 0; a < at_once; ++a) {
+      unrolled<at_once>([&](auto a) {
         const S& factor = left[next_row * (first + a) + next_column * k];
         if constexpr (sign > 0) {
           sums[a].add(factor, row);
         } else {
           sums[a].subtract(factor, row);
         }
-      }
+      });
     }
-    for (std::size_t a = 0; a < at_once; ++a) sums[a].store(out + stride * (first + a));
+    unrolled<at_once>([&](auto a) { sums[a].store(out + stride * (first + a)); });
   }
 }
 

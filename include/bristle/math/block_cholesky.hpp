@@ -4,6 +4,7 @@
 #pragma once
 
 #include <bristle/core/dynamic_array.hpp>
+#include <bristle/core/unrolled.hpp>
 #include <bristle/math/block6.hpp>
 #include <bristle/math/block_pattern.hpp>
 #include <bristle/math/types.hpp>
@@ -83,7 +84,8 @@ class BlockCholesky {
     }
   }
 
-  /// Replaces the matrix A by its factor L, A = L L^T.
+  /// Replaces the matrix A by its factor L, A = L L^T. L is stored with the inverse of its
+  /// diagonal.
   /// @return False if a pivot is not positive or not finite. The matrix is then spoilt.
   [[nodiscard]] bool factor() {
     for (std::size_t i = 0; i < blocks(); ++i) {
@@ -109,14 +111,18 @@ class BlockCholesky {
     for (std::size_t i = 0; i < blocks(); ++i) solve_lower(i, 0, x);
     for (std::size_t i = blocks(); i-- > 0;) {
       const S* const diagonal = block(pattern_->diagonal(i));
-      for (std::size_t a = 6; a-- > 0;) {
+      S own[6];
+      std::copy_n(x + 6 * i, 6, own);
+      unrolled<6>([&](auto before) {
+        constexpr std::size_t a = 5 - before;
         const S* const below = diagonal + stride * a;
-        for (std::size_t b = a + 1; b < 6; ++b) x[6 * i + a] -= below[b] * x[6 * i + b];
-        x[6 * i + a] /= below[a];
-      }
+        unrolled<before>([&](auto k) { own[a] -= below[5 - k] * own[5 - k]; });
+        own[a] *= below[a];
+      });
+      std::copy_n(own, 6, x + 6 * i);
       pattern_->for_each_below(i, [&](std::size_t j, std::size_t number) {
         for (std::size_t b = 0; b < 6; ++b) {
-          x[6 * j + b] -= dot6(block(number) + stride * b, x + 6 * i);
+          x[6 * j + b] -= dot6(block(number) + stride * b, own);
         }
       });
     }
@@ -153,40 +159,44 @@ class BlockCholesky {
     });
     rest.store(own);
     const S* const diagonal = block(pattern_->diagonal(i));
-    for (std::size_t a = 0; a < 6; ++a) {
+    unrolled<6>([&](auto a) {
       const S* const below = diagonal + stride * a;
-      x[6 * i + a] = own[a] / below[a];
-      for (std::size_t b = a + 1; b < 6; ++b) own[b] -= below[b] * x[6 * i + a];
-    }
+      own[a] *= below[a];
+      unrolled<5 - a>([&](auto k) { own[a + 1 + k] -= below[a + 1 + k] * own[a]; });
+    });
+    std::copy_n(own, 6, x + 6 * i);
   }
 
-  /// x := x L^-T for a factored diagonal block L. Both are stored by columns.
+  /// x := x L^-T for a factored diagonal block. Both are stored by columns.
   static void divide(const S* factor, S* x) {
     Six<S> columns[6];
-    for (std::size_t b = 0; b < 6; ++b) {
+    unrolled<6>([&](auto b) {
       columns[b] = Six<S>::load(x + stride * b);
-      for (std::size_t c = 0; c < b; ++c) columns[b].subtract(factor[stride * c + b], columns[c]);
-      const Pack<S> pivot(factor[stride * b + b]);
-      for (Pack<S>& part : columns[b].part) part /= pivot;
+      unrolled<b>([&](auto c) { columns[b].subtract(factor[stride * c + b], columns[c]); });
+      columns[b].scale(factor[stride * b + b]);
       columns[b].store(x + stride * b);
-    }
+    });
   }
 
-  /// Factors a diagonal block, stored by columns.
+  /// Factors a diagonal block, stored by columns. On the diagonal the factor has its inverse, which
+  /// takes one division for all that the pivot divides.
   [[nodiscard]] static bool factor_diagonal(S* block) {
     using std::sqrt;
-    for (std::size_t b = 0; b < 6; ++b) {
+    bool is_positive = true;
+    Six<S> columns[6];
+    unrolled<6>([&](auto b) {
       S* const below = block + stride * b;
-      for (std::size_t c = 0; c < b; ++c) {
-        const S* const before = block + stride * c;
-        for (std::size_t a = b; a < 6; ++a) below[a] -= before[b] * before[a];
-      }
-      if (!(below[b] > S(0)) || !(below[b] < infinity<S>)) return false;
-      const S root = sqrt(below[b]);
-      below[b] = root;
-      for (std::size_t a = b + 1; a < 6; ++a) below[a] /= root;
-    }
-    return true;
+      columns[b] = Six<S>::load(below);
+      unrolled<b>([&](auto c) { columns[b].subtract(block[stride * c + b], columns[c]); });
+      columns[b].store(below);
+      const S pivot = below[b];
+      is_positive = is_positive && pivot > S(0) && pivot < infinity<S>;
+      const S inverse = S(1) / sqrt(pivot);
+      columns[b].scale(inverse);
+      columns[b].store(below);
+      below[b] = inverse;
+    });
+    return is_positive;
   }
 
   const BlockPattern* pattern_ = nullptr;

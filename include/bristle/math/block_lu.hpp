@@ -149,6 +149,13 @@ class BlockLu {
     return block;
   }
 
+  /// to -= share * row.
+  BRISTLE_FORCE_INLINE static void subtract(const S& share, const Six<S>& row, S* to) {
+    Six<S> rest = Six<S>::load(to);
+    rest.subtract(share, row);
+    rest.store(to);
+  }
+
   /// Inverse by Gauss-Jordan elimination, with the largest pivot of each column. False if singular.
   [[nodiscard]] static bool invert(Block6<S>& m, Block6<S>& inverse) {
     using std::abs;
@@ -165,18 +172,18 @@ class BlockLu {
         std::swap_ranges(m.row(c), m.row(c) + 6, m.row(best));
         std::swap_ranges(inverse.row(c), inverse.row(c) + 6, inverse.row(best));
       }
+      Six<S> row = Six<S>::load(m.row(c));
+      Six<S> inverse_row = Six<S>::load(inverse.row(c));
       const S scale = S(1) / pivot;
-      for (std::size_t k = 0; k < 6; ++k) {
-        m.row(c)[k] *= scale;
-        inverse.row(c)[k] *= scale;
-      }
+      row.scale(scale);
+      inverse_row.scale(scale);
+      row.store(m.row(c));
+      inverse_row.store(inverse.row(c));
       for (std::size_t i = 0; i < 6; ++i) {
         if (i == c) continue;
         const S share = m.row(i)[c];
-        for (std::size_t k = 0; k < 6; ++k) {
-          m.row(i)[k] -= share * m.row(c)[k];
-          inverse.row(i)[k] -= share * inverse.row(c)[k];
-        }
+        subtract(share, row, m.row(i));
+        subtract(share, inverse_row, inverse.row(i));
       }
     }
     return true;

@@ -25,7 +25,7 @@ BlockPattern five_rows() {
 
 using Triple = std::array<std::size_t, 3>;
 
-std::vector<Triple> common(const BlockPattern& pattern, std::size_t row, std::size_t other) {
+std::vector<Triple> common_runs(const BlockPattern& pattern, std::size_t row, std::size_t other) {
   std::vector<Triple> spans;
   pattern.for_each_common(row, other, [&](std::size_t a, std::size_t b, std::size_t columns) {
     spans.push_back({a, b, columns});
@@ -56,14 +56,14 @@ TEST_CASE("BlockPattern: numbers blocks row by row") {
 
 TEST_CASE("BlockPattern: two rows have runs of columns in common, before the other's diagonal") {
   const BlockPattern pattern = five_rows();
-  CHECK(common(pattern, 1, 0).empty());
-  CHECK(common(pattern, 1, 1).empty());
-  CHECK(common(pattern, 4, 1).empty());
-  CHECK(common(pattern, 2, 2) == std::vector<Triple>{{2, 2, 2}});
-  CHECK(common(pattern, 4, 2) == std::vector<Triple>{{7, 2, 1}});
-  CHECK(common(pattern, 4, 3) == std::vector<Triple>{{8, 5, 1}});
+  CHECK(common_runs(pattern, 1, 0).empty());
+  CHECK(common_runs(pattern, 1, 1).empty());
+  CHECK(common_runs(pattern, 4, 1).empty());
+  CHECK(common_runs(pattern, 2, 2) == std::vector<Triple>{{2, 2, 2}});
+  CHECK(common_runs(pattern, 4, 2) == std::vector<Triple>{{7, 2, 1}});
+  CHECK(common_runs(pattern, 4, 3) == std::vector<Triple>{{8, 5, 1}});
   // A row with itself: all that is below its diagonal, columns 0, and 2 to 3.
-  CHECK(common(pattern, 4, 4) == std::vector<Triple>{{7, 7, 1}, {8, 8, 2}});
+  CHECK(common_runs(pattern, 4, 4) == std::vector<Triple>{{7, 7, 1}, {8, 8, 2}});
 }
 
 TEST_CASE("BlockPattern: starts anew") {

@@ -5,6 +5,8 @@
 
 #include <bristle/core/config.hpp>
 #include <bristle/core/dynamic_array.hpp>
+#include <bristle/core/unrolled.hpp>
+#include <bristle/math/block6.hpp>
 #include <bristle/math/block_cholesky.hpp>
 
 #include <algorithm>
@@ -67,22 +69,14 @@ struct IslandRow {
   /// J v.
   [[nodiscard]] Real times(const DynamicArray<Real>& v) const {
     Real sum = Real(0);
-    if (a != none) {
-      for (std::size_t i = 0; i < 6; ++i) sum += jacobian_a[i] * v[a + i];
-    }
-    if (b != none) {
-      for (std::size_t i = 0; i < 6; ++i) sum += jacobian_b[i] * v[b + i];
-    }
+    if (a != none) sum += dot6(jacobian_a.data(), v.data() + a);
+    if (b != none) sum += dot6(jacobian_b.data(), v.data() + b);
     return sum;
   }
   /// g += J^T x.
   void add_to(DynamicArray<Real>& g, Real x) const {
-    if (a != none) {
-      for (std::size_t i = 0; i < 6; ++i) g[a + i] += x * jacobian_a[i];
-    }
-    if (b != none) {
-      for (std::size_t i = 0; i < 6; ++i) g[b + i] += x * jacobian_b[i];
-    }
+    if (a != none) unrolled<6>([&](auto i) { g[a + i] += x * jacobian_a[i]; });
+    if (b != none) unrolled<6>([&](auto i) { g[b + i] += x * jacobian_b[i]; });
   }
   /// The nearest allowed value of a row without a cone.
   [[nodiscard]] Real clamped(Real x) const {
@@ -156,10 +150,10 @@ void add_square(BlockCholesky<Real>& h, Real weight, const IslandRow<Real>& row)
     for (std::size_t l = 0; l < 2; ++l) {
       if (unknown[l] == row.none || unknown[l] > unknown[k]) continue;
       Real* const block = h.block(h.pattern().block(unknown[k] / 6, unknown[l] / 6));
-      for (std::uint32_t q = 0; q < 6; ++q) {
+      for (std::size_t q = 0; q < 6; ++q) {
         const Real right = weight * (*j[l])[q];
         Real* const out = block + Block6<Real>::stride * q;
-        for (std::size_t p = 0; p < 6; ++p) out[p] += right * (*j[k])[p];
+        unrolled<6>([&](auto p) { out[p] += right * (*j[k])[p]; });
       }
     }
   }
