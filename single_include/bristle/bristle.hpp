@@ -2287,19 +2287,20 @@ class BlockCholesky {
       Six<S> sums = Six<S>::load(sum);
       pattern_->for_each_below(i, [&](std::size_t j, std::size_t number) {
         const S* const entries = block(number);
-        for (std::size_t b = 0; b < 6; ++b) {
+        unrolled<6>([&](auto b) {
           sums.add(x[6 * j + b], Six<S>::load(entries + stride * b));
           y[6 * j + b] += dot6(entries + stride * b, x + 6 * i);
-        }
+        });
       });
       sums.store(sum);
       const S* const diagonal = block(pattern_->diagonal(i));
-      for (std::size_t a = 0; a < 6; ++a) {
-        y[6 * i + a] = sum[a];
-        for (std::size_t b = 0; b < 6; ++b) {
-          y[6 * i + a] += diagonal[stride * std::min(a, b) + std::max(a, b)] * x[6 * i + b];
-        }
-      }
+      unrolled<6>([&](auto a) {
+        const auto entry = [&](std::size_t b) {
+          return diagonal[stride * std::min<std::size_t>(a, b) + std::max<std::size_t>(a, b)];
+        };
+        const S row[6] = {entry(0), entry(1), entry(2), entry(3), entry(4), entry(5)};
+        y[6 * i + a] = sum[a] + dot6(row, x + 6 * i);
+      });
     }
   }
 
@@ -2562,14 +2563,18 @@ void add_square(BlockCholesky<Real>& h, Real weight, const IslandRow<Real>& row)
   const std::array<Real, 6>* j[2] = {&row.jacobian_a, &row.jacobian_b};
   for (std::size_t k = 0; k < 2; ++k) {
     if (unknown[k] == row.none) continue;
+    Real padded[Block6<Real>::stride] = {};
+    std::copy_n(j[k]->data(), 6, padded);
+    const Six<Real> left = Six<Real>::load(padded);
     for (std::size_t l = 0; l < 2; ++l) {
       if (unknown[l] == row.none || unknown[l] > unknown[k]) continue;
       Real* const block = h.block(h.pattern().block(unknown[k] / 6, unknown[l] / 6));
-      for (std::size_t q = 0; q < 6; ++q) {
-        const Real right = weight * (*j[l])[q];
-        Real* const out = block + Block6<Real>::stride * q;
-        unrolled<6>([&](auto p) { out[p] += right * (*j[k])[p]; });
-      }
+      unrolled<6>([&](auto q) {
+        Real* const column = block + Block6<Real>::stride * q;
+        Six<Real> sums = Six<Real>::load(column);
+        sums.add(weight * (*j[l])[q], left);
+        sums.store(column);
+      });
     }
   }
 }

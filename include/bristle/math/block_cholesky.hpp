@@ -68,19 +68,20 @@ class BlockCholesky {
       Six<S> sums = Six<S>::load(sum);
       pattern_->for_each_below(i, [&](std::size_t j, std::size_t number) {
         const S* const entries = block(number);
-        for (std::size_t b = 0; b < 6; ++b) {
+        unrolled<6>([&](auto b) {
           sums.add(x[6 * j + b], Six<S>::load(entries + stride * b));
           y[6 * j + b] += dot6(entries + stride * b, x + 6 * i);
-        }
+        });
       });
       sums.store(sum);
       const S* const diagonal = block(pattern_->diagonal(i));
-      for (std::size_t a = 0; a < 6; ++a) {
-        y[6 * i + a] = sum[a];
-        for (std::size_t b = 0; b < 6; ++b) {
-          y[6 * i + a] += diagonal[stride * std::min(a, b) + std::max(a, b)] * x[6 * i + b];
-        }
-      }
+      unrolled<6>([&](auto a) {
+        const auto entry = [&](std::size_t b) {
+          return diagonal[stride * std::min<std::size_t>(a, b) + std::max<std::size_t>(a, b)];
+        };
+        const S row[6] = {entry(0), entry(1), entry(2), entry(3), entry(4), entry(5)};
+        y[6 * i + a] = sum[a] + dot6(row, x + 6 * i);
+      });
     }
   }
 

@@ -147,14 +147,18 @@ void add_square(BlockCholesky<Real>& h, Real weight, const IslandRow<Real>& row)
   const std::array<Real, 6>* j[2] = {&row.jacobian_a, &row.jacobian_b};
   for (std::size_t k = 0; k < 2; ++k) {
     if (unknown[k] == row.none) continue;
+    Real padded[Block6<Real>::stride] = {};
+    std::copy_n(j[k]->data(), 6, padded);
+    const Six<Real> left = Six<Real>::load(padded);
     for (std::size_t l = 0; l < 2; ++l) {
       if (unknown[l] == row.none || unknown[l] > unknown[k]) continue;
       Real* const block = h.block(h.pattern().block(unknown[k] / 6, unknown[l] / 6));
-      for (std::size_t q = 0; q < 6; ++q) {
-        const Real right = weight * (*j[l])[q];
-        Real* const out = block + Block6<Real>::stride * q;
-        unrolled<6>([&](auto p) { out[p] += right * (*j[k])[p]; });
-      }
+      unrolled<6>([&](auto q) {
+        Real* const column = block + Block6<Real>::stride * q;
+        Six<Real> sums = Six<Real>::load(column);
+        sums.add(weight * (*j[l])[q], left);
+        sums.store(column);
+      });
     }
   }
 }
