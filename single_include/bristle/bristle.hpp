@@ -951,7 +951,7 @@ BRISTLE_FORCE_INLINE void unrolled(const Use& use, std::index_sequence<i...>) {
 
 /// Calls use(i) for i from 0 up to `count`, each a constant. Arrays that it indexes stay in
 /// registers. g++ 12 keeps such loops at -O2, and their arrays in memory. Products of blocks take
-/// four times as long then.
+/// two to four times as long then.
 template <std::size_t count, typename Use>
 BRISTLE_FORCE_INLINE void unrolled(const Use& use) {
   unrolled(use, std::make_index_sequence<count>());
@@ -2182,9 +2182,11 @@ class BlockPattern {
   [[nodiscard]] std::size_t diagonal(std::size_t row) const { return block_starts_[row + 1] - 1; }
   /// Number of a block of the pattern.
   [[nodiscard]] std::size_t block(std::size_t row, std::size_t column) const {
-    const Run* run = runs_.data() + run_starts_[row];
-    while (run->end <= column) ++run;
-    return run->block + (column - run->first);
+    if (column == row) return diagonal(row);
+    const Run& run = *first_run_past(row, column);
+    BRISTLE_CHECK_INDEX(column, row + 1);
+    BRISTLE_CHECK_INDEX(column - run.first, std::size_t(run.end - run.first));
+    return run.block + (column - run.first);
   }
 
   /// Calls use(column, number) for the blocks of a row below the diagonal.
@@ -2203,8 +2205,8 @@ class BlockPattern {
   /// @param other  At most `row`.
   template <typename Use>
   void for_each_common(std::size_t row, std::size_t other, Use&& use) const {
-    const Run* a = runs_.data() + run_starts_[row];
     const Run* b = runs_.data() + run_starts_[other];
+    const Run* a = first_run_past(row, b->first);
     const Run* const end_b = runs_.data() + run_starts_[other + 1];
     // The last run of `row` reaches its diagonal. No run of the other row ends later.
     while (b != end_b && a->first < other) {
@@ -2221,6 +2223,13 @@ class BlockPattern {
   }
 
  private:
+  /// First run of a row that ends past a column.
+  [[nodiscard]] const Run* first_run_past(std::size_t row, std::size_t column) const {
+    return std::partition_point(runs_.data() + run_starts_[row],
+                                runs_.data() + run_starts_[row + 1],
+                                [&](const Run& run) { return run.end <= column; });
+  }
+
   DynamicArray<Run> runs_;
   DynamicArray<std::uint32_t> run_starts_{0};  // First run of each row, and past the last.
   DynamicArray<std::size_t> block_starts_{0};  // First block of each row, and past the last.
@@ -2239,7 +2248,8 @@ template <Scalar S>
 class BlockCholesky {
  public:
   /// Sets the shape and all entries to zero.
-  /// @param pattern  Blocks of the matrix and of its factor. It has to last as long as they do.
+  /// @param pattern  Blocks of the matrix and of its factor. It has to last as long as they and
+  ///                 their copies do.
   void reset(const BlockPattern& pattern) {
     pattern_ = &pattern;
     values_.assign(6 * stride * pattern.size(), S(0));
@@ -2409,9 +2419,9 @@ class BlockCholesky {
       columns[b] = Six<S>::load(below);
       unrolled<b>([&](auto c) { columns[b].subtract(block[stride * c + b], columns[c]); });
       columns[b].store(below);
-      const S pivot = below[b];
-      is_positive = is_positive && pivot > S(0) && pivot < infinity<S>;
-      const S inverse = S(1) / sqrt(pivot);
+      is_positive = is_positive && below[b] > S(0) && below[b] < infinity<S>;
+      // The rest is spoilt then, but traps no root of a negative number.
+      const S inverse = S(1) / sqrt(is_positive ? below[b] : S(1));
       columns[b].scale(inverse);
       columns[b].store(below);
       below[b] = inverse;
@@ -2800,7 +2810,8 @@ template <Scalar S>
 class BlockLu {
  public:
   /// Sets the shape, and the numbers of a symmetric matrix. That one is not factored.
-  /// @param pattern  Has all blocks of `numbers`. It has to last as long as the matrix does.
+  /// @param pattern  Has all blocks of `numbers`. It has to last as long as the matrix and
+  ///                 its copies do.
   void assign(const BlockPattern& pattern, const BlockCholesky<S>& numbers) {
     pattern_ = &pattern;
     blocks_ = pattern.rows();
@@ -2827,9 +2838,12 @@ class BlockLu {
   }
 
   /// Reserves memory for `assign`, so that it allocates nothing.
+  /// The fill varies as contacts come and go. So there is twice as much where it grows.
   void reserve(const BlockPattern& pattern) {
-    lower_.reserve(36 * pattern.size());
-    upper_.reserve(6 * stride * (pattern.size() - pattern.rows()));
+    const std::size_t lower = 36 * pattern.size();
+    const std::size_t upper = 6 * stride * (pattern.size() - pattern.rows());
+    if (lower_.capacity() < lower) lower_.reserve(2 * lower);
+    if (upper_.capacity() < upper) upper_.reserve(2 * upper);
     inverses_.reserve(pattern.rows());
   }
 
@@ -13283,8 +13297,8 @@ struct SolveContext {
   /// [-] Multiply-adds of one assembly and factorisation of the island's matrix. Only a bound if
   /// that decides (`MethodChoice`).
   std::uint64_t factor_work = 0;
-  /// True if the island takes many factorisations as long as it moves, and each costs more than it
-  /// gains (`MethodChoice`).
+  /// True if contacts of the island are fast, so that it takes many factorisations, and each costs
+  /// more than it gains (`MethodChoice`).
   bool is_costly_to_move = false;
   /// True if the island gets a bounded number of sweeps, converged or not.
   bool is_swept = false;
@@ -32678,10 +32692,12 @@ class IslandOrder {
   [[nodiscard]] const BlockPattern& pattern() const { return pattern_; }
 
  private:
-  /// Those bodies that are neighbours of one, in ascending order: `size` of `lists_`.
+  /// Those bodies that are neighbours of one, in ascending order: `size` of `lists_`. Some may be
+  /// eliminated. `left` are not.
   struct List {
     std::size_t first = 0;
     std::uint32_t size = 0;
+    std::uint32_t left = 0;
   };
 
   /// Puts the bodies in the order of their elimination. Afterwards the list of each body has those
@@ -32703,6 +32719,7 @@ class IslandOrder {
     std::uint64_t work = 0;
     while (order_.size() < count && work <= most) {
       const std::uint32_t body = pop_least();
+      drop_eliminated(list_of_[body]);
       const List column = list_of_[body];
       number_[body] = static_cast<std::uint32_t>(order_.size());
       order_.push_back(body);
@@ -32711,9 +32728,9 @@ class IslandOrder {
       work += 3 * width * width;
       for (std::uint32_t k = 0; k < column.size; ++k) {
         const std::uint32_t other = lists_[column.first + k];
-        const std::uint32_t before = list_of_[other].size;
-        merge(other, column, body);
-        if (list_of_[other].size != before) enqueue(other);
+        const std::uint32_t before = list_of_[other].left;
+        merge(other, column);
+        if (list_of_[other].left != before) enqueue(other);
       }
     }
     return work;
@@ -32721,7 +32738,7 @@ class IslandOrder {
 
   /// Queues a body by its neighbours. What is queued with other numbers of them is out of date.
   void enqueue(std::uint32_t body) {
-    queue_.push_back(std::uint64_t(list_of_[body].size) << 32 | body);
+    queue_.push_back(std::uint64_t(list_of_[body].left) << 32 | body);
     std::push_heap(queue_.begin(), queue_.end(), std::greater<>());
   }
   /// Takes the body with the fewest neighbours. The first of equals is taken.
@@ -32731,13 +32748,29 @@ class IslandOrder {
       std::pop_heap(queue_.begin(), queue_.end(), std::greater<>());
       queue_.pop_back();
       const auto body = static_cast<std::uint32_t>(least);
-      if (number_[body] == none && list_of_[body].size == least >> 32) return body;
+      if (number_[body] == none && list_of_[body].left == least >> 32) return body;
     }
   }
-  /// Adds the other bodies of a column to the neighbours of one, and removes the column's own.
-  void merge(std::uint32_t body, const List& column, std::uint32_t eliminated) {
-    const List old = list_of_[body];
+  /// Removes eliminated bodies from a list.
+  void drop_eliminated(List& list) {
+    std::uint32_t* const begin = lists_.begin() + list.first;
+    const std::uint32_t* const end = std::remove_if(
+        begin, begin + list.size, [this](std::uint32_t other) { return number_[other] != none; });
+    list.size = list.left = static_cast<std::uint32_t>(end - begin);
+  }
+  /// Adds the other bodies of a column to the neighbours of one, which lose the column's own.
+  void merge(std::uint32_t body, const List& column) {
     List& list = list_of_[body];
+    --list.left;
+    const std::uint32_t* const added = lists_.begin() + column.first;
+    const std::uint32_t* const known = lists_.begin() + list.first;
+    // A body that touches most others has a long list, and mostly knows them all.
+    const bool knows_all = std::all_of(added, added + column.size, [&](std::uint32_t other) {
+      return other == body || std::binary_search(known, known + list.size, other);
+    });
+    if (knows_all) return;
+    drop_eliminated(list);
+    const List old = list;
     list.first = lists_.size();
     if (lists_.capacity() < list.first + old.size + column.size) {
       lists_.reserve(2 * (list.first + old.size + column.size));
@@ -32747,10 +32780,7 @@ class IslandOrder {
     std::uint32_t* const end = std::set_union(
         lists_.begin() + old.first, lists_.begin() + old.first + old.size,
         lists_.begin() + column.first, lists_.begin() + column.first + column.size, begin);
-    list.size = static_cast<std::uint32_t>(
-        std::remove_if(begin, end,
-                       [&](std::uint32_t other) { return other == body || other == eliminated; }) -
-        begin);
+    list.size = list.left = static_cast<std::uint32_t>(std::remove(begin, end, body) - begin);
     lists_.resize(list.first + list.size);
   }
 
@@ -32810,7 +32840,8 @@ class IslandOrder {
       std::uint32_t* const end = links_.begin() + starts_[i + 1];
       std::sort(begin, end);
       const std::uint32_t* const last = std::unique(begin, end);
-      list_of_[i] = {lists_.size(), static_cast<std::uint32_t>(last - begin)};
+      const auto size = static_cast<std::uint32_t>(last - begin);
+      list_of_[i] = {lists_.size(), size, size};
       lists_.append(begin, begin + list_of_[i].size);
     }
   }
@@ -32925,14 +32956,15 @@ class MethodChoice {
     if (!may_be_large && !context.slides) return;
     if (assembly <= most) {
       const std::uint64_t elimination =
-          order_.factor_work(island, constraints, bodies.size(), most);
+          order_.factor_work(island, constraints, bodies.size(), most - assembly);
       const std::uint64_t work = std::min(dense, assembly + elimination);
       // The full matrix bounds the work of small islands. It decides what their budget allows.
       if (may_be_large) {
         context.factor_work = work;
-        context.is_costly_to_move =
-            (context.slides && elimination > most / most_sliding_share) ||
-            (has_joints(island, constraints) && elimination > most / most_jointed_share);
+        const bool is_jointed = has_joints(island, constraints) &&
+                                has_fast_contacts(island, constraints, bodies, context);
+        context.is_costly_to_move = (context.slides && elimination > most / most_sliding_share) ||
+                                    (is_jointed && elimination > most / most_jointed_share);
       }
       context.is_swept = context.is_large() || (context.slides && work > most / sweeps_pay_from);
     } else {
@@ -32943,23 +32975,32 @@ class MethodChoice {
  private:
   /// Sweeps solve moving heaps from this share of the largest factorisation on.
   static constexpr std::uint64_t sweeps_pay_from = 10;
-  /// The elimination of an island may take these shares of the largest factorisation. What rests
-  /// needs one factorisation or none in a step. A heap that slides takes hundreds of sweeps or
-  /// several factorisations, and one with joints ten to twenty (docs/measurements/
+  /// While contacts are fast, the elimination may take these shares of the largest factorisation.
+  /// What rests needs one factorisation or none in a step. A heap that slides takes hundreds of
+  /// sweeps or several factorisations, and one with joints ten to twenty (docs/measurements/
   /// 0042-a-budget-for-an-island.md, "No zero blocks").
   static constexpr std::uint64_t most_sliding_share = 3;
   static constexpr std::uint64_t most_jointed_share = 5;
 
-  /// Returns whether an island has contacts alone, none of which may bounce, and surfaces that
-  /// slide or close faster than forces change velocities in a step. What rests or is held has to
+  /// Returns whether an island has contacts alone, some of them fast. What rests or is held has to
   /// be exact. Where one contact slides, all of its island is swept.
   [[nodiscard]] static bool has_sliding_heap(const Island& island,
                                              const Constraints<S>& constraints,
                                              std::span<const SolverBody<S>> bodies,
                                              const SolveContext<S>& context) {
-    // Derivatives need a solution. Symplectic Euler is for those who ask for it.
-    if (derivatives_of<S> != 0 || context.integrator != Integrator::trapezoidal) return false;
+    // Symplectic Euler is for those who ask for it.
+    if (context.integrator != Integrator::trapezoidal) return false;
     if (!island.blocks.empty() || !island.soft.empty()) return false;
+    return has_fast_contacts(island, constraints, bodies, context);
+  }
+
+  /// Returns whether no contact of an island may bounce, and surfaces slide or close faster than
+  /// forces change velocities in a step.
+  [[nodiscard]] static bool has_fast_contacts(const Island& island,
+                                              const Constraints<S>& constraints,
+                                              std::span<const SolverBody<S>> bodies,
+                                              const SolveContext<S>& context) {
+    if (derivatives_of<S> != 0) return false;  // Derivatives need a solution.
     S fastest2 = S(0);
     for (const std::uint32_t i : island.contacts) {
       const ContactConstraint<S>& c = constraints.contacts[i];
@@ -34597,22 +34638,26 @@ template <Scalar S>
 void ProximalSolver<S>::make_mass(const Island& island, std::span<const SolverBody<S>> bodies) {
   matrix_.reset(rows_.pattern());
   rhs_.assign(rows_.unknowns(), Real(0));
+  masses_.resize(rows_.unknowns());
   for (const std::uint32_t slot : island.bodies) {
     const SolverBody<S>& body = bodies[slot];
     const std::size_t u = rows_.unknown(slot);
+    Real* const block = matrix_.block(matrix_.pattern().diagonal(u / 6));
+    const auto at = [&](std::size_t i, std::size_t j) -> Real& {
+      return block[Block6<Real>::stride * j + i];
+    };
     for (std::size_t i = 0; i < 3; ++i) {
       const auto e = static_cast<Eigen::Index>(i);
-      matrix_.at(u + i, u + i) = body.is_locked(e) ? Real(1) : Real(body.mass);
-      matrix_.at(u + 3 + i, u + 3 + i) = body.is_locked(e + 3) ? Real(1) : Real(body.inertia(e, e));
+      at(i, i) = body.is_locked(e) ? Real(1) : Real(body.mass);
+      at(3 + i, 3 + i) = body.is_locked(e + 3) ? Real(1) : Real(body.inertia(e, e));
       for (std::size_t j = 0; j < i; ++j) {
         const auto f = static_cast<Eigen::Index>(j);
         const bool is_free = !body.is_locked(e + 3) && !body.is_locked(f + 3);
-        matrix_.at(u + 3 + i, u + 3 + j) = is_free ? Real(body.inertia(e, f)) : Real(0);
+        at(3 + i, 3 + j) = is_free ? Real(body.inertia(e, f)) : Real(0);
       }
     }
+    for (std::size_t i = 0; i < 6; ++i) masses_[u + i] = at(i, i);
   }
-  masses_.resize(rows_.unknowns());
-  for (std::size_t i = 0; i < masses_.size(); ++i) masses_[i] = matrix_.at(i, i);
 }
 
 template <Scalar S>

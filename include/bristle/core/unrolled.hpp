@@ -18,7 +18,7 @@ BRISTLE_FORCE_INLINE void unrolled(const Use& use, std::index_sequence<i...>) {
 
 /// Calls use(i) for i from 0 up to `count`, each a constant. Arrays that it indexes stay in
 /// registers. g++ 12 keeps such loops at -O2, and their arrays in memory. Products of blocks take
-/// four times as long then.
+/// two to four times as long then.
 template <std::size_t count, typename Use>
 BRISTLE_FORCE_INLINE void unrolled(const Use& use) {
   unrolled(use, std::make_index_sequence<count>());

@@ -20,7 +20,8 @@ template <Scalar S>
 class BlockCholesky {
  public:
   /// Sets the shape and all entries to zero.
-  /// @param pattern  Blocks of the matrix and of its factor. It has to last as long as they do.
+  /// @param pattern  Blocks of the matrix and of its factor. It has to last as long as they and
+  ///                 their copies do.
   void reset(const BlockPattern& pattern) {
     pattern_ = &pattern;
     values_.assign(6 * stride * pattern.size(), S(0));
@@ -190,9 +191,9 @@ class BlockCholesky {
       columns[b] = Six<S>::load(below);
       unrolled<b>([&](auto c) { columns[b].subtract(block[stride * c + b], columns[c]); });
       columns[b].store(below);
-      const S pivot = below[b];
-      is_positive = is_positive && pivot > S(0) && pivot < infinity<S>;
-      const S inverse = S(1) / sqrt(pivot);
+      is_positive = is_positive && below[b] > S(0) && below[b] < infinity<S>;
+      // The rest is spoilt then, but traps no root of a negative number.
+      const S inverse = S(1) / sqrt(is_positive ? below[b] : S(1));
       columns[b].scale(inverse);
       columns[b].store(below);
       below[b] = inverse;

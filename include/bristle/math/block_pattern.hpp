@@ -62,9 +62,11 @@ class BlockPattern {
   [[nodiscard]] std::size_t diagonal(std::size_t row) const { return block_starts_[row + 1] - 1; }
   /// Number of a block of the pattern.
   [[nodiscard]] std::size_t block(std::size_t row, std::size_t column) const {
-    const Run* run = runs_.data() + run_starts_[row];
-    while (run->end <= column) ++run;
-    return run->block + (column - run->first);
+    if (column == row) return diagonal(row);
+    const Run& run = *first_run_past(row, column);
+    BRISTLE_CHECK_INDEX(column, row + 1);
+    BRISTLE_CHECK_INDEX(column - run.first, std::size_t(run.end - run.first));
+    return run.block + (column - run.first);
   }
 
   /// Calls use(column, number) for the blocks of a row below the diagonal.
@@ -83,8 +85,8 @@ class BlockPattern {
   /// @param other  At most `row`.
   template <typename Use>
   void for_each_common(std::size_t row, std::size_t other, Use&& use) const {
-    const Run* a = runs_.data() + run_starts_[row];
     const Run* b = runs_.data() + run_starts_[other];
+    const Run* a = first_run_past(row, b->first);
     const Run* const end_b = runs_.data() + run_starts_[other + 1];
     // The last run of `row` reaches its diagonal. No run of the other row ends later.
     while (b != end_b && a->first < other) {
@@ -101,6 +103,13 @@ class BlockPattern {
   }
 
  private:
+  /// First run of a row that ends past a column.
+  [[nodiscard]] const Run* first_run_past(std::size_t row, std::size_t column) const {
+    return std::partition_point(runs_.data() + run_starts_[row],
+                                runs_.data() + run_starts_[row + 1],
+                                [&](const Run& run) { return run.end <= column; });
+  }
+
   DynamicArray<Run> runs_;
   DynamicArray<std::uint32_t> run_starts_{0};  // First run of each row, and past the last.
   DynamicArray<std::size_t> block_starts_{0};  // First block of each row, and past the last.

@@ -55,10 +55,12 @@ class IslandOrder {
   [[nodiscard]] const BlockPattern& pattern() const { return pattern_; }
 
  private:
-  /// Those bodies that are neighbours of one, in ascending order: `size` of `lists_`.
+  /// Those bodies that are neighbours of one, in ascending order: `size` of `lists_`. Some may be
+  /// eliminated. `left` are not.
   struct List {
     std::size_t first = 0;
     std::uint32_t size = 0;
+    std::uint32_t left = 0;
   };
 
   /// Puts the bodies in the order of their elimination. Afterwards the list of each body has those
@@ -80,6 +82,7 @@ class IslandOrder {
     std::uint64_t work = 0;
     while (order_.size() < count && work <= most) {
       const std::uint32_t body = pop_least();
+      drop_eliminated(list_of_[body]);
       const List column = list_of_[body];
       number_[body] = static_cast<std::uint32_t>(order_.size());
       order_.push_back(body);
@@ -88,9 +91,9 @@ class IslandOrder {
       work += 3 * width * width;
       for (std::uint32_t k = 0; k < column.size; ++k) {
         const std::uint32_t other = lists_[column.first + k];
-        const std::uint32_t before = list_of_[other].size;
-        merge(other, column, body);
-        if (list_of_[other].size != before) enqueue(other);
+        const std::uint32_t before = list_of_[other].left;
+        merge(other, column);
+        if (list_of_[other].left != before) enqueue(other);
       }
     }
     return work;
@@ -98,7 +101,7 @@ class IslandOrder {
 
   /// Queues a body by its neighbours. What is queued with other numbers of them is out of date.
   void enqueue(std::uint32_t body) {
-    queue_.push_back(std::uint64_t(list_of_[body].size) << 32 | body);
+    queue_.push_back(std::uint64_t(list_of_[body].left) << 32 | body);
     std::push_heap(queue_.begin(), queue_.end(), std::greater<>());
   }
   /// Takes the body with the fewest neighbours. The first of equals is taken.
@@ -108,13 +111,29 @@ class IslandOrder {
       std::pop_heap(queue_.begin(), queue_.end(), std::greater<>());
       queue_.pop_back();
       const auto body = static_cast<std::uint32_t>(least);
-      if (number_[body] == none && list_of_[body].size == least >> 32) return body;
+      if (number_[body] == none && list_of_[body].left == least >> 32) return body;
     }
   }
-  /// Adds the other bodies of a column to the neighbours of one, and removes the column's own.
-  void merge(std::uint32_t body, const List& column, std::uint32_t eliminated) {
-    const List old = list_of_[body];
+  /// Removes eliminated bodies from a list.
+  void drop_eliminated(List& list) {
+    std::uint32_t* const begin = lists_.begin() + list.first;
+    const std::uint32_t* const end = std::remove_if(
+        begin, begin + list.size, [this](std::uint32_t other) { return number_[other] != none; });
+    list.size = list.left = static_cast<std::uint32_t>(end - begin);
+  }
+  /// Adds the other bodies of a column to the neighbours of one, which lose the column's own.
+  void merge(std::uint32_t body, const List& column) {
     List& list = list_of_[body];
+    --list.left;
+    const std::uint32_t* const added = lists_.begin() + column.first;
+    const std::uint32_t* const known = lists_.begin() + list.first;
+    // A body that touches most others has a long list, and mostly knows them all.
+    const bool knows_all = std::all_of(added, added + column.size, [&](std::uint32_t other) {
+      return other == body || std::binary_search(known, known + list.size, other);
+    });
+    if (knows_all) return;
+    drop_eliminated(list);
+    const List old = list;
     list.first = lists_.size();
     if (lists_.capacity() < list.first + old.size + column.size) {
       lists_.reserve(2 * (list.first + old.size + column.size));
@@ -124,10 +143,7 @@ class IslandOrder {
     std::uint32_t* const end = std::set_union(
         lists_.begin() + old.first, lists_.begin() + old.first + old.size,
         lists_.begin() + column.first, lists_.begin() + column.first + column.size, begin);
-    list.size = static_cast<std::uint32_t>(
-        std::remove_if(begin, end,
-                       [&](std::uint32_t other) { return other == body || other == eliminated; }) -
-        begin);
+    list.size = list.left = static_cast<std::uint32_t>(std::remove(begin, end, body) - begin);
     lists_.resize(list.first + list.size);
   }
 
@@ -187,7 +203,8 @@ class IslandOrder {
       std::uint32_t* const end = links_.begin() + starts_[i + 1];
       std::sort(begin, end);
       const std::uint32_t* const last = std::unique(begin, end);
-      list_of_[i] = {lists_.size(), static_cast<std::uint32_t>(last - begin)};
+      const auto size = static_cast<std::uint32_t>(last - begin);
+      list_of_[i] = {lists_.size(), size, size};
       lists_.append(begin, begin + list_of_[i].size);
     }
   }

@@ -69,14 +69,15 @@ class MethodChoice {
     if (!may_be_large && !context.slides) return;
     if (assembly <= most) {
       const std::uint64_t elimination =
-          order_.factor_work(island, constraints, bodies.size(), most);
+          order_.factor_work(island, constraints, bodies.size(), most - assembly);
       const std::uint64_t work = std::min(dense, assembly + elimination);
       // The full matrix bounds the work of small islands. It decides what their budget allows.
       if (may_be_large) {
         context.factor_work = work;
-        context.is_costly_to_move =
-            (context.slides && elimination > most / most_sliding_share) ||
-            (has_joints(island, constraints) && elimination > most / most_jointed_share);
+        const bool is_jointed = has_joints(island, constraints) &&
+                                has_fast_contacts(island, constraints, bodies, context);
+        context.is_costly_to_move = (context.slides && elimination > most / most_sliding_share) ||
+                                    (is_jointed && elimination > most / most_jointed_share);
       }
       context.is_swept = context.is_large() || (context.slides && work > most / sweeps_pay_from);
     } else {
@@ -87,23 +88,32 @@ class MethodChoice {
  private:
   /// Sweeps solve moving heaps from this share of the largest factorisation on.
   static constexpr std::uint64_t sweeps_pay_from = 10;
-  /// The elimination of an island may take these shares of the largest factorisation. What rests
-  /// needs one factorisation or none in a step. A heap that slides takes hundreds of sweeps or
-  /// several factorisations, and one with joints ten to twenty (docs/measurements/
+  /// While contacts are fast, the elimination may take these shares of the largest factorisation.
+  /// What rests needs one factorisation or none in a step. A heap that slides takes hundreds of
+  /// sweeps or several factorisations, and one with joints ten to twenty (docs/measurements/
   /// 0042-a-budget-for-an-island.md, "No zero blocks").
   static constexpr std::uint64_t most_sliding_share = 3;
   static constexpr std::uint64_t most_jointed_share = 5;
 
-  /// Returns whether an island has contacts alone, none of which may bounce, and surfaces that
-  /// slide or close faster than forces change velocities in a step. What rests or is held has to
+  /// Returns whether an island has contacts alone, some of them fast. What rests or is held has to
   /// be exact. Where one contact slides, all of its island is swept.
   [[nodiscard]] static bool has_sliding_heap(const Island& island,
                                              const Constraints<S>& constraints,
                                              std::span<const SolverBody<S>> bodies,
                                              const SolveContext<S>& context) {
-    // Derivatives need a solution. Symplectic Euler is for those who ask for it.
-    if (derivatives_of<S> != 0 || context.integrator != Integrator::trapezoidal) return false;
+    // Symplectic Euler is for those who ask for it.
+    if (context.integrator != Integrator::trapezoidal) return false;
     if (!island.blocks.empty() || !island.soft.empty()) return false;
+    return has_fast_contacts(island, constraints, bodies, context);
+  }
+
+  /// Returns whether no contact of an island may bounce, and surfaces slide or close faster than
+  /// forces change velocities in a step.
+  [[nodiscard]] static bool has_fast_contacts(const Island& island,
+                                              const Constraints<S>& constraints,
+                                              std::span<const SolverBody<S>> bodies,
+                                              const SolveContext<S>& context) {
+    if (derivatives_of<S> != 0) return false;  // Derivatives need a solution.
     S fastest2 = S(0);
     for (const std::uint32_t i : island.contacts) {
       const ContactConstraint<S>& c = constraints.contacts[i];

@@ -305,22 +305,26 @@ template <Scalar S>
 void ProximalSolver<S>::make_mass(const Island& island, std::span<const SolverBody<S>> bodies) {
   matrix_.reset(rows_.pattern());
   rhs_.assign(rows_.unknowns(), Real(0));
+  masses_.resize(rows_.unknowns());
   for (const std::uint32_t slot : island.bodies) {
     const SolverBody<S>& body = bodies[slot];
     const std::size_t u = rows_.unknown(slot);
+    Real* const block = matrix_.block(matrix_.pattern().diagonal(u / 6));
+    const auto at = [&](std::size_t i, std::size_t j) -> Real& {
+      return block[Block6<Real>::stride * j + i];
+    };
     for (std::size_t i = 0; i < 3; ++i) {
       const auto e = static_cast<Eigen::Index>(i);
-      matrix_.at(u + i, u + i) = body.is_locked(e) ? Real(1) : Real(body.mass);
-      matrix_.at(u + 3 + i, u + 3 + i) = body.is_locked(e + 3) ? Real(1) : Real(body.inertia(e, e));
+      at(i, i) = body.is_locked(e) ? Real(1) : Real(body.mass);
+      at(3 + i, 3 + i) = body.is_locked(e + 3) ? Real(1) : Real(body.inertia(e, e));
       for (std::size_t j = 0; j < i; ++j) {
         const auto f = static_cast<Eigen::Index>(j);
         const bool is_free = !body.is_locked(e + 3) && !body.is_locked(f + 3);
-        matrix_.at(u + 3 + i, u + 3 + j) = is_free ? Real(body.inertia(e, f)) : Real(0);
+        at(3 + i, 3 + j) = is_free ? Real(body.inertia(e, f)) : Real(0);
       }
     }
+    for (std::size_t i = 0; i < 6; ++i) masses_[u + i] = at(i, i);
   }
-  masses_.resize(rows_.unknowns());
-  for (std::size_t i = 0; i < masses_.size(); ++i) masses_[i] = matrix_.at(i, i);
 }
 
 template <Scalar S>

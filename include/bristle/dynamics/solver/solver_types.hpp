@@ -149,8 +149,8 @@ struct SolveContext {
   /// [-] Multiply-adds of one assembly and factorisation of the island's matrix. Only a bound if
   /// that decides (`MethodChoice`).
   std::uint64_t factor_work = 0;
-  /// True if the island takes many factorisations as long as it moves, and each costs more than it
-  /// gains (`MethodChoice`).
+  /// True if contacts of the island are fast, so that it takes many factorisations, and each costs
+  /// more than it gains (`MethodChoice`).
   bool is_costly_to_move = false;
   /// True if the island gets a bounded number of sweeps, converged or not.
   bool is_swept = false;
