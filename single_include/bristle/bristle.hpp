@@ -32638,6 +32638,53 @@ template <Scalar S>
 /// The choice between factorisations and sweeps for one island, and where factorisations start.
 // SPDX-License-Identifier: BSD-3-Clause
 
+// === bristle/core/disjoint_sets.hpp
+
+/// @file
+/// Disjoint sets of numbers, joined two by two.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstddef>
+#include <cstdint>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Union-find over [0, count). Each set is named by its lowest member, whatever the order of joins.
+/// Allocates only when it grows.
+class DisjointSets {
+ public:
+  /// Makes every number a set of its own.
+  void reset(std::size_t count) {
+    parent_.resize(count);
+    for (std::uint32_t i = 0; i < count; ++i) parent_[i] = i;
+  }
+
+  /// The lowest member of a number's set.
+  [[nodiscard]] std::uint32_t find(std::uint32_t i) {
+    while (parent_[i] != i) {
+      parent_[i] = parent_[parent_[i]];
+      i = parent_[i];
+    }
+    return i;
+  }
+
+  /// Joins the sets of two numbers.
+  void join(std::uint32_t a, std::uint32_t b) {
+    const std::uint32_t anchor_a = find(a);
+    const std::uint32_t anchor_b = find(b);
+    if (anchor_a < anchor_b) {
+      parent_[anchor_b] = anchor_a;
+    } else {
+      parent_[anchor_a] = anchor_b;
+    }
+  }
+
+ private:
+  DynamicArray<std::uint32_t> parent_;
+};
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
 // === bristle/dynamics/solver/island_order.hpp
 
 /// @file
@@ -32961,10 +33008,11 @@ class MethodChoice {
       // The full matrix bounds the work of small islands. It decides what their budget allows.
       if (may_be_large) {
         context.factor_work = work;
-        const bool is_jointed = has_joints(island, constraints) &&
-                                has_fast_contacts(island, constraints, bodies, context);
+        const bool is_swept_well = has_joints(island, constraints) &&
+                                   has_fast_contacts(island, constraints, bodies, context) &&
+                                   !has_long_mechanism(island, constraints, bodies, context);
         context.is_costly_to_move = (context.slides && elimination > most / most_sliding_share) ||
-                                    (is_jointed && elimination > most / most_jointed_share);
+                                    (is_swept_well && elimination > most / most_jointed_share);
       }
       context.is_swept = context.is_large() || (context.slides && work > most / sweeps_pay_from);
     } else {
@@ -32979,7 +33027,7 @@ class MethodChoice {
   /// What rests needs one factorisation or none in a step. A heap that slides takes hundreds of
   /// sweeps or several factorisations, and one with joints ten to twenty (docs/measurements/
   /// 0042-a-budget-for-an-island.md, "No zero blocks").
-  static constexpr std::uint64_t most_sliding_share = 3;
+  static constexpr std::uint64_t most_sliding_share = 2;
   static constexpr std::uint64_t most_jointed_share = 5;
 
   /// Returns whether an island has contacts alone, some of them fast. What rests or is held has to
@@ -32992,6 +33040,24 @@ class MethodChoice {
     if (context.integrator != Integrator::trapezoidal) return false;
     if (!island.blocks.empty() || !island.soft.empty()) return false;
     return has_fast_contacts(island, constraints, bodies, context);
+  }
+
+  /// Returns whether joints connect more bodies than sweeps carry a load along. Each sweep carries
+  /// it by about one body. A long chain that is swept tears.
+  [[nodiscard]] bool has_long_mechanism(const Island& island, const Constraints<S>& constraints,
+                                        std::span<const SolverBody<S>> bodies,
+                                        const SolveContext<S>& context) {
+    mechanisms_.reset(bodies.size());
+    for (const std::uint32_t i : island.blocks) {
+      const ConstraintBlock<S>& block = constraints.blocks[i];
+      const bool connects =
+          block.is_of_joint() && bodies[block.body_a].moves && bodies[block.body_b].moves;
+      if (connects) mechanisms_.join(block.body_a, block.body_b);
+    }
+    sizes_.assign(bodies.size(), 0);
+    return std::any_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t slot) {
+      return ++sizes_[mechanisms_.find(slot)] > context.settings.large_sweeps;
+    });
   }
 
   /// Returns whether no contact of an island may bounce, and surfaces slide or close faster than
@@ -33015,6 +33081,8 @@ class MethodChoice {
   }
 
   IslandOrder order_;
+  DisjointSets mechanisms_;
+  DynamicArray<int> sizes_;  // Bodies of each mechanism.
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -33770,53 +33838,6 @@ void limit_crushing(const Island& island, Constraints<S>& constraints,
 ///  - Motors and limits in a set without loops. Their joint can move while all others rest.
 /// The rest are tested by numbers.
 // SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/core/disjoint_sets.hpp
-
-/// @file
-/// Disjoint sets of numbers, joined two by two.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <cstddef>
-#include <cstdint>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// Union-find over [0, count). Each set is named by its lowest member, whatever the order of joins.
-/// Allocates only when it grows.
-class DisjointSets {
- public:
-  /// Makes every number a set of its own.
-  void reset(std::size_t count) {
-    parent_.resize(count);
-    for (std::uint32_t i = 0; i < count; ++i) parent_[i] = i;
-  }
-
-  /// The lowest member of a number's set.
-  [[nodiscard]] std::uint32_t find(std::uint32_t i) {
-    while (parent_[i] != i) {
-      parent_[i] = parent_[parent_[i]];
-      i = parent_[i];
-    }
-    return i;
-  }
-
-  /// Joins the sets of two numbers.
-  void join(std::uint32_t a, std::uint32_t b) {
-    const std::uint32_t anchor_a = find(a);
-    const std::uint32_t anchor_b = find(b);
-    if (anchor_a < anchor_b) {
-      parent_[anchor_b] = anchor_a;
-    } else {
-      parent_[anchor_a] = anchor_b;
-    }
-  }
-
- private:
-  DynamicArray<std::uint32_t> parent_;
-};
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
 
 #include <cstddef>
 #include <cstdint>
