@@ -13135,9 +13135,9 @@ struct SolverDef {
   /// [-] Most multiply-adds of one factorisation of the matrix of an island. Islands within it are
   /// solved by factorisation where sweeps converge too slowly. Examples are a tower of some five
   /// hundred bodies, or a heap of some forty. Larger islands are swept, and so are heaps that
-  /// slide, from a tenth of it on, and islands with joints where the elimination alone takes a
-  /// fifth. 0 for plain sequential impulses. Twenty times as many are the budget of one solve of
-  /// an island.
+  /// slide, from a tenth of it on. While contacts are fast, the elimination alone may take half of
+  /// it, and a fifth with joints. 0 for plain sequential impulses. Twenty times as many are the
+  /// budget of one solve of an island.
   std::uint64_t max_direct_work = 700000;
   /// [-] Most Newton steps of one such solve. Islands for which they exceed the budget take fewer.
   /// With the bounds on sweeps and passes it bounds the cost of the worst step.
