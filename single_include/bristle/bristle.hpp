@@ -1065,8 +1065,7 @@ template <SmallMatrix M>
 
 /// Entry of a matrix that is in memory.
 template <SmallMatrix M>
-[[nodiscard]] BRISTLE_FORCE_INLINE const typename M::Scalar& entry(const M& m, int row,
-                                                                   int column) {
+[[nodiscard]] BRISTLE_FORCE_INLINE const typename M::Scalar& entry(const M& m, int row, int column) {
   if constexpr (M::IsRowMajor) {
     return m.data()[row * m.outerStride() + column * m.innerStride()];
   } else {
@@ -1193,9 +1192,8 @@ template <detail::SmallMatrix A, std::same_as<typename A::Scalar> S>
 template <detail::SmallMatrix A, detail::SmallMatrix B>
 requires(int{A::ColsAtCompileTime} == int{B::RowsAtCompileTime} &&
          (int{A::RowsAtCompileTime} > 1 || int{B::ColsAtCompileTime} > 1) &&
-         std::same_as<typename A::Scalar, typename B::Scalar>) [[nodiscard]] BRISTLE_FORCE_INLINE
-    auto
-    operator*(const A& a, const B& b) {
+         std::same_as<typename A::Scalar, typename B::Scalar>) [[nodiscard]] BRISTLE_FORCE_INLINE auto
+operator*(const A& a, const B& b) {
   using S = typename A::Scalar;
   constexpr int inner = A::ColsAtCompileTime;
   decltype(auto) x = detail::stored(a);
@@ -2212,8 +2210,9 @@ class BlockPattern {
     while (b != end_b && a->first < other) {
       const std::uint32_t first = std::max(a->first, b->first);
       const std::uint32_t end = std::min({a->end, b->end, static_cast<std::uint32_t>(other)});
-      if (first < end)
+      if (first < end) {
         use(a->block + (first - a->first), b->block + (first - b->first), end - first);
+      }
       if (a->end < b->end) {
         ++a;
       } else {
@@ -2810,8 +2809,8 @@ template <Scalar S>
 class BlockLu {
  public:
   /// Sets the shape, and the numbers of a symmetric matrix. That one is not factored.
-  /// @param pattern  Has all blocks of `numbers`. It has to last as long as the matrix and
-  ///                 its copies do.
+  /// @param pattern  Has all blocks of `numbers`. It has to last as long as the matrix and its
+  ///                 copies do.
   void assign(const BlockPattern& pattern, const BlockCholesky<S>& numbers) {
     pattern_ = &pattern;
     blocks_ = pattern.rows();
@@ -2837,8 +2836,8 @@ class BlockLu {
     }
   }
 
-  /// Reserves memory for `assign`, so that it allocates nothing.
-  /// The fill varies as contacts come and go. So there is twice as much where it grows.
+  /// Reserves memory for `assign`, so that it allocates nothing. The fill varies as contacts come
+  /// and go. So there is twice as much where it grows.
   void reserve(const BlockPattern& pattern) {
     const std::size_t lower = 36 * pattern.size();
     const std::size_t upper = 6 * stride * (pattern.size() - pattern.rows());
@@ -13135,9 +13134,9 @@ struct SolverDef {
   /// [-] Most multiply-adds of one factorisation of the matrix of an island. Islands within it are
   /// solved by factorisation where sweeps converge too slowly. Examples are a tower of some five
   /// hundred bodies, or a heap of some forty. Larger islands are swept, and so are heaps that
-  /// slide, from a tenth of it on. While contacts are fast, the elimination alone may take half of
-  /// it, and a fifth with joints. 0 for plain sequential impulses. Twenty times as many are the
-  /// budget of one solve of an island.
+  /// slide, from a tenth of it on, and heaps of mechanisms of at most `large_sweeps` bodies, where
+  /// the elimination alone takes a fifth of it. 0 for plain sequential impulses. Twenty times as
+  /// many are the budget of one solve of an island.
   std::uint64_t max_direct_work = 700000;
   /// [-] Most Newton steps of one such solve. Islands for which they exceed the budget take fewer.
   /// With the bounds on sweeps and passes it bounds the cost of the worst step.
@@ -13146,7 +13145,7 @@ struct SolverDef {
   /// as extrapolating them gains. That is never so with joints, sensors or restitution.
   /// `max_sweeps` run if most of its contacts are new. Where surfaces slide fast, the
   /// others run as a quarter of the budget of `max_direct_work` allows, up to `max_sweeps`. All of
-  /// them run over a smaller heap that slides, and up to twice `max_sweeps` where it is hit.
+  /// them run over a smaller heap that slides, and up to twice as many where it is hit.
   int large_sweeps = 20;
   /// [-] The same for the position problem of a larger island. Where surfaces slide fast, as many
   /// run as the budget allows, at least these.
@@ -13297,9 +13296,8 @@ struct SolveContext {
   /// [-] Multiply-adds of one assembly and factorisation of the island's matrix. Only a bound if
   /// that decides (`MethodChoice`).
   std::uint64_t factor_work = 0;
-  /// True if contacts of the island are fast, so that it takes many factorisations, and each costs
-  /// more than it gains (`MethodChoice`).
-  bool is_costly_to_move = false;
+  /// True if sweeps cost less than the factorisations of a heap of mechanisms (`MethodChoice`).
+  bool is_costly_heap = false;
   /// True if the island gets a bounded number of sweeps, converged or not.
   bool is_swept = false;
   /// True if sweeps may solve the island and its surfaces slide fast (`MethodChoice`).
@@ -13314,9 +13312,9 @@ struct SolveContext {
     return 20.0 * static_cast<double>(settings.max_direct_work) /
            static_cast<double>(std::max<std::uint64_t>(1, factor_work));
   }
-  /// Returns whether a factorisation exceeds its bound. The island is then swept in any case.
+  /// Returns whether a factorisation exceeds its bounds. The island is then swept in any case.
   [[nodiscard]] bool is_large() const {
-    return factor_work > settings.max_direct_work || is_costly_to_move;
+    return factor_work > settings.max_direct_work || is_costly_heap;
   }
   /// [-] Sweeps of the position problem that cost as much as all steps of Newton's method may.
   [[nodiscard]] int affordable_sweeps(const Island& island) const {
@@ -32986,7 +32984,7 @@ template <Scalar S>
 template <Scalar S>
 class MethodChoice {
  public:
-  /// Chooses between factorisations and sweeps. Sets `factor_work`, `is_costly_to_move`,
+  /// Chooses between factorisations and sweeps. Sets `factor_work`, `is_costly_heap`,
   /// `is_swept` and `slides` of the context.
   void make(const Island& island, const Constraints<S>& constraints,
             std::span<const SolverBody<S>> bodies, SolveContext<S>& context) {
@@ -33008,11 +33006,8 @@ class MethodChoice {
       // The full matrix bounds the work of small islands. It decides what their budget allows.
       if (may_be_large) {
         context.factor_work = work;
-        const bool is_swept_well = has_joints(island, constraints) &&
-                                   has_fast_contacts(island, constraints, bodies, context) &&
-                                   !has_long_mechanism(island, constraints, bodies, context);
-        context.is_costly_to_move = (context.slides && elimination > most / most_sliding_share) ||
-                                    (is_swept_well && elimination > most / most_jointed_share);
+        context.is_costly_heap = elimination > most / most_jointed_share &&
+                                 has_short_mechanisms(island, constraints, bodies, context);
       }
       context.is_swept = context.is_large() || (context.slides && work > most / sweeps_pay_from);
     } else {
@@ -33023,50 +33018,21 @@ class MethodChoice {
  private:
   /// Sweeps solve moving heaps from this share of the largest factorisation on.
   static constexpr std::uint64_t sweeps_pay_from = 10;
-  /// While contacts are fast, the elimination may take these shares of the largest factorisation.
-  /// What rests needs one factorisation or none in a step. A heap that slides takes hundreds of
-  /// sweeps or several factorisations, and one with joints ten to twenty (docs/measurements/
-  /// 0042-a-budget-for-an-island.md, "No zero blocks").
-  static constexpr std::uint64_t most_sliding_share = 2;
+  /// The elimination of an island that sweeps serve may take this share of the largest one, if it
+  /// has joints. As long as it moves it takes ten to twenty factorisations in a step
+  /// (docs/measurements/0042-a-budget-for-an-island.md, "No zero blocks").
   static constexpr std::uint64_t most_jointed_share = 5;
 
-  /// Returns whether an island has contacts alone, some of them fast. What rests or is held has to
+  /// Returns whether an island has contacts alone, none of which may bounce, and surfaces that
+  /// slide or close faster than forces change velocities in a step. What rests or is held has to
   /// be exact. Where one contact slides, all of its island is swept.
   [[nodiscard]] static bool has_sliding_heap(const Island& island,
                                              const Constraints<S>& constraints,
                                              std::span<const SolverBody<S>> bodies,
                                              const SolveContext<S>& context) {
-    // Symplectic Euler is for those who ask for it.
-    if (context.integrator != Integrator::trapezoidal) return false;
+    // Derivatives need a solution. Symplectic Euler is for those who ask for it.
+    if (derivatives_of<S> != 0 || context.integrator != Integrator::trapezoidal) return false;
     if (!island.blocks.empty() || !island.soft.empty()) return false;
-    return has_fast_contacts(island, constraints, bodies, context);
-  }
-
-  /// Returns whether joints connect more bodies than sweeps carry a load along. Each sweep carries
-  /// it by about one body. A long chain that is swept tears.
-  [[nodiscard]] bool has_long_mechanism(const Island& island, const Constraints<S>& constraints,
-                                        std::span<const SolverBody<S>> bodies,
-                                        const SolveContext<S>& context) {
-    mechanisms_.reset(bodies.size());
-    for (const std::uint32_t i : island.blocks) {
-      const ConstraintBlock<S>& block = constraints.blocks[i];
-      const bool connects =
-          block.is_of_joint() && bodies[block.body_a].moves && bodies[block.body_b].moves;
-      if (connects) mechanisms_.join(block.body_a, block.body_b);
-    }
-    sizes_.assign(bodies.size(), 0);
-    return std::any_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t slot) {
-      return ++sizes_[mechanisms_.find(slot)] > context.settings.large_sweeps;
-    });
-  }
-
-  /// Returns whether no contact of an island may bounce, and surfaces slide or close faster than
-  /// forces change velocities in a step.
-  [[nodiscard]] static bool has_fast_contacts(const Island& island,
-                                              const Constraints<S>& constraints,
-                                              std::span<const SolverBody<S>> bodies,
-                                              const SolveContext<S>& context) {
-    if (derivatives_of<S> != 0) return false;  // Derivatives need a solution.
     S fastest2 = S(0);
     for (const std::uint32_t i : island.contacts) {
       const ContactConstraint<S>& c = constraints.contacts[i];
@@ -33078,6 +33044,28 @@ class MethodChoice {
       fastest2 = std::max(fastest2, closing * closing + slip2_of(c, v));
     }
     return fastest2 > context.fast() * context.fast();
+  }
+
+  /// Returns whether an island has contacts between mechanisms, none of which has more bodies than
+  /// sweeps carry a load along. Each sweep carries it by about one body. A long chain that is swept
+  /// tears, and a rope without contacts takes one factorisation however it moves.
+  [[nodiscard]] bool has_short_mechanisms(const Island& island, const Constraints<S>& constraints,
+                                          std::span<const SolverBody<S>> bodies,
+                                          const SolveContext<S>& context) {
+    // Derivatives need a solution.
+    if (derivatives_of<S> != 0 || island.contacts.empty()) return false;
+    if (!has_joints(island, constraints)) return false;
+    mechanisms_.reset(bodies.size());
+    for (const std::uint32_t i : island.blocks) {
+      const ConstraintBlock<S>& block = constraints.blocks[i];
+      const bool connects =
+          block.is_of_joint() && bodies[block.body_a].moves && bodies[block.body_b].moves;
+      if (connects) mechanisms_.join(block.body_a, block.body_b);
+    }
+    sizes_.assign(bodies.size(), 0);
+    return std::none_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t slot) {
+      return ++sizes_[mechanisms_.find(slot)] > context.settings.large_sweeps;
+    });
   }
 
   IslandOrder order_;
@@ -35067,13 +35055,11 @@ BRISTLE_FORCE_INLINE void load_rows(const S* rows, const std::uint32_t* at,
     constexpr std::size_t n = block_size<S>;
     for (std::size_t first = 0; first < count; first += n) {
       Pack<S> pieces[n];
-      unrolled<n>([&](auto i) {
+      for (std::size_t i = 0; i < n; ++i) {
         pieces[i] = load_piece(rows + first, at + i, std::make_index_sequence<lanes<S>>());
-      });
+      }
       transpose(pieces);
-      unrolled<n>([&](auto i) {
-        if (first + i < count) columns[first + i] = pieces[i];
-      });
+      for (std::size_t i = 0; i < n && first + i < count; ++i) columns[first + i] = pieces[i];
     }
     return;
   }
@@ -35090,8 +35076,9 @@ BRISTLE_FORCE_INLINE void store_rows(S* rows, const std::uint32_t* at,
     constexpr std::size_t n = block_size<S>;
     for (std::size_t first = 0; first < count; first += n) {
       Pack<S> pieces[n];
-      unrolled<n>(
-          [&](auto i) { pieces[i] = first + i < count ? columns[first + i] : Pack<S>(S(0)); });
+      for (std::size_t i = 0; i < n; ++i) {
+        pieces[i] = first + i < count ? columns[first + i] : Pack<S>(S(0));
+      }
       transpose(pieces);
       // Lane by lane. Of lanes with the same row the last one then stays.
       constexpr auto row = std::make_index_sequence<row_stride>();
@@ -37116,26 +37103,33 @@ class IslandSolver {
     const SolverDef<S>& settings = context.settings;
     sequential_.start_manifolds(island, constraints, bodies, S(1));
     sequential_.start_part(island, constraints, bodies, context);
-    sweep_until(context.fast(), {settings.large_sweeps, settings.max_sweeps}, island, constraints,
-                bodies, context, report);
+    const int affordable = context.affordable_sweeps(island);
+    const int most = std::max(settings.large_sweeps, sliding_sweeps(affordable, settings));
+    sweep_until(context.fast(), {settings.large_sweeps, most}, island, constraints, bodies, context,
+                report);
     if (report.residual <= near) return false;
     sequential_.finish(island, bodies);
     if (has_made_energy(island, bodies, context, report)) {
       sequential_.forget_impulses();
       clear_impulses(island, constraints);
       sequential_.start_part(island, constraints, bodies, context);
-      sweep_until(near, {0, settings.max_sweeps}, island, constraints, bodies, context, report);
+      sweep_until(near, {0, most}, island, constraints, bodies, context, report);
       sequential_.finish(island, bodies);
     }
     sequential_.keep_impulses();
     // Velocities are left far from their laws. Overlaps of a thirtieth of what forces move are
     // small.
     const S enough = std::min(S(0.3) * report.residual, S(3e-2) * context.speed_change);
-    const int count = context.affordable_sweeps(island);
-    place_part(island, constraints, bodies, context, {count, count}, enough, report);
+    place_part(island, constraints, bodies, context, {affordable, affordable}, enough, report);
     sequential_.finish_parts(island, constraints);
     sequential_.find_velocities(island, constraints, bodies);
     return true;
+  }
+
+  /// [-] Sweeps of the velocities of a heap that slides. Positions, which sweeps find, have more of
+  /// the budget.
+  [[nodiscard]] static int sliding_sweeps(int affordable, const SolverDef<S>& settings) {
+    return std::min(settings.max_sweeps, affordable / 4);
   }
 
   /// Solves a large island by few sweeps. Its substeps are short enough for them. Gaps follow the
@@ -37153,9 +37147,8 @@ class IslandSolver {
     SweepCount sweeps = SweepCount::half_of(settings.large_sweeps);
     SweepCount placings = SweepCount::half_of(settings.large_position_sweeps);
     if (context.slides) {
-      // Positions, which sweeps find, have more of the budget.
       const int affordable = context.affordable_sweeps(island) / count;
-      sweeps.most = std::min(settings.max_sweeps, affordable / 4);
+      sweeps.most = sliding_sweeps(affordable, settings);
       placings.least = placings.most = std::max(placings.most, affordable);
     }
     if (sequential_.is_cold()) sweeps = {settings.max_sweeps, settings.max_sweeps};

@@ -22,8 +22,8 @@ template <Scalar S>
 class BlockLu {
  public:
   /// Sets the shape, and the numbers of a symmetric matrix. That one is not factored.
-  /// @param pattern  Has all blocks of `numbers`. It has to last as long as the matrix and
-  ///                 its copies do.
+  /// @param pattern  Has all blocks of `numbers`. It has to last as long as the matrix and its
+  ///                 copies do.
   void assign(const BlockPattern& pattern, const BlockCholesky<S>& numbers) {
     pattern_ = &pattern;
     blocks_ = pattern.rows();
@@ -49,8 +49,8 @@ class BlockLu {
     }
   }
 
-  /// Reserves memory for `assign`, so that it allocates nothing.
-  /// The fill varies as contacts come and go. So there is twice as much where it grows.
+  /// Reserves memory for `assign`, so that it allocates nothing. The fill varies as contacts come
+  /// and go. So there is twice as much where it grows.
   void reserve(const BlockPattern& pattern) {
     const std::size_t lower = 36 * pattern.size();
     const std::size_t upper = 6 * stride * (pattern.size() - pattern.rows());

@@ -92,8 +92,9 @@ class BlockPattern {
     while (b != end_b && a->first < other) {
       const std::uint32_t first = std::max(a->first, b->first);
       const std::uint32_t end = std::min({a->end, b->end, static_cast<std::uint32_t>(other)});
-      if (first < end)
+      if (first < end) {
         use(a->block + (first - a->first), b->block + (first - b->first), end - first);
+      }
       if (a->end < b->end) {
         ++a;
       } else {

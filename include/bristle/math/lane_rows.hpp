@@ -6,7 +6,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/core/unrolled.hpp>
 #include <bristle/math/simd.hpp>
 
 #include <cstddef>
@@ -104,13 +103,11 @@ BRISTLE_FORCE_INLINE void load_rows(const S* rows, const std::uint32_t* at,
     constexpr std::size_t n = block_size<S>;
     for (std::size_t first = 0; first < count; first += n) {
       Pack<S> pieces[n];
-      unrolled<n>([&](auto i) {
+      for (std::size_t i = 0; i < n; ++i) {
         pieces[i] = load_piece(rows + first, at + i, std::make_index_sequence<lanes<S>>());
-      });
+      }
       transpose(pieces);
-      unrolled<n>([&](auto i) {
-        if (first + i < count) columns[first + i] = pieces[i];
-      });
+      for (std::size_t i = 0; i < n && first + i < count; ++i) columns[first + i] = pieces[i];
     }
     return;
   }
@@ -127,8 +124,9 @@ BRISTLE_FORCE_INLINE void store_rows(S* rows, const std::uint32_t* at,
     constexpr std::size_t n = block_size<S>;
     for (std::size_t first = 0; first < count; first += n) {
       Pack<S> pieces[n];
-      unrolled<n>(
-          [&](auto i) { pieces[i] = first + i < count ? columns[first + i] : Pack<S>(S(0)); });
+      for (std::size_t i = 0; i < n; ++i) {
+        pieces[i] = first + i < count ? columns[first + i] : Pack<S>(S(0));
+      }
       transpose(pieces);
       // Lane by lane. Of lanes with the same row the last one then stays.
       constexpr auto row = std::make_index_sequence<row_stride>();

@@ -65,8 +65,7 @@ template <SmallMatrix M>
 
 /// Entry of a matrix that is in memory.
 template <SmallMatrix M>
-[[nodiscard]] BRISTLE_FORCE_INLINE const typename M::Scalar& entry(const M& m, int row,
-                                                                   int column) {
+[[nodiscard]] BRISTLE_FORCE_INLINE const typename M::Scalar& entry(const M& m, int row, int column) {
   if constexpr (M::IsRowMajor) {
     return m.data()[row * m.outerStride() + column * m.innerStride()];
   } else {
@@ -193,9 +192,8 @@ template <detail::SmallMatrix A, std::same_as<typename A::Scalar> S>
 template <detail::SmallMatrix A, detail::SmallMatrix B>
 requires(int{A::ColsAtCompileTime} == int{B::RowsAtCompileTime} &&
          (int{A::RowsAtCompileTime} > 1 || int{B::ColsAtCompileTime} > 1) &&
-         std::same_as<typename A::Scalar, typename B::Scalar>) [[nodiscard]] BRISTLE_FORCE_INLINE
-    auto
-    operator*(const A& a, const B& b) {
+         std::same_as<typename A::Scalar, typename B::Scalar>) [[nodiscard]] BRISTLE_FORCE_INLINE auto
+operator*(const A& a, const B& b) {
   using S = typename A::Scalar;
   constexpr int inner = A::ColsAtCompileTime;
   decltype(auto) x = detail::stored(a);

@@ -211,26 +211,33 @@ class IslandSolver {
     const SolverDef<S>& settings = context.settings;
     sequential_.start_manifolds(island, constraints, bodies, S(1));
     sequential_.start_part(island, constraints, bodies, context);
-    sweep_until(context.fast(), {settings.large_sweeps, settings.max_sweeps}, island, constraints,
-                bodies, context, report);
+    const int affordable = context.affordable_sweeps(island);
+    const int most = std::max(settings.large_sweeps, sliding_sweeps(affordable, settings));
+    sweep_until(context.fast(), {settings.large_sweeps, most}, island, constraints, bodies, context,
+                report);
     if (report.residual <= near) return false;
     sequential_.finish(island, bodies);
     if (has_made_energy(island, bodies, context, report)) {
       sequential_.forget_impulses();
       clear_impulses(island, constraints);
       sequential_.start_part(island, constraints, bodies, context);
-      sweep_until(near, {0, settings.max_sweeps}, island, constraints, bodies, context, report);
+      sweep_until(near, {0, most}, island, constraints, bodies, context, report);
       sequential_.finish(island, bodies);
     }
     sequential_.keep_impulses();
     // Velocities are left far from their laws. Overlaps of a thirtieth of what forces move are
     // small.
     const S enough = std::min(S(0.3) * report.residual, S(3e-2) * context.speed_change);
-    const int count = context.affordable_sweeps(island);
-    place_part(island, constraints, bodies, context, {count, count}, enough, report);
+    place_part(island, constraints, bodies, context, {affordable, affordable}, enough, report);
     sequential_.finish_parts(island, constraints);
     sequential_.find_velocities(island, constraints, bodies);
     return true;
+  }
+
+  /// [-] Sweeps of the velocities of a heap that slides. Positions, which sweeps find, have more of
+  /// the budget.
+  [[nodiscard]] static int sliding_sweeps(int affordable, const SolverDef<S>& settings) {
+    return std::min(settings.max_sweeps, affordable / 4);
   }
 
   /// Solves a large island by few sweeps. Its substeps are short enough for them. Gaps follow the
@@ -248,9 +255,8 @@ class IslandSolver {
     SweepCount sweeps = SweepCount::half_of(settings.large_sweeps);
     SweepCount placings = SweepCount::half_of(settings.large_position_sweeps);
     if (context.slides) {
-      // Positions, which sweeps find, have more of the budget.
       const int affordable = context.affordable_sweeps(island) / count;
-      sweeps.most = std::min(settings.max_sweeps, affordable / 4);
+      sweeps.most = sliding_sweeps(affordable, settings);
       placings.least = placings.most = std::max(placings.most, affordable);
     }
     if (sequential_.is_cold()) sweeps = {settings.max_sweeps, settings.max_sweeps};

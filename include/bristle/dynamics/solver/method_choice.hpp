@@ -54,7 +54,7 @@ template <Scalar S>
 template <Scalar S>
 class MethodChoice {
  public:
-  /// Chooses between factorisations and sweeps. Sets `factor_work`, `is_costly_to_move`,
+  /// Chooses between factorisations and sweeps. Sets `factor_work`, `is_costly_heap`,
   /// `is_swept` and `slides` of the context.
   void make(const Island& island, const Constraints<S>& constraints,
             std::span<const SolverBody<S>> bodies, SolveContext<S>& context) {
@@ -76,11 +76,8 @@ class MethodChoice {
       // The full matrix bounds the work of small islands. It decides what their budget allows.
       if (may_be_large) {
         context.factor_work = work;
-        const bool is_swept_well = has_joints(island, constraints) &&
-                                   has_fast_contacts(island, constraints, bodies, context) &&
-                                   !has_long_mechanism(island, constraints, bodies, context);
-        context.is_costly_to_move = (context.slides && elimination > most / most_sliding_share) ||
-                                    (is_swept_well && elimination > most / most_jointed_share);
+        context.is_costly_heap = elimination > most / most_jointed_share &&
+                                 has_short_mechanisms(island, constraints, bodies, context);
       }
       context.is_swept = context.is_large() || (context.slides && work > most / sweeps_pay_from);
     } else {
@@ -91,50 +88,21 @@ class MethodChoice {
  private:
   /// Sweeps solve moving heaps from this share of the largest factorisation on.
   static constexpr std::uint64_t sweeps_pay_from = 10;
-  /// While contacts are fast, the elimination may take these shares of the largest factorisation.
-  /// What rests needs one factorisation or none in a step. A heap that slides takes hundreds of
-  /// sweeps or several factorisations, and one with joints ten to twenty (docs/measurements/
-  /// 0042-a-budget-for-an-island.md, "No zero blocks").
-  static constexpr std::uint64_t most_sliding_share = 2;
+  /// The elimination of an island that sweeps serve may take this share of the largest one, if it
+  /// has joints. As long as it moves it takes ten to twenty factorisations in a step
+  /// (docs/measurements/0042-a-budget-for-an-island.md, "No zero blocks").
   static constexpr std::uint64_t most_jointed_share = 5;
 
-  /// Returns whether an island has contacts alone, some of them fast. What rests or is held has to
+  /// Returns whether an island has contacts alone, none of which may bounce, and surfaces that
+  /// slide or close faster than forces change velocities in a step. What rests or is held has to
   /// be exact. Where one contact slides, all of its island is swept.
   [[nodiscard]] static bool has_sliding_heap(const Island& island,
                                              const Constraints<S>& constraints,
                                              std::span<const SolverBody<S>> bodies,
                                              const SolveContext<S>& context) {
-    // Symplectic Euler is for those who ask for it.
-    if (context.integrator != Integrator::trapezoidal) return false;
+    // Derivatives need a solution. Symplectic Euler is for those who ask for it.
+    if (derivatives_of<S> != 0 || context.integrator != Integrator::trapezoidal) return false;
     if (!island.blocks.empty() || !island.soft.empty()) return false;
-    return has_fast_contacts(island, constraints, bodies, context);
-  }
-
-  /// Returns whether joints connect more bodies than sweeps carry a load along. Each sweep carries
-  /// it by about one body. A long chain that is swept tears.
-  [[nodiscard]] bool has_long_mechanism(const Island& island, const Constraints<S>& constraints,
-                                        std::span<const SolverBody<S>> bodies,
-                                        const SolveContext<S>& context) {
-    mechanisms_.reset(bodies.size());
-    for (const std::uint32_t i : island.blocks) {
-      const ConstraintBlock<S>& block = constraints.blocks[i];
-      const bool connects =
-          block.is_of_joint() && bodies[block.body_a].moves && bodies[block.body_b].moves;
-      if (connects) mechanisms_.join(block.body_a, block.body_b);
-    }
-    sizes_.assign(bodies.size(), 0);
-    return std::any_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t slot) {
-      return ++sizes_[mechanisms_.find(slot)] > context.settings.large_sweeps;
-    });
-  }
-
-  /// Returns whether no contact of an island may bounce, and surfaces slide or close faster than
-  /// forces change velocities in a step.
-  [[nodiscard]] static bool has_fast_contacts(const Island& island,
-                                              const Constraints<S>& constraints,
-                                              std::span<const SolverBody<S>> bodies,
-                                              const SolveContext<S>& context) {
-    if (derivatives_of<S> != 0) return false;  // Derivatives need a solution.
     S fastest2 = S(0);
     for (const std::uint32_t i : island.contacts) {
       const ContactConstraint<S>& c = constraints.contacts[i];
@@ -146,6 +114,28 @@ class MethodChoice {
       fastest2 = std::max(fastest2, closing * closing + slip2_of(c, v));
     }
     return fastest2 > context.fast() * context.fast();
+  }
+
+  /// Returns whether an island has contacts between mechanisms, none of which has more bodies than
+  /// sweeps carry a load along. Each sweep carries it by about one body. A long chain that is swept
+  /// tears, and a rope without contacts takes one factorisation however it moves.
+  [[nodiscard]] bool has_short_mechanisms(const Island& island, const Constraints<S>& constraints,
+                                          std::span<const SolverBody<S>> bodies,
+                                          const SolveContext<S>& context) {
+    // Derivatives need a solution.
+    if (derivatives_of<S> != 0 || island.contacts.empty()) return false;
+    if (!has_joints(island, constraints)) return false;
+    mechanisms_.reset(bodies.size());
+    for (const std::uint32_t i : island.blocks) {
+      const ConstraintBlock<S>& block = constraints.blocks[i];
+      const bool connects =
+          block.is_of_joint() && bodies[block.body_a].moves && bodies[block.body_b].moves;
+      if (connects) mechanisms_.join(block.body_a, block.body_b);
+    }
+    sizes_.assign(bodies.size(), 0);
+    return std::none_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t slot) {
+      return ++sizes_[mechanisms_.find(slot)] > context.settings.large_sweeps;
+    });
   }
 
   IslandOrder order_;

@@ -42,9 +42,9 @@ struct SolverDef {
   /// [-] Most multiply-adds of one factorisation of the matrix of an island. Islands within it are
   /// solved by factorisation where sweeps converge too slowly. Examples are a tower of some five
   /// hundred bodies, or a heap of some forty. Larger islands are swept, and so are heaps that
-  /// slide, from a tenth of it on. While contacts are fast, the elimination alone may take half of
-  /// it, and a fifth with joints. 0 for plain sequential impulses. Twenty times as many are the
-  /// budget of one solve of an island.
+  /// slide, from a tenth of it on, and heaps of mechanisms of at most `large_sweeps` bodies, where
+  /// the elimination alone takes a fifth of it. 0 for plain sequential impulses. Twenty times as
+  /// many are the budget of one solve of an island.
   std::uint64_t max_direct_work = 700000;
   /// [-] Most Newton steps of one such solve. Islands for which they exceed the budget take fewer.
   /// With the bounds on sweeps and passes it bounds the cost of the worst step.
@@ -53,7 +53,7 @@ struct SolverDef {
   /// as extrapolating them gains. That is never so with joints, sensors or restitution.
   /// `max_sweeps` run if most of its contacts are new. Where surfaces slide fast, the
   /// others run as a quarter of the budget of `max_direct_work` allows, up to `max_sweeps`. All of
-  /// them run over a smaller heap that slides, and up to twice `max_sweeps` where it is hit.
+  /// them run over a smaller heap that slides, and up to twice as many where it is hit.
   int large_sweeps = 20;
   /// [-] The same for the position problem of a larger island. Where surfaces slide fast, as many
   /// run as the budget allows, at least these.

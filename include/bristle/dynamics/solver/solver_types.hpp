@@ -149,9 +149,8 @@ struct SolveContext {
   /// [-] Multiply-adds of one assembly and factorisation of the island's matrix. Only a bound if
   /// that decides (`MethodChoice`).
   std::uint64_t factor_work = 0;
-  /// True if contacts of the island are fast, so that it takes many factorisations, and each costs
-  /// more than it gains (`MethodChoice`).
-  bool is_costly_to_move = false;
+  /// True if sweeps cost less than the factorisations of a heap of mechanisms (`MethodChoice`).
+  bool is_costly_heap = false;
   /// True if the island gets a bounded number of sweeps, converged or not.
   bool is_swept = false;
   /// True if sweeps may solve the island and its surfaces slide fast (`MethodChoice`).
@@ -166,9 +165,9 @@ struct SolveContext {
     return 20.0 * static_cast<double>(settings.max_direct_work) /
            static_cast<double>(std::max<std::uint64_t>(1, factor_work));
   }
-  /// Returns whether a factorisation exceeds its bound. The island is then swept in any case.
+  /// Returns whether a factorisation exceeds its bounds. The island is then swept in any case.
   [[nodiscard]] bool is_large() const {
-    return factor_work > settings.max_direct_work || is_costly_to_move;
+    return factor_work > settings.max_direct_work || is_costly_heap;
   }
   /// [-] Sweeps of the position problem that cost as much as all steps of Newton's method may.
   [[nodiscard]] int affordable_sweeps(const Island& island) const {
