@@ -113,23 +113,24 @@ TEST_CASE("IslandOrder: numbers all bodies, with the blocks of their links and a
 }
 
 TEST_CASE("IslandOrder: what is eliminated into a body precedes it in one run") {
-  // Arms of three bodies on a hub, which comes last. Numbered by degree alone, all ends would come
-  // first, and an arm would be scattered.
-  const std::uint32_t hub = 30;
+  // Arms of three bodies on a hub. The ends of the arms come first, since they have one neighbour
+  // and the lowest slots: by the order of elimination alone an arm would be scattered.
+  const std::uint32_t arm_count = 10;
+  const std::uint32_t hub = 3 * arm_count;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> arms;
-  for (std::uint32_t end = 0; end < hub; end += 3) {
-    arms.emplace_back(end, end + 1);
-    arms.emplace_back(end + 1, end + 2);
-    arms.emplace_back(end + 2, hub);
+  for (std::uint32_t end = 0; end < arm_count; ++end) {
+    arms.emplace_back(end, arm_count + end);
+    arms.emplace_back(arm_count + end, 2 * arm_count + end);
+    arms.emplace_back(2 * arm_count + end, hub);
   }
   const LinkedBodies linked(hub + 1, arms);
   IslandOrder order;
   order.build(linked.island(), linked.constraints, linked.slots);
   CHECK(order.number(LinkedBodies::slot(hub)) == hub);
-  for (std::uint32_t end = 0; end < hub; end += 3) {
+  for (std::uint32_t end = 0; end < arm_count; ++end) {
     const std::uint32_t first = order.number(LinkedBodies::slot(end));
-    CHECK(order.number(LinkedBodies::slot(end + 1)) == first + 1);
-    CHECK(order.number(LinkedBodies::slot(end + 2)) == first + 2);
+    CHECK(order.number(LinkedBodies::slot(arm_count + end)) == first + 1);
+    CHECK(order.number(LinkedBodies::slot(2 * arm_count + end)) == first + 2);
   }
 }
 
