@@ -77,8 +77,10 @@ struct Arrow {
 TEST_CASE("BlockLu: solves what is not symmetric as a dense factorisation does") {
   for (const std::size_t blocks : {1u, 2u, 5u, 12u}) {
     // Dominant diagonals, and ones that are zero but for the asymmetry: pivots within blocks.
-    for (const auto& [share, diagonal] :
+    for (const auto& sizes :
          {std::pair(0.0, 200.0), {0.3, 200.0}, {1.0, 200.0}, {0.0, 0.0}, {0.1, 0.0}}) {
+      // CAPTURE is a lambda, and structured bindings cannot be captured in C++20.
+      const double share = sizes.first, diagonal = sizes.second;
       CAPTURE(blocks);
       CAPTURE(share);
       CAPTURE(diagonal);
