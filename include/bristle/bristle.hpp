@@ -28,7 +28,6 @@
 #include <bristle/sensors/patch_report.hpp>
 #include <bristle/sensors/placement.hpp>
 #include <bristle/sensors/ray_fan.hpp>
-#include <bristle/sensors/stability.hpp>
 #include <bristle/sensors/tactile_image.hpp>
 #include <bristle/sensors/taxel_flaws.hpp>
 #include <bristle/sensors/tuning.hpp>
@@ -195,6 +194,7 @@
 #include <bristle/sensors/patch_geometry.hpp>
 #include <bristle/sensors/patch_mesh.hpp>
 #include <bristle/sensors/patch_readings.hpp>
+#include <bristle/sensors/patch_scratch.hpp>
 #include <bristle/sensors/patch_touch.hpp>
 #include <bristle/sensors/plane_cache.hpp>
 #include <bristle/sensors/reading.hpp>
@@ -203,6 +203,7 @@
 #include <bristle/sensors/sensor_packets.hpp>
 #include <bristle/sensors/sensor_parameters.hpp>
 #include <bristle/sensors/sensor_wrench.hpp>
+#include <bristle/sensors/stability.hpp>
 #include <bristle/sensors/taxel_points.hpp>
 #include <bristle/sensors/touch_force.hpp>
 #include <bristle/world/contact_events.hpp>
@@ -218,6 +219,7 @@
 #include <bristle/world/near_shapes.hpp>
 #include <bristle/world/outward_rays.hpp>
 #include <bristle/world/patch_rays.hpp>
+#include <bristle/world/patch_stiffness.hpp>
 #include <bristle/world/prepared_shape.hpp>
 #include <bristle/world/proximity.hpp>
 #include <bristle/world/query_filter.hpp>

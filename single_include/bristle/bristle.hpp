@@ -7336,26 +7336,9 @@ template <Scalar S>
 // === bristle/sensors/patch.hpp
 
 /// @file
-/// A patch: many resistive sensors on one body, as structures of arrays, with their state.
+/// A patch: many resistive sensors on one body, as structures of arrays, with the state that they
+/// keep from step to step. What serves one step is `PatchScratch`.
 // SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/core/fill_numbers.hpp
-
-/// @file
-/// Fills an array with 0, 1, 2, ...
-// SPDX-License-Identifier: BSD-3-Clause
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// Makes the elements of an array 0, 1, 2, ... It replaces `std::iota`: <numeric> would add five
-/// hundred lines to every file of a user.
-template <typename Array>
-void fill_numbers(Array& array) {
-  typename Array::value_type next{0};
-  for (auto& element : array) element = next++;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/geometry/contacts/triangle_cache.hpp
 
@@ -8958,11 +8941,6 @@ using Row = std::array<T, packet_size>;
 /// Lane bits: bit i is sensor i.
 using LaneBits = std::uint16_t;
 
-/// Key of a body, for comparison in lanes.
-[[nodiscard]] inline std::uint64_t anchor_key(BodyId id) {
-  return std::uint64_t(id.generation) << 32 | id.index;
-}
-
 /// Returns which of the sixteen items from `first` on equal `value`. Quick if all do.
 template <typename T>
 [[nodiscard]] BRISTLE_FORCE_INLINE LaneBits equal_lanes(const T* first, T value) {
@@ -8971,6 +8949,18 @@ template <typename T>
   if (difference == 0) return 0xffffu;
   std::uint32_t bits = 0;
   for (std::uint32_t i = 0; i < packet_size; ++i) bits |= first[i] == value ? 1u << i : 0u;
+  return static_cast<LaneBits>(bits);
+}
+
+/// Returns which of sixteen bodies from `first` on are `id`. Quick if all are.
+[[nodiscard]] BRISTLE_FORCE_INLINE LaneBits equal_lanes(const BodyId* first, BodyId id) {
+  std::uint32_t difference = 0;
+  for (std::uint32_t i = 0; i < packet_size; ++i) {
+    difference |= (first[i].index ^ id.index) | (first[i].generation ^ id.generation);
+  }
+  if (difference == 0) return 0xffffu;
+  std::uint32_t bits = 0;
+  for (std::uint32_t i = 0; i < packet_size; ++i) bits |= first[i] == id ? 1u << i : 0u;
   return static_cast<LaneBits>(bits);
 }
 
@@ -8984,37 +8974,6 @@ struct Row3 {
     x[i] = v.x();
     y[i] = v.y();
     z[i] = v.z();
-  }
-};
-
-/// Bodies in which the bristles of a packet are anchored (`anchor_key`). Mostly one, which spares
-/// the look at sixteen keys.
-struct AnchorBodies {
-  /// Key of all lanes, or `several`: each its own.
-  std::uint64_t common = several;
-  Row<std::uint64_t> own{};
-
-  static constexpr std::uint64_t several = ~std::uint64_t(0);
-
-  [[nodiscard]] std::uint64_t operator[](std::size_t i) const {
-    return common == several ? own[i] : common;
-  }
-  /// Lanes whose key is `key`.
-  [[nodiscard]] BRISTLE_FORCE_INLINE LaneBits lanes_in(std::uint64_t key) const {
-    if (common == several) return equal_lanes(own.data(), key);
-    return common == key ? 0xffffu : 0u;
-  }
-  /// Sets the key of some lanes. If `is_used`, the other lanes keep theirs.
-  void set(LaneBits lanes, std::uint64_t key, bool is_used) {
-    if (!is_used || common == key) {
-      common = key;
-      return;
-    }
-    if (common != several) own.fill(common);
-    common = several;
-    for (std::uint32_t rest = lanes; rest != 0; rest &= rest - 1) {
-      own[static_cast<std::size_t>(std::countr_zero(rest))] = key;
-    }
   }
 };
 
@@ -9032,9 +8991,6 @@ template <Scalar S>
 struct alignas(64) BristlePacket {
   /// [m] Anchors of the bristles on A in A's axes, on B in B's.
   Row3<S> anchor_a{}, anchor_b{};
-  /// Lanes that are anchored, and their bodies.
-  LaneBits is_anchored = 0;
-  AnchorBodies anchored_on{};
 };
 
 /// Contacts of up to sixteen neighbouring sensors with one body in one step: bristle stretch and
@@ -9350,14 +9306,14 @@ struct PlaneCache {
   }
 
   /// Stores the near packets' hits on `shapes`.
-  template <typename Patch>
-  void keep(const Patch& patch);
+  template <typename Scratch>
+  void keep(const Scratch& scratch);
 
-  /// Sets `patch.hits` and `patch.near` to the hits of the rays on the stored planes.
+  /// Sets the hits and the near packets of `scratch` to the hits of the rays on the stored planes.
   /// @param reach_of  Callable: S reach_of(tag, PairPose<S>& pose). Sets the present pose of a
   ///                  shape's body, and returns the extra length [m] of the rays.
-  template <typename Patch, typename ReachOf>
-  void advance(Patch& patch, ReachOf&& reach_of) const;
+  template <typename Scratch, typename ReachOf>
+  void advance(Scratch& scratch, ReachOf&& reach_of) const;
 };
 
 // Implementation ----------------------------------------------------------------------------------
@@ -9410,11 +9366,11 @@ BRISTLE_FORCE_INLINE bool keep_pack(const RayPacket<S>& rays, const RayHits<S>& 
 }
 
 template <Scalar S>
-template <typename Patch>
-void PlaneCache<S>::keep(const Patch& patch) {
+template <typename Scratch>
+void PlaneCache<S>::keep(const Scratch& scratch) {
   packets.clear();
-  const RayHits<S>& hits = patch.hits;
-  for (const std::uint32_t number : patch.near) {
+  const RayHits<S>& hits = scratch.hits;
+  for (const std::uint32_t number : scratch.near) {
     const std::size_t first = number * packet_size;
     std::uint32_t is_hit = 0;
     for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
@@ -9435,7 +9391,7 @@ void PlaneCache<S>::keep(const Patch& patch) {
           static_cast<LaneBits>(kept.is_hit & equal_lanes(kept.tag.data(), shape.tag));
       for (std::size_t at = 0; at < packet_size && of_shape != 0; at += lanes<S>) {
         if (pack_bits<S>(of_shape, at) == 0) continue;
-        const bool starts_inside = keep_pack(patch.geometry->packets[kept.packet], hits, at,
+        const bool starts_inside = keep_pack(scratch.geometry->packets[kept.packet], hits, at,
                                              load_mask<S>(of_shape, at), shape.pose, R_BA, kept);
         if (starts_inside) shape.reserve = S(-1);
       }
@@ -9444,12 +9400,12 @@ void PlaneCache<S>::keep(const Patch& patch) {
 }
 
 template <Scalar S>
-template <typename Patch, typename ReachOf>
-void PlaneCache<S>::advance(Patch& patch, ReachOf&& reach_of) const {
-  RayHits<S>& hits = patch.hits;
-  patch.near.clear();
+template <typename Scratch, typename ReachOf>
+void PlaneCache<S>::advance(Scratch& scratch, ReachOf&& reach_of) const {
+  RayHits<S>& hits = scratch.hits;
+  scratch.near.clear();
   for (const PlaneCachePacket<S>& kept : packets) {
-    patch.near.push_back(kept.packet);
+    scratch.near.push_back(kept.packet);
     const auto first = static_cast<std::ptrdiff_t>(kept.packet * packet_size);
     std::fill_n(hits.distance.begin() + first, packet_size, infinity<S>);
     std::copy(kept.tag.begin(), kept.tag.end(), hits.tag.begin() + first);
@@ -9462,7 +9418,7 @@ void PlaneCache<S>::advance(Patch& patch, ReachOf&& reach_of) const {
           static_cast<LaneBits>(kept.is_hit & equal_lanes(kept.tag.data(), shape.tag));
       for (std::size_t at = 0; at < packet_size && of_shape != 0; at += lanes<S>) {
         if (pack_bits<S>(of_shape, at) == 0) continue;
-        advance_pack(patch.geometry->packets[kept.packet], kept, at, load_mask<S>(of_shape, at),
+        advance_pack(scratch.geometry->packets[kept.packet], kept, at, load_mask<S>(of_shape, at),
                      pose, extra_length, hits);
       }
     }
@@ -9619,91 +9575,6 @@ struct ReadingStore {
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// One sensor that meets a body in this step: geometry, the linear model of its impulse, and the
-/// resulting impulse. In A's axes; c belongs to its `PatchPair`. Patches work on
-/// PatchContact<Pack<S>>. `ContactPacket`s store the values that cannot be recomputed.
-template <Value T>
-struct PatchContact {
-  /// Lanes in contact at the start of the step (else maybe within it), loaded (normal part acts),
-  /// slipping in this step, and with damped slip.
-  Truth<T> is_touching{};
-  Truth<T> is_pushing{};
-  Truth<T> is_slipping{};
-  Truth<T> is_damping_slip{};
-  /// [1] Ray direction n and depth gradient g.
-  Vector3<T> n, g;
-  /// [m] From c to the contact point.
-  Vector3<T> rho;
-  /// [m] Stretch at the start of the step.
-  Vector3<T> stretch;
-  /// [m/s] Relative velocity at the start of the step, and tangential one of the last pass.
-  Vector3<T> start_velocity, last_slip;
-  /// [1], [1/m] Depth at the start of the step and inverse length of the ray.
-  T depth, inverse_length;
-  /// [N] Normal force behind this pass's friction.
-  T force;
-
-  /// Impulse on B as a function of the relative velocity v at the end of the step: constant +
-  /// a_normal (g.v) g + a_across v_T + (a_along - a_across) (along.v) along. The part with a_normal
-  /// acts under load.
-  Vector3<T> constant, along;
-  T normal_constant, a_normal, a_across, a_along;
-
-  /// [N s] Impulses on B: of the normal part, and of the whole contact.
-  T normal_impulse;
-  Vector3<T> impulse;
-};
-
-/// Sum of the stiffness of a pair's contacts, about the middle of the patch's box.
-template <Scalar S>
-struct PairStiffness {
-  /// [N/m], [N s/m] Of the bristles in contact.
-  S bristle_sum = S(0), viscous_sum = S(0);
-  /// [kg] Sums of s, of s rho, of s rho^2 (`measure_pair`), across the rays and along them.
-  S tangential = S(0), normal = S(0);
-  Vec3<S> tangential_first = zero<Vec3<S>>(), normal_first = zero<Vec3<S>>();
-  S tangential_second = S(0), normal_second = S(0);
-};
-
-/// A patch's contacts with one body in one step.
-template <Scalar S>
-struct PatchPair {
-  /// [-] Index of body B; its contact packets are [first, first + count).
-  std::uint32_t body_b = 0;
-  std::uint32_t first = 0;
-  std::uint32_t count = 0;
-  /// [-] Axes of A in the world, and the pose of B relative to A.
-  Mat3<S> R_WA = identity<Mat3<S>>();
-  PairPose<S> pose{};
-  /// [m/s, rad/s] Motion of A relative to B at the start of the step, about A's centre of mass, in
-  /// A's axes.
-  Twist<S> start_motion{};
-  /// [m] Reference point c from A's centre of mass in A's axes, and from each centre of mass in
-  /// world axes.
-  Vec3<S> center = zero<Vec3<S>>();
-  Vec3<S> arm_a = zero<Vec3<S>>();
-  Vec3<S> arm_b = zero<Vec3<S>>();
-  PairStiffness<S> stiffness{};
-  /// [N s, N m s] Impulse on B about c in A's axes, if it was applied with the contacts.
-  bool is_applied = false;
-  Wrench<S> given{};
-  /// [1] Lambda of these contacts alone, if requested (`CollectDef`).
-  S lambda = S(0);
-  bool is_implicit = false;
-  /// [1] Weights of the implicit scheme (docs/sensors.md).
-  S alpha = S(1);
-  S beta = S(0);
-  S theta = S(1);
-  /// True if its linear models were moved to a solved motion; its packets keep those. The first
-  /// models, around the motion at the start of the step, follow from the hits and the stretch.
-  bool has_moved_models = false;
-  /// [-] Sum of the contacts' linear models about c, in A's axes: impulse = offset + matrix u.
-  Mat6<S> matrix = zero<Mat6<S>>();
-  Vec6<S> offset = zero<Vec6<S>>();
-  /// [-] Its index among soft blocks, when implicit.
-  std::uint32_t soft = 0;
-};
-
 /// Impulse of an implicit pair in the last step: its warm start in this one.
 template <Scalar S>
 struct PairImpulse {
@@ -9712,10 +9583,13 @@ struct PairImpulse {
   Vec6<S> impulse = zero<Vec6<S>>();
 };
 
-/// A shape that rays hit in this step, and the pair of its body.
-struct TouchedShape {
-  std::uint32_t tag = 0;
-  std::uint32_t pair = 0;
+/// A body that a patch met in the last step.
+template <Scalar S>
+struct SensedBody {
+  /// [-] Index of the body.
+  std::uint32_t body = 0;
+  /// Its pose relative to A as that step began.
+  PairPose<S> pose{};
 };
 
 /// State of a patch. Arrays have one entry a sensor unless said otherwise.
@@ -9729,28 +9603,22 @@ struct SensorPatch {
   std::shared_ptr<const PatchGeometry<S>> geometry{};
   /// Triangle cache for a fine mesh. Not state: results do not depend on it.
   TriangleCache<S> triangle_cache{};
-  /// Bristles, a packet for each of the geometry's.
+  /// Bristles, a packet for each of the geometry's, and which lanes are anchored. They are so in
+  /// the body of their reading.
   DynamicArray<BristlePacket<S>> bristles;
+  DynamicArray<LaneBits> is_anchored;
   /// False if the patch is off and senses nothing.
   bool is_active = true;
 
-  /// Hits of this step, by ray. Valid in the packets that can be near anything, whose numbers are
-  /// listed in ascending order; all packets until they were tested. Also contacts and pairs.
-  RayHits<S> hits{};
-  DynamicArray<std::uint32_t> near;
   PlaneCache<S> plane_cache{};
-  /// Lanes of each packet that hit anything in this step, and in the one before.
-  DynamicArray<LaneBits> hit_bits, hit_before;
-  DynamicArray<TouchedShape> touched;
-  /// Of the current pair: lanes of a near packet that hit its body, and the first contact of each
-  /// range of near packets.
-  DynamicArray<LaneBits> pair_bits;
-  DynamicArray<std::uint32_t> range_contacts;
-  DynamicArray<ContactPacket<S>> contacts;
-  DynamicArray<PatchPair<S>> pairs;
+  /// Lanes of each packet that hit anything in the last step, and whether any did. Others hold no
+  /// anchors.
+  DynamicArray<LaneBits> hit_bits;
+  bool has_hits = false;
+  DynamicArray<SensedBody<S>> sensed;
   DynamicArray<PairImpulse<S>> last_impulses;
   /// Active sensors of each packet: those with nonzero readings.
-  DynamicArray<LaneBits> felt, active_before;
+  DynamicArray<LaneBits> felt;
   bool was_active = false;
   ReadingStore<S> readings{};
 
@@ -9765,43 +9633,6 @@ struct SensorPatch {
     };
     return def.per_sensor.empty() ? of(def.parameters)
                                   : std::any_of(def.per_sensor.begin(), def.per_sensor.end(), of);
-  }
-  /// Its rays, each longer by `extra_length` [m]. Only those of the near packets need a result.
-  [[nodiscard]] RayBatch<S> near_rays(S extra_length) const {
-    RayBatch<S> batch = geometry->rays(extra_length);
-    batch.near_packets = &near;
-    return batch;
-  }
-  /// [m] Distances of the hits from sensor `first` on; 0 in the lanes outside `asked`.
-  [[nodiscard]] BRISTLE_FORCE_INLINE Pack<S> distances_of(std::size_t first,
-                                                          const Mask<S>& asked) const {
-    return select(asked, Pack<S>::load(hits.distance.data() + first), Pack<S>(S(0)));
-  }
-  /// [-] Sensors of the near packets.
-  [[nodiscard]] std::size_t near_count() const {
-    const std::size_t all = near.size() * packet_size;
-    // Only the last packet may have unused lanes.
-    const bool has_last = !near.empty() && near.back() + 1 == bristles.size();
-    return has_last ? all - (bristles.size() * packet_size - size()) : all;
-  }
-  /// [-] First packet of a range, and one behind its last, which may be padded where the range is
-  /// not. Only for ranges of whole packets (`RayTree::has_packets_in_ranges`), or for all sensors.
-  [[nodiscard]] std::array<std::size_t, 2> packets_in(RayRange range) const {
-    const std::size_t end = range.end / packet_size + (range.end % packet_size != 0 ? 1u : 0u);
-    return {range.first / packet_size, std::min(bristles.size(), end)};
-  }
-  /// [-] Near packets of the range.
-  [[nodiscard]] std::span<const std::uint32_t> near_in(RayRange range) const {
-    const auto [begin, end] = packets_in(range);
-    const auto first = std::lower_bound(near.begin(), near.end(), begin);
-    return {first, std::lower_bound(first, near.end(), end)};
-  }
-  /// Clears the hits of a range's near packets.
-  void reset_near_hits(RayRange range = {}) {
-    for (const std::uint32_t packet : near_in(range)) {
-      const auto first = static_cast<std::ptrdiff_t>(packet * packet_size);
-      std::fill_n(hits.distance.begin() + first, packet_size, infinity<S>);
-    }
   }
   /// [-] Number of active sensors (nonzero readings).
   [[nodiscard]] std::size_t active_count() const {
@@ -9846,16 +9677,9 @@ template <Scalar S>
   patch.geometry = std::make_shared<const PatchGeometry<S>>(def.sensors, center_B);
   const std::size_t packet_count = patch.geometry->packets.size();
   patch.bristles.resize(packet_count);
-  patch.hits.reset(packet_count * packet_size);
+  patch.is_anchored.resize(packet_count);
   patch.hit_bits.resize(packet_count);
-  patch.hit_before.resize(packet_count);
-  patch.pair_bits.resize(packet_count);
-  patch.range_contacts.resize(range_count(packet_count));
-  patch.near.resize(packet_count);
-  fill_numbers(patch.near);
-  patch.contacts.reserve(packet_count);
   patch.felt.resize(packet_count);
-  patch.active_before.resize(packet_count);
   patch.readings.resize(n);
   def.sensors = {};  // The geometry replaces it.
   patch.def = std::move(def);
@@ -9876,6 +9700,13 @@ template <Scalar S>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
+/// [m] Distances of the hits from ray `first` on; 0 in the lanes outside `asked`.
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Pack<S> distances_of(const RayHits<S>& hits, std::size_t first,
+                                                        const Mask<S>& asked) {
+  return select(asked, Pack<S>::load(hits.distance.data() + first), Pack<S>(S(0)));
+}
+
 /// A sensor that meets a surface, in A's axes.
 template <Value T>
 struct SensorTouch {
@@ -9889,12 +9720,13 @@ struct SensorTouch {
 
 /// Contact geometry of sensor `i`, which has a hit.
 template <Scalar S>
-[[nodiscard]] SensorTouch<S> touch_of(const SensorPatch<S>& patch, std::size_t i) {
-  const RayPacket<S>& rays = patch.geometry->packets[i / packet_size];
+[[nodiscard]] SensorTouch<S> touch_of(const PatchGeometry<S>& geometry, const RayHits<S>& hits,
+                                      std::size_t i) {
+  const RayPacket<S>& rays = geometry.packets[i / packet_size];
   const std::size_t lane = i % packet_size;
-  const S distance = patch.hits.distance[i];
+  const S distance = hits.distance[i];
   const Vec3<S> n = rays.direction[lane];
-  return {n, depth_gradient<S>(n, patch.hits.normal[i]), rays.start[lane] + distance * n,
+  return {n, depth_gradient<S>(n, hits.normal[i]), rays.start[lane] + distance * n,
           sensor_depth(distance, rays.inverse_length[lane]), rays.inverse_length[lane]};
 }
 
@@ -9910,11 +9742,10 @@ struct TouchPack : SensorTouch<Pack<S>> {
   /// @param hit      Lanes that have a hit.
   /// @param decides  True to drop hits at a grazing angle. Dropped once a step; afterwards every
   ///                 hit counts.
-  BRISTLE_FORCE_INLINE TouchPack(const SensorPatch<S>& patch, const RayPacket<S>& rays,
+  BRISTLE_FORCE_INLINE TouchPack(const RayHits<S>& hits, const RayPacket<S>& rays,
                                  std::size_t number, std::size_t at, LaneBits hit, bool decides) {
     using T = Pack<S>;
     const std::size_t first = number * packet_size + at;
-    const RayHits<S>& hits = patch.hits;
     this->n = load_pack(rays.direction, at);
     const Pack3<S> surface = Pack3<S>::load(
         hits.normal.x.data() + first, hits.normal.y.data() + first, hits.normal.z.data() + first);
@@ -9922,7 +9753,7 @@ struct TouchPack : SensorTouch<Pack<S>> {
     is_met = load_mask<S>(hit, at);
     // Also false for a normal that is NaN.
     if (decides) is_met = is_met & (cosine <= T(grazing_cosine<S>));
-    const T distance = patch.distances_of(first, is_met);
+    const T distance = distances_of(hits, first, is_met);
     this->inverse_length = load_pack(rays.inverse_length, at);
     this->g =
         depth_gradient<T>(select(is_met, surface, -this->n), select(is_met, cosine, T(S(-1))));
@@ -9956,52 +9787,51 @@ struct Mode {
   }
 };
 
-}  // namespace detail
+/// Stiffness and damping of a patch's contacts with one body, in world axes, about the middle of
+/// the patch's box.
+template <Scalar S>
+struct ContactStiffness {
+  /// [N/m, N, N m] and [N s/m, N s, N m s].
+  Mat6<S> stiffness = zero<Mat6<S>>(), damping = zero<Mat6<S>>();
 
-/// [s] Longest explicit step at which symplectic Euler is stable for the present contacts of a
-/// patch, in all six directions of each body in contact. Infinite without a contact with a body
-/// that moves.
-///
-/// Several patches on one body add up: this function regards one alone.
-/// @param mobility_of  Callable: `Mat6<S> mobility_of(pair)`, the mobility of the pair's two bodies
-///                     about its point c.
-template <Scalar S, typename MobilityOf>
-[[nodiscard]] S largest_stable_step(const detail::SensorPatch<S>& patch, MobilityOf&& mobility_of);
+  /// [s] Longest explicit step at which symplectic Euler is stable, in all six directions of two
+  /// bodies of a mobility about that point. Infinite if nothing can move or nothing touches.
+  [[nodiscard]] S largest_stable_step(const Mat6<S>& mobility) const;
+};
+
+/// Sums the sensors whose hits are on one body.
+/// @param is_of_body  Callable: bool is_of_body(tag), of the tags of `hits`.
+/// @param R_WA        Axes of A in the world.
+/// @param motion      [m/s, rad/s] Of A relative to the body about A's centre of mass, A's axes.
+template <Scalar S, typename IsOfBody>
+[[nodiscard]] ContactStiffness<S> sum_stiffness(const SensorPatch<S>& patch, const RayHits<S>& hits,
+                                                IsOfBody&& is_of_body, const Mat3<S>& R_WA,
+                                                const Twist<S>& motion) {
+  ContactStiffness<S> sum;
+  for (std::size_t i = 0; i < patch.size(); ++i) {
+    if (!hits.is_hit(i) || !is_of_body(hits.tag[i])) continue;
+    const auto [n, g, point, depth, per_length] = touch_of(*patch.geometry, hits, i);
+    if (!(depth > S(0) && hits.normal[i].dot(n) <= grazing_cosine<S>)) continue;
+    const SensorParameters<S>& p = patch.parameters(i);
+    const S rate = g.dot(motion.at(point)) * per_length;
+    const S k_t =
+        bristle_stiffness(p, patch.def.options.scaling, normal_force(p, depth, rate), depth);
+    const Vec3<S> rho = R_WA * (point - patch.geometry->box.center());
+    const auto add = [&](const Vec3<S>& d_A, S stiffness, S damping) {
+      const Vec3<S> d = R_WA * d_A;
+      const Vec6<S> j = stacked<S>(d, rho.cross(d));
+      sum.stiffness += (stiffness * j) * j.transpose();
+      sum.damping += (damping * j) * j.transpose();
+    };
+    const Vec3<S> t1 = patch.geometry->packets[i / packet_size].tangent[i % packet_size];
+    add(t1, k_t, p.sliding_friction);
+    add(n.cross(t1), k_t, p.sliding_friction);
+    add(g, p.normal_stiffness * per_length, p.normal_damping * per_length);
+  }
+  return sum;
+}
 
 // Implementation ----------------------------------------------------------------------------------
-
-namespace detail {
-
-/// Stiffness and damping of a pair's contacts about c.
-template <Scalar S>
-void sum_stiffness(const SensorPatch<S>& patch, const PatchPair<S>& pair, Mat6<S>& K, Mat6<S>& D) {
-  set_zero(K);
-  set_zero(D);
-  for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
-    const ContactPacket<S>& contacts = patch.contacts[k];
-    const RayPacket<S>& rays = patch.geometry->packets[contacts.packet];
-    for (std::size_t i = 0; i < packet_size; ++i) {
-      if ((contacts.is_touching >> i & 1u) == 0) continue;
-      const std::size_t sensor = contacts.packet * packet_size + i;
-      const SensorParameters<S>& p = patch.parameters(sensor);
-      const auto [n, g, point, depth, per_length] = touch_of(patch, sensor);
-      const S rate = g.dot(pair.start_motion.at(point)) * per_length;
-      const S k_t =
-          bristle_stiffness(p, patch.def.options.scaling, normal_force(p, depth, rate), depth);
-      const Vec3<S> rho = pair.R_WA * (point - pair.center);
-      const auto add = [&](const Vec3<S>& d_A, S stiffness, S damping) {
-        const Vec3<S> d = pair.R_WA * d_A;
-        const Vec6<S> j = stacked<S>(d, rho.cross(d));
-        K += (stiffness * j) * j.transpose();
-        D += (damping * j) * j.transpose();
-      };
-      const Vec3<S> t1 = rays.tangent[i];
-      add(t1, k_t, p.sliding_friction);
-      add(n.cross(t1), k_t, p.sliding_friction);
-      add(g, p.normal_stiffness * per_length, p.normal_damping * per_length);
-    }
-  }
-}
 
 /// L with L L^T = W for a mobility W. Axes without motion make W semidefinite; L then has columns
 /// of zeros.
@@ -10028,37 +9858,29 @@ template <Scalar S>
   return factor_cholesky(rest.data(), 6);
 }
 
-}  // namespace detail
-
-template <Scalar S, typename MobilityOf>
-S largest_stable_step(const detail::SensorPatch<S>& patch, MobilityOf&& mobility_of) {
-  S smallest = infinity<S>;
-  for (const detail::PatchPair<S>& pair : patch.pairs) {
-    if (pair.count == 0) continue;
-    Mat6<S> K, D;
-    detail::sum_stiffness(patch, pair, K, D);
-    const Mat6<S> root = detail::mobility_root<S>(mobility_of(pair));
-    K = root.transpose() * K * root;
-    D = root.transpose() * D * root;
-    if (!(K.trace() + D.trace() > S(0))) continue;
-    // The criterion is monotone in dt. Bracket by doubling, then bisect to round-off.
-    S low = S(0);
-    S high = detail::Mode<S>{S(1), K.trace(), D.trace()}.largest_stable_step();
-    for (int i = 0; i < 200 && detail::is_stable_step(K, D, high); ++i) {
-      low = high;
-      high *= S(2);
-    }
-    // Halves once for each bit of a number if any step is stable. If none is, it halves until
-    // `high` is 0: as many times more as the scalar has powers of two below it.
-    while (high - low > detail::Tolerance<S>::round_off() * high) {
-      const S middle = S(0.5) * (low + high);
-      (detail::is_stable_step(K, D, middle) ? low : high) = middle;
-    }
-    smallest = std::min(smallest, low);
+template <Scalar S>
+S ContactStiffness<S>::largest_stable_step(const Mat6<S>& mobility) const {
+  const Mat6<S> root = mobility_root<S>(mobility);
+  const Mat6<S> K = root.transpose() * stiffness * root;
+  const Mat6<S> D = root.transpose() * damping * root;
+  if (!(K.trace() + D.trace() > S(0))) return infinity<S>;
+  // The criterion is monotone in dt. Bracket by doubling, then bisect to round-off.
+  S low = S(0);
+  S high = Mode<S>{S(1), K.trace(), D.trace()}.largest_stable_step();
+  for (int i = 0; i < 200 && is_stable_step(K, D, high); ++i) {
+    low = high;
+    high *= S(2);
   }
-  return smallest;
+  // Halves once for each bit of a number if any step is stable. If none is, it halves until `high`
+  // is 0: as many times more as the scalar has powers of two below it.
+  while (high - low > Tolerance<S>::round_off() * high) {
+    const S middle = S(0.5) * (low + high);
+    (is_stable_step(K, D, middle) ? low : high) = middle;
+  }
+  return low;
 }
 
+}  // namespace detail
 }  // namespace bristle::inline BRISTLE_ABI
 
 #include <algorithm>
@@ -11764,6 +11586,208 @@ Wrench<S> ContactReading<S>::impulse_on_b() const {
 /// Rays are cast in each substep, or once a step (`PatchDef::cast_every` counts substeps here). A
 /// substep reads the loop alone. docs/decisions/0024-haptic-ticks.md gives the reasons.
 // SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/sensors/patch_scratch.hpp
+
+/// @file
+/// What a patch finds and needs within one step: hits, contacts, and pairs. It is no state: worlds
+/// that are stepped in turn share it, and it is as small as the largest of their patches.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/core/fill_numbers.hpp
+
+/// @file
+/// Fills an array with 0, 1, 2, ...
+// SPDX-License-Identifier: BSD-3-Clause
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Makes the elements of an array 0, 1, 2, ... It replaces `std::iota`: <numeric> would add five
+/// hundred lines to every file of a user.
+template <typename Array>
+void fill_numbers(Array& array) {
+  typename Array::value_type next{0};
+  for (auto& element : array) element = next++;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// One sensor that meets a body in this step: geometry, the linear model of its impulse, and the
+/// resulting impulse. In A's axes; c belongs to its `PatchPair`. Patches work on
+/// PatchContact<Pack<S>>. `ContactPacket`s store the values that cannot be recomputed.
+template <Value T>
+struct PatchContact {
+  /// Lanes in contact at the start of the step (else maybe within it), loaded (normal part acts),
+  /// slipping in this step, and with damped slip.
+  Truth<T> is_touching{};
+  Truth<T> is_pushing{};
+  Truth<T> is_slipping{};
+  Truth<T> is_damping_slip{};
+  /// [1] Ray direction n and depth gradient g.
+  Vector3<T> n, g;
+  /// [m] From c to the contact point.
+  Vector3<T> rho;
+  /// [m] Stretch at the start of the step.
+  Vector3<T> stretch;
+  /// [m/s] Relative velocity at the start of the step, and tangential one of the last pass.
+  Vector3<T> start_velocity, last_slip;
+  /// [1], [1/m] Depth at the start of the step and inverse length of the ray.
+  T depth, inverse_length;
+  /// [N] Normal force behind this pass's friction.
+  T force;
+
+  /// Impulse on B as a function of the relative velocity v at the end of the step: constant +
+  /// a_normal (g.v) g + a_across v_T + (a_along - a_across) (along.v) along. The part with a_normal
+  /// acts under load.
+  Vector3<T> constant, along;
+  T normal_constant, a_normal, a_across, a_along;
+
+  /// [N s] Impulses on B: of the normal part, and of the whole contact.
+  T normal_impulse;
+  Vector3<T> impulse;
+};
+
+/// Sum of the stiffness of a pair's contacts, about the middle of the patch's box.
+template <Scalar S>
+struct PairStiffness {
+  /// [N/m], [N s/m] Of the bristles in contact.
+  S bristle_sum = S(0), viscous_sum = S(0);
+  /// [kg] Sums of s, of s rho, of s rho^2 (`measure_pair`), across the rays and along them.
+  S tangential = S(0), normal = S(0);
+  Vec3<S> tangential_first = zero<Vec3<S>>(), normal_first = zero<Vec3<S>>();
+  S tangential_second = S(0), normal_second = S(0);
+};
+
+/// A patch's contacts with one body in one step.
+template <Scalar S>
+struct PatchPair {
+  /// [-] Index of body B; its contact packets are [first, first + count).
+  std::uint32_t body_b = 0;
+  std::uint32_t first = 0;
+  std::uint32_t count = 0;
+  /// [-] Axes of A in the world, and the pose of B relative to A.
+  Mat3<S> R_WA = identity<Mat3<S>>();
+  PairPose<S> pose{};
+  /// [m/s, rad/s] Motion of A relative to B at the start of the step, about A's centre of mass, in
+  /// A's axes.
+  Twist<S> start_motion{};
+  /// [m] Reference point c from A's centre of mass in A's axes, and from each centre of mass in
+  /// world axes.
+  Vec3<S> center = zero<Vec3<S>>();
+  Vec3<S> arm_a = zero<Vec3<S>>();
+  Vec3<S> arm_b = zero<Vec3<S>>();
+  PairStiffness<S> stiffness{};
+  /// [N s, N m s] Impulse on B about c in A's axes, if it was applied with the contacts.
+  bool is_applied = false;
+  Wrench<S> given{};
+  /// [1] Lambda of these contacts alone, if requested (`CollectDef`).
+  S lambda = S(0);
+  bool is_implicit = false;
+  /// [1] Weights of the implicit scheme (docs/sensors.md).
+  S alpha = S(1);
+  S beta = S(0);
+  S theta = S(1);
+  /// True if its linear models were moved to a solved motion; its packets keep those. The first
+  /// models, around the motion at the start of the step, follow from the hits and the stretch.
+  bool has_moved_models = false;
+  /// [-] Sum of the contacts' linear models about c, in A's axes: impulse = offset + matrix u.
+  Mat6<S> matrix = zero<Mat6<S>>();
+  Vec6<S> offset = zero<Vec6<S>>();
+  /// [-] Its index among soft blocks, when implicit.
+  std::uint32_t soft = 0;
+};
+
+/// A shape that rays hit in this step, and the pair of its body.
+struct TouchedShape {
+  std::uint32_t tag = 0;
+  std::uint32_t pair = 0;
+};
+
+/// Scratch memory of a patch. Arrays have one entry a sensor unless said otherwise.
+template <Scalar S>
+struct PatchScratch {
+  /// Rays of the patch that it serves (`begin`).
+  const PatchGeometry<S>* geometry = nullptr;
+  /// Numbers of the packets that can be near anything, ascending. Hits, contacts and pairs are
+  /// theirs.
+  DynamicArray<std::uint32_t> near;
+  RayHits<S> hits{};
+  /// Lanes of each packet that hit anything in the step before.
+  DynamicArray<LaneBits> hit_before;
+  DynamicArray<TouchedShape> touched;
+  /// Of the current pair: lanes of a near packet that hit its body, and the first contact of each
+  /// range of near packets.
+  DynamicArray<LaneBits> pair_bits;
+  DynamicArray<std::uint32_t> range_contacts;
+  DynamicArray<ContactPacket<S>> contacts;
+  DynamicArray<PatchPair<S>> pairs;
+  /// Lanes of each packet that were active in the step before.
+  DynamicArray<LaneBits> active_before;
+
+  /// Makes room for a patch, and removes its pairs. Allocates only for a patch that is larger than
+  /// all before.
+  void begin(const SensorPatch<S>& patch) {
+    geometry = patch.geometry.get();
+    pairs.clear();
+    const std::size_t packets = packet_count();
+    if (hits.distance.size() == packets * packet_size) return;
+    hits.reset(packets * packet_size);
+    hit_before.resize(packets);
+    active_before.resize(packets);
+    pair_bits.resize(packets);
+    range_contacts.resize(range_count(packets));
+    contacts.reserve(packets);
+    near.reserve(packets);
+  }
+  /// Lists all packets as near.
+  void list_all() {
+    near.resize(packet_count());
+    fill_numbers(near);
+  }
+  [[nodiscard]] std::size_t packet_count() const { return geometry->packets.size(); }
+  /// Its rays, each longer by `extra_length` [m]. Only those of the near packets need a result.
+  [[nodiscard]] RayBatch<S> near_rays(S extra_length) const {
+    RayBatch<S> batch = geometry->rays(extra_length);
+    batch.near_packets = &near;
+    return batch;
+  }
+  /// [-] Sensors of the near packets.
+  [[nodiscard]] std::size_t near_count() const {
+    const std::size_t all = near.size() * packet_size;
+    // Only the last packet may have unused lanes.
+    const bool has_last = !near.empty() && near.back() + 1 == packet_count();
+    return has_last ? all - (packet_count() * packet_size - geometry->size()) : all;
+  }
+  /// [-] First packet of a range, and one behind its last, which may be padded where the range is
+  /// not. Only for ranges of whole packets (`RayTree::has_packets_in_ranges`), or for all sensors.
+  [[nodiscard]] std::array<std::size_t, 2> packets_in(RayRange range) const {
+    const std::size_t end = range.end / packet_size + (range.end % packet_size != 0 ? 1u : 0u);
+    return {range.first / packet_size, std::min(packet_count(), end)};
+  }
+  /// [-] Near packets of the range.
+  [[nodiscard]] std::span<const std::uint32_t> near_in(RayRange range) const {
+    const auto [begin, end] = packets_in(range);
+    const auto first = std::lower_bound(near.begin(), near.end(), begin);
+    return {first, std::lower_bound(first, near.end(), end)};
+  }
+  /// Clears the hits of a range's near packets.
+  void reset_near_hits(RayRange range = {}) {
+    for (const std::uint32_t packet : near_in(range)) {
+      const auto first = static_cast<std::ptrdiff_t>(packet * packet_size);
+      std::fill_n(hits.distance.begin() + first, packet_size, infinity<S>);
+    }
+  }
+};
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/world/haptic_body.hpp
 
@@ -14012,6 +14036,61 @@ JointReading<S> read_joint(const Joint<S>& joint, const Body<S>& a, const Body<S
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
+// === bristle/world/patch_stiffness.hpp
+
+/// @file
+/// How stiff a patch holds the bodies that it touches.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/world/patch_rays.hpp
+
+/// @file
+/// Hits of the rays of a patch: cast at the shapes in range, or extrapolated since the last cast.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/world/query_filter.hpp
+
+/// @file
+/// Filter of the bodies that rays, sensors and queries meet.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+namespace bristle::inline BRISTLE_ABI {
+
+/// Bodies that a query meets: those of the categories in `sense_mask` that are not `excluded`.
+struct QueryFilter {
+  /// [-] Categories of the bodies that are met. Collision masks do not matter.
+  std::uint32_t sense_mask = 0xffffffffu;
+  /// [-] Bodies that are not met. A ray that starts on a body excludes it, as a rule.
+  std::vector<BodyId> excluded{};
+  /// [-] True if shapes that are triggers are met, too.
+  bool meets_triggers = false;
+};
+
+namespace detail {
+
+/// Returns whether a filter lets a query meet a body.
+/// @param filter  Anything with `sense_mask` and `excluded`.
+template <typename Filter, Scalar S>
+[[nodiscard]] bool can_meet(const Filter& filter, BodyId id, const Body<S>& body) {
+  return (filter.sense_mask & body.filter.category) != 0 &&
+         std::find(filter.excluded.begin(), filter.excluded.end(), id) == filter.excluded.end();
+}
+
+/// Returns whether a query meets a shape.
+/// @param shape  A `Collider`.
+template <typename Shape, Scalar S>
+[[nodiscard]] bool can_meet_shape(const QueryFilter& filter, const Shape& shape,
+                                  const Body<S>& body) {
+  return (filter.meets_triggers || !shape.is_trigger) && can_meet(filter, shape.body, body);
+}
+
+}  // namespace detail
+}  // namespace bristle::inline BRISTLE_ABI
+
 // === bristle/world/world_state.hpp
 
 /// @file
@@ -14652,6 +14731,311 @@ struct WorldState {
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
+#include <algorithm>
+#include <cstdint>
+#include <span>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// A shape that the rays of a patch on A may meet within a step.
+template <Scalar S>
+struct ShapeInReach {
+  std::uint32_t tag = 0;
+  std::uint32_t generation = 0;
+  const Collider<S>* collider = nullptr;
+  /// [m] The shape and its body B, relative to A, about their centres of mass.
+  Transform<S> X_AS{};
+  Transform<S> X_AB{};
+  /// [m] Farthest it can come closer within the step, and extra length of cast rays.
+  S approach = S(0);
+  S extra_length = S(0);
+  /// [m] Box around the part that rays may meet, in A; for a half-space the plane instead.
+  Aabb<S> box{};
+  Vec3<S> normal = zero<Vec3<S>>();
+  S offset = S(0);
+
+  [[nodiscard]] bool is_near(const Aabb<S>& rays) const {
+    if (!collider->half_space) return box.overlaps(rays);
+    return normal.dot(rays.center()) - cwise_abs(normal).dot(rays.half_extents()) <= offset;
+  }
+  /// The same for the boxes with these corners.
+  [[nodiscard]] BRISTLE_FORCE_INLINE Mask<S> is_near(const Pack3<S>& lower,
+                                                     const Pack3<S>& upper) const {
+    if (!collider->half_space) {
+      return (lower.x <= Pack<S>(box.upper.x())) & (lower.y <= Pack<S>(box.upper.y())) &
+             (lower.z <= Pack<S>(box.upper.z())) & (upper.x >= Pack<S>(box.lower.x())) &
+             (upper.y >= Pack<S>(box.lower.y())) & (upper.z >= Pack<S>(box.lower.z()));
+    }
+    const Pack3<S> n = Pack3<S>::all(normal);
+    const Pack<S> lowest = min(n.x * lower.x, n.x * upper.x) + min(n.y * lower.y, n.y * upper.y) +
+                           min(n.z * lower.z, n.z * upper.z);
+    return lowest <= Pack<S>(offset);
+  }
+};
+
+/// Describes a shape relative to A.
+/// @param X_AB      [m] Pose of its body about its centre of mass.
+/// @param approach  [m] Farthest it can come closer within the step.
+template <Scalar S>
+[[nodiscard]] ShapeInReach<S> shape_in_reach(const SensorPatch<S>& patch, ShapeId id,
+                                             const Collider<S>& collider, const Transform<S>& X_AB,
+                                             S approach);
+
+/// Fills `PatchScratch::near` and the hits of these packets.
+/// @param shapes  By ascending tags.
+/// @param is_due  True if the patch has to cast its rays in this step.
+/// @return [-] Number of rays cast, one a sensor and shape.
+template <Scalar S>
+std::uint64_t find_hits(SensorPatch<S>& patch, PatchScratch<S>& scratch,
+                        std::span<const ShapeInReach<S>> shapes, bool is_due);
+
+// The same in parts. Threads share the second part.
+
+/// Decides whether to cast; fills `PatchScratch::near` if so. Reset the hits there before
+/// (`PatchScratch::reset_near_hits`).
+template <Scalar S>
+[[nodiscard]] bool needs_rays(const SensorPatch<S>& patch, PatchScratch<S>& scratch,
+                              std::span<const ShapeInReach<S>> shapes, bool is_due);
+
+/// Casts the rays of a range at one shape. Call it by ascending tags. If ranges are not packets of
+/// sensors, cast all ranges before the next shape.
+template <Scalar S>
+void cast_rays_at(SensorPatch<S>& patch, PatchScratch<S>& scratch, const ShapeInReach<S>& shape,
+                  RayRange range);
+
+/// Stores the hits if rays are not cast in every step, and extrapolates them.
+template <Scalar S>
+void extrapolate_hits(SensorPatch<S>& patch, PatchScratch<S>& scratch,
+                      std::span<const ShapeInReach<S>> shapes, bool has_cast);
+
+// Implementation ----------------------------------------------------------------------------------
+
+/// Returns whether a patch's sensors sense a shape.
+template <Scalar S>
+[[nodiscard]] bool senses(const WorldState<S>& state, const SensorPatch<S>& patch,
+                          const Collider<S>& c) {
+  return c.body != patch.body && !c.is_trigger && can_meet(patch.def, c.body, state.body_of(c));
+}
+
+/// [m/s] Fastest speed at which a body B can come closer to any point of a box on A.
+/// @param box  [m] From A's centre of mass, in A's axes; `center_b` is B's centre, world axes.
+template <Scalar S>
+[[nodiscard]] S closing_speed(const Aabb<S>& box, const Transform<S>& X_WA, const Twist<S>& a,
+                              const Vec3<S>& center_b, const Twist<S>& b) {
+  const Vec3<S> center = X_WA.rotate(box.center());
+  const Vec3<S> p_ab = center_b - X_WA.translation;
+  const Vec3<S> v = a.at(center) - b.at(center - p_ab);
+  return v.norm() + (a.angular - b.angular).norm() * box.half_extents().norm();
+}
+
+template <Scalar S>
+ShapeInReach<S> shape_in_reach(const SensorPatch<S>& patch, ShapeId id, const Collider<S>& collider,
+                               const Transform<S>& X_AB, S approach) {
+  ShapeInReach<S> shape;
+  shape.tag = id.index;
+  shape.generation = id.generation;
+  shape.collider = &collider;
+  shape.X_AB = X_AB;
+  shape.X_AS = X_AB * collider.X_CmS;
+  shape.approach = approach;
+  // The cache must stay valid for several steps.
+  shape.extra_length =
+      patch.def.cast_every > 1 ? approach + patch.geometry->shortest / S(4) : approach;
+  if (collider.half_space) {
+    shape.normal = shape.X_AS.rotate(collider.half_space->normal);
+    shape.offset = collider.half_space->offset + shape.normal.dot(shape.X_AS.translation);
+  } else {
+    shape.box = transformed(collider.bounds, shape.X_AS).inflated(shape.extra_length);
+  }
+  // Boxes that touch but for rounding count, too.
+  const S size = cwise_abs(shape.X_AS.translation).sum() + patch.geometry->reach + collider.radius;
+  shape.offset += shape.extra_length + Tolerance<S>::round_off() * size;
+  shape.box = shape.box.inflated(Tolerance<S>::round_off() * size);
+  return shape;
+}
+
+/// Returns whether the plane cache is still valid.
+template <Scalar S>
+[[nodiscard]] bool serves(const SensorPatch<S>& patch, std::span<const ShapeInReach<S>> shapes) {
+  const DynamicArray<PlaneCacheShape<S>>& kept = patch.plane_cache.shapes;
+  if (kept.size() != shapes.size()) return false;
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    const ShapeInReach<S>& shape = shapes[i];
+    if (kept[i].tag != shape.tag || kept[i].generation != shape.generation ||
+        !kept[i].covers({shape.X_AB.rotation_matrix(), shape.X_AB.translation}, shape.approach,
+                        patch.geometry->reach)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+/// Returns whether the rays of a patch surely meet none of the shapes.
+template <Scalar S>
+[[nodiscard]] bool are_clear(const SensorPatch<S>& patch, std::span<const ShapeInReach<S>> shapes) {
+  return std::all_of(shapes.begin(), shapes.end(), [&](const auto& shape) {
+    return shape.collider->shape.is_surely_clear(shape.X_AS,
+                                                 patch.geometry->rays(shape.extra_length));
+  });
+}
+
+template <Scalar S>
+bool needs_rays(const SensorPatch<S>& patch, PatchScratch<S>& scratch,
+                std::span<const ShapeInReach<S>> shapes, bool is_due) {
+  if (patch.def.cast_every > 1 && !is_due && serves(patch, shapes)) return false;
+  // A patch without hits before mostly has none now. This early out is quicker than testing every
+  // packet.
+  if (!patch.has_hits && are_clear<S>(patch, shapes)) {
+    scratch.near.clear();
+    return true;
+  }
+  patch.geometry->packet_boxes.find(
+      [&](const Pack3<S>& lower, const Pack3<S>& upper) {
+        Mask<S> near = Mask<S>::first(0);
+        for (const auto& shape : shapes) near = near | shape.is_near(lower, upper);
+        return near;
+      },
+      scratch.near);
+  return true;
+}
+
+template <Scalar S>
+void cast_rays_at(SensorPatch<S>& patch, PatchScratch<S>& scratch, const ShapeInReach<S>& shape,
+                  RayRange range) {
+  RayBatch<S> rays = scratch.near_rays(shape.extra_length);
+  rays.range = range;
+  rays.triangle_cache = &patch.triangle_cache;
+  rays.shape_life = shape.generation;
+  shape.collider->shape.cast_rays(shape.X_AS, rays, shape.tag, scratch.hits);
+}
+
+template <Scalar S>
+void extrapolate_hits(SensorPatch<S>& patch, PatchScratch<S>& scratch,
+                      std::span<const ShapeInReach<S>> shapes, bool has_cast) {
+  if (patch.def.cast_every == 1) return;
+  if (has_cast) {
+    patch.plane_cache.shapes.clear();
+    for (const ShapeInReach<S>& shape : shapes) {
+      patch.plane_cache.shapes.push_back({shape.tag,
+                                          shape.generation,
+                                          {shape.X_AB.rotation_matrix(), shape.X_AB.translation},
+                                          shape.extra_length});
+    }
+    patch.plane_cache.keep(scratch);
+  }
+  // Also after a cast, so that all steps of a patch are alike.
+  patch.plane_cache.advance(scratch, [&](std::uint32_t tag, PairPose<S>& pose) {
+    const auto same = [tag](const auto& shape) { return shape.tag == tag; };
+    const ShapeInReach<S>& shape = *std::find_if(shapes.begin(), shapes.end(), same);
+    pose = {shape.X_AB.rotation_matrix(), shape.X_AB.translation};
+    return shape.approach;
+  });
+}
+
+template <Scalar S>
+std::uint64_t find_hits(SensorPatch<S>& patch, PatchScratch<S>& scratch,
+                        std::span<const ShapeInReach<S>> shapes, bool is_due) {
+  const bool casts = needs_rays<S>(patch, scratch, shapes, is_due);
+  const std::uint64_t rays = casts ? scratch.near_count() * shapes.size() : 0;
+  if (rays > 0) {
+    scratch.reset_near_hits();
+    for (const ShapeInReach<S>& shape : shapes) cast_rays_at<S>(patch, scratch, shape, {});
+  }
+  extrapolate_hits<S>(patch, scratch, shapes, casts);
+  return rays;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+#include <algorithm>
+#include <cstdint>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Stiffness of a patch on a body.
+template <Scalar S>
+struct BodyStiffness {
+  /// [-] Index of the body.
+  std::uint32_t body = 0;
+  /// [m] The point of `sum` from each centre of mass, world axes.
+  Vec3<S> arm_a = zero<Vec3<S>>();
+  Vec3<S> arm_b = zero<Vec3<S>>();
+  ContactStiffness<S> sum{};
+};
+
+/// Finds the stiffness of patches as bodies lie and move at present. It casts their rays anew:
+/// steps keep no hits. Its memory serves all patches.
+template <Scalar S>
+class StiffnessFinder {
+ public:
+  using State = WorldState<S>;
+
+  /// Calls visit(BodyStiffness<S>) for each body in reach of a patch's rays.
+  template <typename Visit>
+  void find(const State& state, std::uint32_t patch_index, Visit&& visit) {
+    const SensorPatch<S>& patch = state.patches.at(patch_index);
+    if (!patch.is_active) return;
+    cast(state, patch);
+    const Body<S>& A = state.bodies.at(patch.body.index);
+    const Mat3<S> R_WA = A.center_pose.rotation_matrix();
+    for (std::size_t k = 0; k < tags_.size(); ++k) {
+      const auto body_of = [&](std::uint32_t tag) { return state.colliders.at(tag).body.index; };
+      const std::uint32_t body = body_of(tags_[k]);
+      const auto is_same = [&](std::uint32_t tag) { return body_of(tag) == body; };
+      const auto own = tags_.begin() + static_cast<std::ptrdiff_t>(k);
+      if (std::any_of(tags_.begin(), own, is_same)) continue;
+      const Body<S>& B = state.bodies.at(body);
+      const Vec3<S> p_AB = B.center_pose.translation - A.center_pose.translation;
+      const Twist<S> motion{R_WA.transpose() * (A.twist.linear - B.twist.at(-p_AB)),
+                            R_WA.transpose() * (A.twist.angular - B.twist.angular)};
+      const Vec3<S> arm = R_WA * patch.geometry->box.center();
+      visit(BodyStiffness<S>{body, arm, arm - p_AB,
+                             sum_stiffness(patch, hits_, is_same, R_WA, motion)});
+    }
+  }
+
+  /// [s] Longest explicit step of a patch by itself, with the present contacts. Several patches on
+  /// one body add up.
+  [[nodiscard]] S largest_stable_step(const State& state, std::uint32_t patch_index) {
+    S smallest = infinity<S>;
+    const Body<S>& A = state.bodies.at(state.patches.at(patch_index).body.index);
+    find(state, patch_index, [&](const BodyStiffness<S>& on) {
+      const Body<S>& B = state.bodies.at(on.body);
+      const Mat6<S> both = mobility(A.inverse_mass_W(), A.inverse_inertia_W(), on.arm_a) +
+                           mobility(B.inverse_mass_W(), B.inverse_inertia_W(), on.arm_b);
+      smallest = std::min(smallest, on.sum.largest_stable_step(both));
+    });
+    return smallest;
+  }
+
+ private:
+  /// Casts the rays at all shapes in their reach, by ascending tags.
+  void cast(const State& state, const SensorPatch<S>& patch) {
+    const Body<S>& A = state.bodies.at(patch.body.index);
+    tags_.clear();
+    state.broad_phase.overlap(transformed(patch.geometry->box, A.center_pose),
+                              [&](std::uint32_t tag) {
+                                if (senses(state, patch, state.colliders.at(tag))) {
+                                  tags_.push_back(tag);
+                                }
+                                return true;
+                              });
+    std::sort(tags_.begin(), tags_.end());
+    hits_.reset(patch.geometry->packets.size() * packet_size);
+    for (const std::uint32_t tag : tags_) {
+      const Collider<S>& c = state.colliders.at(tag);
+      const Transform<S> X_AB = relative_pose(A.center_pose, state.body_of(c).center_pose);
+      c.shape.cast_rays(X_AB * c.X_CmS, patch.geometry->rays(S(0)), tag, hits_);
+    }
+  }
+
+  RayHits<S> hits_;
+  DynamicArray<std::uint32_t> tags_;
+};
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+#include <algorithm>
 #include <cstdint>
 
 namespace bristle::inline BRISTLE_ABI::detail {
@@ -14707,18 +15091,20 @@ class HeldMobilityFinder {
     held.matrix -= (motion / response) * motion.transpose();
   }
 
-  void add_patches(const State& state, std::uint32_t slot, HeldMobility<S>& held) const {
+  void add_patches(const State& state, std::uint32_t slot, HeldMobility<S>& held) {
     const S dt = state.def.time_step;
     for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
       if (!state.patches.is_live(i)) continue;
       const SensorPatch<S>& patch = state.patches.at(i);
       const bool is_own = patch.body.index == slot;
-      for (const PatchPair<S>& pair : patch.pairs) {
-        if (pair.count == 0 || (!is_own && pair.body_b != slot)) continue;
-        Mat6<S> K, D;
-        sum_stiffness(patch, pair, K, D);
-        soften(dt * dt * K + dt * D, is_own ? pair.arm_a : pair.arm_b, held);
-      }
+      const auto is_it = [slot](const auto& other) { return other.body == slot; };
+      const auto& sensed = patch.sensed;
+      if (is_own ? sensed.empty() : std::none_of(sensed.begin(), sensed.end(), is_it)) continue;
+      patches_.find(state, i, [&](const BodyStiffness<S>& on) {
+        if (!is_own && on.body != slot) return;
+        soften(dt * dt * on.sum.stiffness + dt * on.sum.damping, is_own ? on.arm_a : on.arm_b,
+               held);
+      });
     }
   }
 
@@ -14797,6 +15183,7 @@ class HeldMobilityFinder {
 
   Mat6<S> free_ = zero<Mat6<S>>();
   Constraints<S> rows_;
+  StiffnessFinder<S> patches_;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -14974,268 +15361,6 @@ template <Scalar S, typename Backend>
 [[nodiscard]] const WorldKernels<S>& world_kernels();
 template <Scalar S>
 [[nodiscard]] const HapticKernels<S>& haptic_kernels();
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
-// === bristle/world/patch_rays.hpp
-
-/// @file
-/// Hits of the rays of a patch: cast at the shapes in range, or extrapolated since the last cast.
-// SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/world/query_filter.hpp
-
-/// @file
-/// Filter of the bodies that rays, sensors and queries meet.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <algorithm>
-#include <cstdint>
-#include <vector>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Bodies that a query meets: those of the categories in `sense_mask` that are not `excluded`.
-struct QueryFilter {
-  /// [-] Categories of the bodies that are met. Collision masks do not matter.
-  std::uint32_t sense_mask = 0xffffffffu;
-  /// [-] Bodies that are not met. A ray that starts on a body excludes it, as a rule.
-  std::vector<BodyId> excluded{};
-  /// [-] True if shapes that are triggers are met, too.
-  bool meets_triggers = false;
-};
-
-namespace detail {
-
-/// Returns whether a filter lets a query meet a body.
-/// @param filter  Anything with `sense_mask` and `excluded`.
-template <typename Filter, Scalar S>
-[[nodiscard]] bool can_meet(const Filter& filter, BodyId id, const Body<S>& body) {
-  return (filter.sense_mask & body.filter.category) != 0 &&
-         std::find(filter.excluded.begin(), filter.excluded.end(), id) == filter.excluded.end();
-}
-
-/// Returns whether a query meets a shape.
-/// @param shape  A `Collider`.
-template <typename Shape, Scalar S>
-[[nodiscard]] bool can_meet_shape(const QueryFilter& filter, const Shape& shape,
-                                  const Body<S>& body) {
-  return (filter.meets_triggers || !shape.is_trigger) && can_meet(filter, shape.body, body);
-}
-
-}  // namespace detail
-}  // namespace bristle::inline BRISTLE_ABI
-
-#include <algorithm>
-#include <cstdint>
-#include <span>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// A shape that the rays of a patch on A may meet within a step.
-template <Scalar S>
-struct ShapeInReach {
-  std::uint32_t tag = 0;
-  std::uint32_t generation = 0;
-  const Collider<S>* collider = nullptr;
-  /// [m] The shape and its body B, relative to A, about their centres of mass.
-  Transform<S> X_AS{};
-  Transform<S> X_AB{};
-  /// [m] Farthest it can come closer within the step, and extra length of cast rays.
-  S approach = S(0);
-  S extra_length = S(0);
-  /// [m] Box around the part that rays may meet, in A; for a half-space the plane instead.
-  Aabb<S> box{};
-  Vec3<S> normal = zero<Vec3<S>>();
-  S offset = S(0);
-
-  [[nodiscard]] bool is_near(const Aabb<S>& rays) const {
-    if (!collider->half_space) return box.overlaps(rays);
-    return normal.dot(rays.center()) - cwise_abs(normal).dot(rays.half_extents()) <= offset;
-  }
-  /// The same for the boxes with these corners.
-  [[nodiscard]] BRISTLE_FORCE_INLINE Mask<S> is_near(const Pack3<S>& lower,
-                                                     const Pack3<S>& upper) const {
-    if (!collider->half_space) {
-      return (lower.x <= Pack<S>(box.upper.x())) & (lower.y <= Pack<S>(box.upper.y())) &
-             (lower.z <= Pack<S>(box.upper.z())) & (upper.x >= Pack<S>(box.lower.x())) &
-             (upper.y >= Pack<S>(box.lower.y())) & (upper.z >= Pack<S>(box.lower.z()));
-    }
-    const Pack3<S> n = Pack3<S>::all(normal);
-    const Pack<S> lowest = min(n.x * lower.x, n.x * upper.x) + min(n.y * lower.y, n.y * upper.y) +
-                           min(n.z * lower.z, n.z * upper.z);
-    return lowest <= Pack<S>(offset);
-  }
-};
-
-/// Describes a shape relative to A.
-/// @param X_AB      [m] Pose of its body about its centre of mass.
-/// @param approach  [m] Farthest it can come closer within the step.
-template <Scalar S>
-[[nodiscard]] ShapeInReach<S> shape_in_reach(const SensorPatch<S>& patch, ShapeId id,
-                                             const Collider<S>& collider, const Transform<S>& X_AB,
-                                             S approach);
-
-/// Fills `patch.near` and the hits of these packets.
-/// @param shapes  By ascending tags.
-/// @param is_due  True if the patch has to cast its rays in this step.
-/// @return [-] Number of rays cast, one a sensor and shape.
-template <Scalar S>
-std::uint64_t find_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S>> shapes,
-                        bool is_due);
-
-// The same in parts. Threads share the second part.
-
-/// Decides whether to cast; fills `patch.near` if so. Reset the hits there before
-/// (`SensorPatch::reset_near_hits`).
-template <Scalar S>
-[[nodiscard]] bool needs_rays(SensorPatch<S>& patch, std::span<const ShapeInReach<S>> shapes,
-                              bool is_due);
-
-/// Casts the rays of a range at one shape. Call it by ascending tags. If ranges are not packets of
-/// sensors, cast all ranges before the next shape.
-template <Scalar S>
-void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S>& shape, RayRange range);
-
-/// Stores the hits if rays are not cast in every step, and extrapolates them.
-template <Scalar S>
-void extrapolate_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S>> shapes,
-                      bool has_cast);
-
-// Implementation ----------------------------------------------------------------------------------
-
-/// Returns whether a patch's sensors sense a shape.
-template <Scalar S>
-[[nodiscard]] bool senses(const WorldState<S>& state, const SensorPatch<S>& patch,
-                          const Collider<S>& c) {
-  return c.body != patch.body && !c.is_trigger && can_meet(patch.def, c.body, state.body_of(c));
-}
-
-/// [m/s] Fastest speed at which a body B can come closer to any point of a box on A.
-/// @param box  [m] From A's centre of mass, in A's axes; `center_b` is B's centre, world axes.
-template <Scalar S>
-[[nodiscard]] S closing_speed(const Aabb<S>& box, const Transform<S>& X_WA, const Twist<S>& a,
-                              const Vec3<S>& center_b, const Twist<S>& b) {
-  const Vec3<S> center = X_WA.rotate(box.center());
-  const Vec3<S> p_ab = center_b - X_WA.translation;
-  const Vec3<S> v = a.at(center) - b.at(center - p_ab);
-  return v.norm() + (a.angular - b.angular).norm() * box.half_extents().norm();
-}
-
-template <Scalar S>
-ShapeInReach<S> shape_in_reach(const SensorPatch<S>& patch, ShapeId id, const Collider<S>& collider,
-                               const Transform<S>& X_AB, S approach) {
-  ShapeInReach<S> shape;
-  shape.tag = id.index;
-  shape.generation = id.generation;
-  shape.collider = &collider;
-  shape.X_AB = X_AB;
-  shape.X_AS = X_AB * collider.X_CmS;
-  shape.approach = approach;
-  // The cache must stay valid for several steps.
-  shape.extra_length =
-      patch.def.cast_every > 1 ? approach + patch.geometry->shortest / S(4) : approach;
-  if (collider.half_space) {
-    shape.normal = shape.X_AS.rotate(collider.half_space->normal);
-    shape.offset = collider.half_space->offset + shape.normal.dot(shape.X_AS.translation);
-  } else {
-    shape.box = transformed(collider.bounds, shape.X_AS).inflated(shape.extra_length);
-  }
-  // Boxes that touch but for rounding count, too.
-  const S size = cwise_abs(shape.X_AS.translation).sum() + patch.geometry->reach + collider.radius;
-  shape.offset += shape.extra_length + Tolerance<S>::round_off() * size;
-  shape.box = shape.box.inflated(Tolerance<S>::round_off() * size);
-  return shape;
-}
-
-/// Returns whether the plane cache is still valid.
-template <Scalar S>
-[[nodiscard]] bool serves(const SensorPatch<S>& patch, std::span<const ShapeInReach<S>> shapes) {
-  const DynamicArray<PlaneCacheShape<S>>& kept = patch.plane_cache.shapes;
-  if (kept.size() != shapes.size()) return false;
-  for (std::size_t i = 0; i < kept.size(); ++i) {
-    const ShapeInReach<S>& shape = shapes[i];
-    if (kept[i].tag != shape.tag || kept[i].generation != shape.generation ||
-        !kept[i].covers({shape.X_AB.rotation_matrix(), shape.X_AB.translation}, shape.approach,
-                        patch.geometry->reach)) {
-      return false;
-    }
-  }
-  return true;
-}
-
-/// Returns whether the rays of a patch surely meet none of the shapes.
-template <Scalar S>
-[[nodiscard]] bool are_clear(const SensorPatch<S>& patch, std::span<const ShapeInReach<S>> shapes) {
-  return std::all_of(shapes.begin(), shapes.end(), [&](const auto& shape) {
-    return shape.collider->shape.is_surely_clear(shape.X_AS,
-                                                 patch.geometry->rays(shape.extra_length));
-  });
-}
-
-template <Scalar S>
-bool needs_rays(SensorPatch<S>& patch, std::span<const ShapeInReach<S>> shapes, bool is_due) {
-  if (patch.def.cast_every > 1 && !is_due && serves(patch, shapes)) return false;
-  // A patch without hits before mostly has none now. This early out is quicker than testing every
-  // packet.
-  if (patch.contacts.empty() && are_clear<S>(patch, shapes)) {
-    patch.near.clear();
-    return true;
-  }
-  patch.geometry->packet_boxes.find(
-      [&](const Pack3<S>& lower, const Pack3<S>& upper) {
-        Mask<S> near = Mask<S>::first(0);
-        for (const auto& shape : shapes) near = near | shape.is_near(lower, upper);
-        return near;
-      },
-      patch.near);
-  return true;
-}
-
-template <Scalar S>
-void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S>& shape, RayRange range) {
-  RayBatch<S> rays = patch.near_rays(shape.extra_length);
-  rays.range = range;
-  rays.triangle_cache = &patch.triangle_cache;
-  rays.shape_life = shape.generation;
-  shape.collider->shape.cast_rays(shape.X_AS, rays, shape.tag, patch.hits);
-}
-
-template <Scalar S>
-void extrapolate_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S>> shapes,
-                      bool has_cast) {
-  if (patch.def.cast_every == 1) return;
-  if (has_cast) {
-    patch.plane_cache.shapes.clear();
-    for (const ShapeInReach<S>& shape : shapes) {
-      patch.plane_cache.shapes.push_back({shape.tag,
-                                          shape.generation,
-                                          {shape.X_AB.rotation_matrix(), shape.X_AB.translation},
-                                          shape.extra_length});
-    }
-    patch.plane_cache.keep(patch);
-  }
-  // Also after a cast, so that all steps of a patch are alike.
-  patch.plane_cache.advance(patch, [&](std::uint32_t tag, PairPose<S>& pose) {
-    const auto same = [tag](const auto& shape) { return shape.tag == tag; };
-    const ShapeInReach<S>& shape = *std::find_if(shapes.begin(), shapes.end(), same);
-    pose = {shape.X_AB.rotation_matrix(), shape.X_AB.translation};
-    return shape.approach;
-  });
-}
-
-template <Scalar S>
-std::uint64_t find_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S>> shapes,
-                        bool is_due) {
-  const bool casts = needs_rays<S>(patch, shapes, is_due);
-  const std::uint64_t rays = casts ? patch.near_count() * shapes.size() : 0;
-  if (rays > 0) {
-    patch.reset_near_hits();
-    for (const ShapeInReach<S>& shape : shapes) cast_rays_at<S>(patch, shape, {});
-  }
-  extrapolate_hits<S>(patch, shapes, casts);
-  return rays;
-}
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
@@ -15417,6 +15542,7 @@ class HapticLoop {
   };
   struct ToolPatch {
     detail::SensorPatch<S> patch{};
+    detail::PatchScratch<S> scratch{};
     std::uint32_t tool = 0;
     /// True from the first time on that the loop's world has seen it, and checked its rays.
     bool is_seen = false;
@@ -15864,8 +15990,9 @@ class World {
     return state_.patches.get(id, "PatchId");
   }
 
-  /// [s] Longest step at which the last step's contacts of a patch could be integrated explicitly.
-  /// Infinite without a contact with a body that moves.
+  /// [s] Longest step at which the present contacts of a patch could be integrated explicitly.
+  /// Infinite without a contact with a body that moves. Casts all rays of the patch and allocates
+  /// memory for their hits.
   [[nodiscard]] S largest_stable_step(PatchId id) const;
 
   // Queries ---------------------------------------------------------------------------------------
@@ -16522,6 +16649,7 @@ struct HostKernels {
   void (*delete_scratch)(void* stage);
   /// `HostStage::cast`, `collect` and `solve`.
   void (*cast)(void* stage, WorldState<S>& world, const HostStep<S>& step, bool all_rays);
+  void (*take_hits)(void* stage, std::uint32_t patch, const RayHits<S>& hits);
   void (*collect)(void* stage, WorldState<S>& world, HostStep<S>& step);
   void (*solve)(void* stage, WorldState<S>& world, HostStep<S>& step);
 };
@@ -16597,11 +16725,12 @@ class HostSensors {
   void add_hits_of(const Host& host) {
     for (std::uint32_t i = 0; i < state().patches.slot_count(); ++i) {
       if (!step_.is_sensing(state(), i)) continue;
-      detail::SensorPatch<S>& patch = state().patches.at(i);
+      const detail::SensorPatch<S>& patch = state().patches.at(i);
       host_hits_.reset(patch.size());
       host.cast_rays(patch.body, patch.geometry->rays(step_.reach(patch, world_.time_step())),
                      host_hits_);
-      take_hits(patch);
+      check_hits(patch);
+      stage_.kernels().take_hits(stage_.get(), i, host_hits_);
     }
   }
   template <typename Host>
@@ -16621,7 +16750,7 @@ class HostSensors {
     }
   }
 
-  void take_hits(detail::SensorPatch<S>& patch);
+  void check_hits(const detail::SensorPatch<S>& patch);
 
   World<S, Backend> world_{};
   detail::HostStep<S> step_{};
@@ -18139,12 +18268,11 @@ void write_taxel_points(const SensorPatch<S>& patch, S* out) {
       const Vec3<S> n = rays.direction[lane];
       const Vec3<S> t1 = rays.tangent[lane];
       Vec3<S> displacement = (-patch.readings.depth[i] * patch.geometry->length[i]) * n;
-      const auto pair = std::find_if(patch.pairs.begin(), patch.pairs.end(),
-                                     [&](const PatchPair<S>& p) { return p.body_b == body.index; });
-      if (pair != patch.pairs.end() && (bristles.is_anchored >> lane & 1u) != 0 &&
-          bristles.anchored_on[lane] == anchor_key(body)) {
+      const auto other = std::find_if(patch.sensed.begin(), patch.sensed.end(),
+                                      [&](const auto& met) { return met.body == body.index; });
+      if (other != patch.sensed.end() && (patch.is_anchored[k] >> lane & 1u) != 0) {
         displacement -=
-            anchor_stretch<S>({bristles.anchor_a[lane], bristles.anchor_b[lane]}, pair->pose, n);
+            anchor_stretch<S>({bristles.anchor_a[lane], bristles.anchor_b[lane]}, other->pose, n);
       }
       const Vec3<S> force = patch.readings.shear_1[i] * t1 +
                             patch.readings.shear_2[i] * n.cross(t1) -
@@ -27503,6 +27631,8 @@ ContactStatus collide_pair(const WorldState<S>& state, const ShapePair& pair,
            (R_SaW * (velocity(b, X_b.translation) - velocity(a, X_a.translation)));
   };
   const Vec3<S> way = way_by(&SolverBody<S>::start);
+  // Arms of contacts move along with it, and are squared.
+  if (!has_finite_square(way)) return status;
   if (out.size() == first + 1 && is_convex_body(a.kind) && is_convex_body(b.kind)) {
     const S round_off = Tolerance<S>::equal() * (a.radius + b.radius + reach);
     // Queries rewrite the place of the manifold.
@@ -28573,46 +28703,43 @@ struct CollectDef {
 template <Scalar S>
 void clear_patch(SensorPatch<S>& patch);
 
-/// Rebuilds `hit_bits` from `contacts` after a snapshot is restored.
-template <Scalar S>
-void mark_hits(SensorPatch<S>& patch);
-
 /// Saves the hit mask of the step before. Call it once a step, before any `find_hit_mask`.
 template <Scalar S>
-void begin_hit_mask(SensorPatch<S>& patch);
+void begin_hit_mask(SensorPatch<S>& patch, PatchScratch<S>& scratch);
 
 /// Finds the lanes of the near packets of a range that hit anything. Packets of the range without
 /// any hit let go. `collect_contacts` does both for all sensors unless told that they were done.
 /// Threads that share the ranges have the hits of their own ranges in cache.
 template <Scalar S>
-void find_hit_mask(SensorPatch<S>& patch, RayRange range);
+void find_hit_mask(SensorPatch<S>& patch, PatchScratch<S>& scratch, RayRange range);
 
-/// Fills `contacts` and `pairs` from `hits`. A sensor without a hit lets go. Under the paper's law
-/// the bristles advance, too. Patches that are explicit by definition apply their impulses here,
-/// which spares a second sweep over the contacts.
+/// Fills `contacts` and `pairs` of the scratch from its hits. A sensor without a hit lets go. Under
+/// the paper's law the bristles advance, too. Patches that are explicit by definition apply their
+/// impulses here, which spares a second sweep over the contacts.
 ///
 /// @param A        The patch's own body.
 /// @param find     Callable: TouchedBody<S> find(tag), the body that owns the shape with that tag.
 /// @param parallel_for  Shares the sensors of a large patch; the contacts are the same bits.
 template <Scalar S, typename FindBody>
-void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
-                      const CollectDef<S>& def, const ParallelFor& parallel_for = serial_for);
+void collect_contacts(SensorPatch<S>& patch, PatchScratch<S>& scratch, const Body<S>& A,
+                      FindBody&& find, const CollectDef<S>& def,
+                      const ParallelFor& parallel_for = serial_for);
 
 // Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 void clear_patch(SensorPatch<S>& patch) {
-  for (const ContactPacket<S>& c : patch.contacts) {
-    patch.bristles[c.packet].is_anchored = 0;
-    patch.hit_bits[c.packet] = 0;
+  for (std::size_t i = 0; patch.has_hits && i < patch.hit_bits.size(); ++i) {
+    if (patch.hit_bits[i] != 0) patch.is_anchored[i] = 0;
+    patch.hit_bits[i] = 0;
   }
+  patch.has_hits = false;
   for (std::size_t i = 0; patch.was_active && i < patch.felt.size(); ++i) {
     if (patch.felt[i] != 0) patch.readings.clear_packet(i);
     patch.felt[i] = 0;
   }
   patch.was_active = false;
-  patch.contacts.clear();
-  patch.pairs.clear();
+  patch.sensed.clear();
   patch.last_impulses.clear();
   patch.plane_cache.clear();
   patch.readings.wrench = {};
@@ -28620,22 +28747,15 @@ void clear_patch(SensorPatch<S>& patch) {
 }
 
 template <Scalar S>
-void mark_hits(SensorPatch<S>& patch) {
-  std::fill(patch.hit_bits.begin(), patch.hit_bits.end(), LaneBits(0));
-  // The next step only tests whether any lane of a packet had a hit.
-  for (const ContactPacket<S>& c : patch.contacts) patch.hit_bits[c.packet] = 0xffffu;
-}
-
-template <Scalar S>
-void begin_hit_mask(SensorPatch<S>& patch) {
-  std::swap(patch.hit_bits, patch.hit_before);
+void begin_hit_mask(SensorPatch<S>& patch, PatchScratch<S>& scratch) {
+  std::swap(patch.hit_bits, scratch.hit_before);
   std::fill(patch.hit_bits.begin(), patch.hit_bits.end(), LaneBits(0));
 }
 
 template <Scalar S>
-void find_hit_mask(SensorPatch<S>& patch, RayRange range) {
-  for (const std::uint32_t number : patch.near_in(range)) {
-    const S* distance = patch.hits.distance.data() + number * packet_size;
+void find_hit_mask(SensorPatch<S>& patch, PatchScratch<S>& scratch, RayRange range) {
+  for (const std::uint32_t number : scratch.near_in(range)) {
+    const S* distance = scratch.hits.distance.data() + number * packet_size;
     std::uint32_t hit = 0;
     for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
       hit |= bits(Pack<S>::load(distance + at) < Pack<S>(infinity<S>)) << at;
@@ -28644,58 +28764,58 @@ void find_hit_mask(SensorPatch<S>& patch, RayRange range) {
   }
   // Only packets hit in the step before hold anchors. The others are not read, which saves memory
   // traffic.
-  const auto [begin, end] = patch.packets_in(range);
+  const auto [begin, end] = scratch.packets_in(range);
   for (std::size_t i = begin; i < end; ++i) {
-    if (patch.hit_before[i] != 0 && patch.hit_bits[i] == 0) patch.bristles[i].is_anchored = 0;
+    if (scratch.hit_before[i] != 0 && patch.hit_bits[i] == 0) patch.is_anchored[i] = 0;
   }
 }
 
 /// Finds the hit mask of all ranges at once, for hits from any source.
 template <Scalar S>
-void find_whole_hit_mask(SensorPatch<S>& patch) {
+void find_whole_hit_mask(SensorPatch<S>& patch, PatchScratch<S>& scratch) {
   // Hosts fill the hits of real sensors only.
   const std::size_t padded = patch.bristles.size() * packet_size;
-  patch.hits.distance.resize(padded, infinity<S>);
-  patch.hits.normal.resize(padded);
-  patch.hits.tag.resize(padded);
-  begin_hit_mask(patch);
-  find_hit_mask(patch, RayRange{});
+  scratch.hits.distance.resize(padded, infinity<S>);
+  scratch.hits.normal.resize(padded);
+  scratch.hits.tag.resize(padded);
+  begin_hit_mask(patch, scratch);
+  find_hit_mask(patch, scratch, RayRange{});
 }
 
-/// Makes an entry in `patch.touched`, without its pair, for every shape that was hit.
+/// Makes an entry in `PatchScratch::touched`, without its pair, for every shape that was hit.
 template <Scalar S>
-void find_touched(SensorPatch<S>& patch, std::uint32_t only_tag) {
-  patch.touched.clear();
-  for (const std::uint32_t number : patch.near) {
+void find_touched(const SensorPatch<S>& patch, PatchScratch<S>& scratch, std::uint32_t only_tag) {
+  scratch.touched.clear();
+  for (const std::uint32_t number : scratch.near) {
     std::uint32_t rest = patch.hit_bits[number];
     if (rest == 0) continue;
     if (only_tag != CollectDef<S>::any_tag) {
-      patch.touched.push_back({only_tag, 0});
+      scratch.touched.push_back({only_tag, 0});
       return;
     }
-    const std::uint32_t* tags = patch.hits.tag.data() + number * packet_size;
-    for (const TouchedShape& shape : patch.touched) {
+    const std::uint32_t* tags = scratch.hits.tag.data() + number * packet_size;
+    for (const TouchedShape& shape : scratch.touched) {
       rest &= ~std::uint32_t(equal_lanes(tags, shape.tag));
       if (rest == 0) break;
     }
     while (rest != 0) {
       const std::uint32_t tag = tags[std::countr_zero(rest)];
       rest &= ~std::uint32_t(equal_lanes(tags, tag));
-      patch.touched.push_back({tag, 0});
+      scratch.touched.push_back({tag, 0});
     }
   }
 }
 
 /// Lanes of a packet that hit a pair's body.
 template <Scalar S>
-[[nodiscard]] LaneBits hit_mask(const SensorPatch<S>& patch, std::size_t number,
-                                std::uint32_t pair) {
+[[nodiscard]] LaneBits hit_mask(const SensorPatch<S>& patch, const PatchScratch<S>& scratch,
+                                std::size_t number, std::uint32_t pair) {
   const LaneBits hit = patch.hit_bits[number];
   if (hit == 0) return hit;
   std::uint32_t of_pair = 0;
-  for (const TouchedShape& shape : patch.touched) {
+  for (const TouchedShape& shape : scratch.touched) {
     if (shape.pair != pair) continue;
-    of_pair |= equal_lanes(patch.hits.tag.data() + number * packet_size, shape.tag);
+    of_pair |= equal_lanes(scratch.hits.tag.data() + number * packet_size, shape.tag);
   }
   return static_cast<LaneBits>(hit & of_pair);
 }
@@ -28703,22 +28823,24 @@ template <Scalar S>
 /// Finds which near packets belong to a pair. Reserves their contacts from contact `first` on.
 /// @return One behind the last of them.
 template <Scalar S>
-std::uint32_t place_contacts(SensorPatch<S>& patch, std::uint32_t pair, std::uint32_t first) {
-  const bool is_only = patch.pairs.size() == 1;
-  const std::size_t range = packets_per_range(patch.near.size());
+std::uint32_t place_contacts(const SensorPatch<S>& patch, PatchScratch<S>& scratch,
+                             std::uint32_t pair, std::uint32_t first) {
+  const bool is_only = scratch.pairs.size() == 1;
+  const std::size_t range = packets_per_range(scratch.near.size());
   std::uint32_t next = first;
-  for (std::size_t from = 0, number = 0; from < patch.near.size(); from += range) {
-    patch.range_contacts[number++] = next;
-    const std::size_t to = std::min(patch.near.size(), from + range);
+  for (std::size_t from = 0, number = 0; from < scratch.near.size(); from += range) {
+    scratch.range_contacts[number++] = next;
+    const std::size_t to = std::min(scratch.near.size(), from + range);
     for (std::size_t k = from; k < to; ++k) {
-      const std::uint32_t packet = patch.near[k];
-      const LaneBits hit = is_only ? patch.hit_bits[packet] : hit_mask(patch, packet, pair);
-      patch.pair_bits[k] = hit;
+      const std::uint32_t packet = scratch.near[k];
+      const LaneBits hit =
+          is_only ? patch.hit_bits[packet] : hit_mask(patch, scratch, packet, pair);
+      scratch.pair_bits[k] = hit;
       next += hit != 0 ? 1u : 0u;
     }
   }
   // Existing entries stay as they are, which costs nothing.
-  if (patch.contacts.size() < next) patch.contacts.resize(next);
+  if (scratch.contacts.size() < next) scratch.contacts.resize(next);
   return next;
 }
 
@@ -28788,17 +28910,19 @@ class ContactMaker {
   using T = Pack<S>;
 
   /// @param first  [-] Index of the first contact.
-  ContactMaker(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b,
-               const LaneParameters<S>& parameters, const CollectDef<S>& def, std::uint32_t first)
+  ContactMaker(SensorPatch<S>& patch, PatchScratch<S>& scratch, const PatchPair<S>& pair,
+               BodyId id_b, const LaneParameters<S>& parameters, const CollectDef<S>& def,
+               std::uint32_t first)
       : patch_(patch),
-        next_(patch.contacts.data() + first),
+        hits_(scratch.hits),
+        next_(scratch.contacts.data() + first),
         parameters_(parameters),
         options_(patch.def.options),
         pose_(pair.pose),
         linear_(broadcast<T>(pair.start_motion.linear)),
         angular_(broadcast<T>(pair.start_motion.angular)),
         middle_(broadcast<T>(patch.geometry->box.center())),
-        key_b_(anchor_key(id_b)),
+        id_b_(id_b),
         dt_(def.dt),
         measures_lambda_(def.measures_lambda),
         applies_(is_explicit(patch.def)) {}
@@ -28815,21 +28939,18 @@ class ContactMaker {
     ContactPacket<S>& out = *next_++;
     out.begin(static_cast<std::uint32_t>(number));
     // A sensor without a hit lets go.
-    const auto was_anchored = static_cast<LaneBits>(bristles.is_anchored & patch_.hit_bits[number]);
+    LaneBits& is_anchored = patch_.is_anchored[number];
+    const auto was_anchored = static_cast<LaneBits>(is_anchored & patch_.hit_bits[number]);
+    const BodyId* bodies = patch_.readings.body.data() + number * packet_size;
     const LaneBits anchored =
-        was_anchored == 0
-            ? LaneBits(0)
-            : static_cast<LaneBits>(was_anchored & bristles.anchored_on.lanes_in(key_b_));
+        was_anchored == 0 ? LaneBits(0)
+                          : static_cast<LaneBits>(was_anchored & equal_lanes(bodies, id_b_));
     for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
       if (pack_bits<S>(hit, at) != 0) add_pack(rays, bristles, out, at, hit, anchored);
     }
-    if (options_.law == Law::ambf) {
-      bristles.is_anchored = static_cast<LaneBits>(was_anchored & (~hit | out.is_met));
-    } else {
-      const auto fresh = static_cast<LaneBits>(out.is_touching & ~std::uint32_t(anchored));
-      if (fresh != 0) bristles.anchored_on.set(fresh, key_b_, was_anchored != anchored);
-      bristles.is_anchored = static_cast<LaneBits>((was_anchored & ~hit) | out.is_touching);
-    }
+    is_anchored =
+        static_cast<LaneBits>(options_.law == Law::ambf ? was_anchored & (~hit | out.is_met)
+                                                        : (was_anchored & ~hit) | out.is_touching);
     sums_.count += static_cast<std::uint32_t>(std::popcount(out.is_met));
   }
 
@@ -28839,7 +28960,7 @@ class ContactMaker {
   BRISTLE_FORCE_INLINE void add_pack(const RayPacket<S>& rays, BristlePacket<S>& bristles,
                                      ContactPacket<S>& out, std::size_t at, LaneBits hit,
                                      LaneBits anchored) {
-    const TouchPack<S> touch(patch_, rays, out.packet, at, hit, true);
+    const TouchPack<S> touch(hits_, rays, out.packet, at, hit, true);
     SensorParameters<T> scratch;
     const SensorParameters<T>& p = parameters_(out.packet, at, scratch);
     const Mask<S> is_met = touch.is_met;
@@ -28883,7 +29004,7 @@ class ContactMaker {
                                   const T& sigma, Row3<S>& row) const {
     Anchor<T> anchor{load_pack(bristles.anchor_a, at), load_pack(bristles.anchor_b, at)};
     const Mask<S> is_touching = load_mask<S>(out.is_touching, at);
-    const T distance = patch_.distances_of(out.packet * packet_size + at, is_touching);
+    const T distance = distances_of(hits_, out.packet * packet_size + at, is_touching);
     const Pack3<S> point = load_pack(rays.start, at) + distance * load_pack(rays.direction, at);
     Mask<S> did_slip;
     // Lanes out of contact keep their anchor at any stretch.
@@ -28920,12 +29041,13 @@ class ContactMaker {
   }
 
   SensorPatch<S>& patch_;
+  const RayHits<S>& hits_;
   ContactPacket<S>* next_;
   const LaneParameters<S>& parameters_;
   const LawOptions options_;
   const PairPose<S> pose_;
   const Pack3<S> linear_, angular_, middle_;
-  const std::uint64_t key_b_;
+  const BodyId id_b_;
   const S dt_;
   const bool measures_lambda_;
   const bool applies_;
@@ -28936,28 +29058,28 @@ class ContactMaker {
 /// Makes the contacts of pair `index`, from contact `first` on, and measures them.
 /// @return One behind the last contact.
 template <Scalar S>
-std::uint32_t meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S>& A,
-                        const TouchedBody<S>& B, const CollectDef<S>& def, std::uint32_t first,
-                        const ParallelFor& parallel_for) {
-  PatchPair<S>& pair = patch.pairs[index];
+std::uint32_t meet_body(SensorPatch<S>& patch, PatchScratch<S>& scratch, std::uint32_t index,
+                        const Body<S>& A, const TouchedBody<S>& B, const CollectDef<S>& def,
+                        std::uint32_t first, const ParallelFor& parallel_for) {
+  PatchPair<S>& pair = scratch.pairs[index];
   pair.R_WA = A.center_pose.rotation_matrix();
   pair.pose = pair_pose(A.center_pose, B.body->center_pose);
   const Vec3<S> p_AB_W = B.body->center_pose.translation - A.center_pose.translation;
   const Mat3<S> R_AW = transposed(pair.R_WA);
   pair.start_motion = {R_AW * (A.twist.linear - B.body->twist.at(-p_AB_W)),
                        R_AW * (A.twist.angular - B.body->twist.angular)};
-  const std::uint32_t end = place_contacts(patch, index, first);
-  const std::size_t range = packets_per_range(patch.near.size());
+  const std::uint32_t end = place_contacts(patch, scratch, index, first);
+  const std::size_t range = packets_per_range(scratch.near.size());
   using Maker = ContactMaker<S>;
   const LaneParameters<S> parameters(patch.def);
   const auto meet = [&](std::size_t from, std::size_t to, ContactSums<S>& sums) {
-    Maker maker(patch, pair, B.id, parameters, def, patch.range_contacts[from / range]);
+    Maker maker(patch, scratch, pair, B.id, parameters, def, scratch.range_contacts[from / range]);
     for (std::size_t k = from; k < to; ++k) {
-      if (patch.pair_bits[k] != 0) maker.add_packet(patch.near[k], patch.pair_bits[k]);
+      if (scratch.pair_bits[k] != 0) maker.add_packet(scratch.near[k], scratch.pair_bits[k]);
     }
     sums = maker.sums();
   };
-  const auto sums = sum_in_ranges<ContactSums<S>>(patch.near.size(), range, fewest_shared_ranges,
+  const auto sums = sum_in_ranges<ContactSums<S>>(scratch.near.size(), range, fewest_shared_ranges,
                                                   parallel_for, meet);
   pair.stiffness = sums.stiffness();
   // Moments are smallest about the middle of the contacts.
@@ -28973,27 +29095,33 @@ std::uint32_t meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S
 }
 
 template <Scalar S, typename FindBody>
-void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
-                      const CollectDef<S>& def, const ParallelFor& parallel_for) {
-  patch.pairs.clear();
+void collect_contacts(SensorPatch<S>& patch, PatchScratch<S>& scratch, const Body<S>& A,
+                      FindBody&& find, const CollectDef<S>& def, const ParallelFor& parallel_for) {
+  scratch.pairs.clear();
+  patch.sensed.clear();
   // No hits to collect, and no anchor to release.
-  if (patch.near.empty() && patch.contacts.empty()) return;
-  if (!def.knows_hit_mask) find_whole_hit_mask(patch);
-  find_touched(patch, def.only_tag);
-  for (TouchedShape& shape : patch.touched) {
+  if (scratch.near.empty() && !patch.has_hits) return;
+  if (!def.knows_hit_mask) find_whole_hit_mask(patch, scratch);
+  find_touched(patch, scratch, def.only_tag);
+  for (TouchedShape& shape : scratch.touched) {
     const std::uint32_t slot = find(shape.tag).id.index;
-    while (shape.pair < patch.pairs.size() && patch.pairs[shape.pair].body_b != slot) ++shape.pair;
-    if (shape.pair == patch.pairs.size()) patch.pairs.emplace_back().body_b = slot;
+    while (shape.pair < scratch.pairs.size() && scratch.pairs[shape.pair].body_b != slot)
+      ++shape.pair;
+    if (shape.pair == scratch.pairs.size()) scratch.pairs.emplace_back().body_b = slot;
   }
   std::uint32_t contacts = 0;
-  for (std::uint32_t index = 0; index < patch.pairs.size(); ++index) {
-    for (const TouchedShape& shape : patch.touched) {
+  for (std::uint32_t index = 0; index < scratch.pairs.size(); ++index) {
+    for (const TouchedShape& shape : scratch.touched) {
       if (shape.pair != index) continue;
-      contacts = meet_body(patch, index, A, find(shape.tag), def, contacts, parallel_for);
+      contacts = meet_body(patch, scratch, index, A, find(shape.tag), def, contacts, parallel_for);
       break;
     }
   }
-  patch.contacts.resize(contacts);
+  scratch.contacts.resize(contacts);
+  patch.has_hits = contacts > 0;
+  for (const PatchPair<S>& pair : scratch.pairs) {
+    if (pair.count > 0) patch.sensed.push_back({pair.body_b, pair.pose});
+  }
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -29358,8 +29486,8 @@ void set_scheme(PatchPair<S>& pair, S bristle_sum, S viscous_sum, S w, S dt);
 /// Linearises all contacts of a pair for the first pass, around the motion at the start of the
 /// step. Sums their models.
 template <Scalar S>
-void start_linearisation(const SensorPatch<S>& patch, PatchPair<S>& pair, S dt,
-                         const ParallelFor& parallel_for = serial_for);
+void start_linearisation(const SensorPatch<S>& patch, const PatchScratch<S>& scratch,
+                         PatchPair<S>& pair, S dt, const ParallelFor& parallel_for = serial_for);
 
 /// Impulse of a pair at a motion.
 template <Scalar S>
@@ -29374,8 +29502,9 @@ struct PairResponse {
 /// or slips, it moves the linearisation there, which changes `matrix` and `offset`.
 /// @param motion  u at the end of the step, as the solver found it.
 template <Scalar S>
-PairResponse<S> evaluate(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<S>& motion, S dt,
-                         const SolvePass& pass, const ParallelFor& parallel_for = serial_for);
+PairResponse<S> evaluate(const SensorPatch<S>& patch, PatchScratch<S>& scratch, PatchPair<S>& pair,
+                         const Vec6<S>& motion, S dt, const SolvePass& pass,
+                         const ParallelFor& parallel_for = serial_for);
 
 /// Puts the sum of the linear models of a pair's contacts into its soft block.
 template <Scalar S>
@@ -29383,7 +29512,7 @@ void fill_block(const PatchPair<S>& pair, SoftBlock<S>& block);
 
 /// Clears a pair's contact impulses and slip states.
 template <Scalar S>
-void clear_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair);
+void clear_impulses(PatchScratch<S>& scratch, const PatchPair<S>& pair);
 
 // Implementation ----------------------------------------------------------------------------------
 
@@ -29396,9 +29525,9 @@ void set_scheme(PatchPair<S>& pair, S bristle_sum, S viscous_sum, S w, S dt) {
 }
 
 /// The contact packets of a pair.
-template <typename Patch, Scalar S>
-[[nodiscard]] auto contacts_of(Patch& patch, const PatchPair<S>& pair) {
-  return std::span(patch.contacts).subspan(pair.first, pair.count);
+template <typename Scratch, Scalar S>
+[[nodiscard]] auto contacts_of(Scratch& scratch, const PatchPair<S>& pair) {
+  return std::span(scratch.contacts).subspan(pair.first, pair.count);
 }
 
 /// Sums part(packets, sum) over contact packets, in ranges that threads may share.
@@ -29447,10 +29576,10 @@ struct LaneWrench {
 
 /// Finds the geometry of the contacts of a pack, as far as it is known before the linearisation.
 template <Scalar S>
-BRISTLE_FORCE_INLINE void find_geometry(const SensorPatch<S>& patch, const RayPacket<S>& rays,
+BRISTLE_FORCE_INLINE void find_geometry(const RayHits<S>& hits, const RayPacket<S>& rays,
                                         const ContactPacket<S>& packet, std::size_t at,
                                         const Pack3<S>& center, PatchContact<Pack<S>>& c) {
-  const TouchPack<S> touch(patch, rays, packet.packet, at, packet.is_met, false);
+  const TouchPack<S> touch(hits, rays, packet.packet, at, packet.is_met, false);
   c.n = touch.n;
   c.g = touch.g;
   c.rho = touch.point - center;
@@ -29518,7 +29647,7 @@ BRISTLE_FORCE_INLINE void linearise_at_start(const SensorParameters<Pack<S>>& p,
 
 /// Sum of the first models of some contacts.
 template <Scalar S>
-void sum_first_models(const SensorPatch<S>& patch, const PatchPair<S>& pair,
+void sum_first_models(const SensorPatch<S>& patch, const RayHits<S>& hits, const PatchPair<S>& pair,
                       std::span<const ContactPacket<S>> packets,
                       const LaneParameters<S>& parameters, S dt, ModelSum<Pack<S>>& total) {
   using T = Pack<S>;
@@ -29533,7 +29662,7 @@ void sum_first_models(const SensorPatch<S>& patch, const PatchPair<S>& pair,
     for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
       if (pack_bits<S>(packet.is_met, at) == 0) continue;
       PatchContact<T> c;
-      find_geometry(patch, rays, packet, at, center, c);
+      find_geometry(hits, rays, packet, at, center, c);
       linearise_at_start<S>(parameters(packet.packet, at, scratch), options, scheme, start,
                             load_mask<S>(packet.is_met, at), dt, c);
       sum.add(c);
@@ -29608,8 +29737,9 @@ BRISTLE_FORCE_INLINE void find_changes(const SensorParameters<Pack<S>>& p, SlipR
 /// Impulses and states of some contacts at the solved motion.
 /// @tparam is_first  True if the models are the first ones, which are not kept.
 template <bool is_first, Scalar S>
-void evaluate(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<ContactPacket<S>> packets,
-              const LaneParameters<S>& parameters, const PassDef<S>& def, Evaluation<S>& total) {
+void evaluate(const SensorPatch<S>& patch, const RayHits<S>& hits, const PatchPair<S>& pair,
+              std::span<ContactPacket<S>> packets, const LaneParameters<S>& parameters,
+              const PassDef<S>& def, Evaluation<S>& total) {
   using T = Pack<S>;
   const LawOptions options = patch.def.options;
   const PatchPair<S> scheme = pair;
@@ -29625,7 +29755,7 @@ void evaluate(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<Contact
       if (pack_bits<S>(packet.is_met, at) == 0) continue;
       const SensorParameters<T>& p = parameters(packet.packet, at, scratch);
       PatchContact<T> c;
-      find_geometry(patch, rays, packet, at, center, c);
+      find_geometry(hits, rays, packet, at, center, c);
       if constexpr (is_first) {
         linearise_at_start<S>(p, options, scheme, start, load_mask<S>(packet.is_met, at), def.dt,
                               c);
@@ -29659,9 +29789,10 @@ struct MovedModels {
 /// Models of some contacts around the solved motion.
 /// @param lagged  [s] The step, or 0 for normal forces that have not settled.
 template <Scalar S>
-void linearise_at_motion(SensorPatch<S>& patch, const PatchPair<S>& pair,
-                         std::span<ContactPacket<S>> packets, const LaneParameters<S>& parameters,
-                         const PassDef<S>& def, S lagged, MovedModels<Pack<S>>& total) {
+void linearise_at_motion(const SensorPatch<S>& patch, const RayHits<S>& hits,
+                         const PatchPair<S>& pair, std::span<ContactPacket<S>> packets,
+                         const LaneParameters<S>& parameters, const PassDef<S>& def, S lagged,
+                         MovedModels<Pack<S>>& total) {
   using T = Pack<S>;
   const LawOptions options = patch.def.options;
   const S dt = def.dt;
@@ -29676,7 +29807,7 @@ void linearise_at_motion(SensorPatch<S>& patch, const PatchPair<S>& pair,
     for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
       if (pack_bits<S>(packet.is_met, at) == 0) continue;
       PatchContact<T> c;
-      find_geometry(patch, rays, packet, at, center, c);
+      find_geometry(hits, rays, packet, at, center, c);
       load_states(packet, at, c);
       const SensorParameters<T>& p = parameters(packet.packet, at, scratch);
       const Pack3<S> v = found.at(c.rho);
@@ -29700,35 +29831,36 @@ void linearise_at_motion(SensorPatch<S>& patch, const PatchPair<S>& pair,
 }
 
 template <Scalar S>
-void start_linearisation(const SensorPatch<S>& patch, PatchPair<S>& pair, S dt,
-                         const ParallelFor& parallel_for) {
+void start_linearisation(const SensorPatch<S>& patch, const PatchScratch<S>& scratch,
+                         PatchPair<S>& pair, S dt, const ParallelFor& parallel_for) {
   using Sum = ModelSum<Pack<S>>;
   pair.has_moved_models = false;
   const LaneParameters<S> parameters(patch.def);
   const Sum sum =
-      sum_of_contacts<Sum>(contacts_of(patch, pair), parallel_for, [&](auto packets, Sum& part) {
-        sum_first_models<S>(patch, pair, packets, parameters, dt, part);
+      sum_of_contacts<Sum>(contacts_of(scratch, pair), parallel_for, [&](auto packets, Sum& part) {
+        sum_first_models<S>(patch, scratch.hits, pair, packets, parameters, dt, part);
       });
   sum.get(pair.matrix, pair.offset);
 }
 
 template <Scalar S>
-PairResponse<S> evaluate(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<S>& motion, S dt,
-                         const SolvePass& pass, const ParallelFor& parallel_for) {
+PairResponse<S> evaluate(const SensorPatch<S>& patch, PatchScratch<S>& scratch, PatchPair<S>& pair,
+                         const Vec6<S>& motion, S dt, const SolvePass& pass,
+                         const ParallelFor& parallel_for) {
   // A change counts from a thousandth of the patch's load on: friction follows the normal force of
   // the pass before.
   const S negligible = S(1e-3);
   const PassDef<S> def{motion, dt, pass};
-  const std::span<ContactPacket<S>> contacts = contacts_of(patch, pair);
+  const std::span<ContactPacket<S>> contacts = contacts_of(scratch, pair);
   using Evaluation = Evaluation<S>;
   using Moved = MovedModels<Pack<S>>;
   const LaneParameters<S> parameters(patch.def);
   const Evaluation found = sum_of_contacts<Evaluation>(
       contacts, parallel_for, [&](std::span<ContactPacket<S>> packets, Evaluation& part) {
         if (pair.has_moved_models) {
-          evaluate<false, S>(patch, pair, packets, parameters, def, part);
+          evaluate<false, S>(patch, scratch.hits, pair, packets, parameters, def, part);
         } else {
-          evaluate<true, S>(patch, pair, packets, parameters, def, part);
+          evaluate<true, S>(patch, scratch.hits, pair, packets, parameters, def, part);
         }
       });
   const Wrench<S> impulse = found.impulse.in_world(pair);
@@ -29742,7 +29874,7 @@ PairResponse<S> evaluate(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<S
   const S lagged = pass.left == 1 && has_changed ? S(0) : dt;
   const Moved moved = sum_of_contacts<Moved>(
       contacts, parallel_for, [&](std::span<ContactPacket<S>> packets, Moved& part) {
-        linearise_at_motion<S>(patch, pair, packets, parameters, def, lagged, part);
+        linearise_at_motion<S>(patch, scratch.hits, pair, packets, parameters, def, lagged, part);
       });
   pair.has_moved_models = true;
   moved.models.get(pair.matrix, pair.offset);
@@ -29762,8 +29894,8 @@ void fill_block(const PatchPair<S>& pair, SoftBlock<S>& block) {
 }
 
 template <Scalar S>
-void clear_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair) {
-  for (ContactPacket<S>& packet : contacts_of(patch, pair)) {
+void clear_impulses(PatchScratch<S>& scratch, const PatchPair<S>& pair) {
+  for (ContactPacket<S>& packet : contacts_of(scratch, pair)) {
     packet.impulse = {};
     packet.normal_impulse = {};
     packet.is_slipping = 0;
@@ -29783,8 +29915,8 @@ namespace bristle::inline BRISTLE_ABI::detail {
 /// @param parallel_for  Shares the contacts of a large patch; the readings are the same bits.
 /// @return Number of sensors of depth 1.
 template <Scalar S, typename FindId>
-std::size_t fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& find_id,
-                          const ParallelFor& parallel_for = serial_for);
+std::size_t fill_readings(SensorPatch<S>& patch, PatchScratch<S>& scratch, const Vec3<S>& origin,
+                          S dt, FindId&& find_id, const ParallelFor& parallel_for = serial_for);
 
 // Implementation ----------------------------------------------------------------------------------
 
@@ -29823,9 +29955,10 @@ struct ReadingSum {
 
 /// Writes readings of one packet's contacts on `id`. Adds their forces to `sum`.
 template <Scalar S>
-BRISTLE_FORCE_INLINE void read_packet(SensorPatch<S>& patch, const PatchPair<S>& pair,
-                                      const ContactPacket<S>& packet, const Vec3<S>& origin,
-                                      S per_step, BodyId id, ReadingSum<S>& sum) {
+BRISTLE_FORCE_INLINE void read_packet(SensorPatch<S>& patch, const RayHits<S>& hits,
+                                      const PatchPair<S>& pair, const ContactPacket<S>& packet,
+                                      const Vec3<S>& origin, S per_step, BodyId id,
+                                      ReadingSum<S>& sum) {
   using T = Pack<S>;
   const RayPacket<S>& rays = patch.geometry->packets[packet.packet];
   ReadingStore<S>& out = patch.readings;
@@ -29843,7 +29976,7 @@ BRISTLE_FORCE_INLINE void read_packet(SensorPatch<S>& patch, const PatchPair<S>&
     const Pack3<S> n = load_pack(rays.direction, at);
     const Pack3<S> t1 = load_pack(rays.tangent, at);
     const Mask<S> is_met = load_mask<S>(packet.is_met, at);
-    const T distance = patch.distances_of(i, is_met);
+    const T distance = distances_of(hits, i, is_met);
     const Pack3<S> point = load_pack(rays.start, at) + distance * n;
     const Pack3<S> force = T(-per_step) * load_pack(packet.impulse, at);
     const T normal = load_pack(packet.normal_impulse, at) * T(per_step);
@@ -29891,15 +30024,17 @@ BRISTLE_FORCE_INLINE void read_packet(SensorPatch<S>& patch, const PatchPair<S>&
 /// that it is compiled once for all callers.
 /// @return Number of sensors of depth 1.
 template <Scalar S>
-std::size_t read_pair(SensorPatch<S>& patch, const PatchPair<S>& pair, const Vec3<S>& origin,
-                      S per_step, BodyId id, const ParallelFor& parallel_for) {
+std::size_t read_pair(SensorPatch<S>& patch, PatchScratch<S>& scratch, const PatchPair<S>& pair,
+                      const Vec3<S>& origin, S per_step, BodyId id,
+                      const ParallelFor& parallel_for) {
   using Sum = ReadingSum<S>;
   const auto read = [&] {
-    return sum_of_contacts<Sum>(contacts_of(patch, pair), parallel_for,
+    return sum_of_contacts<Sum>(contacts_of(scratch, pair), parallel_for,
                                 [&](std::span<ContactPacket<S>> packets, Sum& part) {
                                   Sum own;
                                   for (const ContactPacket<S>& packet : packets) {
-                                    read_packet(patch, pair, packet, origin, per_step, id, own);
+                                    read_packet(patch, scratch.hits, pair, packet, origin, per_step,
+                                                id, own);
                                   }
                                   part = own;
                                 });
@@ -29909,7 +30044,7 @@ std::size_t read_pair(SensorPatch<S>& patch, const PatchPair<S>& pair, const Vec
   if (!has_finite_square(on_a.force) || !has_finite_square(on_a.torque)) {
     // Far from the centre of mass a moment can overflow where no force does. No velocity can
     // follow it, so nothing was applied.
-    clear_impulses(patch, pair);
+    clear_impulses(scratch, pair);
     sum = read();
     on_a = {};
   }
@@ -29919,20 +30054,21 @@ std::size_t read_pair(SensorPatch<S>& patch, const PatchPair<S>& pair, const Vec
 }
 
 template <Scalar S, typename FindId>
-std::size_t fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& find_id,
-                          const ParallelFor& parallel_for) {
+std::size_t fill_readings(SensorPatch<S>& patch, PatchScratch<S>& scratch, const Vec3<S>& origin,
+                          S dt, FindId&& find_id, const ParallelFor& parallel_for) {
   ReadingStore<S>& out = patch.readings;
-  patch.was_active = !patch.pairs.empty();
-  std::swap(patch.felt, patch.active_before);
+  patch.was_active = !scratch.pairs.empty();
+  std::swap(patch.felt, scratch.active_before);
   std::fill(patch.felt.begin(), patch.felt.end(), LaneBits(0));
   out.wrench = {};
   set_zero(out.shear_W);
   std::size_t bottomed_out = 0;
-  for (const PatchPair<S>& pair : patch.pairs) {
-    bottomed_out += read_pair(patch, pair, origin, S(1) / dt, find_id(pair.body_b), parallel_for);
+  for (const PatchPair<S>& pair : scratch.pairs) {
+    bottomed_out +=
+        read_pair(patch, scratch, pair, origin, S(1) / dt, find_id(pair.body_b), parallel_for);
   }
   for (std::size_t i = 0; i < patch.felt.size(); ++i) {
-    if (patch.felt[i] == 0 && patch.active_before[i] != 0) out.clear_packet(i);
+    if (patch.felt[i] == 0 && scratch.active_before[i] != 0) out.clear_packet(i);
   }
   return bottomed_out;
 }
@@ -30014,6 +30150,7 @@ template <Scalar S>
 void HapticSubstep<S>::sense(ToolPatch& tool_patch, std::uint32_t number) {
   const Tool& tool = loop_.tools_[tool_patch.tool];
   SensorPatch<S>& patch = tool_patch.patch;
+  PatchScratch<S>& scratch = tool_patch.scratch;
   tool_patch.in_reach.clear();
   for (const std::uint32_t i : tool_patch.near) {
     const NearShape& shape = loop_.shapes_[i];
@@ -30026,14 +30163,16 @@ void HapticSubstep<S>::sense(ToolPatch& tool_patch, std::uint32_t number) {
   }
   if (tool_patch.in_reach.empty()) {
     clear_patch(patch);
+    scratch.pairs.clear();
     return;
   }
+  scratch.begin(patch);
   const bool is_due = (loop_.substeps_ + number) % patch.def.cast_every == 0;
-  loop_.rays_cast_ += find_hits<S>(patch, tool_patch.in_reach, is_due);
+  loop_.rays_cast_ += find_hits<S>(patch, scratch, tool_patch.in_reach, is_due);
   Body<S> A;
   A.center_pose = tool.pose;
   A.twist = tool.twist;
-  collect_contacts(patch, A,
+  collect_contacts(patch, scratch, A,
                    [&](std::uint32_t tag) {
                      std::size_t i = 0;
                      while (tool_patch.in_reach[i].tag != tag) ++i;
@@ -30051,11 +30190,11 @@ template <Scalar S>
 void HapticSubstep<S>::start(ToolPatch& tool_patch) {
   tool_patch.blocks.clear();
   tool_patch.touched.clear();
-  for (PatchPair<S>& pair : tool_patch.patch.pairs) {
+  for (PatchPair<S>& pair : tool_patch.scratch.pairs) {
     const std::uint32_t number = number_of(pair.body_b);
     set_scheme(pair, pair.stiffness.bristle_sum, pair.stiffness.viscous_sum,
                loop_.bodies_[number].mobility_at(pair.arm_b), loop_.h_);
-    start_linearisation(tool_patch.patch, pair, loop_.h_);
+    start_linearisation(tool_patch.patch, tool_patch.scratch, pair, loop_.h_);
     SoftBlock<S> block;
     block.arm_a = pair.arm_a;
     block.arm_b = pair.arm_b;
@@ -30070,7 +30209,7 @@ void HapticSubstep<S>::solve_once() {
   for (ToolPatch& tool_patch : loop_.tool_patches_) {
     for (std::size_t k = 0; k < tool_patch.blocks.size(); ++k) {
       SoftBlock<S>& block = tool_patch.blocks[k];
-      fill_block(tool_patch.patch.pairs[k], block);
+      fill_block(tool_patch.scratch.pairs[k], block);
       loop_.bodies_[tool_patch.touched[k]].add(block, motion_of(tool_patch, block));
     }
   }
@@ -30091,7 +30230,8 @@ bool HapticSubstep<S>::answer(const SolvePass& pass) {
     for (std::size_t k = 0; k < tool_patch.blocks.size(); ++k) {
       SoftBlock<S>& block = tool_patch.blocks[k];
       const PairResponse<S> found =
-          evaluate(tool_patch.patch, tool_patch.patch.pairs[k], block.motion, loop_.h_, pass);
+          evaluate(tool_patch.patch, tool_patch.scratch, tool_patch.scratch.pairs[k], block.motion,
+                   loop_.h_, pass);
       block.impulse = stacked(found.impulse);
       has_changed = found.has_changed || has_changed;
     }
@@ -30107,15 +30247,15 @@ void HapticSubstep<S>::deliver(ToolPatch& tool_patch) {
   for (std::size_t k = 0; k < tool_patch.blocks.size(); ++k) {
     const SoftBlock<S>& block = tool_patch.blocks[k];
     if (!all_finite(block.impulse)) {
-      clear_impulses(tool_patch.patch, tool_patch.patch.pairs[k]);
+      clear_impulses(tool_patch.scratch, tool_patch.scratch.pairs[k]);
       continue;
     }
     const Wrench<S> on_b = wrench_of<S>(block.impulse);
     loop_.bodies_[tool_patch.touched[k]].apply_impulse(on_b.shifted(-block.arm_b), left);
     tool.wrench += (S(-1) / loop_.h_) * on_b.shifted(-block.arm_a);
   }
-  if (tool_patch.patch.pairs.empty() && !tool_patch.patch.was_active) return;
-  fill_readings<S>(tool_patch.patch, tool.pose.translation, loop_.h_,
+  if (tool_patch.scratch.pairs.empty() && !tool_patch.patch.was_active) return;
+  fill_readings<S>(tool_patch.patch, tool_patch.scratch, tool.pose.translation, loop_.h_,
                    [&](std::uint32_t slot) { return loop_.bodies_[number_of(slot)].id(); });
 }
 
@@ -38500,7 +38640,8 @@ void measure_pair(const SensorPatch<S>& patch, PatchPair<S>& pair, const SolverB
 /// @param parallel_for  Shares the contacts of a large patch; the impulses are the same bits.
 /// @return [N s, N m s] The sum of the impulses on B about c.
 template <Scalar S>
-Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt,
+Wrench<S> explicit_impulses(SensorPatch<S>& patch, PatchScratch<S>& scratch,
+                            const PatchPair<S>& pair, BodyId id_b, S dt,
                             const ParallelFor& parallel_for = serial_for);
 
 // Implementation ----------------------------------------------------------------------------------
@@ -38527,10 +38668,12 @@ void measure_pair(const SensorPatch<S>& patch, PatchPair<S>& pair, const SolverB
 
 /// `explicit_impulses` under AMBF's law, one sensor after the other.
 template <Scalar S>
-Wrench<S> ambf_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt) {
+Wrench<S> ambf_impulses(SensorPatch<S>& patch, PatchScratch<S>& scratch, const PatchPair<S>& pair,
+                        BodyId id_b, S dt) {
   Wrench<S> sum;
-  for (ContactPacket<S>& packet : contacts_of(patch, pair)) {
+  for (ContactPacket<S>& packet : contacts_of(scratch, pair)) {
     BristlePacket<S>& bristles = patch.bristles[packet.packet];
+    LaneBits& anchored = patch.is_anchored[packet.packet];
     packet.is_slipping = 0;
     for (std::size_t i = 0; i < packet_size; ++i) {
       const LaneBits bit = static_cast<LaneBits>(1u << i);
@@ -38538,20 +38681,18 @@ Wrench<S> ambf_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId 
       packet.normal_impulse[i] = S(0);
       if ((packet.is_touching & bit) == 0) continue;
       const auto [n, g, point, depth, inverse_length] =
-          touch_of(patch, packet.packet * packet_size + i);
+          touch_of(*patch.geometry, scratch.hits, packet.packet * packet_size + i);
       const SensorContact<S> contact{depth, inverse_length, n, g, pair.start_motion.at(point)};
       Anchor<S> anchor{bristles.anchor_a[i], bristles.anchor_b[i]};
-      bool is_anchored =
-          (bristles.is_anchored & bit) != 0 && bristles.anchored_on[i] == anchor_key(id_b);
+      const BodyId before = patch.readings.body[packet.packet * packet_size + i];
+      bool is_anchored = (anchored & bit) != 0 && before == id_b;
       bool did_slip = false;
       const SensorForce<S> force = ambf_sensor_force<S>(
           patch.parameters(packet.packet * packet_size + i), patch.def.options.scaling, contact,
           g.normalized() * S(-1), pair.pose, point, anchor, is_anchored, did_slip);
       bristles.anchor_a.set(i, anchor.q_A);
       bristles.anchor_b.set(i, anchor.q_B);
-      bristles.anchored_on.set(bit, anchor_key(id_b), (bristles.is_anchored & ~bit) != 0);
-      bristles.is_anchored = static_cast<LaneBits>(is_anchored ? bristles.is_anchored | bit
-                                                               : bristles.is_anchored & ~bit);
+      anchored = static_cast<LaneBits>(is_anchored ? anchored | bit : anchored & ~bit);
       if (did_slip) packet.is_slipping = static_cast<LaneBits>(packet.is_slipping | bit);
       packet.normal_impulse[i] = dt * force.normal;
       packet.impulse.set(i, dt * force.total());
@@ -38563,7 +38704,7 @@ Wrench<S> ambf_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId 
 
 /// Impulses of some contacts at the start of the step, under the paper's law.
 template <Scalar S>
-void apply_at_start(SensorPatch<S>& patch, const PatchPair<S>& pair,
+void apply_at_start(const SensorPatch<S>& patch, const RayHits<S>& hits, const PatchPair<S>& pair,
                     std::span<ContactPacket<S>> packets, const LaneParameters<S>& parameters, S dt,
                     LaneWrench<S>& total) {
   const LawOptions options = patch.def.options;
@@ -38575,7 +38716,7 @@ void apply_at_start(SensorPatch<S>& patch, const PatchPair<S>& pair,
     const RayPacket<S>& rays = patch.geometry->packets[packet.packet];
     for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
       if (pack_bits<S>(packet.is_met, at) == 0) continue;
-      const TouchPack<S> touch(patch, rays, packet.packet, at, packet.is_met, false);
+      const TouchPack<S> touch(hits, rays, packet.packet, at, packet.is_met, false);
       const SensorContact<Pack<S>> contact{touch.depth, touch.inverse_length, touch.n, touch.g,
                                            start.at(touch.point)};
       apply_impulses<S>(packet, at, parameters(packet.packet, at, scratch), options, contact,
@@ -38588,25 +38729,28 @@ void apply_at_start(SensorPatch<S>& patch, const PatchPair<S>& pair,
 
 /// `explicit_impulses` under the paper's law.
 template <Scalar S>
-Wrench<S> paper_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, S dt,
-                         const ParallelFor& parallel_for) {
+Wrench<S> paper_impulses(const SensorPatch<S>& patch, PatchScratch<S>& scratch,
+                         const PatchPair<S>& pair, S dt, const ParallelFor& parallel_for) {
   using Sum = LaneWrench<S>;
   const LaneParameters<S> parameters(patch.def);
-  return sum_of_contacts<Sum>(contacts_of(patch, pair), parallel_for,
+  return sum_of_contacts<Sum>(contacts_of(scratch, pair), parallel_for,
                               [&](std::span<ContactPacket<S>> packets, Sum& part) {
-                                apply_at_start<S>(patch, pair, packets, parameters, dt, part);
+                                apply_at_start<S>(patch, scratch.hits, pair, packets, parameters,
+                                                  dt, part);
                               })
       .in_world(pair);
 }
 
 template <Scalar S>
-Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt,
+Wrench<S> explicit_impulses(SensorPatch<S>& patch, PatchScratch<S>& scratch,
+                            const PatchPair<S>& pair, BodyId id_b, S dt,
                             const ParallelFor& parallel_for) {
   if (pair.is_applied) {
     return {pair.R_WA * pair.given.force, pair.R_WA * pair.given.torque};
   }
-  return patch.def.options.law == Law::ambf ? ambf_impulses(patch, pair, id_b, dt)
-                                            : paper_impulses(patch, pair, dt, parallel_for);
+  return patch.def.options.law == Law::ambf
+             ? ambf_impulses(patch, scratch, pair, id_b, dt)
+             : paper_impulses(patch, scratch, pair, dt, parallel_for);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -38635,11 +38779,12 @@ class SensorStage {
     for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
       if (state.is_sensing(i)) live_.push_back(i);
     }
-    scratch_.resize(std::max(scratch_.size(), live_.size()));
+    scratch_.resize(std::max<std::size_t>(scratch_.size(), state.patches.slot_count()));
+    for (const std::uint32_t i : live_) scratch_[i].begin(state.patches.at(i));
     const bool shares = !is_serial(state.def.parallel_for);
     // Patches write only to themselves and their scratch.
     const auto task = [this, &state, shares](std::size_t k) {
-      sense_patch(state, live_[k], scratch_[k], shares);
+      sense_patch(state, live_[k], scratch_[live_[k]], shares);
     };
     // A sensor costs ten nanoseconds, waking a thread microseconds.
     constexpr std::size_t fewest_shared_sensors = 256;
@@ -38658,16 +38803,15 @@ class SensorStage {
     if (shares) sense_shared(state);
     state.report.patches = state.patches.size();
     std::size_t awake = 0;
-    for (std::size_t k = 0; k < live_.size(); ++k) {
-      const bool is_skipped = scratch_[k].candidates.empty() || scratch_[k].is_dormant;
+    for (const std::uint32_t i : live_) {
+      const Scratch& scratch = scratch_[i];
+      const bool is_skipped = scratch.candidates.empty() || scratch.is_dormant;
       state.report.patches_near += is_skipped ? 0u : 1u;
-      state.report.rays_cast += scratch_[k].rays_cast;
-      const std::size_t asked = is_skipped ? 0 : scratch_[k].sensors_asked;
-      state.report.sensors_skipped += state.patches.at(live_[k]).size() - asked;
+      state.report.rays_cast += scratch.rays_cast;
+      const std::size_t asked = is_skipped ? 0 : scratch.sensors_asked;
+      state.report.sensors_skipped += state.patches.at(i).size() - asked;
       // From here on only sensed patches are listed.
-      if (scratch_[k].is_dormant) continue;
-      std::swap(scratch_[awake], scratch_[k]);
-      live_[awake++] = live_[k];
+      if (!scratch.is_dormant) live_[awake++] = i;
     }
     live_.resize(awake);
   }
@@ -38679,7 +38823,7 @@ class SensorStage {
   /// Calls visit(patch, tags) for each sensed patch, with the shapes in its range.
   template <typename Visit>
   void for_each_near(Visit&& visit) const {
-    for (std::size_t k = 0; k < live_.size(); ++k) visit(live_[k], scratch_[k].candidates);
+    for (const std::uint32_t i : live_) visit(i, scratch_[i].candidates);
   }
 
   /// Applies the impulses of explicit pairs to bodies and makes soft blocks of the others.
@@ -38695,12 +38839,12 @@ class SensorStage {
     });
     for_each_pair(state, [&](SensorPatch<S>& patch, PatchPair<S>& pair, SoftOwner owner) {
       if (!pair.is_implicit && needs_implicit(state, patch, pair)) {
-        linearise(state, patch, pair, state.def.parallel_for);
+        linearise(state, patch, scratch_[owner.patch], pair, state.def.parallel_for);
       }
       if (pair.is_implicit) {
         add_soft_block(state, patch, pair, owner);
       } else {
-        apply_explicit(state, patch, pair);
+        apply_explicit(state, patch, pair, owner);
       }
     });
   }
@@ -38714,49 +38858,51 @@ class SensorStage {
   }
 
   /// Sums the present linear models of a soft block's sensors into it.
-  void fill(State& state, std::uint32_t soft) const {
-    SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
-    fill_block(patch.pairs[owners_[soft].pair], state.constraints.soft[soft]);
+  void fill(State& state, std::uint32_t soft) {
+    fill_block(pair_of(soft), state.constraints.soft[soft]);
   }
 
   /// Evaluates the impulses of a soft block's sensors. Their sum is the impulse of the block.
   /// @return True if the sensors left the state they were linearised for: another solve is needed.
-  bool answer(State& state, std::uint32_t soft, const SolvePass& pass) const {
-    SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
+  bool answer(State& state, std::uint32_t soft, const SolvePass& pass) {
+    const SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
     SoftBlock<S>& block = state.constraints.soft[soft];
-    const PairResponse<S> found = evaluate(patch, patch.pairs[owners_[soft].pair], block.motion,
-                                           state.def.time_step, pass, state.def.parallel_for);
+    const PairResponse<S> found =
+        evaluate(patch, scratch_[owners_[soft].patch], pair_of(soft), block.motion,
+                 state.def.time_step, pass, state.def.parallel_for);
     block.impulse = stacked(found.impulse);
     return found.has_changed;
   }
 
   /// Clears the impulses of a soft block's sensors.
-  void discard(State& state, std::uint32_t soft) const {
-    SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
+  void discard(State& state, std::uint32_t soft) {
     set_zero(state.constraints.soft[soft].impulse);
-    clear_impulses(patch, patch.pairs[owners_[soft].pair]);
+    clear_impulses(scratch_[owners_[soft].patch], pair_of(soft));
   }
 
   /// Turns all impulses into readings.
-  void read(State& state) const {
+  void read(State& state) {
     for (const std::uint32_t i : live_) {
       SensorPatch<S>& patch = state.patches.at(i);
+      PatchScratch<S>& scratch = scratch_[i];
       patch.last_impulses.clear();
-      if (patch.pairs.empty() && !patch.was_active) continue;
-      for (const PatchPair<S>& pair : patch.pairs) {
+      if (scratch.pairs.empty() && !patch.was_active) continue;
+      for (const PatchPair<S>& pair : scratch.pairs) {
         if (!pair.is_implicit) continue;
         patch.last_impulses.push_back(
             {state.bodies.handle(pair.body_b), state.constraints.soft[pair.soft].impulse});
       }
       state.report.sensors_bottomed_out += fill_readings<S>(
-          patch, state.bodies.at(patch.body.index).center_pose.translation, state.def.time_step,
-          [&](std::uint32_t slot) { return state.bodies.handle(slot); }, state.def.parallel_for);
+          patch, scratch, state.bodies.at(patch.body.index).center_pose.translation,
+          state.def.time_step, [&](std::uint32_t slot) { return state.bodies.handle(slot); },
+          state.def.parallel_for);
       state.report.sensors_touching += patch.active_count();
     }
   }
 
  private:
-  struct Scratch {
+  /// Scratch memory of a patch, with the shapes in its reach and what is to be done there.
+  struct Scratch : PatchScratch<S> {
     DynamicArray<std::uint32_t> candidates;
     DynamicArray<ShapeInReach<S>> shapes;
     std::uint64_t rays_cast = 0;
@@ -38770,9 +38916,9 @@ class SensorStage {
     bool knows_hit_mask = false;
   };
 
-  /// Some rays of the patch live_[owner].
+  /// Some rays of a patch, by its index.
   struct SharedRays {
-    std::size_t owner = 0;
+    std::uint32_t owner = 0;
     RayRange range{};
   };
 
@@ -38782,13 +38928,16 @@ class SensorStage {
   static_assert(fewest_shared_rays > RayTree<S>::range_size);
 
   template <typename Visit>
-  void for_each_pair(State& state, Visit&& visit) const {
+  void for_each_pair(State& state, Visit&& visit) {
     for (const std::uint32_t i : live_) {
-      SensorPatch<S>& patch = state.patches.at(i);
-      for (std::uint32_t k = 0; k < patch.pairs.size(); ++k) {
-        if (patch.pairs[k].count > 0) visit(patch, patch.pairs[k], SoftOwner{i, k});
+      DynamicArray<PatchPair<S>>& pairs = scratch_[i].pairs;
+      for (std::uint32_t k = 0; k < pairs.size(); ++k) {
+        if (pairs[k].count > 0) visit(state.patches.at(i), pairs[k], SoftOwner{i, k});
       }
     }
+  }
+  [[nodiscard]] PatchPair<S>& pair_of(std::uint32_t soft) {
+    return scratch_[owners_[soft].patch].pairs[owners_[soft].pair];
   }
 
   /// [m] Farthest that a body can come closer to any ray of a patch within the step.
@@ -38843,25 +38992,24 @@ class SensorStage {
     if (shares && patch.size() >= fewest_shared_rays &&
         !patch.geometry->ray_tree.ranges().empty() &&
         shapes.front().collider->shape.asks_ranges()) {
-      scratch.has_cast = needs_rays<S>(patch, shapes, is_due);
-      scratch.sensors_asked = patch.near_count();
-      scratch.rays_cast = scratch.has_cast ? patch.near_count() * shapes.size() : 0;
+      scratch.has_cast = needs_rays<S>(patch, scratch, shapes, is_due);
+      scratch.rays_cast = scratch.has_cast ? scratch.near_count() * shapes.size() : 0;
       scratch.is_shared = true;
       if (scratch.rays_cast > 0) begin_shared(patch, scratch);
       return;
     }
-    scratch.rays_cast = find_hits<S>(patch, shapes, is_due);
-    scratch.sensors_asked = scratch.rays_cast > 0
-                                ? static_cast<std::size_t>(scratch.rays_cast) / shapes.size()
-                                : patch.near_count();
+    scratch.rays_cast = find_hits<S>(patch, scratch, shapes, is_due);
     // This may be a task already. The hook need not allow nested calls.
     make_contacts(state, patch, scratch, serial_);
   }
 
-  void make_contacts(State& state, SensorPatch<S>& patch, const Scratch& scratch,
+  void make_contacts(State& state, SensorPatch<S>& patch, Scratch& scratch,
                      const ParallelFor& parallel_for) const {
+    scratch.sensors_asked =
+        scratch.rays_cast > 0 ? static_cast<std::size_t>(scratch.rays_cast) / scratch.shapes.size()
+                              : scratch.near_count();
     collect_contacts(
-        patch, state.bodies.at(patch.body.index),
+        patch, scratch, state.bodies.at(patch.body.index),
         [&](std::uint32_t tag) {
           const Collider<S>& c = state.colliders.at(tag);
           return TouchedBody<S>{&state.body_of(c), c.body};
@@ -38872,21 +39020,22 @@ class SensorStage {
              scratch.candidates.size() == 1 ? scratch.candidates.front() : CollectDef<S>::any_tag,
          .knows_hit_mask = scratch.knows_hit_mask},
         parallel_for);
-    for (PatchPair<S>& pair : patch.pairs) {
+    for (PatchPair<S>& pair : scratch.pairs) {
       if (pair.count == 0) continue;
       measure_pair(patch, pair, state.solver_bodies[patch.body.index],
                    state.solver_bodies[pair.body_b], state.def.time_step);
       // Linearise while the contacts are in the cache, if other patches do not matter.
       if (patch.def.integration == Integration::implicit && needs_implicit(state, patch, pair)) {
-        linearise(state, patch, pair, parallel_for);
+        linearise(state, patch, scratch, pair, parallel_for);
       }
     }
   }
 
-  static void linearise(const State& state, const SensorPatch<S>& patch, PatchPair<S>& pair,
+  static void linearise(const State& state, const SensorPatch<S>& patch,
+                        const PatchScratch<S>& scratch, PatchPair<S>& pair,
                         const ParallelFor& parallel_for) {
     pair.is_implicit = true;
-    start_linearisation(patch, pair, state.def.time_step, parallel_for);
+    start_linearisation(patch, scratch, pair, state.def.time_step, parallel_for);
   }
 
   /// Casts the rays of large patches, range by range, and makes their contacts. If the ranges of
@@ -38894,51 +39043,51 @@ class SensorStage {
   void sense_shared(State& state) {
     for (std::size_t round = 0;; ++round) {
       shared_.clear();
-      for (std::size_t k = 0; k < live_.size(); ++k) {
-        const Scratch& scratch = scratch_[k];
-        const RayTree<S>& ray_tree = state.patches.at(live_[k]).geometry->ray_tree;
+      for (const std::uint32_t i : live_) {
+        const Scratch& scratch = scratch_[i];
+        const RayTree<S>& ray_tree = state.patches.at(i).geometry->ray_tree;
         const std::size_t rounds = ray_tree.has_packets_in_ranges() ? 1 : scratch.shapes.size();
         if (!scratch.is_shared || scratch.rays_cast == 0 || round >= rounds) continue;
-        for (const RayRange& range : ray_tree.ranges()) shared_.push_back({k, range});
+        for (const RayRange& range : ray_tree.ranges()) shared_.push_back({i, range});
       }
       if (shared_.empty()) break;
       const auto task = [this, &state, round](std::size_t i) { sense_from(state, i, round); };
       state.def.parallel_for(shared_.size(), std::cref(task));
     }
-    for (std::size_t k = 0; k < live_.size(); ++k) {
-      const Scratch& scratch = scratch_[k];
+    for (const std::uint32_t i : live_) {
+      Scratch& scratch = scratch_[i];
       if (!scratch.is_shared) continue;
-      SensorPatch<S>& patch = state.patches.at(live_[k]);
-      extrapolate_hits<S>(patch, scratch.shapes, scratch.has_cast);
+      SensorPatch<S>& patch = state.patches.at(i);
+      extrapolate_hits<S>(patch, scratch, scratch.shapes, scratch.has_cast);
       make_contacts(state, patch, scratch, state.def.parallel_for);
     }
   }
 
   /// Does the work that must precede the cast and that ranges cannot do alone.
   static void begin_shared(SensorPatch<S>& patch, Scratch& scratch) {
-    if (!patch.geometry->ray_tree.has_packets_in_ranges()) return patch.reset_near_hits();
+    if (!patch.geometry->ray_tree.has_packets_in_ranges()) return scratch.reset_near_hits();
     // If hits are extrapolated, only the extrapolated ones count.
     scratch.knows_hit_mask = patch.def.cast_every == 1;
-    if (scratch.knows_hit_mask) begin_hit_mask(patch);
+    if (scratch.knows_hit_mask) begin_hit_mask(patch, scratch);
   }
 
   /// Casts one range of a large patch's rays.
   void sense_from(State& state, std::size_t i, std::size_t round) {
-    const std::size_t owner = shared_[i].owner;
-    const Scratch& scratch = scratch_[owner];
-    SensorPatch<S>& patch = state.patches.at(live_[owner]);
+    const std::uint32_t owner = shared_[i].owner;
+    Scratch& scratch = scratch_[owner];
+    SensorPatch<S>& patch = state.patches.at(owner);
     if (patch.geometry->ray_tree.has_packets_in_ranges()) {
       sense_range(patch, scratch, shared_[i].range);
     } else {
-      cast_rays_at<S>(patch, scratch.shapes[round], shared_[i].range);
+      cast_rays_at<S>(patch, scratch, scratch.shapes[round], shared_[i].range);
     }
   }
 
   /// Casts the rays of a range at all shapes, while its hits are in the cache of this thread.
-  static void sense_range(SensorPatch<S>& patch, const Scratch& scratch, RayRange range) {
-    patch.reset_near_hits(range);
-    for (const auto& shape : scratch.shapes) cast_rays_at<S>(patch, shape, range);
-    if (scratch.knows_hit_mask) find_hit_mask(patch, range);
+  static void sense_range(SensorPatch<S>& patch, Scratch& scratch, RayRange range) {
+    scratch.reset_near_hits(range);
+    for (const auto& shape : scratch.shapes) cast_rays_at<S>(patch, scratch, shape, range);
+    if (scratch.knows_hit_mask) find_hit_mask(patch, scratch, range);
   }
 
   [[nodiscard]] bool needs_implicit(const State& state, const SensorPatch<S>& patch,
@@ -38954,10 +39103,12 @@ class SensorStage {
     return std::max(lambda_[patch.body.index], lambda_[pair.body_b]) > def.explicit_below;
   }
 
-  void apply_explicit(State& state, SensorPatch<S>& patch, const PatchPair<S>& pair) const {
+  void apply_explicit(State& state, SensorPatch<S>& patch, const PatchPair<S>& pair,
+                      SoftOwner owner) {
     ++state.report.explicit_pairs;
-    const Wrench<S> sum = explicit_impulses(patch, pair, state.bodies.handle(pair.body_b),
-                                            state.def.time_step, state.def.parallel_for);
+    const Wrench<S> sum =
+        explicit_impulses(patch, scratch_[owner.patch], pair, state.bodies.handle(pair.body_b),
+                          state.def.time_step, state.def.parallel_for);
     SolverBody<S>& a = state.solver_bodies[patch.body.index];
     SolverBody<S>& b = state.solver_bodies[pair.body_b];
     // Sensors in contact that give nothing change nothing.
@@ -38987,6 +39138,7 @@ class SensorStage {
   }
 
   DynamicArray<std::uint32_t> live_;
+  /// By index of the patch.
   DynamicArray<Scratch> scratch_;
   DynamicArray<SharedRays> shared_;
   ParallelFor serial_ = serial_for;
@@ -39418,7 +39570,7 @@ class SolveStage {
 
   /// Finds the velocities at the end of the step, and the position corrections.
   /// @param joints  Null in a world that never had a joint.
-  void solve(State& state, const SensorStage<S>& sensors, JointStage<S>* joints) {
+  void solve(State& state, SensorStage<S>& sensors, JointStage<S>* joints) {
     // Explicit sensors have acted on bodies since.
     if (state.report.explicit_pairs > 0) {
       for (SolverBody<S>& body : state.solver_bodies) {
@@ -39553,8 +39705,7 @@ class SolveStage {
     return context;
   }
 
-  void solve_island(State& state, const SensorStage<S>& sensors, JointStage<S>* joints,
-                    Island island) {
+  void solve_island(State& state, SensorStage<S>& sensors, JointStage<S>* joints, Island island) {
     SolveContext<S> context = context_of(state, island);
     Constraints<S>& constraints = state.constraints;
     std::span<SolverBody<S>> bodies = state.solver_bodies;
@@ -39796,7 +39947,7 @@ class SolveStage {
   }
 
   /// Solves an island whose solution is not finite, by sweeps that skip overflowing rows.
-  static void guard(State& state, const SensorStage<S>& sensors, const Island& island,
+  static void guard(State& state, SensorStage<S>& sensors, const Island& island,
                     const SolveContext<S>& context) {
     for (const std::uint32_t soft : sensors.of_patches(island.soft)) sensors.discard(state, soft);
     GuardedSweeps<S>::solve(island, state.constraints, state.solver_bodies, context);
@@ -39867,9 +40018,7 @@ void wake_neighbours(WorldState<S>& state, std::uint32_t slot) {
   for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
     if (!state.patches.is_live(i)) continue;
     const SensorPatch<S>& patch = state.patches.at(i);
-    for (const PatchPair<S>& pair : patch.pairs) {
-      if (pair.count > 0) wake_other(patch.body.index, pair.body_b);
-    }
+    for (const SensedBody<S>& other : patch.sensed) wake_other(patch.body.index, other.body);
   }
 }
 
@@ -40405,9 +40554,10 @@ void World<S, Backend>::remove_body(BodyId id) {
   // Bodies that patches touched in the last step must not be looked up any more.
   for (std::uint32_t i = 0; i < state_.patches.slot_count(); ++i) {
     if (!state_.patches.is_live(i)) continue;
-    for (detail::PatchPair<S>& pair : state_.patches.at(i).pairs) {
-      if (pair.body_b == id.index) pair.count = 0;
-    }
+    auto& sensed = state_.patches.at(i).sensed;
+    sensed.erase(std::remove_if(sensed.begin(), sensed.end(),
+                                [&](const auto& other) { return other.body == id.index; }),
+                 sensed.end());
   }
   state_.bodies.erase(id);
 }
@@ -41078,55 +41228,35 @@ void visit_lane(Rows& rows, std::size_t i, Visitor& visit) {
   visit.value(rows.z[i]);
 }
 
-/// Visits the anchors of a packet.
-/// @param lanes  Those that are sensors. Unanchored lanes may hold any anchor.
-template <typename Packet, typename Visitor>
-void visit_bristles(Packet& packet, LaneBits lanes, Visitor& visit) {
+/// Visits the anchors of a packet. Unanchored lanes may hold any anchor.
+/// @param is_anchored  Its anchored lanes.
+/// @param lanes        Those that are sensors.
+template <typename Packet, typename Bits, typename Visitor>
+void visit_bristles(Packet& packet, Bits& is_anchored, LaneBits lanes, Visitor& visit) {
+  LaneBits anchored = 0;
+  visit.item(
+      "patches (bristles)", is_anchored, [&](auto& bits) { visit.value(bits); },
+      [&](LaneBits bits) {
+        anchored = bits;
+        return (bits & ~lanes) == 0;
+      });
   const auto each = [&](auto& item) {
-    visit.value(item.is_anchored);
     for (auto* roots : {&item.anchor_a, &item.anchor_b}) {
       visit.any(std::span(roots->x));
       visit.any(std::span(roots->y));
       visit.any(std::span(roots->z));
     }
-    visit.value(item.anchored_on.common);
-    visit.value(std::span(item.anchored_on.own));
   };
   visit.item("patches (bristles)", packet, each, [&](const auto& item) {
-    return (item.is_anchored & ~lanes) == 0 && has_vectors(item.anchor_a, item.is_anchored) &&
-           has_vectors(item.anchor_b, item.is_anchored);
+    return has_vectors(item.anchor_a, anchored) && has_vectors(item.anchor_b, anchored);
   });
 }
 
-/// The part of contacts and pairs kept between steps. The rest serves one step.
-template <typename Packet, typename Visitor>
-void visit_contact_packet(Packet& packet, Visitor& visit) {
-  visit.value(packet.packet);
-  visit.value(packet.is_touching);
-}
-
-template <typename Pair, typename Visitor>
-void visit_patch_pair(Pair& pair, Visitor& visit) {
-  visit.value(pair.body_b);
-  visit.value(pair.first);
-  visit.value(pair.count);
-  visit.any(pair.R_WA);
-  visit.any(pair.start_motion.linear);
-  visit.any(pair.start_motion.angular);
-  visit.any(pair.center);
-  visit.any(pair.arm_a);
-  visit.any(pair.arm_b);
-}
-
-/// Returns whether the contacts of a pair, if it has any, are among those of the patch.
-template <Scalar S, typename State>
-[[nodiscard]] bool is_valid_state(const PatchPair<S>& pair, const State& state,
-                                  std::size_t contacts) {
-  if (pair.count == 0) return true;
-  return state.bodies.is_live(pair.body_b) && pair.first <= contacts &&
-         pair.count <= contacts - pair.first && is_rotation<S>(pair.R_WA) &&
-         has_finite_square<S>(pair.start_motion) && has_finite_square<S>(pair.center) &&
-         has_finite_square<S>(pair.arm_a) && has_finite_square<S>(pair.arm_b);
+template <typename Sensed, typename Visitor>
+void visit_sensed(Sensed& sensed, Visitor& visit) {
+  visit.value(sensed.body);
+  visit.value(sensed.pose.R_AB);
+  visit.value(sensed.pose.p_AB);
 }
 
 template <typename Readings, typename Visitor>
@@ -41144,32 +41274,6 @@ void visit_readings(Readings& r, Visitor& visit) {
   }
   visit_wrench(r.wrench, visit);
   visit.value(r.shear_W);
-}
-
-/// Returns whether the lanes in contact have hits.
-template <Scalar S>
-[[nodiscard]] bool is_valid_state(const RayHits<S>& hits, const DynamicArray<LaneBits>& touching) {
-  for (std::size_t packet = 0; packet < touching.size(); ++packet) {
-    for (std::uint32_t rest = touching[packet]; rest != 0; rest &= rest - 1) {
-      const std::size_t i = packet * packet_size + static_cast<std::size_t>(std::countr_zero(rest));
-      if (!is_not_negative(hits.distance[i]) || !is_unit(hits.normal[i])) return false;
-    }
-  }
-  return true;
-}
-
-/// Last step's hits of the sensors in contact. Other entries may hold anything.
-/// @param touching  Lanes in contact of each packet, if the visitor checks.
-template <typename Hits, typename Visitor>
-void visit_hits(Hits& hits, const DynamicArray<LaneBits>& touching, Visitor& visit) {
-  const auto each = [&](auto& item) {
-    visit.any(std::span(item.distance));
-    visit.any(std::span(item.normal.x));
-    visit.any(std::span(item.normal.y));
-    visit.any(std::span(item.normal.z));
-  };
-  visit.item("patches (hits)", hits, each,
-             [&](const auto& item) { return is_valid_state(item, touching); });
 }
 
 /// The plane cache of patches that do not cast their rays in every step.
@@ -41213,23 +41317,24 @@ void visit_patch(const State& state, Patch& patch, Visitor& visit) {
                                      [&](auto& p) { visit_parameters(p, visit); });
   visit.require("patches (parameters)", own == 0 || own == patch.size());
   for (std::size_t i = 0; i < patch.bristles.size(); ++i) {
-    visit_bristles(patch.bristles[i], lanes_of(patch, i), visit);
+    visit_bristles(patch.bristles[i], patch.is_anchored[i], lanes_of(patch, i), visit);
   }
-  // Lanes with contacts, of each packet.
-  DynamicArray<LaneBits> touching(Visitor::is_checking ? patch.bristles.size() : 0);
-  const std::size_t contacts = visit.list("patches (contacts)", patch.contacts, [&](auto& packet) {
-    visit_contact_packet(packet, visit);
-    visit.require("patches (contacts)",
-                  packet.packet < patch.bristles.size() &&
-                      (packet.is_touching & ~lanes_of(patch, packet.packet)) == 0);
-    if constexpr (Visitor::is_checking) {
-      touching[packet.packet] = static_cast<LaneBits>(touching[packet.packet] | packet.is_touching);
-    }
-  });
-  visit_hits(patch.hits, touching, visit);
-  visit.list("patches (pairs)", patch.pairs, [&](auto& pair) {
-    visit_patch_pair(pair, visit);
-    visit.require("patches (pairs)", is_valid_state(pair, state, contacts));
+  bool has_hits = false;
+  for (std::size_t i = 0; i < patch.hit_bits.size(); ++i) {
+    visit.item(
+        "patches (hits)", patch.hit_bits[i], [&](auto& bits) { visit.value(bits); },
+        [&](LaneBits bits) {
+          has_hits = has_hits || bits != 0;
+          return (bits & ~lanes_of(patch, i)) == 0;
+        });
+  }
+  visit.item(
+      "patches (hits)", patch.has_hits, [&](auto& any) { visit.value(any); },
+      [&](bool any) { return any == has_hits; });
+  visit.list("patches (bodies)", patch.sensed, [&](auto& sensed) {
+    visit_sensed(sensed, visit);
+    visit.require("patches (bodies)",
+                  state.bodies.is_live(sensed.body) && is_rotation(sensed.pose.R_AB));
   });
   visit.list("patches (impulses)", patch.last_impulses, [&](auto& last) {
     visit.value(last.body);
@@ -41339,7 +41444,7 @@ struct SnapshotHead {
   static constexpr std::uint64_t expected_magic = 0x6c7473697262'0001u;  // "brist", and a number.
 
   std::uint64_t magic = expected_magic;
-  std::uint64_t version = 10;
+  std::uint64_t version = 11;
   /// [-] Bytes of a scalar, and of all bytes after the head.
   std::uint64_t scalar_size = 0;
   std::uint64_t payload_size = 0;
@@ -41564,8 +41669,7 @@ template <Scalar S>
   return bytes;
 }
 
-/// Puts a world into the state of a snapshot. The caller updates the boxes in the broad phase, and
-/// the data that patches keep beside their contacts (`mark_hits`).
+/// Puts a world into the state of a snapshot. The caller updates the boxes in the broad phase.
 /// @throws InvalidArgument naming the difference, with the state unchanged.
 template <Scalar S>
 void restore_snapshot(std::span<const std::byte> bytes, WorldState<S>& state) {
@@ -41810,13 +41914,8 @@ void World<S, Backend>::taxel_points(PatchId id, std::span<S> out) const {
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S> S World<S, Backend>::largest_stable_step(PatchId id)
 const {
-  const detail::SensorPatch<S>& patch = state_.patches.get(id, "PatchId");
-  return bristle::largest_stable_step(patch, [&](const detail::PatchPair<S>& pair) -> Mat6<S> {
-    const Body<S>& a = state_.bodies.at(patch.body.index);
-    const Body<S>& b = state_.bodies.at(pair.body_b);
-    return detail::mobility(a.inverse_mass_W(), a.inverse_inertia_W(), pair.arm_a) +
-           detail::mobility(b.inverse_mass_W(), b.inverse_inertia_W(), pair.arm_b);
-  });
+  (void)state_.patches.get(id, "PatchId");
+  return detail::StiffnessFinder<S>().largest_stable_step(state_, id.index);
 }
 
 template <Scalar S, typename Backend>
@@ -41857,9 +41956,6 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::restore(std::span<const std::byte> bytes) {
   detail::restore_snapshot(bytes, state_);
-  for (std::uint32_t i = 0; i < state_.patches.slot_count(); ++i) {
-    if (state_.patches.is_live(i)) detail::mark_hits(state_.patches.at(i));
-  }
   state_.contacts.repeat();
   state_.ended.clear();
   state_.ended_since.clear();
@@ -42773,6 +42869,15 @@ class HostStage {
   /// Finds the hits of all patches' rays on the mirrored shapes.
   /// @param all_rays  True if the engine casts them, too: all then need room for hits.
   void cast(State& state, const Step& step, bool all_rays);
+  /// Takes hits of a patch's rays by the engine where they are nearer than those on mirrored
+  /// shapes. Tags are indices of bodies.
+  void take_hits(std::uint32_t patch, const RayHits<S>& hits) {
+    for (std::size_t i = 0; i < hits.distance.size(); ++i) {
+      if (!hits.is_hit(i)) continue;
+      scratch_[patch].hits.offer(i, {hits.distance[i], hits.normal[i]},
+                                 first_host_tag | hits.tag[i]);
+    }
+  }
   /// Makes contacts from the hits, and lists the bodies that take part.
   void collect(State& state, Step& step);
   /// Solves all patches, fills readings, and lists the wrenches to apply.
@@ -42784,6 +42889,7 @@ class HostStage {
   /// A pair in contact, and its impulse on B about c [N s, N m s].
   struct Touch {
     SensorPatch<S>* patch = nullptr;
+    PatchScratch<S>* scratch = nullptr;
     PatchPair<S>* pair = nullptr;
     Wrench<S> on_b{};
   };
@@ -42795,17 +42901,18 @@ class HostStage {
   [[nodiscard]] bool answer(S dt, const SolvePass& pass);
   void deliver(State& state, Step& step);
 
-  /// Calls visit(patch, pair) for all pairs in contact.
+  /// Calls visit(patch, scratch, pair) for all pairs in contact.
   template <typename Visit>
   void for_each_pair(State& state, Visit&& visit) {
     for (const std::uint32_t i : near_something_) {
-      SensorPatch<S>& patch = state.patches.at(i);
-      for (PatchPair<S>& pair : patch.pairs) {
-        if (pair.count > 0) visit(patch, pair);
+      for (PatchPair<S>& pair : scratch_[i].pairs) {
+        if (pair.count > 0) visit(state.patches.at(i), scratch_[i], pair);
       }
     }
   }
 
+  /// By index of the patch.
+  DynamicArray<PatchScratch<S>> scratch_;
   DynamicArray<Shape> shapes_;
   DynamicArray<std::uint32_t> candidates_;
   /// Indices of the patches whose rays may meet something.
@@ -42831,6 +42938,8 @@ template <Scalar S>
       .delete_scratch = [](void* stage) { delete static_cast<Own*>(stage); },
       .cast = [](void* stage, State& state, const Step& step,
                  bool all_rays) { static_cast<Own*>(stage)->cast(state, step, all_rays); },
+      .take_hits = [](void* stage, std::uint32_t patch,
+                      const RayHits<S>& hits) { static_cast<Own*>(stage)->take_hits(patch, hits); },
       .collect = [](void* stage, State& state,
                     Step& step) { static_cast<Own*>(stage)->collect(state, step); },
       .solve = [](void* stage, State& state,
@@ -42848,6 +42957,7 @@ const HostKernels<S>& host_kernels() {
 template <Scalar S>
 void HostStage<S>::cast(State& state, const Step& step, bool all_rays) {
   near_something_.clear();
+  scratch_.resize(std::max<std::size_t>(scratch_.size(), state.patches.slot_count()));
   for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
     if (!state.patches.is_live(i)) continue;
     SensorPatch<S>& patch = state.patches.at(i);
@@ -42859,15 +42969,16 @@ void HostStage<S>::cast(State& state, const Step& step, bool all_rays) {
       continue;
     }
     near_something_.push_back(i);
+    PatchScratch<S>& scratch = scratch_[i];
+    scratch.begin(patch);
     if (!all_rays) {
       const bool is_due = (state.steps + i) % patch.def.cast_every == 0;
-      (void)find_hits<S>(patch, shapes_, is_due);
+      (void)find_hits<S>(patch, scratch, shapes_, is_due);
       continue;
     }
-    patch.near.resize(patch.bristles.size());
-    fill_numbers(patch.near);
-    patch.reset_near_hits();
-    for (const Shape& shape : shapes_) cast_rays_at<S>(patch, shape, {});
+    scratch.list_all();
+    scratch.reset_near_hits();
+    for (const Shape& shape : shapes_) cast_rays_at<S>(patch, scratch, shape, {});
   }
   ++state.steps;
 }
@@ -42908,19 +43019,20 @@ void HostStage<S>::collect(State& state, Step& step) {
   };
   for (const std::uint32_t i : near_something_) {
     SensorPatch<S>& patch = state.patches.at(i);
-    collect_contacts(patch, state.bodies.at(patch.body.index),
+    collect_contacts(patch, scratch_[i], state.bodies.at(patch.body.index),
                      [&](std::uint32_t tag) {
                        const BodyId id = state.bodies.handle(slot_of(tag));
                        return TouchedBody<S>{&state.bodies.at(id.index), id};
                      },
                      {.dt = state.def.time_step, .measures_lambda = false});
-    if (patch.contacts.empty()) clear_patch(patch);
+    if (!patch.has_hits) clear_patch(patch);
   }
-  for_each_pair(state, [&](const SensorPatch<S>& patch, const PatchPair<S>& pair) {
-    step.touched.push_back(patch.body.index);
-    step.touched.push_back(pair.body_b);
-    ++step.report.pairs;
-  });
+  for_each_pair(state,
+                [&](const SensorPatch<S>& patch, const PatchScratch<S>&, const PatchPair<S>& pair) {
+                  step.touched.push_back(patch.body.index);
+                  step.touched.push_back(pair.body_b);
+                  ++step.report.pairs;
+                });
   std::sort(step.touched.begin(), step.touched.end());
   step.touched.erase(std::unique(step.touched.begin(), step.touched.end()), step.touched.end());
 }
@@ -42969,9 +43081,10 @@ void HostStage<S>::add_touches(State& state) {
   const S dt = state.def.time_step;
   blocks_.clear();
   touches_.clear();
-  for_each_pair(state, [&](SensorPatch<S>& patch, PatchPair<S>& pair) {
+  for_each_pair(state, [&](SensorPatch<S>& patch, PatchScratch<S>& scratch, PatchPair<S>& pair) {
     Touch& touch = touches_.emplace_back();
     touch.patch = &patch;
+    touch.scratch = &scratch;
     touch.pair = &pair;
     const std::uint32_t a = patch.body.index;
     const S mobility = mean_mobility<S>(own_mobility_[a], pair.arm_a) +
@@ -42980,13 +43093,13 @@ void HostStage<S>::add_touches(State& state) {
                        patch.def.options.law == Law::paper && mobility > S(0) &&
                        patch.can_apply_force();
     if (!pair.is_implicit) {
-      touch.on_b = explicit_impulses(patch, pair, state.bodies.handle(pair.body_b), dt);
+      touch.on_b = explicit_impulses(patch, scratch, pair, state.bodies.handle(pair.body_b), dt);
       system_.apply_impulse(number_[a], -touch.on_b.shifted(-pair.arm_a));
       system_.apply_impulse(number_[pair.body_b], touch.on_b.shifted(-pair.arm_b));
       return;
     }
     set_scheme(pair, pair.stiffness.bristle_sum, pair.stiffness.viscous_sum, mobility, dt);
-    start_linearisation(patch, pair, dt);
+    start_linearisation(patch, scratch, pair, dt);
     pair.soft = static_cast<std::uint32_t>(blocks_.size());
     SoftBlock<S>& block = blocks_.emplace_back();
     block.body_a = number_[a];
@@ -43010,8 +43123,8 @@ bool HostStage<S>::answer(S dt, const SolvePass& pass) {
   bool has_changed = false;
   for (Touch& touch : touches_) {
     if (!touch.pair->is_implicit) continue;
-    const PairResponse<S> found =
-        evaluate(*touch.patch, *touch.pair, blocks_[touch.pair->soft].motion, dt, pass);
+    const PairResponse<S> found = evaluate(*touch.patch, *touch.scratch, *touch.pair,
+                                           blocks_[touch.pair->soft].motion, dt, pass);
     touch.on_b = found.impulse;
     has_changed = found.has_changed || has_changed;
   }
@@ -43031,7 +43144,7 @@ void HostStage<S>::deliver(State& state, Step& step) {
   for (const Touch& touch : touches_) {
     const Wrench<S> on_b = (S(1) / dt) * touch.on_b;
     if (!has_finite_square(on_b.force) || !has_finite_square(on_b.torque)) {
-      clear_impulses(*touch.patch, *touch.pair);
+      clear_impulses(*touch.scratch, *touch.pair);
       ++step.report.discarded;
       continue;
     }
@@ -43040,9 +43153,9 @@ void HostStage<S>::deliver(State& state, Step& step) {
   }
   for (const std::uint32_t i : near_something_) {
     SensorPatch<S>& patch = state.patches.at(i);
-    if (patch.contacts.empty() && !patch.was_active) continue;
-    fill_readings<S>(patch, state.bodies.at(patch.body.index).center_pose.translation, dt,
-                     [&](std::uint32_t slot) { return state.bodies.handle(slot); });
+    if (!patch.has_hits && !patch.was_active) continue;
+    fill_readings<S>(patch, scratch_[i], state.bodies.at(patch.body.index).center_pose.translation,
+                     dt, [&](std::uint32_t slot) { return state.bodies.handle(slot); });
   }
 }
 
@@ -43108,18 +43221,18 @@ void detail::HostStep<S>::find_fastest(const WorldState<S>& world) {
   }
 }
 
-/// Takes the engine's hits that are nearer than those on mirrored shapes.
+/// Removes the engine's hits that are no numbers, or on bodies that are missing.
 template <Scalar S, typename Backend>
-void HostSensors<S, Backend>::take_hits(detail::SensorPatch<S>& patch) {
+void HostSensors<S, Backend>::check_hits(const detail::SensorPatch<S>& patch) {
   for (std::size_t i = 0; i < patch.size(); ++i) {
     if (!host_hits_.is_hit(i)) continue;
     const std::uint32_t tag = host_hits_.tag[i];
     detail::require(state().bodies.is_live(tag) && tag != patch.body.index, "hits.tag", tag,
                     "must be the index of another body that is mirrored");
-    const RayHit<S> hit{host_hits_.distance[i], host_hits_.normal[i]};
-    const bool is_valid = hit.distance >= S(0) && detail::has_finite_square(hit.normal);
-    if (!is_valid || !step_.bodies[tag].is_there) continue;
-    patch.hits.offer(i, hit, detail::first_host_tag | tag);
+    const bool is_valid = host_hits_.distance[i] >= S(0) &&
+                          detail::has_finite_square(host_hits_.normal[i]) &&
+                          step_.bodies[tag].is_there;
+    if (!is_valid) host_hits_.distance[i] = infinity<S>;
   }
 }
 

@@ -26,6 +26,7 @@
 #include <bristle/sensors/patch_explicit.hpp>
 #include <bristle/sensors/patch_readings.hpp>
 #include <bristle/sensors/placement.hpp>
+#include <bristle/sensors/sensor_wrench.hpp>
 #include <bristle/sensors/tuning.hpp>
 
 #include <algorithm>
@@ -66,6 +67,10 @@ class Slide {
     moving.inverse_mass.setConstant(S(0.5));
     moving.inverse_inertia = Mat3<S>::Identity() * S(100);
     patch = make_patch<S>(std::move(def), BodyId{0, 0}, Vec3<S>(Vec3<S>::Zero()));
+    scratch.begin(patch);
+    scratch.list_all();
+    // Bristles stay anchored in the body of their reading, which not all ways write.
+    std::fill(patch.readings.body.begin(), patch.readings.body.end(), ball_id);
     for (std::size_t k = 0; k < poses; ++k) {
       // There and back, so that no pose is far from the one before.
       const double at = k < poses / 2 ? double(k) : double(poses - k);
@@ -85,10 +90,10 @@ class Slide {
 
   void collect() {
     // All that comes after recomputes from the hits.
-    if (next < poses) std::swap(patch.hits, hits[next]);
+    if (next < poses) std::swap(scratch.hits, hits[next]);
     next = (next + 1) % poses;
-    std::swap(patch.hits, hits[next]);
-    collect_contacts(patch, pad,
+    std::swap(scratch.hits, hits[next]);
+    collect_contacts(patch, scratch, pad,
                      [&](std::uint32_t) {
                        return TouchedBody<S>{&balls[next], ball_id};
                      },
@@ -97,20 +102,22 @@ class Slide {
                       .only_tag = 0});
   }
   void measure() { measure_pair(patch, pair(), fixed, moving, S(dt)); }
-  Wrench<S> explicit_sum() { return explicit_impulses(patch, pair(), ball_id, S(dt)); }
+  Wrench<S> explicit_sum() { return explicit_impulses(patch, scratch, pair(), ball_id, S(dt)); }
   void read() {
-    fill_readings<S>(patch, Vec3<S>(Vec3<S>::Zero()), S(dt), [](std::uint32_t) { return ball_id; });
+    fill_readings<S>(patch, scratch, Vec3<S>(Vec3<S>::Zero()), S(dt),
+                     [](std::uint32_t) { return ball_id; });
   }
   void model() {
-    start_linearisation(patch, pair(), S(dt));
+    start_linearisation(patch, scratch, pair(), S(dt));
     fill_block(pair(), block);
   }
   PairResponse<S> answer(const Vec6<S>& motion) {
-    return evaluate(patch, pair(), motion, S(dt), SolvePass{.left = 2});
+    return evaluate(patch, scratch, pair(), motion, S(dt), SolvePass{.left = 2});
   }
-  PatchPair<S>& pair() { return patch.pairs[0]; }
+  PatchPair<S>& pair() { return scratch.pairs[0]; }
 
   SensorPatch<S> patch;
+  PatchScratch<S> scratch;
   Body<S> pad;
   std::array<Body<S>, poses> balls;
   std::array<RayHits<S>, poses> hits;
@@ -133,17 +140,18 @@ class ScalarSlide {
     const Body<double>& ball = slide_.balls[k];
     Wrench<double> sum;
     for (std::size_t i = 0; i < patch.size(); ++i) {
-      sum += -sensor_wrench<double>(patch.def.parameters, patch.def.options,
-                                    {patch.geometry->start[i], patch.geometry->direction[i], patch.geometry->length[i]},
-                                    patch.hits.distance[i], patch.hits.normal[i], {}, {},
-                                    ball.center_pose, ball.twist, dt, memory_[i]);
+      sum += -sensor_wrench<double>(
+          patch.def.parameters, patch.def.options,
+          {patch.geometry->start[i], patch.geometry->direction[i], patch.geometry->length[i]},
+          slide_.scratch.hits.distance[i], slide_.scratch.hits.normal[i], {}, {}, ball.center_pose,
+          ball.twist, dt, memory_[i]);
     }
     return {dt * sum.force, dt * sum.torque};
   }
   /// The impulse of the linear models about c at the same pose.
   Wrench<double> block_sum(const Vec6<double>& motion) {
     slide_.measure();
-    return test::scalar_block_impulse(slide_.patch, slide_.pair(), motion, dt);
+    return test::scalar_block_impulse(slide_.patch, slide_.scratch, slide_.pair(), motion, dt);
   }
 
  private:

@@ -9,8 +9,10 @@
 #include <bristle/math/rotation.hpp>
 #include <bristle/sensors/patch_contacts.hpp>
 #include <bristle/sensors/patch_explicit.hpp>
+#include <bristle/sensors/sensor_wrench.hpp>
 #include <bristle/sensors/tuning.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <utility>
 #include <vector>
@@ -46,6 +48,10 @@ class PadPatch {
     def.parameters = tuned_for<S>({.load = S(20), .mass = S(2)}).parameters(def.sensors);
     def.integration = integration;
     patch = make_patch<S>(std::move(def), BodyId{0, 0}, Vec3<S>(Vec3<S>::Zero()));
+    scratch.begin(patch);
+    scratch.list_all();
+    // Bristles stay anchored in the body of their reading, which is not written here.
+    std::fill(patch.readings.body.begin(), patch.readings.body.end(), body_id);
     moving_.inverse_mass.setConstant(S(0.5));
     moving_.inverse_inertia = Mat3<S>::Identity() * S(100);
   }
@@ -58,13 +64,14 @@ class PadPatch {
     const Vec3<S> center = patch.geometry->box.center();
     const Vec3<S> v = body.twist.at(center - body.center_pose.translation);
     batch.extra_length =
-        S(pad_time_step) * (v.norm() + body.twist.angular.norm() * patch.geometry->box.half_extents().norm());
+        S(pad_time_step) *
+        (v.norm() + body.twist.angular.norm() * patch.geometry->box.half_extents().norm());
     return batch;
   }
 
   /// From hits to contacts.
   void meet(const Body<S>& body) {
-    collect_contacts(patch, pad_,
+    collect_contacts(patch, scratch, pad_,
                      [&](std::uint32_t) {
                        return TouchedBody<S>{&body, body_id};
                      },
@@ -76,15 +83,15 @@ class PadPatch {
   /// the scene.
   Wrench<S> respond() {
     const S dt = S(pad_time_step);
-    if (patch.pairs.empty()) return {};
-    PatchPair<S>& pair = patch.pairs[0];
+    if (scratch.pairs.empty()) return {};
+    PatchPair<S>& pair = scratch.pairs[0];
     if (patch.def.integration == Integration::explicit_) {
-      return explicit_impulses(patch, pair, body_id, dt);
+      return explicit_impulses(patch, scratch, pair, body_id, dt);
     }
     measure_pair(patch, pair, fixed_, moving_, dt);
-    start_linearisation(patch, pair, dt);
+    start_linearisation(patch, scratch, pair, dt);
     fill_block(pair, block_);
-    return evaluate(patch, pair, motion(pair), dt, {}).impulse;
+    return evaluate(patch, scratch, pair, motion(pair), dt, {}).impulse;
   }
 
   /// The motion at the start of the step about c; the pad's axes are the world's.
@@ -96,6 +103,7 @@ class PadPatch {
 
   static constexpr BodyId body_id{1, 0};
   SensorPatch<S> patch;
+  PatchScratch<S> scratch;
 
  private:
   Body<S> pad_;
@@ -116,7 +124,7 @@ struct PadReference {
       const Body<double> body = object_body<double>(object, k, gap);
       const double reach = by_model.rays(body).extra_length;
       std::vector<double> found(layout.size());
-      RayHits<double>& hits = by_model.patch.hits;
+      RayHits<double>& hits = by_model.scratch.hits;
       hits.reset(layout.size());
       Wrench<double> force;
       for (std::size_t i = 0; i < layout.size(); ++i) {
@@ -125,19 +133,18 @@ struct PadReference {
         found[i] = hit.distance;
         if (hit.distance <= ray.length + reach) hits.offer(i, hit, 0);
         force += -sensor_wrench<double>(by_force.patch.def.parameters, by_force.patch.def.options,
-                                        ray, hit.distance, hit.normal, {}, {},
-                                        body.center_pose, body.twist,
-                                        pad_time_step, memory[i]);
+                                        ray, hit.distance, hit.normal, {}, {}, body.center_pose,
+                                        body.twist, pad_time_step, memory[i]);
       }
       distances.push_back(std::move(found));
       explicit_impulse.push_back(pad_time_step * force.force);
       by_model.meet(body);
       (void)by_model.respond();
-      const PatchPair<double>& pair = by_model.patch.pairs.at(0);
-      implicit_impulse.push_back(test::scalar_block_impulse<double>(by_model.patch, pair,
-                                                                    PadPatch<double>::motion(pair),
-                                                                    pad_time_step)
-                                     .force);
+      const PatchPair<double>& pair = by_model.scratch.pairs[0];
+      implicit_impulse.push_back(
+          test::scalar_block_impulse<double>(by_model.patch, by_model.scratch, pair,
+                                             PadPatch<double>::motion(pair), pad_time_step)
+              .force);
     }
   }
 

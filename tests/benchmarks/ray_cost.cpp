@@ -63,7 +63,7 @@ class RayCost {
     std::size_t checked = 0;
     for (int step = 0; step < steps; ++step) {
       const Transform<S> X = object_.pose(step, gap_).template cast<S>();
-      RayBatch<S> batch = patch_.rays(S(0));
+      RayBatch<S> batch = patch_.geometry->rays(S(0));
       sum.ray_tree += median_seconds(X, batch);
       if (step % 10 == 0) {
         wrong += wrong_answers(step, batch, sum.hits);

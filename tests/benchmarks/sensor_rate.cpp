@@ -109,8 +109,8 @@ SensorCost cost_of(const Workload& work) {
   PadPatch<S> by_force(work.layout, Integration::explicit_);
   PadPatch<S> by_model(work.layout, Integration::implicit);
   const auto cast = [&](PadPatch<S>& pad, std::size_t k) {
-    pad.patch.reset_near_hits();  // As a world does, and all packets are near.
-    Backend::cast_rays(shape, bodies[k].center_pose, pad.rays(bodies[k]), 0, pad.patch.hits);
+    pad.scratch.reset_near_hits();  // As a world does, and all packets are near.
+    Backend::cast_rays(shape, bodies[k].center_pose, pad.rays(bodies[k]), 0, pad.scratch.hits);
   };
   const auto sense = [&](PadPatch<S>& pad, std::size_t k) {
     cast(pad, k);
@@ -129,7 +129,7 @@ SensorCost cost_of(const Workload& work) {
     };
     error(by_force_found, work.expected.explicit_impulse[k]);
     error(by_model_found, work.expected.implicit_impulse[k]);
-    wrong += work.wrong_answers(step, by_force.patch.hits.distance);
+    wrong += work.wrong_answers(step, by_force.scratch.hits.distance);
   }
   const double n = double(work.layout.size());
   cost.wrong = double(wrong) / n / PadReference::steps;
@@ -211,7 +211,8 @@ void measure_bullet(Report& report, Table& table, const Workload& work) {
   RayHits<float> hits;
   const auto cast = [&](int k) {
     hits.reset(pad.patch.size());
-    body.cast_rays(work.object.pose(k, work.gap).cast<float>(), pad.patch.geometry->rays(0), 0, hits);
+    body.cast_rays(work.object.pose(k, work.gap).cast<float>(), pad.patch.geometry->rays(0), 0,
+                   hits);
   };
   std::size_t wrong = 0;
   for (int k = 0; k < PadReference::steps; ++k) {
@@ -229,7 +230,8 @@ void measure_embree(Report& report, Table& table, const Workload& work) {
   if (mesh == nullptr) return;
   EmbreeMesh embree(*mesh);
   // In the order of the nodes, in which neighbours follow each other.
-  const RayTree<double> order(PadPatch<double>(work.layout, Integration::explicit_).patch.ray_tree);
+  const RayTree<double> order(
+      PadPatch<double>(work.layout, Integration::explicit_).patch.geometry->ray_tree);
   const auto prepare = [&](int k) {
     const Transform<double> X_CR = work.object.pose(k, work.gap).inverse();
     embree.clear();

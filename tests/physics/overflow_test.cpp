@@ -107,3 +107,35 @@ TEST_CASE("overflow: an implicit patch takes constants beyond all reason") {
     }
   }
 }
+
+TEST_CASE("overflow: contacts of what turns too fast for its way to have a square stay numbers") {
+  int points = 0;
+  for (const double turn : {1e108, -1e108, 1e112}) {
+    for (const double half : {1e48, 1e50}) {
+      CAPTURE(turn);
+      CAPTURE(half);
+      WorldDef<double> world_def;
+      world_def.gravity = {0, 0, 0};
+      World<double> world(world_def);
+      // The middle of the box goes round its centre of mass.
+      BodyDef<double> box;
+      box.mass = 1;
+      box.shape = Box<double>{{half, half, half}};
+      box.center_of_mass = {0.5 * half, 0, 0};
+      world.add_body(box);
+      box.position = {0, 2.0001 * half, 0};
+      box.angular_velocity = {0, 0, turn};
+      world.add_body(box);
+      for (int i = 0; i < 3; ++i) {
+        world.step();
+        for (const auto& point : world.contacts().points()) {
+          ++points;
+          CHECK(has_finite_square(point.arm_a));
+          CHECK(has_finite_square(point.arm_b));
+        }
+      }
+      CHECK_NOTHROW(world.restore(world.snapshot()));
+    }
+  }
+  CHECK(points > 0);
+}

@@ -147,6 +147,12 @@ TEST_CASE("snapshot: queries and readings are those of the restored state") {
   CHECK(fresh.total_normal() > 10);
   CHECK(fresh.world.largest_stable_step(fresh.pads[0]) ==
         original.world.largest_stable_step(original.pads[0]));
+  const auto taxels = [](const auto& scene) {
+    std::vector<double> points(6 * scene.world.patch(scene.pads[0]).size());
+    scene.world.taxel_points(scene.pads[0], points);
+    return points;
+  };
+  CHECK(taxels(fresh) == taxels(original));
 }
 
 TEST_CASE("snapshot: what touched can let go in a restored world") {

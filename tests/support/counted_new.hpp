@@ -9,11 +9,14 @@
 
 namespace bristle::test {
 
-/// Allocations of this thread; a global because `operator new` has no other place.
+/// [-] Allocations of this thread; a global because `operator new` has no other place.
 inline thread_local std::size_t allocations = 0;
+/// [B] Their sum.
+inline thread_local std::size_t allocated_bytes = 0;
 
 inline void* counted_new(std::size_t size, std::size_t alignment) {
   ++allocations;
+  allocated_bytes += size;
   // aligned_alloc wants a multiple of the alignment.
   const std::size_t rounded = (size + alignment - 1) / alignment * alignment;
   void* memory = std::aligned_alloc(alignment, rounded > 0 ? rounded : alignment);

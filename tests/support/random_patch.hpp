@@ -46,28 +46,44 @@ class RandomPatch {
   /// some at a grazing angle; then makes contacts. Shapes 10 and 11 are of the first body, 12 of
   /// the second.
   void next() {
+    read_bodies();
     for (Body<S>* body : {&a, &b[0], &b[1]}) {
       body->center_pose.translation += random_.in_cube(S(6e-4));
       body->twist = {random_.in_cube(S(0.3)), random_.in_cube(S(1))};
     }
-    patch.hits.reset(patch.size());
+    scratch.begin(patch);
+    scratch.list_all();
+    scratch.hits.reset(patch.size());
     for (std::size_t i = 0; i < patch.size(); ++i) {
       const std::size_t kind = random_.index(10);
       if (kind == 0) continue;
       const Vec3<S> n = patch.geometry->direction[i];
       Vec3<S> m = random_.direction<S>();
       if (m.dot(n) > S(0)) m = -m;
-      patch.hits.offer(i, {random_.uniform(S(0), S(1.2)) * patch.geometry->length[i], m},
-                       kind < 6   ? 10u
-                       : kind < 8 ? 11u
-                                  : 12u);
+      scratch.hits.offer(i, {random_.uniform(S(0), S(1.2)) * patch.geometry->length[i], m},
+                         kind < 6   ? 10u
+                         : kind < 8 ? 11u
+                                    : 12u);
     }
-    collect_contacts(patch, a,
+    collect_contacts(patch, scratch, a,
                      [this](std::uint32_t tag) {
                        const std::size_t body = tag == 12u ? 1 : 0;
                        return TouchedBody<S>{&b[body], id(body)};
                      },
                      {.dt = dt});
+  }
+
+  /// Notes the bodies of contacts as their readings do, which bristles stay anchored in.
+  void read_bodies() {
+    for (const PatchPair<S>& pair : scratch.pairs) {
+      for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
+        const ContactPacket<S>& packet = scratch.contacts[k];
+        for (std::size_t i = 0; i < packet_size; ++i) {
+          if ((packet.is_touching >> i & 1u) == 0) continue;
+          patch.readings.body[packet.packet * packet_size + i] = {pair.body_b, 7};
+        }
+      }
+    }
   }
 
   /// A motion of which bristles notice something.
@@ -79,6 +95,7 @@ class RandomPatch {
   Random& random() { return random_; }
 
   SensorPatch<S> patch;
+  PatchScratch<S> scratch;
   Body<S> a;
   std::array<Body<S>, 2> b;
 

@@ -4,7 +4,7 @@
 #pragma once
 
 #include <bristle/sensors/linear_model.hpp>
-#include <bristle/sensors/patch.hpp>
+#include <bristle/sensors/patch_scratch.hpp>
 #include <bristle/sensors/patch_touch.hpp>
 
 #include <vector>
@@ -15,11 +15,12 @@ using namespace bristle::detail;
 
 /// The contact in lane i of a packet as one of scalars, before anything is linearised.
 template <Scalar S>
-PatchContact<S> scalar_contact(const SensorPatch<S>& patch, const PatchPair<S>& pair,
-                               const ContactPacket<S>& packet, std::size_t i) {
+PatchContact<S> scalar_contact(const SensorPatch<S>& patch, const RayHits<S>& hits,
+                               const PatchPair<S>& pair, const ContactPacket<S>& packet,
+                               std::size_t i) {
   PatchContact<S> c;
   c.is_touching = (packet.is_touching >> i & 1u) != 0;
-  const SensorTouch<S> touch = touch_of(patch, packet.packet * packet_size + i);
+  const SensorTouch<S> touch = touch_of(*patch.geometry, hits, packet.packet * packet_size + i);
   c.n = touch.n;
   c.g = touch.g;
   c.rho = touch.point - pair.center;
@@ -36,12 +37,13 @@ PatchContact<S> scalar_contact(const SensorPatch<S>& patch, const PatchPair<S>& 
 /// All contacts of a pair, in order.
 template <Scalar S>
 std::vector<PatchContact<S>> scalar_contacts(const SensorPatch<S>& patch,
+                                             const PatchScratch<S>& scratch,
                                              const PatchPair<S>& pair) {
   std::vector<PatchContact<S>> contacts;
   for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
     for (std::size_t i = 0; i < packet_size; ++i) {
-      if ((patch.contacts[k].is_met >> i & 1u) == 0) continue;
-      contacts.push_back(scalar_contact(patch, pair, patch.contacts[k], i));
+      if ((scratch.contacts[k].is_met >> i & 1u) == 0) continue;
+      contacts.push_back(scalar_contact(patch, scratch.hits, pair, scratch.contacts[k], i));
     }
   }
   return contacts;
@@ -62,10 +64,10 @@ void linearise_start(const SensorPatch<S>& patch, const PatchPair<S>& pair, Patc
 /// [N s, N m s] `start_linearisation` and `evaluate` of a pair: what its contacts give
 /// about c at the motion u, in A's axes.
 template <Scalar S>
-Wrench<S> scalar_block_impulse(const SensorPatch<S>& patch, const PatchPair<S>& pair,
-                               const Vec6<S>& motion, S dt) {
+Wrench<S> scalar_block_impulse(const SensorPatch<S>& patch, const PatchScratch<S>& scratch,
+                               const PatchPair<S>& pair, const Vec6<S>& motion, S dt) {
   Wrench<S> sum;
-  for (PatchContact<S>& c : scalar_contacts(patch, pair)) {
+  for (PatchContact<S>& c : scalar_contacts(patch, scratch, pair)) {
     linearise_start(patch, pair, c, dt);
     const Vec3<S> v =
         detail::velocity_at<S>(motion.template head<3>(), motion.template tail<3>(), c.rho);

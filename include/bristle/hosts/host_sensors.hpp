@@ -196,6 +196,7 @@ struct HostKernels {
   void (*delete_scratch)(void* stage);
   /// `HostStage::cast`, `collect` and `solve`.
   void (*cast)(void* stage, WorldState<S>& world, const HostStep<S>& step, bool all_rays);
+  void (*take_hits)(void* stage, std::uint32_t patch, const RayHits<S>& hits);
   void (*collect)(void* stage, WorldState<S>& world, HostStep<S>& step);
   void (*solve)(void* stage, WorldState<S>& world, HostStep<S>& step);
 };
@@ -271,11 +272,12 @@ class HostSensors {
   void add_hits_of(const Host& host) {
     for (std::uint32_t i = 0; i < state().patches.slot_count(); ++i) {
       if (!step_.is_sensing(state(), i)) continue;
-      detail::SensorPatch<S>& patch = state().patches.at(i);
+      const detail::SensorPatch<S>& patch = state().patches.at(i);
       host_hits_.reset(patch.size());
       host.cast_rays(patch.body, patch.geometry->rays(step_.reach(patch, world_.time_step())),
                      host_hits_);
-      take_hits(patch);
+      check_hits(patch);
+      stage_.kernels().take_hits(stage_.get(), i, host_hits_);
     }
   }
   template <typename Host>
@@ -295,7 +297,7 @@ class HostSensors {
     }
   }
 
-  void take_hits(detail::SensorPatch<S>& patch);
+  void check_hits(const detail::SensorPatch<S>& patch);
 
   World<S, Backend> world_{};
   detail::HostStep<S> step_{};
@@ -370,18 +372,18 @@ void detail::HostStep<S>::find_fastest(const WorldState<S>& world) {
   }
 }
 
-/// Takes the engine's hits that are nearer than those on mirrored shapes.
+/// Removes the engine's hits that are no numbers, or on bodies that are missing.
 template <Scalar S, typename Backend>
-void HostSensors<S, Backend>::take_hits(detail::SensorPatch<S>& patch) {
+void HostSensors<S, Backend>::check_hits(const detail::SensorPatch<S>& patch) {
   for (std::size_t i = 0; i < patch.size(); ++i) {
     if (!host_hits_.is_hit(i)) continue;
     const std::uint32_t tag = host_hits_.tag[i];
     detail::require(state().bodies.is_live(tag) && tag != patch.body.index, "hits.tag", tag,
                     "must be the index of another body that is mirrored");
-    const RayHit<S> hit{host_hits_.distance[i], host_hits_.normal[i]};
-    const bool is_valid = hit.distance >= S(0) && detail::has_finite_square(hit.normal);
-    if (!is_valid || !step_.bodies[tag].is_there) continue;
-    patch.hits.offer(i, hit, detail::first_host_tag | tag);
+    const bool is_valid = host_hits_.distance[i] >= S(0) &&
+                          detail::has_finite_square(host_hits_.normal[i]) &&
+                          step_.bodies[tag].is_there;
+    if (!is_valid) host_hits_.distance[i] = infinity<S>;
   }
 }
 

@@ -30,6 +30,15 @@ class HostStage {
   /// Finds the hits of all patches' rays on the mirrored shapes.
   /// @param all_rays  True if the engine casts them, too: all then need room for hits.
   void cast(State& state, const Step& step, bool all_rays);
+  /// Takes hits of a patch's rays by the engine where they are nearer than those on mirrored
+  /// shapes. Tags are indices of bodies.
+  void take_hits(std::uint32_t patch, const RayHits<S>& hits) {
+    for (std::size_t i = 0; i < hits.distance.size(); ++i) {
+      if (!hits.is_hit(i)) continue;
+      scratch_[patch].hits.offer(i, {hits.distance[i], hits.normal[i]},
+                                 first_host_tag | hits.tag[i]);
+    }
+  }
   /// Makes contacts from the hits, and lists the bodies that take part.
   void collect(State& state, Step& step);
   /// Solves all patches, fills readings, and lists the wrenches to apply.
@@ -41,6 +50,7 @@ class HostStage {
   /// A pair in contact, and its impulse on B about c [N s, N m s].
   struct Touch {
     SensorPatch<S>* patch = nullptr;
+    PatchScratch<S>* scratch = nullptr;
     PatchPair<S>* pair = nullptr;
     Wrench<S> on_b{};
   };
@@ -52,17 +62,18 @@ class HostStage {
   [[nodiscard]] bool answer(S dt, const SolvePass& pass);
   void deliver(State& state, Step& step);
 
-  /// Calls visit(patch, pair) for all pairs in contact.
+  /// Calls visit(patch, scratch, pair) for all pairs in contact.
   template <typename Visit>
   void for_each_pair(State& state, Visit&& visit) {
     for (const std::uint32_t i : near_something_) {
-      SensorPatch<S>& patch = state.patches.at(i);
-      for (PatchPair<S>& pair : patch.pairs) {
-        if (pair.count > 0) visit(patch, pair);
+      for (PatchPair<S>& pair : scratch_[i].pairs) {
+        if (pair.count > 0) visit(state.patches.at(i), scratch_[i], pair);
       }
     }
   }
 
+  /// By index of the patch.
+  DynamicArray<PatchScratch<S>> scratch_;
   DynamicArray<Shape> shapes_;
   DynamicArray<std::uint32_t> candidates_;
   /// Indices of the patches whose rays may meet something.
@@ -88,6 +99,8 @@ template <Scalar S>
       .delete_scratch = [](void* stage) { delete static_cast<Own*>(stage); },
       .cast = [](void* stage, State& state, const Step& step,
                  bool all_rays) { static_cast<Own*>(stage)->cast(state, step, all_rays); },
+      .take_hits = [](void* stage, std::uint32_t patch,
+                      const RayHits<S>& hits) { static_cast<Own*>(stage)->take_hits(patch, hits); },
       .collect = [](void* stage, State& state,
                     Step& step) { static_cast<Own*>(stage)->collect(state, step); },
       .solve = [](void* stage, State& state,
@@ -105,6 +118,7 @@ const HostKernels<S>& host_kernels() {
 template <Scalar S>
 void HostStage<S>::cast(State& state, const Step& step, bool all_rays) {
   near_something_.clear();
+  scratch_.resize(std::max<std::size_t>(scratch_.size(), state.patches.slot_count()));
   for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
     if (!state.patches.is_live(i)) continue;
     SensorPatch<S>& patch = state.patches.at(i);
@@ -116,15 +130,16 @@ void HostStage<S>::cast(State& state, const Step& step, bool all_rays) {
       continue;
     }
     near_something_.push_back(i);
+    PatchScratch<S>& scratch = scratch_[i];
+    scratch.begin(patch);
     if (!all_rays) {
       const bool is_due = (state.steps + i) % patch.def.cast_every == 0;
-      (void)find_hits<S>(patch, shapes_, is_due);
+      (void)find_hits<S>(patch, scratch, shapes_, is_due);
       continue;
     }
-    patch.near.resize(patch.bristles.size());
-    fill_numbers(patch.near);
-    patch.reset_near_hits();
-    for (const Shape& shape : shapes_) cast_rays_at<S>(patch, shape, {});
+    scratch.list_all();
+    scratch.reset_near_hits();
+    for (const Shape& shape : shapes_) cast_rays_at<S>(patch, scratch, shape, {});
   }
   ++state.steps;
 }
@@ -165,19 +180,20 @@ void HostStage<S>::collect(State& state, Step& step) {
   };
   for (const std::uint32_t i : near_something_) {
     SensorPatch<S>& patch = state.patches.at(i);
-    collect_contacts(patch, state.bodies.at(patch.body.index),
+    collect_contacts(patch, scratch_[i], state.bodies.at(patch.body.index),
                      [&](std::uint32_t tag) {
                        const BodyId id = state.bodies.handle(slot_of(tag));
                        return TouchedBody<S>{&state.bodies.at(id.index), id};
                      },
                      {.dt = state.def.time_step, .measures_lambda = false});
-    if (patch.contacts.empty()) clear_patch(patch);
+    if (!patch.has_hits) clear_patch(patch);
   }
-  for_each_pair(state, [&](const SensorPatch<S>& patch, const PatchPair<S>& pair) {
-    step.touched.push_back(patch.body.index);
-    step.touched.push_back(pair.body_b);
-    ++step.report.pairs;
-  });
+  for_each_pair(state,
+                [&](const SensorPatch<S>& patch, const PatchScratch<S>&, const PatchPair<S>& pair) {
+                  step.touched.push_back(patch.body.index);
+                  step.touched.push_back(pair.body_b);
+                  ++step.report.pairs;
+                });
   std::sort(step.touched.begin(), step.touched.end());
   step.touched.erase(std::unique(step.touched.begin(), step.touched.end()), step.touched.end());
 }
@@ -226,9 +242,10 @@ void HostStage<S>::add_touches(State& state) {
   const S dt = state.def.time_step;
   blocks_.clear();
   touches_.clear();
-  for_each_pair(state, [&](SensorPatch<S>& patch, PatchPair<S>& pair) {
+  for_each_pair(state, [&](SensorPatch<S>& patch, PatchScratch<S>& scratch, PatchPair<S>& pair) {
     Touch& touch = touches_.emplace_back();
     touch.patch = &patch;
+    touch.scratch = &scratch;
     touch.pair = &pair;
     const std::uint32_t a = patch.body.index;
     const S mobility = mean_mobility<S>(own_mobility_[a], pair.arm_a) +
@@ -237,13 +254,13 @@ void HostStage<S>::add_touches(State& state) {
                        patch.def.options.law == Law::paper && mobility > S(0) &&
                        patch.can_apply_force();
     if (!pair.is_implicit) {
-      touch.on_b = explicit_impulses(patch, pair, state.bodies.handle(pair.body_b), dt);
+      touch.on_b = explicit_impulses(patch, scratch, pair, state.bodies.handle(pair.body_b), dt);
       system_.apply_impulse(number_[a], -touch.on_b.shifted(-pair.arm_a));
       system_.apply_impulse(number_[pair.body_b], touch.on_b.shifted(-pair.arm_b));
       return;
     }
     set_scheme(pair, pair.stiffness.bristle_sum, pair.stiffness.viscous_sum, mobility, dt);
-    start_linearisation(patch, pair, dt);
+    start_linearisation(patch, scratch, pair, dt);
     pair.soft = static_cast<std::uint32_t>(blocks_.size());
     SoftBlock<S>& block = blocks_.emplace_back();
     block.body_a = number_[a];
@@ -267,8 +284,8 @@ bool HostStage<S>::answer(S dt, const SolvePass& pass) {
   bool has_changed = false;
   for (Touch& touch : touches_) {
     if (!touch.pair->is_implicit) continue;
-    const PairResponse<S> found =
-        evaluate(*touch.patch, *touch.pair, blocks_[touch.pair->soft].motion, dt, pass);
+    const PairResponse<S> found = evaluate(*touch.patch, *touch.scratch, *touch.pair,
+                                           blocks_[touch.pair->soft].motion, dt, pass);
     touch.on_b = found.impulse;
     has_changed = found.has_changed || has_changed;
   }
@@ -288,7 +305,7 @@ void HostStage<S>::deliver(State& state, Step& step) {
   for (const Touch& touch : touches_) {
     const Wrench<S> on_b = (S(1) / dt) * touch.on_b;
     if (!has_finite_square(on_b.force) || !has_finite_square(on_b.torque)) {
-      clear_impulses(*touch.patch, *touch.pair);
+      clear_impulses(*touch.scratch, *touch.pair);
       ++step.report.discarded;
       continue;
     }
@@ -297,9 +314,9 @@ void HostStage<S>::deliver(State& state, Step& step) {
   }
   for (const std::uint32_t i : near_something_) {
     SensorPatch<S>& patch = state.patches.at(i);
-    if (patch.contacts.empty() && !patch.was_active) continue;
-    fill_readings<S>(patch, state.bodies.at(patch.body.index).center_pose.translation, dt,
-                     [&](std::uint32_t slot) { return state.bodies.handle(slot); });
+    if (!patch.has_hits && !patch.was_active) continue;
+    fill_readings<S>(patch, scratch_[i], state.bodies.at(patch.body.index).center_pose.translation,
+                     dt, [&](std::uint32_t slot) { return state.bodies.handle(slot); });
   }
 }
 

@@ -6,7 +6,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/sensors/patch.hpp>
+#include <bristle/sensors/patch_scratch.hpp>
 
 #include <array>
 

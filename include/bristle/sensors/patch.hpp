@@ -1,10 +1,10 @@
 /// @file
-/// A patch: many resistive sensors on one body, as structures of arrays, with their state.
+/// A patch: many resistive sensors on one body, as structures of arrays, with the state that they
+/// keep from step to step. What serves one step is `PatchScratch`.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <bristle/core/dynamic_array.hpp>
-#include <bristle/core/fill_numbers.hpp>
 #include <bristle/core/slot_map.hpp>
 #include <bristle/dynamics/bodies/body.hpp>
 #include <bristle/geometry/contacts/triangle_cache.hpp>
@@ -26,91 +26,6 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// One sensor that meets a body in this step: geometry, the linear model of its impulse, and the
-/// resulting impulse. In A's axes; c belongs to its `PatchPair`. Patches work on
-/// PatchContact<Pack<S>>. `ContactPacket`s store the values that cannot be recomputed.
-template <Value T>
-struct PatchContact {
-  /// Lanes in contact at the start of the step (else maybe within it), loaded (normal part acts),
-  /// slipping in this step, and with damped slip.
-  Truth<T> is_touching{};
-  Truth<T> is_pushing{};
-  Truth<T> is_slipping{};
-  Truth<T> is_damping_slip{};
-  /// [1] Ray direction n and depth gradient g.
-  Vector3<T> n, g;
-  /// [m] From c to the contact point.
-  Vector3<T> rho;
-  /// [m] Stretch at the start of the step.
-  Vector3<T> stretch;
-  /// [m/s] Relative velocity at the start of the step, and tangential one of the last pass.
-  Vector3<T> start_velocity, last_slip;
-  /// [1], [1/m] Depth at the start of the step and inverse length of the ray.
-  T depth, inverse_length;
-  /// [N] Normal force behind this pass's friction.
-  T force;
-
-  /// Impulse on B as a function of the relative velocity v at the end of the step: constant +
-  /// a_normal (g.v) g + a_across v_T + (a_along - a_across) (along.v) along. The part with a_normal
-  /// acts under load.
-  Vector3<T> constant, along;
-  T normal_constant, a_normal, a_across, a_along;
-
-  /// [N s] Impulses on B: of the normal part, and of the whole contact.
-  T normal_impulse;
-  Vector3<T> impulse;
-};
-
-/// Sum of the stiffness of a pair's contacts, about the middle of the patch's box.
-template <Scalar S>
-struct PairStiffness {
-  /// [N/m], [N s/m] Of the bristles in contact.
-  S bristle_sum = S(0), viscous_sum = S(0);
-  /// [kg] Sums of s, of s rho, of s rho^2 (`measure_pair`), across the rays and along them.
-  S tangential = S(0), normal = S(0);
-  Vec3<S> tangential_first = zero<Vec3<S>>(), normal_first = zero<Vec3<S>>();
-  S tangential_second = S(0), normal_second = S(0);
-};
-
-/// A patch's contacts with one body in one step.
-template <Scalar S>
-struct PatchPair {
-  /// [-] Index of body B; its contact packets are [first, first + count).
-  std::uint32_t body_b = 0;
-  std::uint32_t first = 0;
-  std::uint32_t count = 0;
-  /// [-] Axes of A in the world, and the pose of B relative to A.
-  Mat3<S> R_WA = identity<Mat3<S>>();
-  PairPose<S> pose{};
-  /// [m/s, rad/s] Motion of A relative to B at the start of the step, about A's centre of mass, in
-  /// A's axes.
-  Twist<S> start_motion{};
-  /// [m] Reference point c from A's centre of mass in A's axes, and from each centre of mass in
-  /// world axes.
-  Vec3<S> center = zero<Vec3<S>>();
-  Vec3<S> arm_a = zero<Vec3<S>>();
-  Vec3<S> arm_b = zero<Vec3<S>>();
-  PairStiffness<S> stiffness{};
-  /// [N s, N m s] Impulse on B about c in A's axes, if it was applied with the contacts.
-  bool is_applied = false;
-  Wrench<S> given{};
-  /// [1] Lambda of these contacts alone, if requested (`CollectDef`).
-  S lambda = S(0);
-  bool is_implicit = false;
-  /// [1] Weights of the implicit scheme (docs/sensors.md).
-  S alpha = S(1);
-  S beta = S(0);
-  S theta = S(1);
-  /// True if its linear models were moved to a solved motion; its packets keep those. The first
-  /// models, around the motion at the start of the step, follow from the hits and the stretch.
-  bool has_moved_models = false;
-  /// [-] Sum of the contacts' linear models about c, in A's axes: impulse = offset + matrix u.
-  Mat6<S> matrix = zero<Mat6<S>>();
-  Vec6<S> offset = zero<Vec6<S>>();
-  /// [-] Its index among soft blocks, when implicit.
-  std::uint32_t soft = 0;
-};
-
 /// Impulse of an implicit pair in the last step: its warm start in this one.
 template <Scalar S>
 struct PairImpulse {
@@ -119,10 +34,13 @@ struct PairImpulse {
   Vec6<S> impulse = zero<Vec6<S>>();
 };
 
-/// A shape that rays hit in this step, and the pair of its body.
-struct TouchedShape {
-  std::uint32_t tag = 0;
-  std::uint32_t pair = 0;
+/// A body that a patch met in the last step.
+template <Scalar S>
+struct SensedBody {
+  /// [-] Index of the body.
+  std::uint32_t body = 0;
+  /// Its pose relative to A as that step began.
+  PairPose<S> pose{};
 };
 
 /// State of a patch. Arrays have one entry a sensor unless said otherwise.
@@ -136,28 +54,22 @@ struct SensorPatch {
   std::shared_ptr<const PatchGeometry<S>> geometry{};
   /// Triangle cache for a fine mesh. Not state: results do not depend on it.
   TriangleCache<S> triangle_cache{};
-  /// Bristles, a packet for each of the geometry's.
+  /// Bristles, a packet for each of the geometry's, and which lanes are anchored. They are so in
+  /// the body of their reading.
   DynamicArray<BristlePacket<S>> bristles;
+  DynamicArray<LaneBits> is_anchored;
   /// False if the patch is off and senses nothing.
   bool is_active = true;
 
-  /// Hits of this step, by ray. Valid in the packets that can be near anything, whose numbers are
-  /// listed in ascending order; all packets until they were tested. Also contacts and pairs.
-  RayHits<S> hits{};
-  DynamicArray<std::uint32_t> near;
   PlaneCache<S> plane_cache{};
-  /// Lanes of each packet that hit anything in this step, and in the one before.
-  DynamicArray<LaneBits> hit_bits, hit_before;
-  DynamicArray<TouchedShape> touched;
-  /// Of the current pair: lanes of a near packet that hit its body, and the first contact of each
-  /// range of near packets.
-  DynamicArray<LaneBits> pair_bits;
-  DynamicArray<std::uint32_t> range_contacts;
-  DynamicArray<ContactPacket<S>> contacts;
-  DynamicArray<PatchPair<S>> pairs;
+  /// Lanes of each packet that hit anything in the last step, and whether any did. Others hold no
+  /// anchors.
+  DynamicArray<LaneBits> hit_bits;
+  bool has_hits = false;
+  DynamicArray<SensedBody<S>> sensed;
   DynamicArray<PairImpulse<S>> last_impulses;
   /// Active sensors of each packet: those with nonzero readings.
-  DynamicArray<LaneBits> felt, active_before;
+  DynamicArray<LaneBits> felt;
   bool was_active = false;
   ReadingStore<S> readings{};
 
@@ -172,43 +84,6 @@ struct SensorPatch {
     };
     return def.per_sensor.empty() ? of(def.parameters)
                                   : std::any_of(def.per_sensor.begin(), def.per_sensor.end(), of);
-  }
-  /// Its rays, each longer by `extra_length` [m]. Only those of the near packets need a result.
-  [[nodiscard]] RayBatch<S> near_rays(S extra_length) const {
-    RayBatch<S> batch = geometry->rays(extra_length);
-    batch.near_packets = &near;
-    return batch;
-  }
-  /// [m] Distances of the hits from sensor `first` on; 0 in the lanes outside `asked`.
-  [[nodiscard]] BRISTLE_FORCE_INLINE Pack<S> distances_of(std::size_t first,
-                                                          const Mask<S>& asked) const {
-    return select(asked, Pack<S>::load(hits.distance.data() + first), Pack<S>(S(0)));
-  }
-  /// [-] Sensors of the near packets.
-  [[nodiscard]] std::size_t near_count() const {
-    const std::size_t all = near.size() * packet_size;
-    // Only the last packet may have unused lanes.
-    const bool has_last = !near.empty() && near.back() + 1 == bristles.size();
-    return has_last ? all - (bristles.size() * packet_size - size()) : all;
-  }
-  /// [-] First packet of a range, and one behind its last, which may be padded where the range is
-  /// not. Only for ranges of whole packets (`RayTree::has_packets_in_ranges`), or for all sensors.
-  [[nodiscard]] std::array<std::size_t, 2> packets_in(RayRange range) const {
-    const std::size_t end = range.end / packet_size + (range.end % packet_size != 0 ? 1u : 0u);
-    return {range.first / packet_size, std::min(bristles.size(), end)};
-  }
-  /// [-] Near packets of the range.
-  [[nodiscard]] std::span<const std::uint32_t> near_in(RayRange range) const {
-    const auto [begin, end] = packets_in(range);
-    const auto first = std::lower_bound(near.begin(), near.end(), begin);
-    return {first, std::lower_bound(first, near.end(), end)};
-  }
-  /// Clears the hits of a range's near packets.
-  void reset_near_hits(RayRange range = {}) {
-    for (const std::uint32_t packet : near_in(range)) {
-      const auto first = static_cast<std::ptrdiff_t>(packet * packet_size);
-      std::fill_n(hits.distance.begin() + first, packet_size, infinity<S>);
-    }
   }
   /// [-] Number of active sensors (nonzero readings).
   [[nodiscard]] std::size_t active_count() const {
@@ -253,16 +128,9 @@ template <Scalar S>
   patch.geometry = std::make_shared<const PatchGeometry<S>>(def.sensors, center_B);
   const std::size_t packet_count = patch.geometry->packets.size();
   patch.bristles.resize(packet_count);
-  patch.hits.reset(packet_count * packet_size);
+  patch.is_anchored.resize(packet_count);
   patch.hit_bits.resize(packet_count);
-  patch.hit_before.resize(packet_count);
-  patch.pair_bits.resize(packet_count);
-  patch.range_contacts.resize(range_count(packet_count));
-  patch.near.resize(packet_count);
-  fill_numbers(patch.near);
-  patch.contacts.reserve(packet_count);
   patch.felt.resize(packet_count);
-  patch.active_before.resize(packet_count);
   patch.readings.resize(n);
   def.sensors = {};  // The geometry replaces it.
   patch.def = std::move(def);

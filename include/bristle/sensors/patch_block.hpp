@@ -16,6 +16,7 @@
 #include <bristle/sensors/linear_model.hpp>
 #include <bristle/sensors/passes.hpp>
 #include <bristle/sensors/patch.hpp>
+#include <bristle/sensors/patch_scratch.hpp>
 #include <bristle/sensors/patch_touch.hpp>
 
 #include <span>
@@ -31,8 +32,8 @@ void set_scheme(PatchPair<S>& pair, S bristle_sum, S viscous_sum, S w, S dt);
 /// Linearises all contacts of a pair for the first pass, around the motion at the start of the
 /// step. Sums their models.
 template <Scalar S>
-void start_linearisation(const SensorPatch<S>& patch, PatchPair<S>& pair, S dt,
-                         const ParallelFor& parallel_for = serial_for);
+void start_linearisation(const SensorPatch<S>& patch, const PatchScratch<S>& scratch,
+                         PatchPair<S>& pair, S dt, const ParallelFor& parallel_for = serial_for);
 
 /// Impulse of a pair at a motion.
 template <Scalar S>
@@ -47,8 +48,9 @@ struct PairResponse {
 /// or slips, it moves the linearisation there, which changes `matrix` and `offset`.
 /// @param motion  u at the end of the step, as the solver found it.
 template <Scalar S>
-PairResponse<S> evaluate(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<S>& motion, S dt,
-                         const SolvePass& pass, const ParallelFor& parallel_for = serial_for);
+PairResponse<S> evaluate(const SensorPatch<S>& patch, PatchScratch<S>& scratch, PatchPair<S>& pair,
+                         const Vec6<S>& motion, S dt, const SolvePass& pass,
+                         const ParallelFor& parallel_for = serial_for);
 
 /// Puts the sum of the linear models of a pair's contacts into its soft block.
 template <Scalar S>
@@ -56,7 +58,7 @@ void fill_block(const PatchPair<S>& pair, SoftBlock<S>& block);
 
 /// Clears a pair's contact impulses and slip states.
 template <Scalar S>
-void clear_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair);
+void clear_impulses(PatchScratch<S>& scratch, const PatchPair<S>& pair);
 
 // Implementation ----------------------------------------------------------------------------------
 
@@ -69,9 +71,9 @@ void set_scheme(PatchPair<S>& pair, S bristle_sum, S viscous_sum, S w, S dt) {
 }
 
 /// The contact packets of a pair.
-template <typename Patch, Scalar S>
-[[nodiscard]] auto contacts_of(Patch& patch, const PatchPair<S>& pair) {
-  return std::span(patch.contacts).subspan(pair.first, pair.count);
+template <typename Scratch, Scalar S>
+[[nodiscard]] auto contacts_of(Scratch& scratch, const PatchPair<S>& pair) {
+  return std::span(scratch.contacts).subspan(pair.first, pair.count);
 }
 
 /// Sums part(packets, sum) over contact packets, in ranges that threads may share.
@@ -120,10 +122,10 @@ struct LaneWrench {
 
 /// Finds the geometry of the contacts of a pack, as far as it is known before the linearisation.
 template <Scalar S>
-BRISTLE_FORCE_INLINE void find_geometry(const SensorPatch<S>& patch, const RayPacket<S>& rays,
+BRISTLE_FORCE_INLINE void find_geometry(const RayHits<S>& hits, const RayPacket<S>& rays,
                                         const ContactPacket<S>& packet, std::size_t at,
                                         const Pack3<S>& center, PatchContact<Pack<S>>& c) {
-  const TouchPack<S> touch(patch, rays, packet.packet, at, packet.is_met, false);
+  const TouchPack<S> touch(hits, rays, packet.packet, at, packet.is_met, false);
   c.n = touch.n;
   c.g = touch.g;
   c.rho = touch.point - center;
@@ -191,7 +193,7 @@ BRISTLE_FORCE_INLINE void linearise_at_start(const SensorParameters<Pack<S>>& p,
 
 /// Sum of the first models of some contacts.
 template <Scalar S>
-void sum_first_models(const SensorPatch<S>& patch, const PatchPair<S>& pair,
+void sum_first_models(const SensorPatch<S>& patch, const RayHits<S>& hits, const PatchPair<S>& pair,
                       std::span<const ContactPacket<S>> packets,
                       const LaneParameters<S>& parameters, S dt, ModelSum<Pack<S>>& total) {
   using T = Pack<S>;
@@ -206,7 +208,7 @@ void sum_first_models(const SensorPatch<S>& patch, const PatchPair<S>& pair,
     for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
       if (pack_bits<S>(packet.is_met, at) == 0) continue;
       PatchContact<T> c;
-      find_geometry(patch, rays, packet, at, center, c);
+      find_geometry(hits, rays, packet, at, center, c);
       linearise_at_start<S>(parameters(packet.packet, at, scratch), options, scheme, start,
                             load_mask<S>(packet.is_met, at), dt, c);
       sum.add(c);
@@ -281,8 +283,9 @@ BRISTLE_FORCE_INLINE void find_changes(const SensorParameters<Pack<S>>& p, SlipR
 /// Impulses and states of some contacts at the solved motion.
 /// @tparam is_first  True if the models are the first ones, which are not kept.
 template <bool is_first, Scalar S>
-void evaluate(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<ContactPacket<S>> packets,
-              const LaneParameters<S>& parameters, const PassDef<S>& def, Evaluation<S>& total) {
+void evaluate(const SensorPatch<S>& patch, const RayHits<S>& hits, const PatchPair<S>& pair,
+              std::span<ContactPacket<S>> packets, const LaneParameters<S>& parameters,
+              const PassDef<S>& def, Evaluation<S>& total) {
   using T = Pack<S>;
   const LawOptions options = patch.def.options;
   const PatchPair<S> scheme = pair;
@@ -298,7 +301,7 @@ void evaluate(SensorPatch<S>& patch, const PatchPair<S>& pair, std::span<Contact
       if (pack_bits<S>(packet.is_met, at) == 0) continue;
       const SensorParameters<T>& p = parameters(packet.packet, at, scratch);
       PatchContact<T> c;
-      find_geometry(patch, rays, packet, at, center, c);
+      find_geometry(hits, rays, packet, at, center, c);
       if constexpr (is_first) {
         linearise_at_start<S>(p, options, scheme, start, load_mask<S>(packet.is_met, at), def.dt,
                               c);
@@ -332,9 +335,10 @@ struct MovedModels {
 /// Models of some contacts around the solved motion.
 /// @param lagged  [s] The step, or 0 for normal forces that have not settled.
 template <Scalar S>
-void linearise_at_motion(SensorPatch<S>& patch, const PatchPair<S>& pair,
-                         std::span<ContactPacket<S>> packets, const LaneParameters<S>& parameters,
-                         const PassDef<S>& def, S lagged, MovedModels<Pack<S>>& total) {
+void linearise_at_motion(const SensorPatch<S>& patch, const RayHits<S>& hits,
+                         const PatchPair<S>& pair, std::span<ContactPacket<S>> packets,
+                         const LaneParameters<S>& parameters, const PassDef<S>& def, S lagged,
+                         MovedModels<Pack<S>>& total) {
   using T = Pack<S>;
   const LawOptions options = patch.def.options;
   const S dt = def.dt;
@@ -349,7 +353,7 @@ void linearise_at_motion(SensorPatch<S>& patch, const PatchPair<S>& pair,
     for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
       if (pack_bits<S>(packet.is_met, at) == 0) continue;
       PatchContact<T> c;
-      find_geometry(patch, rays, packet, at, center, c);
+      find_geometry(hits, rays, packet, at, center, c);
       load_states(packet, at, c);
       const SensorParameters<T>& p = parameters(packet.packet, at, scratch);
       const Pack3<S> v = found.at(c.rho);
@@ -373,35 +377,36 @@ void linearise_at_motion(SensorPatch<S>& patch, const PatchPair<S>& pair,
 }
 
 template <Scalar S>
-void start_linearisation(const SensorPatch<S>& patch, PatchPair<S>& pair, S dt,
-                         const ParallelFor& parallel_for) {
+void start_linearisation(const SensorPatch<S>& patch, const PatchScratch<S>& scratch,
+                         PatchPair<S>& pair, S dt, const ParallelFor& parallel_for) {
   using Sum = ModelSum<Pack<S>>;
   pair.has_moved_models = false;
   const LaneParameters<S> parameters(patch.def);
   const Sum sum =
-      sum_of_contacts<Sum>(contacts_of(patch, pair), parallel_for, [&](auto packets, Sum& part) {
-        sum_first_models<S>(patch, pair, packets, parameters, dt, part);
+      sum_of_contacts<Sum>(contacts_of(scratch, pair), parallel_for, [&](auto packets, Sum& part) {
+        sum_first_models<S>(patch, scratch.hits, pair, packets, parameters, dt, part);
       });
   sum.get(pair.matrix, pair.offset);
 }
 
 template <Scalar S>
-PairResponse<S> evaluate(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<S>& motion, S dt,
-                         const SolvePass& pass, const ParallelFor& parallel_for) {
+PairResponse<S> evaluate(const SensorPatch<S>& patch, PatchScratch<S>& scratch, PatchPair<S>& pair,
+                         const Vec6<S>& motion, S dt, const SolvePass& pass,
+                         const ParallelFor& parallel_for) {
   // A change counts from a thousandth of the patch's load on: friction follows the normal force of
   // the pass before.
   const S negligible = S(1e-3);
   const PassDef<S> def{motion, dt, pass};
-  const std::span<ContactPacket<S>> contacts = contacts_of(patch, pair);
+  const std::span<ContactPacket<S>> contacts = contacts_of(scratch, pair);
   using Evaluation = Evaluation<S>;
   using Moved = MovedModels<Pack<S>>;
   const LaneParameters<S> parameters(patch.def);
   const Evaluation found = sum_of_contacts<Evaluation>(
       contacts, parallel_for, [&](std::span<ContactPacket<S>> packets, Evaluation& part) {
         if (pair.has_moved_models) {
-          evaluate<false, S>(patch, pair, packets, parameters, def, part);
+          evaluate<false, S>(patch, scratch.hits, pair, packets, parameters, def, part);
         } else {
-          evaluate<true, S>(patch, pair, packets, parameters, def, part);
+          evaluate<true, S>(patch, scratch.hits, pair, packets, parameters, def, part);
         }
       });
   const Wrench<S> impulse = found.impulse.in_world(pair);
@@ -415,7 +420,7 @@ PairResponse<S> evaluate(SensorPatch<S>& patch, PatchPair<S>& pair, const Vec6<S
   const S lagged = pass.left == 1 && has_changed ? S(0) : dt;
   const Moved moved = sum_of_contacts<Moved>(
       contacts, parallel_for, [&](std::span<ContactPacket<S>> packets, Moved& part) {
-        linearise_at_motion<S>(patch, pair, packets, parameters, def, lagged, part);
+        linearise_at_motion<S>(patch, scratch.hits, pair, packets, parameters, def, lagged, part);
       });
   pair.has_moved_models = true;
   moved.models.get(pair.matrix, pair.offset);
@@ -435,8 +440,8 @@ void fill_block(const PatchPair<S>& pair, SoftBlock<S>& block) {
 }
 
 template <Scalar S>
-void clear_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair) {
-  for (ContactPacket<S>& packet : contacts_of(patch, pair)) {
+void clear_impulses(PatchScratch<S>& scratch, const PatchPair<S>& pair) {
+  for (ContactPacket<S>& packet : contacts_of(scratch, pair)) {
     packet.impulse = {};
     packet.normal_impulse = {};
     packet.is_slipping = 0;

@@ -6,6 +6,7 @@
 #include <bristle/core/parallel.hpp>
 #include <bristle/sensors/lane_parameters.hpp>
 #include <bristle/sensors/patch.hpp>
+#include <bristle/sensors/patch_scratch.hpp>
 #include <bristle/sensors/patch_touch.hpp>
 
 namespace bristle::inline BRISTLE_ABI::detail {
@@ -36,46 +37,43 @@ struct CollectDef {
 template <Scalar S>
 void clear_patch(SensorPatch<S>& patch);
 
-/// Rebuilds `hit_bits` from `contacts` after a snapshot is restored.
-template <Scalar S>
-void mark_hits(SensorPatch<S>& patch);
-
 /// Saves the hit mask of the step before. Call it once a step, before any `find_hit_mask`.
 template <Scalar S>
-void begin_hit_mask(SensorPatch<S>& patch);
+void begin_hit_mask(SensorPatch<S>& patch, PatchScratch<S>& scratch);
 
 /// Finds the lanes of the near packets of a range that hit anything. Packets of the range without
 /// any hit let go. `collect_contacts` does both for all sensors unless told that they were done.
 /// Threads that share the ranges have the hits of their own ranges in cache.
 template <Scalar S>
-void find_hit_mask(SensorPatch<S>& patch, RayRange range);
+void find_hit_mask(SensorPatch<S>& patch, PatchScratch<S>& scratch, RayRange range);
 
-/// Fills `contacts` and `pairs` from `hits`. A sensor without a hit lets go. Under the paper's law
-/// the bristles advance, too. Patches that are explicit by definition apply their impulses here,
-/// which spares a second sweep over the contacts.
+/// Fills `contacts` and `pairs` of the scratch from its hits. A sensor without a hit lets go. Under
+/// the paper's law the bristles advance, too. Patches that are explicit by definition apply their
+/// impulses here, which spares a second sweep over the contacts.
 ///
 /// @param A        The patch's own body.
 /// @param find     Callable: TouchedBody<S> find(tag), the body that owns the shape with that tag.
 /// @param parallel_for  Shares the sensors of a large patch; the contacts are the same bits.
 template <Scalar S, typename FindBody>
-void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
-                      const CollectDef<S>& def, const ParallelFor& parallel_for = serial_for);
+void collect_contacts(SensorPatch<S>& patch, PatchScratch<S>& scratch, const Body<S>& A,
+                      FindBody&& find, const CollectDef<S>& def,
+                      const ParallelFor& parallel_for = serial_for);
 
 // Implementation ----------------------------------------------------------------------------------
 
 template <Scalar S>
 void clear_patch(SensorPatch<S>& patch) {
-  for (const ContactPacket<S>& c : patch.contacts) {
-    patch.bristles[c.packet].is_anchored = 0;
-    patch.hit_bits[c.packet] = 0;
+  for (std::size_t i = 0; patch.has_hits && i < patch.hit_bits.size(); ++i) {
+    if (patch.hit_bits[i] != 0) patch.is_anchored[i] = 0;
+    patch.hit_bits[i] = 0;
   }
+  patch.has_hits = false;
   for (std::size_t i = 0; patch.was_active && i < patch.felt.size(); ++i) {
     if (patch.felt[i] != 0) patch.readings.clear_packet(i);
     patch.felt[i] = 0;
   }
   patch.was_active = false;
-  patch.contacts.clear();
-  patch.pairs.clear();
+  patch.sensed.clear();
   patch.last_impulses.clear();
   patch.plane_cache.clear();
   patch.readings.wrench = {};
@@ -83,22 +81,15 @@ void clear_patch(SensorPatch<S>& patch) {
 }
 
 template <Scalar S>
-void mark_hits(SensorPatch<S>& patch) {
-  std::fill(patch.hit_bits.begin(), patch.hit_bits.end(), LaneBits(0));
-  // The next step only tests whether any lane of a packet had a hit.
-  for (const ContactPacket<S>& c : patch.contacts) patch.hit_bits[c.packet] = 0xffffu;
-}
-
-template <Scalar S>
-void begin_hit_mask(SensorPatch<S>& patch) {
-  std::swap(patch.hit_bits, patch.hit_before);
+void begin_hit_mask(SensorPatch<S>& patch, PatchScratch<S>& scratch) {
+  std::swap(patch.hit_bits, scratch.hit_before);
   std::fill(patch.hit_bits.begin(), patch.hit_bits.end(), LaneBits(0));
 }
 
 template <Scalar S>
-void find_hit_mask(SensorPatch<S>& patch, RayRange range) {
-  for (const std::uint32_t number : patch.near_in(range)) {
-    const S* distance = patch.hits.distance.data() + number * packet_size;
+void find_hit_mask(SensorPatch<S>& patch, PatchScratch<S>& scratch, RayRange range) {
+  for (const std::uint32_t number : scratch.near_in(range)) {
+    const S* distance = scratch.hits.distance.data() + number * packet_size;
     std::uint32_t hit = 0;
     for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
       hit |= bits(Pack<S>::load(distance + at) < Pack<S>(infinity<S>)) << at;
@@ -107,58 +98,58 @@ void find_hit_mask(SensorPatch<S>& patch, RayRange range) {
   }
   // Only packets hit in the step before hold anchors. The others are not read, which saves memory
   // traffic.
-  const auto [begin, end] = patch.packets_in(range);
+  const auto [begin, end] = scratch.packets_in(range);
   for (std::size_t i = begin; i < end; ++i) {
-    if (patch.hit_before[i] != 0 && patch.hit_bits[i] == 0) patch.bristles[i].is_anchored = 0;
+    if (scratch.hit_before[i] != 0 && patch.hit_bits[i] == 0) patch.is_anchored[i] = 0;
   }
 }
 
 /// Finds the hit mask of all ranges at once, for hits from any source.
 template <Scalar S>
-void find_whole_hit_mask(SensorPatch<S>& patch) {
+void find_whole_hit_mask(SensorPatch<S>& patch, PatchScratch<S>& scratch) {
   // Hosts fill the hits of real sensors only.
   const std::size_t padded = patch.bristles.size() * packet_size;
-  patch.hits.distance.resize(padded, infinity<S>);
-  patch.hits.normal.resize(padded);
-  patch.hits.tag.resize(padded);
-  begin_hit_mask(patch);
-  find_hit_mask(patch, RayRange{});
+  scratch.hits.distance.resize(padded, infinity<S>);
+  scratch.hits.normal.resize(padded);
+  scratch.hits.tag.resize(padded);
+  begin_hit_mask(patch, scratch);
+  find_hit_mask(patch, scratch, RayRange{});
 }
 
-/// Makes an entry in `patch.touched`, without its pair, for every shape that was hit.
+/// Makes an entry in `PatchScratch::touched`, without its pair, for every shape that was hit.
 template <Scalar S>
-void find_touched(SensorPatch<S>& patch, std::uint32_t only_tag) {
-  patch.touched.clear();
-  for (const std::uint32_t number : patch.near) {
+void find_touched(const SensorPatch<S>& patch, PatchScratch<S>& scratch, std::uint32_t only_tag) {
+  scratch.touched.clear();
+  for (const std::uint32_t number : scratch.near) {
     std::uint32_t rest = patch.hit_bits[number];
     if (rest == 0) continue;
     if (only_tag != CollectDef<S>::any_tag) {
-      patch.touched.push_back({only_tag, 0});
+      scratch.touched.push_back({only_tag, 0});
       return;
     }
-    const std::uint32_t* tags = patch.hits.tag.data() + number * packet_size;
-    for (const TouchedShape& shape : patch.touched) {
+    const std::uint32_t* tags = scratch.hits.tag.data() + number * packet_size;
+    for (const TouchedShape& shape : scratch.touched) {
       rest &= ~std::uint32_t(equal_lanes(tags, shape.tag));
       if (rest == 0) break;
     }
     while (rest != 0) {
       const std::uint32_t tag = tags[std::countr_zero(rest)];
       rest &= ~std::uint32_t(equal_lanes(tags, tag));
-      patch.touched.push_back({tag, 0});
+      scratch.touched.push_back({tag, 0});
     }
   }
 }
 
 /// Lanes of a packet that hit a pair's body.
 template <Scalar S>
-[[nodiscard]] LaneBits hit_mask(const SensorPatch<S>& patch, std::size_t number,
-                                std::uint32_t pair) {
+[[nodiscard]] LaneBits hit_mask(const SensorPatch<S>& patch, const PatchScratch<S>& scratch,
+                                std::size_t number, std::uint32_t pair) {
   const LaneBits hit = patch.hit_bits[number];
   if (hit == 0) return hit;
   std::uint32_t of_pair = 0;
-  for (const TouchedShape& shape : patch.touched) {
+  for (const TouchedShape& shape : scratch.touched) {
     if (shape.pair != pair) continue;
-    of_pair |= equal_lanes(patch.hits.tag.data() + number * packet_size, shape.tag);
+    of_pair |= equal_lanes(scratch.hits.tag.data() + number * packet_size, shape.tag);
   }
   return static_cast<LaneBits>(hit & of_pair);
 }
@@ -166,22 +157,24 @@ template <Scalar S>
 /// Finds which near packets belong to a pair. Reserves their contacts from contact `first` on.
 /// @return One behind the last of them.
 template <Scalar S>
-std::uint32_t place_contacts(SensorPatch<S>& patch, std::uint32_t pair, std::uint32_t first) {
-  const bool is_only = patch.pairs.size() == 1;
-  const std::size_t range = packets_per_range(patch.near.size());
+std::uint32_t place_contacts(const SensorPatch<S>& patch, PatchScratch<S>& scratch,
+                             std::uint32_t pair, std::uint32_t first) {
+  const bool is_only = scratch.pairs.size() == 1;
+  const std::size_t range = packets_per_range(scratch.near.size());
   std::uint32_t next = first;
-  for (std::size_t from = 0, number = 0; from < patch.near.size(); from += range) {
-    patch.range_contacts[number++] = next;
-    const std::size_t to = std::min(patch.near.size(), from + range);
+  for (std::size_t from = 0, number = 0; from < scratch.near.size(); from += range) {
+    scratch.range_contacts[number++] = next;
+    const std::size_t to = std::min(scratch.near.size(), from + range);
     for (std::size_t k = from; k < to; ++k) {
-      const std::uint32_t packet = patch.near[k];
-      const LaneBits hit = is_only ? patch.hit_bits[packet] : hit_mask(patch, packet, pair);
-      patch.pair_bits[k] = hit;
+      const std::uint32_t packet = scratch.near[k];
+      const LaneBits hit =
+          is_only ? patch.hit_bits[packet] : hit_mask(patch, scratch, packet, pair);
+      scratch.pair_bits[k] = hit;
       next += hit != 0 ? 1u : 0u;
     }
   }
   // Existing entries stay as they are, which costs nothing.
-  if (patch.contacts.size() < next) patch.contacts.resize(next);
+  if (scratch.contacts.size() < next) scratch.contacts.resize(next);
   return next;
 }
 
@@ -251,17 +244,19 @@ class ContactMaker {
   using T = Pack<S>;
 
   /// @param first  [-] Index of the first contact.
-  ContactMaker(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b,
-               const LaneParameters<S>& parameters, const CollectDef<S>& def, std::uint32_t first)
+  ContactMaker(SensorPatch<S>& patch, PatchScratch<S>& scratch, const PatchPair<S>& pair,
+               BodyId id_b, const LaneParameters<S>& parameters, const CollectDef<S>& def,
+               std::uint32_t first)
       : patch_(patch),
-        next_(patch.contacts.data() + first),
+        hits_(scratch.hits),
+        next_(scratch.contacts.data() + first),
         parameters_(parameters),
         options_(patch.def.options),
         pose_(pair.pose),
         linear_(broadcast<T>(pair.start_motion.linear)),
         angular_(broadcast<T>(pair.start_motion.angular)),
         middle_(broadcast<T>(patch.geometry->box.center())),
-        key_b_(anchor_key(id_b)),
+        id_b_(id_b),
         dt_(def.dt),
         measures_lambda_(def.measures_lambda),
         applies_(is_explicit(patch.def)) {}
@@ -278,21 +273,18 @@ class ContactMaker {
     ContactPacket<S>& out = *next_++;
     out.begin(static_cast<std::uint32_t>(number));
     // A sensor without a hit lets go.
-    const auto was_anchored = static_cast<LaneBits>(bristles.is_anchored & patch_.hit_bits[number]);
+    LaneBits& is_anchored = patch_.is_anchored[number];
+    const auto was_anchored = static_cast<LaneBits>(is_anchored & patch_.hit_bits[number]);
+    const BodyId* bodies = patch_.readings.body.data() + number * packet_size;
     const LaneBits anchored =
-        was_anchored == 0
-            ? LaneBits(0)
-            : static_cast<LaneBits>(was_anchored & bristles.anchored_on.lanes_in(key_b_));
+        was_anchored == 0 ? LaneBits(0)
+                          : static_cast<LaneBits>(was_anchored & equal_lanes(bodies, id_b_));
     for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
       if (pack_bits<S>(hit, at) != 0) add_pack(rays, bristles, out, at, hit, anchored);
     }
-    if (options_.law == Law::ambf) {
-      bristles.is_anchored = static_cast<LaneBits>(was_anchored & (~hit | out.is_met));
-    } else {
-      const auto fresh = static_cast<LaneBits>(out.is_touching & ~std::uint32_t(anchored));
-      if (fresh != 0) bristles.anchored_on.set(fresh, key_b_, was_anchored != anchored);
-      bristles.is_anchored = static_cast<LaneBits>((was_anchored & ~hit) | out.is_touching);
-    }
+    is_anchored =
+        static_cast<LaneBits>(options_.law == Law::ambf ? was_anchored & (~hit | out.is_met)
+                                                        : (was_anchored & ~hit) | out.is_touching);
     sums_.count += static_cast<std::uint32_t>(std::popcount(out.is_met));
   }
 
@@ -302,7 +294,7 @@ class ContactMaker {
   BRISTLE_FORCE_INLINE void add_pack(const RayPacket<S>& rays, BristlePacket<S>& bristles,
                                      ContactPacket<S>& out, std::size_t at, LaneBits hit,
                                      LaneBits anchored) {
-    const TouchPack<S> touch(patch_, rays, out.packet, at, hit, true);
+    const TouchPack<S> touch(hits_, rays, out.packet, at, hit, true);
     SensorParameters<T> scratch;
     const SensorParameters<T>& p = parameters_(out.packet, at, scratch);
     const Mask<S> is_met = touch.is_met;
@@ -346,7 +338,7 @@ class ContactMaker {
                                   const T& sigma, Row3<S>& row) const {
     Anchor<T> anchor{load_pack(bristles.anchor_a, at), load_pack(bristles.anchor_b, at)};
     const Mask<S> is_touching = load_mask<S>(out.is_touching, at);
-    const T distance = patch_.distances_of(out.packet * packet_size + at, is_touching);
+    const T distance = distances_of(hits_, out.packet * packet_size + at, is_touching);
     const Pack3<S> point = load_pack(rays.start, at) + distance * load_pack(rays.direction, at);
     Mask<S> did_slip;
     // Lanes out of contact keep their anchor at any stretch.
@@ -383,12 +375,13 @@ class ContactMaker {
   }
 
   SensorPatch<S>& patch_;
+  const RayHits<S>& hits_;
   ContactPacket<S>* next_;
   const LaneParameters<S>& parameters_;
   const LawOptions options_;
   const PairPose<S> pose_;
   const Pack3<S> linear_, angular_, middle_;
-  const std::uint64_t key_b_;
+  const BodyId id_b_;
   const S dt_;
   const bool measures_lambda_;
   const bool applies_;
@@ -399,28 +392,28 @@ class ContactMaker {
 /// Makes the contacts of pair `index`, from contact `first` on, and measures them.
 /// @return One behind the last contact.
 template <Scalar S>
-std::uint32_t meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S>& A,
-                        const TouchedBody<S>& B, const CollectDef<S>& def, std::uint32_t first,
-                        const ParallelFor& parallel_for) {
-  PatchPair<S>& pair = patch.pairs[index];
+std::uint32_t meet_body(SensorPatch<S>& patch, PatchScratch<S>& scratch, std::uint32_t index,
+                        const Body<S>& A, const TouchedBody<S>& B, const CollectDef<S>& def,
+                        std::uint32_t first, const ParallelFor& parallel_for) {
+  PatchPair<S>& pair = scratch.pairs[index];
   pair.R_WA = A.center_pose.rotation_matrix();
   pair.pose = pair_pose(A.center_pose, B.body->center_pose);
   const Vec3<S> p_AB_W = B.body->center_pose.translation - A.center_pose.translation;
   const Mat3<S> R_AW = transposed(pair.R_WA);
   pair.start_motion = {R_AW * (A.twist.linear - B.body->twist.at(-p_AB_W)),
                        R_AW * (A.twist.angular - B.body->twist.angular)};
-  const std::uint32_t end = place_contacts(patch, index, first);
-  const std::size_t range = packets_per_range(patch.near.size());
+  const std::uint32_t end = place_contacts(patch, scratch, index, first);
+  const std::size_t range = packets_per_range(scratch.near.size());
   using Maker = ContactMaker<S>;
   const LaneParameters<S> parameters(patch.def);
   const auto meet = [&](std::size_t from, std::size_t to, ContactSums<S>& sums) {
-    Maker maker(patch, pair, B.id, parameters, def, patch.range_contacts[from / range]);
+    Maker maker(patch, scratch, pair, B.id, parameters, def, scratch.range_contacts[from / range]);
     for (std::size_t k = from; k < to; ++k) {
-      if (patch.pair_bits[k] != 0) maker.add_packet(patch.near[k], patch.pair_bits[k]);
+      if (scratch.pair_bits[k] != 0) maker.add_packet(scratch.near[k], scratch.pair_bits[k]);
     }
     sums = maker.sums();
   };
-  const auto sums = sum_in_ranges<ContactSums<S>>(patch.near.size(), range, fewest_shared_ranges,
+  const auto sums = sum_in_ranges<ContactSums<S>>(scratch.near.size(), range, fewest_shared_ranges,
                                                   parallel_for, meet);
   pair.stiffness = sums.stiffness();
   // Moments are smallest about the middle of the contacts.
@@ -436,27 +429,33 @@ std::uint32_t meet_body(SensorPatch<S>& patch, std::uint32_t index, const Body<S
 }
 
 template <Scalar S, typename FindBody>
-void collect_contacts(SensorPatch<S>& patch, const Body<S>& A, FindBody&& find,
-                      const CollectDef<S>& def, const ParallelFor& parallel_for) {
-  patch.pairs.clear();
+void collect_contacts(SensorPatch<S>& patch, PatchScratch<S>& scratch, const Body<S>& A,
+                      FindBody&& find, const CollectDef<S>& def, const ParallelFor& parallel_for) {
+  scratch.pairs.clear();
+  patch.sensed.clear();
   // No hits to collect, and no anchor to release.
-  if (patch.near.empty() && patch.contacts.empty()) return;
-  if (!def.knows_hit_mask) find_whole_hit_mask(patch);
-  find_touched(patch, def.only_tag);
-  for (TouchedShape& shape : patch.touched) {
+  if (scratch.near.empty() && !patch.has_hits) return;
+  if (!def.knows_hit_mask) find_whole_hit_mask(patch, scratch);
+  find_touched(patch, scratch, def.only_tag);
+  for (TouchedShape& shape : scratch.touched) {
     const std::uint32_t slot = find(shape.tag).id.index;
-    while (shape.pair < patch.pairs.size() && patch.pairs[shape.pair].body_b != slot) ++shape.pair;
-    if (shape.pair == patch.pairs.size()) patch.pairs.emplace_back().body_b = slot;
+    while (shape.pair < scratch.pairs.size() && scratch.pairs[shape.pair].body_b != slot)
+      ++shape.pair;
+    if (shape.pair == scratch.pairs.size()) scratch.pairs.emplace_back().body_b = slot;
   }
   std::uint32_t contacts = 0;
-  for (std::uint32_t index = 0; index < patch.pairs.size(); ++index) {
-    for (const TouchedShape& shape : patch.touched) {
+  for (std::uint32_t index = 0; index < scratch.pairs.size(); ++index) {
+    for (const TouchedShape& shape : scratch.touched) {
       if (shape.pair != index) continue;
-      contacts = meet_body(patch, index, A, find(shape.tag), def, contacts, parallel_for);
+      contacts = meet_body(patch, scratch, index, A, find(shape.tag), def, contacts, parallel_for);
       break;
     }
   }
-  patch.contacts.resize(contacts);
+  scratch.contacts.resize(contacts);
+  patch.has_hits = contacts > 0;
+  for (const PatchPair<S>& pair : scratch.pairs) {
+    if (pair.count > 0) patch.sensed.push_back({pair.body_b, pair.pose});
+  }
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

@@ -8,6 +8,7 @@
 #include <bristle/sensors/patch.hpp>
 #include <bristle/sensors/patch_block.hpp>
 #include <bristle/sensors/patch_contacts.hpp>
+#include <bristle/sensors/patch_scratch.hpp>
 #include <bristle/sensors/patch_touch.hpp>
 
 namespace bristle::inline BRISTLE_ABI::detail {
@@ -29,7 +30,8 @@ void measure_pair(const SensorPatch<S>& patch, PatchPair<S>& pair, const SolverB
 /// @param parallel_for  Shares the contacts of a large patch; the impulses are the same bits.
 /// @return [N s, N m s] The sum of the impulses on B about c.
 template <Scalar S>
-Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt,
+Wrench<S> explicit_impulses(SensorPatch<S>& patch, PatchScratch<S>& scratch,
+                            const PatchPair<S>& pair, BodyId id_b, S dt,
                             const ParallelFor& parallel_for = serial_for);
 
 // Implementation ----------------------------------------------------------------------------------
@@ -56,10 +58,12 @@ void measure_pair(const SensorPatch<S>& patch, PatchPair<S>& pair, const SolverB
 
 /// `explicit_impulses` under AMBF's law, one sensor after the other.
 template <Scalar S>
-Wrench<S> ambf_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt) {
+Wrench<S> ambf_impulses(SensorPatch<S>& patch, PatchScratch<S>& scratch, const PatchPair<S>& pair,
+                        BodyId id_b, S dt) {
   Wrench<S> sum;
-  for (ContactPacket<S>& packet : contacts_of(patch, pair)) {
+  for (ContactPacket<S>& packet : contacts_of(scratch, pair)) {
     BristlePacket<S>& bristles = patch.bristles[packet.packet];
+    LaneBits& anchored = patch.is_anchored[packet.packet];
     packet.is_slipping = 0;
     for (std::size_t i = 0; i < packet_size; ++i) {
       const LaneBits bit = static_cast<LaneBits>(1u << i);
@@ -67,20 +71,18 @@ Wrench<S> ambf_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId 
       packet.normal_impulse[i] = S(0);
       if ((packet.is_touching & bit) == 0) continue;
       const auto [n, g, point, depth, inverse_length] =
-          touch_of(patch, packet.packet * packet_size + i);
+          touch_of(*patch.geometry, scratch.hits, packet.packet * packet_size + i);
       const SensorContact<S> contact{depth, inverse_length, n, g, pair.start_motion.at(point)};
       Anchor<S> anchor{bristles.anchor_a[i], bristles.anchor_b[i]};
-      bool is_anchored =
-          (bristles.is_anchored & bit) != 0 && bristles.anchored_on[i] == anchor_key(id_b);
+      const BodyId before = patch.readings.body[packet.packet * packet_size + i];
+      bool is_anchored = (anchored & bit) != 0 && before == id_b;
       bool did_slip = false;
       const SensorForce<S> force = ambf_sensor_force<S>(
           patch.parameters(packet.packet * packet_size + i), patch.def.options.scaling, contact,
           g.normalized() * S(-1), pair.pose, point, anchor, is_anchored, did_slip);
       bristles.anchor_a.set(i, anchor.q_A);
       bristles.anchor_b.set(i, anchor.q_B);
-      bristles.anchored_on.set(bit, anchor_key(id_b), (bristles.is_anchored & ~bit) != 0);
-      bristles.is_anchored = static_cast<LaneBits>(is_anchored ? bristles.is_anchored | bit
-                                                               : bristles.is_anchored & ~bit);
+      anchored = static_cast<LaneBits>(is_anchored ? anchored | bit : anchored & ~bit);
       if (did_slip) packet.is_slipping = static_cast<LaneBits>(packet.is_slipping | bit);
       packet.normal_impulse[i] = dt * force.normal;
       packet.impulse.set(i, dt * force.total());
@@ -92,7 +94,7 @@ Wrench<S> ambf_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId 
 
 /// Impulses of some contacts at the start of the step, under the paper's law.
 template <Scalar S>
-void apply_at_start(SensorPatch<S>& patch, const PatchPair<S>& pair,
+void apply_at_start(const SensorPatch<S>& patch, const RayHits<S>& hits, const PatchPair<S>& pair,
                     std::span<ContactPacket<S>> packets, const LaneParameters<S>& parameters, S dt,
                     LaneWrench<S>& total) {
   const LawOptions options = patch.def.options;
@@ -104,7 +106,7 @@ void apply_at_start(SensorPatch<S>& patch, const PatchPair<S>& pair,
     const RayPacket<S>& rays = patch.geometry->packets[packet.packet];
     for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
       if (pack_bits<S>(packet.is_met, at) == 0) continue;
-      const TouchPack<S> touch(patch, rays, packet.packet, at, packet.is_met, false);
+      const TouchPack<S> touch(hits, rays, packet.packet, at, packet.is_met, false);
       const SensorContact<Pack<S>> contact{touch.depth, touch.inverse_length, touch.n, touch.g,
                                            start.at(touch.point)};
       apply_impulses<S>(packet, at, parameters(packet.packet, at, scratch), options, contact,
@@ -117,25 +119,28 @@ void apply_at_start(SensorPatch<S>& patch, const PatchPair<S>& pair,
 
 /// `explicit_impulses` under the paper's law.
 template <Scalar S>
-Wrench<S> paper_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, S dt,
-                         const ParallelFor& parallel_for) {
+Wrench<S> paper_impulses(const SensorPatch<S>& patch, PatchScratch<S>& scratch,
+                         const PatchPair<S>& pair, S dt, const ParallelFor& parallel_for) {
   using Sum = LaneWrench<S>;
   const LaneParameters<S> parameters(patch.def);
-  return sum_of_contacts<Sum>(contacts_of(patch, pair), parallel_for,
+  return sum_of_contacts<Sum>(contacts_of(scratch, pair), parallel_for,
                               [&](std::span<ContactPacket<S>> packets, Sum& part) {
-                                apply_at_start<S>(patch, pair, packets, parameters, dt, part);
+                                apply_at_start<S>(patch, scratch.hits, pair, packets, parameters,
+                                                  dt, part);
                               })
       .in_world(pair);
 }
 
 template <Scalar S>
-Wrench<S> explicit_impulses(SensorPatch<S>& patch, const PatchPair<S>& pair, BodyId id_b, S dt,
+Wrench<S> explicit_impulses(SensorPatch<S>& patch, PatchScratch<S>& scratch,
+                            const PatchPair<S>& pair, BodyId id_b, S dt,
                             const ParallelFor& parallel_for) {
   if (pair.is_applied) {
     return {pair.R_WA * pair.given.force, pair.R_WA * pair.given.torque};
   }
-  return patch.def.options.law == Law::ambf ? ambf_impulses(patch, pair, id_b, dt)
-                                            : paper_impulses(patch, pair, dt, parallel_for);
+  return patch.def.options.law == Law::ambf
+             ? ambf_impulses(patch, scratch, pair, id_b, dt)
+             : paper_impulses(patch, scratch, pair, dt, parallel_for);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

@@ -6,6 +6,8 @@
 #include <bristle/math/finite.hpp>
 #include <bristle/sensors/patch.hpp>
 #include <bristle/sensors/patch_block.hpp>
+#include <bristle/sensors/patch_scratch.hpp>
+#include <bristle/sensors/patch_touch.hpp>
 
 #include <bit>
 #include <cstddef>
@@ -18,8 +20,8 @@ namespace bristle::inline BRISTLE_ABI::detail {
 /// @param parallel_for  Shares the contacts of a large patch; the readings are the same bits.
 /// @return Number of sensors of depth 1.
 template <Scalar S, typename FindId>
-std::size_t fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& find_id,
-                          const ParallelFor& parallel_for = serial_for);
+std::size_t fill_readings(SensorPatch<S>& patch, PatchScratch<S>& scratch, const Vec3<S>& origin,
+                          S dt, FindId&& find_id, const ParallelFor& parallel_for = serial_for);
 
 // Implementation ----------------------------------------------------------------------------------
 
@@ -58,9 +60,10 @@ struct ReadingSum {
 
 /// Writes readings of one packet's contacts on `id`. Adds their forces to `sum`.
 template <Scalar S>
-BRISTLE_FORCE_INLINE void read_packet(SensorPatch<S>& patch, const PatchPair<S>& pair,
-                                      const ContactPacket<S>& packet, const Vec3<S>& origin,
-                                      S per_step, BodyId id, ReadingSum<S>& sum) {
+BRISTLE_FORCE_INLINE void read_packet(SensorPatch<S>& patch, const RayHits<S>& hits,
+                                      const PatchPair<S>& pair, const ContactPacket<S>& packet,
+                                      const Vec3<S>& origin, S per_step, BodyId id,
+                                      ReadingSum<S>& sum) {
   using T = Pack<S>;
   const RayPacket<S>& rays = patch.geometry->packets[packet.packet];
   ReadingStore<S>& out = patch.readings;
@@ -78,7 +81,7 @@ BRISTLE_FORCE_INLINE void read_packet(SensorPatch<S>& patch, const PatchPair<S>&
     const Pack3<S> n = load_pack(rays.direction, at);
     const Pack3<S> t1 = load_pack(rays.tangent, at);
     const Mask<S> is_met = load_mask<S>(packet.is_met, at);
-    const T distance = patch.distances_of(i, is_met);
+    const T distance = distances_of(hits, i, is_met);
     const Pack3<S> point = load_pack(rays.start, at) + distance * n;
     const Pack3<S> force = T(-per_step) * load_pack(packet.impulse, at);
     const T normal = load_pack(packet.normal_impulse, at) * T(per_step);
@@ -126,15 +129,17 @@ BRISTLE_FORCE_INLINE void read_packet(SensorPatch<S>& patch, const PatchPair<S>&
 /// that it is compiled once for all callers.
 /// @return Number of sensors of depth 1.
 template <Scalar S>
-std::size_t read_pair(SensorPatch<S>& patch, const PatchPair<S>& pair, const Vec3<S>& origin,
-                      S per_step, BodyId id, const ParallelFor& parallel_for) {
+std::size_t read_pair(SensorPatch<S>& patch, PatchScratch<S>& scratch, const PatchPair<S>& pair,
+                      const Vec3<S>& origin, S per_step, BodyId id,
+                      const ParallelFor& parallel_for) {
   using Sum = ReadingSum<S>;
   const auto read = [&] {
-    return sum_of_contacts<Sum>(contacts_of(patch, pair), parallel_for,
+    return sum_of_contacts<Sum>(contacts_of(scratch, pair), parallel_for,
                                 [&](std::span<ContactPacket<S>> packets, Sum& part) {
                                   Sum own;
                                   for (const ContactPacket<S>& packet : packets) {
-                                    read_packet(patch, pair, packet, origin, per_step, id, own);
+                                    read_packet(patch, scratch.hits, pair, packet, origin, per_step,
+                                                id, own);
                                   }
                                   part = own;
                                 });
@@ -144,7 +149,7 @@ std::size_t read_pair(SensorPatch<S>& patch, const PatchPair<S>& pair, const Vec
   if (!has_finite_square(on_a.force) || !has_finite_square(on_a.torque)) {
     // Far from the centre of mass a moment can overflow where no force does. No velocity can
     // follow it, so nothing was applied.
-    clear_impulses(patch, pair);
+    clear_impulses(scratch, pair);
     sum = read();
     on_a = {};
   }
@@ -154,20 +159,21 @@ std::size_t read_pair(SensorPatch<S>& patch, const PatchPair<S>& pair, const Vec
 }
 
 template <Scalar S, typename FindId>
-std::size_t fill_readings(SensorPatch<S>& patch, const Vec3<S>& origin, S dt, FindId&& find_id,
-                          const ParallelFor& parallel_for) {
+std::size_t fill_readings(SensorPatch<S>& patch, PatchScratch<S>& scratch, const Vec3<S>& origin,
+                          S dt, FindId&& find_id, const ParallelFor& parallel_for) {
   ReadingStore<S>& out = patch.readings;
-  patch.was_active = !patch.pairs.empty();
-  std::swap(patch.felt, patch.active_before);
+  patch.was_active = !scratch.pairs.empty();
+  std::swap(patch.felt, scratch.active_before);
   std::fill(patch.felt.begin(), patch.felt.end(), LaneBits(0));
   out.wrench = {};
   set_zero(out.shear_W);
   std::size_t bottomed_out = 0;
-  for (const PatchPair<S>& pair : patch.pairs) {
-    bottomed_out += read_pair(patch, pair, origin, S(1) / dt, find_id(pair.body_b), parallel_for);
+  for (const PatchPair<S>& pair : scratch.pairs) {
+    bottomed_out +=
+        read_pair(patch, scratch, pair, origin, S(1) / dt, find_id(pair.body_b), parallel_for);
   }
   for (std::size_t i = 0; i < patch.felt.size(); ++i) {
-    if (patch.felt[i] == 0 && patch.active_before[i] != 0) out.clear_packet(i);
+    if (patch.felt[i] == 0 && scratch.active_before[i] != 0) out.clear_packet(i);
   }
   return bottomed_out;
 }

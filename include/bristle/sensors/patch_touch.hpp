@@ -5,11 +5,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bristle/sensors/patch.hpp>
+#include <bristle/geometry/rays/ray.hpp>
+#include <bristle/sensors/law.hpp>
+#include <bristle/sensors/patch_geometry.hpp>
+#include <bristle/sensors/sensor_packets.hpp>
 
 #include <cstddef>
 
 namespace bristle::inline BRISTLE_ABI::detail {
+
+/// [m] Distances of the hits from ray `first` on; 0 in the lanes outside `asked`.
+template <Scalar S>
+[[nodiscard]] BRISTLE_FORCE_INLINE Pack<S> distances_of(const RayHits<S>& hits, std::size_t first,
+                                                        const Mask<S>& asked) {
+  return select(asked, Pack<S>::load(hits.distance.data() + first), Pack<S>(S(0)));
+}
 
 /// A sensor that meets a surface, in A's axes.
 template <Value T>
@@ -24,12 +34,13 @@ struct SensorTouch {
 
 /// Contact geometry of sensor `i`, which has a hit.
 template <Scalar S>
-[[nodiscard]] SensorTouch<S> touch_of(const SensorPatch<S>& patch, std::size_t i) {
-  const RayPacket<S>& rays = patch.geometry->packets[i / packet_size];
+[[nodiscard]] SensorTouch<S> touch_of(const PatchGeometry<S>& geometry, const RayHits<S>& hits,
+                                      std::size_t i) {
+  const RayPacket<S>& rays = geometry.packets[i / packet_size];
   const std::size_t lane = i % packet_size;
-  const S distance = patch.hits.distance[i];
+  const S distance = hits.distance[i];
   const Vec3<S> n = rays.direction[lane];
-  return {n, depth_gradient<S>(n, patch.hits.normal[i]), rays.start[lane] + distance * n,
+  return {n, depth_gradient<S>(n, hits.normal[i]), rays.start[lane] + distance * n,
           sensor_depth(distance, rays.inverse_length[lane]), rays.inverse_length[lane]};
 }
 
@@ -45,11 +56,10 @@ struct TouchPack : SensorTouch<Pack<S>> {
   /// @param hit      Lanes that have a hit.
   /// @param decides  True to drop hits at a grazing angle. Dropped once a step; afterwards every
   ///                 hit counts.
-  BRISTLE_FORCE_INLINE TouchPack(const SensorPatch<S>& patch, const RayPacket<S>& rays,
+  BRISTLE_FORCE_INLINE TouchPack(const RayHits<S>& hits, const RayPacket<S>& rays,
                                  std::size_t number, std::size_t at, LaneBits hit, bool decides) {
     using T = Pack<S>;
     const std::size_t first = number * packet_size + at;
-    const RayHits<S>& hits = patch.hits;
     this->n = load_pack(rays.direction, at);
     const Pack3<S> surface = Pack3<S>::load(
         hits.normal.x.data() + first, hits.normal.y.data() + first, hits.normal.z.data() + first);
@@ -57,7 +67,7 @@ struct TouchPack : SensorTouch<Pack<S>> {
     is_met = load_mask<S>(hit, at);
     // Also false for a normal that is NaN.
     if (decides) is_met = is_met & (cosine <= T(grazing_cosine<S>));
-    const T distance = patch.distances_of(first, is_met);
+    const T distance = distances_of(hits, first, is_met);
     this->inverse_length = load_pack(rays.inverse_length, at);
     this->g =
         depth_gradient<T>(select(is_met, surface, -this->n), select(is_met, cosine, T(S(-1))));

@@ -68,14 +68,14 @@ struct PlaneCache {
   }
 
   /// Stores the near packets' hits on `shapes`.
-  template <typename Patch>
-  void keep(const Patch& patch);
+  template <typename Scratch>
+  void keep(const Scratch& scratch);
 
-  /// Sets `patch.hits` and `patch.near` to the hits of the rays on the stored planes.
+  /// Sets the hits and the near packets of `scratch` to the hits of the rays on the stored planes.
   /// @param reach_of  Callable: S reach_of(tag, PairPose<S>& pose). Sets the present pose of a
   ///                  shape's body, and returns the extra length [m] of the rays.
-  template <typename Patch, typename ReachOf>
-  void advance(Patch& patch, ReachOf&& reach_of) const;
+  template <typename Scratch, typename ReachOf>
+  void advance(Scratch& scratch, ReachOf&& reach_of) const;
 };
 
 // Implementation ----------------------------------------------------------------------------------
@@ -128,11 +128,11 @@ BRISTLE_FORCE_INLINE bool keep_pack(const RayPacket<S>& rays, const RayHits<S>& 
 }
 
 template <Scalar S>
-template <typename Patch>
-void PlaneCache<S>::keep(const Patch& patch) {
+template <typename Scratch>
+void PlaneCache<S>::keep(const Scratch& scratch) {
   packets.clear();
-  const RayHits<S>& hits = patch.hits;
-  for (const std::uint32_t number : patch.near) {
+  const RayHits<S>& hits = scratch.hits;
+  for (const std::uint32_t number : scratch.near) {
     const std::size_t first = number * packet_size;
     std::uint32_t is_hit = 0;
     for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
@@ -153,7 +153,7 @@ void PlaneCache<S>::keep(const Patch& patch) {
           static_cast<LaneBits>(kept.is_hit & equal_lanes(kept.tag.data(), shape.tag));
       for (std::size_t at = 0; at < packet_size && of_shape != 0; at += lanes<S>) {
         if (pack_bits<S>(of_shape, at) == 0) continue;
-        const bool starts_inside = keep_pack(patch.geometry->packets[kept.packet], hits, at,
+        const bool starts_inside = keep_pack(scratch.geometry->packets[kept.packet], hits, at,
                                              load_mask<S>(of_shape, at), shape.pose, R_BA, kept);
         if (starts_inside) shape.reserve = S(-1);
       }
@@ -162,12 +162,12 @@ void PlaneCache<S>::keep(const Patch& patch) {
 }
 
 template <Scalar S>
-template <typename Patch, typename ReachOf>
-void PlaneCache<S>::advance(Patch& patch, ReachOf&& reach_of) const {
-  RayHits<S>& hits = patch.hits;
-  patch.near.clear();
+template <typename Scratch, typename ReachOf>
+void PlaneCache<S>::advance(Scratch& scratch, ReachOf&& reach_of) const {
+  RayHits<S>& hits = scratch.hits;
+  scratch.near.clear();
   for (const PlaneCachePacket<S>& kept : packets) {
-    patch.near.push_back(kept.packet);
+    scratch.near.push_back(kept.packet);
     const auto first = static_cast<std::ptrdiff_t>(kept.packet * packet_size);
     std::fill_n(hits.distance.begin() + first, packet_size, infinity<S>);
     std::copy(kept.tag.begin(), kept.tag.end(), hits.tag.begin() + first);
@@ -180,7 +180,7 @@ void PlaneCache<S>::advance(Patch& patch, ReachOf&& reach_of) const {
           static_cast<LaneBits>(kept.is_hit & equal_lanes(kept.tag.data(), shape.tag));
       for (std::size_t at = 0; at < packet_size && of_shape != 0; at += lanes<S>) {
         if (pack_bits<S>(of_shape, at) == 0) continue;
-        advance_pack(patch.geometry->packets[kept.packet], kept, at, load_mask<S>(of_shape, at),
+        advance_pack(scratch.geometry->packets[kept.packet], kept, at, load_mask<S>(of_shape, at),
                      pose, extra_length, hits);
       }
     }

@@ -52,11 +52,6 @@ using Row = std::array<T, packet_size>;
 /// Lane bits: bit i is sensor i.
 using LaneBits = std::uint16_t;
 
-/// Key of a body, for comparison in lanes.
-[[nodiscard]] inline std::uint64_t anchor_key(BodyId id) {
-  return std::uint64_t(id.generation) << 32 | id.index;
-}
-
 /// Returns which of the sixteen items from `first` on equal `value`. Quick if all do.
 template <typename T>
 [[nodiscard]] BRISTLE_FORCE_INLINE LaneBits equal_lanes(const T* first, T value) {
@@ -65,6 +60,18 @@ template <typename T>
   if (difference == 0) return 0xffffu;
   std::uint32_t bits = 0;
   for (std::uint32_t i = 0; i < packet_size; ++i) bits |= first[i] == value ? 1u << i : 0u;
+  return static_cast<LaneBits>(bits);
+}
+
+/// Returns which of sixteen bodies from `first` on are `id`. Quick if all are.
+[[nodiscard]] BRISTLE_FORCE_INLINE LaneBits equal_lanes(const BodyId* first, BodyId id) {
+  std::uint32_t difference = 0;
+  for (std::uint32_t i = 0; i < packet_size; ++i) {
+    difference |= (first[i].index ^ id.index) | (first[i].generation ^ id.generation);
+  }
+  if (difference == 0) return 0xffffu;
+  std::uint32_t bits = 0;
+  for (std::uint32_t i = 0; i < packet_size; ++i) bits |= first[i] == id ? 1u << i : 0u;
   return static_cast<LaneBits>(bits);
 }
 
@@ -78,37 +85,6 @@ struct Row3 {
     x[i] = v.x();
     y[i] = v.y();
     z[i] = v.z();
-  }
-};
-
-/// Bodies in which the bristles of a packet are anchored (`anchor_key`). Mostly one, which spares
-/// the look at sixteen keys.
-struct AnchorBodies {
-  /// Key of all lanes, or `several`: each its own.
-  std::uint64_t common = several;
-  Row<std::uint64_t> own{};
-
-  static constexpr std::uint64_t several = ~std::uint64_t(0);
-
-  [[nodiscard]] std::uint64_t operator[](std::size_t i) const {
-    return common == several ? own[i] : common;
-  }
-  /// Lanes whose key is `key`.
-  [[nodiscard]] BRISTLE_FORCE_INLINE LaneBits lanes_in(std::uint64_t key) const {
-    if (common == several) return equal_lanes(own.data(), key);
-    return common == key ? 0xffffu : 0u;
-  }
-  /// Sets the key of some lanes. If `is_used`, the other lanes keep theirs.
-  void set(LaneBits lanes, std::uint64_t key, bool is_used) {
-    if (!is_used || common == key) {
-      common = key;
-      return;
-    }
-    if (common != several) own.fill(common);
-    common = several;
-    for (std::uint32_t rest = lanes; rest != 0; rest &= rest - 1) {
-      own[static_cast<std::size_t>(std::countr_zero(rest))] = key;
-    }
   }
 };
 
@@ -126,9 +102,6 @@ template <Scalar S>
 struct alignas(64) BristlePacket {
   /// [m] Anchors of the bristles on A in A's axes, on B in B's.
   Row3<S> anchor_a{}, anchor_b{};
-  /// Lanes that are anchored, and their bodies.
-  LaneBits is_anchored = 0;
-  AnchorBodies anchored_on{};
 };
 
 /// Contacts of up to sixteen neighbouring sensors with one body in one step: bristle stretch and

@@ -35,52 +35,51 @@ struct Mode {
   }
 };
 
-}  // namespace detail
+/// Stiffness and damping of a patch's contacts with one body, in world axes, about the middle of
+/// the patch's box.
+template <Scalar S>
+struct ContactStiffness {
+  /// [N/m, N, N m] and [N s/m, N s, N m s].
+  Mat6<S> stiffness = zero<Mat6<S>>(), damping = zero<Mat6<S>>();
 
-/// [s] Longest explicit step at which symplectic Euler is stable for the present contacts of a
-/// patch, in all six directions of each body in contact. Infinite without a contact with a body
-/// that moves.
-///
-/// Several patches on one body add up: this function regards one alone.
-/// @param mobility_of  Callable: `Mat6<S> mobility_of(pair)`, the mobility of the pair's two bodies
-///                     about its point c.
-template <Scalar S, typename MobilityOf>
-[[nodiscard]] S largest_stable_step(const detail::SensorPatch<S>& patch, MobilityOf&& mobility_of);
+  /// [s] Longest explicit step at which symplectic Euler is stable, in all six directions of two
+  /// bodies of a mobility about that point. Infinite if nothing can move or nothing touches.
+  [[nodiscard]] S largest_stable_step(const Mat6<S>& mobility) const;
+};
+
+/// Sums the sensors whose hits are on one body.
+/// @param is_of_body  Callable: bool is_of_body(tag), of the tags of `hits`.
+/// @param R_WA        Axes of A in the world.
+/// @param motion      [m/s, rad/s] Of A relative to the body about A's centre of mass, A's axes.
+template <Scalar S, typename IsOfBody>
+[[nodiscard]] ContactStiffness<S> sum_stiffness(const SensorPatch<S>& patch, const RayHits<S>& hits,
+                                                IsOfBody&& is_of_body, const Mat3<S>& R_WA,
+                                                const Twist<S>& motion) {
+  ContactStiffness<S> sum;
+  for (std::size_t i = 0; i < patch.size(); ++i) {
+    if (!hits.is_hit(i) || !is_of_body(hits.tag[i])) continue;
+    const auto [n, g, point, depth, per_length] = touch_of(*patch.geometry, hits, i);
+    if (!(depth > S(0) && hits.normal[i].dot(n) <= grazing_cosine<S>)) continue;
+    const SensorParameters<S>& p = patch.parameters(i);
+    const S rate = g.dot(motion.at(point)) * per_length;
+    const S k_t =
+        bristle_stiffness(p, patch.def.options.scaling, normal_force(p, depth, rate), depth);
+    const Vec3<S> rho = R_WA * (point - patch.geometry->box.center());
+    const auto add = [&](const Vec3<S>& d_A, S stiffness, S damping) {
+      const Vec3<S> d = R_WA * d_A;
+      const Vec6<S> j = stacked<S>(d, rho.cross(d));
+      sum.stiffness += (stiffness * j) * j.transpose();
+      sum.damping += (damping * j) * j.transpose();
+    };
+    const Vec3<S> t1 = patch.geometry->packets[i / packet_size].tangent[i % packet_size];
+    add(t1, k_t, p.sliding_friction);
+    add(n.cross(t1), k_t, p.sliding_friction);
+    add(g, p.normal_stiffness * per_length, p.normal_damping * per_length);
+  }
+  return sum;
+}
 
 // Implementation ----------------------------------------------------------------------------------
-
-namespace detail {
-
-/// Stiffness and damping of a pair's contacts about c.
-template <Scalar S>
-void sum_stiffness(const SensorPatch<S>& patch, const PatchPair<S>& pair, Mat6<S>& K, Mat6<S>& D) {
-  set_zero(K);
-  set_zero(D);
-  for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
-    const ContactPacket<S>& contacts = patch.contacts[k];
-    const RayPacket<S>& rays = patch.geometry->packets[contacts.packet];
-    for (std::size_t i = 0; i < packet_size; ++i) {
-      if ((contacts.is_touching >> i & 1u) == 0) continue;
-      const std::size_t sensor = contacts.packet * packet_size + i;
-      const SensorParameters<S>& p = patch.parameters(sensor);
-      const auto [n, g, point, depth, per_length] = touch_of(patch, sensor);
-      const S rate = g.dot(pair.start_motion.at(point)) * per_length;
-      const S k_t =
-          bristle_stiffness(p, patch.def.options.scaling, normal_force(p, depth, rate), depth);
-      const Vec3<S> rho = pair.R_WA * (point - pair.center);
-      const auto add = [&](const Vec3<S>& d_A, S stiffness, S damping) {
-        const Vec3<S> d = pair.R_WA * d_A;
-        const Vec6<S> j = stacked<S>(d, rho.cross(d));
-        K += (stiffness * j) * j.transpose();
-        D += (damping * j) * j.transpose();
-      };
-      const Vec3<S> t1 = rays.tangent[i];
-      add(t1, k_t, p.sliding_friction);
-      add(n.cross(t1), k_t, p.sliding_friction);
-      add(g, p.normal_stiffness * per_length, p.normal_damping * per_length);
-    }
-  }
-}
 
 /// L with L L^T = W for a mobility W. Axes without motion make W semidefinite; L then has columns
 /// of zeros.
@@ -107,35 +106,27 @@ template <Scalar S>
   return factor_cholesky(rest.data(), 6);
 }
 
-}  // namespace detail
-
-template <Scalar S, typename MobilityOf>
-S largest_stable_step(const detail::SensorPatch<S>& patch, MobilityOf&& mobility_of) {
-  S smallest = infinity<S>;
-  for (const detail::PatchPair<S>& pair : patch.pairs) {
-    if (pair.count == 0) continue;
-    Mat6<S> K, D;
-    detail::sum_stiffness(patch, pair, K, D);
-    const Mat6<S> root = detail::mobility_root<S>(mobility_of(pair));
-    K = root.transpose() * K * root;
-    D = root.transpose() * D * root;
-    if (!(K.trace() + D.trace() > S(0))) continue;
-    // The criterion is monotone in dt. Bracket by doubling, then bisect to round-off.
-    S low = S(0);
-    S high = detail::Mode<S>{S(1), K.trace(), D.trace()}.largest_stable_step();
-    for (int i = 0; i < 200 && detail::is_stable_step(K, D, high); ++i) {
-      low = high;
-      high *= S(2);
-    }
-    // Halves once for each bit of a number if any step is stable. If none is, it halves until
-    // `high` is 0: as many times more as the scalar has powers of two below it.
-    while (high - low > detail::Tolerance<S>::round_off() * high) {
-      const S middle = S(0.5) * (low + high);
-      (detail::is_stable_step(K, D, middle) ? low : high) = middle;
-    }
-    smallest = std::min(smallest, low);
+template <Scalar S>
+S ContactStiffness<S>::largest_stable_step(const Mat6<S>& mobility) const {
+  const Mat6<S> root = mobility_root<S>(mobility);
+  const Mat6<S> K = root.transpose() * stiffness * root;
+  const Mat6<S> D = root.transpose() * damping * root;
+  if (!(K.trace() + D.trace() > S(0))) return infinity<S>;
+  // The criterion is monotone in dt. Bracket by doubling, then bisect to round-off.
+  S low = S(0);
+  S high = Mode<S>{S(1), K.trace(), D.trace()}.largest_stable_step();
+  for (int i = 0; i < 200 && is_stable_step(K, D, high); ++i) {
+    low = high;
+    high *= S(2);
   }
-  return smallest;
+  // Halves once for each bit of a number if any step is stable. If none is, it halves until `high`
+  // is 0: as many times more as the scalar has powers of two below it.
+  while (high - low > Tolerance<S>::round_off() * high) {
+    const S middle = S(0.5) * (low + high);
+    (is_stable_step(K, D, middle) ? low : high) = middle;
+  }
+  return low;
 }
 
+}  // namespace detail
 }  // namespace bristle::inline BRISTLE_ABI

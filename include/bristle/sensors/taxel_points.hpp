@@ -35,12 +35,11 @@ void write_taxel_points(const SensorPatch<S>& patch, S* out) {
       const Vec3<S> n = rays.direction[lane];
       const Vec3<S> t1 = rays.tangent[lane];
       Vec3<S> displacement = (-patch.readings.depth[i] * patch.geometry->length[i]) * n;
-      const auto pair = std::find_if(patch.pairs.begin(), patch.pairs.end(),
-                                     [&](const PatchPair<S>& p) { return p.body_b == body.index; });
-      if (pair != patch.pairs.end() && (bristles.is_anchored >> lane & 1u) != 0 &&
-          bristles.anchored_on[lane] == anchor_key(body)) {
+      const auto other = std::find_if(patch.sensed.begin(), patch.sensed.end(),
+                                      [&](const auto& met) { return met.body == body.index; });
+      if (other != patch.sensed.end() && (patch.is_anchored[k] >> lane & 1u) != 0) {
         displacement -=
-            anchor_stretch<S>({bristles.anchor_a[lane], bristles.anchor_b[lane]}, pair->pose, n);
+            anchor_stretch<S>({bristles.anchor_a[lane], bristles.anchor_b[lane]}, other->pose, n);
       }
       const Vec3<S> force = patch.readings.shear_1[i] * t1 +
                             patch.readings.shear_2[i] * n.cross(t1) -

@@ -25,6 +25,7 @@
 #include <bristle/core/dynamic_array.hpp>
 #include <bristle/geometry/backends/analytic_backend.hpp>
 #include <bristle/sensors/patch.hpp>
+#include <bristle/sensors/patch_scratch.hpp>
 #include <bristle/world/haptic_body.hpp>
 #include <bristle/world/kernels.hpp>
 #include <bristle/world/patch_rays.hpp>
@@ -207,6 +208,7 @@ class HapticLoop {
   };
   struct ToolPatch {
     detail::SensorPatch<S> patch{};
+    detail::PatchScratch<S> scratch{};
     std::uint32_t tool = 0;
     /// True from the first time on that the loop's world has seen it, and checked its rays.
     bool is_seen = false;

@@ -86,6 +86,7 @@ template <Scalar S>
 void HapticSubstep<S>::sense(ToolPatch& tool_patch, std::uint32_t number) {
   const Tool& tool = loop_.tools_[tool_patch.tool];
   SensorPatch<S>& patch = tool_patch.patch;
+  PatchScratch<S>& scratch = tool_patch.scratch;
   tool_patch.in_reach.clear();
   for (const std::uint32_t i : tool_patch.near) {
     const NearShape& shape = loop_.shapes_[i];
@@ -98,14 +99,16 @@ void HapticSubstep<S>::sense(ToolPatch& tool_patch, std::uint32_t number) {
   }
   if (tool_patch.in_reach.empty()) {
     clear_patch(patch);
+    scratch.pairs.clear();
     return;
   }
+  scratch.begin(patch);
   const bool is_due = (loop_.substeps_ + number) % patch.def.cast_every == 0;
-  loop_.rays_cast_ += find_hits<S>(patch, tool_patch.in_reach, is_due);
+  loop_.rays_cast_ += find_hits<S>(patch, scratch, tool_patch.in_reach, is_due);
   Body<S> A;
   A.center_pose = tool.pose;
   A.twist = tool.twist;
-  collect_contacts(patch, A,
+  collect_contacts(patch, scratch, A,
                    [&](std::uint32_t tag) {
                      std::size_t i = 0;
                      while (tool_patch.in_reach[i].tag != tag) ++i;
@@ -123,11 +126,11 @@ template <Scalar S>
 void HapticSubstep<S>::start(ToolPatch& tool_patch) {
   tool_patch.blocks.clear();
   tool_patch.touched.clear();
-  for (PatchPair<S>& pair : tool_patch.patch.pairs) {
+  for (PatchPair<S>& pair : tool_patch.scratch.pairs) {
     const std::uint32_t number = number_of(pair.body_b);
     set_scheme(pair, pair.stiffness.bristle_sum, pair.stiffness.viscous_sum,
                loop_.bodies_[number].mobility_at(pair.arm_b), loop_.h_);
-    start_linearisation(tool_patch.patch, pair, loop_.h_);
+    start_linearisation(tool_patch.patch, tool_patch.scratch, pair, loop_.h_);
     SoftBlock<S> block;
     block.arm_a = pair.arm_a;
     block.arm_b = pair.arm_b;
@@ -142,7 +145,7 @@ void HapticSubstep<S>::solve_once() {
   for (ToolPatch& tool_patch : loop_.tool_patches_) {
     for (std::size_t k = 0; k < tool_patch.blocks.size(); ++k) {
       SoftBlock<S>& block = tool_patch.blocks[k];
-      fill_block(tool_patch.patch.pairs[k], block);
+      fill_block(tool_patch.scratch.pairs[k], block);
       loop_.bodies_[tool_patch.touched[k]].add(block, motion_of(tool_patch, block));
     }
   }
@@ -163,7 +166,8 @@ bool HapticSubstep<S>::answer(const SolvePass& pass) {
     for (std::size_t k = 0; k < tool_patch.blocks.size(); ++k) {
       SoftBlock<S>& block = tool_patch.blocks[k];
       const PairResponse<S> found =
-          evaluate(tool_patch.patch, tool_patch.patch.pairs[k], block.motion, loop_.h_, pass);
+          evaluate(tool_patch.patch, tool_patch.scratch, tool_patch.scratch.pairs[k], block.motion,
+                   loop_.h_, pass);
       block.impulse = stacked(found.impulse);
       has_changed = found.has_changed || has_changed;
     }
@@ -179,15 +183,15 @@ void HapticSubstep<S>::deliver(ToolPatch& tool_patch) {
   for (std::size_t k = 0; k < tool_patch.blocks.size(); ++k) {
     const SoftBlock<S>& block = tool_patch.blocks[k];
     if (!all_finite(block.impulse)) {
-      clear_impulses(tool_patch.patch, tool_patch.patch.pairs[k]);
+      clear_impulses(tool_patch.scratch, tool_patch.scratch.pairs[k]);
       continue;
     }
     const Wrench<S> on_b = wrench_of<S>(block.impulse);
     loop_.bodies_[tool_patch.touched[k]].apply_impulse(on_b.shifted(-block.arm_b), left);
     tool.wrench += (S(-1) / loop_.h_) * on_b.shifted(-block.arm_a);
   }
-  if (tool_patch.patch.pairs.empty() && !tool_patch.patch.was_active) return;
-  fill_readings<S>(tool_patch.patch, tool.pose.translation, loop_.h_,
+  if (tool_patch.scratch.pairs.empty() && !tool_patch.patch.was_active) return;
+  fill_readings<S>(tool_patch.patch, tool_patch.scratch, tool.pose.translation, loop_.h_,
                    [&](std::uint32_t slot) { return loop_.bodies_[number_of(slot)].id(); });
 }
 

@@ -8,9 +8,10 @@
 #pragma once
 
 #include <bristle/dynamics/joints/joint_rows.hpp>
-#include <bristle/sensors/stability.hpp>
+#include <bristle/world/patch_stiffness.hpp>
 #include <bristle/world/world_state.hpp>
 
+#include <algorithm>
 #include <cstdint>
 
 namespace bristle::inline BRISTLE_ABI::detail {
@@ -66,18 +67,20 @@ class HeldMobilityFinder {
     held.matrix -= (motion / response) * motion.transpose();
   }
 
-  void add_patches(const State& state, std::uint32_t slot, HeldMobility<S>& held) const {
+  void add_patches(const State& state, std::uint32_t slot, HeldMobility<S>& held) {
     const S dt = state.def.time_step;
     for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
       if (!state.patches.is_live(i)) continue;
       const SensorPatch<S>& patch = state.patches.at(i);
       const bool is_own = patch.body.index == slot;
-      for (const PatchPair<S>& pair : patch.pairs) {
-        if (pair.count == 0 || (!is_own && pair.body_b != slot)) continue;
-        Mat6<S> K, D;
-        sum_stiffness(patch, pair, K, D);
-        soften(dt * dt * K + dt * D, is_own ? pair.arm_a : pair.arm_b, held);
-      }
+      const auto is_it = [slot](const auto& other) { return other.body == slot; };
+      const auto& sensed = patch.sensed;
+      if (is_own ? sensed.empty() : std::none_of(sensed.begin(), sensed.end(), is_it)) continue;
+      patches_.find(state, i, [&](const BodyStiffness<S>& on) {
+        if (!is_own && on.body != slot) return;
+        soften(dt * dt * on.sum.stiffness + dt * on.sum.damping, is_own ? on.arm_a : on.arm_b,
+               held);
+      });
     }
   }
 
@@ -156,6 +159,7 @@ class HeldMobilityFinder {
 
   Mat6<S> free_ = zero<Mat6<S>>();
   Constraints<S> rows_;
+  StiffnessFinder<S> patches_;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <bristle/geometry/contacts/impact_plane.hpp>
+#include <bristle/math/finite.hpp>
 #include <bristle/world/world_state.hpp>
 
 #include <algorithm>
@@ -118,6 +119,8 @@ ContactStatus collide_pair(const WorldState<S>& state, const ShapePair& pair,
            (R_SaW * (velocity(b, X_b.translation) - velocity(a, X_a.translation)));
   };
   const Vec3<S> way = way_by(&SolverBody<S>::start);
+  // Arms of contacts move along with it, and are squared.
+  if (!has_finite_square(way)) return status;
   if (out.size() == first + 1 && is_convex_body(a.kind) && is_convex_body(b.kind)) {
     const S round_off = Tolerance<S>::equal() * (a.radius + b.radius + reach);
     // Queries rewrite the place of the manifold.

@@ -5,6 +5,7 @@
 
 #include <bristle/core/dynamic_array.hpp>
 #include <bristle/sensors/patch.hpp>
+#include <bristle/sensors/patch_scratch.hpp>
 #include <bristle/world/query_filter.hpp>
 #include <bristle/world/world_state.hpp>
 
@@ -58,31 +59,32 @@ template <Scalar S>
                                              const Collider<S>& collider, const Transform<S>& X_AB,
                                              S approach);
 
-/// Fills `patch.near` and the hits of these packets.
+/// Fills `PatchScratch::near` and the hits of these packets.
 /// @param shapes  By ascending tags.
 /// @param is_due  True if the patch has to cast its rays in this step.
 /// @return [-] Number of rays cast, one a sensor and shape.
 template <Scalar S>
-std::uint64_t find_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S>> shapes,
-                        bool is_due);
+std::uint64_t find_hits(SensorPatch<S>& patch, PatchScratch<S>& scratch,
+                        std::span<const ShapeInReach<S>> shapes, bool is_due);
 
 // The same in parts. Threads share the second part.
 
-/// Decides whether to cast; fills `patch.near` if so. Reset the hits there before
-/// (`SensorPatch::reset_near_hits`).
+/// Decides whether to cast; fills `PatchScratch::near` if so. Reset the hits there before
+/// (`PatchScratch::reset_near_hits`).
 template <Scalar S>
-[[nodiscard]] bool needs_rays(SensorPatch<S>& patch, std::span<const ShapeInReach<S>> shapes,
-                              bool is_due);
+[[nodiscard]] bool needs_rays(const SensorPatch<S>& patch, PatchScratch<S>& scratch,
+                              std::span<const ShapeInReach<S>> shapes, bool is_due);
 
 /// Casts the rays of a range at one shape. Call it by ascending tags. If ranges are not packets of
 /// sensors, cast all ranges before the next shape.
 template <Scalar S>
-void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S>& shape, RayRange range);
+void cast_rays_at(SensorPatch<S>& patch, PatchScratch<S>& scratch, const ShapeInReach<S>& shape,
+                  RayRange range);
 
 /// Stores the hits if rays are not cast in every step, and extrapolates them.
 template <Scalar S>
-void extrapolate_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S>> shapes,
-                      bool has_cast);
+void extrapolate_hits(SensorPatch<S>& patch, PatchScratch<S>& scratch,
+                      std::span<const ShapeInReach<S>> shapes, bool has_cast);
 
 // Implementation ----------------------------------------------------------------------------------
 
@@ -156,12 +158,13 @@ template <Scalar S>
 }
 
 template <Scalar S>
-bool needs_rays(SensorPatch<S>& patch, std::span<const ShapeInReach<S>> shapes, bool is_due) {
+bool needs_rays(const SensorPatch<S>& patch, PatchScratch<S>& scratch,
+                std::span<const ShapeInReach<S>> shapes, bool is_due) {
   if (patch.def.cast_every > 1 && !is_due && serves(patch, shapes)) return false;
   // A patch without hits before mostly has none now. This early out is quicker than testing every
   // packet.
-  if (patch.contacts.empty() && are_clear<S>(patch, shapes)) {
-    patch.near.clear();
+  if (!patch.has_hits && are_clear<S>(patch, shapes)) {
+    scratch.near.clear();
     return true;
   }
   patch.geometry->packet_boxes.find(
@@ -170,22 +173,23 @@ bool needs_rays(SensorPatch<S>& patch, std::span<const ShapeInReach<S>> shapes, 
         for (const auto& shape : shapes) near = near | shape.is_near(lower, upper);
         return near;
       },
-      patch.near);
+      scratch.near);
   return true;
 }
 
 template <Scalar S>
-void cast_rays_at(SensorPatch<S>& patch, const ShapeInReach<S>& shape, RayRange range) {
-  RayBatch<S> rays = patch.near_rays(shape.extra_length);
+void cast_rays_at(SensorPatch<S>& patch, PatchScratch<S>& scratch, const ShapeInReach<S>& shape,
+                  RayRange range) {
+  RayBatch<S> rays = scratch.near_rays(shape.extra_length);
   rays.range = range;
   rays.triangle_cache = &patch.triangle_cache;
   rays.shape_life = shape.generation;
-  shape.collider->shape.cast_rays(shape.X_AS, rays, shape.tag, patch.hits);
+  shape.collider->shape.cast_rays(shape.X_AS, rays, shape.tag, scratch.hits);
 }
 
 template <Scalar S>
-void extrapolate_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S>> shapes,
-                      bool has_cast) {
+void extrapolate_hits(SensorPatch<S>& patch, PatchScratch<S>& scratch,
+                      std::span<const ShapeInReach<S>> shapes, bool has_cast) {
   if (patch.def.cast_every == 1) return;
   if (has_cast) {
     patch.plane_cache.shapes.clear();
@@ -195,10 +199,10 @@ void extrapolate_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S>> sh
                                           {shape.X_AB.rotation_matrix(), shape.X_AB.translation},
                                           shape.extra_length});
     }
-    patch.plane_cache.keep(patch);
+    patch.plane_cache.keep(scratch);
   }
   // Also after a cast, so that all steps of a patch are alike.
-  patch.plane_cache.advance(patch, [&](std::uint32_t tag, PairPose<S>& pose) {
+  patch.plane_cache.advance(scratch, [&](std::uint32_t tag, PairPose<S>& pose) {
     const auto same = [tag](const auto& shape) { return shape.tag == tag; };
     const ShapeInReach<S>& shape = *std::find_if(shapes.begin(), shapes.end(), same);
     pose = {shape.X_AB.rotation_matrix(), shape.X_AB.translation};
@@ -207,15 +211,15 @@ void extrapolate_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S>> sh
 }
 
 template <Scalar S>
-std::uint64_t find_hits(SensorPatch<S>& patch, std::span<const ShapeInReach<S>> shapes,
-                        bool is_due) {
-  const bool casts = needs_rays<S>(patch, shapes, is_due);
-  const std::uint64_t rays = casts ? patch.near_count() * shapes.size() : 0;
+std::uint64_t find_hits(SensorPatch<S>& patch, PatchScratch<S>& scratch,
+                        std::span<const ShapeInReach<S>> shapes, bool is_due) {
+  const bool casts = needs_rays<S>(patch, scratch, shapes, is_due);
+  const std::uint64_t rays = casts ? scratch.near_count() * shapes.size() : 0;
   if (rays > 0) {
-    patch.reset_near_hits();
-    for (const ShapeInReach<S>& shape : shapes) cast_rays_at<S>(patch, shape, {});
+    scratch.reset_near_hits();
+    for (const ShapeInReach<S>& shape : shapes) cast_rays_at<S>(patch, scratch, shape, {});
   }
-  extrapolate_hits<S>(patch, shapes, casts);
+  extrapolate_hits<S>(patch, scratch, shapes, casts);
   return rays;
 }
 

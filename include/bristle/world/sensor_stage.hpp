@@ -35,11 +35,12 @@ class SensorStage {
     for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
       if (state.is_sensing(i)) live_.push_back(i);
     }
-    scratch_.resize(std::max(scratch_.size(), live_.size()));
+    scratch_.resize(std::max<std::size_t>(scratch_.size(), state.patches.slot_count()));
+    for (const std::uint32_t i : live_) scratch_[i].begin(state.patches.at(i));
     const bool shares = !is_serial(state.def.parallel_for);
     // Patches write only to themselves and their scratch.
     const auto task = [this, &state, shares](std::size_t k) {
-      sense_patch(state, live_[k], scratch_[k], shares);
+      sense_patch(state, live_[k], scratch_[live_[k]], shares);
     };
     // A sensor costs ten nanoseconds, waking a thread microseconds.
     constexpr std::size_t fewest_shared_sensors = 256;
@@ -58,16 +59,15 @@ class SensorStage {
     if (shares) sense_shared(state);
     state.report.patches = state.patches.size();
     std::size_t awake = 0;
-    for (std::size_t k = 0; k < live_.size(); ++k) {
-      const bool is_skipped = scratch_[k].candidates.empty() || scratch_[k].is_dormant;
+    for (const std::uint32_t i : live_) {
+      const Scratch& scratch = scratch_[i];
+      const bool is_skipped = scratch.candidates.empty() || scratch.is_dormant;
       state.report.patches_near += is_skipped ? 0u : 1u;
-      state.report.rays_cast += scratch_[k].rays_cast;
-      const std::size_t asked = is_skipped ? 0 : scratch_[k].sensors_asked;
-      state.report.sensors_skipped += state.patches.at(live_[k]).size() - asked;
+      state.report.rays_cast += scratch.rays_cast;
+      const std::size_t asked = is_skipped ? 0 : scratch.sensors_asked;
+      state.report.sensors_skipped += state.patches.at(i).size() - asked;
       // From here on only sensed patches are listed.
-      if (scratch_[k].is_dormant) continue;
-      std::swap(scratch_[awake], scratch_[k]);
-      live_[awake++] = live_[k];
+      if (!scratch.is_dormant) live_[awake++] = i;
     }
     live_.resize(awake);
   }
@@ -79,7 +79,7 @@ class SensorStage {
   /// Calls visit(patch, tags) for each sensed patch, with the shapes in its range.
   template <typename Visit>
   void for_each_near(Visit&& visit) const {
-    for (std::size_t k = 0; k < live_.size(); ++k) visit(live_[k], scratch_[k].candidates);
+    for (const std::uint32_t i : live_) visit(i, scratch_[i].candidates);
   }
 
   /// Applies the impulses of explicit pairs to bodies and makes soft blocks of the others.
@@ -95,12 +95,12 @@ class SensorStage {
     });
     for_each_pair(state, [&](SensorPatch<S>& patch, PatchPair<S>& pair, SoftOwner owner) {
       if (!pair.is_implicit && needs_implicit(state, patch, pair)) {
-        linearise(state, patch, pair, state.def.parallel_for);
+        linearise(state, patch, scratch_[owner.patch], pair, state.def.parallel_for);
       }
       if (pair.is_implicit) {
         add_soft_block(state, patch, pair, owner);
       } else {
-        apply_explicit(state, patch, pair);
+        apply_explicit(state, patch, pair, owner);
       }
     });
   }
@@ -114,49 +114,51 @@ class SensorStage {
   }
 
   /// Sums the present linear models of a soft block's sensors into it.
-  void fill(State& state, std::uint32_t soft) const {
-    SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
-    fill_block(patch.pairs[owners_[soft].pair], state.constraints.soft[soft]);
+  void fill(State& state, std::uint32_t soft) {
+    fill_block(pair_of(soft), state.constraints.soft[soft]);
   }
 
   /// Evaluates the impulses of a soft block's sensors. Their sum is the impulse of the block.
   /// @return True if the sensors left the state they were linearised for: another solve is needed.
-  bool answer(State& state, std::uint32_t soft, const SolvePass& pass) const {
-    SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
+  bool answer(State& state, std::uint32_t soft, const SolvePass& pass) {
+    const SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
     SoftBlock<S>& block = state.constraints.soft[soft];
-    const PairResponse<S> found = evaluate(patch, patch.pairs[owners_[soft].pair], block.motion,
-                                           state.def.time_step, pass, state.def.parallel_for);
+    const PairResponse<S> found =
+        evaluate(patch, scratch_[owners_[soft].patch], pair_of(soft), block.motion,
+                 state.def.time_step, pass, state.def.parallel_for);
     block.impulse = stacked(found.impulse);
     return found.has_changed;
   }
 
   /// Clears the impulses of a soft block's sensors.
-  void discard(State& state, std::uint32_t soft) const {
-    SensorPatch<S>& patch = state.patches.at(owners_[soft].patch);
+  void discard(State& state, std::uint32_t soft) {
     set_zero(state.constraints.soft[soft].impulse);
-    clear_impulses(patch, patch.pairs[owners_[soft].pair]);
+    clear_impulses(scratch_[owners_[soft].patch], pair_of(soft));
   }
 
   /// Turns all impulses into readings.
-  void read(State& state) const {
+  void read(State& state) {
     for (const std::uint32_t i : live_) {
       SensorPatch<S>& patch = state.patches.at(i);
+      PatchScratch<S>& scratch = scratch_[i];
       patch.last_impulses.clear();
-      if (patch.pairs.empty() && !patch.was_active) continue;
-      for (const PatchPair<S>& pair : patch.pairs) {
+      if (scratch.pairs.empty() && !patch.was_active) continue;
+      for (const PatchPair<S>& pair : scratch.pairs) {
         if (!pair.is_implicit) continue;
         patch.last_impulses.push_back(
             {state.bodies.handle(pair.body_b), state.constraints.soft[pair.soft].impulse});
       }
       state.report.sensors_bottomed_out += fill_readings<S>(
-          patch, state.bodies.at(patch.body.index).center_pose.translation, state.def.time_step,
-          [&](std::uint32_t slot) { return state.bodies.handle(slot); }, state.def.parallel_for);
+          patch, scratch, state.bodies.at(patch.body.index).center_pose.translation,
+          state.def.time_step, [&](std::uint32_t slot) { return state.bodies.handle(slot); },
+          state.def.parallel_for);
       state.report.sensors_touching += patch.active_count();
     }
   }
 
  private:
-  struct Scratch {
+  /// Scratch memory of a patch, with the shapes in its reach and what is to be done there.
+  struct Scratch : PatchScratch<S> {
     DynamicArray<std::uint32_t> candidates;
     DynamicArray<ShapeInReach<S>> shapes;
     std::uint64_t rays_cast = 0;
@@ -170,9 +172,9 @@ class SensorStage {
     bool knows_hit_mask = false;
   };
 
-  /// Some rays of the patch live_[owner].
+  /// Some rays of a patch, by its index.
   struct SharedRays {
-    std::size_t owner = 0;
+    std::uint32_t owner = 0;
     RayRange range{};
   };
 
@@ -182,13 +184,16 @@ class SensorStage {
   static_assert(fewest_shared_rays > RayTree<S>::range_size);
 
   template <typename Visit>
-  void for_each_pair(State& state, Visit&& visit) const {
+  void for_each_pair(State& state, Visit&& visit) {
     for (const std::uint32_t i : live_) {
-      SensorPatch<S>& patch = state.patches.at(i);
-      for (std::uint32_t k = 0; k < patch.pairs.size(); ++k) {
-        if (patch.pairs[k].count > 0) visit(patch, patch.pairs[k], SoftOwner{i, k});
+      DynamicArray<PatchPair<S>>& pairs = scratch_[i].pairs;
+      for (std::uint32_t k = 0; k < pairs.size(); ++k) {
+        if (pairs[k].count > 0) visit(state.patches.at(i), pairs[k], SoftOwner{i, k});
       }
     }
+  }
+  [[nodiscard]] PatchPair<S>& pair_of(std::uint32_t soft) {
+    return scratch_[owners_[soft].patch].pairs[owners_[soft].pair];
   }
 
   /// [m] Farthest that a body can come closer to any ray of a patch within the step.
@@ -243,25 +248,24 @@ class SensorStage {
     if (shares && patch.size() >= fewest_shared_rays &&
         !patch.geometry->ray_tree.ranges().empty() &&
         shapes.front().collider->shape.asks_ranges()) {
-      scratch.has_cast = needs_rays<S>(patch, shapes, is_due);
-      scratch.sensors_asked = patch.near_count();
-      scratch.rays_cast = scratch.has_cast ? patch.near_count() * shapes.size() : 0;
+      scratch.has_cast = needs_rays<S>(patch, scratch, shapes, is_due);
+      scratch.rays_cast = scratch.has_cast ? scratch.near_count() * shapes.size() : 0;
       scratch.is_shared = true;
       if (scratch.rays_cast > 0) begin_shared(patch, scratch);
       return;
     }
-    scratch.rays_cast = find_hits<S>(patch, shapes, is_due);
-    scratch.sensors_asked = scratch.rays_cast > 0
-                                ? static_cast<std::size_t>(scratch.rays_cast) / shapes.size()
-                                : patch.near_count();
+    scratch.rays_cast = find_hits<S>(patch, scratch, shapes, is_due);
     // This may be a task already. The hook need not allow nested calls.
     make_contacts(state, patch, scratch, serial_);
   }
 
-  void make_contacts(State& state, SensorPatch<S>& patch, const Scratch& scratch,
+  void make_contacts(State& state, SensorPatch<S>& patch, Scratch& scratch,
                      const ParallelFor& parallel_for) const {
+    scratch.sensors_asked =
+        scratch.rays_cast > 0 ? static_cast<std::size_t>(scratch.rays_cast) / scratch.shapes.size()
+                              : scratch.near_count();
     collect_contacts(
-        patch, state.bodies.at(patch.body.index),
+        patch, scratch, state.bodies.at(patch.body.index),
         [&](std::uint32_t tag) {
           const Collider<S>& c = state.colliders.at(tag);
           return TouchedBody<S>{&state.body_of(c), c.body};
@@ -272,21 +276,22 @@ class SensorStage {
              scratch.candidates.size() == 1 ? scratch.candidates.front() : CollectDef<S>::any_tag,
          .knows_hit_mask = scratch.knows_hit_mask},
         parallel_for);
-    for (PatchPair<S>& pair : patch.pairs) {
+    for (PatchPair<S>& pair : scratch.pairs) {
       if (pair.count == 0) continue;
       measure_pair(patch, pair, state.solver_bodies[patch.body.index],
                    state.solver_bodies[pair.body_b], state.def.time_step);
       // Linearise while the contacts are in the cache, if other patches do not matter.
       if (patch.def.integration == Integration::implicit && needs_implicit(state, patch, pair)) {
-        linearise(state, patch, pair, parallel_for);
+        linearise(state, patch, scratch, pair, parallel_for);
       }
     }
   }
 
-  static void linearise(const State& state, const SensorPatch<S>& patch, PatchPair<S>& pair,
+  static void linearise(const State& state, const SensorPatch<S>& patch,
+                        const PatchScratch<S>& scratch, PatchPair<S>& pair,
                         const ParallelFor& parallel_for) {
     pair.is_implicit = true;
-    start_linearisation(patch, pair, state.def.time_step, parallel_for);
+    start_linearisation(patch, scratch, pair, state.def.time_step, parallel_for);
   }
 
   /// Casts the rays of large patches, range by range, and makes their contacts. If the ranges of
@@ -294,51 +299,51 @@ class SensorStage {
   void sense_shared(State& state) {
     for (std::size_t round = 0;; ++round) {
       shared_.clear();
-      for (std::size_t k = 0; k < live_.size(); ++k) {
-        const Scratch& scratch = scratch_[k];
-        const RayTree<S>& ray_tree = state.patches.at(live_[k]).geometry->ray_tree;
+      for (const std::uint32_t i : live_) {
+        const Scratch& scratch = scratch_[i];
+        const RayTree<S>& ray_tree = state.patches.at(i).geometry->ray_tree;
         const std::size_t rounds = ray_tree.has_packets_in_ranges() ? 1 : scratch.shapes.size();
         if (!scratch.is_shared || scratch.rays_cast == 0 || round >= rounds) continue;
-        for (const RayRange& range : ray_tree.ranges()) shared_.push_back({k, range});
+        for (const RayRange& range : ray_tree.ranges()) shared_.push_back({i, range});
       }
       if (shared_.empty()) break;
       const auto task = [this, &state, round](std::size_t i) { sense_from(state, i, round); };
       state.def.parallel_for(shared_.size(), std::cref(task));
     }
-    for (std::size_t k = 0; k < live_.size(); ++k) {
-      const Scratch& scratch = scratch_[k];
+    for (const std::uint32_t i : live_) {
+      Scratch& scratch = scratch_[i];
       if (!scratch.is_shared) continue;
-      SensorPatch<S>& patch = state.patches.at(live_[k]);
-      extrapolate_hits<S>(patch, scratch.shapes, scratch.has_cast);
+      SensorPatch<S>& patch = state.patches.at(i);
+      extrapolate_hits<S>(patch, scratch, scratch.shapes, scratch.has_cast);
       make_contacts(state, patch, scratch, state.def.parallel_for);
     }
   }
 
   /// Does the work that must precede the cast and that ranges cannot do alone.
   static void begin_shared(SensorPatch<S>& patch, Scratch& scratch) {
-    if (!patch.geometry->ray_tree.has_packets_in_ranges()) return patch.reset_near_hits();
+    if (!patch.geometry->ray_tree.has_packets_in_ranges()) return scratch.reset_near_hits();
     // If hits are extrapolated, only the extrapolated ones count.
     scratch.knows_hit_mask = patch.def.cast_every == 1;
-    if (scratch.knows_hit_mask) begin_hit_mask(patch);
+    if (scratch.knows_hit_mask) begin_hit_mask(patch, scratch);
   }
 
   /// Casts one range of a large patch's rays.
   void sense_from(State& state, std::size_t i, std::size_t round) {
-    const std::size_t owner = shared_[i].owner;
-    const Scratch& scratch = scratch_[owner];
-    SensorPatch<S>& patch = state.patches.at(live_[owner]);
+    const std::uint32_t owner = shared_[i].owner;
+    Scratch& scratch = scratch_[owner];
+    SensorPatch<S>& patch = state.patches.at(owner);
     if (patch.geometry->ray_tree.has_packets_in_ranges()) {
       sense_range(patch, scratch, shared_[i].range);
     } else {
-      cast_rays_at<S>(patch, scratch.shapes[round], shared_[i].range);
+      cast_rays_at<S>(patch, scratch, scratch.shapes[round], shared_[i].range);
     }
   }
 
   /// Casts the rays of a range at all shapes, while its hits are in the cache of this thread.
-  static void sense_range(SensorPatch<S>& patch, const Scratch& scratch, RayRange range) {
-    patch.reset_near_hits(range);
-    for (const auto& shape : scratch.shapes) cast_rays_at<S>(patch, shape, range);
-    if (scratch.knows_hit_mask) find_hit_mask(patch, range);
+  static void sense_range(SensorPatch<S>& patch, Scratch& scratch, RayRange range) {
+    scratch.reset_near_hits(range);
+    for (const auto& shape : scratch.shapes) cast_rays_at<S>(patch, scratch, shape, range);
+    if (scratch.knows_hit_mask) find_hit_mask(patch, scratch, range);
   }
 
   [[nodiscard]] bool needs_implicit(const State& state, const SensorPatch<S>& patch,
@@ -354,10 +359,12 @@ class SensorStage {
     return std::max(lambda_[patch.body.index], lambda_[pair.body_b]) > def.explicit_below;
   }
 
-  void apply_explicit(State& state, SensorPatch<S>& patch, const PatchPair<S>& pair) const {
+  void apply_explicit(State& state, SensorPatch<S>& patch, const PatchPair<S>& pair,
+                      SoftOwner owner) {
     ++state.report.explicit_pairs;
-    const Wrench<S> sum = explicit_impulses(patch, pair, state.bodies.handle(pair.body_b),
-                                            state.def.time_step, state.def.parallel_for);
+    const Wrench<S> sum =
+        explicit_impulses(patch, scratch_[owner.patch], pair, state.bodies.handle(pair.body_b),
+                          state.def.time_step, state.def.parallel_for);
     SolverBody<S>& a = state.solver_bodies[patch.body.index];
     SolverBody<S>& b = state.solver_bodies[pair.body_b];
     // Sensors in contact that give nothing change nothing.
@@ -387,6 +394,7 @@ class SensorStage {
   }
 
   DynamicArray<std::uint32_t> live_;
+  /// By index of the patch.
   DynamicArray<Scratch> scratch_;
   DynamicArray<SharedRays> shared_;
   ParallelFor serial_ = serial_for;

@@ -26,7 +26,7 @@ struct SnapshotHead {
   static constexpr std::uint64_t expected_magic = 0x6c7473697262'0001u;  // "brist", and a number.
 
   std::uint64_t magic = expected_magic;
-  std::uint64_t version = 10;
+  std::uint64_t version = 11;
   /// [-] Bytes of a scalar, and of all bytes after the head.
   std::uint64_t scalar_size = 0;
   std::uint64_t payload_size = 0;
@@ -251,8 +251,7 @@ template <Scalar S>
   return bytes;
 }
 
-/// Puts a world into the state of a snapshot. The caller updates the boxes in the broad phase, and
-/// the data that patches keep beside their contacts (`mark_hits`).
+/// Puts a world into the state of a snapshot. The caller updates the boxes in the broad phase.
 /// @throws InvalidArgument naming the difference, with the state unchanged.
 template <Scalar S>
 void restore_snapshot(std::span<const std::byte> bytes, WorldState<S>& state) {

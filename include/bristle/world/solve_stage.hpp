@@ -78,7 +78,7 @@ class SolveStage {
 
   /// Finds the velocities at the end of the step, and the position corrections.
   /// @param joints  Null in a world that never had a joint.
-  void solve(State& state, const SensorStage<S>& sensors, JointStage<S>* joints) {
+  void solve(State& state, SensorStage<S>& sensors, JointStage<S>* joints) {
     // Explicit sensors have acted on bodies since.
     if (state.report.explicit_pairs > 0) {
       for (SolverBody<S>& body : state.solver_bodies) {
@@ -213,8 +213,7 @@ class SolveStage {
     return context;
   }
 
-  void solve_island(State& state, const SensorStage<S>& sensors, JointStage<S>* joints,
-                    Island island) {
+  void solve_island(State& state, SensorStage<S>& sensors, JointStage<S>* joints, Island island) {
     SolveContext<S> context = context_of(state, island);
     Constraints<S>& constraints = state.constraints;
     std::span<SolverBody<S>> bodies = state.solver_bodies;
@@ -456,7 +455,7 @@ class SolveStage {
   }
 
   /// Solves an island whose solution is not finite, by sweeps that skip overflowing rows.
-  static void guard(State& state, const SensorStage<S>& sensors, const Island& island,
+  static void guard(State& state, SensorStage<S>& sensors, const Island& island,
                     const SolveContext<S>& context) {
     for (const std::uint32_t soft : sensors.of_patches(island.soft)) sensors.discard(state, soft);
     GuardedSweeps<S>::solve(island, state.constraints, state.solver_bodies, context);

@@ -249,55 +249,35 @@ void visit_lane(Rows& rows, std::size_t i, Visitor& visit) {
   visit.value(rows.z[i]);
 }
 
-/// Visits the anchors of a packet.
-/// @param lanes  Those that are sensors. Unanchored lanes may hold any anchor.
-template <typename Packet, typename Visitor>
-void visit_bristles(Packet& packet, LaneBits lanes, Visitor& visit) {
+/// Visits the anchors of a packet. Unanchored lanes may hold any anchor.
+/// @param is_anchored  Its anchored lanes.
+/// @param lanes        Those that are sensors.
+template <typename Packet, typename Bits, typename Visitor>
+void visit_bristles(Packet& packet, Bits& is_anchored, LaneBits lanes, Visitor& visit) {
+  LaneBits anchored = 0;
+  visit.item(
+      "patches (bristles)", is_anchored, [&](auto& bits) { visit.value(bits); },
+      [&](LaneBits bits) {
+        anchored = bits;
+        return (bits & ~lanes) == 0;
+      });
   const auto each = [&](auto& item) {
-    visit.value(item.is_anchored);
     for (auto* roots : {&item.anchor_a, &item.anchor_b}) {
       visit.any(std::span(roots->x));
       visit.any(std::span(roots->y));
       visit.any(std::span(roots->z));
     }
-    visit.value(item.anchored_on.common);
-    visit.value(std::span(item.anchored_on.own));
   };
   visit.item("patches (bristles)", packet, each, [&](const auto& item) {
-    return (item.is_anchored & ~lanes) == 0 && has_vectors(item.anchor_a, item.is_anchored) &&
-           has_vectors(item.anchor_b, item.is_anchored);
+    return has_vectors(item.anchor_a, anchored) && has_vectors(item.anchor_b, anchored);
   });
 }
 
-/// The part of contacts and pairs kept between steps. The rest serves one step.
-template <typename Packet, typename Visitor>
-void visit_contact_packet(Packet& packet, Visitor& visit) {
-  visit.value(packet.packet);
-  visit.value(packet.is_touching);
-}
-
-template <typename Pair, typename Visitor>
-void visit_patch_pair(Pair& pair, Visitor& visit) {
-  visit.value(pair.body_b);
-  visit.value(pair.first);
-  visit.value(pair.count);
-  visit.any(pair.R_WA);
-  visit.any(pair.start_motion.linear);
-  visit.any(pair.start_motion.angular);
-  visit.any(pair.center);
-  visit.any(pair.arm_a);
-  visit.any(pair.arm_b);
-}
-
-/// Returns whether the contacts of a pair, if it has any, are among those of the patch.
-template <Scalar S, typename State>
-[[nodiscard]] bool is_valid_state(const PatchPair<S>& pair, const State& state,
-                                  std::size_t contacts) {
-  if (pair.count == 0) return true;
-  return state.bodies.is_live(pair.body_b) && pair.first <= contacts &&
-         pair.count <= contacts - pair.first && is_rotation<S>(pair.R_WA) &&
-         has_finite_square<S>(pair.start_motion) && has_finite_square<S>(pair.center) &&
-         has_finite_square<S>(pair.arm_a) && has_finite_square<S>(pair.arm_b);
+template <typename Sensed, typename Visitor>
+void visit_sensed(Sensed& sensed, Visitor& visit) {
+  visit.value(sensed.body);
+  visit.value(sensed.pose.R_AB);
+  visit.value(sensed.pose.p_AB);
 }
 
 template <typename Readings, typename Visitor>
@@ -315,32 +295,6 @@ void visit_readings(Readings& r, Visitor& visit) {
   }
   visit_wrench(r.wrench, visit);
   visit.value(r.shear_W);
-}
-
-/// Returns whether the lanes in contact have hits.
-template <Scalar S>
-[[nodiscard]] bool is_valid_state(const RayHits<S>& hits, const DynamicArray<LaneBits>& touching) {
-  for (std::size_t packet = 0; packet < touching.size(); ++packet) {
-    for (std::uint32_t rest = touching[packet]; rest != 0; rest &= rest - 1) {
-      const std::size_t i = packet * packet_size + static_cast<std::size_t>(std::countr_zero(rest));
-      if (!is_not_negative(hits.distance[i]) || !is_unit(hits.normal[i])) return false;
-    }
-  }
-  return true;
-}
-
-/// Last step's hits of the sensors in contact. Other entries may hold anything.
-/// @param touching  Lanes in contact of each packet, if the visitor checks.
-template <typename Hits, typename Visitor>
-void visit_hits(Hits& hits, const DynamicArray<LaneBits>& touching, Visitor& visit) {
-  const auto each = [&](auto& item) {
-    visit.any(std::span(item.distance));
-    visit.any(std::span(item.normal.x));
-    visit.any(std::span(item.normal.y));
-    visit.any(std::span(item.normal.z));
-  };
-  visit.item("patches (hits)", hits, each,
-             [&](const auto& item) { return is_valid_state(item, touching); });
 }
 
 /// The plane cache of patches that do not cast their rays in every step.
@@ -384,23 +338,24 @@ void visit_patch(const State& state, Patch& patch, Visitor& visit) {
                                      [&](auto& p) { visit_parameters(p, visit); });
   visit.require("patches (parameters)", own == 0 || own == patch.size());
   for (std::size_t i = 0; i < patch.bristles.size(); ++i) {
-    visit_bristles(patch.bristles[i], lanes_of(patch, i), visit);
+    visit_bristles(patch.bristles[i], patch.is_anchored[i], lanes_of(patch, i), visit);
   }
-  // Lanes with contacts, of each packet.
-  DynamicArray<LaneBits> touching(Visitor::is_checking ? patch.bristles.size() : 0);
-  const std::size_t contacts = visit.list("patches (contacts)", patch.contacts, [&](auto& packet) {
-    visit_contact_packet(packet, visit);
-    visit.require("patches (contacts)",
-                  packet.packet < patch.bristles.size() &&
-                      (packet.is_touching & ~lanes_of(patch, packet.packet)) == 0);
-    if constexpr (Visitor::is_checking) {
-      touching[packet.packet] = static_cast<LaneBits>(touching[packet.packet] | packet.is_touching);
-    }
-  });
-  visit_hits(patch.hits, touching, visit);
-  visit.list("patches (pairs)", patch.pairs, [&](auto& pair) {
-    visit_patch_pair(pair, visit);
-    visit.require("patches (pairs)", is_valid_state(pair, state, contacts));
+  bool has_hits = false;
+  for (std::size_t i = 0; i < patch.hit_bits.size(); ++i) {
+    visit.item(
+        "patches (hits)", patch.hit_bits[i], [&](auto& bits) { visit.value(bits); },
+        [&](LaneBits bits) {
+          has_hits = has_hits || bits != 0;
+          return (bits & ~lanes_of(patch, i)) == 0;
+        });
+  }
+  visit.item(
+      "patches (hits)", patch.has_hits, [&](auto& any) { visit.value(any); },
+      [&](bool any) { return any == has_hits; });
+  visit.list("patches (bodies)", patch.sensed, [&](auto& sensed) {
+    visit_sensed(sensed, visit);
+    visit.require("patches (bodies)",
+                  state.bodies.is_live(sensed.body) && is_rotation(sensed.pose.R_AB));
   });
   visit.list("patches (impulses)", patch.last_impulses, [&](auto& last) {
     visit.value(last.body);

@@ -50,9 +50,7 @@ void wake_neighbours(WorldState<S>& state, std::uint32_t slot) {
   for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
     if (!state.patches.is_live(i)) continue;
     const SensorPatch<S>& patch = state.patches.at(i);
-    for (const PatchPair<S>& pair : patch.pairs) {
-      if (pair.count > 0) wake_other(patch.body.index, pair.body_b);
-    }
+    for (const SensedBody<S>& other : patch.sensed) wake_other(patch.body.index, other.body);
   }
 }
 

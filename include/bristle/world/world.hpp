@@ -205,8 +205,9 @@ class World {
     return state_.patches.get(id, "PatchId");
   }
 
-  /// [s] Longest step at which the last step's contacts of a patch could be integrated explicitly.
-  /// Infinite without a contact with a body that moves.
+  /// [s] Longest step at which the present contacts of a patch could be integrated explicitly.
+  /// Infinite without a contact with a body that moves. Casts all rays of the patch and allocates
+  /// memory for their hits.
   [[nodiscard]] S largest_stable_step(PatchId id) const;
 
   // Queries ---------------------------------------------------------------------------------------

@@ -173,9 +173,10 @@ void World<S, Backend>::remove_body(BodyId id) {
   // Bodies that patches touched in the last step must not be looked up any more.
   for (std::uint32_t i = 0; i < state_.patches.slot_count(); ++i) {
     if (!state_.patches.is_live(i)) continue;
-    for (detail::PatchPair<S>& pair : state_.patches.at(i).pairs) {
-      if (pair.body_b == id.index) pair.count = 0;
-    }
+    auto& sensed = state_.patches.at(i).sensed;
+    sensed.erase(std::remove_if(sensed.begin(), sensed.end(),
+                                [&](const auto& other) { return other.body == id.index; }),
+                 sensed.end());
   }
   state_.bodies.erase(id);
 }

@@ -6,9 +6,9 @@
 #include <bristle/core/dynamic_array.hpp>
 #include <bristle/dynamics/joints/joint_pose.hpp>
 #include <bristle/dynamics/joints/joint_rows.hpp>
-#include <bristle/sensors/stability.hpp>
 #include <bristle/sensors/taxel_points.hpp>
 #include <bristle/world/outward_rays.hpp>
+#include <bristle/world/patch_stiffness.hpp>
 #include <bristle/world/report_patch.hpp>
 #include <bristle/world/snapshot.hpp>
 #include <bristle/world/waking.hpp>
@@ -229,13 +229,8 @@ void World<S, Backend>::taxel_points(PatchId id, std::span<S> out) const {
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S> S World<S, Backend>::largest_stable_step(PatchId id)
 const {
-  const detail::SensorPatch<S>& patch = state_.patches.get(id, "PatchId");
-  return bristle::largest_stable_step(patch, [&](const detail::PatchPair<S>& pair) -> Mat6<S> {
-    const Body<S>& a = state_.bodies.at(patch.body.index);
-    const Body<S>& b = state_.bodies.at(pair.body_b);
-    return detail::mobility(a.inverse_mass_W(), a.inverse_inertia_W(), pair.arm_a) +
-           detail::mobility(b.inverse_mass_W(), b.inverse_inertia_W(), pair.arm_b);
-  });
+  (void)state_.patches.get(id, "PatchId");
+  return detail::StiffnessFinder<S>().largest_stable_step(state_, id.index);
 }
 
 template <Scalar S, typename Backend>
@@ -276,9 +271,6 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::restore(std::span<const std::byte> bytes) {
   detail::restore_snapshot(bytes, state_);
-  for (std::uint32_t i = 0; i < state_.patches.slot_count(); ++i) {
-    if (state_.patches.is_live(i)) detail::mark_hits(state_.patches.at(i));
-  }
   state_.contacts.repeat();
   state_.ended.clear();
   state_.ended_since.clear();

@@ -22,7 +22,7 @@ template <Scalar S>
 PatchPair<S>& first_pair(test::RandomPatch<S>& random) {
   for (;;) {
     random.next();
-    PatchPair<S>& pair = random.patch.pairs[0];
+    PatchPair<S>& pair = random.scratch.pairs[0];
     if (pair.count == 0) continue;
     set_scheme(pair, S(9 * 3000), S(9 * 0.4), S(0.5), S(dt));
     return pair;
@@ -44,9 +44,9 @@ Vec3<S> impulse_of(const ContactPacket<S>& packet, std::size_t i) {
 
 /// Calls visit(packet, lane, k) for the contacts of a pair in the order of `scalar_contacts`.
 template <Scalar S, typename Visit>
-void for_each_lane(SensorPatch<S>& patch, const PatchPair<S>& pair, Visit&& visit) {
+void for_each_lane(PatchScratch<S>& scratch, const PatchPair<S>& pair, Visit&& visit) {
   std::size_t k = 0;
-  for (ContactPacket<S>& packet : contacts_of(patch, pair)) {
+  for (ContactPacket<S>& packet : contacts_of(scratch, pair)) {
     for (std::size_t i = 0; i < packet_size; ++i) {
       if ((packet.is_met >> i & 1u) != 0) visit(packet, i, k++);
     }
@@ -57,8 +57,8 @@ void for_each_lane(SensorPatch<S>& patch, const PatchPair<S>& pair, Visit&& visi
 template <Scalar S>
 class ScalarBlock {
  public:
-  ScalarBlock(const SensorPatch<S>& patch, const PatchPair<S>& pair)
-      : patch_(patch), pair_(pair), contacts(test::scalar_contacts(patch, pair)) {
+  ScalarBlock(const SensorPatch<S>& patch, const PatchScratch<S>& scratch, const PatchPair<S>& pair)
+      : patch_(patch), pair_(pair), contacts(test::scalar_contacts(patch, scratch, pair)) {
     for (PatchContact<S>& c : contacts) {
       test::linearise_start(patch, pair, c, S(dt));
       made_for_.push_back(c.force);
@@ -150,7 +150,7 @@ TEST_CASE("fill_block: is the sum of its sensors, and never gives energy") {
     test::RandomPatch<double> random(5, options_of(normal));
     for (int round = 0; round < 20; ++round) {
       PatchPair<double>& pair = first_pair(random);
-      start_linearisation(random.patch, pair, dt);
+      start_linearisation(random.patch, random.scratch, pair, dt);
       SoftBlock<double> block;
       fill_block(pair, block);
       // Symmetric positive semidefinite.
@@ -164,7 +164,7 @@ TEST_CASE("fill_block: is the sum of its sensors, and never gives energy") {
       Vec6<double> u;
       const Twist<double> start = pair.start_motion.shifted(pair.center);
       u << pair.R_WA * start.linear, pair.R_WA * start.angular;
-      const Wrench<double> sum = evaluate(random.patch, pair, u, dt, {}).impulse;
+      const Wrench<double> sum = evaluate(random.patch, random.scratch, pair, u, dt, {}).impulse;
       Vec6<double> expected = block.offset + block.matrix * u;
       CHECK((sum.force - expected.head<3>()).norm() < 1e-12 * expected.head<3>().norm());
       CHECK((sum.torque - expected.tail<3>()).norm() < 1e-12 * expected.head<3>().norm());
@@ -177,11 +177,11 @@ TEST_CASE("start_linearisation: at rest gives what the explicit law gives") {
     test::RandomPatch<double> random(6, options_of(normal));
     PatchPair<double>& pair = first_pair(random);
     pair.start_motion = {};
-    start_linearisation(random.patch, pair, dt);
-    (void)evaluate<double>(random.patch, pair, Vec6<double>::Zero(), dt, {});
-    const auto contacts = test::scalar_contacts(random.patch, pair);
+    start_linearisation(random.patch, random.scratch, pair, dt);
+    (void)evaluate<double>(random.patch, random.scratch, pair, Vec6<double>::Zero(), dt, {});
+    const auto contacts = test::scalar_contacts(random.patch, random.scratch, pair);
     for_each_lane(
-        random.patch, pair, [&](ContactPacket<double>& packet, std::size_t i, std::size_t k) {
+        random.scratch, pair, [&](ContactPacket<double>& packet, std::size_t i, std::size_t k) {
           const PatchContact<double>& c = contacts[k];
           if (!c.is_touching) {
             CHECK(packet.normal_impulse[i] == 0);
@@ -209,8 +209,8 @@ TEST_CASE_TEMPLATE("implicit patch: lanes give what sensors one by one give, pas
       for (int round = 0; round < 40; ++round) {
         PatchPair<S>& pair = first_pair(random);
         SensorPatch<S>& patch = random.patch;
-        ScalarBlock<S> scalar(patch, pair);
-        start_linearisation(patch, pair, S(dt));
+        ScalarBlock<S> scalar(patch, random.scratch, pair);
+        start_linearisation(patch, random.scratch, pair, S(dt));
         // From resting to slipping by whole stretches, and back and forth.
         const S speed = round % 4 == 0 ? S(1e-3) : round % 4 == 1 ? S(0.3) : S(3);
         Vec6<S> u = random.motion(speed);
@@ -225,29 +225,31 @@ TEST_CASE_TEMPLATE("implicit patch: lanes give what sensors one by one give, pas
           S size = S(0);
           for (const PatchContact<S>& c : scalar.contacts) size += c.impulse.norm();
           const SolvePass solve{pass, 5 - pass};
-          const PairResponse<S> answer = evaluate(patch, pair, u, S(dt), solve);
+          const PairResponse<S> answer = evaluate(patch, random.scratch, pair, u, S(dt), solve);
           const Wrench<S>& sum = answer.impulse;
           CHECK((sum.force - pair.R_WA * expected.force).norm() <= sums * size);
           CHECK((sum.torque - pair.R_WA * expected.torque).norm() <= S(0.1) * sums * size);
-          for_each_lane(patch, pair, [&](ContactPacket<S>& packet, std::size_t i, std::size_t k) {
-            CHECK((packet.impulse[i] - scalar.contacts[k].impulse).norm() <= sums * size);
-            CHECK(std::abs(packet.normal_impulse[i] - scalar.contacts[k].normal_impulse) <=
-                  sums * size);
-          });
+          for_each_lane(
+              random.scratch, pair, [&](ContactPacket<S>& packet, std::size_t i, std::size_t k) {
+                CHECK((packet.impulse[i] - scalar.contacts[k].impulse).norm() <= sums * size);
+                CHECK(std::abs(packet.normal_impulse[i] - scalar.contacts[k].normal_impulse) <=
+                      sums * size);
+              });
           if (solve.left == 0) {
             CHECK_FALSE(answer.has_changed);
             continue;
           }
           CHECK(answer.has_changed == scalar.update(u_A, pass, solve.left == 1));
           settled += answer.has_changed ? 0 : 1;
-          for_each_lane(patch, pair, [&](ContactPacket<S>& packet, std::size_t i, std::size_t k) {
-            const PatchContact<S>& c = scalar.contacts[k];
-            CHECK(((packet.is_pushing >> i & 1u) != 0) == c.is_pushing);
-            CHECK(((packet.is_slipping >> i & 1u) != 0) == c.is_slipping);
-            CHECK(((packet.is_damping_slip >> i & 1u) != 0) == c.is_damping_slip);
-            slips += c.is_slipping ? 1 : 0;
-            damped += c.is_damping_slip ? 1 : 0;
-          });
+          for_each_lane(random.scratch, pair,
+                        [&](ContactPacket<S>& packet, std::size_t i, std::size_t k) {
+                          const PatchContact<S>& c = scalar.contacts[k];
+                          CHECK(((packet.is_pushing >> i & 1u) != 0) == c.is_pushing);
+                          CHECK(((packet.is_slipping >> i & 1u) != 0) == c.is_slipping);
+                          CHECK(((packet.is_damping_slip >> i & 1u) != 0) == c.is_damping_slip);
+                          slips += c.is_slipping ? 1 : 0;
+                          damped += c.is_damping_slip ? 1 : 0;
+                        });
         }
       }
     }
@@ -260,30 +262,30 @@ TEST_CASE_TEMPLATE("implicit patch: lanes give what sensors one by one give, pas
 TEST_CASE("evaluate: a settled patch needs no further solve") {
   test::RandomPatch<double> random(7, {});
   PatchPair<double>& pair = first_pair(random);
-  start_linearisation(random.patch, pair, dt);
+  start_linearisation(random.patch, random.scratch, pair, dt);
   // At the motion of the start nothing is found otherwise than assumed, but for what comes within
   // reach: leave only what touches.
-  for (ContactPacket<double>& packet : random.patch.contacts) packet.is_met = packet.is_touching;
+  for (ContactPacket<double>& packet : random.scratch.contacts) packet.is_met = packet.is_touching;
   Vec6<double> u;
   const Twist<double> start = pair.start_motion.shifted(pair.center);
   u << pair.R_WA * start.linear, pair.R_WA * start.angular;
   // The normal force changes by the depth that the motion adds; a first answer takes that in.
-  (void)evaluate<double>(random.patch, pair, u, dt, {1, 3});
-  CHECK_FALSE(evaluate<double>(random.patch, pair, u, dt, {2, 2}).has_changed);
+  (void)evaluate<double>(random.patch, random.scratch, pair, u, dt, {1, 3});
+  CHECK_FALSE(evaluate<double>(random.patch, random.scratch, pair, u, dt, {2, 2}).has_changed);
 }
 
 TEST_CASE("evaluate: notices parting and slip") {
   test::RandomPatch<double> random(8, {});
   PatchPair<double>& pair = first_pair(random);
-  start_linearisation(random.patch, pair, dt);
-  const auto before = test::scalar_contacts(random.patch, pair);
+  start_linearisation(random.patch, random.scratch, pair, dt);
+  const auto before = test::scalar_contacts(random.patch, random.scratch, pair);
   Vec6<double> u = Vec6<double>::Zero();
   u.head<3>() = pair.R_WA * (-1e3 * before[0].g.normalized());
-  CHECK(evaluate<double>(random.patch, pair, u, dt, {1, 3}).has_changed);
-  CHECK(random.patch.contacts[pair.first].normal_impulse[static_cast<std::size_t>(
-            std::countr_zero(random.patch.contacts[pair.first].is_met))] == 0);
+  CHECK(evaluate<double>(random.patch, random.scratch, pair, u, dt, {1, 3}).has_changed);
+  CHECK(random.scratch.contacts[pair.first].normal_impulse[static_cast<std::size_t>(
+            std::countr_zero(random.scratch.contacts[pair.first].is_met))] == 0);
   std::size_t slipping = 0;
-  for_each_lane(random.patch, pair,
+  for_each_lane(random.scratch, pair,
                 [&](ContactPacket<double>& packet, std::size_t i, std::size_t k) {
                   if (k == 0) {
                     CHECK((packet.is_pushing >> i & 1u) == 0);
@@ -298,14 +300,15 @@ TEST_CASE("evaluate: notices parting and slip") {
 TEST_CASE("clear_impulses: takes back what was given") {
   test::RandomPatch<double> random(9, {});
   PatchPair<double>& pair = first_pair(random);
-  start_linearisation(random.patch, pair, dt);
+  start_linearisation(random.patch, random.scratch, pair, dt);
   const Vec6<double> fast = random.motion(10);
-  (void)evaluate<double>(random.patch, pair, fast, dt, {1, 1});
-  CHECK(random.patch.contacts[pair.first].is_slipping != 0);
-  clear_impulses(random.patch, pair);
-  for_each_lane(random.patch, pair, [&](ContactPacket<double>& packet, std::size_t i, std::size_t) {
-    CHECK(packet.impulse[i] == Vec3<double>::Zero());
-    CHECK(packet.normal_impulse[i] == 0);
-    CHECK(packet.is_slipping == 0);
-  });
+  (void)evaluate<double>(random.patch, random.scratch, pair, fast, dt, {1, 1});
+  CHECK(random.scratch.contacts[pair.first].is_slipping != 0);
+  clear_impulses(random.scratch, pair);
+  for_each_lane(random.scratch, pair,
+                [&](ContactPacket<double>& packet, std::size_t i, std::size_t) {
+                  CHECK(packet.impulse[i] == Vec3<double>::Zero());
+                  CHECK(packet.normal_impulse[i] == 0);
+                  CHECK(packet.is_slipping == 0);
+                });
 }

@@ -26,7 +26,7 @@ class OneByOne {
     const SensorPatch<S>& patch = random.patch;
     std::vector<Wrench<S>> wrenches;
     for (std::size_t i = 0; i < patch.size(); ++i) {
-      const std::size_t body = patch.hits.tag[i] == 12u ? 1 : 0;
+      const std::size_t body = random.scratch.hits.tag[i] == 12u ? 1 : 0;
       // sensor_wrench leaves this to its caller: a bristle anchored elsewhere starts anew.
       if (body_[i] != body) memory_[i].is_anchored = false;
       body_[i] = body;
@@ -34,9 +34,10 @@ class OneByOne {
       const Body<S>& b = random.b[body];
       wrenches.push_back(sensor_wrench<S>(
           patch.parameters(i), patch.def.options,
-          {patch.geometry->start[i], patch.geometry->direction[i], patch.geometry->length[i]}, patch.hits.distance[i],
-          random.a.center_pose.rotate(patch.hits.normal[i]), a.center_pose, a.twist, b.center_pose,
-          b.twist, random.dt, memory_[i]));
+          {patch.geometry->start[i], patch.geometry->direction[i], patch.geometry->length[i]},
+          random.scratch.hits.distance[i],
+          random.a.center_pose.rotate(random.scratch.hits.normal[i]), a.center_pose, a.twist,
+          b.center_pose, b.twist, random.dt, memory_[i]));
     }
     return wrenches;
   }
@@ -58,9 +59,10 @@ void compare(test::RandomPatch<S>& random) {
     random.next();
     const std::vector<Wrench<S>> expected = one_by_one.next(random);
     Wrench<S> on_a;
-    for (const PatchPair<S>& pair : patch.pairs) {
+    for (const PatchPair<S>& pair : random.scratch.pairs) {
       const BodyId id{pair.body_b, 7};
-      const Wrench<S> on_b = S(1) / random.dt * explicit_impulses(patch, pair, id, random.dt);
+      const Wrench<S> on_b =
+          S(1) / random.dt * explicit_impulses(patch, random.scratch, pair, id, random.dt);
       on_a += -on_b.shifted(-pair.arm_a);
     }
     Wrench<S> sum;
@@ -73,7 +75,9 @@ void compare(test::RandomPatch<S>& random) {
     CHECK((on_a.force - sum.force).norm() < sums * size);
     CHECK((on_a.torque - sum.torque).norm() < sums * size * S(0.1));
 
-    fill_readings<S>(patch, origin, random.dt, [](std::uint32_t slot) { return BodyId{slot, 7}; });
+    fill_readings<S>(patch, random.scratch, origin, random.dt, [](std::uint32_t slot) {
+      return BodyId{slot, 7};
+    });
     const PatchReading<S> r = patch.readings.view();
     REQUIRE(r.size() == patch.size());
     CHECK((r.wrench.force - sum.force).norm() < sums * size);
@@ -81,13 +85,14 @@ void compare(test::RandomPatch<S>& random) {
     for (std::size_t i = 0; i < r.size(); ++i) {
       Vec3<S> t1, t2;
       tangent_basis<S>(patch.geometry->direction[i], t1, t2);
-      const Vec3<S> force = random.a.center_pose.rotate(r.shear_1[i] * t1 + r.shear_2[i] * t2 -
-                                                        r.normal_force[i] * patch.geometry->direction[i]);
+      const Vec3<S> force = random.a.center_pose.rotate(
+          r.shear_1[i] * t1 + r.shear_2[i] * t2 - r.normal_force[i] * patch.geometry->direction[i]);
       // 1e-3 of the stretch is round-off of the poses in float.
       CHECK((force - expected[i].force).norm() < S(100) * sums * size);
-      const bool is_active_lane = patch.hits.is_hit(i) &&
-                                  patch.hits.distance[i] < patch.geometry->length[i] &&
-                                  patch.hits.normal[i].dot(patch.geometry->direction[i]) <= grazing_cosine<S>;
+      const bool is_active_lane =
+          random.scratch.hits.is_hit(i) &&
+          random.scratch.hits.distance[i] < patch.geometry->length[i] &&
+          random.scratch.hits.normal[i].dot(patch.geometry->direction[i]) <= grazing_cosine<S>;
       CHECK((r.state[i] != SensorState::free) == is_active_lane);
       CHECK((r.body[i] == BodyId{}) == !is_active_lane);
       if (r.state[i] == SensorState::slipping) ++slips;
@@ -98,9 +103,10 @@ void compare(test::RandomPatch<S>& random) {
         CHECK(r.shear_2[i] == S(0));
         continue;
       }
-      CHECK(r.body[i].index == (patch.hits.tag[i] == 12u ? 4u : 3u));
+      CHECK(r.body[i].index == (random.scratch.hits.tag[i] == 12u ? 4u : 3u));
       const Vec3<S> point(r.point_x[i], r.point_y[i], r.point_z[i]);
-      const Vec3<S> p_A = patch.geometry->start[i] + patch.hits.distance[i] * Vec3<S>(patch.geometry->direction[i]);
+      const Vec3<S> p_A = patch.geometry->start[i] +
+                          random.scratch.hits.distance[i] * Vec3<S>(patch.geometry->direction[i]);
       CHECK((point - origin - random.a.center_pose.rotate(p_A)).norm() < sums);
     }
   }

@@ -2,7 +2,7 @@
 #include "support/random.hpp"
 
 #include <bristle/geometry/backends/analytic_backend.hpp>
-#include <bristle/sensors/patch.hpp>
+#include <bristle/sensors/patch_scratch.hpp>
 
 #include <doctest/doctest.h>
 
@@ -26,11 +26,20 @@ SensorPatch<S> patch_of(int side) {
   return make_patch(std::move(def), BodyId{}, Vec3<S>(Vec3<S>::Zero()));
 }
 
+/// Scratch memory in which no packet has a hit.
 template <typename S>
-void cast(SensorPatch<S>& patch, const Shape<S>& shape, const Transform<S>& X, S extra,
+PatchScratch<S> scratch_of(const SensorPatch<S>& patch) {
+  PatchScratch<S> scratch;
+  scratch.begin(patch);
+  scratch.list_all();
+  return scratch;
+}
+
+template <typename S>
+void cast(PatchScratch<S>& scratch, const Shape<S>& shape, const Transform<S>& X, S extra,
           std::uint32_t tag) {
-  AnalyticBackend::cast_rays(AnalyticBackend::make<S>(shape), X, patch.geometry->rays(extra), tag,
-                             patch.hits);
+  AnalyticBackend::cast_rays(AnalyticBackend::make<S>(shape), X, scratch.geometry->rays(extra), tag,
+                             scratch.hits);
 }
 
 template <typename S>
@@ -44,38 +53,39 @@ PairPose<S> pair(const Transform<S>& X) {
 TEST_CASE_TEMPLATE("plane cache: flat faces move exactly", S, float, double) {
   test::Random random(5);
   auto patch = patch_of<S>(5);
-  auto fresh = patch_of<S>(5);
+  auto scratch = scratch_of(patch);
+  auto fresh = scratch_of(patch);
   // Larger than the patch, so that no ray comes to another face.
   const Shape<S> box = Box<S>{{S(0.1), S(0.1), S(0.02)}};
   for (int round = 0; round < 50; ++round) {
     const Transform<S> X{exp_rotation<S>(random.in_cube(S(0.2))),
                          Vec3<S>(0, 0, S(0.0275)) + random.in_cube(S(0.002))};
-    patch.near.resize(patch.bristles.size());
-    for (std::uint32_t i = 0; i < patch.near.size(); ++i) patch.near[i] = i;
-    patch.reset_near_hits();
+    scratch.list_all();
+    scratch.reset_near_hits();
     // Far enough to keep what only comes into reach later.
-    cast(patch, box, X, S(0.01), 7);
+    cast(scratch, box, X, S(0.01), 7);
     patch.plane_cache.shapes.assign(1, {7, 0, pair(X), S(0.01)});
-    patch.plane_cache.keep(patch);
+    patch.plane_cache.keep(scratch);
     const Transform<S> moved{exp_rotation<S>(random.in_cube(S(0.02))) * X.rotation,
                              X.translation + random.in_cube(S(0.001))};
-    patch.plane_cache.advance(patch, [&](std::uint32_t tag, PairPose<S>& pose) {
+    patch.plane_cache.advance(scratch, [&](std::uint32_t tag, PairPose<S>& pose) {
       CHECK(tag == 7);
       pose = pair(moved);
       return S(0);
     });
-    fresh.hits.reset(fresh.bristles.size() * packet_size);
+    fresh.reset_near_hits();
     cast(fresh, box, moved, S(0), 7);
     const double round_off = 100 * static_cast<double>(Tolerance<S>::round_off());
     for (std::size_t i = 0; i < patch.size(); ++i) {
       const double expected = static_cast<double>(fresh.hits.distance[i]);
-      const double kept = static_cast<double>(patch.hits.distance[i]);
+      const double kept = static_cast<double>(scratch.hits.distance[i]);
       if (std::abs(std::min(expected, kept) - 0.01) < 0.1 * round_off) continue;
-      CHECK(fresh.hits.is_hit(i) == patch.hits.is_hit(i));
+      CHECK(fresh.hits.is_hit(i) == scratch.hits.is_hit(i));
       if (!fresh.hits.is_hit(i)) continue;
       CHECK(std::abs(kept - expected) < 0.1 * round_off);
-      if (expected > 0) CHECK((fresh.hits.normal[i] - patch.hits.normal[i]).norm() < S(round_off));
-      CHECK(patch.hits.tag[i] == 7);
+      if (expected > 0)
+        CHECK((fresh.hits.normal[i] - scratch.hits.normal[i]).norm() < S(round_off));
+      CHECK(scratch.hits.tag[i] == 7);
     }
   }
 }
@@ -100,19 +110,20 @@ TEST_CASE("plane cache: what they cover is a bound of how far anything moved") {
 
 TEST_CASE("plane cache: a plane that turned its back, or went out of reach, is no hit") {
   auto patch = patch_of<double>(1);
+  auto scratch = scratch_of(patch);
   const Shape<double> box = Box<double>{{0.1, 0.1, 0.02}};
   const Transform<double> X{Quat<double>::Identity(), {0, 0, 0.025}};
-  patch.reset_near_hits();
-  cast(patch, box, X, 0.0, 3);
-  REQUIRE(patch.hits.is_hit(0));
+  scratch.reset_near_hits();
+  cast(scratch, box, X, 0.0, 3);
+  REQUIRE(scratch.hits.is_hit(0));
   patch.plane_cache.shapes.assign(1, {3, 0, pair(X), 0.01});
-  patch.plane_cache.keep(patch);
+  patch.plane_cache.keep(scratch);
   const auto is_hit_at = [&](const Transform<double>& now, double extra) {
-    patch.plane_cache.advance(patch, [&](std::uint32_t, PairPose<double>& pose) {
+    patch.plane_cache.advance(scratch, [&](std::uint32_t, PairPose<double>& pose) {
       pose = pair(now);
       return extra;
     });
-    return patch.hits.is_hit(0);
+    return scratch.hits.is_hit(0);
   };
   CHECK(is_hit_at(X, 0));
   CHECK_FALSE(is_hit_at({Quat<double>::Identity(), {0, 0, 0.031}}, 0));
@@ -124,12 +135,14 @@ TEST_CASE("plane cache: where a ray starts inside, nothing is known of the surfa
   const Shape<double> box = Box<double>{{0.1, 0.1, 0.02}};
   for (const double height : {0.025, 0.0175}) {
     auto patch = patch_of<double>(5);
+    auto scratch = scratch_of(patch);
     const Transform<double> X{Quat<double>::Identity(), {0, 0, height}};
-    patch.reset_near_hits();
-    cast(patch, box, X, 0.01, 3);
+    scratch.reset_near_hits();
+    cast(scratch, box, X, 0.01, 3);
     patch.plane_cache.shapes.assign(1, {3, 0, pair(X), 0.01});
-    patch.plane_cache.keep(patch);
+    patch.plane_cache.keep(scratch);
     // The box is 5 mm ahead of the starts, or 2.5 mm behind them.
-    CHECK(patch.plane_cache.shapes[0].covers(pair(X), 0.0, patch.geometry->reach) == (height > 0.02));
+    CHECK(patch.plane_cache.shapes[0].covers(pair(X), 0.0, patch.geometry->reach) ==
+          (height > 0.02));
   }
 }

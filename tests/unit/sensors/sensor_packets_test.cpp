@@ -3,8 +3,6 @@
 
 #include <doctest/doctest.h>
 
-#include <random>
-
 using namespace bristle;
 
 using namespace bristle::detail;
@@ -33,32 +31,17 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("AnchorBodies: remembers the body of every was_anchored lane, as sixteen keys would") {
-  std::mt19937 random(3);
-  for (int round = 0; round < 200; ++round) {
-    AnchorBodies bodies;
-    Row<std::uint64_t> expected{};
-    std::uint32_t was_anchored = 0;
-    for (int step = 0; step < 20; ++step) {
-      // Some let go; some of the lanes that are not was_anchored in a body, or in another, are now.
-      was_anchored &= static_cast<std::uint32_t>(random()) | static_cast<std::uint32_t>(random());
-      const std::uint64_t key = anchor_key(
-          {static_cast<std::uint32_t>(random() % 3), static_cast<std::uint32_t>(random() % 2)});
-      const auto anchored = static_cast<LaneBits>(was_anchored & bodies.lanes_in(key));
-      const auto fresh = static_cast<LaneBits>(random() & ~std::uint32_t(anchored));
-      if (fresh != 0) bodies.set(fresh, key, was_anchored != anchored);
-      was_anchored |= fresh;
-      for (std::size_t i = 0; i < packet_size; ++i) {
-        if ((fresh >> i & 1u) != 0) expected[i] = key;
-        if ((was_anchored >> i & 1u) == 0) continue;
-        CHECK(bodies[i] == expected[i]);
-        for (std::uint32_t index = 0; index < 3; ++index) {
-          const std::uint64_t other = anchor_key({index, 1});
-          CHECK(((bodies.lanes_in(other) >> i & 1u) != 0) == (expected[i] == other));
-        }
-      }
-    }
-  }
+TEST_CASE("equal_lanes: bodies of another slot, and of another life of a slot, are others") {
+  Row<BodyId> row;
+  row.fill({3, 7});
+  CHECK(equal_lanes(row.data(), BodyId{3, 7}) == 0xffffu);
+  CHECK(equal_lanes(row.data(), BodyId{3, 8}) == 0);
+  row[2] = {3, 8};
+  row[9] = {4, 7};
+  row[15] = {};
+  CHECK(equal_lanes(row.data(), BodyId{3, 7}) == (0xffffu & ~((1u << 2) | (1u << 9) | (1u << 15))));
+  CHECK(equal_lanes(row.data(), BodyId{3, 8}) == 1u << 2);
+  CHECK(equal_lanes(row.data(), BodyId{4, 7}) == 1u << 9);
 }
 
 TEST_CASE("equal_lanes: where a value stands") {

@@ -43,10 +43,13 @@ TEST_CASE_TEMPLATE("Mode: without stiffness and damping any step will do", S, fl
   CHECK(Mode<S>{S(1), S(0), S(0)}.largest_stable_step() == infinity<S>);
 }
 
-TEST_CASE_TEMPLATE("largest_stable_step: infinite for a patch that touches nothing", S, float,
-                   double) {
-  const SensorPatch<S> patch;
-  CHECK(largest_stable_step(patch, [](const PatchPair<S>&) {
-          return Mat6<S>(Mat6<S>::Identity());
-        }) == infinity<S>);
+TEST_CASE_TEMPLATE("ContactStiffness: infinite where nothing touches, and where nothing moves", S,
+                   float, double) {
+  ContactStiffness<S> contacts;
+  CHECK(contacts.largest_stable_step(Mat6<S>(Mat6<S>::Identity())) == infinity<S>);
+  contacts.stiffness = Mat6<S>::Identity() * S(100);
+  CHECK(contacts.largest_stable_step(Mat6<S>(Mat6<S>::Zero())) == infinity<S>);
+  // dt^2 k / m = 4.
+  CHECK(double(contacts.largest_stable_step(Mat6<S>(Mat6<S>::Identity()))) ==
+        test::relative(0.2).epsilon(1e-6));
 }
