@@ -11591,7 +11591,7 @@ Wrench<S> ContactReading<S>::impulse_on_b() const {
 
 /// @file
 /// What a patch finds and needs within one step: hits, contacts, and pairs. It is no state: worlds
-/// that are stepped in turn share it, and it is as small as the largest of their patches.
+/// that are stepped in turn share it.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/core/fill_numbers.hpp
@@ -11739,13 +11739,13 @@ struct PatchScratch {
     pairs.clear();
     const std::size_t packets = packet_count();
     if (hits.distance.size() == packets * packet_size) return;
-    hits.reset(packets * packet_size);
     hit_before.resize(packets);
     active_before.resize(packets);
     pair_bits.resize(packets);
     range_contacts.resize(range_count(packets));
     contacts.reserve(packets);
     near.reserve(packets);
+    hits.reset(packets * packet_size);  // Last: its size tells that the others have theirs.
   }
   /// Lists all packets as near.
   void list_all() {
@@ -16531,7 +16531,8 @@ concept SensorHost = Scalar<S> &&
 /// `host.cast_rays(id, rays, hits)` offers to `hits` the nearest hit of each ray. Its tag is the
 /// index of the mirrored body that was hit. The rays start from the centre of mass of the mirrored
 /// body `id`, along its axes. They must not hit that body itself. A ray that starts inside a body
-/// hits it at distance 0. Rays are `rays.extra_length` longer than in the layout.
+/// hits it at distance 0. Rays are `rays.extra_length` longer than in the layout. `hits` keeps one
+/// entry for each ray.
 template <typename H, typename S>
 concept CastsRays = requires(const H& view, BodyId id, const RayBatch<S>& rays, RayHits<S>& hits) {
   view.cast_rays(id, rays, hits);
@@ -16647,7 +16648,7 @@ struct HostKernels {
   /// Creates a `HostStage`, and deletes it.
   void* (*make_scratch)();
   void (*delete_scratch)(void* stage);
-  /// `HostStage::cast`, `collect` and `solve`.
+  /// Functions of `HostStage`.
   void (*cast)(void* stage, WorldState<S>& world, const HostStep<S>& step, bool all_rays);
   void (*take_hits)(void* stage, std::uint32_t patch, const RayHits<S>& hits);
   void (*collect)(void* stage, WorldState<S>& world, HostStep<S>& step);
@@ -16671,7 +16672,8 @@ class HostSensors {
 
   /// The mirrored bodies, their shapes and patches; also for readings, queries and snapshots. The
   /// engine is queried for bodies that are not fixed in each step, whatever their kind of motion.
-  /// Masses and joints are not used. Never step this world: the engine steps.
+  /// Masses and joints are not used, and queries know mirrored shapes alone. Never step this world:
+  /// the engine steps.
   [[nodiscard]] World<S, Backend>& world() noexcept { return world_; }
   /// The same world for reading.
   [[nodiscard]] const World<S, Backend>& world() const noexcept { return world_; }
@@ -28941,16 +28943,21 @@ class ContactMaker {
     // A sensor without a hit lets go.
     LaneBits& is_anchored = patch_.is_anchored[number];
     const auto was_anchored = static_cast<LaneBits>(is_anchored & patch_.hit_bits[number]);
-    const BodyId* bodies = patch_.readings.body.data() + number * packet_size;
+    BodyId* bodies = patch_.readings.body.data() + number * packet_size;
     const LaneBits anchored =
         was_anchored == 0 ? LaneBits(0)
                           : static_cast<LaneBits>(was_anchored & equal_lanes(bodies, id_b_));
     for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
       if (pack_bits<S>(hit, at) != 0) add_pack(rays, bristles, out, at, hit, anchored);
     }
-    is_anchored =
-        static_cast<LaneBits>(options_.law == Law::ambf ? was_anchored & (~hit | out.is_met)
-                                                        : (was_anchored & ~hit) | out.is_touching);
+    // AMBF's law anchors later, with the impulses.
+    const LaneBits fresh = options_.law == Law::ambf
+                               ? LaneBits(0)
+                               : static_cast<LaneBits>(out.is_touching & ~std::uint32_t(anchored));
+    is_anchored = static_cast<LaneBits>((was_anchored & (~hit | out.is_touching)) | fresh);
+    for (std::uint32_t rest = fresh; rest != 0; rest &= rest - 1) {
+      bodies[std::countr_zero(rest)] = id_b_;
+    }
     sums_.count += static_cast<std::uint32_t>(std::popcount(out.is_met));
   }
 
@@ -38684,8 +38691,8 @@ Wrench<S> ambf_impulses(SensorPatch<S>& patch, PatchScratch<S>& scratch, const P
           touch_of(*patch.geometry, scratch.hits, packet.packet * packet_size + i);
       const SensorContact<S> contact{depth, inverse_length, n, g, pair.start_motion.at(point)};
       Anchor<S> anchor{bristles.anchor_a[i], bristles.anchor_b[i]};
-      const BodyId before = patch.readings.body[packet.packet * packet_size + i];
-      bool is_anchored = (anchored & bit) != 0 && before == id_b;
+      BodyId& body = patch.readings.body[packet.packet * packet_size + i];
+      bool is_anchored = (anchored & bit) != 0 && body == id_b;
       bool did_slip = false;
       const SensorForce<S> force = ambf_sensor_force<S>(
           patch.parameters(packet.packet * packet_size + i), patch.def.options.scaling, contact,
@@ -38693,6 +38700,7 @@ Wrench<S> ambf_impulses(SensorPatch<S>& patch, PatchScratch<S>& scratch, const P
       bristles.anchor_a.set(i, anchor.q_A);
       bristles.anchor_b.set(i, anchor.q_B);
       anchored = static_cast<LaneBits>(is_anchored ? anchored | bit : anchored & ~bit);
+      if (is_anchored) body = id_b;
       if (did_slip) packet.is_slipping = static_cast<LaneBits>(packet.is_slipping | bit);
       packet.normal_impulse[i] = dt * force.normal;
       packet.impulse.set(i, dt * force.total());
@@ -41230,15 +41238,15 @@ void visit_lane(Rows& rows, std::size_t i, Visitor& visit) {
 
 /// Visits the anchors of a packet. Unanchored lanes may hold any anchor.
 /// @param is_anchored  Its anchored lanes.
-/// @param lanes        Those that are sensors.
+/// @param hit          Lanes that hit anything. Others let go.
 template <typename Packet, typename Bits, typename Visitor>
-void visit_bristles(Packet& packet, Bits& is_anchored, LaneBits lanes, Visitor& visit) {
+void visit_bristles(Packet& packet, Bits& is_anchored, LaneBits hit, Visitor& visit) {
   LaneBits anchored = 0;
   visit.item(
       "patches (bristles)", is_anchored, [&](auto& bits) { visit.value(bits); },
       [&](LaneBits bits) {
         anchored = bits;
-        return (bits & ~lanes) == 0;
+        return (bits & ~hit) == 0;
       });
   const auto each = [&](auto& item) {
     for (auto* roots : {&item.anchor_a, &item.anchor_b}) {
@@ -41316,17 +41324,17 @@ void visit_patch(const State& state, Patch& patch, Visitor& visit) {
   const std::size_t own = visit.list("patches (parameters)", patch.def.per_sensor,
                                      [&](auto& p) { visit_parameters(p, visit); });
   visit.require("patches (parameters)", own == 0 || own == patch.size());
-  for (std::size_t i = 0; i < patch.bristles.size(); ++i) {
-    visit_bristles(patch.bristles[i], patch.is_anchored[i], lanes_of(patch, i), visit);
-  }
   bool has_hits = false;
   for (std::size_t i = 0; i < patch.hit_bits.size(); ++i) {
+    LaneBits hit = 0;
     visit.item(
         "patches (hits)", patch.hit_bits[i], [&](auto& bits) { visit.value(bits); },
         [&](LaneBits bits) {
+          hit = bits;
           has_hits = has_hits || bits != 0;
           return (bits & ~lanes_of(patch, i)) == 0;
         });
+    visit_bristles(patch.bristles[i], patch.is_anchored[i], hit, visit);
   }
   visit.item(
       "patches (hits)", patch.has_hits, [&](auto& any) { visit.value(any); },
@@ -43224,7 +43232,14 @@ void detail::HostStep<S>::find_fastest(const WorldState<S>& world) {
 /// Removes the engine's hits that are no numbers, or on bodies that are missing.
 template <Scalar S, typename Backend>
 void HostSensors<S, Backend>::check_hits(const detail::SensorPatch<S>& patch) {
-  for (std::size_t i = 0; i < patch.size(); ++i) {
+  const std::size_t n = patch.size();
+  const std::size_t sizes[] = {host_hits_.distance.size(), host_hits_.normal.x.size(),
+                               host_hits_.normal.y.size(), host_hits_.normal.z.size(),
+                               host_hits_.tag.size()};
+  for (const std::size_t size : sizes) {
+    detail::require(size == n, "hits", size, "must keep one entry for each ray");
+  }
+  for (std::size_t i = 0; i < n; ++i) {
     if (!host_hits_.is_hit(i)) continue;
     const std::uint32_t tag = host_hits_.tag[i];
     detail::require(state().bodies.is_live(tag) && tag != patch.body.index, "hits.tag", tag,

@@ -69,8 +69,6 @@ class Slide {
     patch = make_patch<S>(std::move(def), BodyId{0, 0}, Vec3<S>(Vec3<S>::Zero()));
     scratch.begin(patch);
     scratch.list_all();
-    // Bristles stay anchored in the body of their reading, which not all ways write.
-    std::fill(patch.readings.body.begin(), patch.readings.body.end(), ball_id);
     for (std::size_t k = 0; k < poses; ++k) {
       // There and back, so that no pose is far from the one before.
       const double at = k < poses / 2 ? double(k) : double(poses - k);

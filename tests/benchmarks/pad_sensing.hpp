@@ -12,7 +12,6 @@
 #include <bristle/sensors/sensor_wrench.hpp>
 #include <bristle/sensors/tuning.hpp>
 
-#include <algorithm>
 #include <cstddef>
 #include <utility>
 #include <vector>
@@ -50,8 +49,6 @@ class PadPatch {
     patch = make_patch<S>(std::move(def), BodyId{0, 0}, Vec3<S>(Vec3<S>::Zero()));
     scratch.begin(patch);
     scratch.list_all();
-    // Bristles stay anchored in the body of their reading, which is not written here.
-    std::fill(patch.readings.body.begin(), patch.readings.body.end(), body_id);
     moving_.inverse_mass.setConstant(S(0.5));
     moving_.inverse_inertia = Mat3<S>::Identity() * S(100);
   }

@@ -46,7 +46,6 @@ class RandomPatch {
   /// some at a grazing angle; then makes contacts. Shapes 10 and 11 are of the first body, 12 of
   /// the second.
   void next() {
-    read_bodies();
     for (Body<S>* body : {&a, &b[0], &b[1]}) {
       body->center_pose.translation += random_.in_cube(S(6e-4));
       body->twist = {random_.in_cube(S(0.3)), random_.in_cube(S(1))};
@@ -71,19 +70,6 @@ class RandomPatch {
                        return TouchedBody<S>{&b[body], id(body)};
                      },
                      {.dt = dt});
-  }
-
-  /// Notes the bodies of contacts as their readings do, which bristles stay anchored in.
-  void read_bodies() {
-    for (const PatchPair<S>& pair : scratch.pairs) {
-      for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
-        const ContactPacket<S>& packet = scratch.contacts[k];
-        for (std::size_t i = 0; i < packet_size; ++i) {
-          if ((packet.is_touching >> i & 1u) == 0) continue;
-          patch.readings.body[packet.packet * packet_size + i] = {pair.body_b, 7};
-        }
-      }
-    }
   }
 
   /// A motion of which bristles notice something.

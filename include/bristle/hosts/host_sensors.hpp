@@ -78,7 +78,8 @@ concept SensorHost = Scalar<S> &&
 /// `host.cast_rays(id, rays, hits)` offers to `hits` the nearest hit of each ray. Its tag is the
 /// index of the mirrored body that was hit. The rays start from the centre of mass of the mirrored
 /// body `id`, along its axes. They must not hit that body itself. A ray that starts inside a body
-/// hits it at distance 0. Rays are `rays.extra_length` longer than in the layout.
+/// hits it at distance 0. Rays are `rays.extra_length` longer than in the layout. `hits` keeps one
+/// entry for each ray.
 template <typename H, typename S>
 concept CastsRays = requires(const H& view, BodyId id, const RayBatch<S>& rays, RayHits<S>& hits) {
   view.cast_rays(id, rays, hits);
@@ -194,7 +195,7 @@ struct HostKernels {
   /// Creates a `HostStage`, and deletes it.
   void* (*make_scratch)();
   void (*delete_scratch)(void* stage);
-  /// `HostStage::cast`, `collect` and `solve`.
+  /// Functions of `HostStage`.
   void (*cast)(void* stage, WorldState<S>& world, const HostStep<S>& step, bool all_rays);
   void (*take_hits)(void* stage, std::uint32_t patch, const RayHits<S>& hits);
   void (*collect)(void* stage, WorldState<S>& world, HostStep<S>& step);
@@ -218,7 +219,8 @@ class HostSensors {
 
   /// The mirrored bodies, their shapes and patches; also for readings, queries and snapshots. The
   /// engine is queried for bodies that are not fixed in each step, whatever their kind of motion.
-  /// Masses and joints are not used. Never step this world: the engine steps.
+  /// Masses and joints are not used, and queries know mirrored shapes alone. Never step this world:
+  /// the engine steps.
   [[nodiscard]] World<S, Backend>& world() noexcept { return world_; }
   /// The same world for reading.
   [[nodiscard]] const World<S, Backend>& world() const noexcept { return world_; }
@@ -375,7 +377,14 @@ void detail::HostStep<S>::find_fastest(const WorldState<S>& world) {
 /// Removes the engine's hits that are no numbers, or on bodies that are missing.
 template <Scalar S, typename Backend>
 void HostSensors<S, Backend>::check_hits(const detail::SensorPatch<S>& patch) {
-  for (std::size_t i = 0; i < patch.size(); ++i) {
+  const std::size_t n = patch.size();
+  const std::size_t sizes[] = {host_hits_.distance.size(), host_hits_.normal.x.size(),
+                               host_hits_.normal.y.size(), host_hits_.normal.z.size(),
+                               host_hits_.tag.size()};
+  for (const std::size_t size : sizes) {
+    detail::require(size == n, "hits", size, "must keep one entry for each ray");
+  }
+  for (std::size_t i = 0; i < n; ++i) {
     if (!host_hits_.is_hit(i)) continue;
     const std::uint32_t tag = host_hits_.tag[i];
     detail::require(state().bodies.is_live(tag) && tag != patch.body.index, "hits.tag", tag,

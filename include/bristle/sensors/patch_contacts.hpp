@@ -275,16 +275,21 @@ class ContactMaker {
     // A sensor without a hit lets go.
     LaneBits& is_anchored = patch_.is_anchored[number];
     const auto was_anchored = static_cast<LaneBits>(is_anchored & patch_.hit_bits[number]);
-    const BodyId* bodies = patch_.readings.body.data() + number * packet_size;
+    BodyId* bodies = patch_.readings.body.data() + number * packet_size;
     const LaneBits anchored =
         was_anchored == 0 ? LaneBits(0)
                           : static_cast<LaneBits>(was_anchored & equal_lanes(bodies, id_b_));
     for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
       if (pack_bits<S>(hit, at) != 0) add_pack(rays, bristles, out, at, hit, anchored);
     }
-    is_anchored =
-        static_cast<LaneBits>(options_.law == Law::ambf ? was_anchored & (~hit | out.is_met)
-                                                        : (was_anchored & ~hit) | out.is_touching);
+    // AMBF's law anchors later, with the impulses.
+    const LaneBits fresh = options_.law == Law::ambf
+                               ? LaneBits(0)
+                               : static_cast<LaneBits>(out.is_touching & ~std::uint32_t(anchored));
+    is_anchored = static_cast<LaneBits>((was_anchored & (~hit | out.is_touching)) | fresh);
+    for (std::uint32_t rest = fresh; rest != 0; rest &= rest - 1) {
+      bodies[std::countr_zero(rest)] = id_b_;
+    }
     sums_.count += static_cast<std::uint32_t>(std::popcount(out.is_met));
   }
 

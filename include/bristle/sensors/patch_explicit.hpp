@@ -74,8 +74,8 @@ Wrench<S> ambf_impulses(SensorPatch<S>& patch, PatchScratch<S>& scratch, const P
           touch_of(*patch.geometry, scratch.hits, packet.packet * packet_size + i);
       const SensorContact<S> contact{depth, inverse_length, n, g, pair.start_motion.at(point)};
       Anchor<S> anchor{bristles.anchor_a[i], bristles.anchor_b[i]};
-      const BodyId before = patch.readings.body[packet.packet * packet_size + i];
-      bool is_anchored = (anchored & bit) != 0 && before == id_b;
+      BodyId& body = patch.readings.body[packet.packet * packet_size + i];
+      bool is_anchored = (anchored & bit) != 0 && body == id_b;
       bool did_slip = false;
       const SensorForce<S> force = ambf_sensor_force<S>(
           patch.parameters(packet.packet * packet_size + i), patch.def.options.scaling, contact,
@@ -83,6 +83,7 @@ Wrench<S> ambf_impulses(SensorPatch<S>& patch, PatchScratch<S>& scratch, const P
       bristles.anchor_a.set(i, anchor.q_A);
       bristles.anchor_b.set(i, anchor.q_B);
       anchored = static_cast<LaneBits>(is_anchored ? anchored | bit : anchored & ~bit);
+      if (is_anchored) body = id_b;
       if (did_slip) packet.is_slipping = static_cast<LaneBits>(packet.is_slipping | bit);
       packet.normal_impulse[i] = dt * force.normal;
       packet.impulse.set(i, dt * force.total());

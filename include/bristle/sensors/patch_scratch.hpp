@@ -1,6 +1,6 @@
 /// @file
 /// What a patch finds and needs within one step: hits, contacts, and pairs. It is no state: worlds
-/// that are stepped in turn share it, and it is as small as the largest of their patches.
+/// that are stepped in turn share it.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -137,13 +137,13 @@ struct PatchScratch {
     pairs.clear();
     const std::size_t packets = packet_count();
     if (hits.distance.size() == packets * packet_size) return;
-    hits.reset(packets * packet_size);
     hit_before.resize(packets);
     active_before.resize(packets);
     pair_bits.resize(packets);
     range_contacts.resize(range_count(packets));
     contacts.reserve(packets);
     near.reserve(packets);
+    hits.reset(packets * packet_size);  // Last: its size tells that the others have theirs.
   }
   /// Lists all packets as near.
   void list_all() {

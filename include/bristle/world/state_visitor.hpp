@@ -251,15 +251,15 @@ void visit_lane(Rows& rows, std::size_t i, Visitor& visit) {
 
 /// Visits the anchors of a packet. Unanchored lanes may hold any anchor.
 /// @param is_anchored  Its anchored lanes.
-/// @param lanes        Those that are sensors.
+/// @param hit          Lanes that hit anything. Others let go.
 template <typename Packet, typename Bits, typename Visitor>
-void visit_bristles(Packet& packet, Bits& is_anchored, LaneBits lanes, Visitor& visit) {
+void visit_bristles(Packet& packet, Bits& is_anchored, LaneBits hit, Visitor& visit) {
   LaneBits anchored = 0;
   visit.item(
       "patches (bristles)", is_anchored, [&](auto& bits) { visit.value(bits); },
       [&](LaneBits bits) {
         anchored = bits;
-        return (bits & ~lanes) == 0;
+        return (bits & ~hit) == 0;
       });
   const auto each = [&](auto& item) {
     for (auto* roots : {&item.anchor_a, &item.anchor_b}) {
@@ -337,17 +337,17 @@ void visit_patch(const State& state, Patch& patch, Visitor& visit) {
   const std::size_t own = visit.list("patches (parameters)", patch.def.per_sensor,
                                      [&](auto& p) { visit_parameters(p, visit); });
   visit.require("patches (parameters)", own == 0 || own == patch.size());
-  for (std::size_t i = 0; i < patch.bristles.size(); ++i) {
-    visit_bristles(patch.bristles[i], patch.is_anchored[i], lanes_of(patch, i), visit);
-  }
   bool has_hits = false;
   for (std::size_t i = 0; i < patch.hit_bits.size(); ++i) {
+    LaneBits hit = 0;
     visit.item(
         "patches (hits)", patch.hit_bits[i], [&](auto& bits) { visit.value(bits); },
         [&](LaneBits bits) {
+          hit = bits;
           has_hits = has_hits || bits != 0;
           return (bits & ~lanes_of(patch, i)) == 0;
         });
+    visit_bristles(patch.bristles[i], patch.is_anchored[i], hit, visit);
   }
   visit.item(
       "patches (hits)", patch.has_hits, [&](auto& any) { visit.value(any); },

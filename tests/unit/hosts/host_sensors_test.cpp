@@ -14,6 +14,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <stdexcept>
 
 using namespace bristle;
 using namespace bristle::detail;
@@ -38,6 +39,38 @@ TEST_CASE_TEMPLATE("HostSensors: a block comes to rest on a patch at any step", 
     CHECK(static_cast<double>(host.block.z()) == test::relative(0.007).epsilon(tolerance));
   }
 }
+
+namespace {
+
+/// A plate and two blocks at rest, one of which its rays hit, as the engine says.
+struct TwoBlocks : BlockOnPlate<double> {
+  BodyId other{};
+  bool is_other_near = false, throws = false;
+  int more_hits = 0;
+
+  PatchId attach(HostSensors<double>& sensors, const PatchDef<double>& patch) {
+    other = sensors.world().add_body({.motion = Motion::kinematic});
+    return BlockOnPlate<double>::attach(sensors, patch);
+  }
+  [[nodiscard]] HostBody<double> body(BodyId id) const {
+    HostBody<double> found = BlockOnPlate<double>::body(id);
+    found.acceleration = {};
+    if (id == other) found.pose.translation.x() = found.center.x() = 1;
+    return found;
+  }
+  [[nodiscard]] Mat6<double> mobility(BodyId i, BodyId j) const {
+    if (throws) throw std::runtime_error("mobility");
+    return BlockOnPlate<double>::mobility(i, j);
+  }
+  void cast_rays(BodyId, const RayBatch<double>& rays, RayHits<double>& hits) const {
+    hits.reset(static_cast<std::size_t>(static_cast<int>(rays.size()) + more_hits));
+    for (std::size_t i = 0; i < hits.distance.size(); ++i) {
+      hits.offer(i, {0.008, -Vec3<double>::UnitZ()}, (is_other_near ? other : block_id).index);
+    }
+  }
+};
+
+}  // namespace
 
 TEST_CASE("HostSensors: shapes that are mirrored are felt as those the engine casts rays at") {
   CastingBlockOnPlate<double> casting;
@@ -97,6 +130,40 @@ TEST_CASE("HostSensors: what it applies is what it reads, and adds up to nothing
   const Vec3<double> moment =
       host.on_plate.torque + host.on_block.torque + host.block.cross(host.on_block.force);
   CHECK(moment.norm() < 1e-14 * size);
+}
+
+TEST_CASE("HostSensors: an engine that throws between steps leaves bristles in what they touched") {
+  for (const Integration integration : {Integration::implicit, Integration::explicit_}) {
+    TwoBlocks host;
+    HostSensors<double> sensors;
+    PatchDef<double> def = plate_patch<double>();
+    def.integration = integration;
+    const PatchId patch = host.attach(sensors, def);
+    const auto shear = [&] { return sensors.world().reading(patch).shear_W.norm(); };
+    sensors.step(host, 1e-3);
+    // The rays meet the other block, which lies as deep, and come back.
+    host.is_other_near = host.throws = true;
+    CHECK_THROWS_AS(sensors.step(host, 1e-3), std::runtime_error);
+    host.is_other_near = host.throws = false;
+    for (int i = 0; i < 2; ++i) {
+      sensors.step(host, 1e-3);
+      CHECK(sensors.world().reading(patch).touching() > 0);
+      CHECK(shear() == 0);
+    }
+  }
+}
+
+TEST_CASE("HostSensors: hits keep their number") {
+  for (const int more : {-1, 1, 64}) {
+    TwoBlocks host;
+    host.more_hits = more;
+    HostSensors<double> sensors;
+    const PatchId patch = host.attach(sensors, plate_patch<double>());
+    CHECK_THROWS_WITH_AS(sensors.step(host, 1e-3), doctest::Contains("hits"), InvalidArgument);
+    host.more_hits = 0;
+    sensors.step(host, 1e-3);
+    CHECK(sensors.world().reading(patch).touching() == 16);
+  }
 }
 
 TEST_CASE("HostSensors: nothing in reach, nothing applied") {

@@ -104,12 +104,13 @@ TEST_CASE_TEMPLATE("collect_contacts: bristles are anchored while they touch, an
   for (int round = 0; round < 20; ++round) {
     random.next();
     const SensorPatch<S>& patch = random.patch;
-    std::vector<bool> touches(patch.bristles.size() * packet_size);
+    std::vector<BodyId> touched(patch.bristles.size() * packet_size);
     for (const PatchPair<S>& pair : random.scratch.pairs) {
+      const std::size_t body = pair.body_b == test::RandomPatch<S>::id(0).index ? 0 : 1;
       for_each_contact(
           random.scratch, pair, [&](const ContactPacket<S>& packet, std::size_t i, std::size_t k) {
             if ((packet.is_touching >> i & 1u) == 0) return;
-            touches[k] = true;
+            touched[k] = test::RandomPatch<S>::id(body);
             // Anchored with the stretch that is reported.
             const Anchor<S> anchor{patch.bristles[packet.packet].anchor_a[i],
                                    patch.bristles[packet.packet].anchor_b[i]};
@@ -120,8 +121,10 @@ TEST_CASE_TEMPLATE("collect_contacts: bristles are anchored while they touch, an
                   patch.def.parameters.breakaway_distance * (1 + contact_round_off<S>));
           });
     }
-    for (std::size_t k = 0; k < touches.size(); ++k) {
-      CHECK((patch.is_anchored[k / packet_size] >> k % packet_size & 1u) == (touches[k] ? 1u : 0u));
+    for (std::size_t k = 0; k < touched.size(); ++k) {
+      const bool is_anchored = (patch.is_anchored[k / packet_size] >> k % packet_size & 1u) != 0;
+      CHECK(is_anchored == (touched[k] != BodyId{}));
+      if (is_anchored) CHECK(patch.readings.body[k] == touched[k]);
     }
   }
 }
@@ -310,10 +313,8 @@ TEST_CASE("collect_contacts: a body in the slot of a removed one is another body
   // Half of what a bristle can stretch, aside.
   random.b[0].center_pose.translation +=
       random.a.center_pose.rotate(0.5e-3 * Vec3<double>(patch.geometry->packets[0].tangent[5]));
-  random.read_bodies();
   meet(first, 0.5);
   CHECK(random.scratch.contacts[0].stretch[5].norm() == test::relative(0.5e-3));
-  random.read_bodies();
   meet({first.index, first.generation + 1}, 0.5);
   CHECK(random.scratch.contacts[0].stretch[5].norm() == 0.0);
 }
