@@ -61,9 +61,8 @@ TEST_CASE_TEMPLATE("collect_contacts: every hit that does not graze, at its body
             CHECK(((packet.is_touching >> i & 1u) != 0) == (depth > S(0)));
             // In lanes, and of one sensor.
             const std::size_t at = i / lanes<S> * lanes<S>;
-            const detail::TouchPack<S> touches(random.scratch.hits,
-                                               patch.geometry->packets[packet.packet],
-                                               packet.packet, at, packet.is_met, false);
+            const TouchPack<S> touches(random.scratch.hits, patch.geometry->packets[packet.packet],
+                                       packet.packet, at, packet.is_met, false);
             const SensorTouch<S> touch = touch_of(*patch.geometry, random.scratch.hits, k);
             for (const auto& [point_found, g_found, depth_found] :
                  {std::tuple(touches.point[i - at], touches.g[i - at], touches.depth[i - at]),
