@@ -80,7 +80,7 @@ class Slide {
       if (is_moving) {
         ball.twist = {Vec3<S>(sense * S(0.05), 0, S(0.01)), Vec3<S>(0, 0, sense * S(1.7))};
       }
-      hits[k].reset(patch.size());
+      hits[k].reset(scratch.hits.distance.size());
       AnalyticBackend::cast_rays(AnalyticBackend::make<S>(Sphere<S>{S(0.05)}), ball.center_pose,
                                  patch.geometry->rays(S(0)), 0, hits[k]);
     }

@@ -122,7 +122,7 @@ struct PadReference {
       const double reach = by_model.rays(body).extra_length;
       std::vector<double> found(layout.size());
       RayHits<double>& hits = by_model.scratch.hits;
-      hits.reset(layout.size());
+      by_model.scratch.reset_near_hits();
       Wrench<double> force;
       for (std::size_t i = 0; i < layout.size(); ++i) {
         const Ray<double> ray{layout.start[i], layout.direction[i], layout.length[i]};

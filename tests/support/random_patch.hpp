@@ -52,7 +52,7 @@ class RandomPatch {
     }
     scratch.begin(patch);
     scratch.list_all();
-    scratch.hits.reset(patch.size());
+    scratch.reset_near_hits();
     for (std::size_t i = 0; i < patch.size(); ++i) {
       const std::size_t kind = random_.index(10);
       if (kind == 0) continue;

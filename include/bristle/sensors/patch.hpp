@@ -8,7 +8,6 @@
 #include <bristle/core/slot_map.hpp>
 #include <bristle/dynamics/bodies/body.hpp>
 #include <bristle/geometry/contacts/triangle_cache.hpp>
-#include <bristle/geometry/rays/ray.hpp>
 #include <bristle/sensors/law.hpp>
 #include <bristle/sensors/patch_def.hpp>
 #include <bristle/sensors/patch_geometry.hpp>
@@ -17,11 +16,9 @@
 #include <bristle/sensors/sensor_packets.hpp>
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cstdint>
 #include <memory>
-#include <span>
 #include <string>
 
 namespace bristle::inline BRISTLE_ABI::detail {

@@ -104,18 +104,6 @@ void find_hit_mask(SensorPatch<S>& patch, PatchScratch<S>& scratch, RayRange ran
   }
 }
 
-/// Finds the hit mask of all ranges at once, for hits from any source.
-template <Scalar S>
-void find_whole_hit_mask(SensorPatch<S>& patch, PatchScratch<S>& scratch) {
-  // Hosts fill the hits of real sensors only.
-  const std::size_t padded = patch.bristles.size() * packet_size;
-  scratch.hits.distance.resize(padded, infinity<S>);
-  scratch.hits.normal.resize(padded);
-  scratch.hits.tag.resize(padded);
-  begin_hit_mask(patch, scratch);
-  find_hit_mask(patch, scratch, RayRange{});
-}
-
 /// Makes an entry in `PatchScratch::touched`, without its pair, for every shape that was hit.
 template <Scalar S>
 void find_touched(const SensorPatch<S>& patch, PatchScratch<S>& scratch, std::uint32_t only_tag) {
@@ -394,6 +382,15 @@ class ContactMaker {
   alignas(64) Row3<S> stretch_;
 };
 
+/// [m/s, rad/s] Motion of A relative to B, about A's centre of mass, in A's axes.
+template <Scalar S>
+[[nodiscard]] Twist<S> motion_between(const Body<S>& A, const Body<S>& B, const Mat3<S>& R_WA) {
+  const Vec3<S> p_AB_W = B.center_pose.translation - A.center_pose.translation;
+  const Mat3<S> R_AW = transposed(R_WA);
+  return {R_AW * (A.twist.linear - B.twist.at(-p_AB_W)),
+          R_AW * (A.twist.angular - B.twist.angular)};
+}
+
 /// Makes the contacts of pair `index`, from contact `first` on, and measures them.
 /// @return One behind the last contact.
 template <Scalar S>
@@ -404,9 +401,7 @@ std::uint32_t meet_body(SensorPatch<S>& patch, PatchScratch<S>& scratch, std::ui
   pair.R_WA = A.center_pose.rotation_matrix();
   pair.pose = pair_pose(A.center_pose, B.body->center_pose);
   const Vec3<S> p_AB_W = B.body->center_pose.translation - A.center_pose.translation;
-  const Mat3<S> R_AW = transposed(pair.R_WA);
-  pair.start_motion = {R_AW * (A.twist.linear - B.body->twist.at(-p_AB_W)),
-                       R_AW * (A.twist.angular - B.body->twist.angular)};
+  pair.start_motion = motion_between(A, *B.body, pair.R_WA);
   const std::uint32_t end = place_contacts(patch, scratch, index, first);
   const std::size_t range = packets_per_range(scratch.near.size());
   using Maker = ContactMaker<S>;
@@ -440,7 +435,10 @@ void collect_contacts(SensorPatch<S>& patch, PatchScratch<S>& scratch, const Bod
   patch.sensed.clear();
   // No hits to collect, and no anchor to release.
   if (scratch.near.empty() && !patch.has_hits) return;
-  if (!def.knows_hit_mask) find_whole_hit_mask(patch, scratch);
+  if (!def.knows_hit_mask) {
+    begin_hit_mask(patch, scratch);
+    find_hit_mask(patch, scratch, RayRange{});
+  }
   find_touched(patch, scratch, def.only_tag);
   for (TouchedShape& shape : scratch.touched) {
     const std::uint32_t slot = find(shape.tag).id.index;

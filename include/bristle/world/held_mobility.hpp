@@ -76,8 +76,8 @@ class HeldMobilityFinder {
       const auto is_it = [slot](const auto& other) { return other.body == slot; };
       const auto& sensed = patch.sensed;
       if (is_own ? sensed.empty() : std::none_of(sensed.begin(), sensed.end(), is_it)) continue;
-      patches_.find(state, i, [&](const BodyStiffness<S>& on) {
-        if (!is_own && on.body != slot) return;
+      const auto wants = [&](std::uint32_t body) { return is_own || body == slot; };
+      patches_.find(state, i, wants, [&](const BodyStiffness<S>& on) {
         soften(dt * dt * on.sum.stiffness + dt * on.sum.damping, is_own ? on.arm_a : on.arm_b,
                held);
       });

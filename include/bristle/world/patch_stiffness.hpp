@@ -6,6 +6,7 @@
 #include <bristle/core/dynamic_array.hpp>
 #include <bristle/geometry/rays/ray.hpp>
 #include <bristle/math/spatial.hpp>
+#include <bristle/sensors/patch_contacts.hpp>
 #include <bristle/sensors/stability.hpp>
 #include <bristle/world/patch_rays.hpp>
 #include <bristle/world/world_state.hpp>
@@ -33,9 +34,10 @@ class StiffnessFinder {
  public:
   using State = WorldState<S>;
 
-  /// Calls visit(BodyStiffness<S>) for each body in reach of a patch's rays.
-  template <typename Visit>
-  void find(const State& state, std::uint32_t patch_index, Visit&& visit) {
+  /// Calls visit(BodyStiffness<S>) for each body in reach of a patch's rays that is wanted.
+  /// @param wants  Callable: bool wants(body), of an index.
+  template <typename Wants, typename Visit>
+  void find(const State& state, std::uint32_t patch_index, Wants&& wants, Visit&& visit) {
     const SensorPatch<S>& patch = state.patches.at(patch_index);
     if (!patch.is_active) return;
     cast(state, patch);
@@ -46,14 +48,13 @@ class StiffnessFinder {
       const std::uint32_t body = body_of(tags_[k]);
       const auto is_same = [&](std::uint32_t tag) { return body_of(tag) == body; };
       const auto own = tags_.begin() + static_cast<std::ptrdiff_t>(k);
-      if (std::any_of(tags_.begin(), own, is_same)) continue;
+      if (!wants(body) || std::any_of(tags_.begin(), own, is_same)) continue;
       const Body<S>& B = state.bodies.at(body);
       const Vec3<S> p_AB = B.center_pose.translation - A.center_pose.translation;
-      const Twist<S> motion{R_WA.transpose() * (A.twist.linear - B.twist.at(-p_AB)),
-                            R_WA.transpose() * (A.twist.angular - B.twist.angular)};
       const Vec3<S> arm = R_WA * patch.geometry->box.center();
-      visit(BodyStiffness<S>{body, arm, arm - p_AB,
-                             sum_stiffness(patch, hits_, is_same, R_WA, motion)});
+      visit(
+          BodyStiffness<S>{body, arm, arm - p_AB,
+                           sum_stiffness(patch, hits_, is_same, R_WA, motion_between(A, B, R_WA))});
     }
   }
 
@@ -62,7 +63,8 @@ class StiffnessFinder {
   [[nodiscard]] S largest_stable_step(const State& state, std::uint32_t patch_index) {
     S smallest = infinity<S>;
     const Body<S>& A = state.bodies.at(state.patches.at(patch_index).body.index);
-    find(state, patch_index, [&](const BodyStiffness<S>& on) {
+    const auto all = [](std::uint32_t) { return true; };
+    find(state, patch_index, all, [&](const BodyStiffness<S>& on) {
       const Body<S>& B = state.bodies.at(on.body);
       const Mat6<S> both = mobility(A.inverse_mass_W(), A.inverse_inertia_W(), on.arm_a) +
                            mobility(B.inverse_mass_W(), B.inverse_inertia_W(), on.arm_b);

@@ -186,7 +186,7 @@ TEST_CASE("collect_contacts: who hits nothing lets go; nothing near or cleared, 
     random.next();
     REQUIRE(random.patch.has_hits);
     REQUIRE(!random.patch.sensed.empty());
-    random.scratch.hits.reset(random.patch.size());
+    random.scratch.reset_near_hits();
     const DynamicArray<std::uint32_t> near = random.scratch.near;
     if (!is_any_near) random.scratch.near.clear();
     collect_contacts(random.patch, random.scratch, random.a,
@@ -277,7 +277,7 @@ TEST_CASE("collect_contacts: a normal that is no number is no contact") {
   test::RandomPatch<double> random(15, {});
   random.next();
   SensorPatch<double>& patch = random.patch;
-  random.scratch.hits.reset(patch.size());
+  random.scratch.reset_near_hits();
   const double nan = std::numeric_limits<double>::quiet_NaN();
   random.scratch.hits.offer(2, {0.001, Vec3<double>(nan, 0, 0)}, 10);
   random.scratch.hits.offer(3, {0.001, -Vec3<double>(patch.geometry->direction[3])}, 10);
@@ -298,7 +298,7 @@ TEST_CASE("collect_contacts: a body in the slot of a removed one is another body
   random.scratch.begin(patch);
   random.scratch.list_all();
   const auto meet = [&](BodyId id, double distance) {
-    random.scratch.hits.reset(patch.size());
+    random.scratch.reset_near_hits();
     random.scratch.hits.offer(
         5, {distance * patch.geometry->length[5], -Vec3<double>(patch.geometry->direction[5])}, 10);
     collect_contacts(patch, random.scratch, random.a,
@@ -323,7 +323,7 @@ TEST_CASE("collect_contacts: a ray that starts inside a body is pressed in all t
   SensorPatch<double>& patch = random.patch;
   random.scratch.begin(patch);
   random.scratch.list_all();
-  random.scratch.hits.reset(patch.size());
+  random.scratch.reset_near_hits();
   random.scratch.hits.offer(5, {0, -Vec3<double>(patch.geometry->direction[5])}, 10);
   collect_contacts(patch, random.scratch, random.a,
                    [&](std::uint32_t) {
