@@ -126,6 +126,7 @@
 #include <bristle/geometry/contacts/gjk.hpp>
 #include <bristle/geometry/contacts/impact_plane.hpp>
 #include <bristle/geometry/contacts/mesh_contacts.hpp>
+#include <bristle/geometry/contacts/plane_mesh_contacts.hpp>
 #include <bristle/geometry/contacts/shape_cast.hpp>
 #include <bristle/geometry/contacts/solid_contacts.hpp>
 #include <bristle/geometry/contacts/triangle_cache.hpp>

@@ -22506,86 +22506,6 @@ bool build_manifold(const ShapeA& a, const ShapeB& b, const Transform<S>& X_AB,
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
-// === bristle/geometry/meshes/mesh_tree.hpp
-
-/// @file
-/// A solid triangle mesh with a tree over its triangles, for rays and contacts.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <span>
-#include <utility>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// Immutable solid: the surface of a closed mesh and its inside.
-template <Scalar S>
-class MeshTree {
- public:
-  using ScalarType = S;
-
-  /// @param mesh  A solid that `validate_solid` accepts. Not checked again.
-  explicit MeshTree(TriangleMesh<S> mesh);
-
-  [[nodiscard]] const TriangleMesh<S>& mesh() const { return mesh_; }
-  /// Tree over the triangles. Payloads are their numbers.
-  [[nodiscard]] const AabbTree<S>& tree() const { return tree_; }
-  /// [-] Number of triangles.
-  [[nodiscard]] std::size_t size() const { return mesh_.triangles.size(); }
-  /// [m] Corners of a triangle.
-  [[nodiscard]] std::array<Vec3<S>, 3> corners(std::uint32_t triangle) const {
-    const auto& t = mesh_.triangles[triangle];
-    return {mesh_.vertices[t[0]], mesh_.vertices[t[1]], mesh_.vertices[t[2]]};
-  }
-  /// [-] Vertex numbers of a triangle.
-  [[nodiscard]] const std::array<std::uint32_t, 3>& vertex_numbers(std::uint32_t triangle) const {
-    return mesh_.triangles[triangle];
-  }
-
-  /// [m] Box around all triangles.
-  [[nodiscard]] Aabb<S> root_box() const { return tree_.root_box(); }
-  /// The same triangles in the layout for rays.
-  [[nodiscard]] const RayMesh<S>& for_rays() const { return rays_; }
-  /// As `RayMesh::walk_ray`.
-  template <typename Visit>
-  void walk_ray(const Ray<S>& ray, Visit&& visit) const {
-    rays_.walk_ray(ray, visit);
-  }
-
-  /// Returns whether a point is in the solid. Its surface is, to round-off.
-  [[nodiscard]] bool contains(const Vec3<S>& point) const { return is_inside_mesh(*this, point); }
-
- private:
-  TriangleMesh<S> mesh_;
-  AabbTree<S> tree_;
-  RayMesh<S> rays_;
-};
-
-/// Nearest hit of a mesh, as by `ray_cast_mesh`.
-template <Scalar S>
-[[nodiscard]] RayHit<S> ray_cast(const MeshTree<S>& mesh, const Ray<S>& ray);
-
-// Implementation ----------------------------------------------------------------------------------
-
-template <Scalar S>
-MeshTree<S>::MeshTree(TriangleMesh<S> mesh) : mesh_(std::move(mesh)) {
-  DynamicArray<Aabb<S>> boxes(mesh_.triangles.size());
-  for (std::size_t t = 0; t < boxes.size(); ++t) {
-    for (const std::uint32_t v : mesh_.triangles[t]) boxes[t].include(mesh_.vertices[v]);
-  }
-  tree_.build(boxes);
-  rays_ = RayMesh<S>(size(), [this](std::uint32_t t) { return corners(t); });
-}
-
-template <Scalar S>
-RayHit<S> ray_cast(const MeshTree<S>& mesh, const Ray<S>& ray) {
-  return ray_cast_mesh(mesh, ray);
-}
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
 // === bristle/geometry/shapes/convex_view.hpp
 
 /// @file
@@ -22829,10 +22749,6 @@ void collide_shapes(const HalfSpace<S>& a, const Convex& b, const Transform<S>& 
 template <Scalar S>
 void collide_shapes(const HalfSpace<S>& a, const Box<S>& b, const Transform<S>& X_AB, S margin,
                     ContactManifolds<S>& out);
-/// Half-space and mesh. Takes the deepest corner within the margin, and those farthest apart.
-template <Scalar S>
-void collide_shapes(const HalfSpace<S>& a, const MeshTree<S>& b, const Transform<S>& X_AB, S margin,
-                    ContactManifolds<S>& out);
 
 // Implementation ----------------------------------------------------------------------------------
 
@@ -22880,8 +22796,8 @@ class PlaneContacts {
     contacts_.add({t1_.dot(point), t2_.dot(point)}, plane_.offset, plane_.normal.dot(point), name);
   }
 
-  void append_to(ContactManifolds<S>& out, std::size_t limit) {
-    if (contacts_.size() == 0) return;
+  /// @param limit  [-] Largest number of points.
+  [[nodiscard]] ContactManifold<S> manifold(std::size_t limit) {
     contacts_.thin(limit);
     ContactManifold<S> manifold;
     manifold.normal = plane_.normal;
@@ -22890,7 +22806,7 @@ class PlaneContacts {
       manifold.add(
           {c.place.x() * t1_ + c.place.y() * t2_ + c.height * plane_.normal, c.gap, c.name});
     }
-    out.push_back(manifold);
+    return manifold;
   }
 
  private:
@@ -22977,7 +22893,9 @@ void collide_shapes(const HalfSpace<S>& a, const Convex& b, const Transform<S>& 
   }
   PlaneContacts<S> contacts(a, margin, extent);
   for (std::size_t i = 0; i < face.size; ++i) contacts.add(face.points[i], face.ids[i]);
-  contacts.append_to(out, face.is_round ? 4 : ContactManifold<S>::capacity);
+  const ContactManifold<S> manifold =
+      contacts.manifold(face.is_round ? 4 : ContactManifold<S>::capacity);
+  if (manifold.size > 0) out.push_back(manifold);
 }
 
 template <Scalar S>
@@ -23015,64 +22933,6 @@ void collide_shapes(const HalfSpace<S>& a, const Box<S>& b, const Transform<S>& 
                   gap, id});
   }
   if (manifold.size == 0) out.pop_back();
-}
-
-template <Scalar S>
-void collide_shapes(const HalfSpace<S>& a, const MeshTree<S>& b, const Transform<S>& X_AB, S margin,
-                    ContactManifolds<S>& out) {
-  const Vec3<S> up_B = X_AB.rotation.conjugate() * a.normal;
-  const S offset_B = a.offset - a.normal.dot(X_AB.translation);
-  const auto for_low_corners = [&](const auto& use) {
-    b.tree().find(
-        [&](const Aabb<S>& box) {
-          return up_B.dot(box.center()) - cwise_abs(up_B).dot(box.half_extents()) - offset_B <=
-                 margin + Tolerance<S>::round_off() * box.half_extents().maxCoeff();
-        },
-        [&](std::uint32_t triangle) {
-          for (const std::uint32_t v : b.mesh().triangles[triangle]) {
-            const S gap = up_B.dot(b.mesh().vertices[v]) - offset_B;
-            if (gap <= margin) use(v, gap);
-          }
-          return true;
-        });
-  };
-  // One traversal for each contact, and nothing to store. The deepest corner comes first. Then
-  // always follows the corner farthest from those chosen.
-  const Aabb<S> bounds = b.tree().root_box();
-  const S extent = bounds.half_extents().norm();
-  std::array<std::uint32_t, ContactManifold<S>::capacity> chosen{};
-  std::size_t count = 0;
-  S deepest = infinity<S>;
-  for_low_corners([&](std::uint32_t v, S gap) {
-    if (gap < deepest - Tolerance<S>::round_off() * extent) {
-      deepest = gap;
-      chosen[0] = v;
-      count = 1;
-    }
-  });
-  if (count == 0) return;
-  while (count < chosen.size()) {
-    S farthest = Tolerance<S>::equal() * extent;
-    std::uint32_t next = chosen[0];
-    for_low_corners([&](std::uint32_t v, S) {
-      S clearance = infinity<S>;
-      for (std::size_t i = 0; i < count; ++i) {
-        const Vec3<S> apart = b.mesh().vertices[v] - b.mesh().vertices[chosen[i]];
-        clearance = std::min(clearance, (apart - up_B.dot(apart) * up_B).norm());
-      }
-      if (clearance > farthest) {
-        farthest = clearance;
-        next = v;
-      }
-    });
-    if (next == chosen[0]) break;
-    chosen[count++] = next;
-  }
-  PlaneContacts<S> contacts(a, margin, extent);
-  for (std::size_t i = 0; i < count; ++i) {
-    contacts.add(X_AB * b.mesh().vertices[chosen[i]], chosen[i]);
-  }
-  contacts.append_to(out, ContactManifold<S>::capacity);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -24257,54 +24117,10 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
-// === bristle/geometry/contacts/shape_cast.hpp
+// === bristle/geometry/contacts/plane_mesh_contacts.hpp
 
 /// @file
-/// Shapes converted to another scalar.
-// SPDX-License-Identifier: BSD-3-Clause
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// Converts a convex shape or half-space to another scalar. Hulls keep their numbers.
-template <Scalar P, Scalar S>
-struct ShapeCast {
-  Shape<P> operator()(const Sphere<S>& s) const { return Sphere<P>{P(s.radius)}; }
-  Shape<P> operator()(const Box<S>& s) const { return Box<P>{s.half_extents.template cast<P>()}; }
-  Shape<P> operator()(const Capsule<S>& s) const {
-    return Capsule<P>{P(s.radius), P(s.half_length)};
-  }
-  Shape<P> operator()(const Cylinder<S>& s) const {
-    return Cylinder<P>{P(s.radius), P(s.half_length)};
-  }
-  Shape<P> operator()(const Cone<S>& s) const { return Cone<P>{P(s.radius), P(s.half_length)}; }
-  Shape<P> operator()(const Ellipsoid<S>& s) const {
-    return Ellipsoid<P>{s.radii.template cast<P>()};
-  }
-  Shape<P> operator()(const HalfSpace<S>& s) const {
-    return HalfSpace<P>{s.normal.template cast<P>(), P(s.offset)};
-  }
-  Shape<P> operator()(const ConvexHull<S>& s) const {
-    ConvexHull<P> hull;
-    for (const Vec3<S>& v : s.vertices) hull.vertices.push_back(v.template cast<P>());
-    hull.face_vertices = s.face_vertices;
-    hull.face_starts = s.face_starts;
-    for (const Vec3<S>& n : s.face_normals) {
-      hull.face_normals.push_back(n.template cast<P>().normalized());
-    }
-    hull.face_offsets.assign(s.face_offsets.begin(), s.face_offsets.end());
-    return hull;
-  }
-  // Meshes are read through their trees.
-  Shape<P> operator()(const TriangleMesh<S>&) const { return Sphere<P>{}; }
-};
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
-
-// === bristle/geometry/contacts/solid_contacts.hpp
-
-/// @file
-/// Contacts of any two solids, convex or meshes, over one method for the distance of convex cores.
-/// Both backends use it. They differ in that method and in the trees over their meshes.
+/// Contacts of a solid triangle mesh with a half-space.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/geometry/contacts/contact_sink.hpp
@@ -24456,31 +24272,11 @@ class ContactSink {
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
-// === bristle/geometry/contacts/mesh_contacts.hpp
+// === bristle/geometry/meshes/mesh_surface.hpp
 
 /// @file
-/// Contacts of solid triangle meshes with convex solids and with each other.
-///
-/// A tree finds the plates of the surface (mesh_plates.hpp) near the other solid. Each gets its
-/// contact direction from `contact_normal`. The surface (mesh_surface.hpp) decides which of
-/// neighbouring plates owns a contact. All plates of a flat face share one manifold of at most
-/// eight points.
-///
-/// Surfaces of two meshes may have passed through each other. They are searched within both boxes,
-/// if the meshes cut or touch each other or one is inside the other. The first corner decides about
-/// inside, also for meshes of several parts. Bodies that are apart cost only the plates within the
-/// margin.
-///
-/// Limits of this plate-by-plate view:
-/// - A convex solid that the surface cuts always has a contact. A deep one may get the normal of
-///   the nearest plate instead of the shortest way out.
-/// - A solid wholly inside leaves through the face nearest to its middle.
-/// - Two meshes get contacts up to a depth of half the thickness of the thinner one.
-/// - Contacts beside hollow edges may be deeper than the solids are, by less than half in tests.
-///
-/// The cost is a GJK for each plate that faces the other solid within the margin (0.5 to 2 us), or
-/// for each such pair. Meshes that cut each other also cost a search behind each plate of B that is
-/// near the surface of A or inside.
+/// The surface of a solid mesh for contacts: convex plates in a tree, flat faces, and the owner of
+/// a contact.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/geometry/meshes/mesh_plates.hpp
@@ -24492,8 +24288,9 @@ class ContactSink {
 /// union is convex (Hertel and Mehlhorn 1983). So contacts cost the plates of a part, not the
 /// triangles that its export made of them. A curved surface keeps its triangles.
 ///
-/// A plate turns at each of its corners. Each of its outer edges is one edge of the mesh and has
-/// one neighbour. An inner edge, which no contact has, may be several in a line.
+/// A plate turns at each of its corners. Each of its edges is a part of one crease: the straight
+/// line in which two flat faces meet, or of an inner edge, which no contact has. Each may be
+/// several edges of the mesh.
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <algorithm>
@@ -24524,8 +24321,7 @@ class MeshPlates {
 
   /// [-] Number of plates.
   [[nodiscard]] std::size_t size() const { return normals_.size(); }
-  /// Returns a plate. Its names are vertex numbers of the mesh. So neighbours have the same names
-  /// for common outer edges.
+  /// Returns a plate. Its names are vertex numbers of the mesh.
   [[nodiscard]] Plate<S> plate(std::uint32_t i) const {
     const std::size_t first = first_[i];
     const std::size_t count = first_[i + 1] - first;
@@ -24536,12 +24332,17 @@ class MeshPlates {
   /// [-] Number that all plates of one flat face share, below `face_count()`.
   [[nodiscard]] std::uint32_t face(std::uint32_t i) const { return faces_[i]; }
   [[nodiscard]] std::size_t face_count() const { return face_count_; }
-  /// [-] The plate across edge k, which runs from corner k to the next: of an inner edge the first.
+  /// [-] The first plate across edge k, which runs from corner k to the next. All plates across an
+  /// edge are of one face.
   [[nodiscard]] std::uint32_t neighbour(std::uint32_t i, std::size_t k) const {
     return neighbours_[first_[i] + k];
   }
   [[nodiscard]] SurfaceEdge edge(std::uint32_t i, std::size_t k) const {
     return edges_[first_[i] + k];
+  }
+  /// [-] Number of the crease that edge k is a part of, the same for the plates on both sides.
+  [[nodiscard]] std::uint32_t crease(std::uint32_t i, std::size_t k) const {
+    return creases_[first_[i] + k];
   }
   /// Returns whether edge k is inside a flat face. Flat edges may also lie between two faces: those
   /// of a surface that is curved so little that each of its edges is flat.
@@ -24558,6 +24359,7 @@ class MeshPlates {
   DynamicArray<std::uint32_t> names_;
   DynamicArray<std::uint32_t> neighbours_;  // By corner.
   DynamicArray<SurfaceEdge> edges_;         // By corner.
+  DynamicArray<std::uint32_t> creases_;     // By corner.
   DynamicArray<Vec3<S>> normals_;
   DynamicArray<std::uint32_t> faces_;
   std::size_t face_count_ = 0;
@@ -24603,6 +24405,8 @@ class PlateJoin {
   }
   [[nodiscard]] std::uint32_t twin(std::uint32_t half_edge) const { return twins_[half_edge]; }
   [[nodiscard]] SurfaceEdge edge(std::uint32_t half_edge) const { return edges_[half_edge]; }
+  /// [-] A half-edge of the crease that a half-edge belongs to. Of an inner edge that edge.
+  [[nodiscard]] std::uint32_t crease(std::uint32_t half_edge) const { return creases_[half_edge]; }
   [[nodiscard]] const Vec3<S>& start(std::uint32_t half_edge) const { return starts_[half_edge]; }
   [[nodiscard]] std::uint32_t name(std::uint32_t half_edge) const {
     return triangles_[half_edge / 3][half_edge % 3];
@@ -24623,14 +24427,22 @@ class PlateJoin {
  private:
   void find_edges();
   void find_faces();
+  void find_creases();
   void join();
   bool try_join(std::uint32_t side);
   [[nodiscard]] bool is_inner_edge(std::uint32_t half_edge) const {
     return edges_[half_edge] == SurfaceEdge::flat &&
            faces_[half_edge / 3] == faces_[twins_[half_edge] / 3];
   }
+  /// Returns whether two half-edges may be one edge of a plate if they are in a line.
+  [[nodiscard]] bool is_one_edge(std::uint32_t half_edge, std::uint32_t other) const {
+    return creases_[half_edge] == creases_[other] ||
+           (is_inner_edge(half_edge) && is_inner_edge(other));
+  }
   [[nodiscard]] bool is_plate(std::span<const std::uint32_t> outline) const;
   [[nodiscard]] bool is_straight(std::span<const std::uint32_t> outline, std::size_t corner) const;
+  [[nodiscard]] bool is_straight(const Vec3<S>& before, const Vec3<S>& at,
+                                 const Vec3<S>& after) const;
   void link(std::uint32_t half_edge, std::uint32_t next) {
     next_[half_edge] = next;
     previous_[next] = half_edge;
@@ -24643,6 +24455,7 @@ class PlateJoin {
   DynamicArray<SurfaceEdge> edges_;
   DynamicArray<std::uint32_t> faces_;  // By triangle.
   std::size_t face_count_ = 0;
+  DynamicArray<std::uint32_t> creases_;  // By half-edge.
   DynamicArray<DynamicArray<std::uint32_t>> outlines_;
   // By triangle: one that it has joined, or itself. Chains are short, since it is the larger plate
   // that stays.
@@ -24676,6 +24489,7 @@ PlateJoin<S>::PlateJoin(const Tree& tree) {
   }
   find_edges();
   find_faces();
+  find_creases();
   join();
 }
 
@@ -24724,6 +24538,36 @@ void PlateJoin<S>::find_faces() {
   }
 }
 
+/// Edges in a line between the same two faces are one crease, where no other face touches it.
+template <Scalar S>
+void PlateJoin<S>::find_creases() {
+  const auto edge_count = static_cast<std::uint32_t>(starts_.size());
+  for (std::uint32_t h = 0; h < edge_count; ++h) creases_.push_back(h);
+  const auto root = [&](std::uint32_t h) {
+    while (creases_[h] != h) h = creases_[h] = creases_[creases_[h]];
+    return h;
+  };
+  const auto unite = [&](std::uint32_t a, std::uint32_t b) {
+    const std::uint32_t root_a = root(a);
+    const std::uint32_t root_b = root(b);
+    creases_[std::max(root_a, root_b)] = std::min(root_a, root_b);
+  };
+  for (std::uint32_t h = 0; h < edge_count; ++h) {
+    unite(h, twins_[h]);
+    if (is_inner_edge(h)) continue;
+    // The next edge of the face, and the last one of the face across.
+    std::uint32_t next = next_[h];
+    while (is_inner_edge(next)) next = next_[twins_[next]];
+    std::uint32_t last = previous_[twins_[h]];
+    while (is_inner_edge(last)) last = previous_[twins_[last]];
+    if (twins_[next] == last && edges_[next] == edges_[h] &&
+        is_straight(starts_[h], starts_[next], starts_[last])) {
+      unite(h, next);
+    }
+  }
+  for (std::uint32_t h = 0; h < edge_count; ++h) creases_[h] = root(h);
+}
+
 template <Scalar S>
 void PlateJoin<S>::join() {
   struct Inner {
@@ -24747,9 +24591,22 @@ void PlateJoin<S>::join() {
   std::sort(inner.begin(), inner.end(), [](const Inner& a, const Inner& b) {
     return std::tie(a.rank, a.half_edge) < std::tie(b.rank, b.half_edge);
   });
-  for (const Inner& at : inner) {
-    // One of the two starts at the corner where a side begins, if the edge is one of a side's ends.
-    if (!try_join(at.half_edge)) try_join(twins_[at.half_edge]);
+  // One of the two starts at the corner where a side begins, if the edge is one of a side's ends.
+  const auto try_edge = [&](std::uint32_t h) { return try_join(h) || try_join(twins_[h]); };
+  for (const Inner& at : inner) try_edge(at.half_edge);
+  // A plate that has grown may have a whole side in common with one that it had not.
+  DynamicArray<std::uint32_t> sides;
+  const auto add_sides = [&](std::uint32_t plate) {
+    for (const std::uint32_t h : outlines_[plate]) {
+      if (is_inner_edge(h)) sides.push_back(h);
+    }
+  };
+  for (std::uint32_t t = 0; t < outlines_.size(); ++t) {
+    if (sizes_[t] > 1) add_sides(t);
+  }
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    const std::uint32_t side = sides[i];
+    if (try_edge(side)) add_sides(owner(side));
   }
 }
 
@@ -24779,13 +24636,14 @@ bool PlateJoin<S>::try_join(std::uint32_t side) {
     for (auto it = place + 1; it != from.end(); ++it) outline.push_back(*it);
     for (auto it = from.begin(); it != place; ++it) outline.push_back(*it);
   }
-  // Where the common side ends the outline may be straight. An inner edge has no corner there.
+  // Where the common side ends the outline may be straight. Inner edges and creases have no corner
+  // there.
   const std::array<std::pair<std::uint32_t, std::uint32_t>, 2> ends{
       std::pair{previous_[other_side], next_[last]}, std::pair{previous_[side], next_[other_last]}};
   std::array<bool, 2> are_straight{};
   for (std::size_t i = 0; i < 2; ++i) {
     const auto [before, after] = ends[i];
-    if (!is_inner_edge(before) || !is_inner_edge(after)) continue;
+    if (!is_one_edge(before, after)) continue;
     const auto place = std::find(outline.begin(), outline.end(), after);
     are_straight[i] = is_straight(outline, static_cast<std::size_t>(place - outline.begin()));
     if (are_straight[i]) outline.erase(place);
@@ -24813,16 +24671,22 @@ bool PlateJoin<S>::try_join(std::uint32_t side) {
 template <Scalar S>
 bool PlateJoin<S>::is_straight(std::span<const std::uint32_t> outline, std::size_t corner) const {
   const std::size_t count = outline.size();
-  const Vec3<S>& before = start(outline[(corner + count - 1) % count]);
-  const Vec3<S>& after = start(outline[(corner + 1) % count]);
-  const Vec3<S> in = start(outline[corner]) - before;
-  const Vec3<S> out = after - start(outline[corner]);
+  return is_straight(start(outline[(corner + count - 1) % count]), start(outline[corner]),
+                     start(outline[(corner + 1) % count]));
+}
+
+/// Returns whether a way from one point to the next and on goes straight, to round-off.
+template <Scalar S>
+bool PlateJoin<S>::is_straight(const Vec3<S>& before, const Vec3<S>& at,
+                               const Vec3<S>& after) const {
+  const Vec3<S> in = at - before;
+  const Vec3<S> out = after - at;
   return in.cross(out).norm() <= hair_ * (after - before).norm() && in.dot(out) > S(0);
 }
 
 /// Returns whether an outline is that of a flat plate that turns the same way at every corner. Then
 /// all of it is behind each of its edges. It must not be straight at a corner, either: a contact
-/// along a straight side takes one edge, and each outer edge is that of one plate on each side.
+/// along a straight side takes one edge.
 template <Scalar S>
 bool PlateJoin<S>::is_plate(std::span<const std::uint32_t> outline) const {
   using std::abs;
@@ -24859,6 +24723,7 @@ MeshPlates<S>::MeshPlates(const Tree& tree) {
       names_.push_back(join.name(h));
       neighbours_.push_back(number[join.owner(join.twin(h))]);
       edges_.push_back(join.edge(h));
+      creases_.push_back(join.crease(h));
     }
     first_.push_back(static_cast<std::uint32_t>(corners_.size()));
     normals_.push_back(join.normal(outline));
@@ -24869,13 +24734,6 @@ MeshPlates<S>::MeshPlates(const Tree& tree) {
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
-
-// === bristle/geometry/meshes/mesh_surface.hpp
-
-/// @file
-/// The surface of a solid mesh for contacts: convex plates in a tree, flat faces, and the owner of
-/// a contact.
-// SPDX-License-Identifier: BSD-3-Clause
 
 #include <algorithm>
 #include <array>
@@ -24915,8 +24773,7 @@ class MeshSurface {
 
   /// [-] Number of plates.
   [[nodiscard]] std::size_t size() const { return plates_.size(); }
-  /// Returns a plate. Its names are vertex numbers of the mesh. So neighbours have the same names
-  /// for common outer edges.
+  /// Returns a plate. Its names are vertex numbers of the mesh.
   [[nodiscard]] Plate<S> plate(std::uint32_t i) const { return plates_.plate(i); }
   /// [m] Box around all plates.
   [[nodiscard]] Aabb<S> bounds() const { return tree_.root_box(); }
@@ -24947,6 +24804,9 @@ class MeshSurface {
   [[nodiscard]] bool is_inner_edge(std::uint32_t plate, std::size_t k) const {
     return plates_.is_inner_edge(plate, k);
   }
+  /// [-] Name of the edge or corner of a plate that is farthest along n. An edge has that of its
+  /// crease, so that both sides of it have one contact.
+  [[nodiscard]] std::uint32_t edge_name(std::uint32_t plate, const Vec3<S>& n) const;
   /// [m] Round-off of the plates. Between two of a face there may be as much.
   [[nodiscard]] S hair() const { return plates_.hair(); }
   /// [-] Number that all plates of one flat face share.
@@ -25085,6 +24945,18 @@ Vec3<S> MeshSurface<S, Tree>::away_from_neighbour(std::uint32_t plate, std::size
 }
 
 template <Scalar S, typename Tree>
+std::uint32_t MeshSurface<S, Tree>::edge_name(std::uint32_t plate, const Vec3<S>& n) const {
+  const Plate<S> of = plates_.plate(plate);
+  const SupportFeature<S> edge = support_edge(of, n);
+  if (edge.size == 1) return 2 * edge.ids[0];
+  const std::size_t count = of.names.size();
+  std::size_t k = 0;
+  while (of.names[k] != edge.ids[0]) ++k;
+  if (of.names[(k + 1) % count] != edge.ids[1]) k = (k + count - 1) % count;
+  return 2 * plates_.crease(plate, k) + 1;
+}
+
+template <Scalar S, typename Tree>
 auto MeshSurface<S, Tree>::judge(std::uint32_t plate, const Vec3<S>& n) const -> Verdict {
   using std::abs;
   const Vec3<S>& normal = plates_.normal(plate);
@@ -25120,6 +24992,171 @@ auto MeshSurface<S, Tree>::judge(std::uint32_t plate, const Vec3<S>& n) const ->
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Converts a half-space from frame A to frame B at X_AB.
+template <Scalar S>
+[[nodiscard]] HalfSpace<S> seen_from(const Transform<S>& X_AB, const HalfSpace<S>& plane_A) {
+  return {X_AB.rotation.conjugate() * plane_A.normal,
+          plane_A.offset - plane_A.normal.dot(X_AB.translation)};
+}
+
+/// Adds the contact of a half-space with a mesh, in the frame of the mesh. Of its corners within
+/// `margin` [m] of the plane it takes the deepest, and those farthest apart.
+///
+/// @param X_PM  Pose of the mesh in the frame of the half-space.
+template <Scalar S, typename Tree>
+void collide_plane_mesh(const HalfSpace<Precise<S>>& plane_P,
+                        const MeshSurface<Precise<S>, Tree>& mesh,
+                        const Transform<Precise<S>>& X_PM, Precise<S> margin,
+                        ContactSink<S>& sink) {
+  using P = Precise<S>;
+  struct Corner {
+    Vec3<P> point;
+    std::uint32_t name;
+  };
+  const HalfSpace<P> plane = seen_from(X_PM, plane_P);
+  const P extent = mesh.bounds().half_extents().norm();
+  const P round_off = Tolerance<P>::round_off() * extent;
+  const auto height = [&](const Vec3<P>& p) -> P { return plane.normal.dot(p) - plane.offset; };
+  const auto for_low_corners = [&](const auto& use) {
+    mesh.find(
+        [&](const Aabb<P>& box) {
+          return height(box.center()) - cwise_abs(plane.normal).dot(box.half_extents()) <=
+                 margin + round_off;
+        },
+        [&](std::uint32_t i) {
+          const Plate<P> plate = mesh.plate(i);
+          for (std::size_t k = 0; k < plate.corners.size(); ++k) {
+            const Vec3<P>& p = plate.corners[k];
+            if (height(p) <= margin) use(Corner{p, plate.names[k]});
+          }
+          return true;
+        });
+  };
+  // One traversal for each contact, and nothing to store. The deepest corner comes first. Then
+  // always follows the corner farthest from those chosen.
+  std::array<Corner, ContactManifold<P>::capacity> chosen{};
+  std::size_t count = 0;
+  P deepest = infinity<P>;
+  for_low_corners([&](const Corner& corner) {
+    const P gap = height(corner.point);
+    if (gap < deepest - round_off) {
+      deepest = gap;
+      chosen[0] = corner;
+      count = 1;
+    }
+  });
+  if (count == 0) return;
+  while (count < chosen.size()) {
+    P farthest = Tolerance<P>::equal() * extent;
+    Corner next{};
+    bool is_any = false;
+    for_low_corners([&](const Corner& corner) {
+      P clearance = infinity<P>;
+      for (std::size_t i = 0; i < count; ++i) {
+        const Vec3<P> apart = corner.point - chosen[i].point;
+        clearance = std::min(clearance, (apart - plane.normal.dot(apart) * plane.normal).norm());
+      }
+      if (clearance > farthest) {
+        farthest = clearance;
+        next = corner;
+        is_any = true;
+      }
+    });
+    if (!is_any) break;
+    chosen[count++] = next;
+  }
+  PlaneContacts<P> contacts(plane, margin, extent);
+  for (std::size_t i = 0; i < count; ++i) contacts.add(chosen[i].point, chosen[i].name);
+  sink.set_nearest(P(0));
+  sink.add(contacts.manifold(ContactManifold<P>::capacity));
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+// === bristle/geometry/contacts/shape_cast.hpp
+
+/// @file
+/// Shapes converted to another scalar.
+// SPDX-License-Identifier: BSD-3-Clause
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Converts a convex shape or half-space to another scalar. Hulls keep their numbers.
+template <Scalar P, Scalar S>
+struct ShapeCast {
+  Shape<P> operator()(const Sphere<S>& s) const { return Sphere<P>{P(s.radius)}; }
+  Shape<P> operator()(const Box<S>& s) const { return Box<P>{s.half_extents.template cast<P>()}; }
+  Shape<P> operator()(const Capsule<S>& s) const {
+    return Capsule<P>{P(s.radius), P(s.half_length)};
+  }
+  Shape<P> operator()(const Cylinder<S>& s) const {
+    return Cylinder<P>{P(s.radius), P(s.half_length)};
+  }
+  Shape<P> operator()(const Cone<S>& s) const { return Cone<P>{P(s.radius), P(s.half_length)}; }
+  Shape<P> operator()(const Ellipsoid<S>& s) const {
+    return Ellipsoid<P>{s.radii.template cast<P>()};
+  }
+  Shape<P> operator()(const HalfSpace<S>& s) const {
+    return HalfSpace<P>{s.normal.template cast<P>(), P(s.offset)};
+  }
+  Shape<P> operator()(const ConvexHull<S>& s) const {
+    ConvexHull<P> hull;
+    for (const Vec3<S>& v : s.vertices) hull.vertices.push_back(v.template cast<P>());
+    hull.face_vertices = s.face_vertices;
+    hull.face_starts = s.face_starts;
+    for (const Vec3<S>& n : s.face_normals) {
+      hull.face_normals.push_back(n.template cast<P>().normalized());
+    }
+    hull.face_offsets.assign(s.face_offsets.begin(), s.face_offsets.end());
+    return hull;
+  }
+  // Meshes are read through their trees.
+  Shape<P> operator()(const TriangleMesh<S>&) const { return Sphere<P>{}; }
+};
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+// === bristle/geometry/contacts/solid_contacts.hpp
+
+/// @file
+/// Contacts of any two solids, convex or meshes, over one method for the distance of convex cores.
+/// Both backends use it. They differ in that method and in the trees over their meshes.
+// SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/geometry/contacts/mesh_contacts.hpp
+
+/// @file
+/// Contacts of solid triangle meshes with convex solids and with each other.
+///
+/// A tree finds the plates of the surface (mesh_plates.hpp) near the other solid. Each gets its
+/// contact direction from `contact_normal`. The surface (mesh_surface.hpp) decides which of
+/// neighbouring plates owns a contact. All plates of a flat face share one manifold of at most
+/// eight points.
+///
+/// Surfaces of two meshes may have passed through each other. They are searched within both boxes,
+/// if the meshes cut or touch each other or one is inside the other. The first corner decides about
+/// inside, also for meshes of several parts. Bodies that are apart cost only the plates within the
+/// margin.
+///
+/// Limits of this plate-by-plate view:
+/// - A convex solid that the surface cuts always has a contact. A deep one may get the normal of
+///   the nearest plate instead of the shortest way out.
+/// - A solid wholly inside leaves through the face nearest to its middle.
+/// - Two meshes get contacts up to a depth of half the thickness of the thinner one.
+/// - Contacts beside hollow edges may be deeper than the solids are, by less than half in tests.
+///
+/// The cost is a GJK for each plate that faces the other solid within the margin (0.5 to 2 us), or
+/// for each such pair. Meshes that cut each other also cost a search behind each plate of B that is
+/// near the surface of A or inside.
+// SPDX-License-Identifier: BSD-3-Clause
 
 #include <algorithm>
 #include <array>
@@ -25321,7 +25358,7 @@ class MeshConvexContacts {
     const Plate<P> plate = mesh_.plate(cut.plate);
     const Vec3<P>& n = cut.way_off.normal;
     ContactManifold<P> manifold = contact_manifold(convex_view(plate), convex_, X_MC_, n, margin_);
-    manifold.key = mix(edge_name(plate, n), 1);
+    manifold.key = mix(mesh_.edge_name(cut.plate, n), 1);
     sink_.add(manifold);
   }
 
@@ -25377,8 +25414,9 @@ class MeshConvexContacts {
       manifold = face_manifold(i);
     } else {
       manifold = contact_manifold(view, convex_, X_MC_, normal, margin_);
-      manifold.key = other_verdict == Verdict::face ? opposite.key()
-                                                    : mix(edge_name(plate, normal), opposite.key());
+      manifold.key = other_verdict == Verdict::face
+                         ? opposite.key()
+                         : mix(mesh_.edge_name(i, normal), opposite.key());
     }
     sink_.add(manifold);
     return manifold.size > 0;
@@ -25522,12 +25560,6 @@ class MeshConvexContacts {
     } else if (deepest_cut_) {
       add_cut(*deepest_cut_);
     }
-  }
-
-  /// Name of the edge or corner of a plate that is farthest along n.
-  [[nodiscard]] static std::uint32_t edge_name(const Plate<P>& plate, const Vec3<P>& n) {
-    const SupportFeature<P> edge = support_edge(plate, n);
-    return mix_unordered(edge.ids[0], edge.ids[edge.size - 1]);
   }
 
   const Surface& mesh_;
@@ -25684,6 +25716,86 @@ bool collide_solids(const SolidView<Precise<S>, Tree>& a, const SolidView<Precis
   const ConvexView<P>& convex = is_first ? *b.convex : *a.convex;
   collide_mesh<Distance>(is_first ? *a.mesh : *b.mesh, convex, X_MC, margin, sink);
   return true;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+// === bristle/geometry/meshes/mesh_tree.hpp
+
+/// @file
+/// A solid triangle mesh with a tree over its triangles, for rays and contacts.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// Immutable solid: the surface of a closed mesh and its inside.
+template <Scalar S>
+class MeshTree {
+ public:
+  using ScalarType = S;
+
+  /// @param mesh  A solid that `validate_solid` accepts. Not checked again.
+  explicit MeshTree(TriangleMesh<S> mesh);
+
+  [[nodiscard]] const TriangleMesh<S>& mesh() const { return mesh_; }
+  /// Tree over the triangles. Payloads are their numbers.
+  [[nodiscard]] const AabbTree<S>& tree() const { return tree_; }
+  /// [-] Number of triangles.
+  [[nodiscard]] std::size_t size() const { return mesh_.triangles.size(); }
+  /// [m] Corners of a triangle.
+  [[nodiscard]] std::array<Vec3<S>, 3> corners(std::uint32_t triangle) const {
+    const auto& t = mesh_.triangles[triangle];
+    return {mesh_.vertices[t[0]], mesh_.vertices[t[1]], mesh_.vertices[t[2]]};
+  }
+  /// [-] Vertex numbers of a triangle.
+  [[nodiscard]] const std::array<std::uint32_t, 3>& vertex_numbers(std::uint32_t triangle) const {
+    return mesh_.triangles[triangle];
+  }
+
+  /// [m] Box around all triangles.
+  [[nodiscard]] Aabb<S> root_box() const { return tree_.root_box(); }
+  /// The same triangles in the layout for rays.
+  [[nodiscard]] const RayMesh<S>& for_rays() const { return rays_; }
+  /// As `RayMesh::walk_ray`.
+  template <typename Visit>
+  void walk_ray(const Ray<S>& ray, Visit&& visit) const {
+    rays_.walk_ray(ray, visit);
+  }
+
+  /// Returns whether a point is in the solid. Its surface is, to round-off.
+  [[nodiscard]] bool contains(const Vec3<S>& point) const { return is_inside_mesh(*this, point); }
+
+ private:
+  TriangleMesh<S> mesh_;
+  AabbTree<S> tree_;
+  RayMesh<S> rays_;
+};
+
+/// Nearest hit of a mesh, as by `ray_cast_mesh`.
+template <Scalar S>
+[[nodiscard]] RayHit<S> ray_cast(const MeshTree<S>& mesh, const Ray<S>& ray);
+
+// Implementation ----------------------------------------------------------------------------------
+
+template <Scalar S>
+MeshTree<S>::MeshTree(TriangleMesh<S> mesh) : mesh_(std::move(mesh)) {
+  DynamicArray<Aabb<S>> boxes(mesh_.triangles.size());
+  for (std::size_t t = 0; t < boxes.size(); ++t) {
+    for (const std::uint32_t v : mesh_.triangles[t]) boxes[t].include(mesh_.vertices[v]);
+  }
+  tree_.build(boxes);
+  rays_ = RayMesh<S>(size(), [this](std::uint32_t t) { return corners(t); });
+}
+
+template <Scalar S>
+RayHit<S> ray_cast(const MeshTree<S>& mesh, const Ray<S>& ray) {
+  return ray_cast_mesh(mesh, ray);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -27878,10 +27990,24 @@ ContactStatus AnalyticBackend::collide(const std::shared_ptr<const detail::Analy
   using P = detail::Precise<S>;
   detail::ContactSink<S> sink(out);
   const Transform<P> X = X_AB.template cast<P>();
-  if (detail::collide_solids<detail::GjkDistance>(a->solid(), b->solid(), X, P(margin), sink) &&
-      sink.is_sound()) {
-    return ContactStatus::ok;
+  const auto collide_plane = [&](const auto& plane, const auto& other, const Transform<P>& X_PO) {
+    const auto& half_space = std::get<HalfSpace<S>>(plane->shape());
+    detail::collide_plane_mesh<S>(
+        HalfSpace<P>{half_space.normal.template cast<P>(), P(half_space.offset)},
+        *other->solid().mesh, X_PO, P(margin), sink);
+  };
+  bool is_known = true;
+  if (kind(a) == ShapeKind::half_space) {
+    sink.set_frame(X, false);
+    collide_plane(a, b, X);
+  } else if (kind(b) == ShapeKind::half_space) {
+    sink.set_frame({}, true);
+    collide_plane(b, a, X.inverse());
+  } else {
+    is_known =
+        detail::collide_solids<detail::GjkDistance>(a->solid(), b->solid(), X, P(margin), sink);
   }
+  if (is_known && sink.is_sound()) return ContactStatus::ok;
   sink.clear();
   return ContactStatus::failed;
 }
@@ -28896,41 +29022,6 @@ void collide_plane(const HalfSpace<double>& plane, const ConvexView<double>& con
   sink.add(contact_manifold(patch, convex, Transform<double>{}, plane.normal, margin));
 }
 
-/// The same for a mesh: its vertices within `margin`.
-template <Scalar S>
-void collide_plane(const HalfSpace<double>& plane,
-                   const MeshSurface<double, FclMeshTree<double>>& mesh, double margin,
-                   ContactSink<S>& sink) {
-  sink.set_nearest(0.0);
-  const Vec3<double>& n = plane.normal;
-  const auto height = [&](const Vec3<double>& p) { return n.dot(p) - plane.offset; };
-  ContactManifold<double> one;
-  one.normal = n;
-  one.size = 1;
-  mesh.find(
-      [&](const Aabb<double>& box) {
-        return height((n.array() < 0.0).select(box.upper, box.lower)) <= margin;
-      },
-      [&](std::uint32_t i) {
-        const Plate<double> plate = mesh.plate(i);
-        for (std::size_t k = 0; k < plate.corners.size(); ++k) {
-          const Vec3<double>& corner = plate.corners[k];
-          const double gap = height(corner);
-          if (!(gap <= margin)) continue;
-          one.points[0] = {corner - 0.5 * gap * n, gap, plate.names[k]};
-          sink.add(one);
-        }
-        return true;
-      });
-}
-
-/// Converts a half-space from frame A to frame B at X_AB.
-[[nodiscard]] inline HalfSpace<double> seen_from(const Transform<double>& X_AB,
-                                                 const HalfSpace<double>& plane_A) {
-  return {X_AB.rotation.conjugate() * plane_A.normal,
-          plane_A.offset - plane_A.normal.dot(X_AB.translation)};
-}
-
 }  // namespace detail
 
 template <Scalar S>
@@ -28996,13 +29087,12 @@ class FclContactQuery {
   /// @param is_second True if the half-space is B.
   bool on_plane(const Data& plane, const Data& other, const Transform<double>& X_PO,
                 const Transform<double>& X_AO, bool is_second) {
-    const HalfSpace<double> plane_O =
-        seen_from(X_PO, std::get<HalfSpace<double>>(plane.rays.view()));
+    const auto& plane_P = std::get<HalfSpace<double>>(plane.rays.view());
     sink_.set_frame(X_AO, is_second);
     if (other.solid.mesh) {
-      collide_plane(plane_O, *other.solid.mesh, margin_, sink_);
+      collide_plane_mesh(plane_P, *other.solid.mesh, X_PO, margin_, sink_);
     } else {
-      collide_plane(plane_O, *other.solid.convex, margin_, sink_);
+      collide_plane(seen_from(X_PO, plane_P), *other.solid.convex, margin_, sink_);
     }
     return true;
   }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <bristle/geometry/contacts/analytic_contacts.hpp>
-#include <bristle/geometry/meshes/mesh_shapes.hpp>
 
 #include <doctest/doctest.h>
 
@@ -164,41 +163,4 @@ TEST_CASE_TEMPLATE("collide_shapes: the lowest point of every shape over a slope
   check(Cylinder<S>{S(0.4), S(0.3)});
   check(Cone<S>{S(0.4), S(0.3)});
   check(Ellipsoid<S>{{S(0.3), S(0.4), S(0.5)}});
-}
-
-TEST_CASE_TEMPLATE("collide_shapes: a mesh on a floor stands on corners that are far apart", S,
-                   float, double) {
-  const HalfSpace<S> floor{Vec3<S>::UnitZ(), S(0)};
-  // A finely divided disk stands on its rim.
-  const MeshTree<S> disk(cylinder_mesh<S>(Cylinder<S>{S(1), S(0.2)}, 64));
-  const auto out = contacts(floor, disk, at<S>(S(3), S(0), S(0.19)), S(0.001));
-  REQUIRE(out.size() == 1);
-  REQUIRE(out[0].size == 8);
-  int on_rim = 0;
-  for (std::size_t i = 0; i < 8; ++i) {
-    const Vec3<S> r = out[0].points[i].position - Vec3<S>(S(3), S(0), S(0));
-    CHECK(std::abs(out[0].points[i].gap + S(0.01)) <= tolerance<S>);
-    on_rim += r.template head<2>().norm() > S(0.99) ? 1 : 0;
-    for (std::size_t k = 0; k < i; ++k) {
-      CHECK((out[0].points[i].position - out[0].points[k].position).norm() > S(0.3));
-      CHECK(out[0].points[i].feature != out[0].points[k].feature);
-    }
-  }
-  CHECK(on_rim >= 7);
-  CHECK(contacts(floor, disk, at<S>(S(3), S(0), S(0.21)), S(0.001)).empty());
-  // Tipped, the lowest corner is among them.
-  const MeshTree<S> ball(sphere_mesh<S>(S(1), 8));
-  Random random(83);
-  for (int i = 0; i < 50; ++i) {
-    const Transform<S> X_AB{random.rotation<S>(), {S(0), S(0), S(0.95)}};
-    S lowest = infinity<S>;
-    for (const Vec3<S>& v : ball.mesh().vertices) lowest = std::min(lowest, (X_AB * v).z());
-    const auto rolled = contacts(floor, ball, X_AB, S(0.02));
-    REQUIRE(rolled.size() == 1);
-    S gap = infinity<S>;
-    for (std::size_t k = 0; k < rolled[0].size; ++k) {
-      gap = std::min(gap, rolled[0].points[k].gap);
-    }
-    CHECK(std::abs(gap - lowest) <= tolerance<S>);
-  }
 }

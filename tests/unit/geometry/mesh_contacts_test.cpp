@@ -331,8 +331,8 @@ TEST_CASE("mesh_contacts: a box lies on the whole of an edge, in however many pi
       ContactSink<double> sink(contacts);
       sink.set_frame({}, false);
       const Quat<double> R(Eigen::AngleAxis<double>(turn, Vec3<double>::UnitX()));
-      collide_mesh<GjkDistance, double>(surface, convex_view(box), {R, {0, 0, 0.05 - 1e-4}}, 1e-3,
-                                        sink);
+      const Transform<double> X{R, {0, 0, 0.05 - 1e-4}};
+      collide_mesh<GjkDistance, double>(surface, convex_view(box), X, 1e-3, sink);
       double low = 0;
       double high = 0;
       for (const ContactManifold<double>& manifold : contacts) {
@@ -343,6 +343,63 @@ TEST_CASE("mesh_contacts: a box lies on the whole of an edge, in however many pi
       }
       CHECK(low == test::relative(-0.1).epsilon(1e-3));
       CHECK(high == test::relative(0.1).epsilon(1e-3));
+    }
+  }
+}
+
+// A frame of 3 by 3 squares around a hole. Its top is cut into squares along the lines of the hole,
+// since an edge of a plate is inside of a face or not. The sides below are one plate each. So what
+// is one edge of a side is three of the top.
+TEST_CASE("mesh contacts: a ball has one contact with an edge that is cut on one side only") {
+  TriangleMesh<double> frame;
+  for (const double z : {0.0, -0.1}) {
+    for (int y = 0; y < 4; ++y) {
+      for (int x = 0; x < 4; ++x) frame.vertices.push_back({0.1 * x, 0.1 * y, z});
+    }
+  }
+  const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+    frame.triangles.push_back({a, b, c});
+    frame.triangles.push_back({a, c, d});
+  };
+  const auto is_square = [](int x, int y) {
+    return x >= 0 && x < 3 && y >= 0 && y < 3 && (x != 1 || y != 1);
+  };
+  for (int y = 0; y < 3; ++y) {
+    for (int x = 0; x < 3; ++x) {
+      if (!is_square(x, y)) continue;
+      const auto at = [&](int i, int j) { return static_cast<std::uint32_t>(4 * (y + j) + x + i); };
+      const std::array<std::uint32_t, 4> ring{at(0, 0), at(1, 0), at(1, 1), at(0, 1)};
+      add(ring[0], ring[1], ring[2], ring[3]);
+      add(16 + ring[3], 16 + ring[2], 16 + ring[1], 16 + ring[0]);
+      const std::array<std::array<int, 2>, 4> across{{{0, -1}, {1, 0}, {0, 1}, {-1, 0}}};
+      for (std::size_t k = 0; k < 4; ++k) {
+        if (is_square(x + across[k][0], y + across[k][1])) continue;
+        const std::uint32_t from = ring[k];
+        const std::uint32_t to = ring[(k + 1) % 4];
+        add(16 + from, 16 + to, to, from);
+      }
+    }
+  }
+  const MeshTree<double> tree(frame);
+  const MeshSurface<double, MeshTree<double>> surface(tree);
+  // Eight for the top and for the bottom, and one for each of eight sides.
+  CHECK(surface.size() == 24);
+  const Sphere<double> ball{0.02};
+  for (double along = 0.005; along < 0.3; along += 0.01) {
+    CAPTURE(along);
+    // Beside each outer edge of the top, 1 mm away.
+    const double off = (ball.radius + 0.001) * std::sqrt(0.5);
+    for (const Vec3<double>& place :
+         {Vec3<double>(along, -off, off), Vec3<double>(along, 0.3 + off, off),
+          Vec3<double>(-off, along, off), Vec3<double>(0.3 + off, along, off)}) {
+      const Transform<double> X{Quat<double>::Identity(), place};
+      ContactManifolds<double> contacts;
+      ContactSink<double> sink(contacts);
+      sink.set_frame({}, false);
+      collide_mesh<GjkDistance, double>(surface, convex_view(ball), X, 0.005, sink);
+      REQUIRE(contacts.size() == 1);
+      CHECK(contacts[0].size == 1);
+      CHECK(contacts[0].points[0].gap == test::relative(0.001).epsilon(1e-9));
     }
   }
 }

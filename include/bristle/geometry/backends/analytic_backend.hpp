@@ -82,6 +82,7 @@ struct AnalyticBackend {
 #if BRISTLE_HAS_DEFINITIONS
 #include <bristle/geometry/contacts/analytic_contacts.hpp>
 #include <bristle/geometry/contacts/box_box.hpp>
+#include <bristle/geometry/contacts/plane_mesh_contacts.hpp>
 #include <bristle/geometry/contacts/shape_cast.hpp>
 #include <bristle/geometry/contacts/solid_contacts.hpp>
 #include <bristle/geometry/meshes/mesh_tree.hpp>
@@ -283,10 +284,24 @@ ContactStatus AnalyticBackend::collide(const std::shared_ptr<const detail::Analy
   using P = detail::Precise<S>;
   detail::ContactSink<S> sink(out);
   const Transform<P> X = X_AB.template cast<P>();
-  if (detail::collide_solids<detail::GjkDistance>(a->solid(), b->solid(), X, P(margin), sink) &&
-      sink.is_sound()) {
-    return ContactStatus::ok;
+  const auto collide_plane = [&](const auto& plane, const auto& other, const Transform<P>& X_PO) {
+    const auto& half_space = std::get<HalfSpace<S>>(plane->shape());
+    detail::collide_plane_mesh<S>(
+        HalfSpace<P>{half_space.normal.template cast<P>(), P(half_space.offset)},
+        *other->solid().mesh, X_PO, P(margin), sink);
+  };
+  bool is_known = true;
+  if (kind(a) == ShapeKind::half_space) {
+    sink.set_frame(X, false);
+    collide_plane(a, b, X);
+  } else if (kind(b) == ShapeKind::half_space) {
+    sink.set_frame({}, true);
+    collide_plane(b, a, X.inverse());
+  } else {
+    is_known =
+        detail::collide_solids<detail::GjkDistance>(a->solid(), b->solid(), X, P(margin), sink);
   }
+  if (is_known && sink.is_sound()) return ContactStatus::ok;
   sink.clear();
   return ContactStatus::failed;
 }

@@ -110,6 +110,7 @@ class FclBackend::Collidable {
 #include <bristle/geometry/backends/fcl_shapes.hpp>
 #include <bristle/geometry/contacts/contact_clip.hpp>
 #include <bristle/geometry/contacts/contact_sink.hpp>
+#include <bristle/geometry/contacts/plane_mesh_contacts.hpp>
 #include <bristle/geometry/contacts/shape_cast.hpp>
 #include <bristle/geometry/contacts/solid_contacts.hpp>
 #include <bristle/geometry/shapes/shape_properties.hpp>
@@ -191,41 +192,6 @@ void collide_plane(const HalfSpace<double>& plane, const ConvexView<double>& con
   sink.add(contact_manifold(patch, convex, Transform<double>{}, plane.normal, margin));
 }
 
-/// The same for a mesh: its vertices within `margin`.
-template <Scalar S>
-void collide_plane(const HalfSpace<double>& plane,
-                   const MeshSurface<double, FclMeshTree<double>>& mesh, double margin,
-                   ContactSink<S>& sink) {
-  sink.set_nearest(0.0);
-  const Vec3<double>& n = plane.normal;
-  const auto height = [&](const Vec3<double>& p) { return n.dot(p) - plane.offset; };
-  ContactManifold<double> one;
-  one.normal = n;
-  one.size = 1;
-  mesh.find(
-      [&](const Aabb<double>& box) {
-        return height((n.array() < 0.0).select(box.upper, box.lower)) <= margin;
-      },
-      [&](std::uint32_t i) {
-        const Plate<double> plate = mesh.plate(i);
-        for (std::size_t k = 0; k < plate.corners.size(); ++k) {
-          const Vec3<double>& corner = plate.corners[k];
-          const double gap = height(corner);
-          if (!(gap <= margin)) continue;
-          one.points[0] = {corner - 0.5 * gap * n, gap, plate.names[k]};
-          sink.add(one);
-        }
-        return true;
-      });
-}
-
-/// Converts a half-space from frame A to frame B at X_AB.
-[[nodiscard]] inline HalfSpace<double> seen_from(const Transform<double>& X_AB,
-                                                 const HalfSpace<double>& plane_A) {
-  return {X_AB.rotation.conjugate() * plane_A.normal,
-          plane_A.offset - plane_A.normal.dot(X_AB.translation)};
-}
-
 }  // namespace detail
 
 template <Scalar S>
@@ -291,13 +257,12 @@ class FclContactQuery {
   /// @param is_second True if the half-space is B.
   bool on_plane(const Data& plane, const Data& other, const Transform<double>& X_PO,
                 const Transform<double>& X_AO, bool is_second) {
-    const HalfSpace<double> plane_O =
-        seen_from(X_PO, std::get<HalfSpace<double>>(plane.rays.view()));
+    const auto& plane_P = std::get<HalfSpace<double>>(plane.rays.view());
     sink_.set_frame(X_AO, is_second);
     if (other.solid.mesh) {
-      collide_plane(plane_O, *other.solid.mesh, margin_, sink_);
+      collide_plane_mesh(plane_P, *other.solid.mesh, X_PO, margin_, sink_);
     } else {
-      collide_plane(plane_O, *other.solid.convex, margin_, sink_);
+      collide_plane(seen_from(X_PO, plane_P), *other.solid.convex, margin_, sink_);
     }
     return true;
   }

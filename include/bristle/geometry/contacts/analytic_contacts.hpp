@@ -10,7 +10,6 @@
 #pragma once
 
 #include <bristle/geometry/contacts/contact_clip.hpp>
-#include <bristle/geometry/meshes/mesh_tree.hpp>
 #include <bristle/geometry/shapes/convex_view.hpp>
 #include <bristle/geometry/shapes/shapes.hpp>
 #include <bristle/geometry/shapes/support.hpp>
@@ -57,10 +56,6 @@ void collide_shapes(const HalfSpace<S>& a, const Convex& b, const Transform<S>& 
 /// Half-space and box, likewise.
 template <Scalar S>
 void collide_shapes(const HalfSpace<S>& a, const Box<S>& b, const Transform<S>& X_AB, S margin,
-                    ContactManifolds<S>& out);
-/// Half-space and mesh. Takes the deepest corner within the margin, and those farthest apart.
-template <Scalar S>
-void collide_shapes(const HalfSpace<S>& a, const MeshTree<S>& b, const Transform<S>& X_AB, S margin,
                     ContactManifolds<S>& out);
 
 // Implementation ----------------------------------------------------------------------------------
@@ -109,8 +104,8 @@ class PlaneContacts {
     contacts_.add({t1_.dot(point), t2_.dot(point)}, plane_.offset, plane_.normal.dot(point), name);
   }
 
-  void append_to(ContactManifolds<S>& out, std::size_t limit) {
-    if (contacts_.size() == 0) return;
+  /// @param limit  [-] Largest number of points.
+  [[nodiscard]] ContactManifold<S> manifold(std::size_t limit) {
     contacts_.thin(limit);
     ContactManifold<S> manifold;
     manifold.normal = plane_.normal;
@@ -119,7 +114,7 @@ class PlaneContacts {
       manifold.add(
           {c.place.x() * t1_ + c.place.y() * t2_ + c.height * plane_.normal, c.gap, c.name});
     }
-    out.push_back(manifold);
+    return manifold;
   }
 
  private:
@@ -206,7 +201,9 @@ void collide_shapes(const HalfSpace<S>& a, const Convex& b, const Transform<S>& 
   }
   PlaneContacts<S> contacts(a, margin, extent);
   for (std::size_t i = 0; i < face.size; ++i) contacts.add(face.points[i], face.ids[i]);
-  contacts.append_to(out, face.is_round ? 4 : ContactManifold<S>::capacity);
+  const ContactManifold<S> manifold =
+      contacts.manifold(face.is_round ? 4 : ContactManifold<S>::capacity);
+  if (manifold.size > 0) out.push_back(manifold);
 }
 
 template <Scalar S>
@@ -244,64 +241,6 @@ void collide_shapes(const HalfSpace<S>& a, const Box<S>& b, const Transform<S>& 
                   gap, id});
   }
   if (manifold.size == 0) out.pop_back();
-}
-
-template <Scalar S>
-void collide_shapes(const HalfSpace<S>& a, const MeshTree<S>& b, const Transform<S>& X_AB, S margin,
-                    ContactManifolds<S>& out) {
-  const Vec3<S> up_B = X_AB.rotation.conjugate() * a.normal;
-  const S offset_B = a.offset - a.normal.dot(X_AB.translation);
-  const auto for_low_corners = [&](const auto& use) {
-    b.tree().find(
-        [&](const Aabb<S>& box) {
-          return up_B.dot(box.center()) - cwise_abs(up_B).dot(box.half_extents()) - offset_B <=
-                 margin + Tolerance<S>::round_off() * box.half_extents().maxCoeff();
-        },
-        [&](std::uint32_t triangle) {
-          for (const std::uint32_t v : b.mesh().triangles[triangle]) {
-            const S gap = up_B.dot(b.mesh().vertices[v]) - offset_B;
-            if (gap <= margin) use(v, gap);
-          }
-          return true;
-        });
-  };
-  // One traversal for each contact, and nothing to store. The deepest corner comes first. Then
-  // always follows the corner farthest from those chosen.
-  const Aabb<S> bounds = b.tree().root_box();
-  const S extent = bounds.half_extents().norm();
-  std::array<std::uint32_t, ContactManifold<S>::capacity> chosen{};
-  std::size_t count = 0;
-  S deepest = infinity<S>;
-  for_low_corners([&](std::uint32_t v, S gap) {
-    if (gap < deepest - Tolerance<S>::round_off() * extent) {
-      deepest = gap;
-      chosen[0] = v;
-      count = 1;
-    }
-  });
-  if (count == 0) return;
-  while (count < chosen.size()) {
-    S farthest = Tolerance<S>::equal() * extent;
-    std::uint32_t next = chosen[0];
-    for_low_corners([&](std::uint32_t v, S) {
-      S clearance = infinity<S>;
-      for (std::size_t i = 0; i < count; ++i) {
-        const Vec3<S> apart = b.mesh().vertices[v] - b.mesh().vertices[chosen[i]];
-        clearance = std::min(clearance, (apart - up_B.dot(apart) * up_B).norm());
-      }
-      if (clearance > farthest) {
-        farthest = clearance;
-        next = v;
-      }
-    });
-    if (next == chosen[0]) break;
-    chosen[count++] = next;
-  }
-  PlaneContacts<S> contacts(a, margin, extent);
-  for (std::size_t i = 0; i < count; ++i) {
-    contacts.add(X_AB * b.mesh().vertices[chosen[i]], chosen[i]);
-  }
-  contacts.append_to(out, ContactManifold<S>::capacity);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

@@ -231,7 +231,7 @@ class MeshConvexContacts {
     const Plate<P> plate = mesh_.plate(cut.plate);
     const Vec3<P>& n = cut.way_off.normal;
     ContactManifold<P> manifold = contact_manifold(convex_view(plate), convex_, X_MC_, n, margin_);
-    manifold.key = mix(edge_name(plate, n), 1);
+    manifold.key = mix(mesh_.edge_name(cut.plate, n), 1);
     sink_.add(manifold);
   }
 
@@ -287,8 +287,9 @@ class MeshConvexContacts {
       manifold = face_manifold(i);
     } else {
       manifold = contact_manifold(view, convex_, X_MC_, normal, margin_);
-      manifold.key = other_verdict == Verdict::face ? opposite.key()
-                                                    : mix(edge_name(plate, normal), opposite.key());
+      manifold.key = other_verdict == Verdict::face
+                         ? opposite.key()
+                         : mix(mesh_.edge_name(i, normal), opposite.key());
     }
     sink_.add(manifold);
     return manifold.size > 0;
@@ -432,12 +433,6 @@ class MeshConvexContacts {
     } else if (deepest_cut_) {
       add_cut(*deepest_cut_);
     }
-  }
-
-  /// Name of the edge or corner of a plate that is farthest along n.
-  [[nodiscard]] static std::uint32_t edge_name(const Plate<P>& plate, const Vec3<P>& n) {
-    const SupportFeature<P> edge = support_edge(plate, n);
-    return mix_unordered(edge.ids[0], edge.ids[edge.size - 1]);
   }
 
   const Surface& mesh_;

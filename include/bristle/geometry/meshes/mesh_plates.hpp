@@ -5,8 +5,9 @@
 /// union is convex (Hertel and Mehlhorn 1983). So contacts cost the plates of a part, not the
 /// triangles that its export made of them. A curved surface keeps its triangles.
 ///
-/// A plate turns at each of its corners. Each of its outer edges is one edge of the mesh and has
-/// one neighbour. An inner edge, which no contact has, may be several in a line.
+/// A plate turns at each of its corners. Each of its edges is a part of one crease: the straight
+/// line in which two flat faces meet, or of an inner edge, which no contact has. Each may be
+/// several edges of the mesh.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -44,8 +45,7 @@ class MeshPlates {
 
   /// [-] Number of plates.
   [[nodiscard]] std::size_t size() const { return normals_.size(); }
-  /// Returns a plate. Its names are vertex numbers of the mesh. So neighbours have the same names
-  /// for common outer edges.
+  /// Returns a plate. Its names are vertex numbers of the mesh.
   [[nodiscard]] Plate<S> plate(std::uint32_t i) const {
     const std::size_t first = first_[i];
     const std::size_t count = first_[i + 1] - first;
@@ -56,12 +56,17 @@ class MeshPlates {
   /// [-] Number that all plates of one flat face share, below `face_count()`.
   [[nodiscard]] std::uint32_t face(std::uint32_t i) const { return faces_[i]; }
   [[nodiscard]] std::size_t face_count() const { return face_count_; }
-  /// [-] The plate across edge k, which runs from corner k to the next: of an inner edge the first.
+  /// [-] The first plate across edge k, which runs from corner k to the next. All plates across an
+  /// edge are of one face.
   [[nodiscard]] std::uint32_t neighbour(std::uint32_t i, std::size_t k) const {
     return neighbours_[first_[i] + k];
   }
   [[nodiscard]] SurfaceEdge edge(std::uint32_t i, std::size_t k) const {
     return edges_[first_[i] + k];
+  }
+  /// [-] Number of the crease that edge k is a part of, the same for the plates on both sides.
+  [[nodiscard]] std::uint32_t crease(std::uint32_t i, std::size_t k) const {
+    return creases_[first_[i] + k];
   }
   /// Returns whether edge k is inside a flat face. Flat edges may also lie between two faces: those
   /// of a surface that is curved so little that each of its edges is flat.
@@ -78,6 +83,7 @@ class MeshPlates {
   DynamicArray<std::uint32_t> names_;
   DynamicArray<std::uint32_t> neighbours_;  // By corner.
   DynamicArray<SurfaceEdge> edges_;         // By corner.
+  DynamicArray<std::uint32_t> creases_;     // By corner.
   DynamicArray<Vec3<S>> normals_;
   DynamicArray<std::uint32_t> faces_;
   std::size_t face_count_ = 0;
@@ -123,6 +129,8 @@ class PlateJoin {
   }
   [[nodiscard]] std::uint32_t twin(std::uint32_t half_edge) const { return twins_[half_edge]; }
   [[nodiscard]] SurfaceEdge edge(std::uint32_t half_edge) const { return edges_[half_edge]; }
+  /// [-] A half-edge of the crease that a half-edge belongs to. Of an inner edge that edge.
+  [[nodiscard]] std::uint32_t crease(std::uint32_t half_edge) const { return creases_[half_edge]; }
   [[nodiscard]] const Vec3<S>& start(std::uint32_t half_edge) const { return starts_[half_edge]; }
   [[nodiscard]] std::uint32_t name(std::uint32_t half_edge) const {
     return triangles_[half_edge / 3][half_edge % 3];
@@ -143,14 +151,22 @@ class PlateJoin {
  private:
   void find_edges();
   void find_faces();
+  void find_creases();
   void join();
   bool try_join(std::uint32_t side);
   [[nodiscard]] bool is_inner_edge(std::uint32_t half_edge) const {
     return edges_[half_edge] == SurfaceEdge::flat &&
            faces_[half_edge / 3] == faces_[twins_[half_edge] / 3];
   }
+  /// Returns whether two half-edges may be one edge of a plate if they are in a line.
+  [[nodiscard]] bool is_one_edge(std::uint32_t half_edge, std::uint32_t other) const {
+    return creases_[half_edge] == creases_[other] ||
+           (is_inner_edge(half_edge) && is_inner_edge(other));
+  }
   [[nodiscard]] bool is_plate(std::span<const std::uint32_t> outline) const;
   [[nodiscard]] bool is_straight(std::span<const std::uint32_t> outline, std::size_t corner) const;
+  [[nodiscard]] bool is_straight(const Vec3<S>& before, const Vec3<S>& at,
+                                 const Vec3<S>& after) const;
   void link(std::uint32_t half_edge, std::uint32_t next) {
     next_[half_edge] = next;
     previous_[next] = half_edge;
@@ -163,6 +179,7 @@ class PlateJoin {
   DynamicArray<SurfaceEdge> edges_;
   DynamicArray<std::uint32_t> faces_;  // By triangle.
   std::size_t face_count_ = 0;
+  DynamicArray<std::uint32_t> creases_;  // By half-edge.
   DynamicArray<DynamicArray<std::uint32_t>> outlines_;
   // By triangle: one that it has joined, or itself. Chains are short, since it is the larger plate
   // that stays.
@@ -196,6 +213,7 @@ PlateJoin<S>::PlateJoin(const Tree& tree) {
   }
   find_edges();
   find_faces();
+  find_creases();
   join();
 }
 
@@ -244,6 +262,36 @@ void PlateJoin<S>::find_faces() {
   }
 }
 
+/// Edges in a line between the same two faces are one crease, where no other face touches it.
+template <Scalar S>
+void PlateJoin<S>::find_creases() {
+  const auto edge_count = static_cast<std::uint32_t>(starts_.size());
+  for (std::uint32_t h = 0; h < edge_count; ++h) creases_.push_back(h);
+  const auto root = [&](std::uint32_t h) {
+    while (creases_[h] != h) h = creases_[h] = creases_[creases_[h]];
+    return h;
+  };
+  const auto unite = [&](std::uint32_t a, std::uint32_t b) {
+    const std::uint32_t root_a = root(a);
+    const std::uint32_t root_b = root(b);
+    creases_[std::max(root_a, root_b)] = std::min(root_a, root_b);
+  };
+  for (std::uint32_t h = 0; h < edge_count; ++h) {
+    unite(h, twins_[h]);
+    if (is_inner_edge(h)) continue;
+    // The next edge of the face, and the last one of the face across.
+    std::uint32_t next = next_[h];
+    while (is_inner_edge(next)) next = next_[twins_[next]];
+    std::uint32_t last = previous_[twins_[h]];
+    while (is_inner_edge(last)) last = previous_[twins_[last]];
+    if (twins_[next] == last && edges_[next] == edges_[h] &&
+        is_straight(starts_[h], starts_[next], starts_[last])) {
+      unite(h, next);
+    }
+  }
+  for (std::uint32_t h = 0; h < edge_count; ++h) creases_[h] = root(h);
+}
+
 template <Scalar S>
 void PlateJoin<S>::join() {
   struct Inner {
@@ -267,9 +315,22 @@ void PlateJoin<S>::join() {
   std::sort(inner.begin(), inner.end(), [](const Inner& a, const Inner& b) {
     return std::tie(a.rank, a.half_edge) < std::tie(b.rank, b.half_edge);
   });
-  for (const Inner& at : inner) {
-    // One of the two starts at the corner where a side begins, if the edge is one of a side's ends.
-    if (!try_join(at.half_edge)) try_join(twins_[at.half_edge]);
+  // One of the two starts at the corner where a side begins, if the edge is one of a side's ends.
+  const auto try_edge = [&](std::uint32_t h) { return try_join(h) || try_join(twins_[h]); };
+  for (const Inner& at : inner) try_edge(at.half_edge);
+  // A plate that has grown may have a whole side in common with one that it had not.
+  DynamicArray<std::uint32_t> sides;
+  const auto add_sides = [&](std::uint32_t plate) {
+    for (const std::uint32_t h : outlines_[plate]) {
+      if (is_inner_edge(h)) sides.push_back(h);
+    }
+  };
+  for (std::uint32_t t = 0; t < outlines_.size(); ++t) {
+    if (sizes_[t] > 1) add_sides(t);
+  }
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    const std::uint32_t side = sides[i];
+    if (try_edge(side)) add_sides(owner(side));
   }
 }
 
@@ -299,13 +360,14 @@ bool PlateJoin<S>::try_join(std::uint32_t side) {
     for (auto it = place + 1; it != from.end(); ++it) outline.push_back(*it);
     for (auto it = from.begin(); it != place; ++it) outline.push_back(*it);
   }
-  // Where the common side ends the outline may be straight. An inner edge has no corner there.
+  // Where the common side ends the outline may be straight. Inner edges and creases have no corner
+  // there.
   const std::array<std::pair<std::uint32_t, std::uint32_t>, 2> ends{
       std::pair{previous_[other_side], next_[last]}, std::pair{previous_[side], next_[other_last]}};
   std::array<bool, 2> are_straight{};
   for (std::size_t i = 0; i < 2; ++i) {
     const auto [before, after] = ends[i];
-    if (!is_inner_edge(before) || !is_inner_edge(after)) continue;
+    if (!is_one_edge(before, after)) continue;
     const auto place = std::find(outline.begin(), outline.end(), after);
     are_straight[i] = is_straight(outline, static_cast<std::size_t>(place - outline.begin()));
     if (are_straight[i]) outline.erase(place);
@@ -333,16 +395,22 @@ bool PlateJoin<S>::try_join(std::uint32_t side) {
 template <Scalar S>
 bool PlateJoin<S>::is_straight(std::span<const std::uint32_t> outline, std::size_t corner) const {
   const std::size_t count = outline.size();
-  const Vec3<S>& before = start(outline[(corner + count - 1) % count]);
-  const Vec3<S>& after = start(outline[(corner + 1) % count]);
-  const Vec3<S> in = start(outline[corner]) - before;
-  const Vec3<S> out = after - start(outline[corner]);
+  return is_straight(start(outline[(corner + count - 1) % count]), start(outline[corner]),
+                     start(outline[(corner + 1) % count]));
+}
+
+/// Returns whether a way from one point to the next and on goes straight, to round-off.
+template <Scalar S>
+bool PlateJoin<S>::is_straight(const Vec3<S>& before, const Vec3<S>& at,
+                               const Vec3<S>& after) const {
+  const Vec3<S> in = at - before;
+  const Vec3<S> out = after - at;
   return in.cross(out).norm() <= hair_ * (after - before).norm() && in.dot(out) > S(0);
 }
 
 /// Returns whether an outline is that of a flat plate that turns the same way at every corner. Then
 /// all of it is behind each of its edges. It must not be straight at a corner, either: a contact
-/// along a straight side takes one edge, and each outer edge is that of one plate on each side.
+/// along a straight side takes one edge.
 template <Scalar S>
 bool PlateJoin<S>::is_plate(std::span<const std::uint32_t> outline) const {
   using std::abs;
@@ -379,6 +447,7 @@ MeshPlates<S>::MeshPlates(const Tree& tree) {
       names_.push_back(join.name(h));
       neighbours_.push_back(number[join.owner(join.twin(h))]);
       edges_.push_back(join.edge(h));
+      creases_.push_back(join.crease(h));
     }
     first_.push_back(static_cast<std::uint32_t>(corners_.size()));
     normals_.push_back(join.normal(outline));

@@ -52,8 +52,7 @@ class MeshSurface {
 
   /// [-] Number of plates.
   [[nodiscard]] std::size_t size() const { return plates_.size(); }
-  /// Returns a plate. Its names are vertex numbers of the mesh. So neighbours have the same names
-  /// for common outer edges.
+  /// Returns a plate. Its names are vertex numbers of the mesh.
   [[nodiscard]] Plate<S> plate(std::uint32_t i) const { return plates_.plate(i); }
   /// [m] Box around all plates.
   [[nodiscard]] Aabb<S> bounds() const { return tree_.root_box(); }
@@ -84,6 +83,9 @@ class MeshSurface {
   [[nodiscard]] bool is_inner_edge(std::uint32_t plate, std::size_t k) const {
     return plates_.is_inner_edge(plate, k);
   }
+  /// [-] Name of the edge or corner of a plate that is farthest along n. An edge has that of its
+  /// crease, so that both sides of it have one contact.
+  [[nodiscard]] std::uint32_t edge_name(std::uint32_t plate, const Vec3<S>& n) const;
   /// [m] Round-off of the plates. Between two of a face there may be as much.
   [[nodiscard]] S hair() const { return plates_.hair(); }
   /// [-] Number that all plates of one flat face share.
@@ -219,6 +221,18 @@ Vec3<S> MeshSurface<S, Tree>::away_from_neighbour(std::uint32_t plate, std::size
   const Vec3<S> along = c[(k + 1) % c.size()] - c[k];
   // The neighbour runs through the edge the other way: its outward side is (-along) x normal.
   return plates_.normal(plates_.neighbour(plate, k)).cross(along).normalized();
+}
+
+template <Scalar S, typename Tree>
+std::uint32_t MeshSurface<S, Tree>::edge_name(std::uint32_t plate, const Vec3<S>& n) const {
+  const Plate<S> of = plates_.plate(plate);
+  const SupportFeature<S> edge = support_edge(of, n);
+  if (edge.size == 1) return 2 * edge.ids[0];
+  const std::size_t count = of.names.size();
+  std::size_t k = 0;
+  while (of.names[k] != edge.ids[0]) ++k;
+  if (of.names[(k + 1) % count] != edge.ids[1]) k = (k + count - 1) % count;
+  return 2 * plates_.crease(plate, k) + 1;
 }
 
 template <Scalar S, typename Tree>
