@@ -236,7 +236,6 @@
 #include <bristle/world/stepper.hpp>
 #include <bristle/world/touch_events.hpp>
 #include <bristle/world/waking.hpp>
-#include <bristle/world/way_limit.hpp>
 #include <bristle/world/world_bodies_impl.hpp>
 #include <bristle/world/world_contacts_impl.hpp>
 #include <bristle/world/world_impl.hpp>

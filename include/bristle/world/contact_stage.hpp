@@ -44,9 +44,6 @@ class ContactStage {
     add_contacts(state);
   }
 
-  /// [-] Tags of the shapes that may move in this step.
-  [[nodiscard]] const DynamicArray<std::uint32_t>& moving() const { return moving_; }
-
   /// Adds the constraints of all contacts.
   void add_constraints(State& state) const {
     const DynamicArray<CachedPoint<S>>& points = state.contacts.points();

@@ -53,9 +53,10 @@ template <Scalar S>
   return !plane.half_space || state.reaches(swept.inflated(reach_of(state, plane, c)), plane);
 }
 
-/// Returns whether two shapes push each other where they meet.
+/// Returns whether the backend is queried for two shapes with overlapping boxes. Their boxes in the
+/// broad phase must be swept boxes of this step.
 template <Scalar S>
-[[nodiscard]] bool may_push(const WorldState<S>& state, std::uint32_t tag_a, std::uint32_t tag_b) {
+[[nodiscard]] bool may_touch(const WorldState<S>& state, std::uint32_t tag_a, std::uint32_t tag_b) {
   const Collider<S>& a = state.colliders.at(tag_a);
   const Collider<S>& b = state.colliders.at(tag_b);
   if (a.body == b.body) return false;
@@ -66,20 +67,11 @@ template <Scalar S>
   const ShapePair bodies{std::min(a.body.index, b.body.index),
                          std::max(a.body.index, b.body.index)};
   if (std::binary_search(state.unpaired.begin(), state.unpaired.end(), bodies)) return false;
-  return !state.def.may_collide || state.def.may_collide(a.user_data, b.user_data);
-}
-
-/// Returns whether the backend is queried for two shapes with overlapping boxes. Their boxes in the
-/// broad phase must be swept boxes of this step.
-template <Scalar S>
-[[nodiscard]] bool may_touch(const WorldState<S>& state, std::uint32_t tag_a, std::uint32_t tag_b) {
-  const Collider<S>& a = state.colliders.at(tag_a);
-  const Collider<S>& b = state.colliders.at(tag_b);
   if (!reaches_plane(state, a, state.broad_phase.swept(tag_a), b) ||
       !reaches_plane(state, b, state.broad_phase.swept(tag_b), a)) {
     return false;
   }
-  return may_push(state, tag_a, tag_b);
+  return !state.def.may_collide || state.def.may_collide(a.user_data, b.user_data);
 }
 
 /// Returns whether a shape is convex and has an end.

@@ -69,9 +69,6 @@ struct StepReport {
   /// [-] Islands whose solution was not finite. Their contacts and joints are swept one by one.
   /// Rows that would overflow give nothing in this step, nor do sensors and springs.
   std::uint64_t discarded_islands = 0;
-  /// [-] Islands that made a part of their way: what was hit or driven would have got past
-  /// something that contacts were not sought with. The next step seeks them.
-  std::uint64_t delayed_islands = 0;
   /// [-] Dynamic bodies asleep after the step.
   std::uint64_t sleeping_bodies = 0;
   /// [-] Dynamic bodies awake after the step.

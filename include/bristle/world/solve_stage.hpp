@@ -87,7 +87,6 @@ class SolveStage {
     }
     state.report.rows = 3 * state.constraints.contacts.size() + state.constraints.rows.size() +
                         6 * state.constraints.soft.size();
-    islands_.clear();
     if (state.report.rows == 0) return;
     for (const Island& island : islands_.build(state.solver_bodies, state.constraints)) {
       if (island.contacts.empty() && island.blocks.empty() && island.soft.empty()) continue;
@@ -98,9 +97,6 @@ class SolveStage {
       solve_island(state, sensors, joints, island);
     }
   }
-
-  /// Islands of the last `solve`.
-  [[nodiscard]] const DynamicArray<Island>& islands() const { return islands_.islands(); }
 
   /// Moves all bodies. If a step cannot start from a body's new state, the body keeps its pose, at
   /// rest.

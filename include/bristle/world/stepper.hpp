@@ -8,7 +8,6 @@
 #include <bristle/world/sensor_stage.hpp>
 #include <bristle/world/sleep_stage.hpp>
 #include <bristle/world/solve_stage.hpp>
-#include <bristle/world/way_limit.hpp>
 #include <bristle/world/world_state.hpp>
 
 #include <memory>
@@ -31,7 +30,6 @@ class Stepper {
   /// Null until the world has a joint.
   std::unique_ptr<JointStage<S>> joints_;
   SolveStage<S> solve_;
-  WayLimit<S> way_limit_;
   SleepStage<S> sleep_;
 };
 
@@ -64,7 +62,6 @@ void Stepper<S>::step(State& state) {
   if (joints_) joints_->add_constraints(state);
 
   solve_.solve(state, sensors_, joints_.get());
-  way_limit_.apply(state, contacts_.moving(), solve_.islands());
   contacts_.store_impulses(state);
   if (joints_) joints_->store_impulses(state);
   sensors_.read(state);

@@ -67,11 +67,6 @@ class IslandBuilder {
     return islands_;
   }
 
-  /// Islands of the last call that found some.
-  [[nodiscard]] const DynamicArray<Island>& islands() const { return islands_; }
-  /// Forgets them.
-  void clear() { islands_.clear(); }
-
  private:
   static constexpr std::uint32_t none = 0xffffffffu;
 
