@@ -167,8 +167,9 @@ void check_partition(const TriangleMesh<double>& mesh, double straight = 1e-12) 
     }
   }
   // Both faces have the whole of a crease.
-  for (const auto& [crease, by_face] : lengths) {
-    CAPTURE(crease);
+  for (const auto& of_crease : lengths) {
+    CAPTURE(of_crease.first);
+    const std::map<std::uint32_t, double>& by_face = of_crease.second;
     REQUIRE(by_face.size() == 2);
     CHECK(by_face.begin()->second == test::relative(by_face.rbegin()->second).epsilon(straight));
   }
