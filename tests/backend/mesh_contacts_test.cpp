@@ -27,11 +27,21 @@ using bristle::test::rounds;
 
 namespace {
 
-/// A flat slab whose faces are divided into cells x cells squares of two triangles: top at z = 0.
+/// A flat slab whose faces are divided into cells x cells crooked squares of two triangles: top at
+/// z = 0. Straight ones would be one plate, without inner edges. Those at the border are straight.
 template <Scalar S>
 TriangleMesh<S> tiled_slab(S half_width, S thickness, std::uint32_t cells) {
-  return extruded_mesh<S>(grid_mesh<S>({S(2) * half_width, S(2) * half_width}, {cells, cells}),
-                          {S(0), S(0), -thickness});
+  TriangleMesh<S> surface = grid_mesh<S>({S(2) * half_width, S(2) * half_width}, {cells, cells});
+  const S cell = S(2) * half_width / S(cells);
+  Random random(17);
+  for (Vec3<S>& v : surface.vertices) {
+    const S from_border = half_width - std::max(std::abs(v.x()), std::abs(v.y()));
+    if (from_border < S(0.5) * cell) continue;
+    const bool is_next_to_border = half_width - std::abs(v.x()) < S(1.5) * cell;
+    if (!is_next_to_border) v.x() += random.uniform(S(-0.2), S(0.2)) * cell;
+    v.y() += random.uniform(S(-0.2), S(0.2)) * cell;
+  }
+  return extruded_mesh<S>(surface, {S(0), S(0), -thickness});
 }
 
 /// A backend and a scalar.
@@ -216,7 +226,7 @@ TEST_CASE_TEMPLATE("mesh contacts: a box along the inner edges of a turned face 
     for (Vec3<S>& v : mesh.vertices) v = X_WM * v;
     const auto slab = T::make(mesh);
     const auto box = T::make(Box<S>{.half_extents = {S(0.25), S(0.125), S(0.1)}});
-    // A side along the line where squares of 0.125 m at the border meet the plate within.
+    // A side along the line where squares of 0.125 m at the border meet plates within.
     const Transform<S> X =
         X_WM * Transform<S>{.translation = {S(0.625), random.uniform(S(-0.7), S(0.7)), S(0.099)}};
     const auto found = T::contacts(slab, box, X, S(0.005));

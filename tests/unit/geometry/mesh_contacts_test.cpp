@@ -3,6 +3,7 @@
 /// that passed through each other.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/rigid/tumbling.hpp"
+#include "support/frame_mesh.hpp"
 #include "support/random.hpp"
 #include "support/relative.hpp"
 
@@ -351,35 +352,7 @@ TEST_CASE("mesh_contacts: a box lies on the whole of an edge, in however many pi
 // since an edge of a plate is inside of a face or not. The sides below are one plate each. So what
 // is one edge of a side is three of the top.
 TEST_CASE("mesh contacts: a ball has one contact with an edge that is cut on one side only") {
-  TriangleMesh<double> frame;
-  for (const double z : {0.0, -0.1}) {
-    for (int y = 0; y < 4; ++y) {
-      for (int x = 0; x < 4; ++x) frame.vertices.push_back({0.1 * x, 0.1 * y, z});
-    }
-  }
-  const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
-    frame.triangles.push_back({a, b, c});
-    frame.triangles.push_back({a, c, d});
-  };
-  const auto is_square = [](int x, int y) {
-    return x >= 0 && x < 3 && y >= 0 && y < 3 && (x != 1 || y != 1);
-  };
-  for (int y = 0; y < 3; ++y) {
-    for (int x = 0; x < 3; ++x) {
-      if (!is_square(x, y)) continue;
-      const auto at = [&](int i, int j) { return static_cast<std::uint32_t>(4 * (y + j) + x + i); };
-      const std::array<std::uint32_t, 4> ring{at(0, 0), at(1, 0), at(1, 1), at(0, 1)};
-      add(ring[0], ring[1], ring[2], ring[3]);
-      add(16 + ring[3], 16 + ring[2], 16 + ring[1], 16 + ring[0]);
-      const std::array<std::array<int, 2>, 4> across{{{0, -1}, {1, 0}, {0, 1}, {-1, 0}}};
-      for (std::size_t k = 0; k < 4; ++k) {
-        if (is_square(x + across[k][0], y + across[k][1])) continue;
-        const std::uint32_t from = ring[k];
-        const std::uint32_t to = ring[(k + 1) % 4];
-        add(16 + from, 16 + to, to, from);
-      }
-    }
-  }
+  const TriangleMesh<double> frame = bristle::test::frame_mesh();
   const MeshTree<double> tree(frame);
   const MeshSurface<double, MeshTree<double>> surface(tree);
   // Eight for the top and for the bottom, and one for each of eight sides.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes/rigid/tumbling.hpp"
+#include "support/frame_mesh.hpp"
 #include "support/random.hpp"
 #include "support/relative.hpp"
 
@@ -114,6 +115,19 @@ TriangleMesh<double> seamed() {
   return mesh;
 }
 
+/// A box with a pit in its top that touches the middle of an upper edge. So two edges in a line are
+/// between the same two faces, and others begin between them.
+TriangleMesh<double> pitted_box() {
+  TriangleMesh<double> mesh;
+  mesh.vertices = {{0, 0, 0},     {1, 0, 0},      {2, 0, 0},  {2, 1, 0},  {0, 1, 0},  {1.2, 0.5, 0},
+                   {0.8, 0.5, 0}, {1, 0.3, -0.2}, {0, 0, -1}, {2, 0, -1}, {2, 1, -1}, {0, 1, -1}};
+  mesh.triangles = {{0, 1, 6},  {0, 6, 4},  {1, 2, 5},  {2, 3, 5},   {6, 5, 3},
+                    {6, 3, 4},  {6, 1, 7},  {1, 5, 7},  {5, 6, 7},   {8, 9, 2},
+                    {8, 2, 1},  {8, 1, 0},  {9, 10, 3}, {9, 3, 2},   {10, 11, 4},
+                    {10, 4, 3}, {11, 8, 0}, {11, 0, 4}, {8, 11, 10}, {8, 10, 9}};
+  return mesh;
+}
+
 /// Checks what holds for the plates of any mesh.
 /// @param straight  [1] How straight its inner edges are, of its size.
 void check_partition(const TriangleMesh<double>& mesh, double straight = 1e-12) {
@@ -187,6 +201,8 @@ TEST_CASE("MeshPlates: tile the surface, are flat and convex, and know their nei
   check_partition(box_mesh<double>({0.1, 0.2, 0.3}));
   check_partition(tiled_box({0.1, 0.2, 0.3}, 5));
   check_partition(angle_bar());
+  check_partition(bristle::test::frame_mesh());
+  check_partition(pitted_box());
   // Its seam is off the line by less than single precision tells.
   check_partition(seamed(), 4e-6);
   check_partition(sphere_mesh<double>(0.2, 6));
@@ -248,7 +264,8 @@ TEST_CASE_TEMPLATE("MeshPlates: a turned face has as few plates as one along the
 // A contact along a straight side takes one edge of a plate. Where a side had several, bodies fell
 // off rails of several edges.
 TEST_CASE("MeshPlates: turn at each corner, so that each side is one edge") {
-  for (const TriangleMesh<double>& mesh : {angle_bar(), tiled_box({0.1, 0.2, 0.3}, 4), seamed()}) {
+  for (const TriangleMesh<double>& mesh :
+       {angle_bar(), tiled_box({0.1, 0.2, 0.3}, 4), seamed(), bristle::test::frame_mesh()}) {
     const MeshTree<double> tree(mesh);
     const MeshPlates<double> plates(tree);
     for (std::uint32_t i = 0; i < plates.size(); ++i) {
