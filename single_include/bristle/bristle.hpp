@@ -24288,9 +24288,9 @@ class ContactSink {
 /// union is convex (Hertel and Mehlhorn 1983). So contacts cost the plates of a part, not the
 /// triangles that its export made of them. A curved surface keeps its triangles.
 ///
-/// A plate turns at each of its corners. Each of its edges is a part of one crease: the straight
-/// line in which two flat faces meet, or of an inner edge, which no contact has. Each may be
-/// several edges of the mesh.
+/// A plate turns at each of its corners. An outer edge is a part of one crease, the straight line
+/// in which two flat faces meet. An inner edge has no contacts. Both may be several edges of the
+/// mesh.
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <algorithm>
@@ -24340,7 +24340,8 @@ class MeshPlates {
   [[nodiscard]] SurfaceEdge edge(std::uint32_t i, std::size_t k) const {
     return edges_[first_[i] + k];
   }
-  /// [-] Number of the crease that edge k is a part of, the same for the plates on both sides.
+  /// [-] Number of the crease that the outer edge k is a part of, the same for the plates on both
+  /// sides.
   [[nodiscard]] std::uint32_t crease(std::uint32_t i, std::size_t k) const {
     return creases_[first_[i] + k];
   }
@@ -24538,7 +24539,7 @@ void PlateJoin<S>::find_faces() {
   }
 }
 
-/// Edges in a line between the same two faces are one crease, where no other face touches it.
+/// Numbers creases: edges in a line between the same two faces, where no other face touches them.
 template <Scalar S>
 void PlateJoin<S>::find_creases() {
   const auto edge_count = static_cast<std::uint32_t>(starts_.size());
@@ -24997,6 +24998,7 @@ auto MeshSurface<S, Tree>::judge(std::uint32_t plate, const Vec3<S>& n) const ->
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -25056,8 +25058,7 @@ void collide_plane_mesh(const HalfSpace<Precise<S>>& plane_P,
   if (count == 0) return;
   while (count < chosen.size()) {
     P farthest = Tolerance<P>::equal() * extent;
-    Corner next{};
-    bool is_any = false;
+    std::optional<Corner> next;
     for_low_corners([&](const Corner& corner) {
       P clearance = infinity<P>;
       for (std::size_t i = 0; i < count; ++i) {
@@ -25067,15 +25068,13 @@ void collide_plane_mesh(const HalfSpace<Precise<S>>& plane_P,
       if (clearance > farthest) {
         farthest = clearance;
         next = corner;
-        is_any = true;
       }
     });
-    if (!is_any) break;
-    chosen[count++] = next;
+    if (!next) break;
+    chosen[count++] = *next;
   }
   PlaneContacts<P> contacts(plane, margin, extent);
   for (std::size_t i = 0; i < count; ++i) contacts.add(chosen[i].point, chosen[i].name);
-  sink.set_nearest(P(0));
   sink.add(contacts.manifold(ContactManifold<P>::capacity));
 }
 

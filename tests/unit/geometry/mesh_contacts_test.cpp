@@ -332,8 +332,8 @@ TEST_CASE("mesh_contacts: a box lies on the whole of an edge, in however many pi
       ContactSink<double> sink(contacts);
       sink.set_frame({}, false);
       const Quat<double> R(Eigen::AngleAxis<double>(turn, Vec3<double>::UnitX()));
-      const Transform<double> X{R, {0, 0, 0.05 - 1e-4}};
-      collide_mesh<GjkDistance, double>(surface, convex_view(box), X, 1e-3, sink);
+      collide_mesh<GjkDistance, double>(surface, convex_view(box), {R, {0, 0, 0.05 - 1e-4}}, 1e-3,
+                                        sink);
       double low = 0;
       double high = 0;
       for (const ContactManifold<double>& manifold : contacts) {

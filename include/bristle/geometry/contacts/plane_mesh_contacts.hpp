@@ -11,6 +11,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -70,8 +71,7 @@ void collide_plane_mesh(const HalfSpace<Precise<S>>& plane_P,
   if (count == 0) return;
   while (count < chosen.size()) {
     P farthest = Tolerance<P>::equal() * extent;
-    Corner next{};
-    bool is_any = false;
+    std::optional<Corner> next;
     for_low_corners([&](const Corner& corner) {
       P clearance = infinity<P>;
       for (std::size_t i = 0; i < count; ++i) {
@@ -81,15 +81,13 @@ void collide_plane_mesh(const HalfSpace<Precise<S>>& plane_P,
       if (clearance > farthest) {
         farthest = clearance;
         next = corner;
-        is_any = true;
       }
     });
-    if (!is_any) break;
-    chosen[count++] = next;
+    if (!next) break;
+    chosen[count++] = *next;
   }
   PlaneContacts<P> contacts(plane, margin, extent);
   for (std::size_t i = 0; i < count; ++i) contacts.add(chosen[i].point, chosen[i].name);
-  sink.set_nearest(P(0));
   sink.add(contacts.manifold(ContactManifold<P>::capacity));
 }
 

@@ -5,9 +5,9 @@
 /// union is convex (Hertel and Mehlhorn 1983). So contacts cost the plates of a part, not the
 /// triangles that its export made of them. A curved surface keeps its triangles.
 ///
-/// A plate turns at each of its corners. Each of its edges is a part of one crease: the straight
-/// line in which two flat faces meet, or of an inner edge, which no contact has. Each may be
-/// several edges of the mesh.
+/// A plate turns at each of its corners. An outer edge is a part of one crease, the straight line
+/// in which two flat faces meet. An inner edge has no contacts. Both may be several edges of the
+/// mesh.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -64,7 +64,8 @@ class MeshPlates {
   [[nodiscard]] SurfaceEdge edge(std::uint32_t i, std::size_t k) const {
     return edges_[first_[i] + k];
   }
-  /// [-] Number of the crease that edge k is a part of, the same for the plates on both sides.
+  /// [-] Number of the crease that the outer edge k is a part of, the same for the plates on both
+  /// sides.
   [[nodiscard]] std::uint32_t crease(std::uint32_t i, std::size_t k) const {
     return creases_[first_[i] + k];
   }
@@ -262,7 +263,7 @@ void PlateJoin<S>::find_faces() {
   }
 }
 
-/// Edges in a line between the same two faces are one crease, where no other face touches it.
+/// Numbers creases: edges in a line between the same two faces, where no other face touches them.
 template <Scalar S>
 void PlateJoin<S>::find_creases() {
   const auto edge_count = static_cast<std::uint32_t>(starts_.size());
