@@ -63,6 +63,7 @@
 #include <bristle/core/disjoint_sets.hpp>
 #include <bristle/core/dynamic_array.hpp>
 #include <bristle/core/fill_numbers.hpp>
+#include <bristle/core/no_index.hpp>
 #include <bristle/core/slot_map.hpp>
 #include <bristle/core/unrolled.hpp>
 #include <bristle/dynamics/bodies/body.hpp>
@@ -247,7 +248,6 @@
 #include <bristle/geometry/backends/fcl_geometry.hpp>
 #include <bristle/geometry/backends/fcl_mesh_tree.hpp>
 #include <bristle/geometry/backends/fcl_rays.hpp>
-#include <bristle/geometry/backends/fcl_scene_rays.hpp>
 #include <bristle/geometry/backends/fcl_shapes.hpp>
 #endif
 #if defined(BRISTLE_WITH_FILES)

@@ -932,6 +932,26 @@ using LineArray = DynamicArray<T, 64>;
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
 
+// === bristle/core/no_index.hpp
+
+/// @file
+/// The index that names nothing.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstdint>
+
+namespace bristle::inline BRISTLE_ABI {
+
+namespace detail {
+
+/// [-] Stands for a missing element wherever an index of 32 bits is stored. No list is that long:
+/// `require_countable` refuses it.
+inline constexpr std::uint32_t no_index = 0xffffffffu;
+
+}  // namespace detail
+
+}  // namespace bristle::inline BRISTLE_ABI
+
 // === bristle/core/unrolled.hpp
 
 /// @file
@@ -2468,13 +2488,12 @@ enum class RowSide : std::uint8_t {
 /// A row over the velocities of two bodies. Velocities are relative to the row's target.
 template <typename Real>
 struct IslandRow {
-  static constexpr std::uint32_t none = 0xffffffffu;
   /// [1] Least eps. Below it round-off of the stiffness M^-1 J^T J / eps shows.
   static constexpr double least_eps = 1e-6;
 
   // What decides the branch of a row fills the first cache line.
-  std::uint32_t a = none;  // First unknown of each body; `none` if it has none.
-  std::uint32_t b = none;
+  std::uint32_t a = no_index;  // First unknown of each body; `no_index` if it has none.
+  std::uint32_t b = no_index;
   RowKind kind = RowKind::free;
   RowSide side = RowSide::inside;
   Real response = Real(0);    // K: velocity per own impulse; 0 for a row that is left out.
@@ -2494,14 +2513,14 @@ struct IslandRow {
   /// J v.
   [[nodiscard]] Real times(const DynamicArray<Real>& v) const {
     Real sum = Real(0);
-    if (a != none) sum += dot6(jacobian_a.data(), v.data() + a);
-    if (b != none) sum += dot6(jacobian_b.data(), v.data() + b);
+    if (a != no_index) sum += dot6(jacobian_a.data(), v.data() + a);
+    if (b != no_index) sum += dot6(jacobian_b.data(), v.data() + b);
     return sum;
   }
   /// g += J^T x.
   void add_to(DynamicArray<Real>& g, Real x) const {
-    if (a != none) unrolled<6>([&](auto i) { g[a + i] += x * jacobian_a[i]; });
-    if (b != none) unrolled<6>([&](auto i) { g[b + i] += x * jacobian_b[i]; });
+    if (a != no_index) unrolled<6>([&](auto i) { g[a + i] += x * jacobian_a[i]; });
+    if (b != no_index) unrolled<6>([&](auto i) { g[b + i] += x * jacobian_b[i]; });
   }
   /// The nearest allowed value of a row without a cone.
   [[nodiscard]] Real clamped(Real x) const {
@@ -2571,12 +2590,12 @@ void add_square(BlockCholesky<Real>& h, Real weight, const IslandRow<Real>& row)
   const std::uint32_t unknown[2] = {row.a, row.b};
   const std::array<Real, 6>* j[2] = {&row.jacobian_a, &row.jacobian_b};
   for (std::size_t k = 0; k < 2; ++k) {
-    if (unknown[k] == row.none) continue;
+    if (unknown[k] == no_index) continue;
     Real padded[Block6<Real>::stride] = {};
     std::copy_n(j[k]->data(), 6, padded);
     const Six<Real> left = Six<Real>::load(padded);
     for (std::size_t l = 0; l < 2; ++l) {
-      if (unknown[l] == row.none || unknown[l] > unknown[k]) continue;
+      if (unknown[l] == no_index || unknown[l] > unknown[k]) continue;
       Real* const block = h.block(h.pattern().block(unknown[k] / 6, unknown[l] / 6));
       unrolled<6>([&](auto q) {
         Real* const column = block + Block6<Real>::stride * q;
@@ -3321,7 +3340,7 @@ class CoulombNewton {
     const Real weights[3][3] = {{-branch.normal, Real(0), Real(0)},
                                 {-branch.drag[0], -branch.xx, -branch.xy},
                                 {-branch.drag[1], -branch.xy, -branch.yy}};
-    const bool moves[2] = {rows[0].a != Row::none, rows[0].b != Row::none};
+    const bool moves[2] = {rows[0].a != no_index, rows[0].b != no_index};
     Real left[2][18];                              // J^T of each body.
     Real right[2][3 * Block6<Real>::stride] = {};  // -D J of each body.
     for (std::size_t s = 0; s < 2; ++s) {
@@ -3351,7 +3370,7 @@ class CoulombNewton {
     const std::uint32_t bodies[2] = {of.a, of.b};
     for (std::size_t s = 0; s < 2; ++s) {
       for (std::size_t t = 0; t < 2; ++t) {
-        if (bodies[s] == Row::none || bodies[t] == Row::none) continue;
+        if (bodies[s] == no_index || bodies[t] == no_index) continue;
         lu_.add(bodies[s] / 6, bodies[t] / 6, pair_[2 * s + t]);
       }
     }
@@ -4020,7 +4039,7 @@ template <Scalar S>
 
   for (std::uint32_t i = 0; i < points.size(); ++i) {
     const Cell cell = cell_of(points[i]);
-    std::uint32_t found = 0xffffffffu;
+    std::uint32_t found = detail::no_index;
     for (unsigned corner = 0; corner < (is_exact ? 1u : 8u); ++corner) {
       Cell near = cell;
       for (std::size_t a = 0; a < 3; ++a) {
@@ -4035,7 +4054,7 @@ template <Scalar S>
         if (gap.squaredNorm() <= distance * distance) found = std::min(found, candidate);
       }
     }
-    if (found == 0xffffffffu) {
+    if (found == detail::no_index) {
       found = static_cast<std::uint32_t>(result.unique.size());
       result.unique.push_back(i);
       const auto place = std::lower_bound(cells.begin(), cells.end(), cell);
@@ -5312,7 +5331,7 @@ struct RayHits {
   void reset(std::size_t n) {
     distance.assign(n, infinity<S>);
     normal.resize(n);
-    tag.assign(n, 0xffffffffu);
+    tag.assign(n, detail::no_index);
   }
   /// Returns whether ray i has a hit.
   [[nodiscard]] bool is_hit(std::size_t i) const { return distance[i] < infinity<S>; }
@@ -6415,7 +6434,7 @@ namespace detail {
 template <typename Tag>
 struct Id {
   /// [-] Slot number.
-  std::uint32_t index = 0xffffffffu;
+  std::uint32_t index = no_index;
   /// [-] Number of reuses of the slot when this handle was made.
   std::uint32_t generation = 0;
 
@@ -6434,12 +6453,46 @@ struct Id {
 /// Elements in slots that keep their place while they live. Freed slots are reused, last freed
 /// first. A handle to a former element is recognised as stale.
 ///
-/// Iterate with `for (i = 0; i < slot_count(); ++i) if (is_live(i)) use(at(i));` The order depends
-/// only on the sequence of insertions and erasures.
+/// Iterate with `for (const std::uint32_t i : map.live_slots()) use(map.at(i));` The order is that
+/// of the slots, so it depends only on the sequence of insertions and erasures.
 template <typename T, typename Tag>
 class SlotMap {
  public:
   using Handle = Id<Tag>;
+
+  /// Range of the numbers of a map's live slots.
+  class LiveSlots {
+   public:
+    /// Iterator whose value is a slot number.
+    class Iterator {
+     public:
+      Iterator(const SlotMap& map, std::uint32_t slot) : map_(&map), slot_(slot) { skip_free(); }
+      std::uint32_t operator*() const noexcept { return slot_; }
+      Iterator& operator++() noexcept {
+        ++slot_;
+        skip_free();
+        return *this;
+      }
+      friend bool operator==(const Iterator& a, const Iterator& b) noexcept {
+        return a.slot_ == b.slot_;
+      }
+
+     private:
+      void skip_free() noexcept {
+        while (slot_ < map_->slot_count() && !map_->slots_[slot_].is_live) ++slot_;
+      }
+
+      const SlotMap* map_;
+      std::uint32_t slot_;
+    };
+
+    explicit LiveSlots(const SlotMap& map) : map_(&map) {}
+    [[nodiscard]] Iterator begin() const noexcept { return Iterator(*map_, 0); }
+    [[nodiscard]] Iterator end() const noexcept { return Iterator(*map_, map_->slot_count()); }
+
+   private:
+    const SlotMap* map_;
+  };
 
   /// Stores an element in the slot freed last, or in a new one.
   Handle insert(T value) {
@@ -6505,10 +6558,12 @@ class SlotMap {
   }
   /// Number of live elements.
   [[nodiscard]] std::uint32_t size() const noexcept { return size_; }
-  /// Number of slots, live or free: the bound of an iteration.
+  /// Number of slots, live or free: the length of a list with an entry for each slot.
   [[nodiscard]] std::uint32_t slot_count() const noexcept {
     return static_cast<std::uint32_t>(slots_.size());
   }
+  /// Numbers of the live slots, ascending. The loop over them may erase the element it is at.
+  [[nodiscard]] LiveSlots live_slots() const noexcept { return LiveSlots(*this); }
 
  private:
   struct Slot {
@@ -6770,12 +6825,10 @@ namespace detail {
 /// Time at rest of a body, and the bodies that it sleeps with.
 template <Scalar S>
 struct BodySleep {
-  static constexpr std::uint32_t awake = 0xffffffffu;
-
   /// [s] Time for which it has been slower than `SleepDef` allows.
   S rest_time = S(0);
-  /// [-] Lowest slot of the bodies that sleep with it. It is `awake` if the body is awake.
-  std::uint32_t island = awake;
+  /// [-] Lowest slot of the bodies that sleep with it. It is `no_index` if the body is awake.
+  std::uint32_t island = no_index;
   /// [-] True if a caller changed it since the last step. The next step wakes bodies near it.
   bool is_disturbed = false;
 };
@@ -6824,7 +6877,7 @@ struct Body {
   /// Returns whether forces move it along or about any axis.
   [[nodiscard]] bool moves() const { return is_dynamic() && !locked.all(); }
   /// Returns whether it sleeps.
-  [[nodiscard]] bool is_asleep() const { return sleep.island != detail::BodySleep<S>::awake; }
+  [[nodiscard]] bool is_asleep() const { return sleep.island != detail::no_index; }
 
   /// Pose of the body frame in the world.
   [[nodiscard]] Transform<S> pose() const {
@@ -8652,9 +8705,6 @@ class RayTree {
  private:
   using Places = std::span<std::uint32_t>;
 
-  /// [-] Marks the absence of a parent.
-  static constexpr std::size_t none = ~std::size_t(0);
-
   void build(const RayBatch<S>& rays, Places places, std::size_t parent);
   void fit(const RayBatch<S>& rays, Places places, RayTreeNode<S>& node) const;
   [[nodiscard]] static bool is_frame_for_parts(const RayTreeNode<S>& node);
@@ -8741,7 +8791,7 @@ RayTree<S>::RayTree(const RayBatch<S>& rays) {
   }
   lines_.stretch.assign(packets * packet_size, S(1));
   lines_.length.assign(packets * packet_size, -infinity<S>);
-  build(rays, order_, none);
+  build(rays, order_, no_index);
   find_order();
   cut_ranges();
 }
@@ -8754,7 +8804,7 @@ void RayTree<S>::build(const RayBatch<S>& rays, Places places, std::size_t paren
   RayTreeNode<S> node;
   node.first = static_cast<std::uint32_t>(places.data() - order_.data());
   node.count = static_cast<std::uint32_t>(places.size());
-  if (parent != none && nodes_[parent].has_one_frame) {
+  if (parent != no_index && nodes_[parent].has_one_frame) {
     node.has_one_frame = true;
     node.axes = nodes_[parent].axes;
     node.center = nodes_[parent].center;
@@ -10293,8 +10343,6 @@ class AabbTree {
  public:
   /// Id of a leaf until it is removed.
   using NodeId = std::uint32_t;
-  /// Id of no node.
-  static constexpr NodeId null = 0xffffffffu;
   /// [-] Bound on the number of edges from the root to any leaf.
   static constexpr int max_height = 64;
 
@@ -10318,7 +10366,7 @@ class AabbTree {
   /// [-] Number of leaves.
   [[nodiscard]] std::size_t size() const { return size_; }
   /// [-] Edges from the root to the deepest leaf; 0 for a tree of at most one.
-  [[nodiscard]] int height() const { return root_ == null ? 0 : nodes_[root_].height; }
+  [[nodiscard]] int height() const { return root_ == detail::no_index ? 0 : nodes_[root_].height; }
   /// Box of a leaf.
   [[nodiscard]] const Aabb<S>& box(NodeId leaf) const {
     BRISTLE_ASSERT(is_live_leaf(leaf));
@@ -10330,7 +10378,9 @@ class AabbTree {
     return nodes_[leaf].child[1];
   }
   /// Box around all leaves. Empty for an empty tree.
-  [[nodiscard]] Aabb<S> root_box() const { return root_ == null ? Aabb<S>{} : nodes_[root_].box; }
+  [[nodiscard]] Aabb<S> root_box() const {
+    return root_ == detail::no_index ? Aabb<S>{} : nodes_[root_].box;
+  }
 
   /// Calls `visit(payload) -> bool` for every leaf whose box overlaps or touches `box`, until a
   /// visit returns false.
@@ -10356,11 +10406,12 @@ class AabbTree {
  private:
   struct Node {
     Aabb<S> box;
-    NodeId parent = null;                     // Next free node if height < 0.
-    std::array<NodeId, 2> child{null, null};  // A leaf has null and its payload.
+    NodeId parent = detail::no_index;  // Next free node if height < 0.
+    std::array<NodeId, 2> child{detail::no_index,
+                                detail::no_index};  // A leaf has `no_index` and its payload.
     std::int32_t height = 0;
 
-    [[nodiscard]] bool is_leaf() const { return child[0] == null; }
+    [[nodiscard]] bool is_leaf() const { return child[0] == detail::no_index; }
   };
 
   [[nodiscard]] bool is_live_leaf(NodeId id) const {
@@ -10382,8 +10433,8 @@ class AabbTree {
 
   DynamicArray<Node> nodes_;
   DynamicArray<SplitLeaf<S>> order_;  // Scratch of rebuild(), as large as the pool.
-  NodeId root_ = null;
-  NodeId free_ = null;
+  NodeId root_ = detail::no_index;
+  NodeId free_ = detail::no_index;
   std::size_t size_ = 0;
 };
 
@@ -10422,7 +10473,7 @@ auto AabbTree<S>::insert(const Aabb<S>& box, std::uint32_t payload) -> NodeId {
   BRISTLE_ASSERT(!box.is_empty());
   const NodeId leaf = allocate();
   nodes_[leaf].box = box;
-  nodes_[leaf].child = {null, payload};
+  nodes_[leaf].child = {detail::no_index, payload};
   attach(leaf);
   ++size_;
   return leaf;
@@ -10440,7 +10491,7 @@ template <Scalar S>
 void AabbTree<S>::update(NodeId leaf, const Aabb<S>& box) {
   BRISTLE_ASSERT(is_live_leaf(leaf) && !box.is_empty());
   const NodeId parent = nodes_[leaf].parent;
-  if (parent == null) {
+  if (parent == detail::no_index) {
     nodes_[leaf].box = box;
   } else if (nodes_[parent].box.contains(box)) {
     nodes_[leaf].box = box;
@@ -10460,7 +10511,7 @@ void AabbTree<S>::build(std::span<const Aabb<S>> boxes) {
     BRISTLE_ASSERT(!box.is_empty());
     const NodeId leaf = allocate();
     nodes_[leaf].box = box;
-    nodes_[leaf].child = {null, leaf};
+    nodes_[leaf].child = {detail::no_index, leaf};
   }
   size_ = boxes.size();
   rebuild();
@@ -10469,15 +10520,15 @@ void AabbTree<S>::build(std::span<const Aabb<S>> boxes) {
 template <Scalar S>
 void AabbTree<S>::clear() {
   nodes_.clear();
-  root_ = null;
-  free_ = null;
+  root_ = detail::no_index;
+  free_ = detail::no_index;
   size_ = 0;
 }
 
 template <Scalar S>
 template <typename Accept, typename Visit>
 void AabbTree<S>::find(Accept&& accept, Visit&& visit) const {
-  if (root_ == null) return;
+  if (root_ == detail::no_index) return;
   std::array<NodeId, max_height + 1> stack;
   std::size_t count = 0;
   stack[count++] = root_;
@@ -10496,7 +10547,7 @@ void AabbTree<S>::find(Accept&& accept, Visit&& visit) const {
 template <Scalar S>
 template <typename Visit>
 void AabbTree<S>::walk_ray(const Ray<S>& ray, Visit&& visit) const {
-  if (root_ == null) return;
+  if (root_ == detail::no_index) return;
   const SlabTest<S> slabs(ray);
   // Finite, so that planes at infinity are beyond it.
   S reach = std::min(ray.length, std::numeric_limits<S>::max() / S(2));
@@ -10526,7 +10577,7 @@ void AabbTree<S>::walk_ray(const Ray<S>& ray, Visit&& visit) const {
 
 template <Scalar S>
 auto AabbTree<S>::allocate() -> NodeId {
-  if (free_ == null) {
+  if (free_ == detail::no_index) {
     nodes_.emplace_back();
     if (order_.capacity() < nodes_.capacity()) order_.reserve(nodes_.capacity());
     return static_cast<NodeId>(nodes_.size() - 1);
@@ -10547,8 +10598,8 @@ void AabbTree<S>::release(NodeId id) {
 /// Inserts a detached leaf.
 template <Scalar S>
 void AabbTree<S>::attach(NodeId leaf) {
-  if (root_ == null) {
-    nodes_[leaf].parent = null;
+  if (root_ == detail::no_index) {
+    nodes_[leaf].parent = detail::no_index;
     root_ = leaf;
     return;
   }
@@ -10557,7 +10608,7 @@ void AabbTree<S>::attach(NodeId leaf) {
   const NodeId grandparent = nodes_[sibling].parent;
   nodes_[parent].parent = grandparent;
   nodes_[parent].child = {sibling, leaf};
-  if (grandparent == null) {
+  if (grandparent == detail::no_index) {
     root_ = parent;
   } else {
     auto& child = nodes_[grandparent].child;
@@ -10565,7 +10616,7 @@ void AabbTree<S>::attach(NodeId leaf) {
   }
   nodes_[sibling].parent = parent;
   nodes_[leaf].parent = parent;
-  for (NodeId id = parent; id != null; id = nodes_[id].parent) {
+  for (NodeId id = parent; id != detail::no_index; id = nodes_[id].parent) {
     fit(id);
     rotate(id);
   }
@@ -10576,8 +10627,8 @@ void AabbTree<S>::attach(NodeId leaf) {
 template <Scalar S>
 void AabbTree<S>::detach(NodeId leaf) {
   const NodeId parent = nodes_[leaf].parent;
-  if (parent == null) {
-    root_ = null;
+  if (parent == detail::no_index) {
+    root_ = detail::no_index;
     return;
   }
   const auto& child = nodes_[parent].child;
@@ -10585,7 +10636,7 @@ void AabbTree<S>::detach(NodeId leaf) {
   const NodeId grandparent = nodes_[parent].parent;
   nodes_[sibling].parent = grandparent;
   release(parent);
-  if (grandparent == null) {
+  if (grandparent == detail::no_index) {
     root_ = sibling;
   } else {
     auto& uncle = nodes_[grandparent].child;
@@ -10609,7 +10660,7 @@ auto AabbTree<S>::best_sibling(const Aabb<S>& box) const -> NodeId {
   S growth_above = S(0);
   while (!nodes_[id].is_leaf()) {
     growth_above += with_box - tree_cost(nodes_[id].box);
-    NodeId next = null;
+    NodeId next = detail::no_index;
     S next_bound = infinity<S>;
     S next_with_box = S(0);
     for (const NodeId child : nodes_[id].child) {
@@ -10624,14 +10675,14 @@ auto AabbTree<S>::best_sibling(const Aabb<S>& box) const -> NodeId {
       // contain the leaf tie. Then the one with the nearer middle goes first.
       const S bound = growth_above + (cost - tree_cost(node.box)) + box_cost;
       const bool is_nearer =
-          bound == next_bound && next != null && distance_of(child) < distance_of(next);
+          bound == next_bound && next != detail::no_index && distance_of(child) < distance_of(next);
       if (bound < next_bound || is_nearer) {
         next = child;
         next_bound = bound;
         next_with_box = cost;
       }
     }
-    if (next == null || !(next_bound < best_cost)) break;
+    if (next == detail::no_index || !(next_bound < best_cost)) break;
     id = next;
     with_box = next_with_box;
   }
@@ -10657,15 +10708,15 @@ bool AabbTree<S>::fit(NodeId id) {
 /// Fits a node and its ancestors, up to the first that does not change.
 template <Scalar S>
 void AabbTree<S>::fit_upwards(NodeId id) {
-  while (id != null && fit(id)) id = nodes_[id].parent;
+  while (id != detail::no_index && fit(id)) id = nodes_[id].parent;
 }
 
 /// Exchanges a child with a grandchild from the other side if that makes the child's box smaller.
 /// The node's own box stays.
 template <Scalar S>
 void AabbTree<S>::rotate(NodeId id) {
-  NodeId best_child = null;
-  NodeId best_grandchild = null;
+  NodeId best_child = detail::no_index;
+  NodeId best_grandchild = detail::no_index;
   S best_gain = S(0);
   for (std::size_t side = 0; side < 2; ++side) {
     const NodeId child = nodes_[id].child[side];
@@ -10682,7 +10733,7 @@ void AabbTree<S>::rotate(NodeId id) {
       }
     }
   }
-  if (best_child == null) return;
+  if (best_child == detail::no_index) return;
   const NodeId other = nodes_[best_grandchild].parent;
   swap_subtrees(best_child, best_grandchild);
   fit(other);
@@ -10709,8 +10760,8 @@ void AabbTree<S>::rebuild() {
     if (nodes_[id].height > 0) release(id);
     if (nodes_[id].height == 0) order_.push_back({id});
   }
-  root_ = order_.empty() ? null : build_range(order_, 0);
-  if (root_ != null) nodes_[root_].parent = null;
+  root_ = order_.empty() ? detail::no_index : build_range(order_, 0);
+  if (root_ != detail::no_index) nodes_[root_].parent = detail::no_index;
 }
 
 template <Scalar S>
@@ -10769,7 +10820,7 @@ class BroadPhase {
   void remove(std::uint32_t tag) {
     mark_dirty(tag);
     Entry& entry = entries_[tag];
-    if (entry.node != AabbTree<S>::null) {
+    if (entry.node != detail::no_index) {
       tree_.remove(entry.node);
     } else {
       unbounded_.erase(std::lower_bound(unbounded_.begin(), unbounded_.end(), tag));
@@ -10786,7 +10837,7 @@ class BroadPhase {
     Entry& entry = entries_[tag];
     entry.swept = swept;
     entry.is_loose = false;
-    if (entry.node == AabbTree<S>::null) return;
+    if (entry.node == detail::no_index) return;
     fit_tree(entry, tag, center - entry.center, reach);
     entry.center = center;
     entry.is_tracked = true;
@@ -10907,7 +10958,7 @@ class BroadPhase {
 
  private:
   struct Entry {
-    typename AabbTree<S>::NodeId node = AabbTree<S>::null;
+    typename AabbTree<S>::NodeId node = detail::no_index;
     Aabb<S> swept{};
     /// [m] Centre at the last `move`. Box of all centres at which the shape stays in its fat AABB.
     Vec3<S> center = zero<Vec3<S>>();
@@ -10939,7 +10990,7 @@ class BroadPhase {
     return {std::min(a, b), std::max(a, b)};
   }
   [[nodiscard]] bool is_in_tree(std::uint32_t tag) const {
-    return entries_[tag].node != AabbTree<S>::null;
+    return entries_[tag].node != detail::no_index;
   }
 
   /// Returns whether a shape with its centre at `center`, grown by `margin` [m], lies in its fat
@@ -11064,10 +11115,9 @@ struct CachedPoint {
   S gap = S(0);
   /// [-] Pair of features in contact; see `ContactPoint::feature`.
   std::uint32_t feature = 0;
-  /// [-] Number of the point of the last step that it goes on from; `none` for a new point. Valid
-  /// within the step that has found the point.
-  static constexpr std::uint32_t none = 0xffffffffu;
-  std::uint32_t last = none;
+  /// [-] Number of the point of the last step that it goes on from; `no_index` for a new point.
+  /// Valid within the step that has found the point.
+  std::uint32_t last = no_index;
   /// [N s] Impulses along the normal, and along the two tangents of `tangent_basis`.
   std::array<S, 3> impulse{};
   /// [N s] Part that the next step does not need; see `ContactConstraint::transient_impulse`.
@@ -11201,7 +11251,7 @@ class ContactCache {
 
   /// Sets the offsets of a point to half of the change of its arms in the last step.
   void find_mid_offsets(CachedPoint<S>& point) const {
-    if (point.last == point.none) return;
+    if (point.last == no_index) return;
     const CachedPoint<S>& last = old_points_[point.last];
     point.mid_offset_a = mid_offset(point.arm_a, last.arm_a);
     point.mid_offset_b = mid_offset(point.arm_b, last.arm_b);
@@ -12629,9 +12679,8 @@ struct ContactConstraint {
   Vec3<S> arm_b = zero<Vec3<S>>();
   /// [-] Number of its `CachedPoint`.
   std::uint32_t point = 0;
-  /// [-] The same of the first point of its manifold; `none` where it is not of a manifold.
-  static constexpr std::uint32_t none = 0xffffffffu;
-  std::uint32_t first_point = none;
+  /// [-] The same of the first point of its manifold; `no_index` where it is not of a manifold.
+  std::uint32_t first_point = no_index;
   /// [m/s] Final velocity along the axes, by these arms, of surfaces that stay together. It is not
   /// zero, since the arms go on turning, and since surfaces may run on their bodies.
   std::array<S, 3> bias{};
@@ -12711,7 +12760,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] bool are_of_one_manifold(const ContactConstraint<S>& c,
                                        const ContactConstraint<S>& d) {
-  if (c.first_point == d.first_point && c.first_point != c.none) return true;
+  if (c.first_point == d.first_point && c.first_point != no_index) return true;
   return c.body_a == d.body_a && c.body_b == d.body_b && c.axes[0] == d.axes[0] &&
          c.friction == d.friction && c.drift[0] == d.drift[0] && c.drift[1] == d.drift[1];
 }
@@ -12868,14 +12917,13 @@ struct ConstraintBlock {
   BlockKind kind = BlockKind::equality;
   /// [-] First of its impulses among those that the joint stores.
   std::uint8_t first_impulse = 0;
-  static constexpr std::uint32_t no_joint = 0xffffffffu;
-  /// [-] Slot of its joint; `no_joint` for rolling friction.
+  /// [-] Slot of its joint; `no_index` for rolling friction.
   std::uint32_t joint = 0;
   /// [N s or N m s] Bounds of a bounded row or a limit.
   S lower = S(0);
   S upper = S(0);
 
-  [[nodiscard]] bool is_of_joint() const { return joint != no_joint; }
+  [[nodiscard]] bool is_of_joint() const { return joint != no_index; }
 };
 
 /// Number of rows of a block that the position correction closes. It closes all of a joint, one of
@@ -14114,12 +14162,10 @@ struct CollectDef {
   S dt = S(0);
   /// [-] True if a patch chooses between explicit and implicit by Lambda.
   bool measures_lambda = true;
-  /// [-] Tag of all hits if only one shape was queried; `any_tag` otherwise.
-  std::uint32_t only_tag = any_tag;
+  /// [-] Tag of all hits if only one shape was queried; `no_index` otherwise.
+  std::uint32_t only_tag = no_index;
   /// [-] True if `begin_hit_mask` and then `find_hit_mask` ran over ranges of all sensors.
   bool knows_hit_mask = false;
-
-  static constexpr std::uint32_t any_tag = 0xffffffffu;
 };
 
 /// Clears the readings and state of a patch. Costs nothing if they are clear already.
@@ -14200,7 +14246,7 @@ void find_touched(const SensorPatch<S>& patch, PatchScratch<S>& scratch, std::ui
   for (const std::uint32_t number : scratch.near) {
     std::uint32_t rest = patch.hit_bits[number];
     if (rest == 0) continue;
-    if (only_tag != CollectDef<S>::any_tag) {
+    if (only_tag != no_index) {
       scratch.touched.push_back({only_tag, 0});
       return;
     }
@@ -14944,7 +14990,7 @@ class ShapesOfBodies {
   template <typename Visit>
   void for_each(std::uint32_t body, Visit&& visit) const {
     if (body >= first_.size()) return;
-    for (std::uint32_t shape = first_[body]; shape != none;) {
+    for (std::uint32_t shape = first_[body]; shape != no_index;) {
       const std::uint32_t next = next_[shape];
       visit(shape);
       shape = next;
@@ -14952,11 +14998,8 @@ class ShapesOfBodies {
   }
 
  private:
-  /// Greater than any slot.
-  static constexpr std::uint32_t none = 0xffffffffu;
-
   static void grow(DynamicArray<std::uint32_t>& links, std::uint32_t slot) {
-    if (links.size() <= slot) links.resize(slot + std::size_t{1}, none);
+    if (links.size() <= slot) links.resize(slot + std::size_t{1}, no_index);
   }
 
   DynamicArray<std::uint32_t> first_, next_;
@@ -15033,9 +15076,7 @@ template <typename Patches>
 void TouchLog::update(const Patches& patches) {
   if (!is_on_) return;
   found_.clear();
-  for (std::uint32_t i = 0; i < patches.slot_count(); ++i) {
-    if (patches.is_live(i)) find(patches.handle(i), patches.at(i));
-  }
+  for (const std::uint32_t i : patches.live_slots()) find(patches.handle(i), patches.at(i));
   std::sort(found_.begin(), found_.end());
   found_.erase(std::unique(found_.begin(), found_.end()), found_.end());
   const auto add_missing = [this](const auto& from, const auto& in, bool begins) {
@@ -15604,8 +15645,7 @@ class HeldMobilityFinder {
 
   void add_patches(const State& state, std::uint32_t slot, HeldMobility<S>& held) {
     const S dt = state.def.time_step;
-    for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
-      if (!state.patches.is_live(i)) continue;
+    for (const std::uint32_t i : state.patches.live_slots()) {
       const SensorPatch<S>& patch = state.patches.at(i);
       const bool is_own = patch.body.index == slot;
       const auto is_it = [slot](const auto& other) { return other.body == slot; };
@@ -15662,8 +15702,7 @@ class HeldMobilityFinder {
   }
 
   void add_joints(const State& state, std::uint32_t slot, HeldMobility<S>& held) {
-    for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
-      if (!state.joints.is_live(i)) continue;
+    for (const std::uint32_t i : state.joints.live_slots()) {
       Joint<S> joint = state.joints.at(i);
       const bool is_a = joint.def.body_a.index == slot;
       if (!is_a && joint.def.body_b.index != slot) continue;
@@ -15900,12 +15939,12 @@ struct HapticDef {
 /// Handle of a tool of a haptic loop.
 struct ToolId {
   /// [-] Index of the tool; the default names none.
-  std::uint32_t index = 0xffffffffu;
+  std::uint32_t index = detail::no_index;
 };
 /// Handle of a patch of a haptic loop.
 struct ToolPatchId {
   /// [-] Index of the patch; the default names none.
-  std::uint32_t index = 0xffffffffu;
+  std::uint32_t index = detail::no_index;
 };
 
 /// A haptic loop. `World::open` and `World::step` show it the world. It is a value: a copy goes on
@@ -16774,9 +16813,7 @@ namespace detail {
 /// Calls visit(handle) for each live slot.
 template <typename Slots, typename Visit>
 void for_each_handle(const Slots& slots, Visit&& visit) {
-  for (std::uint32_t i = 0; i < slots.slot_count(); ++i) {
-    if (slots.is_live(i)) visit(slots.handle(i));
-  }
+  for (const std::uint32_t i : slots.live_slots()) visit(slots.handle(i));
 }
 
 }  // namespace detail
@@ -17015,7 +17052,7 @@ struct HostBody {
   std::uint32_t mechanism = no_mechanism;
 
   /// [-] Mechanism of a body that is alone.
-  static constexpr std::uint32_t no_mechanism = 0xffffffffu;
+  static constexpr std::uint32_t no_mechanism = detail::no_index;
 };
 
 namespace detail {
@@ -17228,15 +17265,14 @@ class HostSensors {
       step_.place(state(), i, host.body(state().bodies.handle(i)));
     }
     step_.find_fastest(state());
-    for (std::uint32_t i = 0; i < state().colliders.slot_count(); ++i) {
-      if (!state().colliders.is_live(i)) continue;
+    for (const std::uint32_t i : state().colliders.live_slots()) {
       if (step_.bodies[state().colliders.at(i).body.index].has_moved) world_.refresh_box(i);
     }
   }
   /// Queries the engine for each patch's ray hits.
   template <typename Host>
   void add_hits_of(const Host& host) {
-    for (std::uint32_t i = 0; i < state().patches.slot_count(); ++i) {
+    for (const std::uint32_t i : state().patches.live_slots()) {
       if (!step_.is_sensing(state(), i)) continue;
       const detail::SensorPatch<S>& patch = state().patches.at(i);
       host_hits_.reset(patch.size());
@@ -21144,8 +21180,6 @@ class FaceJoin {
   [[nodiscard]] DynamicArray<HullFace<Real>> faces() const;
 
  private:
-  static constexpr std::uint32_t none = 0xffffffffu;
-
   /// One side of a triangle: from corner `edge` to the next.
   struct Side {
     std::uint32_t triangle;
@@ -21227,7 +21261,7 @@ Real FaceJoin<Real>::depth_below(std::uint32_t plane, std::uint32_t t) const {
 
 template <Scalar Real>
 void FaceJoin<Real>::grow_regions() {
-  region_.assign(triangles_.size(), none);
+  region_.assign(triangles_.size(), no_index);
   DynamicArray<std::uint32_t> order(triangles_.size());
   fill_numbers(order);
   DynamicArray<Real> area2(order.size());
@@ -21238,14 +21272,14 @@ void FaceJoin<Real>::grow_regions() {
     return area2[a] != area2[b] ? area2[a] > area2[b] : a < b;
   });
   for (const std::uint32_t seed : order) {
-    if (region_[seed] == none && !is_sliver_[seed]) grow_region(seed);
+    if (region_[seed] == no_index && !is_sliver_[seed]) grow_region(seed);
   }
-  erase_if(order, [this](std::uint32_t t) { return region_[t] != none; });
+  erase_if(order, [this](std::uint32_t t) { return region_[t] != no_index; });
   while (!order.empty()) {
     if (adopt_slivers(order)) continue;
     // No neighbour adopts them: thin needles consist of slivers alone.
     grow_region(order.front());
-    erase_if(order, [this](std::uint32_t t) { return region_[t] != none; });
+    erase_if(order, [this](std::uint32_t t) { return region_[t] != no_index; });
   }
 }
 
@@ -21257,7 +21291,7 @@ void FaceJoin<Real>::grow_region(std::uint32_t seed) {
   for (std::size_t i = 0; i < members.size(); ++i) {
     for (const std::uint32_t t : triangles_[members[i]].neighbors) {
       // Thin solids have two faces in one slab, back to back.
-      if (region_[t] != none || normal.dot(area_vectors_[t]) < Real(0) ||
+      if (region_[t] != no_index || normal.dot(area_vectors_[t]) < Real(0) ||
           depth_below(seed, t) > tolerance_) {
         continue;
       }
@@ -21273,15 +21307,15 @@ bool FaceJoin<Real>::adopt_slivers(DynamicArray<std::uint32_t>& orphans) {
   return erase_if(orphans, [this](std::uint32_t t) {
            const std::uint32_t heir = region_[across({t, longest_edge_[t]})];
            // Two tolerances of its own height, one of the heir's border.
-           if (heir != none && depth_below(heir, t) <= Real(3) * tolerance_) region_[t] = heir;
-           return region_[t] != none;
+           if (heir != no_index && depth_below(heir, t) <= Real(3) * tolerance_) region_[t] = heir;
+           return region_[t] != no_index;
          }) > 0;
 }
 
-/// One side that starts at each vertex. `triangle` is none if the vertex is not on the hull.
+/// One side that starts at each vertex. `triangle` is `no_index` if the vertex is not on the hull.
 template <Scalar Real>
 auto FaceJoin<Real>::sides_by_start() const -> DynamicArray<Side> {
-  DynamicArray<Side> sides(points_.size(), Side{none, 0});
+  DynamicArray<Side> sides(points_.size(), Side{no_index, 0});
   for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) sides[triangles_[t].corners[k]] = {t, k};
   }
@@ -21303,7 +21337,7 @@ template <Scalar Real>
 bool FaceJoin<Real>::dissolve_small_regions() {
   DynamicArray<std::size_t> corner_count(triangles_.size(), 0);
   for (const Side first : sides_by_start()) {
-    if (first.triangle == none || count_regions_around(first) < 3) continue;
+    if (first.triangle == no_index || count_regions_around(first) < 3) continue;
     Side side = first;
     do {
       if (is_border(side)) ++corner_count[region_[side.triangle]];
@@ -21311,14 +21345,14 @@ bool FaceJoin<Real>::dissolve_small_regions() {
     } while (!(side == first));
   }
   // One region at a time. Its end changes the corners of its neighbours.
-  std::uint32_t region = none;
+  std::uint32_t region = no_index;
   for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
     if (corner_count[region_[t]] >= 3) continue;
     for (std::size_t k = 0; k < 3; ++k) {
       if (is_border({t, k})) region = std::min(region, region_[t]);
     }
   }
-  if (region == none) return false;
+  if (region == no_index) return false;
   DynamicArray<Real> border_lengths(triangles_.size(), Real(0));  // By the region beyond.
   for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
     if (region_[t] != region) continue;
@@ -21337,7 +21371,7 @@ template <Scalar Real>
 DynamicArray<HullFace<Real>> FaceJoin<Real>::faces() const {
   DynamicArray<bool> is_corner(points_.size(), false);
   for (const Side side : sides_by_start()) {
-    if (side.triangle == none) continue;
+    if (side.triangle == no_index) continue;
     is_corner[start_of(side)] = count_regions_around(side) >= 3;
   }
   DynamicArray<HullFace<Real>> faces;
@@ -21509,13 +21543,12 @@ ConvexHull<S> convex_hull(std::span<const Vec3<S>> points) {
   });
 
   ConvexHull<S> hull;
-  constexpr std::uint32_t unused = 0xffffffffu;
-  detail::DynamicArray<std::uint32_t> renumber(gridded.points.size(), unused);
+  detail::DynamicArray<std::uint32_t> renumber(gridded.points.size(), detail::no_index);
   for (const auto& face : faces) {
     for (const std::uint32_t v : face.corners) renumber[v] = 0;
   }
   for (std::size_t v = 0; v < renumber.size(); ++v) {
-    if (renumber[v] == unused) continue;
+    if (renumber[v] == detail::no_index) continue;
     renumber[v] = static_cast<std::uint32_t>(hull.vertices.size());
     hull.vertices.push_back(gridded.points[v]);
   }
@@ -24516,11 +24549,10 @@ void PlateJoin<S>::find_edges() {
 
 template <Scalar S>
 void PlateJoin<S>::find_faces() {
-  constexpr std::uint32_t unknown = 0xffffffffu;
-  faces_.assign(normals_.size(), unknown);
+  faces_.assign(normals_.size(), no_index);
   DynamicArray<std::uint32_t> open;
   for (std::uint32_t seed = 0; seed < faces_.size(); ++seed) {
-    if (faces_[seed] != unknown) continue;
+    if (faces_[seed] != no_index) continue;
     const auto face = static_cast<std::uint32_t>(face_count_++);
     faces_[seed] = face;
     open.assign(1, seed);
@@ -24530,7 +24562,7 @@ void PlateJoin<S>::find_faces() {
       for (std::uint32_t k = 0; k < 3; ++k) {
         const std::uint32_t next = twins_[3 * at + k] / 3;
         // Compared with the seed: otherwise a finely curved surface would become one face.
-        if (faces_[next] == unknown && is_same_plane(normals_[next], normals_[seed])) {
+        if (faces_[next] == no_index && is_same_plane(normals_[next], normals_[seed])) {
           faces_[next] = face;
           open.push_back(next);
         }
@@ -28357,10 +28389,8 @@ void HapticLoop<S>::observe(const detail::WorldState<S>& state) {
   bodies_.clear();
   shapes_.clear();
   S fastest = S(0);
-  for (std::uint32_t i = 0; i < state.colliders.slot_count(); ++i) {
-    if (state.colliders.is_live(i)) {
-      fastest = std::max(fastest, speed_of(state, state.colliders.at(i)));
-    }
+  for (const std::uint32_t i : state.colliders.live_slots()) {
+    fastest = std::max(fastest, speed_of(state, state.colliders.at(i)));
   }
   for (Tool& tool : tools_) {
     if (!tool.is_placed && state.bodies.contains(tool.body)) {
@@ -30265,17 +30295,17 @@ void HapticSubstep<S>::sense(ToolPatch& tool_patch, std::uint32_t number) {
   Body<S> A;
   A.center_pose = tool.pose;
   A.twist = tool.twist;
-  collect_contacts(patch, scratch, A,
-                   [&](std::uint32_t tag) {
-                     std::size_t i = 0;
-                     while (tool_patch.in_reach[i].tag != tag) ++i;
-                     const BodyId id = tool_patch.in_reach[i].collider->body;
-                     return TouchedBody<S>{&loop_.bodies_[number_of(id.index)].body(), id};
-                   },
-                   {.dt = loop_.h_,
-                    .measures_lambda = false,
-                    .only_tag = tool_patch.in_reach.size() == 1 ? tool_patch.in_reach.front().tag
-                                                                : CollectDef<S>::any_tag});
+  collect_contacts(
+      patch, scratch, A,
+      [&](std::uint32_t tag) {
+        std::size_t i = 0;
+        while (tool_patch.in_reach[i].tag != tag) ++i;
+        const BodyId id = tool_patch.in_reach[i].collider->body;
+        return TouchedBody<S>{&loop_.bodies_[number_of(id.index)].body(), id};
+      },
+      {.dt = loop_.h_,
+       .measures_lambda = false,
+       .only_tag = tool_patch.in_reach.size() == 1 ? tool_patch.in_reach.front().tag : no_index});
 }
 
 /// Makes a soft block of each pair.
@@ -30826,7 +30856,7 @@ class JointOrder {
 
   DynamicArray<End> ends_;                       // At bodies that move, sorted by body.
   DynamicArray<std::uint32_t> first_end_;        // Of each body in `ends_`, and one past the last.
-  DynamicArray<std::uint32_t> body_a_, body_b_;  // Of each joint; none if it does not move.
+  DynamicArray<std::uint32_t> body_a_, body_b_;  // Of each joint; `no_index` if it does not move.
   DynamicArray<std::uint32_t> order_;            // Joints by number.
   DynamicArray<std::uint32_t> number_;           // Of each joint.
   DynamicArray<std::uint32_t> parent_;           // Of each body, towards the root of its tree.
@@ -30838,12 +30868,10 @@ class JointOrder {
 
 // Implementation ----------------------------------------------------------------------------------
 
-inline constexpr std::uint32_t no_number = 0xffffffffu;
-
 template <typename Visit>
 void JointOrder::for_neighbours(std::uint32_t joint, Visit visit) const {
   for (const std::uint32_t body : {body_a_[joint], body_b_[joint]}) {
-    if (body == no_number) continue;
+    if (body == no_index) continue;
     for (std::uint32_t e = first_end_[body]; e < first_end_[body + 1]; ++e) visit(ends_[e].joint);
   }
 }
@@ -30854,10 +30882,10 @@ inline std::uint32_t JointOrder::root(std::uint32_t body) const {
 }
 
 inline void JointOrder::number_joints(std::size_t count) {
-  number_.assign(count, no_number);
+  number_.assign(count, no_index);
   order_.clear();
   const auto take = [&](std::uint32_t joint) {
-    if (number_[joint] != no_number) return;
+    if (number_[joint] != no_index) return;
     number_[joint] = static_cast<std::uint32_t>(order_.size());
     order_.push_back(joint);
   };
@@ -30868,10 +30896,10 @@ inline void JointOrder::number_joints(std::size_t count) {
   };
   for (std::size_t done = 0; order_.size() < count;) {
     // From the remaining joint with the fewest neighbours. In a chain it is an end.
-    std::uint32_t start = no_number;
-    std::uint32_t fewest = no_number;
+    std::uint32_t start = no_index;
+    std::uint32_t fewest = no_index;
     for (std::uint32_t joint = 0; joint < count; ++joint) {
-      if (number_[joint] != no_number || degree(joint) >= fewest) continue;
+      if (number_[joint] != no_index || degree(joint) >= fewest) continue;
       start = joint;
       fewest = degree(joint);
     }
@@ -30891,7 +30919,7 @@ void JointOrder::build(std::span<const MechanismJoint<S>> joints, const DynamicA
   body_b_.clear();
   const auto add_end = [&](std::uint32_t body, std::uint32_t joint, bool is_b) {
     if (moves[body]) ends_.push_back({body, joint, is_b});
-    return moves[body] ? body : no_number;
+    return moves[body] ? body : no_index;
   };
   for (std::uint32_t i = 0; i < joints.size(); ++i) {
     body_a_.push_back(add_end(joints[i].body_a, i, false));
@@ -31894,29 +31922,20 @@ bool DormandPrince<S>::advance(std::span<S> y, std::size_t state, S duration, Sy
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Settings of `MechanismIntegrator`.
-template <Scalar S>
-struct MechanismIntegratorDef {
-  /// [1] Largest velocity error of a substep, in the norm of kinetic energy, > 0. It is relative to
-  /// the velocities plus their change by forces in the substep. The velocities are seen from the
-  /// body that carries the mechanism.
-  S tolerance = S(5e-5);
-  /// [-] Most substeps tried in a step, > 0. At the limit the step fails.
-  int max_substeps = 64;
-};
-
-/// Checks the settings.
-/// @throws InvalidArgument naming the field.
-template <Scalar S>
-void validate(const MechanismIntegratorDef<S>& def);
-
 /// The algorithm with its scratch memory. One object serves many groups in turn. It keeps only the
 /// order of their joints.
 template <Scalar S>
 class MechanismIntegrator {
  public:
-  /// @throws InvalidArgument if the settings are not valid.
-  explicit MechanismIntegrator(MechanismIntegratorDef<S> def = {}) : def_(def) { validate(def_); }
+  /// [-] Most substeps tried in a step. At the limit the step fails.
+  static constexpr int max_substeps = 64;
+
+  /// @param tolerance  [1] Largest velocity error of a substep, in the norm of kinetic energy, > 0.
+  ///                   It is relative to the velocities plus their change by forces in the substep.
+  ///                   The velocities are seen from the body that carries the mechanism.
+  explicit MechanismIntegrator(S tolerance = S(5e-5)) : tolerance_(tolerance) {
+    BRISTLE_ASSERT(tolerance_ > S(0));
+  }
 
   /// Finds the state of one connected group after a step. Joints may start with errors. Impulses
   /// close velocities at the start. Projections close gaps at the end. Motors and limits are
@@ -31969,7 +31988,7 @@ class MechanismIntegrator {
   [[nodiscard]] bool write(std::span<Transform<S>> end_poses, std::span<Twist<S>> end_twists,
                            std::span<Wrench<S>> impulses) const;
 
-  MechanismIntegratorDef<S> def_;
+  S tolerance_;
   JointSystem<S> system_;
   JointProjection<S> projection_;
   DormandPrince<S> integrator_;
@@ -31989,13 +32008,6 @@ class MechanismIntegrator {
 };
 
 // Implementation ----------------------------------------------------------------------------------
-
-template <Scalar S>
-void validate(const MechanismIntegratorDef<S>& def) {
-  require_positive("MechanismIntegratorDef::tolerance", def.tolerance);
-  require(def.max_substeps > 0, "MechanismIntegratorDef::max_substeps", def.max_substeps,
-          "must be > 0");
-}
 
 template <Scalar S>
 bool MechanismIntegrator<S>::advance(std::span<const MechanismBody<S>> bodies,
@@ -32137,7 +32149,7 @@ bool MechanismIntegrator<S>::integrate(S dt) {
   Wrench<S> wanted;
   if (is_free_) wanted = momentum_about(reference_point_, system_);
 
-  const bool arrived = integrator_.advance(values_, state, dt, *this, def_.max_substeps);
+  const bool arrived = integrator_.advance(values_, state, dt, *this, max_substeps);
   substeps_ = integrator_.substeps();
   if (!arrived) return false;
 
@@ -32312,7 +32324,7 @@ S MechanismIntegrator<S>::error_ratio(const S*, const S* error, S h) {
   }
   if (error2 == S(0)) return S(0);
   // The tolerance is not below the round-off of accelerations and of the speeds themselves.
-  return sqrt(error2) / (max(def_.tolerance, round_off) * (sqrt(seen2) + h * free_acceleration_) +
+  return sqrt(error2) / (max(tolerance_, round_off) * (sqrt(seen2) + h * free_acceleration_) +
                          round_off * sqrt(total2));
 }
 
@@ -32937,15 +32949,13 @@ namespace bristle::inline BRISTLE_ABI::detail {
 /// Numbers the bodies of islands, one island at a time. Keeps its memory.
 class IslandOrder {
  public:
-  static constexpr std::uint32_t none = 0xffffffffu;
-
   /// Numbers the bodies and finds the pattern of their matrix.
   template <Scalar S>
   void build(const Island& island, const Constraints<S>& constraints, std::size_t slots) {
     eliminate(island, constraints, slots, std::numeric_limits<std::uint64_t>::max());
     number_bodies();
     make_pattern();
-    // From here on indexed by slot. Slots of other islands stay `none`.
+    // From here on indexed by slot. Slots of other islands stay `no_index`.
     for (const std::uint32_t slot : island.bodies) local_[slot] = number_[local_[slot]];
   }
 
@@ -32961,10 +32971,10 @@ class IslandOrder {
 
   /// Clears the island, ready for the next one.
   void clear(const Island& island) {
-    for (const std::uint32_t slot : island.bodies) local_[slot] = none;
+    for (const std::uint32_t slot : island.bodies) local_[slot] = no_index;
   }
 
-  /// Number of a body. It is `none` if the body is not in the island.
+  /// Number of a body. It is `no_index` if the body is not in the island.
   [[nodiscard]] std::uint32_t number(std::uint32_t slot) const { return local_[slot]; }
   /// Blocks of the island's matrix and of its factors, six unknowns a body.
   [[nodiscard]] const BlockPattern& pattern() const { return pattern_; }
@@ -32984,14 +32994,14 @@ class IslandOrder {
   template <Scalar S>
   std::uint64_t eliminate(const Island& island, const Constraints<S>& constraints,
                           std::size_t slots, std::uint64_t most) {
-    if (local_.size() < slots) local_.resize(slots, none);
+    if (local_.size() < slots) local_.resize(slots, no_index);
     const auto count = static_cast<std::uint32_t>(island.bodies.size());
     for (std::uint32_t i = 0; i < count; ++i) local_[island.bodies[i]] = i;
     link(island, constraints, count);
     list_neighbours(count);
 
     queue_.clear();
-    number_.assign(count, none);
+    number_.assign(count, no_index);
     order_.clear();
     for (std::uint32_t i = 0; i < count; ++i) enqueue(i);
     std::uint64_t work = 0;
@@ -33026,14 +33036,15 @@ class IslandOrder {
       std::pop_heap(queue_.begin(), queue_.end(), std::greater<>());
       queue_.pop_back();
       const auto body = static_cast<std::uint32_t>(least);
-      if (number_[body] == none && list_of_[body].left == least >> 32) return body;
+      if (number_[body] == no_index && list_of_[body].left == least >> 32) return body;
     }
   }
   /// Removes eliminated bodies from a list.
   void drop_eliminated(List& list) {
     std::uint32_t* const begin = lists_.begin() + list.first;
-    const std::uint32_t* const end = std::remove_if(
-        begin, begin + list.size, [this](std::uint32_t other) { return number_[other] != none; });
+    const std::uint32_t* const end =
+        std::remove_if(begin, begin + list.size,
+                       [this](std::uint32_t other) { return number_[other] != no_index; });
     list.size = list.left = static_cast<std::uint32_t>(end - begin);
   }
   /// Adds the other bodies of a column to the neighbours of one, which lose the column's own.
@@ -33070,18 +33081,18 @@ class IslandOrder {
     parents_.resize(number_.size());
     for (const std::uint32_t body : order_) {
       const std::uint32_t* const column = lists_.begin() + list_of_[body].first;
-      std::uint32_t& parent = parents_[body] = none;
+      std::uint32_t& parent = parents_[body] = no_index;
       for (std::uint32_t k = 0; k < list_of_[body].size; ++k) {
-        if (parent == none || number_[column[k]] < number_[parent]) parent = column[k];
+        if (parent == no_index || number_[column[k]] < number_[parent]) parent = column[k];
       }
-      if (parent != none) sizes_[parent] += sizes_[body];
+      if (parent != no_index) sizes_[parent] += sizes_[body];
     }
     // Room for children that are still without numbers ends here. Parents come before children.
     room_ends_.resize(number_.size());
     auto end = static_cast<std::uint32_t>(number_.size());
     for (std::size_t k = order_.size(); k-- > 0;) {
       const std::uint32_t body = order_[k];
-      std::uint32_t& room_end = parents_[body] == none ? end : room_ends_[parents_[body]];
+      std::uint32_t& room_end = parents_[body] == no_index ? end : room_ends_[parents_[body]];
       number_[body] = room_ends_[body] = room_end - 1;
       room_end -= sizes_[body];
     }
@@ -33129,11 +33140,11 @@ class IslandOrder {
   void link(const Island& island, const Constraints<S>& constraints, std::uint32_t count) {
     const auto for_links = [&](const auto& use) {
       const auto one = [&](std::uint32_t a, std::uint32_t b) {
-        if (local_[a] != none && local_[b] != none) use(local_[a], local_[b]);
+        if (local_[a] != no_index && local_[b] != no_index) use(local_[a], local_[b]);
       };
       // The points of a manifold follow each other. One link is enough for all of them.
-      std::uint32_t last_a = none;
-      std::uint32_t last_b = none;
+      std::uint32_t last_a = no_index;
+      std::uint32_t last_b = no_index;
       for (const std::uint32_t i : island.contacts) {
         const ContactConstraint<S>& c = constraints.contacts[i];
         if (c.body_a == last_a && c.body_b == last_b) continue;
@@ -34125,19 +34136,17 @@ namespace bristle::inline BRISTLE_ABI::detail {
 template <Scalar S, typename Real>
 class IslandRows {
  public:
-  static constexpr std::uint32_t none = IslandOrder::none;
-
   /// Starts an island: numbers its unknowns.
   void number(const Island& island, const Constraints<S>& constraints,
               std::span<const SolverBody<S>> bodies) {
     order_.build(island, constraints, bodies.size());
     unknowns_ = 6 * island.bodies.size();
-    unknown_.resize(std::max(unknown_.size(), bodies.size()), none);
+    unknown_.resize(std::max(unknown_.size(), bodies.size()), no_index);
     for (const std::uint32_t slot : island.bodies) {
       unknown_[slot] = 6 * order_.number(slot);
     }
     for (const std::uint32_t slot : last_) {
-      if (order_.number(slot) == none) unknown_[slot] = none;
+      if (order_.number(slot) == no_index) unknown_[slot] = no_index;
     }
     last_.assign(island.bodies.begin(), island.bodies.end());
     order_.clear(island);
@@ -34214,7 +34223,7 @@ class IslandRows {
   }
 
   [[nodiscard]] std::size_t unknowns() const { return unknowns_; }
-  /// First of a body's six unknowns, or `none`.
+  /// First of a body's six unknowns, or `no_index`.
   [[nodiscard]] std::uint32_t unknown(std::uint32_t slot) const { return unknown_[slot]; }
   /// Blocks of the island's matrix and of its factors.
   [[nodiscard]] const BlockPattern& pattern() const { return order_.pattern(); }
@@ -34250,7 +34259,7 @@ class IslandRows {
   /// Velocity of a body: from its unknowns, or its known one.
   [[nodiscard]] Twist<S> twist(std::uint32_t slot, const DynamicArray<Real>& v,
                                std::span<const SolverBody<S>> bodies) const {
-    if (unknown_[slot] == none) return bodies[slot].free;
+    if (unknown_[slot] == no_index) return bodies[slot].free;
     const Real* u = v.data() + unknown_[slot];
     return {{S(u[0]), S(u[1]), S(u[2])}, {S(u[3]), S(u[4]), S(u[5])}};
   }
@@ -34495,10 +34504,10 @@ class IslandRows {
   std::uint32_t fill(const SolverBody<S>& body, std::uint32_t slot, const Vec3<S>& linear,
                      const Vec3<S>& angular, Velocity&& velocity, std::array<Real, 6>& jacobian,
                      Row& row) const {
-    if (unknown_[slot] == none) {
+    if (unknown_[slot] == no_index) {
       const Twist<S>& known = velocity(body);
       row.target -= Real(linear.dot(known.linear) + angular.dot(known.angular));
-      return none;
+      return no_index;
     }
     for (std::size_t i = 0; i < 3; ++i) {
       const auto axis = static_cast<Eigen::Index>(i);
@@ -34533,7 +34542,7 @@ bool IslandRows<S, Real>::find_lockable(const Island& island, const Constraints<
   lockable_.clear();
   locks_.reset(island.bodies.size());
   const auto number = [this](std::uint32_t unknown) {
-    return unknown == none ? locks_.ground() : unknown / 6;
+    return unknown == no_index ? locks_.ground() : unknown / 6;
   };
   bool has_joints = false;
   for (const std::uint32_t i : island.blocks) {
@@ -34921,7 +34930,7 @@ void ProximalSolver<S>::add_soft(const SoftBlock<S>& soft, std::span<const Solve
   const auto motion_of_body = [&](std::uint32_t slot, const Vec3<S>& arm, Real sign) {
     Matrix G = sign * shift_matrix<Real>(arm.template cast<Real>());
     for (Eigen::Index axis = 0; axis < 6; ++axis) {
-      if (rows_.unknown(slot) != rows_.none && bodies[slot].is_locked(axis)) {
+      if (rows_.unknown(slot) != no_index && bodies[slot].is_locked(axis)) {
         set_column(G, axis, zero<Vec6<Real>>());
       }
     }
@@ -34934,19 +34943,19 @@ void ProximalSolver<S>::add_soft(const SoftBlock<S>& soft, std::span<const Solve
   // Immovable bodies contribute their known motion to the constant part.
   Vector constant = soft.offset.template cast<Real>();
   for (int k = 0; k < 2; ++k) {
-    if (rows_.unknown(slots[k]) != rows_.none) continue;
+    if (rows_.unknown(slots[k]) != no_index) continue;
     const Vector known = stacked(bodies[slots[k]].free).template cast<Real>();
     constant += A * (G[k] * known);
   }
   for (int k = 0; k < 2; ++k) {
     const std::size_t row = rows_.unknown(slots[k]);
-    if (row == rows_.none) continue;
+    if (row == no_index) continue;
     const Matrix left = G[k].transpose() * A;
     const Vector load = G[k].transpose() * constant;
     for (std::size_t i = 0; i < 6; ++i) rhs_[row + i] -= load[static_cast<Eigen::Index>(i)];
     for (int l = 0; l < 2; ++l) {
       const std::size_t column = rows_.unknown(slots[l]);
-      if (column == rows_.none || column > row) continue;  // Lower triangle only.
+      if (column == no_index || column > row) continue;  // Lower triangle only.
       const Matrix product = left * G[l];
       for (std::size_t i = 0; i < 6; ++i) {
         for (std::size_t j = 0; j < (row == column ? i + 1 : 6); ++j) {
@@ -37735,7 +37744,7 @@ class MechanismStage final : public JointStage<S> {
 
   void add_constraints(State& state) override {
     begin_step(state);
-    for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
+    for (const std::uint32_t i : state.joints.live_slots()) {
       if (!is_awake_joint(state, i)) continue;
       Joint<S>& joint = state.joints.at(i);
       add_joint_rows(joint, i, state.bodies.at(joint.def.body_a.index),
@@ -37788,7 +37797,7 @@ class MechanismStage final : public JointStage<S> {
   }
 
   void store_impulses(State& state) const override {
-    for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
+    for (const std::uint32_t i : state.joints.live_slots()) {
       if (!is_awake_joint(state, i)) continue;
       store_joint_impulses(state.joints.at(i), state.constraints);
       if (has_mechanism_) state.joints.at(i).total += joint_impulses_[i];
@@ -37796,7 +37805,7 @@ class MechanismStage final : public JointStage<S> {
   }
 
   void follow_angles(State& state) const override {
-    for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
+    for (const std::uint32_t i : state.joints.live_slots()) {
       if (!is_awake_joint(state, i)) continue;
       Joint<S>& joint = state.joints.at(i);
       if (!has_angle(joint.def.kind)) continue;
@@ -37812,7 +37821,6 @@ class MechanismStage final : public JointStage<S> {
   }
 
  private:
-  static constexpr std::uint32_t none = 0xffffffffu;
   // Gap of a joint that steps do not close by themselves, as a part of its arms.
   static constexpr S wide = S(3e-2);
 
@@ -37829,7 +37837,7 @@ class MechanismStage final : public JointStage<S> {
     if (state.joints.size() == 0) return;
     end_poses_.resize(std::max<std::size_t>(end_poses_.size(), state.bodies.slot_count()));
     parent_.resize(std::max<std::size_t>(parent_.size(), state.bodies.slot_count()));
-    local_.resize(std::max<std::size_t>(local_.size(), state.bodies.slot_count()), none);
+    local_.resize(std::max<std::size_t>(local_.size(), state.bodies.slot_count()), no_index);
     contact_impulses_.assign(end_poses_.size(), Wrench<S>{});
     mean_motions_.resize(end_poses_.size());
     is_open_.assign(state.joints.slot_count(), false);
@@ -38022,7 +38030,7 @@ class MechanismStage final : public JointStage<S> {
     slots_.clear();
     joint_slots_.clear();
     const auto number = [&](std::uint32_t slot) {
-      if (local_[slot] == none) {
+      if (local_[slot] == no_index) {
         local_[slot] = static_cast<std::uint32_t>(slots_.size());
         slots_.push_back(slot);
         bodies_.push_back(mechanism_body(state.bodies.at(slot), state.def.gravity));
@@ -38039,7 +38047,7 @@ class MechanismStage final : public JointStage<S> {
                          joint.X_CmB_J, joint.def.spring, joint.angle});
       joint_slots_.push_back(block.joint);
     }
-    for (const std::uint32_t slot : slots_) local_[slot] = none;
+    for (const std::uint32_t slot : slots_) local_[slot] = no_index;
     return !joints_.empty();
   }
 
@@ -38384,7 +38392,7 @@ void add_rolling_friction(CachedManifold<S>& manifold, const DynamicArray<Cached
     block.first = static_cast<std::uint32_t>(out.rows.size());
     block.count = 1;
     block.kind = BlockKind::bounded;
-    block.joint = block.no_joint;
+    block.joint = no_index;
     block.lower = -bound;
     block.upper = bound;
     out.rows.push_back(row);
@@ -38526,8 +38534,7 @@ class ContactStage {
   void sweep_boxes(State& state) {
     moving_.clear();
     starts_.clear();
-    for (std::uint32_t i = 0; i < state.colliders.slot_count(); ++i) {
-      if (!state.colliders.is_live(i)) continue;
+    for (const std::uint32_t i : state.colliders.live_slots()) {
       const Collider<S>& c = state.colliders.at(i);
       // Forces do not move the bodies of half-spaces. Half-spaces are always listed.
       const Body<S>& body = state.body_of(c);
@@ -38870,7 +38877,7 @@ class SensorStage {
   /// Casts the rays of all patches with a body in range and makes their contacts.
   void sense(State& state) {
     live_.clear();
-    for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
+    for (const std::uint32_t i : state.patches.live_slots()) {
       if (state.is_sensing(i)) live_.push_back(i);
     }
     scratch_.resize(std::max<std::size_t>(scratch_.size(), state.patches.slot_count()));
@@ -39110,8 +39117,7 @@ class SensorStage {
         },
         {.dt = state.def.time_step,
          .measures_lambda = measures_lambda_,
-         .only_tag =
-             scratch.candidates.size() == 1 ? scratch.candidates.front() : CollectDef<S>::any_tag,
+         .only_tag = scratch.candidates.size() == 1 ? scratch.candidates.front() : no_index,
          .knows_hit_mask = scratch.knows_hit_mask},
         parallel_for);
     for (PatchPair<S>& pair : scratch.pairs) {
@@ -39313,8 +39319,8 @@ class IslandBuilder {
     const std::size_t count = bodies.size();
     sets_.reset(count);
     // The points of a manifold follow each other. The first one connects for all of them.
-    std::uint32_t last_a = none;
-    std::uint32_t last_b = none;
+    std::uint32_t last_a = no_index;
+    std::uint32_t last_b = no_index;
     const auto connect = [&](std::uint32_t a, std::uint32_t b) {
       if (a == last_a && b == last_b) return;
       last_a = a;
@@ -39326,16 +39332,16 @@ class IslandBuilder {
     for (const SoftBlock<S>& s : constraints.soft) connect(s.body_a, s.body_b);
 
     // An island's root is its lowest slot, so ascending slots meet islands in order.
-    number_.assign(count, none);
+    number_.assign(count, no_index);
     std::uint32_t islands = 0;
     for (std::uint32_t i = 0; i < count; ++i) {
       if (!bodies[i].is_moving()) continue;
       const std::uint32_t root = sets_.find(i);
-      if (number_[root] == none) number_[root] = islands++;
+      if (number_[root] == no_index) number_[root] = islands++;
       number_[i] = number_[root];
     }
     const auto island_of = [&](std::uint32_t a, std::uint32_t b) {
-      return bodies[a].is_moving() ? number_[a] : bodies[b].is_moving() ? number_[b] : none;
+      return bodies[a].is_moving() ? number_[a] : bodies[b].is_moving() ? number_[b] : no_index;
     };
     distribute(islands, count, bodies_, [&](std::size_t i) { return number_[i]; });
     distribute(islands, constraints.contacts.size(), contacts_, [&](std::size_t i) {
@@ -39355,8 +39361,6 @@ class IslandBuilder {
   }
 
  private:
-  static constexpr std::uint32_t none = 0xffffffffu;
-
   /// Members of all islands, one island after the other.
   struct Members {
     DynamicArray<std::uint32_t> items;  // With spare room at the end.
@@ -39377,14 +39381,14 @@ class IslandBuilder {
       std::uint32_t kept = 0;
       for (std::size_t i = 0; i < count; ++i) {
         out.items[kept] = static_cast<std::uint32_t>(i);
-        kept += island_of(i) != none ? 1u : 0u;
+        kept += island_of(i) != no_index ? 1u : 0u;
       }
       out.starts[1] = kept;
       return;
     }
     for (std::size_t i = 0; i < count; ++i) {
       const std::uint32_t island = island_of(i);
-      if (island != none) ++out.starts[island + 1];
+      if (island != no_index) ++out.starts[island + 1];
     }
     for (std::uint32_t i = 0; i < islands; ++i) out.starts[i + 1] += out.starts[i];
     const std::size_t total = out.starts[islands];
@@ -39392,7 +39396,7 @@ class IslandBuilder {
     next_.assign(out.starts.begin(), out.starts.end());
     for (std::size_t i = 0; i < count; ++i) {
       const std::uint32_t island = island_of(i);
-      if (island != none) out.items[next_[island]++] = static_cast<std::uint32_t>(i);
+      if (island != no_index) out.items[next_[island]++] = static_cast<std::uint32_t>(i);
     }
   }
 
@@ -39688,8 +39692,7 @@ class SolveStage {
   /// rest.
   /// @param joints  As in `solve`.
   void integrate(State& state, const JointStage<S>* joints) const {
-    for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
-      if (!state.bodies.is_live(i)) continue;
+    for (const std::uint32_t i : state.bodies.live_slots()) {
       Body<S>& body = state.bodies.at(i);
       body.applied = {};
       if (body.motion == Motion::fixed || body.is_asleep()) continue;
@@ -40074,8 +40077,8 @@ template <Scalar S>
 void wake_island(WorldState<S>& state, std::uint32_t slot) {
   if (!state.bodies.at(slot).is_asleep()) return;
   const std::uint32_t island = state.bodies.at(slot).sleep.island;
-  for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
-    if (!state.bodies.is_live(i) || state.bodies.at(i).sleep.island != island) continue;
+  for (const std::uint32_t i : state.bodies.live_slots()) {
+    if (state.bodies.at(i).sleep.island != island) continue;
     state.bodies.at(i).sleep = {};
     --state.sleeping_bodies;
   }
@@ -40085,7 +40088,7 @@ void wake_island(WorldState<S>& state, std::uint32_t slot) {
 /// Wakes all islands.
 template <Scalar S>
 void wake_all(WorldState<S>& state) {
-  for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
+  for (const std::uint32_t i : state.bodies.live_slots()) {
     if (state.bodies.is_live(i)) state.bodies.at(i).sleep = {};
   }
   state.sleeping_bodies = 0;
@@ -40105,12 +40108,10 @@ void wake_neighbours(WorldState<S>& state, std::uint32_t slot) {
     wake_other(state.colliders.at(m.shapes.a).body.index,
                state.colliders.at(m.shapes.b).body.index);
   }
-  for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
-    if (!state.joints.is_live(i)) continue;
+  for (const std::uint32_t i : state.joints.live_slots()) {
     wake_other(state.joints.at(i).def.body_a.index, state.joints.at(i).def.body_b.index);
   }
-  for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
-    if (!state.patches.is_live(i)) continue;
+  for (const std::uint32_t i : state.patches.live_slots()) {
     const SensorPatch<S>& patch = state.patches.at(i);
     for (const SensedBody<S>& other : patch.sensed) wake_other(patch.body.index, other.body);
   }
@@ -40175,8 +40176,7 @@ class SleepStage {
     // If all bodies are awake and none was changed, no flag needs an update.
     if (!state.is_any_disturbed && state.sleeping_bodies == 0) return;
     bool is_any_active = false;
-    for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
-      if (!state.bodies.is_live(i)) continue;
+    for (const std::uint32_t i : state.bodies.live_slots()) {
       state.bodies.at(i).sleep.is_disturbed = false;
       is_any_active = is_any_active || state.is_active(i);
     }
@@ -40188,8 +40188,8 @@ class SleepStage {
   /// Collects bodies that became active since the last round.
   [[nodiscard]] bool find_fresh(const State& state) {
     fresh_.clear();
-    for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
-      if (!state.bodies.is_live(i) || active_since_[i] != 0 || !state.is_active(i)) continue;
+    for (const std::uint32_t i : state.bodies.live_slots()) {
+      if (active_since_[i] != 0 || !state.is_active(i)) continue;
       active_since_[i] = round_;
       fresh_.push_back(i);
     }
@@ -40199,8 +40199,7 @@ class SleepStage {
   [[nodiscard]] bool is_fresh(std::uint32_t slot) const { return active_since_[slot] == round_; }
 
   void wake_by_contact(State& state) {
-    for (std::uint32_t i = 0; i < state.colliders.slot_count(); ++i) {
-      if (!state.colliders.is_live(i)) continue;
+    for (const std::uint32_t i : state.colliders.live_slots()) {
       const Collider<S>& c = state.colliders.at(i);
       if (!is_fresh(c.body.index)) continue;
       const auto visit = [&](std::uint32_t other) {
@@ -40216,9 +40215,7 @@ class SleepStage {
         state.broad_phase.overlap(swept, visit);
         continue;
       }
-      for (std::uint32_t other = 0; other < state.colliders.slot_count(); ++other) {
-        if (state.colliders.is_live(other)) visit(other);
-      }
+      for (const std::uint32_t other : state.colliders.live_slots()) visit(other);
     }
   }
 
@@ -40234,8 +40231,7 @@ class SleepStage {
   }
 
   void wake_by_joint(State& state) const {
-    for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
-      if (!state.joints.is_live(i)) continue;
+    for (const std::uint32_t i : state.joints.live_slots()) {
       const JointDef<S>& def = state.joints.at(i).def;
       if (is_fresh(def.body_a.index)) wake_island(state, def.body_b.index);
       if (is_fresh(def.body_b.index)) wake_island(state, def.body_a.index);
@@ -40243,7 +40239,7 @@ class SleepStage {
   }
 
   void wake_by_patch(State& state, const SensorStage<S>& sensors) {
-    for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
+    for (const std::uint32_t i : state.patches.live_slots()) {
       if (!state.is_sensing(i)) continue;
       const SensorPatch<S>& patch = state.patches.at(i);
       sensors.find_near(state, patch, near_);
@@ -40264,8 +40260,7 @@ class SleepStage {
   [[nodiscard]] static bool measure_rest(State& state) {
     const SleepDef<S>& def = state.def.sleep;
     bool is_any_ready = false;
-    for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
-      if (!state.bodies.is_live(i)) continue;
+    for (const std::uint32_t i : state.bodies.live_slots()) {
       Body<S>& body = state.bodies.at(i);
       if (!body.is_dynamic() || body.is_asleep()) continue;
       const bool is_slow =
@@ -40299,8 +40294,7 @@ class SleepStage {
       }
       join(a.body.index, b.body.index);
     }
-    for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
-      if (!state.joints.is_live(i)) continue;
+    for (const std::uint32_t i : state.joints.live_slots()) {
       join(state.joints.at(i).def.body_a.index, state.joints.at(i).def.body_b.index);
     }
     // All bodies in range of a patch belong together, also if the patch itself stands still.
@@ -40339,8 +40333,7 @@ class SleepStage {
     }
     if (!has_slept) return;
     // Boxes shrink to the shapes at rest.
-    for (std::uint32_t i = 0; i < state.colliders.slot_count(); ++i) {
-      if (!state.colliders.is_live(i)) continue;
+    for (const std::uint32_t i : state.colliders.live_slots()) {
       const Collider<S>& c = state.colliders.at(i);
       if (state.body_of(c).is_asleep()) state.broad_phase.move(i, box_of(state, c));
     }
@@ -40496,8 +40489,7 @@ void World<S, Backend>::require_known_contacts(BodyId id, bool is_dynamic,
     meets_all = meets_all && Backend::can_collide(kind, static_cast<ShapeKind>(other));
   }
   if (meets_all) return;
-  for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
-    if (!state_.colliders.is_live(i)) continue;
+  for (const std::uint32_t i : state_.colliders.live_slots()) {
     const detail::Collider<S>& other = state_.colliders.at(i);
     const Body<S>& other_body = state_.body_of(other);
     if (other.body == id || (!is_dynamic && !other_body.is_dynamic()) ||
@@ -40633,21 +40625,19 @@ requires ShapeBackend<Backend, S>
 void World<S, Backend>::remove_body(BodyId id) {
   (void)state_.bodies.get(id, "BodyId");
   detail::disturb(state_, id);
-  for (std::uint32_t i = 0; i < state_.joints.slot_count(); ++i) {
-    if (!state_.joints.is_live(i)) continue;
+  for (const std::uint32_t i : state_.joints.live_slots()) {
     const JointDef<S>& def = state_.joints.at(i).def;
     if (def.body_a == id || def.body_b == id) erase_joint(i);
   }
-  for (std::uint32_t i = 0; i < state_.patches.slot_count(); ++i) {
-    if (state_.patches.is_live(i) && state_.patches.at(i).body == id) {
+  for (const std::uint32_t i : state_.patches.live_slots()) {
+    if (state_.patches.at(i).body == id) {
       state_.patches.erase(state_.patches.handle(i));
     }
   }
   state_.shapes_of_bodies.for_each(
       id.index, [this](std::uint32_t tag) { remove_shape(state_.colliders.handle(tag)); });
   // Bodies that patches touched in the last step must not be looked up any more.
-  for (std::uint32_t i = 0; i < state_.patches.slot_count(); ++i) {
-    if (!state_.patches.is_live(i)) continue;
+  for (const std::uint32_t i : state_.patches.live_slots()) {
     auto& sensed = state_.patches.at(i).sensed;
     sensed.erase(std::remove_if(sensed.begin(), sensed.end(),
                                 [&](const auto& other) { return other.body == id.index; }),
@@ -40880,8 +40870,7 @@ DynamicArray<S> lengths_outside(const WorldState<S>& state, std::uint32_t body,
   // A solid is closed: a ray that starts inside is hit at the distance 0.
   RayHits<S> hits;
   hits.reset(count);
-  for (std::uint32_t tag = 0; tag < state.colliders.slot_count(); ++tag) {
-    if (!state.colliders.is_live(tag)) continue;
+  for (const std::uint32_t tag : state.colliders.live_slots()) {
     const Collider<S>& c = state.colliders.at(tag);
     if (c.body.index == body && !c.is_trigger) {
       c.shape.cast_rays(c.X_CmS, reversed.rays(), tag, hits);
@@ -40960,8 +40949,7 @@ PatchReport<S> report_patch(const WorldState<S>& state, const SensorPatch<S>& pa
   report.load = reading.total_normal();
   report.bottomed_out = reading.bottomed_out();
   add_weight(state, own, report);
-  for (std::uint32_t tag = 0; tag < state.colliders.slot_count(); ++tag) {
-    if (!state.colliders.is_live(tag)) continue;
+  for (const std::uint32_t tag : state.colliders.live_slots()) {
     const Collider<S>& c = state.colliders.at(tag);
     if (senses(state, patch, c)) add_weight(state, state.body_of(c), report);
   }
@@ -41113,8 +41101,7 @@ void for_each_state(State& state, Visitor& visit);
 template <typename Map, typename Visitor, typename Each>
 void visit_slots(const char* name, Map& map, Visitor& visit, Each&& each) {
   visit.same(name, map.size());
-  for (std::uint32_t i = 0; i < map.slot_count(); ++i) {
-    if (!map.is_live(i)) continue;
+  for (const std::uint32_t i : map.live_slots()) {
     visit.same(name, i);
     visit.same(name, map.handle(i).generation);
     each(map.at(i));
@@ -42056,14 +42043,11 @@ void World<S, Backend>::restore(std::span<const std::byte> bytes) {
   state_.kept_events.clear();
   state_.sleeping_bodies = 0;
   state_.is_any_disturbed = false;
-  for (std::uint32_t i = 0; i < state_.bodies.slot_count(); ++i) {
-    if (!state_.bodies.is_live(i)) continue;
+  for (const std::uint32_t i : state_.bodies.live_slots()) {
     if (state_.bodies.at(i).is_asleep()) ++state_.sleeping_bodies;
     state_.is_any_disturbed = state_.is_any_disturbed || state_.bodies.at(i).sleep.is_disturbed;
   }
-  for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
-    if (state_.colliders.is_live(i)) refresh_box(i);
-  }
+  for (const std::uint32_t i : state_.colliders.live_slots()) refresh_box(i);
 }
 
 template <Scalar S, typename Backend>
@@ -42095,8 +42079,7 @@ void World<S, Backend>::for_each_impulse(State& state, Visit&& visit) {
     visit(point.position_excess);
   }
   for (detail::CachedManifold<S>& m : state.contacts.manifolds()) visit_vector(m.rolling_impulse);
-  for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
-    if (!state.joints.is_live(i)) continue;
+  for (const std::uint32_t i : state.joints.live_slots()) {
     detail::Joint<S>& joint = state.joints.at(i);
     for (S& impulse : joint.impulses) visit(impulse);
     for (Wrench<S>* wrench : {&joint.spring_impulse, &joint.total}) {
@@ -42104,8 +42087,7 @@ void World<S, Backend>::for_each_impulse(State& state, Visit&& visit) {
       visit_vector(wrench->torque);
     }
   }
-  for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
-    if (!state.patches.is_live(i)) continue;
+  for (const std::uint32_t i : state.patches.live_slots()) {
     for (detail::PairImpulse<S>& last : state.patches.at(i).last_impulses)
       visit_vector(last.impulse);
   }
@@ -43052,8 +43034,7 @@ template <Scalar S>
 void HostStage<S>::cast(State& state, const Step& step, bool all_rays) {
   near_something_.clear();
   scratch_.resize(std::max<std::size_t>(scratch_.size(), state.patches.slot_count()));
-  for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
-    if (!state.patches.is_live(i)) continue;
+  for (const std::uint32_t i : state.patches.live_slots()) {
     SensorPatch<S>& patch = state.patches.at(i);
     shapes_.clear();
     const bool is_sensing = step.is_sensing(state, i);
@@ -43307,8 +43288,8 @@ void detail::HostStep<S>::find_fastest(const WorldState<S>& world) {
   for (const HostEntry<S>& entry : bodies) {
     fastest = std::max(fastest, entry.free.linear.norm());
   }
-  for (std::uint32_t i = 0; i < world.colliders.slot_count(); ++i) {
-    if (!world.colliders.is_live(i) || world.colliders.at(i).half_space) continue;
+  for (const std::uint32_t i : world.colliders.live_slots()) {
+    if (world.colliders.at(i).half_space) continue;
     const Twist<S>& free = bodies[world.colliders.at(i).body.index].free;
     fastest =
         std::max(fastest, free.linear.norm() + free.angular.norm() * world.colliders.at(i).radius);
@@ -44102,7 +44083,7 @@ class GlbWriter {
   struct Frames {
     std::vector<std::size_t> numbers;
     Track<float, 1> times;
-    std::size_t accessor = none;
+    std::size_t accessor = no_index;
   };
 
   void choose_frames(double arrow_rate) {
@@ -44122,7 +44103,8 @@ class GlbWriter {
     }
   }
   [[nodiscard]] std::size_t accessor_of(Frames& frames) {
-    if (frames.accessor == none) frames.accessor = buffer_.add(frames.times, {.has_bounds = true});
+    if (frames.accessor == no_index)
+      frames.accessor = buffer_.add(frames.times, {.has_bounds = true});
     return frames.accessor;
   }
 
@@ -44278,7 +44260,7 @@ class GlbWriter {
       scales.push_back({scale, scale, scale});
       rotations.push_back(turned);
     }
-    if (arrow_mesh_ == none) {
+    if (arrow_mesh_ == no_index) {
       arrow_mesh_ = add_mesh(lathe_mesh<S>({{S(0), S(0)},
                                             {S(0.03), S(0)},
                                             {S(0.03), S(0.75)},
@@ -44310,7 +44292,6 @@ class GlbWriter {
     return list.array();
   }
 
-  static constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
   static constexpr std::size_t arrow_material = 5;
 
   const Recording<S>& recording_;
@@ -44321,7 +44302,7 @@ class GlbWriter {
   JsonList materials_, meshes_, samplers_, channels_;
   std::vector<std::string> nodes_;
   std::vector<std::size_t> body_nodes_, joint_nodes_;
-  std::size_t arrow_mesh_ = none;
+  std::size_t arrow_mesh_ = no_index;
   std::string extras_;
 };
 
@@ -44701,150 +44682,6 @@ template <Scalar S>
 }  // namespace bristle::inline BRISTLE_ABI
 
 #if defined(BRISTLE_WITH_FCL)
-// === bristle/geometry/backends/fcl_scene_rays.hpp
-
-/// @file
-/// Rays through a scene in FCL's dynamic tree of boxes.
-///
-/// For users of FCL who need the ray query it lacks. bristle's own world does not use it.
-///
-/// On AVX machines -march=native needs EIGEN_MAX_ALIGN_BYTES=16. A static_assert says so otherwise.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
-#include <fcl/narrowphase/collision_object.h>
-
-#include <algorithm>
-#include <limits>
-#include <type_traits>
-#include <utility>
-
-namespace bristle::inline BRISTLE_ABI {
-
-/// Nearest hit of a ray in an FCL scene.
-template <Scalar S>
-struct FclSceneHit {
-  /// Distance and normal, in the world.
-  RayHit<S> hit;
-  /// The hit object. Null if there is no hit.
-  fcl::CollisionObject<S>* object = nullptr;
-};
-
-/// Returns the nearest hit of a ray among the objects of an FCL scene, under the rules of
-/// ray_shapes.hpp. Of objects at equal distance, the one that FCL's tree yields first.
-///
-/// The manager must be set up (`setup`, or `update` after objects moved). Objects without a shape
-/// in bristle (planes, octrees, point clouds, other meshes than `FclMesh`) are ignored. O(log
-/// objects) for short rays. Convex geometry is converted anew for each ray that comes near it, so
-/// large convex objects are better given as meshes.
-///
-/// @param ray  In the world.
-template <Scalar S>
-[[nodiscard]] FclSceneHit<S> cast_ray(const fcl::DynamicAABBTreeCollisionManager<S>& scene,
-                                      const Ray<S>& ray);
-
-/// Returns the hit of a ray in the world with one FCL object. The distance is infinite if there is
-/// none, or bristle has no such shape.
-template <Scalar S>
-[[nodiscard]] RayHit<S> ray_cast(const fcl::CollisionObject<S>& object, const Ray<S>& ray);
-
-// Implementation ----------------------------------------------------------------------------------
-
-namespace detail {
-
-/// True if this translation unit and libfcl agree on the layout of a CollisionObject. That of
-/// double holds 4x4 matrices. Eigen aligns them to 64 bytes where the compiler may use AVX-512, and
-/// to 32 with AVX; Debian's libfcl was built with 16. A different alignment changes the object's
-/// size and the offsets of its members, so FCL and user code read each other's garbage
-/// (ipab-slmc/exotica#198). Other scalars are compiled here and not in libfcl.
-template <Scalar S>
-inline constexpr bool is_fcl_layout_common =
-    !std::is_same_v<S, double> || alignof(fcl::CollisionObject<S>) <= 16;
-
-/// Returns whether `from_fcl` knows the geometry.
-template <Scalar S>
-[[nodiscard]] bool is_known_to_bristle(const fcl::CollisionGeometry<S>& geometry) {
-  switch (geometry.getNodeType()) {
-    case fcl::GEOM_SPHERE:
-    case fcl::GEOM_BOX:
-    case fcl::GEOM_CAPSULE:
-    case fcl::GEOM_CYLINDER:
-    case fcl::GEOM_CONE:
-    case fcl::GEOM_ELLIPSOID:
-    case fcl::GEOM_HALFSPACE:
-    case fcl::GEOM_CONVEX:
-      return true;
-    case fcl::BV_AABB: {
-      const auto& mesh = static_cast<const FclMesh<S>&>(geometry);
-      return mesh.getModelType() == fcl::BVH_MODEL_TRIANGLES && mesh.getNumBVs() > 0;
-    }
-    default:
-      return false;
-  }
-}
-
-/// Descends the tree, nearer boxes first.
-template <Scalar S, typename Node>
-void cast_below(const Node& node, S enter, const SlabTest<S>& slabs, Ray<S>& ray,
-                FclSceneHit<S>& best) {
-  if (!(enter <= ray.length * (S(1) + Tolerance<S>::round_off()))) return;
-  if (node.isLeaf()) {
-    auto* object = static_cast<fcl::CollisionObject<S>*>(node.data);
-    const RayHit<S> hit = ray_cast(*object, ray);
-    if (hit.distance < best.hit.distance) {
-      best = {hit, object};
-      ray.length = hit.distance;
-    }
-    return;
-  }
-  const auto enter_child = [&](const Node& child) {
-    return slabs.enter({child.bv.min_, child.bv.max_}, ray.length);
-  };
-  const Node* near = node.children[0];
-  const Node* far = node.children[1];
-  S enter_near = enter_child(*near);
-  S enter_far = enter_child(*far);
-  if (enter_far < enter_near) {
-    std::swap(near, far);
-    std::swap(enter_near, enter_far);
-  }
-  cast_below(*near, enter_near, slabs, ray, best);
-  cast_below(*far, enter_far, slabs, ray, best);
-}
-
-}  // namespace detail
-
-template <Scalar S>
-RayHit<S> ray_cast(const fcl::CollisionObject<S>& object, const Ray<S>& ray) {
-  static_assert(detail::is_fcl_layout_common<S>,
-                "Define EIGEN_MAX_ALIGN_BYTES=16 for all code that shares fcl::CollisionObject "
-                "with a libfcl that was built without -march");
-  const fcl::CollisionGeometry<S>* geometry = object.collisionGeometry().get();
-  if (!detail::is_known_to_bristle(*geometry)) return {};
-  const Mat3<S> R_WO = object.getRotation();
-  const Ray<S> ray_O{R_WO.transpose() * (ray.origin - object.getTranslation()),
-                     R_WO.transpose() * ray.direction, ray.length};
-  RayHit<S> hit = ray_cast(detail::from_fcl(*geometry), ray_O);
-  hit.normal = R_WO * hit.normal;
-  return hit;
-}
-
-template <Scalar S>
-FclSceneHit<S> cast_ray(const fcl::DynamicAABBTreeCollisionManager<S>& scene, const Ray<S>& ray) {
-  FclSceneHit<S> best;
-  const auto* root = scene.getTree().getRoot();
-  if (root == nullptr) return best;
-  Ray<S> shortened = ray;
-  // Finite, so that planes at infinity are beyond it.
-  shortened.length = std::min(ray.length, std::numeric_limits<S>::max() / S(2));
-  const detail::SlabTest<S> slabs(ray);
-  const S enter = slabs.enter({root->bv.min_, root->bv.max_}, shortened.length);
-  detail::cast_below(*root, enter, slabs, shortened, best);
-  return best;
-}
-
-}  // namespace bristle::inline BRISTLE_ABI
-
 #endif
 #if defined(BRISTLE_WITH_FILES)
 #endif

@@ -31,13 +31,13 @@ struct BallRows {
   explicit BallRows(detail::DynamicArray<double> masses)
       : mass(std::move(masses)), start(6 * mass.size(), 0.0), free(start) {}
 
-  /// A unit row along an axis of ball b, less that of ball a unless that is `Row::none`.
-  Row along(std::size_t axis, std::uint32_t b, std::uint32_t a = Row::none) const {
+  /// A unit row along an axis of ball b, less that of ball a unless that is `detail::no_index`.
+  Row along(std::size_t axis, std::uint32_t b, std::uint32_t a = detail::no_index) const {
     Row row;
     row.b = 6 * b;
     row.jacobian_b[axis] = 1;
     row.response = 1 / mass[b];
-    if (a != Row::none) {
+    if (a != detail::no_index) {
       row.a = 6 * a;
       row.jacobian_a[axis] = -1;
       row.response += 1 / mass[a];
@@ -45,7 +45,7 @@ struct BallRows {
     return row;
   }
   void add_contact(std::size_t normal, double friction, std::uint32_t b,
-                   std::uint32_t a = Row::none, double sign = 1) {
+                   std::uint32_t a = detail::no_index, double sign = 1) {
     for (std::size_t part = 0; part < 3; ++part) {
       Row row = along((normal + part) % 3, b, a);
       row.kind = part == 0 ? detail::RowKind::cone : detail::RowKind::tangent;

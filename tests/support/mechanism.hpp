@@ -18,7 +18,7 @@ using namespace bristle::detail;
 
 template <typename S>
 struct Mechanism {
-  MechanismIntegrator<S> flow{};
+  MechanismIntegrator<S> integrator{};
   std::vector<MechanismBody<S>> bodies{};
   std::vector<MechanismJoint<S>> joints{};
   std::vector<Wrench<S>> impulses{};
@@ -54,7 +54,7 @@ struct Mechanism {
     std::vector<Transform<S>> poses(bodies.size());
     std::vector<Twist<S>> twists(bodies.size());
     impulses.resize(joints.size());
-    if (!flow.advance(bodies, joints, dt, poses, twists, impulses)) return false;
+    if (!integrator.advance(bodies, joints, dt, poses, twists, impulses)) return false;
     for (std::size_t i = 0; i < bodies.size(); ++i) {
       bodies[i].center_pose = poses[i];
       bodies[i].twist = twists[i];

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <bristle/core/dynamic_array.hpp>
+#include <bristle/core/no_index.hpp>
 #include <bristle/geometry/trees/aabb_tree.hpp>
 #include <bristle/math/finite.hpp>
 
@@ -47,7 +48,7 @@ class BroadPhase {
   void remove(std::uint32_t tag) {
     mark_dirty(tag);
     Entry& entry = entries_[tag];
-    if (entry.node != AabbTree<S>::null) {
+    if (entry.node != detail::no_index) {
       tree_.remove(entry.node);
     } else {
       unbounded_.erase(std::lower_bound(unbounded_.begin(), unbounded_.end(), tag));
@@ -64,7 +65,7 @@ class BroadPhase {
     Entry& entry = entries_[tag];
     entry.swept = swept;
     entry.is_loose = false;
-    if (entry.node == AabbTree<S>::null) return;
+    if (entry.node == detail::no_index) return;
     fit_tree(entry, tag, center - entry.center, reach);
     entry.center = center;
     entry.is_tracked = true;
@@ -185,7 +186,7 @@ class BroadPhase {
 
  private:
   struct Entry {
-    typename AabbTree<S>::NodeId node = AabbTree<S>::null;
+    typename AabbTree<S>::NodeId node = detail::no_index;
     Aabb<S> swept{};
     /// [m] Centre at the last `move`. Box of all centres at which the shape stays in its fat AABB.
     Vec3<S> center = zero<Vec3<S>>();
@@ -217,7 +218,7 @@ class BroadPhase {
     return {std::min(a, b), std::max(a, b)};
   }
   [[nodiscard]] bool is_in_tree(std::uint32_t tag) const {
-    return entries_[tag].node != AabbTree<S>::null;
+    return entries_[tag].node != detail::no_index;
   }
 
   /// Returns whether a shape with its centre at `center`, grown by `margin` [m], lies in its fat

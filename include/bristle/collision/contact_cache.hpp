@@ -5,6 +5,7 @@
 
 #include <bristle/collision/broadphase.hpp>
 #include <bristle/core/dynamic_array.hpp>
+#include <bristle/core/no_index.hpp>
 #include <bristle/geometry/contacts/contact_manifold.hpp>
 #include <bristle/math/rotation.hpp>
 #include <bristle/math/transform.hpp>
@@ -30,10 +31,9 @@ struct CachedPoint {
   S gap = S(0);
   /// [-] Pair of features in contact; see `ContactPoint::feature`.
   std::uint32_t feature = 0;
-  /// [-] Number of the point of the last step that it goes on from; `none` for a new point. Valid
-  /// within the step that has found the point.
-  static constexpr std::uint32_t none = 0xffffffffu;
-  std::uint32_t last = none;
+  /// [-] Number of the point of the last step that it goes on from; `no_index` for a new point.
+  /// Valid within the step that has found the point.
+  std::uint32_t last = no_index;
   /// [N s] Impulses along the normal, and along the two tangents of `tangent_basis`.
   std::array<S, 3> impulse{};
   /// [N s] Part that the next step does not need; see `ContactConstraint::transient_impulse`.
@@ -167,7 +167,7 @@ class ContactCache {
 
   /// Sets the offsets of a point to half of the change of its arms in the last step.
   void find_mid_offsets(CachedPoint<S>& point) const {
-    if (point.last == point.none) return;
+    if (point.last == no_index) return;
     const CachedPoint<S>& last = old_points_[point.last];
     point.mid_offset_a = mid_offset(point.arm_a, last.arm_a);
     point.mid_offset_b = mid_offset(point.arm_b, last.arm_b);

@@ -5,6 +5,7 @@
 
 #include <bristle/core/dynamic_array.hpp>
 #include <bristle/core/error.hpp>
+#include <bristle/core/no_index.hpp>
 
 #include <compare>
 #include <cstddef>
@@ -24,7 +25,7 @@ namespace detail {
 template <typename Tag>
 struct Id {
   /// [-] Slot number.
-  std::uint32_t index = 0xffffffffu;
+  std::uint32_t index = no_index;
   /// [-] Number of reuses of the slot when this handle was made.
   std::uint32_t generation = 0;
 
@@ -43,12 +44,46 @@ struct Id {
 /// Elements in slots that keep their place while they live. Freed slots are reused, last freed
 /// first. A handle to a former element is recognised as stale.
 ///
-/// Iterate with `for (i = 0; i < slot_count(); ++i) if (is_live(i)) use(at(i));` The order depends
-/// only on the sequence of insertions and erasures.
+/// Iterate with `for (const std::uint32_t i : map.live_slots()) use(map.at(i));` The order is that
+/// of the slots, so it depends only on the sequence of insertions and erasures.
 template <typename T, typename Tag>
 class SlotMap {
  public:
   using Handle = Id<Tag>;
+
+  /// Range of the numbers of a map's live slots.
+  class LiveSlots {
+   public:
+    /// Iterator whose value is a slot number.
+    class Iterator {
+     public:
+      Iterator(const SlotMap& map, std::uint32_t slot) : map_(&map), slot_(slot) { skip_free(); }
+      std::uint32_t operator*() const noexcept { return slot_; }
+      Iterator& operator++() noexcept {
+        ++slot_;
+        skip_free();
+        return *this;
+      }
+      friend bool operator==(const Iterator& a, const Iterator& b) noexcept {
+        return a.slot_ == b.slot_;
+      }
+
+     private:
+      void skip_free() noexcept {
+        while (slot_ < map_->slot_count() && !map_->slots_[slot_].is_live) ++slot_;
+      }
+
+      const SlotMap* map_;
+      std::uint32_t slot_;
+    };
+
+    explicit LiveSlots(const SlotMap& map) : map_(&map) {}
+    [[nodiscard]] Iterator begin() const noexcept { return Iterator(*map_, 0); }
+    [[nodiscard]] Iterator end() const noexcept { return Iterator(*map_, map_->slot_count()); }
+
+   private:
+    const SlotMap* map_;
+  };
 
   /// Stores an element in the slot freed last, or in a new one.
   Handle insert(T value) {
@@ -114,10 +149,12 @@ class SlotMap {
   }
   /// Number of live elements.
   [[nodiscard]] std::uint32_t size() const noexcept { return size_; }
-  /// Number of slots, live or free: the bound of an iteration.
+  /// Number of slots, live or free: the length of a list with an entry for each slot.
   [[nodiscard]] std::uint32_t slot_count() const noexcept {
     return static_cast<std::uint32_t>(slots_.size());
   }
+  /// Numbers of the live slots, ascending. The loop over them may erase the element it is at.
+  [[nodiscard]] LiveSlots live_slots() const noexcept { return LiveSlots(*this); }
 
  private:
   struct Slot {

@@ -21,6 +21,7 @@
 
 #include <bristle/core/dynamic_array.hpp>
 #include <bristle/core/kernel_scratch.hpp>
+#include <bristle/core/no_index.hpp>
 #include <bristle/world/world.hpp>
 
 #include <algorithm>
@@ -51,7 +52,7 @@ struct HostBody {
   std::uint32_t mechanism = no_mechanism;
 
   /// [-] Mechanism of a body that is alone.
-  static constexpr std::uint32_t no_mechanism = 0xffffffffu;
+  static constexpr std::uint32_t no_mechanism = detail::no_index;
 };
 
 namespace detail {
@@ -264,15 +265,14 @@ class HostSensors {
       step_.place(state(), i, host.body(state().bodies.handle(i)));
     }
     step_.find_fastest(state());
-    for (std::uint32_t i = 0; i < state().colliders.slot_count(); ++i) {
-      if (!state().colliders.is_live(i)) continue;
+    for (const std::uint32_t i : state().colliders.live_slots()) {
       if (step_.bodies[state().colliders.at(i).body.index].has_moved) world_.refresh_box(i);
     }
   }
   /// Queries the engine for each patch's ray hits.
   template <typename Host>
   void add_hits_of(const Host& host) {
-    for (std::uint32_t i = 0; i < state().patches.slot_count(); ++i) {
+    for (const std::uint32_t i : state().patches.live_slots()) {
       if (!step_.is_sensing(state(), i)) continue;
       const detail::SensorPatch<S>& patch = state().patches.at(i);
       host_hits_.reset(patch.size());
@@ -366,8 +366,8 @@ void detail::HostStep<S>::find_fastest(const WorldState<S>& world) {
   for (const HostEntry<S>& entry : bodies) {
     fastest = std::max(fastest, entry.free.linear.norm());
   }
-  for (std::uint32_t i = 0; i < world.colliders.slot_count(); ++i) {
-    if (!world.colliders.is_live(i) || world.colliders.at(i).half_space) continue;
+  for (const std::uint32_t i : world.colliders.live_slots()) {
+    if (world.colliders.at(i).half_space) continue;
     const Twist<S>& free = bodies[world.colliders.at(i).body.index].free;
     fastest =
         std::max(fastest, free.linear.norm() + free.angular.norm() * world.colliders.at(i).radius);

@@ -119,8 +119,7 @@ template <Scalar S>
 void HostStage<S>::cast(State& state, const Step& step, bool all_rays) {
   near_something_.clear();
   scratch_.resize(std::max<std::size_t>(scratch_.size(), state.patches.slot_count()));
-  for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
-    if (!state.patches.is_live(i)) continue;
+  for (const std::uint32_t i : state.patches.live_slots()) {
     SensorPatch<S>& patch = state.patches.at(i);
     shapes_.clear();
     const bool is_sensing = step.is_sensing(state, i);

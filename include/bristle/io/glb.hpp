@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/no_index.hpp>
 #include <bristle/io/file.hpp>
 #include <bristle/io/recorder.hpp>
 
@@ -163,7 +164,7 @@ class GlbWriter {
   struct Frames {
     std::vector<std::size_t> numbers;
     Track<float, 1> times;
-    std::size_t accessor = none;
+    std::size_t accessor = no_index;
   };
 
   void choose_frames(double arrow_rate) {
@@ -183,7 +184,8 @@ class GlbWriter {
     }
   }
   [[nodiscard]] std::size_t accessor_of(Frames& frames) {
-    if (frames.accessor == none) frames.accessor = buffer_.add(frames.times, {.has_bounds = true});
+    if (frames.accessor == no_index)
+      frames.accessor = buffer_.add(frames.times, {.has_bounds = true});
     return frames.accessor;
   }
 
@@ -339,7 +341,7 @@ class GlbWriter {
       scales.push_back({scale, scale, scale});
       rotations.push_back(turned);
     }
-    if (arrow_mesh_ == none) {
+    if (arrow_mesh_ == no_index) {
       arrow_mesh_ = add_mesh(lathe_mesh<S>({{S(0), S(0)},
                                             {S(0.03), S(0)},
                                             {S(0.03), S(0.75)},
@@ -371,7 +373,6 @@ class GlbWriter {
     return list.array();
   }
 
-  static constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
   static constexpr std::size_t arrow_material = 5;
 
   const Recording<S>& recording_;
@@ -382,7 +383,7 @@ class GlbWriter {
   JsonList materials_, meshes_, samplers_, channels_;
   std::vector<std::string> nodes_;
   std::vector<std::size_t> body_nodes_, joint_nodes_;
-  std::size_t arrow_mesh_ = none;
+  std::size_t arrow_mesh_ = no_index;
   std::string extras_;
 };
 

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/no_index.hpp>
 #include <bristle/core/parallel.hpp>
 #include <bristle/sensors/lane_parameters.hpp>
 #include <bristle/sensors/patch.hpp>
@@ -25,12 +26,10 @@ struct CollectDef {
   S dt = S(0);
   /// [-] True if a patch chooses between explicit and implicit by Lambda.
   bool measures_lambda = true;
-  /// [-] Tag of all hits if only one shape was queried; `any_tag` otherwise.
-  std::uint32_t only_tag = any_tag;
+  /// [-] Tag of all hits if only one shape was queried; `no_index` otherwise.
+  std::uint32_t only_tag = no_index;
   /// [-] True if `begin_hit_mask` and then `find_hit_mask` ran over ranges of all sensors.
   bool knows_hit_mask = false;
-
-  static constexpr std::uint32_t any_tag = 0xffffffffu;
 };
 
 /// Clears the readings and state of a patch. Costs nothing if they are clear already.
@@ -111,7 +110,7 @@ void find_touched(const SensorPatch<S>& patch, PatchScratch<S>& scratch, std::ui
   for (const std::uint32_t number : scratch.near) {
     std::uint32_t rest = patch.hit_bits[number];
     if (rest == 0) continue;
-    if (only_tag != CollectDef<S>::any_tag) {
+    if (only_tag != no_index) {
       scratch.touched.push_back({only_tag, 0});
       return;
     }

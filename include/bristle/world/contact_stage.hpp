@@ -125,8 +125,7 @@ class ContactStage {
   void sweep_boxes(State& state) {
     moving_.clear();
     starts_.clear();
-    for (std::uint32_t i = 0; i < state.colliders.slot_count(); ++i) {
-      if (!state.colliders.is_live(i)) continue;
+    for (const std::uint32_t i : state.colliders.live_slots()) {
       const Collider<S>& c = state.colliders.at(i);
       // Forces do not move the bodies of half-spaces. Half-spaces are always listed.
       const Body<S>& body = state.body_of(c);

@@ -23,6 +23,7 @@
 #pragma once
 
 #include <bristle/core/dynamic_array.hpp>
+#include <bristle/core/no_index.hpp>
 #include <bristle/geometry/backends/analytic_backend.hpp>
 #include <bristle/sensors/patch.hpp>
 #include <bristle/sensors/patch_scratch.hpp>
@@ -55,12 +56,12 @@ struct HapticDef {
 /// Handle of a tool of a haptic loop.
 struct ToolId {
   /// [-] Index of the tool; the default names none.
-  std::uint32_t index = 0xffffffffu;
+  std::uint32_t index = detail::no_index;
 };
 /// Handle of a patch of a haptic loop.
 struct ToolPatchId {
   /// [-] Index of the patch; the default names none.
-  std::uint32_t index = 0xffffffffu;
+  std::uint32_t index = detail::no_index;
 };
 
 /// A haptic loop. `World::open` and `World::step` show it the world. It is a value: a copy goes on
@@ -338,10 +339,8 @@ void HapticLoop<S>::observe(const detail::WorldState<S>& state) {
   bodies_.clear();
   shapes_.clear();
   S fastest = S(0);
-  for (std::uint32_t i = 0; i < state.colliders.slot_count(); ++i) {
-    if (state.colliders.is_live(i)) {
-      fastest = std::max(fastest, speed_of(state, state.colliders.at(i)));
-    }
+  for (const std::uint32_t i : state.colliders.live_slots()) {
+    fastest = std::max(fastest, speed_of(state, state.colliders.at(i)));
   }
   for (Tool& tool : tools_) {
     if (!tool.is_placed && state.bodies.contains(tool.body)) {

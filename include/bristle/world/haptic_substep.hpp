@@ -4,6 +4,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/no_index.hpp>
 #include <bristle/math/finite.hpp>
 #include <bristle/sensors/passes.hpp>
 #include <bristle/sensors/patch_contacts.hpp>
@@ -108,17 +109,17 @@ void HapticSubstep<S>::sense(ToolPatch& tool_patch, std::uint32_t number) {
   Body<S> A;
   A.center_pose = tool.pose;
   A.twist = tool.twist;
-  collect_contacts(patch, scratch, A,
-                   [&](std::uint32_t tag) {
-                     std::size_t i = 0;
-                     while (tool_patch.in_reach[i].tag != tag) ++i;
-                     const BodyId id = tool_patch.in_reach[i].collider->body;
-                     return TouchedBody<S>{&loop_.bodies_[number_of(id.index)].body(), id};
-                   },
-                   {.dt = loop_.h_,
-                    .measures_lambda = false,
-                    .only_tag = tool_patch.in_reach.size() == 1 ? tool_patch.in_reach.front().tag
-                                                                : CollectDef<S>::any_tag});
+  collect_contacts(
+      patch, scratch, A,
+      [&](std::uint32_t tag) {
+        std::size_t i = 0;
+        while (tool_patch.in_reach[i].tag != tag) ++i;
+        const BodyId id = tool_patch.in_reach[i].collider->body;
+        return TouchedBody<S>{&loop_.bodies_[number_of(id.index)].body(), id};
+      },
+      {.dt = loop_.h_,
+       .measures_lambda = false,
+       .only_tag = tool_patch.in_reach.size() == 1 ? tool_patch.in_reach.front().tag : no_index});
 }
 
 /// Makes a soft block of each pair.

@@ -69,8 +69,7 @@ class HeldMobilityFinder {
 
   void add_patches(const State& state, std::uint32_t slot, HeldMobility<S>& held) {
     const S dt = state.def.time_step;
-    for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
-      if (!state.patches.is_live(i)) continue;
+    for (const std::uint32_t i : state.patches.live_slots()) {
       const SensorPatch<S>& patch = state.patches.at(i);
       const bool is_own = patch.body.index == slot;
       const auto is_it = [slot](const auto& other) { return other.body == slot; };
@@ -127,8 +126,7 @@ class HeldMobilityFinder {
   }
 
   void add_joints(const State& state, std::uint32_t slot, HeldMobility<S>& held) {
-    for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
-      if (!state.joints.is_live(i)) continue;
+    for (const std::uint32_t i : state.joints.live_slots()) {
       Joint<S> joint = state.joints.at(i);
       const bool is_a = joint.def.body_a.index == slot;
       if (!is_a && joint.def.body_b.index != slot) continue;

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <bristle/core/dynamic_array.hpp>
+#include <bristle/core/no_index.hpp>
 #include <bristle/dynamics/joints/joint_pose.hpp>
 #include <bristle/dynamics/joints/joint_projection.hpp>
 #include <bristle/dynamics/joints/joint_rows.hpp>
@@ -28,7 +29,7 @@ class MechanismStage final : public JointStage<S> {
 
   void add_constraints(State& state) override {
     begin_step(state);
-    for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
+    for (const std::uint32_t i : state.joints.live_slots()) {
       if (!is_awake_joint(state, i)) continue;
       Joint<S>& joint = state.joints.at(i);
       add_joint_rows(joint, i, state.bodies.at(joint.def.body_a.index),
@@ -81,7 +82,7 @@ class MechanismStage final : public JointStage<S> {
   }
 
   void store_impulses(State& state) const override {
-    for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
+    for (const std::uint32_t i : state.joints.live_slots()) {
       if (!is_awake_joint(state, i)) continue;
       store_joint_impulses(state.joints.at(i), state.constraints);
       if (has_mechanism_) state.joints.at(i).total += joint_impulses_[i];
@@ -89,7 +90,7 @@ class MechanismStage final : public JointStage<S> {
   }
 
   void follow_angles(State& state) const override {
-    for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
+    for (const std::uint32_t i : state.joints.live_slots()) {
       if (!is_awake_joint(state, i)) continue;
       Joint<S>& joint = state.joints.at(i);
       if (!has_angle(joint.def.kind)) continue;
@@ -105,7 +106,6 @@ class MechanismStage final : public JointStage<S> {
   }
 
  private:
-  static constexpr std::uint32_t none = 0xffffffffu;
   // Gap of a joint that steps do not close by themselves, as a part of its arms.
   static constexpr S wide = S(3e-2);
 
@@ -122,7 +122,7 @@ class MechanismStage final : public JointStage<S> {
     if (state.joints.size() == 0) return;
     end_poses_.resize(std::max<std::size_t>(end_poses_.size(), state.bodies.slot_count()));
     parent_.resize(std::max<std::size_t>(parent_.size(), state.bodies.slot_count()));
-    local_.resize(std::max<std::size_t>(local_.size(), state.bodies.slot_count()), none);
+    local_.resize(std::max<std::size_t>(local_.size(), state.bodies.slot_count()), no_index);
     contact_impulses_.assign(end_poses_.size(), Wrench<S>{});
     mean_motions_.resize(end_poses_.size());
     is_open_.assign(state.joints.slot_count(), false);
@@ -315,7 +315,7 @@ class MechanismStage final : public JointStage<S> {
     slots_.clear();
     joint_slots_.clear();
     const auto number = [&](std::uint32_t slot) {
-      if (local_[slot] == none) {
+      if (local_[slot] == no_index) {
         local_[slot] = static_cast<std::uint32_t>(slots_.size());
         slots_.push_back(slot);
         bodies_.push_back(mechanism_body(state.bodies.at(slot), state.def.gravity));
@@ -332,7 +332,7 @@ class MechanismStage final : public JointStage<S> {
                          joint.X_CmB_J, joint.def.spring, joint.angle});
       joint_slots_.push_back(block.joint);
     }
-    for (const std::uint32_t slot : slots_) local_[slot] = none;
+    for (const std::uint32_t slot : slots_) local_[slot] = no_index;
     return !joints_.empty();
   }
 

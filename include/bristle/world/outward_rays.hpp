@@ -33,8 +33,7 @@ DynamicArray<S> lengths_outside(const WorldState<S>& state, std::uint32_t body,
   // A solid is closed: a ray that starts inside is hit at the distance 0.
   RayHits<S> hits;
   hits.reset(count);
-  for (std::uint32_t tag = 0; tag < state.colliders.slot_count(); ++tag) {
-    if (!state.colliders.is_live(tag)) continue;
+  for (const std::uint32_t tag : state.colliders.live_slots()) {
     const Collider<S>& c = state.colliders.at(tag);
     if (c.body.index == body && !c.is_trigger) {
       c.shape.cast_rays(c.X_CmS, reversed.rays(), tag, hits);

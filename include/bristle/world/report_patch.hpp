@@ -41,8 +41,7 @@ PatchReport<S> report_patch(const WorldState<S>& state, const SensorPatch<S>& pa
   report.load = reading.total_normal();
   report.bottomed_out = reading.bottomed_out();
   add_weight(state, own, report);
-  for (std::uint32_t tag = 0; tag < state.colliders.slot_count(); ++tag) {
-    if (!state.colliders.is_live(tag)) continue;
+  for (const std::uint32_t tag : state.colliders.live_slots()) {
     const Collider<S>& c = state.colliders.at(tag);
     if (senses(state, patch, c)) add_weight(state, state.body_of(c), report);
   }

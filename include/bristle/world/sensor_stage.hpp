@@ -4,6 +4,7 @@
 #pragma once
 
 #include <bristle/core/dynamic_array.hpp>
+#include <bristle/core/no_index.hpp>
 #include <bristle/sensors/patch_contacts.hpp>
 #include <bristle/sensors/patch_explicit.hpp>
 #include <bristle/sensors/patch_readings.hpp>
@@ -32,7 +33,7 @@ class SensorStage {
   /// Casts the rays of all patches with a body in range and makes their contacts.
   void sense(State& state) {
     live_.clear();
-    for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
+    for (const std::uint32_t i : state.patches.live_slots()) {
       if (state.is_sensing(i)) live_.push_back(i);
     }
     scratch_.resize(std::max<std::size_t>(scratch_.size(), state.patches.slot_count()));
@@ -272,8 +273,7 @@ class SensorStage {
         },
         {.dt = state.def.time_step,
          .measures_lambda = measures_lambda_,
-         .only_tag =
-             scratch.candidates.size() == 1 ? scratch.candidates.front() : CollectDef<S>::any_tag,
+         .only_tag = scratch.candidates.size() == 1 ? scratch.candidates.front() : no_index,
          .knows_hit_mask = scratch.knows_hit_mask},
         parallel_for);
     for (PatchPair<S>& pair : scratch.pairs) {

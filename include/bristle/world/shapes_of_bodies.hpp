@@ -4,6 +4,7 @@
 #pragma once
 
 #include <bristle/core/dynamic_array.hpp>
+#include <bristle/core/no_index.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -32,7 +33,7 @@ class ShapesOfBodies {
   template <typename Visit>
   void for_each(std::uint32_t body, Visit&& visit) const {
     if (body >= first_.size()) return;
-    for (std::uint32_t shape = first_[body]; shape != none;) {
+    for (std::uint32_t shape = first_[body]; shape != no_index;) {
       const std::uint32_t next = next_[shape];
       visit(shape);
       shape = next;
@@ -40,11 +41,8 @@ class ShapesOfBodies {
   }
 
  private:
-  /// Greater than any slot.
-  static constexpr std::uint32_t none = 0xffffffffu;
-
   static void grow(DynamicArray<std::uint32_t>& links, std::uint32_t slot) {
-    if (links.size() <= slot) links.resize(slot + std::size_t{1}, none);
+    if (links.size() <= slot) links.resize(slot + std::size_t{1}, no_index);
   }
 
   DynamicArray<std::uint32_t> first_, next_;

@@ -52,8 +52,7 @@ class SleepStage {
     // If all bodies are awake and none was changed, no flag needs an update.
     if (!state.is_any_disturbed && state.sleeping_bodies == 0) return;
     bool is_any_active = false;
-    for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
-      if (!state.bodies.is_live(i)) continue;
+    for (const std::uint32_t i : state.bodies.live_slots()) {
       state.bodies.at(i).sleep.is_disturbed = false;
       is_any_active = is_any_active || state.is_active(i);
     }
@@ -65,8 +64,8 @@ class SleepStage {
   /// Collects bodies that became active since the last round.
   [[nodiscard]] bool find_fresh(const State& state) {
     fresh_.clear();
-    for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
-      if (!state.bodies.is_live(i) || active_since_[i] != 0 || !state.is_active(i)) continue;
+    for (const std::uint32_t i : state.bodies.live_slots()) {
+      if (active_since_[i] != 0 || !state.is_active(i)) continue;
       active_since_[i] = round_;
       fresh_.push_back(i);
     }
@@ -76,8 +75,7 @@ class SleepStage {
   [[nodiscard]] bool is_fresh(std::uint32_t slot) const { return active_since_[slot] == round_; }
 
   void wake_by_contact(State& state) {
-    for (std::uint32_t i = 0; i < state.colliders.slot_count(); ++i) {
-      if (!state.colliders.is_live(i)) continue;
+    for (const std::uint32_t i : state.colliders.live_slots()) {
       const Collider<S>& c = state.colliders.at(i);
       if (!is_fresh(c.body.index)) continue;
       const auto visit = [&](std::uint32_t other) {
@@ -93,9 +91,7 @@ class SleepStage {
         state.broad_phase.overlap(swept, visit);
         continue;
       }
-      for (std::uint32_t other = 0; other < state.colliders.slot_count(); ++other) {
-        if (state.colliders.is_live(other)) visit(other);
-      }
+      for (const std::uint32_t other : state.colliders.live_slots()) visit(other);
     }
   }
 
@@ -111,8 +107,7 @@ class SleepStage {
   }
 
   void wake_by_joint(State& state) const {
-    for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
-      if (!state.joints.is_live(i)) continue;
+    for (const std::uint32_t i : state.joints.live_slots()) {
       const JointDef<S>& def = state.joints.at(i).def;
       if (is_fresh(def.body_a.index)) wake_island(state, def.body_b.index);
       if (is_fresh(def.body_b.index)) wake_island(state, def.body_a.index);
@@ -120,7 +115,7 @@ class SleepStage {
   }
 
   void wake_by_patch(State& state, const SensorStage<S>& sensors) {
-    for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
+    for (const std::uint32_t i : state.patches.live_slots()) {
       if (!state.is_sensing(i)) continue;
       const SensorPatch<S>& patch = state.patches.at(i);
       sensors.find_near(state, patch, near_);
@@ -141,8 +136,7 @@ class SleepStage {
   [[nodiscard]] static bool measure_rest(State& state) {
     const SleepDef<S>& def = state.def.sleep;
     bool is_any_ready = false;
-    for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
-      if (!state.bodies.is_live(i)) continue;
+    for (const std::uint32_t i : state.bodies.live_slots()) {
       Body<S>& body = state.bodies.at(i);
       if (!body.is_dynamic() || body.is_asleep()) continue;
       const bool is_slow =
@@ -176,8 +170,7 @@ class SleepStage {
       }
       join(a.body.index, b.body.index);
     }
-    for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
-      if (!state.joints.is_live(i)) continue;
+    for (const std::uint32_t i : state.joints.live_slots()) {
       join(state.joints.at(i).def.body_a.index, state.joints.at(i).def.body_b.index);
     }
     // All bodies in range of a patch belong together, also if the patch itself stands still.
@@ -216,8 +209,7 @@ class SleepStage {
     }
     if (!has_slept) return;
     // Boxes shrink to the shapes at rest.
-    for (std::uint32_t i = 0; i < state.colliders.slot_count(); ++i) {
-      if (!state.colliders.is_live(i)) continue;
+    for (const std::uint32_t i : state.colliders.live_slots()) {
       const Collider<S>& c = state.colliders.at(i);
       if (state.body_of(c).is_asleep()) state.broad_phase.move(i, box_of(state, c));
     }

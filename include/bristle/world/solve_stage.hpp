@@ -102,8 +102,7 @@ class SolveStage {
   /// rest.
   /// @param joints  As in `solve`.
   void integrate(State& state, const JointStage<S>* joints) const {
-    for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
-      if (!state.bodies.is_live(i)) continue;
+    for (const std::uint32_t i : state.bodies.live_slots()) {
       Body<S>& body = state.bodies.at(i);
       body.applied = {};
       if (body.motion == Motion::fixed || body.is_asleep()) continue;

@@ -40,8 +40,7 @@ void for_each_state(State& state, Visitor& visit);
 template <typename Map, typename Visitor, typename Each>
 void visit_slots(const char* name, Map& map, Visitor& visit, Each&& each) {
   visit.same(name, map.size());
-  for (std::uint32_t i = 0; i < map.slot_count(); ++i) {
-    if (!map.is_live(i)) continue;
+  for (const std::uint32_t i : map.live_slots()) {
     visit.same(name, i);
     visit.same(name, map.handle(i).generation);
     each(map.at(i));

@@ -72,9 +72,7 @@ template <typename Patches>
 void TouchLog::update(const Patches& patches) {
   if (!is_on_) return;
   found_.clear();
-  for (std::uint32_t i = 0; i < patches.slot_count(); ++i) {
-    if (patches.is_live(i)) find(patches.handle(i), patches.at(i));
-  }
+  for (const std::uint32_t i : patches.live_slots()) find(patches.handle(i), patches.at(i));
   std::sort(found_.begin(), found_.end());
   found_.erase(std::unique(found_.begin(), found_.end()), found_.end());
   const auto add_missing = [this](const auto& from, const auto& in, bool begins) {

@@ -12,8 +12,8 @@ template <Scalar S>
 void wake_island(WorldState<S>& state, std::uint32_t slot) {
   if (!state.bodies.at(slot).is_asleep()) return;
   const std::uint32_t island = state.bodies.at(slot).sleep.island;
-  for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
-    if (!state.bodies.is_live(i) || state.bodies.at(i).sleep.island != island) continue;
+  for (const std::uint32_t i : state.bodies.live_slots()) {
+    if (state.bodies.at(i).sleep.island != island) continue;
     state.bodies.at(i).sleep = {};
     --state.sleeping_bodies;
   }
@@ -23,7 +23,7 @@ void wake_island(WorldState<S>& state, std::uint32_t slot) {
 /// Wakes all islands.
 template <Scalar S>
 void wake_all(WorldState<S>& state) {
-  for (std::uint32_t i = 0; i < state.bodies.slot_count(); ++i) {
+  for (const std::uint32_t i : state.bodies.live_slots()) {
     if (state.bodies.is_live(i)) state.bodies.at(i).sleep = {};
   }
   state.sleeping_bodies = 0;
@@ -43,12 +43,10 @@ void wake_neighbours(WorldState<S>& state, std::uint32_t slot) {
     wake_other(state.colliders.at(m.shapes.a).body.index,
                state.colliders.at(m.shapes.b).body.index);
   }
-  for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
-    if (!state.joints.is_live(i)) continue;
+  for (const std::uint32_t i : state.joints.live_slots()) {
     wake_other(state.joints.at(i).def.body_a.index, state.joints.at(i).def.body_b.index);
   }
-  for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
-    if (!state.patches.is_live(i)) continue;
+  for (const std::uint32_t i : state.patches.live_slots()) {
     const SensorPatch<S>& patch = state.patches.at(i);
     for (const SensedBody<S>& other : patch.sensed) wake_other(patch.body.index, other.body);
   }

@@ -21,8 +21,7 @@ void World<S, Backend>::require_known_contacts(BodyId id, bool is_dynamic,
     meets_all = meets_all && Backend::can_collide(kind, static_cast<ShapeKind>(other));
   }
   if (meets_all) return;
-  for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
-    if (!state_.colliders.is_live(i)) continue;
+  for (const std::uint32_t i : state_.colliders.live_slots()) {
     const detail::Collider<S>& other = state_.colliders.at(i);
     const Body<S>& other_body = state_.body_of(other);
     if (other.body == id || (!is_dynamic && !other_body.is_dynamic()) ||
@@ -158,21 +157,19 @@ requires ShapeBackend<Backend, S>
 void World<S, Backend>::remove_body(BodyId id) {
   (void)state_.bodies.get(id, "BodyId");
   detail::disturb(state_, id);
-  for (std::uint32_t i = 0; i < state_.joints.slot_count(); ++i) {
-    if (!state_.joints.is_live(i)) continue;
+  for (const std::uint32_t i : state_.joints.live_slots()) {
     const JointDef<S>& def = state_.joints.at(i).def;
     if (def.body_a == id || def.body_b == id) erase_joint(i);
   }
-  for (std::uint32_t i = 0; i < state_.patches.slot_count(); ++i) {
-    if (state_.patches.is_live(i) && state_.patches.at(i).body == id) {
+  for (const std::uint32_t i : state_.patches.live_slots()) {
+    if (state_.patches.at(i).body == id) {
       state_.patches.erase(state_.patches.handle(i));
     }
   }
   state_.shapes_of_bodies.for_each(
       id.index, [this](std::uint32_t tag) { remove_shape(state_.colliders.handle(tag)); });
   // Bodies that patches touched in the last step must not be looked up any more.
-  for (std::uint32_t i = 0; i < state_.patches.slot_count(); ++i) {
-    if (!state_.patches.is_live(i)) continue;
+  for (const std::uint32_t i : state_.patches.live_slots()) {
     auto& sensed = state_.patches.at(i).sensed;
     sensed.erase(std::remove_if(sensed.begin(), sensed.end(),
                                 [&](const auto& other) { return other.body == id.index; }),

@@ -277,14 +277,11 @@ void World<S, Backend>::restore(std::span<const std::byte> bytes) {
   state_.kept_events.clear();
   state_.sleeping_bodies = 0;
   state_.is_any_disturbed = false;
-  for (std::uint32_t i = 0; i < state_.bodies.slot_count(); ++i) {
-    if (!state_.bodies.is_live(i)) continue;
+  for (const std::uint32_t i : state_.bodies.live_slots()) {
     if (state_.bodies.at(i).is_asleep()) ++state_.sleeping_bodies;
     state_.is_any_disturbed = state_.is_any_disturbed || state_.bodies.at(i).sleep.is_disturbed;
   }
-  for (std::uint32_t i = 0; i < state_.colliders.slot_count(); ++i) {
-    if (state_.colliders.is_live(i)) refresh_box(i);
-  }
+  for (const std::uint32_t i : state_.colliders.live_slots()) refresh_box(i);
 }
 
 template <Scalar S, typename Backend>
@@ -316,8 +313,7 @@ void World<S, Backend>::for_each_impulse(State& state, Visit&& visit) {
     visit(point.position_excess);
   }
   for (detail::CachedManifold<S>& m : state.contacts.manifolds()) visit_vector(m.rolling_impulse);
-  for (std::uint32_t i = 0; i < state.joints.slot_count(); ++i) {
-    if (!state.joints.is_live(i)) continue;
+  for (const std::uint32_t i : state.joints.live_slots()) {
     detail::Joint<S>& joint = state.joints.at(i);
     for (S& impulse : joint.impulses) visit(impulse);
     for (Wrench<S>* wrench : {&joint.spring_impulse, &joint.total}) {
@@ -325,8 +321,7 @@ void World<S, Backend>::for_each_impulse(State& state, Visit&& visit) {
       visit_vector(wrench->torque);
     }
   }
-  for (std::uint32_t i = 0; i < state.patches.slot_count(); ++i) {
-    if (!state.patches.is_live(i)) continue;
+  for (const std::uint32_t i : state.patches.live_slots()) {
     for (detail::PairImpulse<S>& last : state.patches.at(i).last_impulses)
       visit_vector(last.impulse);
   }

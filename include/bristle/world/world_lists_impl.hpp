@@ -12,9 +12,7 @@ namespace detail {
 /// Calls visit(handle) for each live slot.
 template <typename Slots, typename Visit>
 void for_each_handle(const Slots& slots, Visit&& visit) {
-  for (std::uint32_t i = 0; i < slots.slot_count(); ++i) {
-    if (slots.is_live(i)) visit(slots.handle(i));
-  }
+  for (const std::uint32_t i : slots.live_slots()) visit(slots.handle(i));
 }
 
 }  // namespace detail

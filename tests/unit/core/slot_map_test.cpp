@@ -53,6 +53,22 @@ TEST_CASE("SlotMap: a stale handle is recognised after its slot was reused") {
   CHECK_FALSE(map.contains(a));
 }
 
+TEST_CASE("SlotMap: the range of live slots skips free ones, at the ends too") {
+  Map map;
+  const Map& constant = map;
+  for (const std::uint32_t slot : constant.live_slots()) FAIL("an empty map has no slot " << slot);
+  std::vector<Map::Handle> handles;
+  for (int i = 0; i < 6; ++i) handles.push_back(map.insert("x"));
+  for (const int gone : {0, 2, 3, 5}) map.erase(handles[static_cast<std::size_t>(gone)]);
+  std::vector<std::uint32_t> slots;
+  for (const std::uint32_t slot : constant.live_slots()) slots.push_back(slot);
+  CHECK(slots == std::vector<std::uint32_t>{1, 4});
+  // The loop may erase the element it is at.
+  for (const std::uint32_t slot : map.live_slots()) map.erase(map.handle(slot));
+  CHECK(map.size() == 0);
+  CHECK(constant.live_slots().begin() == constant.live_slots().end());
+}
+
 TEST_CASE("SlotMap: get names the field of a bad handle") {
   Map map;
   const auto a = map.insert("a");
@@ -76,9 +92,7 @@ TEST_CASE("SlotMap: iterates in slot order, whatever was erased between") {
   map.erase(handles[3]);
   map.insert("x");  // Into the slot freed last.
   std::string all;
-  for (std::uint32_t i = 0; i < map.slot_count(); ++i) {
-    if (map.is_live(i)) all += map.at(i);
-  }
+  for (const std::uint32_t i : map.live_slots()) all += map.at(i);
   CHECK(all == "acxe");
 }
 

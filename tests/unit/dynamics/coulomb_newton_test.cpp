@@ -97,7 +97,7 @@ TEST_CASE(
   const double most = 7;
   Balls ball({m});
   ball.add_contact(2, mu, 0);
-  ball.add_contact(2, mu, 0, LawRow::none, -1);
+  ball.add_contact(2, mu, 0, detail::no_index, -1);
   ball.rows[3].target = 0.1;
   ball.rows[3].upper = most;
   ball.rows[0].lambda = ball.rows[3].lambda = most;
@@ -237,7 +237,7 @@ TEST_CASE("CoulombNewton: what holds takes one factorisation, and what begins to
   stack.speed_change = 1;
   stack.is_held = true;
   for (std::uint32_t i = 0; i < n; ++i) {
-    stack.add_contact(2, 0.5, i, i == 0 ? LawRow::none : i - 1);
+    stack.add_contact(2, 0.5, i, i == 0 ? detail::no_index : i - 1);
     stack.free[6 * i + 2] = -1;
     // The weight of those above.
     stack.rows[3 * i].lambda = n - i;
@@ -292,7 +292,7 @@ TEST_CASE("CoulombNewton: answers take energy, solved or not") {
         }
       }
       heap.add_contact(0, 0.6, 0);
-      heap.add_contact(0, 0.6, n - 1, LawRow::none, -1);
+      heap.add_contact(0, 0.6, n - 1, detail::no_index, -1);
       // Impulses of the last step may have nothing to do with this one.
       if (round % 2 != 0) {
         for (std::size_t k = 0; k < heap.rows.size(); k += 3) {

@@ -159,7 +159,7 @@ TEST_CASE("InteriorPoint: unlike masses between two plates take no more steps") 
     ConvexBalls row(masses);
     for (std::uint32_t i = 0; i < n; ++i) {
       // The normal of the first is that of the wall, then from ball to ball.
-      row.add_contact(0, 0.5, i, i == 0 ? test::BallRows::Row::none : i - 1);
+      row.add_contact(0, 0.5, i, i == 0 ? detail::no_index : i - 1);
       row.free[6 * i + 2] = -g;
     }
     row.free[6 * (n - 1)] = -press / row.mass[n - 1];
@@ -190,8 +190,7 @@ TEST_CASE("InteriorPoint: random heaps satisfy the law, with the velocities of t
     for (std::size_t k = 0; k < contacts; ++k) {
       const auto b = static_cast<std::uint32_t>(random.index(n));
       const auto a = static_cast<std::uint32_t>(random.index(n));
-      heap.add_contact(random.index(3), random.uniform(0.05, 1.5), b,
-                       a == b ? test::BallRows::Row::none : a,
+      heap.add_contact(random.index(3), random.uniform(0.05, 1.5), b, a == b ? detail::no_index : a,
                        random.uniform(-1.0, 1.0) < 0 ? -1 : 1);
     }
     most = std::max(most, heap.solve());

@@ -78,7 +78,7 @@ TEST_CASE("IslandOrder: numbers all bodies, with the blocks of their links and a
       order.build(linked.island(), linked.constraints, linked.slots);
       std::vector<std::uint32_t> number(count);
       for (std::uint32_t i = 0; i < count; ++i) number[i] = order.number(LinkedBodies::slot(i));
-      CHECK(order.number(0) == IslandOrder::none);
+      CHECK(order.number(0) == detail::no_index);
       std::vector<std::uint32_t> sorted = number;
       std::sort(sorted.begin(), sorted.end());
       for (std::uint32_t i = 0; i < count; ++i) CHECK(sorted[i] == i);
@@ -102,9 +102,9 @@ TEST_CASE("IslandOrder: numbers all bodies, with the blocks of their links and a
       }
       for (const std::uint64_t b : below) work += 216 * (b * (b + 1) / 2);
       order.clear(linked.island());
-      CHECK(order.number(LinkedBodies::slot(0)) == IslandOrder::none);
+      CHECK(order.number(LinkedBodies::slot(0)) == detail::no_index);
       CHECK(order.factor_work(linked.island(), linked.constraints, linked.slots, all_work) == work);
-      CHECK(order.number(LinkedBodies::slot(0)) == IslandOrder::none);
+      CHECK(order.number(LinkedBodies::slot(0)) == detail::no_index);
       // A search that ends early has seen more than was asked for.
       CHECK(order.factor_work(linked.island(), linked.constraints, linked.slots, work / 2) >
             work / 2);

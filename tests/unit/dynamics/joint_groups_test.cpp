@@ -55,11 +55,11 @@ struct Pendulum {
     }
   }
 
-  bool step(MechanismIntegrator<double>& flow, double dt) {
+  bool step(MechanismIntegrator<double>& integrator, double dt) {
     std::vector<Transform<double>> poses(2);
     std::vector<Twist<double>> twists(2);
     std::vector<Wrench<double>> impulses(joints.size());
-    if (!flow.advance(bodies, joints, dt, poses, twists, impulses)) return false;
+    if (!integrator.advance(bodies, joints, dt, poses, twists, impulses)) return false;
     total = {};
     for (std::size_t i = 0; i < joints.size(); ++i) {
       const bool is_reversed = joints[i].body_b == 0;

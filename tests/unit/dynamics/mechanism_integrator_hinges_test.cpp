@@ -19,7 +19,7 @@ TEST_CASE("MechanismIntegrator: in a plane hinges do what ball joints do") {
   auto hinges = test::chain<double>(4, true, JointKind::revolute);
   auto balls = test::chain<double>(4);
   for (auto* m : {&hinges, &balls}) {
-    m->flow = MechanismIntegrator<double>({.tolerance = 1e-10});
+    m->integrator = MechanismIntegrator<double>(1e-10);
     REQUIRE(m->run(0.6, 1.0 / 240));
   }
   for (std::size_t i = 0; i < hinges.bodies.size(); ++i) {

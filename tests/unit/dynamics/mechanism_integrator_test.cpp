@@ -81,7 +81,7 @@ TEST_CASE("MechanismIntegrator: one substep a step is of fifth order") {
     const auto tip_after = [&](double dt) {
       auto m = kind == JointKind::ball ? test::chain<double>(2)
                                        : test::chain<double>(3, true, kind, 0.6);
-      m.flow = MechanismIntegrator<double>({.tolerance = 1e6});
+      m.integrator = MechanismIntegrator<double>(1e6);
       REQUIRE(m.run(0.4, dt));
       return m.bodies.back().center_pose.translation;
     };
@@ -299,8 +299,8 @@ TEST_CASE("MechanismIntegrator: fingers on slides take one evaluation and are ex
   m.join(JointKind::prismatic, 0, 1, {0, 0, 1});
   const double dt = 0.25;
   REQUIRE(m.step(dt));
-  CHECK(m.flow.evaluations() == 1);
-  CHECK(m.flow.substeps() == 0);
+  CHECK(m.integrator.evaluations() == 1);
+  CHECK(m.integrator.substeps() == 0);
   const MechanismBody<double>& finger = m.bodies[1];
   CHECK((finger.center_pose.translation - V(0.2 + 0.1 * dt + 2 * dt * dt, 0.3 * dt, 1)).norm() <
         1e-15);
@@ -354,7 +354,7 @@ TEST_CASE("MechanismIntegrator: what cannot be advanced is refused and nothing i
     std::vector<Twist<double>> twists(m.bodies.size());
     std::vector<Wrench<double>> impulses(m.joints.size());
     for (Transform<double>& pose : poses) pose.translation = {7, 7, 7};
-    const bool done = m.flow.advance(m.bodies, m.joints, 0.01, poses, twists, impulses);
+    const bool done = m.integrator.advance(m.bodies, m.joints, 0.01, poses, twists, impulses);
     return !done && poses[1].translation == V(7, 7, 7) && impulses[0].force == V::Zero();
   };
   const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -368,8 +368,8 @@ TEST_CASE("MechanismIntegrator: what cannot be advanced is refused and nothing i
   chain.bodies[1].load.force.z() = nan;
   CHECK(refuses(chain));
   chain = test::chain<double>(3);
-  chain.flow = MechanismIntegrator<double>({.tolerance = 1e-13, .max_substeps = 2});
-  for (MechanismBody<double>& body : chain.bodies) body.twist.angular.y() = 50;
+  // Too fast for the substeps that a step may take.
+  for (MechanismBody<double>& body : chain.bodies) body.twist.angular.y() = 1e6;
   CHECK(refuses(chain));
   // A finger whose rail wants it to move where it is locked.
   Mechanism<double> stuck;
@@ -379,10 +379,4 @@ TEST_CASE("MechanismIntegrator: what cannot be advanced is refused and nothing i
   stuck.bodies[1].locked = {{false, true, true}, {true, true, true}};
   stuck.join(JointKind::prismatic, 0, 1, V::Zero());
   CHECK(refuses(stuck));
-}
-
-TEST_CASE("MechanismIntegrator: settings are checked") {
-  CHECK_THROWS_AS(MechanismIntegrator<double>({.tolerance = 0}), InvalidArgument);
-  CHECK_THROWS_AS(MechanismIntegrator<double>({.tolerance = infinity<double>}), InvalidArgument);
-  CHECK_THROWS_AS(MechanismIntegrator<double>({.max_substeps = 0}), InvalidArgument);
 }

@@ -117,14 +117,14 @@ TEST_CASE_TEMPLATE("AabbTree: finds what brute force finds, through inserts, mov
       ids.push_back(tree.insert(boxes.back(), static_cast<std::uint32_t>(boxes.size() - 1)));
     } else if (action == 1) {
       const std::size_t i = random.index(ids.size());
-      if (ids[i] != AabbTree<S>::null) {
+      if (ids[i] != detail::no_index) {
         tree.remove(ids[i]);
-        ids[i] = AabbTree<S>::null;
+        ids[i] = detail::no_index;
         boxes[i] = nowhere;
       }
     } else {
       const std::size_t i = random.index(ids.size());
-      if (ids[i] != AabbTree<S>::null) {
+      if (ids[i] != detail::no_index) {
         const Vec3<S> shift = random.in_cube(action == 2 ? S(0.1) : S(5));
         boxes[i] = {boxes[i].lower + shift, boxes[i].upper + shift};
         tree.update(ids[i], boxes[i]);
@@ -138,7 +138,7 @@ TEST_CASE_TEMPLATE("AabbTree: finds what brute force finds, through inserts, mov
   Aabb<S> all;
   std::size_t live = 0;
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    if (ids[i] == AabbTree<S>::null) continue;
+    if (ids[i] == detail::no_index) continue;
     all.include(boxes[i]);
     ++live;
   }

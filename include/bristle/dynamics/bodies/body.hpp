@@ -4,6 +4,7 @@
 #pragma once
 
 #include <bristle/collision/filter.hpp>
+#include <bristle/core/no_index.hpp>
 #include <bristle/core/slot_map.hpp>
 #include <bristle/dynamics/bodies/material.hpp>
 #include <bristle/geometry/shapes/shapes.hpp>
@@ -142,12 +143,10 @@ namespace detail {
 /// Time at rest of a body, and the bodies that it sleeps with.
 template <Scalar S>
 struct BodySleep {
-  static constexpr std::uint32_t awake = 0xffffffffu;
-
   /// [s] Time for which it has been slower than `SleepDef` allows.
   S rest_time = S(0);
-  /// [-] Lowest slot of the bodies that sleep with it. It is `awake` if the body is awake.
-  std::uint32_t island = awake;
+  /// [-] Lowest slot of the bodies that sleep with it. It is `no_index` if the body is awake.
+  std::uint32_t island = no_index;
   /// [-] True if a caller changed it since the last step. The next step wakes bodies near it.
   bool is_disturbed = false;
 };
@@ -196,7 +195,7 @@ struct Body {
   /// Returns whether forces move it along or about any axis.
   [[nodiscard]] bool moves() const { return is_dynamic() && !locked.all(); }
   /// Returns whether it sleeps.
-  [[nodiscard]] bool is_asleep() const { return sleep.island != detail::BodySleep<S>::awake; }
+  [[nodiscard]] bool is_asleep() const { return sleep.island != detail::no_index; }
 
   /// Pose of the body frame in the world.
   [[nodiscard]] Transform<S> pose() const {

@@ -5,6 +5,7 @@
 
 #include <bristle/core/disjoint_sets.hpp>
 #include <bristle/core/dynamic_array.hpp>
+#include <bristle/core/no_index.hpp>
 #include <bristle/dynamics/solver/solver_types.hpp>
 
 #include <algorithm>
@@ -26,8 +27,8 @@ class IslandBuilder {
     const std::size_t count = bodies.size();
     sets_.reset(count);
     // The points of a manifold follow each other. The first one connects for all of them.
-    std::uint32_t last_a = none;
-    std::uint32_t last_b = none;
+    std::uint32_t last_a = no_index;
+    std::uint32_t last_b = no_index;
     const auto connect = [&](std::uint32_t a, std::uint32_t b) {
       if (a == last_a && b == last_b) return;
       last_a = a;
@@ -39,16 +40,16 @@ class IslandBuilder {
     for (const SoftBlock<S>& s : constraints.soft) connect(s.body_a, s.body_b);
 
     // An island's root is its lowest slot, so ascending slots meet islands in order.
-    number_.assign(count, none);
+    number_.assign(count, no_index);
     std::uint32_t islands = 0;
     for (std::uint32_t i = 0; i < count; ++i) {
       if (!bodies[i].is_moving()) continue;
       const std::uint32_t root = sets_.find(i);
-      if (number_[root] == none) number_[root] = islands++;
+      if (number_[root] == no_index) number_[root] = islands++;
       number_[i] = number_[root];
     }
     const auto island_of = [&](std::uint32_t a, std::uint32_t b) {
-      return bodies[a].is_moving() ? number_[a] : bodies[b].is_moving() ? number_[b] : none;
+      return bodies[a].is_moving() ? number_[a] : bodies[b].is_moving() ? number_[b] : no_index;
     };
     distribute(islands, count, bodies_, [&](std::size_t i) { return number_[i]; });
     distribute(islands, constraints.contacts.size(), contacts_, [&](std::size_t i) {
@@ -68,8 +69,6 @@ class IslandBuilder {
   }
 
  private:
-  static constexpr std::uint32_t none = 0xffffffffu;
-
   /// Members of all islands, one island after the other.
   struct Members {
     DynamicArray<std::uint32_t> items;  // With spare room at the end.
@@ -90,14 +89,14 @@ class IslandBuilder {
       std::uint32_t kept = 0;
       for (std::size_t i = 0; i < count; ++i) {
         out.items[kept] = static_cast<std::uint32_t>(i);
-        kept += island_of(i) != none ? 1u : 0u;
+        kept += island_of(i) != no_index ? 1u : 0u;
       }
       out.starts[1] = kept;
       return;
     }
     for (std::size_t i = 0; i < count; ++i) {
       const std::uint32_t island = island_of(i);
-      if (island != none) ++out.starts[island + 1];
+      if (island != no_index) ++out.starts[island + 1];
     }
     for (std::uint32_t i = 0; i < islands; ++i) out.starts[i + 1] += out.starts[i];
     const std::size_t total = out.starts[islands];
@@ -105,7 +104,7 @@ class IslandBuilder {
     next_.assign(out.starts.begin(), out.starts.end());
     for (std::size_t i = 0; i < count; ++i) {
       const std::uint32_t island = island_of(i);
-      if (island != none) out.items[next_[island]++] = static_cast<std::uint32_t>(i);
+      if (island != no_index) out.items[next_[island]++] = static_cast<std::uint32_t>(i);
     }
   }
 

@@ -8,6 +8,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/no_index.hpp>
 #include <bristle/math/lane_value.hpp>
 #include <bristle/math/spatial.hpp>
 #include <bristle/math/types.hpp>
@@ -37,9 +38,8 @@ struct ContactConstraint {
   Vec3<S> arm_b = zero<Vec3<S>>();
   /// [-] Number of its `CachedPoint`.
   std::uint32_t point = 0;
-  /// [-] The same of the first point of its manifold; `none` where it is not of a manifold.
-  static constexpr std::uint32_t none = 0xffffffffu;
-  std::uint32_t first_point = none;
+  /// [-] The same of the first point of its manifold; `no_index` where it is not of a manifold.
+  std::uint32_t first_point = no_index;
   /// [m/s] Final velocity along the axes, by these arms, of surfaces that stay together. It is not
   /// zero, since the arms go on turning, and since surfaces may run on their bodies.
   std::array<S, 3> bias{};
@@ -119,7 +119,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] bool are_of_one_manifold(const ContactConstraint<S>& c,
                                        const ContactConstraint<S>& d) {
-  if (c.first_point == d.first_point && c.first_point != c.none) return true;
+  if (c.first_point == d.first_point && c.first_point != no_index) return true;
   return c.body_a == d.body_a && c.body_b == d.body_b && c.axes[0] == d.axes[0] &&
          c.friction == d.friction && c.drift[0] == d.drift[0] && c.drift[1] == d.drift[1];
 }

@@ -20,6 +20,7 @@
 
 #include <bristle/collision/contact_cache.hpp>
 #include <bristle/core/dynamic_array.hpp>
+#include <bristle/core/no_index.hpp>
 #include <bristle/dynamics/bodies/body.hpp>
 #include <bristle/dynamics/solver/solver_types.hpp>
 #include <bristle/math/types.hpp>
@@ -72,7 +73,7 @@ void add_rolling_friction(CachedManifold<S>& manifold, const DynamicArray<Cached
     block.first = static_cast<std::uint32_t>(out.rows.size());
     block.count = 1;
     block.kind = BlockKind::bounded;
-    block.joint = block.no_joint;
+    block.joint = no_index;
     block.lower = -bound;
     block.upper = bound;
     out.rows.push_back(row);

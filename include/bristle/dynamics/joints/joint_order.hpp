@@ -4,6 +4,7 @@
 #pragma once
 
 #include <bristle/core/dynamic_array.hpp>
+#include <bristle/core/no_index.hpp>
 #include <bristle/dynamics/joints/joint_kinematics.hpp>
 
 #include <algorithm>
@@ -61,7 +62,7 @@ class JointOrder {
 
   DynamicArray<End> ends_;                       // At bodies that move, sorted by body.
   DynamicArray<std::uint32_t> first_end_;        // Of each body in `ends_`, and one past the last.
-  DynamicArray<std::uint32_t> body_a_, body_b_;  // Of each joint; none if it does not move.
+  DynamicArray<std::uint32_t> body_a_, body_b_;  // Of each joint; `no_index` if it does not move.
   DynamicArray<std::uint32_t> order_;            // Joints by number.
   DynamicArray<std::uint32_t> number_;           // Of each joint.
   DynamicArray<std::uint32_t> parent_;           // Of each body, towards the root of its tree.
@@ -73,12 +74,10 @@ class JointOrder {
 
 // Implementation ----------------------------------------------------------------------------------
 
-inline constexpr std::uint32_t no_number = 0xffffffffu;
-
 template <typename Visit>
 void JointOrder::for_neighbours(std::uint32_t joint, Visit visit) const {
   for (const std::uint32_t body : {body_a_[joint], body_b_[joint]}) {
-    if (body == no_number) continue;
+    if (body == no_index) continue;
     for (std::uint32_t e = first_end_[body]; e < first_end_[body + 1]; ++e) visit(ends_[e].joint);
   }
 }
@@ -89,10 +88,10 @@ inline std::uint32_t JointOrder::root(std::uint32_t body) const {
 }
 
 inline void JointOrder::number_joints(std::size_t count) {
-  number_.assign(count, no_number);
+  number_.assign(count, no_index);
   order_.clear();
   const auto take = [&](std::uint32_t joint) {
-    if (number_[joint] != no_number) return;
+    if (number_[joint] != no_index) return;
     number_[joint] = static_cast<std::uint32_t>(order_.size());
     order_.push_back(joint);
   };
@@ -103,10 +102,10 @@ inline void JointOrder::number_joints(std::size_t count) {
   };
   for (std::size_t done = 0; order_.size() < count;) {
     // From the remaining joint with the fewest neighbours. In a chain it is an end.
-    std::uint32_t start = no_number;
-    std::uint32_t fewest = no_number;
+    std::uint32_t start = no_index;
+    std::uint32_t fewest = no_index;
     for (std::uint32_t joint = 0; joint < count; ++joint) {
-      if (number_[joint] != no_number || degree(joint) >= fewest) continue;
+      if (number_[joint] != no_index || degree(joint) >= fewest) continue;
       start = joint;
       fewest = degree(joint);
     }
@@ -126,7 +125,7 @@ void JointOrder::build(std::span<const MechanismJoint<S>> joints, const DynamicA
   body_b_.clear();
   const auto add_end = [&](std::uint32_t body, std::uint32_t joint, bool is_b) {
     if (moves[body]) ends_.push_back({body, joint, is_b});
-    return moves[body] ? body : no_number;
+    return moves[body] ? body : no_index;
   };
   for (std::uint32_t i = 0; i < joints.size(); ++i) {
     body_a_.push_back(add_end(joints[i].body_a, i, false));

@@ -24,29 +24,20 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Settings of `MechanismIntegrator`.
-template <Scalar S>
-struct MechanismIntegratorDef {
-  /// [1] Largest velocity error of a substep, in the norm of kinetic energy, > 0. It is relative to
-  /// the velocities plus their change by forces in the substep. The velocities are seen from the
-  /// body that carries the mechanism.
-  S tolerance = S(5e-5);
-  /// [-] Most substeps tried in a step, > 0. At the limit the step fails.
-  int max_substeps = 64;
-};
-
-/// Checks the settings.
-/// @throws InvalidArgument naming the field.
-template <Scalar S>
-void validate(const MechanismIntegratorDef<S>& def);
-
 /// The algorithm with its scratch memory. One object serves many groups in turn. It keeps only the
 /// order of their joints.
 template <Scalar S>
 class MechanismIntegrator {
  public:
-  /// @throws InvalidArgument if the settings are not valid.
-  explicit MechanismIntegrator(MechanismIntegratorDef<S> def = {}) : def_(def) { validate(def_); }
+  /// [-] Most substeps tried in a step. At the limit the step fails.
+  static constexpr int max_substeps = 64;
+
+  /// @param tolerance  [1] Largest velocity error of a substep, in the norm of kinetic energy, > 0.
+  ///                   It is relative to the velocities plus their change by forces in the substep.
+  ///                   The velocities are seen from the body that carries the mechanism.
+  explicit MechanismIntegrator(S tolerance = S(5e-5)) : tolerance_(tolerance) {
+    BRISTLE_ASSERT(tolerance_ > S(0));
+  }
 
   /// Finds the state of one connected group after a step. Joints may start with errors. Impulses
   /// close velocities at the start. Projections close gaps at the end. Motors and limits are
@@ -99,7 +90,7 @@ class MechanismIntegrator {
   [[nodiscard]] bool write(std::span<Transform<S>> end_poses, std::span<Twist<S>> end_twists,
                            std::span<Wrench<S>> impulses) const;
 
-  MechanismIntegratorDef<S> def_;
+  S tolerance_;
   JointSystem<S> system_;
   JointProjection<S> projection_;
   DormandPrince<S> integrator_;
@@ -119,13 +110,6 @@ class MechanismIntegrator {
 };
 
 // Implementation ----------------------------------------------------------------------------------
-
-template <Scalar S>
-void validate(const MechanismIntegratorDef<S>& def) {
-  require_positive("MechanismIntegratorDef::tolerance", def.tolerance);
-  require(def.max_substeps > 0, "MechanismIntegratorDef::max_substeps", def.max_substeps,
-          "must be > 0");
-}
 
 template <Scalar S>
 bool MechanismIntegrator<S>::advance(std::span<const MechanismBody<S>> bodies,
@@ -267,7 +251,7 @@ bool MechanismIntegrator<S>::integrate(S dt) {
   Wrench<S> wanted;
   if (is_free_) wanted = momentum_about(reference_point_, system_);
 
-  const bool arrived = integrator_.advance(values_, state, dt, *this, def_.max_substeps);
+  const bool arrived = integrator_.advance(values_, state, dt, *this, max_substeps);
   substeps_ = integrator_.substeps();
   if (!arrived) return false;
 
@@ -442,7 +426,7 @@ S MechanismIntegrator<S>::error_ratio(const S*, const S* error, S h) {
   }
   if (error2 == S(0)) return S(0);
   // The tolerance is not below the round-off of accelerations and of the speeds themselves.
-  return sqrt(error2) / (max(def_.tolerance, round_off) * (sqrt(seen2) + h * free_acceleration_) +
+  return sqrt(error2) / (max(tolerance_, round_off) * (sqrt(seen2) + h * free_acceleration_) +
                          round_off * sqrt(total2));
 }
 

@@ -7,6 +7,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/no_index.hpp>
 #include <bristle/dynamics/contacts/contact_constraint.hpp>
 #include <bristle/math/cholesky.hpp>
 #include <bristle/math/spatial.hpp>
@@ -80,14 +81,13 @@ struct ConstraintBlock {
   BlockKind kind = BlockKind::equality;
   /// [-] First of its impulses among those that the joint stores.
   std::uint8_t first_impulse = 0;
-  static constexpr std::uint32_t no_joint = 0xffffffffu;
-  /// [-] Slot of its joint; `no_joint` for rolling friction.
+  /// [-] Slot of its joint; `no_index` for rolling friction.
   std::uint32_t joint = 0;
   /// [N s or N m s] Bounds of a bounded row or a limit.
   S lower = S(0);
   S upper = S(0);
 
-  [[nodiscard]] bool is_of_joint() const { return joint != no_joint; }
+  [[nodiscard]] bool is_of_joint() const { return joint != no_index; }
 };
 
 /// Number of rows of a block that the position correction closes. It closes all of a joint, one of

@@ -16,6 +16,7 @@
 #pragma once
 
 #include <bristle/core/dynamic_array.hpp>
+#include <bristle/core/no_index.hpp>
 #include <bristle/dynamics/solver/coulomb_branch.hpp>
 #include <bristle/dynamics/solver/island_row.hpp>
 #include <bristle/math/block_cholesky.hpp>
@@ -354,7 +355,7 @@ class CoulombNewton {
     const Real weights[3][3] = {{-branch.normal, Real(0), Real(0)},
                                 {-branch.drag[0], -branch.xx, -branch.xy},
                                 {-branch.drag[1], -branch.xy, -branch.yy}};
-    const bool moves[2] = {rows[0].a != Row::none, rows[0].b != Row::none};
+    const bool moves[2] = {rows[0].a != no_index, rows[0].b != no_index};
     Real left[2][18];                              // J^T of each body.
     Real right[2][3 * Block6<Real>::stride] = {};  // -D J of each body.
     for (std::size_t s = 0; s < 2; ++s) {
@@ -384,7 +385,7 @@ class CoulombNewton {
     const std::uint32_t bodies[2] = {of.a, of.b};
     for (std::size_t s = 0; s < 2; ++s) {
       for (std::size_t t = 0; t < 2; ++t) {
-        if (bodies[s] == Row::none || bodies[t] == Row::none) continue;
+        if (bodies[s] == no_index || bodies[t] == no_index) continue;
         lu_.add(bodies[s] / 6, bodies[t] / 6, pair_[2 * s + t]);
       }
     }

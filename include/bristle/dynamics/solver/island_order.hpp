@@ -8,6 +8,7 @@
 #pragma once
 
 #include <bristle/core/dynamic_array.hpp>
+#include <bristle/core/no_index.hpp>
 #include <bristle/dynamics/solver/solver_types.hpp>
 #include <bristle/math/block_pattern.hpp>
 
@@ -22,15 +23,13 @@ namespace bristle::inline BRISTLE_ABI::detail {
 /// Numbers the bodies of islands, one island at a time. Keeps its memory.
 class IslandOrder {
  public:
-  static constexpr std::uint32_t none = 0xffffffffu;
-
   /// Numbers the bodies and finds the pattern of their matrix.
   template <Scalar S>
   void build(const Island& island, const Constraints<S>& constraints, std::size_t slots) {
     eliminate(island, constraints, slots, std::numeric_limits<std::uint64_t>::max());
     number_bodies();
     make_pattern();
-    // From here on indexed by slot. Slots of other islands stay `none`.
+    // From here on indexed by slot. Slots of other islands stay `no_index`.
     for (const std::uint32_t slot : island.bodies) local_[slot] = number_[local_[slot]];
   }
 
@@ -46,10 +45,10 @@ class IslandOrder {
 
   /// Clears the island, ready for the next one.
   void clear(const Island& island) {
-    for (const std::uint32_t slot : island.bodies) local_[slot] = none;
+    for (const std::uint32_t slot : island.bodies) local_[slot] = no_index;
   }
 
-  /// Number of a body. It is `none` if the body is not in the island.
+  /// Number of a body. It is `no_index` if the body is not in the island.
   [[nodiscard]] std::uint32_t number(std::uint32_t slot) const { return local_[slot]; }
   /// Blocks of the island's matrix and of its factors, six unknowns a body.
   [[nodiscard]] const BlockPattern& pattern() const { return pattern_; }
@@ -69,14 +68,14 @@ class IslandOrder {
   template <Scalar S>
   std::uint64_t eliminate(const Island& island, const Constraints<S>& constraints,
                           std::size_t slots, std::uint64_t most) {
-    if (local_.size() < slots) local_.resize(slots, none);
+    if (local_.size() < slots) local_.resize(slots, no_index);
     const auto count = static_cast<std::uint32_t>(island.bodies.size());
     for (std::uint32_t i = 0; i < count; ++i) local_[island.bodies[i]] = i;
     link(island, constraints, count);
     list_neighbours(count);
 
     queue_.clear();
-    number_.assign(count, none);
+    number_.assign(count, no_index);
     order_.clear();
     for (std::uint32_t i = 0; i < count; ++i) enqueue(i);
     std::uint64_t work = 0;
@@ -111,14 +110,15 @@ class IslandOrder {
       std::pop_heap(queue_.begin(), queue_.end(), std::greater<>());
       queue_.pop_back();
       const auto body = static_cast<std::uint32_t>(least);
-      if (number_[body] == none && list_of_[body].left == least >> 32) return body;
+      if (number_[body] == no_index && list_of_[body].left == least >> 32) return body;
     }
   }
   /// Removes eliminated bodies from a list.
   void drop_eliminated(List& list) {
     std::uint32_t* const begin = lists_.begin() + list.first;
-    const std::uint32_t* const end = std::remove_if(
-        begin, begin + list.size, [this](std::uint32_t other) { return number_[other] != none; });
+    const std::uint32_t* const end =
+        std::remove_if(begin, begin + list.size,
+                       [this](std::uint32_t other) { return number_[other] != no_index; });
     list.size = list.left = static_cast<std::uint32_t>(end - begin);
   }
   /// Adds the other bodies of a column to the neighbours of one, which lose the column's own.
@@ -155,18 +155,18 @@ class IslandOrder {
     parents_.resize(number_.size());
     for (const std::uint32_t body : order_) {
       const std::uint32_t* const column = lists_.begin() + list_of_[body].first;
-      std::uint32_t& parent = parents_[body] = none;
+      std::uint32_t& parent = parents_[body] = no_index;
       for (std::uint32_t k = 0; k < list_of_[body].size; ++k) {
-        if (parent == none || number_[column[k]] < number_[parent]) parent = column[k];
+        if (parent == no_index || number_[column[k]] < number_[parent]) parent = column[k];
       }
-      if (parent != none) sizes_[parent] += sizes_[body];
+      if (parent != no_index) sizes_[parent] += sizes_[body];
     }
     // Room for children that are still without numbers ends here. Parents come before children.
     room_ends_.resize(number_.size());
     auto end = static_cast<std::uint32_t>(number_.size());
     for (std::size_t k = order_.size(); k-- > 0;) {
       const std::uint32_t body = order_[k];
-      std::uint32_t& room_end = parents_[body] == none ? end : room_ends_[parents_[body]];
+      std::uint32_t& room_end = parents_[body] == no_index ? end : room_ends_[parents_[body]];
       number_[body] = room_ends_[body] = room_end - 1;
       room_end -= sizes_[body];
     }
@@ -214,11 +214,11 @@ class IslandOrder {
   void link(const Island& island, const Constraints<S>& constraints, std::uint32_t count) {
     const auto for_links = [&](const auto& use) {
       const auto one = [&](std::uint32_t a, std::uint32_t b) {
-        if (local_[a] != none && local_[b] != none) use(local_[a], local_[b]);
+        if (local_[a] != no_index && local_[b] != no_index) use(local_[a], local_[b]);
       };
       // The points of a manifold follow each other. One link is enough for all of them.
-      std::uint32_t last_a = none;
-      std::uint32_t last_b = none;
+      std::uint32_t last_a = no_index;
+      std::uint32_t last_b = no_index;
       for (const std::uint32_t i : island.contacts) {
         const ContactConstraint<S>& c = constraints.contacts[i];
         if (c.body_a == last_a && c.body_b == last_b) continue;

@@ -5,6 +5,7 @@
 
 #include <bristle/core/config.hpp>
 #include <bristle/core/dynamic_array.hpp>
+#include <bristle/core/no_index.hpp>
 #include <bristle/core/unrolled.hpp>
 #include <bristle/math/block6.hpp>
 #include <bristle/math/block_cholesky.hpp>
@@ -43,13 +44,12 @@ enum class RowSide : std::uint8_t {
 /// A row over the velocities of two bodies. Velocities are relative to the row's target.
 template <typename Real>
 struct IslandRow {
-  static constexpr std::uint32_t none = 0xffffffffu;
   /// [1] Least eps. Below it round-off of the stiffness M^-1 J^T J / eps shows.
   static constexpr double least_eps = 1e-6;
 
   // What decides the branch of a row fills the first cache line.
-  std::uint32_t a = none;  // First unknown of each body; `none` if it has none.
-  std::uint32_t b = none;
+  std::uint32_t a = no_index;  // First unknown of each body; `no_index` if it has none.
+  std::uint32_t b = no_index;
   RowKind kind = RowKind::free;
   RowSide side = RowSide::inside;
   Real response = Real(0);    // K: velocity per own impulse; 0 for a row that is left out.
@@ -69,14 +69,14 @@ struct IslandRow {
   /// J v.
   [[nodiscard]] Real times(const DynamicArray<Real>& v) const {
     Real sum = Real(0);
-    if (a != none) sum += dot6(jacobian_a.data(), v.data() + a);
-    if (b != none) sum += dot6(jacobian_b.data(), v.data() + b);
+    if (a != no_index) sum += dot6(jacobian_a.data(), v.data() + a);
+    if (b != no_index) sum += dot6(jacobian_b.data(), v.data() + b);
     return sum;
   }
   /// g += J^T x.
   void add_to(DynamicArray<Real>& g, Real x) const {
-    if (a != none) unrolled<6>([&](auto i) { g[a + i] += x * jacobian_a[i]; });
-    if (b != none) unrolled<6>([&](auto i) { g[b + i] += x * jacobian_b[i]; });
+    if (a != no_index) unrolled<6>([&](auto i) { g[a + i] += x * jacobian_a[i]; });
+    if (b != no_index) unrolled<6>([&](auto i) { g[b + i] += x * jacobian_b[i]; });
   }
   /// The nearest allowed value of a row without a cone.
   [[nodiscard]] Real clamped(Real x) const {
@@ -146,12 +146,12 @@ void add_square(BlockCholesky<Real>& h, Real weight, const IslandRow<Real>& row)
   const std::uint32_t unknown[2] = {row.a, row.b};
   const std::array<Real, 6>* j[2] = {&row.jacobian_a, &row.jacobian_b};
   for (std::size_t k = 0; k < 2; ++k) {
-    if (unknown[k] == row.none) continue;
+    if (unknown[k] == no_index) continue;
     Real padded[Block6<Real>::stride] = {};
     std::copy_n(j[k]->data(), 6, padded);
     const Six<Real> left = Six<Real>::load(padded);
     for (std::size_t l = 0; l < 2; ++l) {
-      if (unknown[l] == row.none || unknown[l] > unknown[k]) continue;
+      if (unknown[l] == no_index || unknown[l] > unknown[k]) continue;
       Real* const block = h.block(h.pattern().block(unknown[k] / 6, unknown[l] / 6));
       unrolled<6>([&](auto q) {
         Real* const column = block + Block6<Real>::stride * q;

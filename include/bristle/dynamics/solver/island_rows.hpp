@@ -8,6 +8,7 @@
 #pragma once
 
 #include <bristle/core/dynamic_array.hpp>
+#include <bristle/core/no_index.hpp>
 #include <bristle/dynamics/solver/crushing_limit.hpp>
 #include <bristle/dynamics/solver/island_order.hpp>
 #include <bristle/dynamics/solver/island_row.hpp>
@@ -28,19 +29,17 @@ namespace bristle::inline BRISTLE_ABI::detail {
 template <Scalar S, typename Real>
 class IslandRows {
  public:
-  static constexpr std::uint32_t none = IslandOrder::none;
-
   /// Starts an island: numbers its unknowns.
   void number(const Island& island, const Constraints<S>& constraints,
               std::span<const SolverBody<S>> bodies) {
     order_.build(island, constraints, bodies.size());
     unknowns_ = 6 * island.bodies.size();
-    unknown_.resize(std::max(unknown_.size(), bodies.size()), none);
+    unknown_.resize(std::max(unknown_.size(), bodies.size()), no_index);
     for (const std::uint32_t slot : island.bodies) {
       unknown_[slot] = 6 * order_.number(slot);
     }
     for (const std::uint32_t slot : last_) {
-      if (order_.number(slot) == none) unknown_[slot] = none;
+      if (order_.number(slot) == no_index) unknown_[slot] = no_index;
     }
     last_.assign(island.bodies.begin(), island.bodies.end());
     order_.clear(island);
@@ -117,7 +116,7 @@ class IslandRows {
   }
 
   [[nodiscard]] std::size_t unknowns() const { return unknowns_; }
-  /// First of a body's six unknowns, or `none`.
+  /// First of a body's six unknowns, or `no_index`.
   [[nodiscard]] std::uint32_t unknown(std::uint32_t slot) const { return unknown_[slot]; }
   /// Blocks of the island's matrix and of its factors.
   [[nodiscard]] const BlockPattern& pattern() const { return order_.pattern(); }
@@ -153,7 +152,7 @@ class IslandRows {
   /// Velocity of a body: from its unknowns, or its known one.
   [[nodiscard]] Twist<S> twist(std::uint32_t slot, const DynamicArray<Real>& v,
                                std::span<const SolverBody<S>> bodies) const {
-    if (unknown_[slot] == none) return bodies[slot].free;
+    if (unknown_[slot] == no_index) return bodies[slot].free;
     const Real* u = v.data() + unknown_[slot];
     return {{S(u[0]), S(u[1]), S(u[2])}, {S(u[3]), S(u[4]), S(u[5])}};
   }
@@ -398,10 +397,10 @@ class IslandRows {
   std::uint32_t fill(const SolverBody<S>& body, std::uint32_t slot, const Vec3<S>& linear,
                      const Vec3<S>& angular, Velocity&& velocity, std::array<Real, 6>& jacobian,
                      Row& row) const {
-    if (unknown_[slot] == none) {
+    if (unknown_[slot] == no_index) {
       const Twist<S>& known = velocity(body);
       row.target -= Real(linear.dot(known.linear) + angular.dot(known.angular));
-      return none;
+      return no_index;
     }
     for (std::size_t i = 0; i < 3; ++i) {
       const auto axis = static_cast<Eigen::Index>(i);
@@ -436,7 +435,7 @@ bool IslandRows<S, Real>::find_lockable(const Island& island, const Constraints<
   lockable_.clear();
   locks_.reset(island.bodies.size());
   const auto number = [this](std::uint32_t unknown) {
-    return unknown == none ? locks_.ground() : unknown / 6;
+    return unknown == no_index ? locks_.ground() : unknown / 6;
   };
   bool has_joints = false;
   for (const std::uint32_t i : island.blocks) {

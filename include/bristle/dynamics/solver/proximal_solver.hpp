@@ -24,6 +24,7 @@
 
 #include <bristle/core/dynamic_array.hpp>
 #include <bristle/core/error.hpp>
+#include <bristle/core/no_index.hpp>
 #include <bristle/dynamics/solver/coulomb_newton.hpp>
 #include <bristle/dynamics/solver/derivative_watch.hpp>
 #include <bristle/dynamics/solver/interior_point.hpp>
@@ -346,7 +347,7 @@ void ProximalSolver<S>::add_soft(const SoftBlock<S>& soft, std::span<const Solve
   const auto motion_of_body = [&](std::uint32_t slot, const Vec3<S>& arm, Real sign) {
     Matrix G = sign * shift_matrix<Real>(arm.template cast<Real>());
     for (Eigen::Index axis = 0; axis < 6; ++axis) {
-      if (rows_.unknown(slot) != rows_.none && bodies[slot].is_locked(axis)) {
+      if (rows_.unknown(slot) != no_index && bodies[slot].is_locked(axis)) {
         set_column(G, axis, zero<Vec6<Real>>());
       }
     }
@@ -359,19 +360,19 @@ void ProximalSolver<S>::add_soft(const SoftBlock<S>& soft, std::span<const Solve
   // Immovable bodies contribute their known motion to the constant part.
   Vector constant = soft.offset.template cast<Real>();
   for (int k = 0; k < 2; ++k) {
-    if (rows_.unknown(slots[k]) != rows_.none) continue;
+    if (rows_.unknown(slots[k]) != no_index) continue;
     const Vector known = stacked(bodies[slots[k]].free).template cast<Real>();
     constant += A * (G[k] * known);
   }
   for (int k = 0; k < 2; ++k) {
     const std::size_t row = rows_.unknown(slots[k]);
-    if (row == rows_.none) continue;
+    if (row == no_index) continue;
     const Matrix left = G[k].transpose() * A;
     const Vector load = G[k].transpose() * constant;
     for (std::size_t i = 0; i < 6; ++i) rhs_[row + i] -= load[static_cast<Eigen::Index>(i)];
     for (int l = 0; l < 2; ++l) {
       const std::size_t column = rows_.unknown(slots[l]);
-      if (column == rows_.none || column > row) continue;  // Lower triangle only.
+      if (column == no_index || column > row) continue;  // Lower triangle only.
       const Matrix product = left * G[l];
       for (std::size_t i = 0; i < 6; ++i) {
         for (std::size_t j = 0; j < (row == column ? i + 1 : 6); ++j) {

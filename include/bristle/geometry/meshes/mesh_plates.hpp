@@ -13,6 +13,7 @@
 
 #include <bristle/core/config.hpp>
 #include <bristle/core/dynamic_array.hpp>
+#include <bristle/core/no_index.hpp>
 #include <bristle/geometry/meshes/mesh_validation.hpp>
 #include <bristle/geometry/shapes/support.hpp>
 #include <bristle/math/types.hpp>
@@ -240,11 +241,10 @@ void PlateJoin<S>::find_edges() {
 
 template <Scalar S>
 void PlateJoin<S>::find_faces() {
-  constexpr std::uint32_t unknown = 0xffffffffu;
-  faces_.assign(normals_.size(), unknown);
+  faces_.assign(normals_.size(), no_index);
   DynamicArray<std::uint32_t> open;
   for (std::uint32_t seed = 0; seed < faces_.size(); ++seed) {
-    if (faces_[seed] != unknown) continue;
+    if (faces_[seed] != no_index) continue;
     const auto face = static_cast<std::uint32_t>(face_count_++);
     faces_[seed] = face;
     open.assign(1, seed);
@@ -254,7 +254,7 @@ void PlateJoin<S>::find_faces() {
       for (std::uint32_t k = 0; k < 3; ++k) {
         const std::uint32_t next = twins_[3 * at + k] / 3;
         // Compared with the seed: otherwise a finely curved surface would become one face.
-        if (faces_[next] == unknown && is_same_plane(normals_[next], normals_[seed])) {
+        if (faces_[next] == no_index && is_same_plane(normals_[next], normals_[seed])) {
           faces_[next] = face;
           open.push_back(next);
         }

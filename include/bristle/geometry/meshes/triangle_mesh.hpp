@@ -5,6 +5,7 @@
 
 #include <bristle/core/dynamic_array.hpp>
 #include <bristle/core/error.hpp>
+#include <bristle/core/no_index.hpp>
 #include <bristle/geometry/trees/aabb.hpp>
 #include <bristle/math/types.hpp>
 
@@ -169,7 +170,7 @@ template <Scalar S>
 
   for (std::uint32_t i = 0; i < points.size(); ++i) {
     const Cell cell = cell_of(points[i]);
-    std::uint32_t found = 0xffffffffu;
+    std::uint32_t found = detail::no_index;
     for (unsigned corner = 0; corner < (is_exact ? 1u : 8u); ++corner) {
       Cell near = cell;
       for (std::size_t a = 0; a < 3; ++a) {
@@ -184,7 +185,7 @@ template <Scalar S>
         if (gap.squaredNorm() <= distance * distance) found = std::min(found, candidate);
       }
     }
-    if (found == 0xffffffffu) {
+    if (found == detail::no_index) {
       found = static_cast<std::uint32_t>(result.unique.size());
       result.unique.push_back(i);
       const auto place = std::lower_bound(cells.begin(), cells.end(), cell);

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <bristle/core/dynamic_array.hpp>
+#include <bristle/core/no_index.hpp>
 #include <bristle/math/types.hpp>
 
 #include <cstddef>
@@ -135,7 +136,7 @@ struct RayHits {
   void reset(std::size_t n) {
     distance.assign(n, infinity<S>);
     normal.resize(n);
-    tag.assign(n, 0xffffffffu);
+    tag.assign(n, detail::no_index);
   }
   /// Returns whether ray i has a hit.
   [[nodiscard]] bool is_hit(std::size_t i) const { return distance[i] < infinity<S>; }

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <bristle/core/dynamic_array.hpp>
+#include <bristle/core/no_index.hpp>
 #include <bristle/geometry/rays/ray.hpp>
 #include <bristle/geometry/trees/aabb.hpp>
 
@@ -111,9 +112,6 @@ class RayTree {
  private:
   using Places = std::span<std::uint32_t>;
 
-  /// [-] Marks the absence of a parent.
-  static constexpr std::size_t none = ~std::size_t(0);
-
   void build(const RayBatch<S>& rays, Places places, std::size_t parent);
   void fit(const RayBatch<S>& rays, Places places, RayTreeNode<S>& node) const;
   [[nodiscard]] static bool is_frame_for_parts(const RayTreeNode<S>& node);
@@ -200,7 +198,7 @@ RayTree<S>::RayTree(const RayBatch<S>& rays) {
   }
   lines_.stretch.assign(packets * packet_size, S(1));
   lines_.length.assign(packets * packet_size, -infinity<S>);
-  build(rays, order_, none);
+  build(rays, order_, no_index);
   find_order();
   cut_ranges();
 }
@@ -213,7 +211,7 @@ void RayTree<S>::build(const RayBatch<S>& rays, Places places, std::size_t paren
   RayTreeNode<S> node;
   node.first = static_cast<std::uint32_t>(places.data() - order_.data());
   node.count = static_cast<std::uint32_t>(places.size());
-  if (parent != none && nodes_[parent].has_one_frame) {
+  if (parent != no_index && nodes_[parent].has_one_frame) {
     node.has_one_frame = true;
     node.axes = nodes_[parent].axes;
     node.center = nodes_[parent].center;

@@ -5,6 +5,7 @@
 
 #include <bristle/core/dynamic_array.hpp>
 #include <bristle/core/fill_numbers.hpp>
+#include <bristle/core/no_index.hpp>
 #include <bristle/geometry/shapes/grid_hull.hpp>
 #include <bristle/math/types.hpp>
 
@@ -55,8 +56,6 @@ class FaceJoin {
   [[nodiscard]] DynamicArray<HullFace<Real>> faces() const;
 
  private:
-  static constexpr std::uint32_t none = 0xffffffffu;
-
   /// One side of a triangle: from corner `edge` to the next.
   struct Side {
     std::uint32_t triangle;
@@ -138,7 +137,7 @@ Real FaceJoin<Real>::depth_below(std::uint32_t plane, std::uint32_t t) const {
 
 template <Scalar Real>
 void FaceJoin<Real>::grow_regions() {
-  region_.assign(triangles_.size(), none);
+  region_.assign(triangles_.size(), no_index);
   DynamicArray<std::uint32_t> order(triangles_.size());
   fill_numbers(order);
   DynamicArray<Real> area2(order.size());
@@ -149,14 +148,14 @@ void FaceJoin<Real>::grow_regions() {
     return area2[a] != area2[b] ? area2[a] > area2[b] : a < b;
   });
   for (const std::uint32_t seed : order) {
-    if (region_[seed] == none && !is_sliver_[seed]) grow_region(seed);
+    if (region_[seed] == no_index && !is_sliver_[seed]) grow_region(seed);
   }
-  erase_if(order, [this](std::uint32_t t) { return region_[t] != none; });
+  erase_if(order, [this](std::uint32_t t) { return region_[t] != no_index; });
   while (!order.empty()) {
     if (adopt_slivers(order)) continue;
     // No neighbour adopts them: thin needles consist of slivers alone.
     grow_region(order.front());
-    erase_if(order, [this](std::uint32_t t) { return region_[t] != none; });
+    erase_if(order, [this](std::uint32_t t) { return region_[t] != no_index; });
   }
 }
 
@@ -168,7 +167,7 @@ void FaceJoin<Real>::grow_region(std::uint32_t seed) {
   for (std::size_t i = 0; i < members.size(); ++i) {
     for (const std::uint32_t t : triangles_[members[i]].neighbors) {
       // Thin solids have two faces in one slab, back to back.
-      if (region_[t] != none || normal.dot(area_vectors_[t]) < Real(0) ||
+      if (region_[t] != no_index || normal.dot(area_vectors_[t]) < Real(0) ||
           depth_below(seed, t) > tolerance_) {
         continue;
       }
@@ -184,15 +183,15 @@ bool FaceJoin<Real>::adopt_slivers(DynamicArray<std::uint32_t>& orphans) {
   return erase_if(orphans, [this](std::uint32_t t) {
            const std::uint32_t heir = region_[across({t, longest_edge_[t]})];
            // Two tolerances of its own height, one of the heir's border.
-           if (heir != none && depth_below(heir, t) <= Real(3) * tolerance_) region_[t] = heir;
-           return region_[t] != none;
+           if (heir != no_index && depth_below(heir, t) <= Real(3) * tolerance_) region_[t] = heir;
+           return region_[t] != no_index;
          }) > 0;
 }
 
-/// One side that starts at each vertex. `triangle` is none if the vertex is not on the hull.
+/// One side that starts at each vertex. `triangle` is `no_index` if the vertex is not on the hull.
 template <Scalar Real>
 auto FaceJoin<Real>::sides_by_start() const -> DynamicArray<Side> {
-  DynamicArray<Side> sides(points_.size(), Side{none, 0});
+  DynamicArray<Side> sides(points_.size(), Side{no_index, 0});
   for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) sides[triangles_[t].corners[k]] = {t, k};
   }
@@ -214,7 +213,7 @@ template <Scalar Real>
 bool FaceJoin<Real>::dissolve_small_regions() {
   DynamicArray<std::size_t> corner_count(triangles_.size(), 0);
   for (const Side first : sides_by_start()) {
-    if (first.triangle == none || count_regions_around(first) < 3) continue;
+    if (first.triangle == no_index || count_regions_around(first) < 3) continue;
     Side side = first;
     do {
       if (is_border(side)) ++corner_count[region_[side.triangle]];
@@ -222,14 +221,14 @@ bool FaceJoin<Real>::dissolve_small_regions() {
     } while (!(side == first));
   }
   // One region at a time. Its end changes the corners of its neighbours.
-  std::uint32_t region = none;
+  std::uint32_t region = no_index;
   for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
     if (corner_count[region_[t]] >= 3) continue;
     for (std::size_t k = 0; k < 3; ++k) {
       if (is_border({t, k})) region = std::min(region, region_[t]);
     }
   }
-  if (region == none) return false;
+  if (region == no_index) return false;
   DynamicArray<Real> border_lengths(triangles_.size(), Real(0));  // By the region beyond.
   for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
     if (region_[t] != region) continue;
@@ -248,7 +247,7 @@ template <Scalar Real>
 DynamicArray<HullFace<Real>> FaceJoin<Real>::faces() const {
   DynamicArray<bool> is_corner(points_.size(), false);
   for (const Side side : sides_by_start()) {
-    if (side.triangle == none) continue;
+    if (side.triangle == no_index) continue;
     is_corner[start_of(side)] = count_regions_around(side) >= 3;
   }
   DynamicArray<HullFace<Real>> faces;

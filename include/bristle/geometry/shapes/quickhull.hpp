@@ -4,6 +4,7 @@
 #pragma once
 
 #include <bristle/core/dynamic_array.hpp>
+#include <bristle/core/no_index.hpp>
 #include <bristle/geometry/meshes/triangle_mesh.hpp>
 #include <bristle/geometry/shapes/convex_hull.hpp>
 #include <bristle/math/types.hpp>
@@ -194,13 +195,12 @@ ConvexHull<S> convex_hull(std::span<const Vec3<S>> points) {
   });
 
   ConvexHull<S> hull;
-  constexpr std::uint32_t unused = 0xffffffffu;
-  detail::DynamicArray<std::uint32_t> renumber(gridded.points.size(), unused);
+  detail::DynamicArray<std::uint32_t> renumber(gridded.points.size(), detail::no_index);
   for (const auto& face : faces) {
     for (const std::uint32_t v : face.corners) renumber[v] = 0;
   }
   for (std::size_t v = 0; v < renumber.size(); ++v) {
-    if (renumber[v] == unused) continue;
+    if (renumber[v] == detail::no_index) continue;
     renumber[v] = static_cast<std::uint32_t>(hull.vertices.size());
     hull.vertices.push_back(gridded.points[v]);
   }

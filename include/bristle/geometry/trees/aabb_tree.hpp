@@ -5,6 +5,7 @@
 
 #include <bristle/core/config.hpp>
 #include <bristle/core/dynamic_array.hpp>
+#include <bristle/core/no_index.hpp>
 #include <bristle/geometry/rays/ray.hpp>
 #include <bristle/geometry/rays/ray_box.hpp>
 #include <bristle/geometry/trees/aabb.hpp>
@@ -39,8 +40,6 @@ class AabbTree {
  public:
   /// Id of a leaf until it is removed.
   using NodeId = std::uint32_t;
-  /// Id of no node.
-  static constexpr NodeId null = 0xffffffffu;
   /// [-] Bound on the number of edges from the root to any leaf.
   static constexpr int max_height = 64;
 
@@ -64,7 +63,7 @@ class AabbTree {
   /// [-] Number of leaves.
   [[nodiscard]] std::size_t size() const { return size_; }
   /// [-] Edges from the root to the deepest leaf; 0 for a tree of at most one.
-  [[nodiscard]] int height() const { return root_ == null ? 0 : nodes_[root_].height; }
+  [[nodiscard]] int height() const { return root_ == detail::no_index ? 0 : nodes_[root_].height; }
   /// Box of a leaf.
   [[nodiscard]] const Aabb<S>& box(NodeId leaf) const {
     BRISTLE_ASSERT(is_live_leaf(leaf));
@@ -76,7 +75,9 @@ class AabbTree {
     return nodes_[leaf].child[1];
   }
   /// Box around all leaves. Empty for an empty tree.
-  [[nodiscard]] Aabb<S> root_box() const { return root_ == null ? Aabb<S>{} : nodes_[root_].box; }
+  [[nodiscard]] Aabb<S> root_box() const {
+    return root_ == detail::no_index ? Aabb<S>{} : nodes_[root_].box;
+  }
 
   /// Calls `visit(payload) -> bool` for every leaf whose box overlaps or touches `box`, until a
   /// visit returns false.
@@ -102,11 +103,12 @@ class AabbTree {
  private:
   struct Node {
     Aabb<S> box;
-    NodeId parent = null;                     // Next free node if height < 0.
-    std::array<NodeId, 2> child{null, null};  // A leaf has null and its payload.
+    NodeId parent = detail::no_index;  // Next free node if height < 0.
+    std::array<NodeId, 2> child{detail::no_index,
+                                detail::no_index};  // A leaf has `no_index` and its payload.
     std::int32_t height = 0;
 
-    [[nodiscard]] bool is_leaf() const { return child[0] == null; }
+    [[nodiscard]] bool is_leaf() const { return child[0] == detail::no_index; }
   };
 
   [[nodiscard]] bool is_live_leaf(NodeId id) const {
@@ -128,8 +130,8 @@ class AabbTree {
 
   DynamicArray<Node> nodes_;
   DynamicArray<SplitLeaf<S>> order_;  // Scratch of rebuild(), as large as the pool.
-  NodeId root_ = null;
-  NodeId free_ = null;
+  NodeId root_ = detail::no_index;
+  NodeId free_ = detail::no_index;
   std::size_t size_ = 0;
 };
 
@@ -168,7 +170,7 @@ auto AabbTree<S>::insert(const Aabb<S>& box, std::uint32_t payload) -> NodeId {
   BRISTLE_ASSERT(!box.is_empty());
   const NodeId leaf = allocate();
   nodes_[leaf].box = box;
-  nodes_[leaf].child = {null, payload};
+  nodes_[leaf].child = {detail::no_index, payload};
   attach(leaf);
   ++size_;
   return leaf;
@@ -186,7 +188,7 @@ template <Scalar S>
 void AabbTree<S>::update(NodeId leaf, const Aabb<S>& box) {
   BRISTLE_ASSERT(is_live_leaf(leaf) && !box.is_empty());
   const NodeId parent = nodes_[leaf].parent;
-  if (parent == null) {
+  if (parent == detail::no_index) {
     nodes_[leaf].box = box;
   } else if (nodes_[parent].box.contains(box)) {
     nodes_[leaf].box = box;
@@ -206,7 +208,7 @@ void AabbTree<S>::build(std::span<const Aabb<S>> boxes) {
     BRISTLE_ASSERT(!box.is_empty());
     const NodeId leaf = allocate();
     nodes_[leaf].box = box;
-    nodes_[leaf].child = {null, leaf};
+    nodes_[leaf].child = {detail::no_index, leaf};
   }
   size_ = boxes.size();
   rebuild();
@@ -215,15 +217,15 @@ void AabbTree<S>::build(std::span<const Aabb<S>> boxes) {
 template <Scalar S>
 void AabbTree<S>::clear() {
   nodes_.clear();
-  root_ = null;
-  free_ = null;
+  root_ = detail::no_index;
+  free_ = detail::no_index;
   size_ = 0;
 }
 
 template <Scalar S>
 template <typename Accept, typename Visit>
 void AabbTree<S>::find(Accept&& accept, Visit&& visit) const {
-  if (root_ == null) return;
+  if (root_ == detail::no_index) return;
   std::array<NodeId, max_height + 1> stack;
   std::size_t count = 0;
   stack[count++] = root_;
@@ -242,7 +244,7 @@ void AabbTree<S>::find(Accept&& accept, Visit&& visit) const {
 template <Scalar S>
 template <typename Visit>
 void AabbTree<S>::walk_ray(const Ray<S>& ray, Visit&& visit) const {
-  if (root_ == null) return;
+  if (root_ == detail::no_index) return;
   const SlabTest<S> slabs(ray);
   // Finite, so that planes at infinity are beyond it.
   S reach = std::min(ray.length, std::numeric_limits<S>::max() / S(2));
@@ -272,7 +274,7 @@ void AabbTree<S>::walk_ray(const Ray<S>& ray, Visit&& visit) const {
 
 template <Scalar S>
 auto AabbTree<S>::allocate() -> NodeId {
-  if (free_ == null) {
+  if (free_ == detail::no_index) {
     nodes_.emplace_back();
     if (order_.capacity() < nodes_.capacity()) order_.reserve(nodes_.capacity());
     return static_cast<NodeId>(nodes_.size() - 1);
@@ -293,8 +295,8 @@ void AabbTree<S>::release(NodeId id) {
 /// Inserts a detached leaf.
 template <Scalar S>
 void AabbTree<S>::attach(NodeId leaf) {
-  if (root_ == null) {
-    nodes_[leaf].parent = null;
+  if (root_ == detail::no_index) {
+    nodes_[leaf].parent = detail::no_index;
     root_ = leaf;
     return;
   }
@@ -303,7 +305,7 @@ void AabbTree<S>::attach(NodeId leaf) {
   const NodeId grandparent = nodes_[sibling].parent;
   nodes_[parent].parent = grandparent;
   nodes_[parent].child = {sibling, leaf};
-  if (grandparent == null) {
+  if (grandparent == detail::no_index) {
     root_ = parent;
   } else {
     auto& child = nodes_[grandparent].child;
@@ -311,7 +313,7 @@ void AabbTree<S>::attach(NodeId leaf) {
   }
   nodes_[sibling].parent = parent;
   nodes_[leaf].parent = parent;
-  for (NodeId id = parent; id != null; id = nodes_[id].parent) {
+  for (NodeId id = parent; id != detail::no_index; id = nodes_[id].parent) {
     fit(id);
     rotate(id);
   }
@@ -322,8 +324,8 @@ void AabbTree<S>::attach(NodeId leaf) {
 template <Scalar S>
 void AabbTree<S>::detach(NodeId leaf) {
   const NodeId parent = nodes_[leaf].parent;
-  if (parent == null) {
-    root_ = null;
+  if (parent == detail::no_index) {
+    root_ = detail::no_index;
     return;
   }
   const auto& child = nodes_[parent].child;
@@ -331,7 +333,7 @@ void AabbTree<S>::detach(NodeId leaf) {
   const NodeId grandparent = nodes_[parent].parent;
   nodes_[sibling].parent = grandparent;
   release(parent);
-  if (grandparent == null) {
+  if (grandparent == detail::no_index) {
     root_ = sibling;
   } else {
     auto& uncle = nodes_[grandparent].child;
@@ -355,7 +357,7 @@ auto AabbTree<S>::best_sibling(const Aabb<S>& box) const -> NodeId {
   S growth_above = S(0);
   while (!nodes_[id].is_leaf()) {
     growth_above += with_box - tree_cost(nodes_[id].box);
-    NodeId next = null;
+    NodeId next = detail::no_index;
     S next_bound = infinity<S>;
     S next_with_box = S(0);
     for (const NodeId child : nodes_[id].child) {
@@ -370,14 +372,14 @@ auto AabbTree<S>::best_sibling(const Aabb<S>& box) const -> NodeId {
       // contain the leaf tie. Then the one with the nearer middle goes first.
       const S bound = growth_above + (cost - tree_cost(node.box)) + box_cost;
       const bool is_nearer =
-          bound == next_bound && next != null && distance_of(child) < distance_of(next);
+          bound == next_bound && next != detail::no_index && distance_of(child) < distance_of(next);
       if (bound < next_bound || is_nearer) {
         next = child;
         next_bound = bound;
         next_with_box = cost;
       }
     }
-    if (next == null || !(next_bound < best_cost)) break;
+    if (next == detail::no_index || !(next_bound < best_cost)) break;
     id = next;
     with_box = next_with_box;
   }
@@ -403,15 +405,15 @@ bool AabbTree<S>::fit(NodeId id) {
 /// Fits a node and its ancestors, up to the first that does not change.
 template <Scalar S>
 void AabbTree<S>::fit_upwards(NodeId id) {
-  while (id != null && fit(id)) id = nodes_[id].parent;
+  while (id != detail::no_index && fit(id)) id = nodes_[id].parent;
 }
 
 /// Exchanges a child with a grandchild from the other side if that makes the child's box smaller.
 /// The node's own box stays.
 template <Scalar S>
 void AabbTree<S>::rotate(NodeId id) {
-  NodeId best_child = null;
-  NodeId best_grandchild = null;
+  NodeId best_child = detail::no_index;
+  NodeId best_grandchild = detail::no_index;
   S best_gain = S(0);
   for (std::size_t side = 0; side < 2; ++side) {
     const NodeId child = nodes_[id].child[side];
@@ -428,7 +430,7 @@ void AabbTree<S>::rotate(NodeId id) {
       }
     }
   }
-  if (best_child == null) return;
+  if (best_child == detail::no_index) return;
   const NodeId other = nodes_[best_grandchild].parent;
   swap_subtrees(best_child, best_grandchild);
   fit(other);
@@ -455,8 +457,8 @@ void AabbTree<S>::rebuild() {
     if (nodes_[id].height > 0) release(id);
     if (nodes_[id].height == 0) order_.push_back({id});
   }
-  root_ = order_.empty() ? null : build_range(order_, 0);
-  if (root_ != null) nodes_[root_].parent = null;
+  root_ = order_.empty() ? detail::no_index : build_range(order_, 0);
+  if (root_ != detail::no_index) nodes_[root_].parent = detail::no_index;
 }
 
 template <Scalar S>

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <bristle/core/config.hpp>
+#include <bristle/core/no_index.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -35,8 +36,6 @@ class AdfLoops {
   [[nodiscard]] const std::vector<std::vector<std::size_t>>& sets() const { return sets_; }
 
  private:
-  static constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
-
   /// A node on the way from the root, and how far its connections are followed.
   struct Visit {
     std::size_t node;
@@ -52,7 +51,7 @@ class AdfLoops {
   /// Depth-first search with a stack of its own (Tarjan 1972): a chain may have any length.
   void search(std::size_t root) {
     order_[root] = lowest_[root] = ++met_;
-    std::vector<Visit> way{{root, none}};
+    std::vector<Visit> way{{root, no_index}};
     while (!way.empty()) {
       Visit& here = way.back();
       const std::size_t node = here.node;

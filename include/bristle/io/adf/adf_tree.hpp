@@ -4,6 +4,7 @@
 #pragma once
 
 #include <bristle/core/error.hpp>
+#include <bristle/core/no_index.hpp>
 #include <bristle/io/adf/adf_limits.hpp>
 #include <bristle/io/adf/adf_report.hpp>
 
@@ -69,7 +70,7 @@ class AdfTreeBuilder final : public YAML::EventHandler {
   }
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
     line_ = line_of(mark);
-    if (anchor >= anchors_.size() || anchors_[anchor] == none) {
+    if (anchor >= anchors_.size() || anchors_[anchor] == no_index) {
       tree_.fail(line_, "", "", "alias of something that is not known");
     }
     const std::uint32_t node = anchors_[anchor];
@@ -108,7 +109,6 @@ class AdfTreeBuilder final : public YAML::EventHandler {
   [[nodiscard]] const YAML::Mark& start() const { return start_; }
 
  private:
-  static constexpr std::uint32_t none = 0xffffffffu;
   /// [-] Bytes of a scalar. Readers copy names and paths for each block that an alias gives them
   /// to, so one length counts as often as there are blocks.
   static constexpr std::size_t max_text = 1024;
@@ -142,7 +142,7 @@ class AdfTreeBuilder final : public YAML::EventHandler {
     tree_.nodes.back().kind = kind;
     tree_.nodes.back().line = line_;
     if (anchor != YAML::NullAnchor) {
-      if (anchor >= anchors_.size()) anchors_.resize(anchor + 1, none);
+      if (anchor >= anchors_.size()) anchors_.resize(anchor + 1, no_index);
       anchors_[anchor] = node;
     }
     return node;
