@@ -5,6 +5,7 @@
 #include "support/relative.hpp"
 
 #include <bristle/dynamics/solver/crushing_limit.hpp>
+#include <bristle/dynamics/solver/solver_constants.hpp>
 
 #include <doctest/doctest.h>
 
@@ -69,7 +70,9 @@ TEST_CASE("crushing_limit: the bound is a multiple of all that acts on the islan
   press.limit();
   for (const auto& c : press.constraints.contacts) CHECK(c.most_impulse == infinity<double>);
   press.move_plate({{0, 0, -0.1}, {0, 0, 0}});
-  const auto bound = [&] { return press.constraints.contacts[0].most_impulse / most_leverage; };
+  const auto bound = [&] {
+    return press.constraints.contacts[0].most_impulse / measured::most_leverage;
+  };
   const double by_plate = 2 * 0.1;
   SUBCASE("of the mover's speed, for all bodies") {
     press.limit();
@@ -157,7 +160,7 @@ TEST_CASE("crushing_limit: contacts between bodies that move have no bound") {
   const std::array<std::uint32_t, 2> movable{1, 2};
   const std::array<std::uint32_t, 3> contacts{0, 1, 2};
   limit_crushing<double>({movable, contacts, {}, {}}, press.constraints, bodies);
-  CHECK(all[0].most_impulse == test::relative(most_leverage * 2 * 2 * 0.1));
+  CHECK(all[0].most_impulse == test::relative(measured::most_leverage * 2 * 2 * 0.1));
   CHECK(all[1].most_impulse == infinity<double>);
   CHECK(all[2].most_impulse == all[0].most_impulse);
 }
@@ -188,5 +191,6 @@ TEST_CASE("crushing_limit: the speed of a mover counts along the rows of its joi
   limit_crushing<double>({press.movable, press.contacts, blocks, {}}, press.constraints,
                          press.bodies);
   const double speed = std::hypot(4 + 0.3 * 20, 0.1 * 20);
-  CHECK(press.constraints.contacts[0].most_impulse == test::relative(most_leverage * 2 * speed));
+  CHECK(press.constraints.contacts[0].most_impulse ==
+        test::relative(measured::most_leverage * 2 * speed));
 }

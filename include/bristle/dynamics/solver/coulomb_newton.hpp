@@ -19,6 +19,7 @@
 #include <bristle/core/no_index.hpp>
 #include <bristle/dynamics/solver/coulomb_branch.hpp>
 #include <bristle/dynamics/solver/island_row.hpp>
+#include <bristle/dynamics/solver/solver_constants.hpp>
 #include <bristle/math/block_cholesky.hpp>
 #include <bristle/math/block_lu.hpp>
 
@@ -55,11 +56,11 @@ struct CoulombProblem {
   /// [-] Most Newton steps that the caller pays for.
   int most_steps;
 
-  /// [m/s] Residual that is worth no more work. It is a thousandth of the slip or of the velocity
-  /// change by forces in the step, whichever is less. Resting contacts always go down to
+  /// [m/s] Residual that is worth no more work. It is a share of the slip or of the velocity change
+  /// by forces in the step, whichever is less. Resting contacts always go down to
   /// `tolerance`. Their errors would add up.
   [[nodiscard]] Real good_enough(Real slip) const {
-    return std::max(tolerance, Real(1e-3) * std::min(speed_change, slip));
+    return std::max(tolerance, Real(measured::good_enough_share) * std::min(speed_change, slip));
   }
 };
 
@@ -91,29 +92,29 @@ class CoulombNewton {
     const std::span<const Row> rows = problem.rows;
     start(problem);
     // The least eps solves a linear law by one factorisation.
-    Real eps = Real(problem.is_held ? Row::least_eps : 1e-3);
+    Real eps = Real(problem.is_held ? measured::least_eps : measured::newton_first_eps);
     evaluate(rows, v_, velocity_);
     // Impulses of the last step that are far from any solution give no hint.
     if (!problem.is_held && !problem.is_near &&
-        measure(rows, eps).law > Real(3) * problem.speed_change) {
-      eps = Real(1e-2);
+        measure(rows, eps).law > Real(measured::far_start_ratio) * problem.speed_change) {
+      eps = Real(measured::newton_cold_eps);
       std::fill(centre_.begin(), centre_.end(), Real(0));
     }
     if (!factor_response(problem)) return answer;
     // A state that stays as it was needs no factorisation.
     judge(problem, answer);
-    const Real nothing = Real(1e-2) * problem.tolerance;
+    const Real nothing = Real(measured::steady_share) * problem.tolerance;
     if (answer.residual <= nothing && is_steady(problem, nothing)) return answer;
 
     Real factored_eps = Real(-1);  // No factor yet.
-    Real least_eps = Real(Row::least_eps);
+    Real least_eps = Real(measured::least_eps);
     Real nearest = infinity<Real>;  // Least distance of all steps from this centre.
     Real before = infinity<Real>;
     Real at_centre = infinity<Real>;
     Real last_left = infinity<Real>;
     int centres = 0;
     bool is_solved = false;
-    for (int i = 0; i < std::min(problem.most_steps, most_iterations); ++i) {
+    for (int i = 0; i < std::min(problem.most_steps, measured::most_newton_steps_of_law); ++i) {
       const bool has_switched = linearise(rows, eps);
       const bool is_fresh = has_switched || factored_eps != eps;
       if (is_solved && is_fresh) break;
@@ -145,32 +146,38 @@ class CoulombNewton {
       if (left < answer.residual) judge(problem, answer);
       // What is good enough is improved as long as that is cheap. A motion that goes on as it is
       // then needs no Newton step at all in the next step.
-      if (answer.residual <= problem.good_enough(answer.slip) && left > Real(0.1) * last_left)
+      if (answer.residual <= problem.good_enough(answer.slip) &&
+          left > Real(measured::cheap_gain_share) * last_left)
         break;
       last_left = left;
 
       const Real of_compliant = distances.compliant;
-      if (of_compliant > Real(3) * nearest && eps < Real(largest_eps)) {
+      if (of_compliant > Real(measured::rejected_growth) * nearest &&
+          eps < Real(measured::largest_eps)) {
         // A step that leads away from the law was too long. A larger eps keeps the next step near
         // the centre. The centre moves to where the law was nearest.
         v_ = nearest_v_;
         impulse_ = centre_ = nearest_impulse_;
         evaluate(rows, v_, velocity_);
-        eps = least_eps = Real(10) * eps;
+        eps = least_eps = Real(measured::rejected_eps_growth) * eps;
         nearest = before = infinity<Real>;
         continue;
       }
       if (of_compliant < nearest) keep_nearest(of_compliant, nearest);
       // A factor that no longer helps is rebuilt.
-      if (!is_fresh && of_compliant > Real(0.1) * before) factored_eps = Real(-1);
+      if (!is_fresh && of_compliant > Real(measured::stale_factor_share) * before)
+        factored_eps = Real(-1);
       before = of_compliant;
-      if (of_compliant > std::max(Real(0.1) * problem.tolerance, Real(0.1) * left)) continue;
-      if (centres++ > 0 && left > Real(0.5) * at_centre) {
-        answer.is_contradictory = !has_switched && !(eps > Real(Row::least_eps));
+      const Real solved = Real(measured::centre_solved_share);
+      if (of_compliant > std::max(solved * problem.tolerance, solved * left)) continue;
+      if (centres++ > 0 && left > Real(measured::stalled_centre_share) * at_centre) {
+        answer.is_contradictory = !has_switched && !(eps > Real(measured::least_eps));
         break;
       }
       // The factor is kept where it converges fast.
-      if (left > Real(0.03) * at_centre) eps = std::max(least_eps, Real(0.1) * eps);
+      if (left > Real(measured::fast_centre_share) * at_centre) {
+        eps = std::max(least_eps, Real(measured::newton_eps_decrease) * eps);
+      }
       at_centre = left;
       centre_ = impulse_;
       before = infinity<Real>;
@@ -192,10 +199,6 @@ class CoulombNewton {
   [[nodiscard]] const DynamicArray<Real>& velocities() const { return best_v_; }
 
  private:
-  // What has not been found by then is not near.
-  static constexpr int most_iterations = 30;
-  static constexpr double largest_eps = 0.1;
-
   using State = CoulombState;
   using Branch = CoulombBranch<Real>;
 

@@ -9,6 +9,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/dynamics/solver/solver_constants.hpp>
 #include <bristle/dynamics/solver/solver_types.hpp>
 
 #include <algorithm>
@@ -17,17 +18,12 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// [1] Load of a contact as a multiple of all that acts on its island in a step. Levers and wedges
-/// that are moved against something ask for more than one. Half and twice of it are as good: of 96
-/// crushed heaps 2, 1 and 0 throw a cube out with 5, 10 and 20 (docs/measurements/0021).
-inline constexpr double most_leverage = 10;
-
 /// Returns whether a contact carries more than all that acts on its island in a step. It crushes
 /// what is there, or is pressed by a lever.
 /// @param most  [N s] `ContactConstraint::most_impulse`. Infinite where nothing can be crushed.
 template <typename Real>
 [[nodiscard]] bool is_crushing(const Real& impulse, const Real& most) {
-  return impulse > most / Real(most_leverage);
+  return impulse > most / Real(measured::most_leverage);
 }
 
 /// Returns whether immovable bodies that an island touches, or has joints with, move against each
@@ -120,7 +116,8 @@ template <Scalar S>
 void limit_crushing(const Island& island, Constraints<S>& constraints,
                     std::span<const SolverBody<S>> bodies) {
   if (!are_movers_opposed(island, constraints, bodies)) return;
-  const S most = S(value_of(S(most_leverage) * impulse_scale(island, constraints, bodies)));
+  const S most =
+      S(value_of(S(measured::most_leverage) * impulse_scale(island, constraints, bodies)));
   if (!(most < infinity<S>)) return;  // Numbers that are none bound nothing.
   for (const std::uint32_t i : island.contacts) {
     ContactConstraint<S>& c = constraints.contacts[i];

@@ -34,6 +34,7 @@ class InteriorInterval {
       bounds_[1].at = row.upper;
     }
     const Real width = bounds_[1].at - bounds_[0].at;
+    // The start is in the middle of two bounds at most.
     const Real margin = std::min(sqrt(barrier / row.response), Real(0.5) * width);
     impulse_ = std::max(bounds_[0].at + margin, std::min(row.lambda, bounds_[1].at - margin));
     is_fixed_ = !(width > Real(0));

@@ -16,6 +16,7 @@
 #include <bristle/dynamics/solver/interior_cone.hpp>
 #include <bristle/dynamics/solver/interior_interval.hpp>
 #include <bristle/dynamics/solver/island_row.hpp>
+#include <bristle/dynamics/solver/solver_constants.hpp>
 #include <bristle/math/block_cholesky.hpp>
 
 #include <algorithm>
@@ -65,7 +66,7 @@ class InteriorPoint {
     while (count < problem.most_steps) {
       hessian_ = *problem.matrix;
       for_each_law(problem, [&](auto& law, std::span<const Row> rows) {
-        law.linearise(rows, v_, Real(yield) * rows[0].response);
+        law.linearise(rows, v_, Real(measured::interior_yield) * rows[0].response);
         law.add_slope(rows, hessian_);
       });
       if (!hessian_.factor()) break;
@@ -73,8 +74,9 @@ class InteriorPoint {
       find_gradient(problem);
       find_step(problem, Real(0), false);
       const Real left = Real(1) - std::min(Real(1), reach(problem));
+      // The barrier falls by the cube of what is left (Mehrotra 1992).
       find_step(problem, left * left * left * barrier(problem), true);
-      const Real share = std::min(Real(1), Real(0.99) * reach(problem));
+      const Real share = std::min(Real(1), Real(measured::boundary_share) * reach(problem));
       bool is_inside = true;
       for_each_law(problem, [&](auto& law, std::span<const Row>) {
         law.advance(share);
@@ -95,11 +97,6 @@ class InteriorPoint {
   [[nodiscard]] const DynamicArray<Real>& velocities() const { return v_; }
 
  private:
-  /// [1] What a row yields in a step, by its own response. It keeps the matrix regular where rows
-  /// are redundant, moves with the impulses, and so leaves no trace. A larger one would hold back
-  /// redundant impulses on their way to the middle.
-  static constexpr double yield = 1e-10;
-
   /// Calls use(law, its rows) for all laws.
   template <typename Use>
   void for_each_law(const ConvexProblem<Real>& problem, const Use& use) {

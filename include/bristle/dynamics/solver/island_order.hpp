@@ -85,7 +85,8 @@ class IslandOrder {
       const List column = list_of_[body];
       number_[body] = static_cast<std::uint32_t>(order_.size());
       order_.push_back(body);
-      // A product for each two blocks of the column, in six times six rows; half of the diagonal's.
+      // A product for each two blocks of the column. Each of six columns takes half of the square
+      // of the rows below it: those of the blocks, and three of its own in the mean.
       const std::uint64_t width = 6 * std::uint64_t(column.size) + 3;
       work += 3 * width * width;
       for (std::uint32_t k = 0; k < column.size; ++k) {

@@ -7,6 +7,7 @@
 #include <bristle/core/dynamic_array.hpp>
 #include <bristle/core/no_index.hpp>
 #include <bristle/core/unrolled.hpp>
+#include <bristle/dynamics/solver/solver_constants.hpp>
 #include <bristle/math/block6.hpp>
 #include <bristle/math/block_cholesky.hpp>
 
@@ -44,9 +45,6 @@ enum class RowSide : std::uint8_t {
 /// A row over the velocities of two bodies. Velocities are relative to the row's target.
 template <typename Real>
 struct IslandRow {
-  /// [1] Least eps. Below it round-off of the stiffness M^-1 J^T J / eps shows.
-  static constexpr double least_eps = 1e-6;
-
   // What decides the branch of a row fills the first cache line.
   std::uint32_t a = no_index;  // First unknown of each body; `no_index` if it has none.
   std::uint32_t b = no_index;
@@ -85,7 +83,7 @@ struct IslandRow {
   /// [velocity per impulse] R = eps K. A large eps keeps a step from leaving the branch of its law.
   /// A row without bounds has one branch, so its eps is the least at once.
   [[nodiscard]] Real regularisation(Real eps) const {
-    return (kind == RowKind::free ? std::min(eps, Real(least_eps)) : eps) * response;
+    return (kind == RowKind::free ? std::min(eps, Real(measured::least_eps)) : eps) * response;
   }
   /// [velocity per impulse] R plus the row's own compliance. It is the inverse of the slope of
   /// lambda+.

@@ -4,8 +4,7 @@
 /// Resting islands, and those that slide on as before, take one sweep of sequential impulses. The
 /// proximal solver takes over where sweeps converge so slowly that factorisations are cheaper. It
 /// also solves every small island with sensors, joints or only new contacts. These need their load
-/// spread evenly. Large islands are swept, and so are smaller heaps that slide, if sweeps come
-/// near.
+/// spread evenly. Large islands are swept, and so are smaller heaps that slide, if sweeps serve.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -17,6 +16,7 @@
 #include <bristle/dynamics/solver/method_choice.hpp>
 #include <bristle/dynamics/solver/proximal_solver.hpp>
 #include <bristle/dynamics/solver/sequential_solver.hpp>
+#include <bristle/dynamics/solver/solver_constants.hpp>
 #include <bristle/dynamics/solver/sweep_convergence.hpp>
 
 #include <algorithm>
@@ -64,8 +64,8 @@ class IslandSolver {
     if (!island.soft.empty()) {
       // Other islands are placed substep by substep as they are solved.
       const int most = context.settings.max_position_sweeps;
-      place_part(island, constraints, bodies, context, {most, most}, S(0.3) * report.residual,
-                 report);
+      place_part(island, constraints, bodies, context, {most, most},
+                 S(measured::swept_position_share) * report.residual, report);
     }
     return false;
   }
@@ -116,7 +116,8 @@ class IslandSolver {
     }
     // A residual that needs more than one sweep is brought well below the tolerance. Just below it,
     // it would come up again in the next step.
-    SweepConvergence<S> progress(context.velocity_tolerance, S(0.3) * context.velocity_tolerance);
+    SweepConvergence<S> progress(context.velocity_tolerance,
+                                 S(measured::later_sweep_share) * context.velocity_tolerance);
     watch_.start();
     int most_sweeps = may_factor ? context.settings.max_sweeps : most_repairs(context);
     for (int n = 0; n < most_sweeps; ++n) {
@@ -142,8 +143,7 @@ class IslandSolver {
   }
 
   /// Goes back from swept impulses, which are saved, to the warm start of an island that is held.
-  /// It is nearer to the solution. Sweeps put the load on single points, whose friction reaches its
-  /// bound.
+  /// It is nearer to the solution. Sweeps put the load on single points, which then slide.
   void start_where_held(const Island& island, Constraints<S>& constraints,
                         std::span<SolverBody<S>> bodies, const SolveContext<S>& context) {
     warm_start_.restore(island, constraints);
@@ -162,8 +162,7 @@ class IslandSolver {
                : std::min(settings.max_sweeps, SweepCount::half_of(settings.large_sweeps).least);
   }
 
-  /// Returns whether an island has gained kinetic energy. It must exceed that at the start and that
-  /// of free motion.
+  /// Returns whether the kinetic energy exceeds that at the start and that of free motion.
   [[nodiscard]] static bool has_gained_energy(const Island& island,
                                               std::span<const SolverBody<S>> bodies) {
     const IslandEnergy<S> energy = energy_of<S>(island, bodies);
@@ -207,7 +206,8 @@ class IslandSolver {
   bool sweep_sliding(const Island& island, Constraints<S>& constraints,
                      std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
                      SolveReport<S>& report) {
-    const S near = std::max(context.velocity_tolerance, S(1e-3) * context.speed_change);
+    const S near = std::max(context.velocity_tolerance,
+                            S(measured::newton_takes_over_share) * context.speed_change);
     const SolverDef<S>& settings = context.settings;
     sequential_.start_manifolds(island, constraints, bodies, S(1));
     sequential_.start_part(island, constraints, bodies, context);
@@ -225,9 +225,9 @@ class IslandSolver {
       sequential_.finish(island, bodies);
     }
     sequential_.keep_impulses();
-    // Velocities are left far from their laws. Overlaps of a thirtieth of what forces move are
-    // small.
-    const S enough = std::min(S(0.3) * report.residual, S(3e-2) * context.speed_change);
+    // Velocities are left far from their laws. Overlaps are small beside the motion by forces.
+    const S enough = std::min(S(measured::swept_position_share) * report.residual,
+                              S(measured::sliding_overlap_share) * context.speed_change);
     place_part(island, constraints, bodies, context, {affordable, affordable}, enough, report);
     sequential_.finish_parts(island, constraints);
     sequential_.find_velocities(island, constraints, bodies);
@@ -237,7 +237,7 @@ class IslandSolver {
   /// [-] Sweeps of the velocities of a heap that slides. Positions, which sweeps find, have more of
   /// the budget.
   [[nodiscard]] static int sliding_sweeps(int affordable, const SolverDef<S>& settings) {
-    return std::min(settings.max_sweeps, affordable / 4);
+    return std::min(settings.max_sweeps, affordable / measured::sliding_velocity_divisor);
   }
 
   /// Solves a large island by few sweeps. Its substeps are short enough for them. Gaps follow the
@@ -275,8 +275,9 @@ class IslandSolver {
       }
       sequential_.keep_impulses();
       if (!island.soft.empty()) break;  // Placed when their sensors have settled.
-      // A third of the error of the velocities adds little to it.
-      place_part(island, constraints, bodies, part, placings, S(0.3) * report.residual, report);
+      // Positions need no more digits than velocities have.
+      place_part(island, constraints, bodies, part, placings,
+                 S(measured::swept_position_share) * report.residual, report);
       if (k + 1 < count) sequential_.move_on(bodies, part.dt);
       end_part(island, constraints, bodies, part.dt, parts);
     }
@@ -344,7 +345,7 @@ class IslandSolver {
                                             const SolveReport<S>& report) {
     const IslandEnergy<S> energy = energy_of<S>(island, bodies);
     const S given = std::max(energy.start, energy.free);
-    if (!context.slides) return energy.found > S(2) * given;
+    if (!context.slides) return energy.found > S(measured::suspicious_energy_growth) * given;
     return report.residual > context.fast() && energy.found > given;
   }
 

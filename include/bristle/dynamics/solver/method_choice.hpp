@@ -6,6 +6,7 @@
 #include <bristle/core/disjoint_sets.hpp>
 #include <bristle/core/dynamic_array.hpp>
 #include <bristle/dynamics/solver/island_order.hpp>
+#include <bristle/dynamics/solver/solver_constants.hpp>
 #include <bristle/dynamics/solver/solver_types.hpp>
 
 #include <algorithm>
@@ -44,7 +45,7 @@ template <Scalar S>
   return std::none_of(island.contacts.begin(), island.contacts.end(), [&](std::uint32_t i) {
     const ContactConstraint<S>& c = constraints.contacts[i];
     const bool is_at_edge =
-        c.friction * c.impulse[0] > S(0) && hold_of(c.impulse, c.friction) < S(0.01);
+        c.friction * c.impulse[0] > S(0) && hold_of(c.impulse, c.friction) < S(measured::edge_hold);
     if (!is_at_edge) return false;
     return slip2_of(c, c.velocity(bodies[c.body_a].start, bodies[c.body_b].start)) > still2;
   });
@@ -59,14 +60,17 @@ class MethodChoice {
   void make(const Island& island, const Constraints<S>& constraints,
             std::span<const SolverBody<S>> bodies, SolveContext<S>& context) {
     const std::uint64_t most = context.settings.max_direct_work;
-    // A row of a contact is squared over both of its bodies, in three blocks.
+    // A row of a contact is squared over both of its bodies, in three blocks. A contact has three
+    // rows, and a block of rows counts as many.
     const std::uint64_t rows = 3 * (island.contacts.size() + island.blocks.size());
-    const std::uint64_t assembly = 78 * rows + 500 * island.soft.size();
+    const std::uint64_t assembly =
+        measured::contact_row_work * rows + measured::soft_block_work * island.soft.size();
     const std::uint64_t unknowns = 6 * island.bodies.size();
+    // The Cholesky factor of a full matrix of n unknowns takes n^3 / 6 multiply-adds.
     const std::uint64_t dense = assembly + unknowns * unknowns * unknowns / 6;
     const bool may_be_large = dense > most;
-    context.slides =
-        dense > most / sweeps_pay_from && has_sliding_heap(island, constraints, bodies, context);
+    context.slides = dense > most / measured::sliding_work_divisor &&
+                     has_sliding_heap(island, constraints, bodies, context);
     context.factor_work = dense;
     if (!may_be_large && !context.slides) return;
     if (assembly <= most) {
@@ -76,23 +80,17 @@ class MethodChoice {
       // The full matrix bounds the work of small islands. It decides what their budget allows.
       if (may_be_large) {
         context.factor_work = work;
-        context.is_costly_heap = elimination > most / most_jointed_share &&
+        context.is_costly_heap = elimination > most / measured::mechanism_work_divisor &&
                                  has_short_mechanisms(island, constraints, bodies, context);
       }
-      context.is_swept = context.is_large() || (context.slides && work > most / sweeps_pay_from);
+      context.is_swept =
+          context.is_large() || (context.slides && work > most / measured::sliding_work_divisor);
     } else {
       context.is_swept = true;
     }
   }
 
  private:
-  /// Sweeps solve moving heaps from this share of the largest factorisation on.
-  static constexpr std::uint64_t sweeps_pay_from = 10;
-  /// The elimination of an island that sweeps serve may take this share of the largest one, if it
-  /// has joints. As long as it moves it takes ten to twenty factorisations in a step
-  /// (docs/measurements/0042-a-budget-for-an-island.md, "No zero blocks").
-  static constexpr std::uint64_t most_jointed_share = 5;
-
   /// Returns whether an island has contacts alone, none of which may bounce, and surfaces that
   /// slide or close faster than forces change velocities in a step. What rests or is held has to
   /// be exact. Where one contact slides, all of its island is swept.

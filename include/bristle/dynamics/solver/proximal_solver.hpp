@@ -30,6 +30,7 @@
 #include <bristle/dynamics/solver/interior_point.hpp>
 #include <bristle/dynamics/solver/island_rows.hpp>
 #include <bristle/dynamics/solver/method_choice.hpp>
+#include <bristle/dynamics/solver/solver_constants.hpp>
 #include <bristle/dynamics/solver/solver_types.hpp>
 #include <bristle/math/spatial.hpp>
 
@@ -71,7 +72,8 @@ class ProximalSolver {
     rows_.evaluate(step_);
     rows_.set_shifts();
     // Well below the tolerance. A sweep over the result then finds nothing to do.
-    const Real tolerance = Real(0.1) * Real(context.velocity_tolerance);
+    const Real tolerance =
+        Real(measured::direct_tolerance_share) * Real(context.velocity_tolerance);
     enough_ = Real(context.velocity_tolerance);
     // Derivatives have to settle, too, which the iteration waits for.
     if constexpr (derivatives_of<S> == 0) {
@@ -121,12 +123,6 @@ class ProximalSolver {
   [[nodiscard]] Real enough() const { return enough_; }
 
  private:
-  /// [-] Newton steps from no impulses. What lands and does not jam takes one or two. All else that
-  /// is new is solved from inside.
-  static constexpr int landing_steps = 4;
-  /// [-] Small steps in a row that halve nothing.
-  static constexpr int most_idle = 2;
-
   Real solve_law(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
                  const SolveContext<S>& context, SolveReport<S>& report);
   [[nodiscard]] ConvexProblem<Real> convex_problem(const CoulombProblem<Real>& problem);
@@ -193,10 +189,13 @@ auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constrai
       .is_near = false,
       .start = &step_,
       .free = &product_,
-      .tolerance = Real(is_swept_first ? 0.01 : 0.1) * Real(context.velocity_tolerance),
+      .tolerance = Real(is_swept_first ? measured::swept_first_tolerance_share
+                                       : measured::direct_tolerance_share) *
+                   Real(context.velocity_tolerance),
       .speed_change = Real(context.driven_change),
-      .most_steps = std::min(context.most_newton_steps(report),
-                             is_fresh ? landing_steps : context.settings.max_newton_steps)};
+      .most_steps =
+          std::min(context.most_newton_steps(report),
+                   is_fresh ? measured::most_landing_steps : context.settings.max_newton_steps)};
   // A warm step in which a grip begins to slip must not allocate.
   if (!context.is_cheap()) {
     interior_.reserve(convex_problem(problem));
@@ -271,7 +270,8 @@ auto ProximalSolver<S>::solve_from_inside(CoulombProblem<Real> problem,
     convex.speed = std::max(convex.speed, abs(row.velocity));
   }
   // Newton's method does the rest. The nearer to the solution, the nearer to the edges of cones.
-  convex.tolerance = std::max(enough_, Real(1e-5) * problem.speed_change);
+  convex.tolerance =
+      std::max(enough_, Real(measured::interior_solved_share) * problem.speed_change);
   convex.most_steps = context.most_interior_steps(report);
   report.factorisations += interior_.solve(convex);
   for (std::size_t k = 0; k < rows.size(); ++k) rows[k].lambda = interior_.impulse(k);
@@ -386,15 +386,15 @@ void ProximalSolver<S>::add_soft(const SoftBlock<S>& soft, std::span<const Solve
 
 /// Drops rows along which joints leave no mobility. A finger on a slide may be pushed across it. It
 /// could only yield by being torn off (docs/decisions/0009-locked-contact-directions.md). The
-/// remaining response of a row is that of the matrix with all joints held by springs of 1e-9.
+/// remaining response of a row is that of the matrix with all joints held by stiff springs.
 template <Scalar S>
 void ProximalSolver<S>::drop_locked_rows(const Island& island, const Constraints<S>& constraints,
                                          std::span<const SolverBody<S>> bodies) {
   if (!rows_.find_lockable(island, constraints, bodies)) return;
   hessian_ = matrix_;
-  rows_.add_joints(Real(1e-9), hessian_);
+  rows_.add_joints(Real(measured::joint_spring_softness), hessian_);
   if (!hessian_.factor()) return;
-  rows_.drop_locked(hessian_, Real(1e-6), product_);
+  rows_.drop_locked(hessian_, Real(measured::locked_response_share), product_);
 }
 
 /// Finds the transient impulses of contacts, which the next step does not need. Impulses would be
@@ -425,8 +425,8 @@ auto ProximalSolver<S>::iterate(Real tolerance, const SolveContext<S>& context,
                                 SolveReport<S>& report) -> Real {
   // A smaller eps is a stiffer penalty. It needs fewer outer iterations, but many Newton steps if
   // one starts from far away. Where no row can switch, the smallest eps is right at once.
-  const Real smallest = Real(IslandRow<Real>::least_eps);
-  Real eps = rows_.can_switch() ? Real(1e-3) : smallest;
+  const Real smallest = Real(measured::least_eps);
+  Real eps = rows_.can_switch() ? Real(measured::proximal_first_eps) : smallest;
   Real left = infinity<Real>;
   Real inner = Real(0);
   const int most_steps = context.most_newton_steps(report);
@@ -436,8 +436,10 @@ auto ProximalSolver<S>::iterate(Real tolerance, const SolveContext<S>& context,
   for (int outer = 0; steps < most_steps; ++outer) {
     // Shifts follow the slip of a solved convex problem. Before, all that is loaded creeps by eps.
     // Shifts by that creep would unload what sticks, and what could hold would begin to slide.
-    if (outer > 0 && rows_.convex_residual() <= Real(0.5) * left) rows_.set_shifts();
-    if (!minimise(eps, std::max(Real(0.1) * tolerance, inner), steps, most_steps)) {
+    const Real solved = Real(measured::convex_solved_share) * left;
+    if (outer > 0 && rows_.convex_residual() <= solved) rows_.set_shifts();
+    if (!minimise(eps, std::max(Real(measured::inner_tolerance_share) * tolerance, inner), steps,
+                  most_steps)) {
       // The impulses of an iteration that was cut short match no velocities. Those of the iteration
       // before do.
       v_ = settled_;
@@ -450,9 +452,11 @@ auto ProximalSolver<S>::iterate(Real tolerance, const SolveContext<S>& context,
     left = std::max(rows_.residual(), mismatch_);
     if (left <= tolerance && have_derivatives_settled(context.settings)) break;
     // Slip that keeps turning leaves a residual that no longer falls.
-    if (outer >= 10 && left > Real(0.9) * before) break;
-    eps = std::max(smallest, eps / Real(10));
-    inner = Real(0.01) * left;  // Exact minima of a changing function are no use.
+    const bool is_stalled = left > Real(measured::stalled_residual_share) * before;
+    if (outer >= measured::least_outer_iterations && is_stalled) break;
+    eps = std::max(smallest, eps / Real(measured::proximal_eps_divisor));
+    // Exact minima of a changing function are no use.
+    inner = Real(measured::inner_residual_share) * left;
   }
   report.factorisations += steps;
   return left;
@@ -498,10 +502,11 @@ bool ProximalSolver<S>::minimise(Real eps, Real tolerance, int& steps, int most_
     // Impulses are velocities divided by eps. So small steps still bring them nearer, and several
     // that do not leave round-off.
     mismatch_ = mismatch();
-    const bool is_idle = size <= tolerance && mismatch_ > Real(0.5) * nearest;
+    const bool is_idle =
+        size <= tolerance && mismatch_ > Real(measured::idle_mismatch_share) * nearest;
     idle = is_idle ? idle + 1 : 0;
     nearest = std::min(nearest, mismatch_);
-    if (mismatch_ <= tolerance || idle >= most_idle) return true;
+    if (mismatch_ <= tolerance || idle >= measured::most_idle_steps) return true;
   }
   return false;
 }
@@ -546,11 +551,11 @@ auto ProximalSolver<S>::search_line(Real eps) -> Real {
   Real at_low = derivative(low);
   Real high = Real(1);
   Real at_high = derivative(high);
-  const Real small = Real(0.01) * abs(at_low);
+  const Real small = Real(measured::line_search_share) * abs(at_low);
   Real s = high;
   if (at_high > small && at_low < Real(0)) {
     int side = 0;
-    for (int i = 0; i < 20; ++i) {
+    for (int i = 0; i < measured::most_line_search_steps; ++i) {
       s = (low * at_high - high * at_low) / (at_high - at_low);
       const Real at_s = derivative(s);
       if (abs(at_s) <= small) break;

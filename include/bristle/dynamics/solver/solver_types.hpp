@@ -8,6 +8,7 @@
 #include <bristle/dynamics/contacts/contact_constraint.hpp>
 #include <bristle/dynamics/solver/constraint.hpp>
 #include <bristle/dynamics/solver/soft_block.hpp>
+#include <bristle/dynamics/solver/solver_constants.hpp>
 #include <bristle/dynamics/solver/solver_def.hpp>
 
 #include <algorithm>
@@ -160,9 +161,9 @@ struct SolveContext {
   /// [m/s] Least speed that is fast: forces do not change velocities as much in the step.
   [[nodiscard]] S fast() const { return std::max(velocity_tolerance, speed_change); }
   /// [-] Factorisations that the budget of one problem pays for. It is as many multiply-adds as
-  /// twenty factorisations of the largest island take.
+  /// `budget_factorisations` of the largest island take.
   [[nodiscard]] double affordable_steps() const {
-    return 20.0 * static_cast<double>(settings.max_direct_work) /
+    return measured::budget_factorisations * static_cast<double>(settings.max_direct_work) /
            static_cast<double>(std::max<std::uint64_t>(1, factor_work));
   }
   /// Returns whether a factorisation exceeds its bounds. The island is then swept in any case.
@@ -172,13 +173,13 @@ struct SolveContext {
   /// [-] Sweeps of the position problem that cost as much as all steps of Newton's method may.
   [[nodiscard]] int affordable_sweeps(const Island& island) const {
     const double steps = std::min<double>(settings.max_newton_steps, affordable_steps());
-    // A contact takes some hundred multiply-adds in a sweep.
-    const double work = 100.0 * static_cast<double>(island.contacts.size());
-    return static_cast<int>(std::min(1e4, steps * static_cast<double>(factor_work) / work));
+    const double work = measured::contact_sweep_work * static_cast<double>(island.contacts.size());
+    return static_cast<int>(std::min(measured::most_affordable_sweeps,
+                                     steps * static_cast<double>(factor_work) / work));
   }
   /// [-] Newton steps that the island may still take to solve one problem, at least one. The cost
   /// of a step so does not grow with the island. What is left of the law grows instead. All passes
-  /// of a step share three times the budget; once it is spent, each problem gets one step.
+  /// of a step share some budgets. Once these are spent, each problem gets one step.
   [[nodiscard]] int most_newton_steps(const SolveReport<S>& report) const {
     return static_cast<int>(std::min(steps_of_problem(), steps_left(report)));
   }
@@ -192,10 +193,10 @@ struct SolveContext {
   [[nodiscard]] double cost_share() const {
     return 2.0 * settings.max_newton_steps / affordable_steps();
   }
-  /// Returns whether both take a quarter of it at most. The island is then solved exactly, or
+  /// Returns whether both take a small share of it at most. The island is then solved exactly, or
   /// stacks would never come to rest. A larger one may leave something. Where surfaces slide fast,
   /// any island may: what Newton's method leaves. Sweeps follow, few for a larger one.
-  [[nodiscard]] bool is_cheap() const { return cost_share() <= 0.25; }
+  [[nodiscard]] bool is_cheap() const { return cost_share() <= measured::cheap_cost_share; }
 
   /// [-] Number of substeps of a swept island. It has an upper bound, whatever the length of the
   /// step.
@@ -203,7 +204,7 @@ struct SolveContext {
     using std::ceil;
     using std::max;
     using std::min;
-    const S most = S(64);
+    const S most = S(measured::most_swept_substeps);
     const S wanted = ceil(dt / settings.longest_substep);
     return static_cast<int>(min(most, max(S(1), wanted)));  // Infinite length: one.
   }
@@ -222,7 +223,7 @@ struct SolveContext {
     return std::clamp(affordable_steps(), 1.0, static_cast<double>(settings.max_newton_steps));
   }
   [[nodiscard]] double steps_left(const SolveReport<S>& report) const {
-    return std::max(1.0, 3 * steps_of_problem() - report.factorisations);
+    return std::max(1.0, measured::budgets_of_step * steps_of_problem() - report.factorisations);
   }
 };
 

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/dynamics/solver/solver_constants.hpp>
 #include <bristle/math/types.hpp>
 
 #include <algorithm>
@@ -27,14 +28,14 @@ class SweepConvergence {
     ++count_;
     return residual <= (count_ == 1 ? first_ : tolerance_);
   }
-  /// Returns whether the remaining sweeps would cost more than factorisations. About 60 sweeps of
-  /// contacts cost as much as one solve by factorisation. That holds for stacks of any height
-  /// (docs/solver.md). Sweeps alternate their direction, so the rate of two sweeps counts.
+  /// Returns whether the remaining sweeps would cost more than factorisations. Sweeps alternate
+  /// their direction, so the rate of two sweeps counts.
   [[nodiscard]] bool is_slow() const {
     using std::log;
-    if (count_ < 4) return false;
+    if (count_ < measured::least_sweeps_before_rate) return false;
     if (!(last_ < before_last_)) return true;
-    return S(2) * log(last_ / tolerance_) > S(60) * log(before_last_ / last_);
+    const S of_direct_solve = S(measured::sweeps_of_direct_solve);
+    return S(2) * log(last_ / tolerance_) > of_direct_solve * log(before_last_ / last_);
   }
 
  private:
