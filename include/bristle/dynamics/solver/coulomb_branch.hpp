@@ -37,7 +37,7 @@ struct CoulombBranch {
   std::array<Real, 3> constant{};
 
   /// Returns whether the impulse depends on velocities.
-  [[nodiscard]] bool gives_way() const {
+  [[nodiscard]] bool has_slope() const {
     return state == CoulombState::stick || state == CoulombState::slip ||
            state == CoulombState::inside;
   }
@@ -105,13 +105,13 @@ template <typename Real>
   const std::array<Real, 2> across{-along[1], along[0]};
   const Real share = bound / length;
   const Real rest = Real(1) - share * (Real(1) - eps);
-  const Real give = share / (K * rest);
+  const Real stiffness_across = share / (K * rest);
   const Real to_bound =
       row.friction * (l[0] + branch.constant[0]) - l[1] * along[0] - l[2] * along[1];
   const Real to_line = -(l[1] * across[0] + l[2] * across[1]) / rest;
-  branch.xx = -give * across[0] * across[0];
-  branch.xy = -give * across[0] * across[1];
-  branch.yy = -give * across[1] * across[1];
+  branch.xx = -stiffness_across * across[0] * across[0];
+  branch.xy = -stiffness_across * across[0] * across[1];
+  branch.yy = -stiffness_across * across[1] * across[1];
   for (std::size_t i = 0; i < 2; ++i) {
     branch.drag[i] = along[i] * row.friction * branch.normal;
     branch.constant[i + 1] = along[i] * to_bound + across[i] * to_line;

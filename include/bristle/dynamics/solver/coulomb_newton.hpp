@@ -10,7 +10,7 @@
 ///
 /// Newton's method does not converge from far away. It starts at the end of the last step. It moves
 /// the centre. It reduces eps once the problem with eps is solved, and raises it where a step leads
-/// farther away than one before. Only impulses within their bounds are judged, with their
+/// farther away than one before. Candidates are impulses within their bounds, with their
 /// velocities. The best that add no energy are kept.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
@@ -88,7 +88,7 @@ class CoulombNewton {
 
   /// Finds impulses and velocities that satisfy the law.
   CoulombResult<Real> solve(const CoulombProblem<Real>& problem) {
-    CoulombResult<Real> answer;
+    CoulombResult<Real> result;
     const std::span<const Row> rows = problem.rows;
     start(problem);
     // The least eps solves a linear law by one factorisation.
@@ -100,11 +100,11 @@ class CoulombNewton {
       eps = Real(measured::newton_cold_eps);
       std::fill(centre_.begin(), centre_.end(), Real(0));
     }
-    if (!factor_response(problem)) return answer;
+    if (!factor_response(problem)) return result;
     // A state that stays as it was needs no factorisation.
-    judge(problem, answer);
+    keep_if_better(problem, result);
     const Real nothing = Real(measured::steady_share) * problem.tolerance;
-    if (answer.residual <= nothing && is_steady(problem, nothing)) return answer;
+    if (result.residual <= nothing && is_steady(problem, nothing)) return result;
 
     Real factored_eps = Real(-1);  // No factor yet.
     Real least_eps = Real(measured::least_eps);
@@ -121,32 +121,32 @@ class CoulombNewton {
       find_gradient(problem);
       if (is_fresh) {
         if (!factor(problem)) break;
-        ++answer.factorisations;
+        ++result.factorisations;
         factored_ = branches_;
-        factored_eps = answer.eps = eps;
+        factored_eps = result.eps = eps;
       }
       solve_linear(step_);
       if (!advance(rows)) break;
       const Distances distances = measure(rows, eps);
       const Real left = distances.law;
-      if (!is_solved || left < answer.residual) answer.slip = distances.slip;
-      if (left <= problem.tolerance && left < answer.residual) {
-        answer.residual = left;
+      if (!is_solved || left < result.residual) result.slip = distances.slip;
+      if (left <= problem.tolerance && left < result.residual) {
+        result.residual = left;
         best_ = impulse_;
         move_into_bounds(rows, best_);
         best_v_ = v_;
-        // One more step with the same factor costs little, and leaves round-off. What rests then
-        // needs no step at all in the next one.
+        // One more step with the same factor costs little, and leaves round-off. An island at rest
+        // then needs no Newton step in the next time step.
         if (is_solved) break;
         is_solved = true;
         centre_ = impulse_;
         continue;
       }
       if (is_solved) break;
-      if (left < answer.residual) judge(problem, answer);
-      // What is good enough is improved as long as that is cheap. A motion that goes on as it is
-      // then needs no Newton step at all in the next step.
-      if (answer.residual <= problem.good_enough(answer.slip) &&
+      if (left < result.residual) keep_if_better(problem, result);
+      // A good enough result is improved as long as that is cheap. A steady motion then needs no
+      // Newton step in the next time step.
+      if (result.residual <= problem.good_enough(result.slip) &&
           left > Real(measured::cheap_gain_share) * last_left)
         break;
       last_left = left;
@@ -171,7 +171,7 @@ class CoulombNewton {
       const Real solved = Real(measured::centre_solved_share);
       if (of_compliant > std::max(solved * problem.tolerance, solved * left)) continue;
       if (centres++ > 0 && left > Real(measured::stalled_centre_share) * at_centre) {
-        answer.is_contradictory = !has_switched && !(eps > Real(measured::least_eps));
+        result.is_contradictory = !has_switched && !(eps > Real(measured::least_eps));
         break;
       }
       // The factor is kept where it converges fast.
@@ -183,7 +183,7 @@ class CoulombNewton {
       before = infinity<Real>;
       keep_nearest(left, nearest);
     }
-    return answer;
+    return result;
   }
 
   /// The impulses that were found. `velocities` are theirs [m/s, rad/s].
@@ -281,7 +281,7 @@ class CoulombNewton {
   }
 
   /// Finds the branch of each row.
-  /// @return Whether any branch has changed.
+  /// @return True if any branch has changed.
   bool linearise(std::span<const Row> rows, Real eps) {
     bool has_switched = false;
     for (std::size_t k = 0; k < rows.size(); ++k) {
@@ -325,7 +325,7 @@ class CoulombNewton {
     const std::span<const Row> rows = problem.rows;
     for (std::size_t k = 0; k < rows.size(); ++k) {
       const Branch& branch = branches_[k];
-      if (rows[k].kind == RowKind::tangent || !branch.gives_way()) continue;
+      if (rows[k].kind == RowKind::tangent || !branch.has_slope()) continue;
       add_square(cholesky_, -branch.normal, rows[k]);
       if (rows[k].kind != RowKind::cone) continue;
       add_square(cholesky_, -branch.xx, rows[k + 1]);
@@ -341,7 +341,7 @@ class CoulombNewton {
     const Row* of_pair = nullptr;
     for (std::size_t k = 0; k < rows.size(); ++k) {
       const Row& row = rows[k];
-      if (row.kind == RowKind::tangent || !branches_[k].gives_way()) continue;
+      if (row.kind == RowKind::tangent || !branches_[k].has_slope()) continue;
       // Rows between the same two bodies follow each other. They are summed first.
       if (of_pair == nullptr || row.a != of_pair->a || row.b != of_pair->b) {
         if (of_pair != nullptr) add_pair(*of_pair);
@@ -446,19 +446,19 @@ class CoulombNewton {
   /// Keeps the impulses of the present iterate, moved into their bounds, if they are the best.
   /// Their velocities must be nearer to the law. They must add no energy, to the error that a
   /// solution may have anyway. Impulses that would are all scaled by the share that takes the most.
-  void judge(const CoulombProblem<Real>& problem, CoulombResult<Real>& answer) {
+  void keep_if_better(const CoulombProblem<Real>& problem, CoulombResult<Real>& result) {
     candidate_ = impulse_;
     move_into_bounds(problem.rows, candidate_);
-    Candidate candidate = try_candidate(problem, problem.good_enough(answer.slip));
+    Candidate candidate = try_candidate(problem, problem.good_enough(result.slip));
     if (candidate.work > Real(0)) {
       // The work of a share s is s slope + s^2 (work - slope).
       const Real share =
           std::max(Real(0), -candidate.slope / (Real(2) * (candidate.work - candidate.slope)));
       for (Real& x : candidate_) x *= share;
-      candidate = try_candidate(problem, problem.good_enough(answer.slip));
+      candidate = try_candidate(problem, problem.good_enough(result.slip));
     }
-    if (!(candidate.residual < answer.residual)) return;
-    answer.residual = candidate.residual;
+    if (!(candidate.residual < result.residual)) return;
+    result.residual = candidate.residual;
     best_ = candidate_;
     best_v_ = candidate_v_;
   }

@@ -1,5 +1,5 @@
 /// @file
-/// The most that bodies which nothing stops press with.
+/// Bound of the impulses by bodies that nothing stops.
 ///
 /// Fixed and kinematic bodies that move towards each other crush what is between them. No
 /// velocities keep all surfaces apart then. Impulses would grow with every sweep and Newton step,
@@ -19,7 +19,7 @@
 namespace bristle::inline BRISTLE_ABI::detail {
 
 /// Returns whether a contact carries more than all that acts on its island in a step. It crushes
-/// what is there, or is pressed by a lever.
+/// bodies, or a lever presses it.
 /// @param most  [N s] `ContactConstraint::most_impulse`. Infinite where nothing can be crushed.
 template <typename Real>
 [[nodiscard]] bool is_crushing(const Real& impulse, const Real& most) {
@@ -50,9 +50,9 @@ template <Scalar S>
   return any(island.contacts, constraints.contacts) || any(island.blocks, constraints.blocks);
 }
 
-/// [N s] What acts on an island in a step: what stops its bodies, what forces, motors and soft
-/// blocks give them, and what brings all of them to the speed of movers. Torques count as forces at
-/// the radius of gyration.
+/// [N s] Sum of the impulses on an island in a step: those that stop its bodies, those by forces,
+/// motors and soft blocks, and those that bring all of them to the speed of movers. Torques count
+/// as forces at the radius of gyration.
 template <Scalar S>
 [[nodiscard]] S impulse_scale(const Island& island, const Constraints<S>& constraints,
                               std::span<const SolverBody<S>> bodies) {

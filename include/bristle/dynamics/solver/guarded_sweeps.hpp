@@ -37,8 +37,8 @@ class GuardedSweeps {
       target_contact(c, bodies[c.body_a], bodies[c.body_b], context);
     }
     for (int n = 0; n < context.settings.max_sweeps; ++n) {
-      for (const std::uint32_t i : island.blocks) turn_block(constraints, i, bodies);
-      for (const std::uint32_t i : island.contacts) turn_contact(constraints.contacts[i], bodies);
+      for (const std::uint32_t i : island.blocks) update_block(constraints, i, bodies);
+      for (const std::uint32_t i : island.contacts) update_contact(constraints.contacts[i], bodies);
     }
     for (const std::uint32_t slot : island.bodies) bodies[slot].motion = bodies[slot].twist;
   }
@@ -48,7 +48,7 @@ class GuardedSweeps {
     return has_finite_square<S>(body.twist.linear) && has_finite_square<S>(body.twist.angular);
   }
 
-  static void turn_contact(ContactConstraint<S>& c, std::span<SolverBody<S>> bodies) {
+  static void update_contact(ContactConstraint<S>& c, std::span<SolverBody<S>> bodies) {
     SolverBody<S>& a = bodies[c.body_a];
     SolverBody<S>& b = bodies[c.body_b];
     const std::array<S, 3> impulse = c.impulse;
@@ -64,8 +64,8 @@ class GuardedSweeps {
     b.twist = twist_b;
   }
 
-  static void turn_block(Constraints<S>& constraints, std::uint32_t index,
-                         std::span<SolverBody<S>> bodies) {
+  static void update_block(Constraints<S>& constraints, std::uint32_t index,
+                           std::span<SolverBody<S>> bodies) {
     const ConstraintBlock<S>& block = constraints.blocks[index];
     ConstraintRow<S>* rows = &constraints.rows[block.first];
     SolverBody<S>& a = bodies[block.body_a];

@@ -1,5 +1,5 @@
 /// @file
-/// Interior-point method for the convex problem of an island: a harbour from anywhere.
+/// Interior-point method for the convex problem of an island. It converges from anywhere.
 ///
 /// The problem is that of `ProximalSolver`: velocities v and impulses l in the convex set K with
 ///     M v = r + J^T l,   u = J v - b + s in the dual of K,   l . u = 0.

@@ -99,7 +99,7 @@ class IslandOrder {
     return work;
   }
 
-  /// Queues a body by its neighbours. What is queued with other numbers of them is out of date.
+  /// Queues a body by its neighbours. Entries with other numbers of them are out of date.
   void enqueue(std::uint32_t body) {
     queue_.push_back(std::uint64_t(list_of_[body].left) << 32 | body);
     std::push_heap(queue_.begin(), queue_.end(), std::greater<>());
@@ -162,14 +162,14 @@ class IslandOrder {
       }
       if (parent != no_index) sizes_[parent] += sizes_[body];
     }
-    // Room for children that are still without numbers ends here. Parents come before children.
-    room_ends_.resize(number_.size());
+    // The numbers left for the children of a body end here. Parents come before children.
+    range_ends_.resize(number_.size());
     auto end = static_cast<std::uint32_t>(number_.size());
     for (std::size_t k = order_.size(); k-- > 0;) {
       const std::uint32_t body = order_[k];
-      std::uint32_t& room_end = parents_[body] == no_index ? end : room_ends_[parents_[body]];
-      number_[body] = room_ends_[body] = room_end - 1;
-      room_end -= sizes_[body];
+      std::uint32_t& range_end = parents_[body] == no_index ? end : range_ends_[parents_[body]];
+      number_[body] = range_ends_[body] = range_end - 1;
+      range_end -= sizes_[body];
     }
   }
 
@@ -249,7 +249,7 @@ class IslandOrder {
   }
 
   DynamicArray<std::uint32_t> local_, number_, order_, starts_, links_, next_;
-  DynamicArray<std::uint32_t> sizes_, parents_, room_ends_, lists_;
+  DynamicArray<std::uint32_t> sizes_, parents_, range_ends_, lists_;
   DynamicArray<List> list_of_;
   DynamicArray<std::uint64_t> queue_;  // A heap of neighbours and bodies, the least first.
   BlockPattern pattern_;

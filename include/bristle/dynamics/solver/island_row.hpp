@@ -45,7 +45,7 @@ enum class RowSide : std::uint8_t {
 /// A row over the velocities of two bodies. Velocities are relative to the row's target.
 template <typename Real>
 struct IslandRow {
-  // What decides the branch of a row fills the first cache line.
+  // Fields that decide the branch of a row fill the first cache line.
   std::uint32_t a = no_index;  // First unknown of each body; `no_index` if it has none.
   std::uint32_t b = no_index;
   RowKind kind = RowKind::free;

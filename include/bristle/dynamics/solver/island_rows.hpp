@@ -165,7 +165,7 @@ class IslandRows {
     }
   }
   /// Lists the rows that may need motions which joints lock.
-  /// @return Whether there are any.
+  /// @return True if there are any.
   bool find_lockable(const Island& island, const Constraints<S>& constraints,
                      std::span<const SolverBody<S>> bodies);
   /// Drops those of the listed rows whose response in a factored matrix is at most `share` of their

@@ -53,7 +53,7 @@ class IslandSolver {
   /// Finds the displacements of the step from solved velocities. In a quiet step they follow from
   /// the velocities. Nothing is solved then.
   ///
-  /// @return Whether the velocities are to be solved anew (`open_contacts`).
+  /// @return True if the velocities are to be solved anew (`open_contacts`).
   bool place(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
              const SolveContext<S>& context, SolveReport<S>& report) {
     if (!context.is_swept) {
@@ -200,9 +200,9 @@ class IslandSolver {
 
   /// Sweeps a heap that slides (`MethodChoice`) over one substep.
   ///
-  /// @return Whether the result serves. Newton's method takes over where sweeps have nearly found
-  ///         the solution: it needs a step or two, and what slides on as before then takes one
-  ///         sweep. Where it is hit, Newton's method takes many and does not find the solution.
+  /// @return True if the result serves. Newton's method takes over where sweeps have nearly found
+  ///         the solution. It needs a step or two, and a steady slide then takes one sweep. Where
+  ///         the heap is hit, Newton's method takes many and does not find the solution.
   bool sweep_sliding(const Island& island, Constraints<S>& constraints,
                      std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
                      SolveReport<S>& report) {
@@ -301,7 +301,7 @@ class IslandSolver {
     sequential_.finish(island, bodies);
   }
 
-  /// @return Whether the velocities are found.
+  /// @return True if the velocities are found.
   bool sweep_velocities(bool backwards, const Island& island, Constraints<S>& constraints,
                         std::span<SolverBody<S>> bodies, const SolveContext<S>& part,
                         SolveReport<S>& report) {
@@ -344,9 +344,9 @@ class IslandSolver {
                                             const SolveContext<S>& context,
                                             const SolveReport<S>& report) {
     const IslandEnergy<S> energy = energy_of<S>(island, bodies);
-    const S given = std::max(energy.start, energy.free);
-    if (!context.slides) return energy.found > S(measured::suspicious_energy_growth) * given;
-    return report.residual > context.fast() && energy.found > given;
+    const S available = std::max(energy.start, energy.free);
+    if (!context.slides) return energy.found > S(measured::suspicious_energy_growth) * available;
+    return report.residual > context.fast() && energy.found > available;
   }
 
   /// Stores the whole step of each body. Scales the warm start of rows to a substep.
@@ -453,7 +453,7 @@ class IslandSolver {
     sequential_.find_velocities(island, constraints, bodies);
   }
 
-  /// @return Whether there was anything to solve.
+  /// @return True if there was anything to solve.
   bool place_small(const Island& island, Constraints<S>& constraints,
                    std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
                    SolveReport<S>& report) {
@@ -531,7 +531,7 @@ class IslandSolver {
   /// Solves by factorisation. Keeps the result if it is exact. Also keeps it if a sweep then finds
   /// a smaller residual than that of the saved impulses.
   /// @param residual  [m/s] Residual of the impulses that are in `saved_`.
-  /// @return Whether nothing is left to do.
+  /// @return True if nothing is left to do.
   bool try_proximal(const Island& island, Constraints<S>& constraints,
                     std::span<SolverBody<S>> bodies, const SolveContext<S>& context, S residual,
                     SolveReport<S>& report) {

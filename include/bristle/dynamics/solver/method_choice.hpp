@@ -92,7 +92,7 @@ class MethodChoice {
 
  private:
   /// Returns whether an island has contacts alone, none of which may bounce, and surfaces that
-  /// slide or close faster than forces change velocities in a step. What rests or is held has to
+  /// slide or close faster than forces change velocities in a step. Islands at rest or held have to
   /// be exact. Where one contact slides, all of its island is swept.
   [[nodiscard]] static bool has_sliding_heap(const Island& island,
                                              const Constraints<S>& constraints,

@@ -2,9 +2,9 @@
 /// Solver of small stiff islands. Stacks of unlike masses, grips, mechanisms and patches of sensors
 /// are all in one system.
 ///
-/// Coulomb's law is solved by `CoulombNewton`, with `InteriorPoint` as its harbour. What follows is
-/// the algorithm for displacements, for scalars with derivatives, and the harbour of what is
-/// crushed and of islands so small that sixty Newton steps are cheap.
+/// Coulomb's law is solved by `CoulombNewton`, with `InteriorPoint` as its fallback. The algorithm
+/// below is for displacements and for scalars with derivatives. It is also the fallback for what is
+/// crushed, and for islands so small that sixty Newton steps are cheap.
 ///
 /// The unknowns are the velocities v of the bodies. Soft blocks are linear in v and belong to the
 /// matrix Mt = M + sum G^T A6 G. Every other constraint i has a multiplier. A projection P_i maps
@@ -207,10 +207,10 @@ auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constrai
   const bool is_short = found.residual > enough_ && !found.is_contradictory;
   const bool is_crushed =
       is_short && rows_.is_crushed([this](std::size_t k) { return newton_.impulse(k); });
-  // Behind it comes the proximal iteration, whose opening speeds follow the slip, where the budget
-  // pays for it. What is crushed has nothing else: `InteriorPoint` does not know cones that end.
+  // The next method is the proximal iteration, whose opening speeds follow the slip, where the
+  // budget pays for it. Crushed bodies have no other: `InteriorPoint` does not know cones that end.
   const bool is_paid = is_crushed ? context.cost_share() <= 1 : context.is_cheap();
-  // Where surfaces slide fast and nothing is crushed, neither harbour is worth its cost: in two of
+  // Where surfaces slide fast and nothing is crushed, neither fallback is worth its cost. In two of
   // three cases it ends farther from the law (docs/measurements/0042-a-budget-for-an-island.md).
   const Real fast = std::max(problem.speed_change, Real(context.velocity_tolerance));
   const bool slides = !is_fresh && found.slip > fast;
@@ -473,7 +473,7 @@ bool ProximalSolver<S>::have_derivatives_settled(const SolverDef<S>& settings) {
 /// The inner loop: Newton's method with line search, until the impulses of the velocities give
 /// these velocities, or come no nearer to them. `mismatch_` says what is left. The velocities are
 /// made from the impulses in the end.
-/// @return Whether it came to an end.
+/// @return True if it came to an end.
 template <Scalar S>
 bool ProximalSolver<S>::minimise(Real eps, Real tolerance, int& steps, int most_steps) {
   using std::abs;

@@ -37,9 +37,9 @@ class SequentialSolver {
   }
   /// Returns whether most contacts of the manifolds are new.
   [[nodiscard]] bool is_cold() const { return manifolds_.is_cold(); }
-  /// Finds the velocities of a swept island. They are those by the impulses of points. What is
-  /// crushed (`limit_crushing`) keeps those of the last sweep: a single point has no torsion, and
-  /// the torque that is lost so would spin it at 900 rad/s.
+  /// Finds the velocities of a swept island. They are those by the impulses of points. A
+  /// crushed island (`limit_crushing`) keeps those of the last sweep. A single point has no
+  /// torsion, and the torque that is lost so would spin its bodies at 900 rad/s.
   void find_velocities(const Island& island, const Constraints<S>& constraints,
                        std::span<SolverBody<S>> bodies) const {
     if (!manifolds_.may_be_crushed()) apply_impulses(island, constraints, bodies);
@@ -95,7 +95,7 @@ class SequentialSolver {
   void start_extrapolation(SweptProblem problem) { manifolds_.start_extrapolation(problem); }
   /// Moves on as the last sweep there and back did (`ManifoldSweeps::extrapolate`). At least one
   /// sweep has to follow.
-  /// @return Whether there was something to gain.
+  /// @return True if there was something to gain.
   bool extrapolate(SweptProblem problem) { return manifolds_.extrapolate(problem); }
 
   /// Ends the sweeps of a substep.

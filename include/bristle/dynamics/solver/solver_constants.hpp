@@ -276,7 +276,7 @@ inline constexpr int least_sweeps_before_rate = 4;
 /// any height (docs/solver.md). A smaller number factorises sooner. A greater one sweeps longer.
 inline constexpr double sweeps_of_direct_solve = 60.0;
 
-// What is crushed (crushing_limit.hpp) ------------------------------------------------------------
+// Bound of crushing impulses (crushing_limit.hpp) -------------------------------------------------
 
 /// [1] Load of a contact as a multiple of all that acts on its island in a step. Levers and wedges
 /// that are moved against something ask for more than one. Of 96 crushed heaps 2, 1 and 0 throw a

@@ -178,8 +178,8 @@ struct SolveContext {
                                      steps * static_cast<double>(factor_work) / work));
   }
   /// [-] Newton steps that the island may still take to solve one problem, at least one. The cost
-  /// of a step so does not grow with the island. What is left of the law grows instead. All passes
-  /// of a step share some budgets. Once these are spent, each problem gets one step.
+  /// of a step so does not grow with the island. The residual of the law grows instead. All passes
+  /// of a step share `budgets_of_step` budgets. Once these are spent, each problem gets one step.
   [[nodiscard]] int most_newton_steps(const SolveReport<S>& report) const {
     return static_cast<int>(std::min(steps_of_problem(), steps_left(report)));
   }
