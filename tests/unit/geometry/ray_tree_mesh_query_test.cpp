@@ -4,12 +4,15 @@
 #include "support/rounds.hpp"
 
 #include <bristle/geometry/rays/ray_tree_mesh_query.hpp>
+#include <bristle/sensors/ray_fan.hpp>
 
 #include <doctest/doctest.h>
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
@@ -281,6 +284,31 @@ TEST_CASE("RayTree: every ray is in one node, within its boxes") {
         }
       }
       CHECK(in_undivided == n);
+    }
+  }
+}
+
+TEST_CASE("RayTree: rays of a fan are divided by direction, in whatever order they come") {
+  RayFanDef<double> def;
+  def.width = 2 * std::numbers::pi;
+  def.height = 0.5;
+  def.columns = 360;
+  def.rows = 8;
+  def.range = 10;
+  const SensorLayout<double> fan = ray_fan(def);
+  const RayBatch<double> rays = fan.rays();
+  const RayTree<double> tree(rays);
+  for (const RayTreeNode<double>& node : tree.nodes()) {
+    if (node.is_divided()) continue;
+    // 64 of 2880 rays that divide a band of 2 pi x 0.5 rad evenly, in pieces at most four times as
+    // long as wide: sqrt(4 pi 64 / 2880) rad. Pieces of single rows would be 1.1 rad long.
+    Vec3<double> mean = Vec3<double>::Zero();
+    for (std::size_t k = node.first; k < node.first + node.count; ++k) {
+      mean += rays[tree.ray_at(k)].direction;
+    }
+    mean.normalize();
+    for (std::size_t k = node.first; k < node.first + node.count; ++k) {
+      CHECK(std::acos(mean.dot(rays[tree.ray_at(k)].direction)) < 0.53 / 2);
     }
   }
 }

@@ -144,23 +144,34 @@ inline void sort_places(std::span<std::uint32_t> places) {
   std::sort(places.data(), places.data() + places.size());
 }
 
-/// Divides rays along the longest extent of their starts into two parts of whole `size`s. The cut
-/// is near the middle, at a multiple of the side of a square of `size` rays. Halves would tear the
-/// rows of grids, and torn parts overlap. The part with the lowest starts comes first.
+/// Divides rays along the longest extent of their starts into two parts of whole `size`s, or of
+/// their ends where these are much farther apart, as in a fan. The cut is near the middle, at a
+/// multiple of the side of a square of `size` rays. Halves would tear the rows of grids, and torn
+/// parts overlap. The part with the lowest numbers comes first.
 /// @param some  More than `size`.
 /// @return [-] Number of rays in the first part.
 template <Scalar S>
 std::size_t split_rays(const RayBatch<S>& rays, std::span<std::uint32_t> some, std::size_t size) {
-  Aabb<S> starts;
-  for (const std::uint32_t i : some) starts.include(rays[i].origin);
+  Aabb<S> starts, ends;
+  for (const std::uint32_t i : some) {
+    starts.include(rays[i].origin);
+    ends.include(Vec3<S>(rays[i].origin + rays.length[i] * rays[i].direction));
+  }
+  const auto longest = [](const Aabb<S>& box) { return Vec3<S>(box.upper - box.lower).maxCoeff(); };
+  const bool is_fan = longest(ends) > S(2) * longest(starts);
+  const Aabb<S>& box = is_fan ? ends : starts;
   int axis = 0;
-  (starts.upper - starts.lower).maxCoeff(&axis);
-  const std::span<const S> along =
-      axis == 0 ? rays.origin_x : (axis == 1 ? rays.origin_y : rays.origin_z);
+  (box.upper - box.lower).maxCoeff(&axis);
+  // Keys are computed once: rounded anew in each comparison they might give no order.
+  DynamicArray<S> along;
+  for (const std::uint32_t i : some) {
+    if (along.size() <= i) along.resize(i + std::size_t{1});
+    along[i] = rays[i].origin[axis] + (is_fan ? rays.length[i] : S(0)) * rays[i].direction[axis];
+  }
   // The cut is not differentiated.
   std::array<double, 3> extent;
   for (int i = 0; i < 3; ++i) {
-    extent[static_cast<std::size_t>(i)] = static_cast<double>(starts.upper[i] - starts.lower[i]);
+    extent[static_cast<std::size_t>(i)] = static_cast<double>(box.upper[i] - box.lower[i]);
   }
   std::sort(extent.begin(), extent.end());
   const double spacing = grid_spacing(extent[1], extent[2], some.size());
@@ -174,7 +185,7 @@ std::size_t split_rays(const RayBatch<S>& rays, std::span<std::uint32_t> some, s
                  static_cast<std::size_t>(share * static_cast<double>(parts) + 0.5), 1, parts - 1);
   // A total order. So the parts do not depend on the standard library.
   std::nth_element(some.begin(), some.begin() + static_cast<std::ptrdiff_t>(first), some.end(),
-                   [along](std::uint32_t a, std::uint32_t b) {
+                   [&along](std::uint32_t a, std::uint32_t b) {
                      return along[a] < along[b] || (along[a] == along[b] && a < b);
                    });
   return first;

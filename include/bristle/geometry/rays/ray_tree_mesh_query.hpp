@@ -233,7 +233,8 @@ void RayTreeMeshQuery<S>::visit(std::size_t id, Known known) {
     may_meet_ = list == nullptr || is_any_triangle_in(box, *list);
     return may_meet_ ? void() : decide_empty(node, side);
   }
-  if (is_sparse) {
+  // Of a fan most nodes pass by the mesh: finding them costs less than casting their rays.
+  if (is_sparse && !node.is_divided()) {
     const RayRange asked = asked_of(node);
     const bool asks_all = rays_.range.first == 0 && rays_.range.end >= rays_.size();
     keeps_ = keeps_ || (rays_.triangle_cache != nullptr && asks_all &&
