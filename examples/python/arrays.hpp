@@ -50,15 +50,17 @@ template <typename S>
   return Eigen::Map<const Vec3<S>>(xyz);
 }
 
-/// What numpy makes of an argument.
-/// @throws InvalidArgument when it makes nothing of it, as of rows of unequal lengths.
+/// The array that numpy makes of an argument.
+/// @throws InvalidArgument with numpy's own words when it makes none, as of rows of unequal lengths
+///         or of a tensor on another device.
 [[nodiscard]] inline py::array array_of(const std::string& name, const py::object& values) {
-  py::array array = py::array::ensure(values);
-  if (!array) {
-    throw InvalidArgument(name, py::str(py::type::of(values)),
-                          "must be an array, its rows equally long");
+  try {
+    return py::module_::import("numpy").attr("asarray")(values);
+  } catch (const py::error_already_set& error) {
+    throw InvalidArgument(
+        name, py::str(py::type::of(values)),
+        "must be an array, its rows equally long (" + std::string(py::str(error.value())) + ")");
   }
-  return array;
 }
 
 /// The numbers of an argument as `T`.
@@ -150,16 +152,31 @@ class Rows {
 
 /// Where to write: the array that was given, or a new one of this shape.
 template <typename T>
-[[nodiscard]] Array<T> out_or_new(std::optional<Array<T>> out, std::vector<py::ssize_t> shape) {
-  if (!out) return Array<T>(std::move(shape));
-  if (!has_shape(*out, shape)) {
-    throw InvalidArgument("out.shape", py::str(out->attr("shape")), "must be " + shape_text(shape));
+[[nodiscard]] Array<T> out_or_new(const py::object& out, std::vector<py::ssize_t> shape) {
+  if (out.is_none()) return Array<T>(std::move(shape));
+  const auto dtype = py::dtype::of<T>();
+  if (!py::isinstance<py::array>(out)) {
+    throw py::type_error("out: " + std::string(py::str(py::type::of(out))) +
+                         ": must be an array of numpy");
   }
-  return *std::move(out);
+  const py::array array = out;
+  if (!array.dtype().is(dtype)) {
+    throw py::type_error("out: dtype " + std::string(py::str(array.dtype())) + ": must be " +
+                         std::string(py::str(dtype)));
+  }
+  if (!has_shape(array, shape)) {
+    throw InvalidArgument("out.shape", py::str(array.attr("shape")),
+                          "must be " + shape_text(shape));
+  }
+  if ((array.flags() & py::array::c_style) == 0) {
+    throw InvalidArgument("out.flags", "not C-contiguous", "must be C-contiguous");
+  }
+  if (!array.writeable()) throw InvalidArgument("out.flags", "read-only", "must be writeable");
+  return array;
 }
 template <typename T>
 [[nodiscard]] std::span<T> span_of(Array<T>& array) {
-  return {array.mutable_data(), static_cast<std::size_t>(array.size())};  // throws if read-only
+  return {array.mutable_data(), static_cast<std::size_t>(array.size())};
 }
 
 }  // namespace bristle_python

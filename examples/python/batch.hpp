@@ -120,15 +120,14 @@ template <typename S, typename Change>
 template <typename S, typename Id, typename T, typename ShapeOf>
 [[nodiscard]] auto gathered(void (WorldBatch<S>::*gather)(std::span<const Id>, std::span<T>) const,
                             ShapeOf shape_of) {
-  return
-      [=](const ThreadedBatch<S>& batch, const std::vector<Id>& ids, std::optional<Array<T>> out) {
-        std::vector<py::ssize_t> shape{static_cast<py::ssize_t>(batch.worlds.size()),
-                                       static_cast<py::ssize_t>(ids.size())};
-        for (const py::ssize_t n : shape_of(batch, ids)) shape.push_back(n);
-        auto to = out_or_new<T>(std::move(out), std::move(shape));
-        (batch.worlds.*gather)(ids, span_of(to));
-        return to;
-      };
+  return [=](const ThreadedBatch<S>& batch, const std::vector<Id>& ids, const py::object& out) {
+    std::vector<py::ssize_t> shape{static_cast<py::ssize_t>(batch.worlds.size()),
+                                   static_cast<py::ssize_t>(ids.size())};
+    for (const py::ssize_t n : shape_of(batch, ids)) shape.push_back(n);
+    auto to = out_or_new<T>(out, std::move(shape));
+    (batch.worlds.*gather)(ids, span_of(to));
+    return to;
+  };
 }
 
 /// What differs from world to world, before or between steps.
@@ -261,7 +260,7 @@ void bind_batch_gathers(Class& c) {
   using Batch = ThreadedBatch<S>;
   using Worlds = WorldBatch<S>;
   using Shape = std::vector<py::ssize_t>;
-  const auto out = py::arg("out").noconvert() = py::none();
+  const auto out = py::arg("out") = py::none();
   const auto each = [](Shape shape) {
     return [shape](const Batch&, const auto&) { return shape; };
   };
@@ -322,11 +321,14 @@ void bind_batch(py::module_& m) {
           "Advances all worlds by some steps each. Other Python threads run meanwhile.")
       .def(
           "reset",
-          [](Batch& batch, const py::object& mask) {
-            batch.worlds.reset(WorldMask(mask, batch.worlds.size()).get());
+          [](Batch& batch, const py::object& mask, const World<S>* start) {
+            batch.worlds.reset_to(start != nullptr ? *start : batch.origin,
+                                  WorldMask(mask, batch.worlds.size()).get());
           },
-          "mask"_a = py::none(),
-          "Puts the worlds of a mask, or all, back to their start, masses and surfaces included.")
+          "mask"_a = py::none(), "start"_a = py::none(),
+          "Puts the worlds of a mask, or all, back to their start, masses and surfaces included; "
+          "or "
+          "to the state of the world `start`.")
       .def_property_readonly(
           "failed",
           [](const Batch& batch) {

@@ -1,5 +1,5 @@
 // Cost of a batch of worlds: two pads of n x n sensors hold a part, in 1024 worlds that differ in
-// its mass.
+// its mass. The fingers of `pads` stand still; those of `grip` are driven along slides by motors.
 //
 //   one      a single world, warm
 //   loop     a loop over worlds, one step each
@@ -54,20 +54,34 @@ template <typename Clock, typename Call>
   return 1e6 * times[3] / parts;
 }
 
+/// How the pads are pressed.
+enum class Fingers { still, driven };
+
 template <typename S>
 struct Grip {
   World<S> world{WorldDef<S>{.time_step = S(1e-3)}};
   BodyId part{};
   std::array<PatchId, 2> pads{};
 
-  explicit Grip(int side) {
+  Grip(int side, Fingers fingers) {
     const S half = S(0.03);
     part = world.add_body({.mass = S(0.5), .shape = Box<S>{{half, half, half}}});
     for (const int k : {0, 1}) {
       const S inwards = k == 0 ? S(1) : S(-1);
-      const BodyId finger = world.add_body({.motion = Motion::kinematic,
-                                            .shape = Box<S>{{S(0.01), S(0.02), S(0.02)}},
-                                            .position = {-inwards * S(0.046), S(0), S(0)}});
+      const bool is_driven = fingers == Fingers::driven;
+      const BodyId finger =
+          world.add_body({.motion = is_driven ? Motion::dynamic : Motion::kinematic,
+                          .mass = is_driven ? S(0.1) : S(0),
+                          .shape = Box<S>{{S(0.01), S(0.02), S(0.02)}},
+                          .position = {-inwards * S(0.046), S(0), S(0)}});
+      if (is_driven) {
+        JointDef<S> slide;
+        slide.kind = JointKind::prismatic;
+        slide.body_b = finger;
+        slide.X_AJ.translation = world.body(finger).pose().translation;
+        slide.motor = {.mode = MotorMode::velocity, .target = inwards, .max_force = S(20)};
+        (void)world.add_joint(slide);
+      }
       PatchDef<S> pad;
       for (int i = 0; i < side * side; ++i) {
         const S u = (S(i % side) + S(0.5)) / S(side) - S(0.5);
@@ -89,8 +103,8 @@ struct Grip {
 }
 
 template <typename S>
-void measure(const char* scalar, int side, std::size_t count) {
-  const Grip<S> grip(side);
+void measure(const char* scalar, int side, Fingers fingers, std::size_t count) {
+  const Grip<S> grip(side, fingers);
   const auto vary = [&](std::size_t i, World<S>& world) {
     world.set_mass(grip.part, S(0.2) + S(0.5) * S(i) / S(count));
   };
@@ -137,9 +151,10 @@ void measure(const char* scalar, int side, std::size_t count) {
     wrong += alone.state_hash() == shared.world(i).state_hash() ? 0u : 1u;
   }
   const double readings = 2.0 * side * side / by_eight;
-  std::printf("%-7s 2x%-4d %6.2f %6.2f %6.2f %6.2f %6.2f %8.2f %7.2f %7.2f %7.0f %8.1f %6zu\n",
-              scalar, side * side, one, of_loop, by_one, by_eight, two, by_eight_wall / two, reset,
-              gather, kilobytes, readings, wrong);
+  std::printf("%-7s%s 2x%-4d %6.2f %6.2f %6.2f %6.2f %6.2f %8.2f %7.2f %7.2f %7.0f %8.1f %6zu\n",
+              scalar, fingers == Fingers::driven ? "grip" : "pads", side * side, one, of_loop,
+              by_one, by_eight, two, by_eight_wall / two, reset, gather, kilobytes, readings,
+              wrong);
 }
 
 #if defined(BRISTLE_WITH_MUJOCO)
@@ -157,7 +172,7 @@ void measure_mujoco(std::size_t count) {
   const auto hook = pool.hook();
   const double two = median(wall_seconds, 8 * worlds,
                             [&] { hook(count, [&](std::size_t i) { batch.step(i, 8); }); });
-  std::printf("MuJoCo  %d con. %6.2f        %6.2f %6.2f %6.2f %8.2f\n", batch.contacts(0), one,
+  std::printf("MuJoCo grip %d con. %6.2f        %6.2f %6.2f %6.2f %8.2f\n", batch.contacts(0), one,
               by_one, by_eight, two, by_eight_wall / two);
 }
 #endif
@@ -170,13 +185,15 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "WORLDS must be > 0\n");
     return 2;
   }
-  std::puts("                                 batch                 threads");
+  std::puts("                                     batch                 threads");
   std::puts(
-      "        taxels    one   loop    x1     x8   two x8   gain   reset  gather      kB  M "
+      "            taxels    one   loop    x1     x8   two x8   gain   reset  gather      kB  M "
       "taxel/s  error");
-  for (const int side : {6, 16}) {
-    measure<float>("float", side, count);
-    measure<double>("double", side, count);
+  for (const Fingers fingers : {Fingers::still, Fingers::driven}) {
+    for (const int side : {6, 16}) {
+      measure<float>("float", side, fingers, count);
+      measure<double>("double", side, fingers, count);
+    }
   }
 #if defined(BRISTLE_WITH_MUJOCO)
   measure_mujoco(count);

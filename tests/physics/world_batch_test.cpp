@@ -117,6 +117,26 @@ TEST_CASE("WorldBatch: worlds of a mask start anew, with the masses they had") {
   for (const std::uint64_t hash : batch_hashes(batch)) CHECK(hash == alone.state_hash());
 }
 
+TEST_CASE("WorldBatch: worlds of a mask go on from another world's state, and then as it does") {
+  const auto scene = training_grasp<double>();
+  World<double> later(scene.world);
+  for (int k = 0; k < 12; ++k) later.step();
+  WorldBatch<double> batch(scene.world, 5);
+  batch.step(3);
+  const std::vector<std::uint64_t> before = batch_hashes(batch);
+  const std::vector<std::uint8_t> mask{0, 1, 0, 0, 1};
+  batch.reset_to(later, mask);
+  for (std::size_t i = 0; i < 5; ++i) {
+    CHECK(batch.world(i).state_hash() == (mask[i] != 0 ? later.state_hash() : before[i]));
+  }
+  // One of the batch's own worlds serves as well.
+  batch.reset_to(batch.world(4));
+  batch.step(4);
+  for (int k = 0; k < 4; ++k) later.step();
+  for (const std::uint64_t hash : batch_hashes(batch)) CHECK(hash == later.state_hash());
+  CHECK_THROWS_AS(batch.reset_to(later, std::vector<std::uint8_t>(4, 1)), InvalidArgument);
+}
+
 TEST_CASE("WorldBatch: what is gathered is what the worlds say") {
   const auto scene = training_grasp<double>();
   WorldBatch<double> batch(scene.world, 19);

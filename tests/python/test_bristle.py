@@ -135,14 +135,38 @@ class Batches(unittest.TestCase):
         out = np.full((3, 2, 4, 9), -1, np.float32)
         self.assertIs(batch.taxels(pads, out=out), out)
         np.testing.assert_array_equal(out, batch.taxels(pads))
-        for wrong in (out.astype(np.float64), out[:, :, :, ::2], np.asfortranarray(out)):
-            with self.assertRaises((TypeError, bristle.InvalidArgument)):
+        with self.assertRaisesRegex(TypeError, "out: dtype float64: must be float32"):
+            batch.taxels(pads, out=out.astype(np.float64))
+        with self.assertRaisesRegex(TypeError, "out: .*list.*: must be an array"):
+            batch.taxels(pads, out=[0.0])
+        for wrong in (np.zeros((3, 2, 4, 18), np.float32)[:, :, :, ::2], np.asfortranarray(out)):
+            with self.assertRaisesRegex(bristle.InvalidArgument, "must be C-contiguous"):
                 batch.taxels(pads, out=wrong)
         with self.assertRaisesRegex(bristle.InvalidArgument, r"must be \(3, 2, 4, 9\)"):
             batch.taxels(pads, out=out[:2])
         out.flags.writeable = False
-        with self.assertRaises(ValueError):
+        with self.assertRaisesRegex(bristle.InvalidArgument, "must be writeable"):
             batch.taxels(pads, out=out)
+
+    def test_a_tensor_on_another_device_is_refused_in_its_own_words(self):
+        class OnDevice:
+            def __array__(self, *_args, **_names):
+                raise TypeError("can't convert cuda:0 device type tensor to numpy")
+
+        world, part, pads = small_grip(bristle)
+        batch = bristle.WorldBatch(world, 3)
+        with self.assertRaisesRegex(bristle.InvalidArgument, "masses.*cuda:0"):
+            batch.set_mass(part, OnDevice())
+
+    def test_worlds_of_a_mask_go_on_from_another_world(self):
+        world, part, _ = small_grip(bristle)
+        batch = bristle.WorldBatch(world, 3)
+        start = np.array([w[0, 2] for w in batch.bodies([part])])
+        world.step(5)
+        batch.reset([False, True, False], start=world)
+        position = np.array([w[0, 2] for w in batch.bodies([part])])
+        self.assertEqual(list(position != start), [False, True, False])
+        self.assertEqual(position[1], world.body(part).position[2])
 
     def test_a_world_outlives_the_name_of_its_batch(self):
         world, part, _ = small_grip()

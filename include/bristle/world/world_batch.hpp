@@ -76,7 +76,12 @@ class WorldBatch {
 
   /// Resets the worlds of a mask to their start, masses and materials included.
   /// @throws InvalidArgument when the mask is of another size.
-  void reset(Mask mask = {});
+  void reset(Mask mask = {}) { reset_to(origin_, mask); }
+  /// Resets the worlds of a mask to the state of another world, masses and materials included, such
+  /// as a copy of the original that already holds its part. Handles of that world then name the
+  /// same things in them.
+  /// @throws InvalidArgument when the mask is of another size.
+  void reset_to(const World<S, Backend>& start, Mask mask = {});
 
   /// Writes bodies to out[world][body][13]: position of the body frame [m], its quaternion x, y, z,
   /// w, velocity of the centre of mass [m/s], angular velocity [rad/s]. World axes.
@@ -200,10 +205,10 @@ void WorldBatch<S, Backend>::step(std::size_t steps) {
 }
 
 template <Scalar S, typename Backend>
-void WorldBatch<S, Backend>::reset(Mask mask) {
+void WorldBatch<S, Backend>::reset_to(const World<S, Backend>& start, Mask mask) {
   for_each(
-      [this](std::size_t i, World<S, Backend>& world) {
-        world.state_ = origin_.state_;
+      [&](std::size_t i, World<S, Backend>& world) {
+        if (&world != &start) world.state_ = start.state_;
         failed_[i] = 0;
       },
       mask);
