@@ -22,6 +22,7 @@
 #include <bristle/core/dynamic_array.hpp>
 #include <bristle/core/kernel_scratch.hpp>
 #include <bristle/core/no_index.hpp>
+#include <bristle/hosts/hosts_constants.hpp>
 #include <bristle/world/world.hpp>
 
 #include <algorithm>
@@ -334,7 +335,8 @@ void detail::HostStep<S>::place(WorldState<S>& world, std::uint32_t slot,
                                 const std::optional<HostBody<S>>& found) {
   using std::abs;
   // This also fails for NaN or overflowing quaternions.
-  if (!found || !(abs(found->pose.rotation.squaredNorm() - S(1)) < S(0.5))) {
+  if (!found ||
+      !(abs(found->pose.rotation.squaredNorm() - S(1)) < S(measured::host_rotation_error))) {
     ++report.missing_bodies;
     return;
   }

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <bristle/hosts/host_sensors.hpp>
+#include <bristle/hosts/hosts_constants.hpp>
 #include <bristle/hosts/ode_conversions.hpp>
 #include <bristle/math/matrix_arithmetic.hpp>
 #include <bristle/math/spatial.hpp>
@@ -28,7 +29,7 @@ struct OdeResponse {
     const Vec6<double> moved = mobility * row;
     const double give = row.dot(moved);
     // Joints may hold the same motion twice. Then only rounding is left.
-    if (give <= 1e-10 * cwise_square(row).dot(free)) return;
+    if (give <= measured::held_mobility_share * cwise_square(row).dot(free)) return;
     twist -= moved * (row.dot(twist - base) / give);
     mobility -= moved * moved.transpose() / give;
   }

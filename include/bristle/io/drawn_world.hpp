@@ -179,6 +179,7 @@ class WorldDrawer {
   void draw_patch_name(PatchId id) {
     const SensorPatch<S>& patch = world_.patch(id);
     const PatchReading<S> felt = world_.reading(id);
+    // Words, a number of three digits and two whole numbers are less than 64 characters.
     char text[96];
     std::snprintf(text, sizeof text, "patch %u: %.3g N, %zu slip", unsigned{id.index},
                   static_cast<double>(felt.total_normal()), felt.slipping());

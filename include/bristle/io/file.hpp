@@ -50,7 +50,8 @@ using OpenFile = std::unique_ptr<std::FILE, FileCloser>;
   // Part by part: a directory may claim any size, and a device be longer than it says.
   const auto size = static_cast<std::size_t>(end);
   std::string bytes;
-  char part[1 << 14];
+  constexpr std::size_t part_size = 1 << 14;
+  char part[part_size];
   while (bytes.size() <= size) {
     const std::size_t count = std::fread(part, 1, sizeof part, file.get());
     if (count == 0) break;

@@ -5,6 +5,7 @@
 
 #include <bristle/core/no_index.hpp>
 #include <bristle/io/file.hpp>
+#include <bristle/io/io_constants.hpp>
 #include <bristle/io/recorder.hpp>
 
 #include <cstddef>
@@ -175,7 +176,7 @@ class GlbWriter {
       const float time = static_cast<float>(times[i] - times.front());
       frames_.numbers.push_back(i);
       frames_.times.push_back({time});
-      const bool is_due = times[i] * (1 + 1e-9) >= due;
+      const bool is_due = times[i] * (1 + measured::frame_time_rounding) >= due;
       if (!is_due && i + 1 < times.size()) continue;
       // Instants that frames missed are left out.
       due = std::max(due, times[i] - 1 / arrow_rate) + 1 / arrow_rate;
@@ -267,7 +268,7 @@ class GlbWriter {
     std::array<float, N> first;
     for (std::size_t k = 0; k < N; ++k) {
       first[k] = static_cast<float>(track.front()[k]);
-      if (is_integer) first[k] /= 32767;
+      if (is_integer) first[k] /= normalised_one;
     }
     return joined_text(",\"", property, "\":", json_numbers(first));
   }
@@ -328,20 +329,21 @@ class GlbWriter {
     if (!has_pushed(patch, sensor)) return;
     Track<float, 3> scales;
     Track<std::int16_t, 4> rotations;
-    std::array<std::int16_t, 4> turned{0, 0, 0, 32767};
+    std::array<std::int16_t, 4> turned{0, 0, 0, normalised_one};
     for (const std::size_t frame : arrow_frames_.numbers) {
       const Vec3<S>& force = patch.forces[frame * patch.ends.size() + sensor];
       const float scale = metres_per_newton_ * static_cast<float>(force.norm());
       if (scale > 0) {
         const std::array<float, 4> q = shortest_turn_of_z(force);
         for (std::size_t k = 0; k < 4; ++k) {
-          turned[k] = static_cast<std::int16_t>(std::lround(32767 * q[k]));
+          turned[k] = static_cast<std::int16_t>(std::lround(normalised_one * q[k]));
         }
       }
       scales.push_back({scale, scale, scale});
       rotations.push_back(turned);
     }
     if (arrow_mesh_ == no_index) {
+      // A shaft of three quarters of the length, and a tip.
       arrow_mesh_ = add_mesh(lathe_mesh<S>({{S(0), S(0)},
                                             {S(0.03), S(0)},
                                             {S(0.03), S(0.75)},
@@ -374,6 +376,8 @@ class GlbWriter {
   }
 
   static constexpr std::size_t arrow_material = 5;
+  /// glTF's 1 in normalised integers of 16 bits.
+  static constexpr std::int16_t normalised_one = std::numeric_limits<std::int16_t>::max();
 
   const Recording<S>& recording_;
   Frames frames_, arrow_frames_;

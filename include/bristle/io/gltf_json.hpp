@@ -58,6 +58,7 @@ template <std::integral T>
   return std::to_string(x);
 }
 [[nodiscard]] inline std::string json_number(float x) {
+  // The shortest text of a float has at most 15 characters.
   char digits[32];
   return {digits, std::to_chars(digits, digits + sizeof digits, x).ptr};
 }

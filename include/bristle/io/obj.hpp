@@ -142,6 +142,7 @@ std::string write_obj(const TriangleMesh<S>& mesh) {
   for (const Vec3<S>& v : mesh.vertices) {
     text += 'v';
     for (int k = 0; k < 3; ++k) {
+      // The shortest text of a double has at most 24 characters.
       char digits[64];
       const auto result = std::to_chars(digits, digits + sizeof digits, v[k]);
       text += ' ';

@@ -74,8 +74,9 @@ class TextScanner {
 
   /// A word for messages: in quotes, short, and without control characters.
   [[nodiscard]] static std::string quoted(std::string_view word) {
+    constexpr std::size_t longest_shown = 40;
     std::string text("'");
-    for (const char c : word.substr(0, 40)) text += c < ' ' || c > '~' ? '?' : c;
+    for (const char c : word.substr(0, longest_shown)) text += c < ' ' || c > '~' ? '?' : c;
     return text += "'";
   }
 

@@ -102,6 +102,7 @@ inline void append_general(std::string& text, double value, int digits) {
     text += "nan";
     return;
   }
+  // A sign, 17 digits, a point and an exponent are 24 characters.
   char buffer[32];
   const auto result =
       std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, digits);

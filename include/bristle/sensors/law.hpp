@@ -27,12 +27,6 @@ template <Value T>
   return ScalarOf<T>(1) - distance * inverse_length;
 }
 
-/// Cosine between surface normal and ray above which a hit is grazing and counts as none. The
-/// depth's gradient grows as the inverse of the cosine: it would make a stiff spring of a contact
-/// from the side.
-template <Scalar S>
-inline constexpr S grazing_cosine = S(-0.1);
-
 /// Gradient g = m / (m . n) of the depth times the ray's length: d e_N / dt = g . v / L. It equals
 /// n where the surface faces the ray. Always g . n = 1.
 template <Value T>

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <bristle/sensors/patch_scratch.hpp>
+#include <bristle/sensors/sensor_constants.hpp>
 
 #include <array>
 
@@ -317,7 +318,10 @@ BRISTLE_FORCE_INLINE void update_slip(PatchContact<T>& c, const Vector3<T>& v, T
   const Truth<T> slips_on = c.is_slipping & is_slipping;
   if ((pass >= 2 || is_last_pass) && any(slips_on)) {
     const T along_last = dot(v, c.last_slip);
-    const T bound = is_last_pass ? T(dot(c.last_slip, c.last_slip) / T(4)) : T(0);
+    const T bound =
+        is_last_pass
+            ? T(dot(c.last_slip, c.last_slip) / T(ScalarOf<T>(measured::damped_slip_reduction)))
+            : T(0);
     const Truth<T> turns = along_last <= bound;
     c.is_damping_slip = c.is_damping_slip | (slips_on & turns);
   }

@@ -9,6 +9,7 @@
 #include <bristle/sensors/patch.hpp>
 #include <bristle/sensors/patch_scratch.hpp>
 #include <bristle/sensors/patch_touch.hpp>
+#include <bristle/sensors/sensor_constants.hpp>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -412,8 +413,8 @@ std::uint32_t meet_body(SensorPatch<S>& patch, PatchScratch<S>& scratch, std::ui
     }
     sums = maker.sums();
   };
-  const auto sums = sum_in_ranges<ContactSums<S>>(scratch.near.size(), range, fewest_shared_ranges,
-                                                  parallel_for, meet);
+  const auto sums = sum_in_ranges<ContactSums<S>>(
+      scratch.near.size(), range, measured::fewest_shared_ranges, parallel_for, meet);
   pair.stiffness = sums.stiffness();
   // Moments are smallest about the middle of the contacts.
   pair.center = sum_of_lanes(sums.point) / S(std::max(sums.count, 1u));

@@ -5,6 +5,7 @@
 
 #include <bristle/core/error.hpp>
 #include <bristle/math/types.hpp>
+#include <bristle/sensors/sensor_constants.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -17,13 +18,6 @@ namespace bristle::inline BRISTLE_ABI {
 /// valid, but may not do what its author wants: `warnings` says where.
 template <Scalar S>
 struct PatchReport {
-  /// [1] A ray with a smaller share outside of its own body is buried: next to nothing is sensed
-  /// before the body itself touches it.
-  static constexpr S least_share = S(0.1);
-  /// [1] A patch whose constants are for more than so many times the weight of the heaviest body is
-  /// taken for a slip of units.
-  static constexpr S most_weights = S(1000);
-
   /// [1] Share of each ray's length, from its end, up to where it last leaves the shapes of its own
   /// body: 0 if it ends inside, 1 if it meets none of them.
   std::vector<S> share_outside{};
@@ -45,7 +39,8 @@ struct PatchReport {
   [[nodiscard]] std::vector<std::uint32_t> buried() const {
     std::vector<std::uint32_t> found;
     for (std::size_t i = 0; i < share_outside.size(); ++i) {
-      if (share_outside[i] < least_share) found.push_back(static_cast<std::uint32_t>(i));
+      if (share_outside[i] < S(detail::measured::buried_ray_share))
+        found.push_back(static_cast<std::uint32_t>(i));
     }
     return found;
   }
@@ -72,7 +67,8 @@ std::vector<std::string> PatchReport<S>::warnings() const {
                     " N, less than the weight of the lightest body, " + to_text(least_weight) +
                     " N");
   }
-  if (largest_weight > S(0) && intended_load > most_weights * largest_weight) {
+  if (largest_weight > S(0) &&
+      intended_load > S(detail::measured::suspicious_load_ratio) * largest_weight) {
     lines.push_back("the constants are for a load of " + to_text(intended_load) +
                     " N, a thousand times the weight of the heaviest body, " +
                     to_text(largest_weight) + " N");

@@ -8,6 +8,7 @@
 #include <bristle/geometry/rays/ray.hpp>
 #include <bristle/sensors/law.hpp>
 #include <bristle/sensors/patch_geometry.hpp>
+#include <bristle/sensors/sensor_constants.hpp>
 #include <bristle/sensors/sensor_packets.hpp>
 
 #include <cstddef>
@@ -66,7 +67,7 @@ struct TouchPack : SensorTouch<Pack<S>> {
     const T cosine = dot(surface, this->n);
     is_met = load_mask<S>(hit, at);
     // Also false for a normal that is NaN.
-    if (decides) is_met = is_met & (cosine <= T(grazing_cosine<S>));
+    if (decides) is_met = is_met & (cosine <= T(S(-measured::grazing_cosine)));
     const T distance = distances_of(hits, first, is_met);
     this->inverse_length = load_pack(rays.inverse_length, at);
     this->g =

@@ -14,6 +14,7 @@
 #include <bristle/dynamics/bodies/body.hpp>
 #include <bristle/geometry/rays/ray.hpp>
 #include <bristle/math/lane_value.hpp>
+#include <bristle/sensors/sensor_constants.hpp>
 
 #include <array>
 #include <bit>
@@ -22,26 +23,19 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// [-] Packets of a range at most. Patch sums add up range sums (`sum_in_ranges`). A sweep over 512
-/// sensors takes about a microsecond: starting and summing a range costs little against it.
-inline constexpr std::size_t range_packets = 32;
-/// [-] Ranges from which on threads share a sweep. Fewer would be done before the first thread
-/// wakes.
-inline constexpr std::size_t fewest_shared_ranges = 8;
-
 /// [-] Ranges that so many packets are cut into, at most. Ranges that threads share are a multiple
 /// of four: two and four threads get equal numbers. One range more is a tenth of a sweep over 5000
 /// sensors. Above 28 ranges, sizes are rounded up to so few packets that a few ranges may be
 /// missing, which matters little then.
-[[nodiscard]] constexpr std::size_t range_count(std::size_t packets) {
-  const std::size_t fewest = (packets + range_packets - 1) / range_packets;
-  return fewest < fewest_shared_ranges ? fewest : (fewest + 3) / 4 * 4;
+[[nodiscard]] inline std::size_t range_count(std::size_t packets) {
+  const std::size_t fewest = (packets + measured::range_packets - 1) / measured::range_packets;
+  return fewest < measured::fewest_shared_ranges ? fewest : (fewest + 3) / 4 * 4;
 }
 /// [-] Packets of each range; the last may have fewer.
-[[nodiscard]] constexpr std::size_t packets_per_range(std::size_t packets) {
-  const std::size_t fewest = (packets + range_packets - 1) / range_packets;
-  return fewest < fewest_shared_ranges
-             ? range_packets
+[[nodiscard]] inline std::size_t packets_per_range(std::size_t packets) {
+  const std::size_t fewest = (packets + measured::range_packets - 1) / measured::range_packets;
+  return fewest < measured::fewest_shared_ranges
+             ? measured::range_packets
              : (packets + range_count(packets) - 1) / range_count(packets);
 }
 

@@ -7,6 +7,7 @@
 #include <bristle/math/spatial.hpp>
 #include <bristle/math/transform.hpp>
 #include <bristle/sensors/law.hpp>
+#include <bristle/sensors/sensor_constants.hpp>
 #include <bristle/sensors/sensor_parameters.hpp>
 
 namespace bristle::inline BRISTLE_ABI {
@@ -42,7 +43,7 @@ template <Scalar S>
   const Quat<S> into_A = X_WA.rotation.conjugate();
   const Vec3<S> m_A = into_A * m;
   const Vec3<S>& n = ray.direction;
-  if (!(distance < ray.length) || !(m_A.dot(n) <= detail::grazing_cosine<S>)) {
+  if (!(distance < ray.length) || !(m_A.dot(n) <= S(-detail::measured::grazing_cosine))) {
     memory.is_anchored = false;
     return {};
   }
@@ -55,9 +56,8 @@ template <Scalar S>
       detail::depth_gradient<S>(n, m_A),
       into_A * (V_WA.at(r_W) - V_WB.at(r_W - (X_WB.translation - X_WA.translation)))};
   bool did_slip = false;
-  const Vec3<S> stretch =
-      detail::advance_anchor<S>(memory.anchor, memory.is_anchored, pair, n, r_A,
-                                p.breakaway_distance, options.reset, did_slip);
+  const Vec3<S> stretch = detail::advance_anchor<S>(memory.anchor, memory.is_anchored, pair, n, r_A,
+                                                    p.breakaway_distance, options.reset, did_slip);
   memory.is_anchored = true;
   return Wrench<S>::at(
       r_W, -X_WA.rotate(detail::sensor_force(p, options, contact, stretch, dt).total()));

@@ -11,6 +11,7 @@
 #include <bristle/math/spatial.hpp>
 #include <bristle/sensors/patch.hpp>
 #include <bristle/sensors/patch_touch.hpp>
+#include <bristle/sensors/sensor_constants.hpp>
 
 namespace bristle::inline BRISTLE_ABI {
 
@@ -59,7 +60,7 @@ template <Scalar S, typename IsOfBody>
   for (std::size_t i = 0; i < patch.size(); ++i) {
     if (!hits.is_hit(i) || !is_of_body(hits.tag[i])) continue;
     const auto [n, g, point, depth, per_length] = touch_of(*patch.geometry, hits, i);
-    if (!(depth > S(0) && hits.normal[i].dot(n) <= grazing_cosine<S>)) continue;
+    if (!(depth > S(0) && hits.normal[i].dot(n) <= S(-measured::grazing_cosine))) continue;
     const SensorParameters<S>& p = patch.parameters(i);
     const S rate = g.dot(motion.at(point)) * per_length;
     const S k_t =
@@ -90,7 +91,8 @@ template <Scalar S>
   for (int j = 0; j < 6; ++j) {
     Vec6<S> rest = column_of(W, j);
     for (int k = 0; k < j; ++k) rest = rest - root(j, k) * column_of(root, k);
-    if (!(rest[j] > S(8) * Tolerance<S>::round_off() * W(j, j))) continue;
+    if (!(rest[j] > S(measured::locked_mobility_round_offs) * Tolerance<S>::round_off() * W(j, j)))
+      continue;
     // No block expressions: with unknown length, GCC 12 sees whole AVX-512 registers read and
     // warns.
     for (int i = j; i < 6; ++i) root(i, j) = rest[i] / sqrt(rest[j]);
@@ -112,10 +114,12 @@ S ContactStiffness<S>::largest_stable_step(const Mat6<S>& mobility) const {
   const Mat6<S> K = root.transpose() * stiffness * root;
   const Mat6<S> D = root.transpose() * damping * root;
   if (!(K.trace() + D.trace() > S(0))) return infinity<S>;
-  // The criterion is monotone in dt. Bracket by doubling, then bisect to round-off.
+  // The criterion is monotone in dt. Bracket by doubling, then bisect to round-off. One of six
+  // eigenvalues is a sixth of the trace or more. So no step of six times `high` is stable, and the
+  // fourth test fails at the latest.
   S low = S(0);
   S high = Mode<S>{S(1), K.trace(), D.trace()}.largest_stable_step();
-  for (int i = 0; i < 200 && is_stable_step(K, D, high); ++i) {
+  for (int i = 0; i < 4 && is_stable_step(K, D, high); ++i) {
     low = high;
     high *= S(2);
   }

@@ -8,6 +8,7 @@
 
 #include <bristle/sensors/law.hpp>
 #include <bristle/sensors/patch_def.hpp>
+#include <bristle/sensors/sensor_constants.hpp>
 #include <bristle/sensors/sensor_layout.hpp>
 #include <bristle/sensors/sensor_parameters.hpp>
 #include <bristle/sensors/stability.hpp>
@@ -15,6 +16,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <numbers>
 #include <utility>
 
 namespace bristle::inline BRISTLE_ABI {
@@ -147,7 +149,7 @@ LoadedSensors<S> pressed_by_ball(const SensorLayout<S>& layout, std::size_t midd
   using std::sqrt;
   const Vec3<S> axis = layout.direction[middle];
   const Vec3<S> lowest = layout.start[middle] + end * axis;
-  const S grazing = grazing_cosine<S> * radius;
+  const S grazing = S(measured::grazing_cosine) * radius;
   LoadedSensors<S> pressed;
   for (std::size_t i = 0; i < layout.size(); ++i) {
     const Vec3<S> direction = layout.direction[i];
@@ -181,7 +183,7 @@ LoadedSensors<S> pressed_to_depth(const SensorLayout<S>& layout, std::size_t mid
   LoadedSensors<S> pressed = pressed_by_ball(layout, middle, radius, end);
   // Longer rays and those of a hollow skin are met before the one in the middle. Where rays are
   // parallel one shift of the ball is exact; a few do for any others.
-  for (int shift = 0; shift < 4 && pressed.deepest > press; ++shift) {
+  for (int shift = 0; shift < measured::ball_shifts && pressed.deepest > press; ++shift) {
     end += (pressed.deepest - press) * pressed.length;
     const LoadedSensors<S> next = pressed_by_ball(layout, middle, radius, end);
     if (!(next.depths > S(0))) break;
@@ -190,16 +192,16 @@ LoadedSensors<S> pressed_to_depth(const SensorLayout<S>& layout, std::size_t mid
   return pressed;
 }
 
-/// The same where the ball meets the sensors that carry most, among at most 64 places all over the
-/// layout: on its border a ball meets fewer.
+/// The same where the ball meets the sensors that carry most, among at most `tried_ball_places`
+/// all over the layout: on its border a ball meets fewer.
 template <Scalar S>
 LoadedSensors<S> most_pressed_by_ball(const SensorLayout<S>& layout, S radius, S press) {
-  constexpr std::size_t places = 64;
+  const std::size_t places = measured::tried_ball_places;
   LoadedSensors<S> most;
   const std::size_t count = layout.size();
   for (std::size_t k = 0; k < std::min(count, places); ++k) {
     // Multiples of the golden ratio fall into step with no length of a grid's rows.
-    const double share = 0.6180339887498949 * static_cast<double>(k);
+    const double share = (std::numbers::phi - 1.0) * static_cast<double>(k);
     const std::size_t i =
         count <= places
             ? k
@@ -321,7 +323,8 @@ PatchDescription<S> describe(const SensorParameters<S>& p, const PatchUse<S>& us
                                     n * p.normal_damping / use.length};
   out.largest_explicit_step =
       std::min(tangential_mode.largest_stable_step(), normal_mode.largest_stable_step());
-  out.recommended_explicit_step = S(0.35) * out.largest_explicit_step;
+  out.recommended_explicit_step =
+      S(detail::measured::recommended_step_share) * out.largest_explicit_step;
   return out;
 }
 

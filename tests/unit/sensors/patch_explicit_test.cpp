@@ -89,10 +89,10 @@ void compare(test::RandomPatch<S>& random) {
           r.shear_1[i] * t1 + r.shear_2[i] * t2 - r.normal_force[i] * patch.geometry->direction[i]);
       // 1e-3 of the stretch is round-off of the poses in float.
       CHECK((force - expected[i].force).norm() < S(100) * sums * size);
-      const bool is_active_lane =
-          random.scratch.hits.is_hit(i) &&
-          random.scratch.hits.distance[i] < patch.geometry->length[i] &&
-          random.scratch.hits.normal[i].dot(patch.geometry->direction[i]) <= grazing_cosine<S>;
+      const bool is_active_lane = random.scratch.hits.is_hit(i) &&
+                                  random.scratch.hits.distance[i] < patch.geometry->length[i] &&
+                                  random.scratch.hits.normal[i].dot(patch.geometry->direction[i]) <=
+                                      S(-measured::grazing_cosine);
       CHECK((r.state[i] != SensorState::free) == is_active_lane);
       CHECK((r.body[i] == BodyId{}) == !is_active_lane);
       if (r.state[i] == SensorState::slipping) ++slips;

@@ -184,6 +184,7 @@ class AdfBuilder {
       if (distance <= of_round_off) distance = 0;
       if (angle <= of_round_off) angle = 0;
       if (distance == 0 && angle == 0) return;
+      // The longest of the texts below has less than 100 characters.
       std::array<char, 160> text{};
       std::snprintf(text.data(), text.size(), "%s %.2g m and %.2g rad %s", subject, distance, angle,
                     what);

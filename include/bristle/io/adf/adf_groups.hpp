@@ -52,6 +52,7 @@ class AdfGroups {
   }
 
  private:
+  /// [-] Bits of a filter.
   static constexpr std::size_t bits = 32;
 
   /// Gives a group a bit unless it has one. False if the group is left without.

@@ -15,8 +15,9 @@ namespace bristle::inline BRISTLE_ABI::detail {
 
 /// [1, m or rad] Largest error of a number in a file, which gives three digits after the point.
 inline constexpr double adf_rounding = 0.5e-3;
-/// [rad] Largest angle between axes that are parallel but for rounding. Each is off by that of the
-/// two numbers across it, and by those of its body's three angles.
+/// [rad] Largest angle between two axes that are parallel but for rounding. Each is off by that of
+/// the two numbers across it, and by those of its body's three angles. That makes sqrt(2) and
+/// sqrt(3) roundings, each rounded up.
 inline constexpr double adf_axis_rounding = 2.0 * (1.42 + 1.74) * adf_rounding;
 
 /// A joint in a loop: its two frames in the world, as the bodies of the file stand.

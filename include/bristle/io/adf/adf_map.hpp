@@ -116,6 +116,7 @@ class AdfMap {
   [[nodiscard]] Vec3<double> direction(std::string_view key) {
     const Vec3<double> v = vector(key);
     const Vec3<double> unit = v.stableNormalized();
+    // Its squared norm is 1, or 0 for the zero vector.
     if (!(unit.squaredNorm() > 0.5)) fail(key, "must not be zero");
     return unit;
   }

@@ -131,6 +131,7 @@ class AdfReport {
   }
 
  private:
+  /// [-] Notes that are kept; the others are counted.
   static constexpr std::size_t max_notes = 1000;
   using Name = std::tuple<AdfNoteKind, std::string, std::string, std::string>;
 
