@@ -19,7 +19,7 @@ PatchContact<S> scalar_contact(const SensorPatch<S>& patch, const RayHits<S>& hi
                                const PatchPair<S>& pair, const ContactPacket<S>& packet,
                                std::size_t i) {
   PatchContact<S> c;
-  c.is_touching = (packet.is_touching >> i & 1u) != 0;
+  c.is_in_contact = (packet.is_in_contact >> i & 1u) != 0;
   const SensorTouch<S> touch = touch_of(*patch.geometry, hits, packet.packet * packet_size + i);
   c.n = touch.n;
   c.g = touch.g;
@@ -28,9 +28,9 @@ PatchContact<S> scalar_contact(const SensorPatch<S>& patch, const RayHits<S>& hi
   c.start_velocity = pair.start_motion.at(touch.point);
   c.depth = touch.depth;
   c.inverse_length = touch.inverse_length;
-  c.force = c.is_touching ? normal_force<S>(patch.parameters(packet.packet * packet_size + i),
-                                            c.depth, c.g.dot(c.start_velocity) * c.inverse_length)
-                          : S(0);
+  c.force = c.is_in_contact ? normal_force<S>(patch.parameters(packet.packet * packet_size + i),
+                                              c.depth, c.g.dot(c.start_velocity) * c.inverse_length)
+                            : S(0);
   return c;
 }
 
@@ -42,7 +42,7 @@ std::vector<PatchContact<S>> scalar_contacts(const SensorPatch<S>& patch,
   std::vector<PatchContact<S>> contacts;
   for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
     for (std::size_t i = 0; i < packet_size; ++i) {
-      if ((scratch.contacts[k].is_met >> i & 1u) == 0) continue;
+      if ((scratch.contacts[k].is_in_range >> i & 1u) == 0) continue;
       contacts.push_back(scalar_contact(patch, scratch.hits, pair, scratch.contacts[k], i));
     }
   }
@@ -55,10 +55,10 @@ void linearise_start(const SensorPatch<S>& patch, const PatchPair<S>& pair, Patc
                      S dt) {
   const SensorParameters<S>& p = patch.def.parameters;
   detail::linearise_normal<S>(p, c, dt);
-  c.is_pushing = c.normal_constant + c.a_normal * c.g.dot(c.start_velocity) > S(0);
+  c.is_loaded = c.normal_constant + c.a_normal * c.g.dot(c.start_velocity) > S(0);
   c.normal_impulse = dt * c.force;
   detail::linearise<S>(p, patch.def.options, pair, c, c.start_velocity, dt);
-  if (!c.is_pushing) c.a_normal = S(0);
+  if (!c.is_loaded) c.a_normal = S(0);
 }
 
 /// [N s, N m s] `start_linearisation` and `evaluate` of a pair: what its contacts give
@@ -72,7 +72,7 @@ Wrench<S> scalar_block_impulse(const SensorPatch<S>& patch, const PatchScratch<S
     const Vec3<S> v =
         detail::velocity_at<S>(motion.template head<3>(), motion.template tail<3>(), c.rho);
     Vec3<S> impulse = detail::model_impulse<S>(c, v);
-    if (c.is_pushing && impulse.dot(c.n) < S(0)) impulse = tangential<S>(impulse, c.n);
+    if (c.is_loaded && impulse.dot(c.n) < S(0)) impulse = tangential<S>(impulse, c.n);
     sum += Wrench<S>::at(c.rho, impulse);
   }
   return sum;

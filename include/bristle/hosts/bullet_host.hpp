@@ -125,7 +125,7 @@ class BulletHost : public EngineHost<btCollisionObject*, Backend>, private btAct
   void apply_wrench(BodyId id, const Wrench<double>& wrench) {
     applied_.push_back(
         {*this->key_of(id), detail::to_bullet(wrench.force), detail::to_bullet(wrench.torque)});
-    give(applied_.back(), 1);
+    apply(applied_.back(), 1);
     applied_.back().object->activate();
     if (const auto* link = btMultiBodyLinkCollider::upcast(applied_.back().object)) {
       detail::wake(*link);
@@ -134,7 +134,7 @@ class BulletHost : public EngineHost<btCollisionObject*, Backend>, private btAct
 
  private:
   /// Wrench applied to a body for the present tick [N, N m].
-  struct Given {
+  struct AppliedWrench {
     btCollisionObject* object = nullptr;
     btVector3 force, torque;
   };
@@ -153,17 +153,17 @@ class BulletHost : public EngineHost<btCollisionObject*, Backend>, private btAct
     found->begin(dt_);
     return *found;
   }
-  static void give(const Given& given, btScalar times) {
-    if (auto* body = btRigidBody::upcast(given.object)) {
-      body->applyCentralForce(times * given.force);
-      body->applyTorque(times * given.torque);
-    } else if (auto* link = btMultiBodyLinkCollider::upcast(given.object)) {
-      detail::add_wrench(*link, times * given.force, times * given.torque);
+  static void apply(const AppliedWrench& applied, btScalar times) {
+    if (auto* body = btRigidBody::upcast(applied.object)) {
+      body->applyCentralForce(times * applied.force);
+      body->applyTorque(times * applied.torque);
+    } else if (auto* link = btMultiBodyLinkCollider::upcast(applied.object)) {
+      detail::add_wrench(*link, times * applied.force, times * applied.torque);
     }
   }
   /// Removes the wrenches after their tick: Bullet applies forces in all ticks of a step.
   void updateAction(btCollisionWorld*, btScalar) override {
-    for (const Given& given : applied_) give(given, -1);
+    for (const AppliedWrench& applied : applied_) apply(applied, -1);
     applied_.clear();
     // Those that nobody asked for in this tick have no mirrored link any more.
     std::erase_if(mechanisms_, [](detail::BulletMechanism& m) { return !m.end(); });
@@ -173,8 +173,8 @@ class BulletHost : public EngineHost<btCollisionObject*, Backend>, private btAct
   btDiscreteDynamicsWorld* engine_;
   /// [s] Length of the tick.
   btScalar dt_ = btScalar(1) / 60;
-  std::vector<Given> applied_;
-  /// The multibodies of mirrored links, and what Bullet found of them in this tick.
+  std::vector<AppliedWrench> applied_;
+  /// The multibodies of mirrored links, as Bullet has them in this tick.
   mutable std::vector<detail::BulletMechanism> mechanisms_;
 };
 

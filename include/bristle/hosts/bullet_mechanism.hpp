@@ -41,10 +41,10 @@ class BulletMechanism {
 
   /// [m/s, rad/s] Velocity of a link.
   [[nodiscard]] Twist<double> velocity(int link) { return twist(jacobian(link) * velocities_); }
-  /// [m/s, rad/s] What the tick adds to the velocity of a link without constraints, apart from what
-  /// the changing directions of joints add.
+  /// [m/s, rad/s] Change of a link's velocity by the tick without constraints. The part of joints
+  /// whose directions change is left out.
   [[nodiscard]] Twist<double> gain(int link) { return twist(jacobian(link) * gains_); }
-  /// [1/kg, 1/(kg m^2)] What an impulse on link j adds to the twist of link i: J_i M^-1 J_j^T.
+  /// [1/kg, 1/(kg m^2)] Twist of link i by a unit impulse on link j: J_i M^-1 J_j^T.
   [[nodiscard]] Mat6<double> mobility(int i, int j) {
     const Jacobian pushed = jacobian(j);
     Jacobian moved(6, size());

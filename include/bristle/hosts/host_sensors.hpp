@@ -34,7 +34,8 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// State of an engine body before the engine's step, in world axes.
+/// State of an engine body before the engine's step, in world axes. Engines keep it in types of
+/// their own, and only this record passes between them and the sensors.
 template <Scalar S>
 struct HostBody {
   /// [m] Pose of its shapes' and sensors' frame.
@@ -150,7 +151,7 @@ struct HostWrench {
 /// First tag of bodies that the engine hit.
 inline constexpr std::uint32_t first_host_tag = 0x80000000u;
 
-/// What a step of an engine's sensors knows of the engine, and finds. The mirrored world is apart.
+/// Input and results of a step of an engine's sensors. The mirrored world is apart.
 template <Scalar S>
 struct HostStep {
   /// By index of mirrored bodies.
@@ -246,8 +247,8 @@ class HostSensors {
     ask_mobilities(host);
     stage_.kernels().solve(stage_.get(), state(), step_);
     state().touch_log.update(state().patches);
-    for (const detail::HostWrench<S>& given : step_.wrenches) {
-      host.apply_wrench(state().bodies.handle(given.body), given.wrench);
+    for (const detail::HostWrench<S>& applied : step_.wrenches) {
+      host.apply_wrench(state().bodies.handle(applied.body), applied.wrench);
     }
   }
 

@@ -7,10 +7,10 @@
 #include <bristle/dynamics/solver/soft_system.hpp>
 #include <bristle/hosts/host_sensors.hpp>
 #include <bristle/math/finite.hpp>
-#include <bristle/sensors/passes.hpp>
 #include <bristle/sensors/patch_contacts.hpp>
 #include <bristle/sensors/patch_explicit.hpp>
 #include <bristle/sensors/patch_readings.hpp>
+#include <bristle/sensors/solve_passes.hpp>
 #include <bristle/world/near_shapes.hpp>
 #include <bristle/world/patch_rays.hpp>
 
@@ -59,7 +59,7 @@ class HostStage {
   void add_bodies(const Step& step);
   void add_touches(State& state);
   void fill_blocks();
-  [[nodiscard]] bool answer(S dt, const SolvePass& pass);
+  [[nodiscard]] bool evaluate_touches(S dt, const SolvePass& pass);
   void deliver(State& state, Step& step);
 
   /// Calls visit(patch, scratch, pair) for all pairs in contact.
@@ -209,7 +209,7 @@ void HostStage<S>::solve(State& state, Step& step) {
           fill_blocks();
           system_.solve(blocks_);
         },
-        [&](const SolvePass& pass) { return answer(dt, pass); });
+        [&](const SolvePass& pass) { return evaluate_touches(dt, pass); });
   }
   deliver(state, step);
 }
@@ -279,7 +279,7 @@ void HostStage<S>::fill_blocks() {
 /// Evaluates all patches at the solved motion.
 /// @return True if any left the state it was linearised for.
 template <Scalar S>
-bool HostStage<S>::answer(S dt, const SolvePass& pass) {
+bool HostStage<S>::evaluate_touches(S dt, const SolvePass& pass) {
   bool has_changed = false;
   for (Touch& touch : touches_) {
     if (!touch.pair->is_implicit) continue;
@@ -296,7 +296,7 @@ template <Scalar S>
 void HostStage<S>::deliver(State& state, Step& step) {
   const S dt = state.def.time_step;
   step.wrenches.clear();
-  const auto give = [&](std::uint32_t slot, const Wrench<S>& wrench) {
+  const auto apply = [&](std::uint32_t slot, const Wrench<S>& wrench) {
     if (!is_moved_by_engine(state, slot)) return;
     // From the mirrored centre of mass to the engine's.
     step.wrenches.push_back({slot, wrench.shifted(-step.bodies[slot].shift)});
@@ -308,8 +308,8 @@ void HostStage<S>::deliver(State& state, Step& step) {
       ++step.report.discarded;
       continue;
     }
-    give(touch.patch->body.index, -on_b.shifted(-touch.pair->arm_a));
-    give(touch.pair->body_b, on_b.shifted(-touch.pair->arm_b));
+    apply(touch.patch->body.index, -on_b.shifted(-touch.pair->arm_a));
+    apply(touch.pair->body_b, on_b.shifted(-touch.pair->arm_b));
   }
   for (const std::uint32_t i : near_something_) {
     SensorPatch<S>& patch = state.patches.at(i);

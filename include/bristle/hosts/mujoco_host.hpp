@@ -148,7 +148,7 @@ class MujocoHost : public EngineHost<int, Backend> {
     body.twist = {detail::mujoco_vector(velocity + 3), detail::mujoco_vector(velocity)};
     const int root = model_->body_rootid[number];
     if (const auto led = led_.find(root); led != led_.end()) {
-      // What MuJoCo knows is the motion relative to the body that mocap leads.
+      // MuJoCo has the motion relative to the body that mocap leads.
       const Vec3<double> arm = body.center - detail::mujoco_vector(data_->xipos + 3 * root);
       body.twist = body.twist + led->second.shifted(arm);
     }

@@ -1,5 +1,5 @@
 /// @file
-/// What an impulse does to a body of ODE's, and where a step without sensors leads it.
+/// Mobility of a body of ODE's, and its motion in a step without sensors.
 ///
 /// ODE has no mass matrix. The motion that a body's joints leave free is found joint by joint,
 /// where the other side of a joint is the world or a kinematic body.
@@ -27,11 +27,11 @@ struct OdeResponse {
   void hold(const Vec3<double>& linear, const Vec3<double>& angular, const Vec6<double>& base) {
     const Vec6<double> row = stacked<double>(linear, angular);
     const Vec6<double> moved = mobility * row;
-    const double give = row.dot(moved);
+    const double row_mobility = row.dot(moved);
     // Joints may hold the same motion twice. Then only rounding is left.
-    if (give <= measured::held_mobility_share * cwise_square(row).dot(free)) return;
-    twist -= moved * (row.dot(twist - base) / give);
-    mobility -= moved * moved.transpose() / give;
+    if (row_mobility <= measured::held_mobility_share * cwise_square(row).dot(free)) return;
+    twist -= moved * (row.dot(twist - base) / row_mobility);
+    mobility -= moved * moved.transpose() / row_mobility;
   }
 };
 /// Motion that a joint holds, along an axis and across it: of its point, and turns.

@@ -125,26 +125,27 @@ class WorldDrawer {
 
   void draw_sensors(PatchId id) {
     const SensorPatch<S>& patch = world_.patch(id);
-    const PatchReading<S> felt = world_.reading(id);
+    const PatchReading<S> reading = world_.reading(id);
     const Transform<S> X_WA = world_.body(patch.body).center_pose;
     for (std::size_t i = 0; i < patch.size(); ++i) {
-      const bool is_free = felt.state[i] == SensorState::free;
+      const bool is_free = reading.state[i] == SensorState::free;
       Drawn drawn{.body = patch.body, .patch = id, .sensor = i};
       if (def_.has_sensors) {
-        drawn.kind = is_free                                  ? DrawnKind::free_sensor
-                     : felt.state[i] == SensorState::slipping ? DrawnKind::slipping_sensor
-                                                              : DrawnKind::stuck_sensor;
+        drawn.kind = is_free                                     ? DrawnKind::free_sensor
+                     : reading.state[i] == SensorState::slipping ? DrawnKind::slipping_sensor
+                                                                 : DrawnKind::stuck_sensor;
         const Vec3<S> start = patch.geometry->start[i];
         visitor_.line(
             drawn, X_WA * start,
             X_WA * Vec3<S>(start + patch.geometry->length[i] * patch.geometry->direction[i]));
       }
       if (is_free || !def_.has_forces) continue;
-      const Vec3<S> point(felt.point_x[i], felt.point_y[i], felt.point_z[i]);
+      const Vec3<S> point(reading.point_x[i], reading.point_y[i], reading.point_z[i]);
       drawn.kind = DrawnKind::touch;
       visitor_.point(drawn, point);
       drawn.kind = DrawnKind::touch_force;
-      draw_force(drawn, point, X_WA.rotate(touch_force<S>(felt, i, patch.geometry->direction[i])));
+      draw_force(drawn, point,
+                 X_WA.rotate(touch_force<S>(reading, i, patch.geometry->direction[i])));
     }
   }
 
@@ -178,11 +179,11 @@ class WorldDrawer {
   }
   void draw_patch_name(PatchId id) {
     const SensorPatch<S>& patch = world_.patch(id);
-    const PatchReading<S> felt = world_.reading(id);
+    const PatchReading<S> reading = world_.reading(id);
     // Words, a number of three digits and two whole numbers are less than 64 characters.
     char text[96];
     std::snprintf(text, sizeof text, "patch %u: %.3g N, %zu slip", unsigned{id.index},
-                  static_cast<double>(felt.total_normal()), felt.slipping());
+                  static_cast<double>(reading.total_normal()), reading.slipping());
     visitor_.text({.kind = DrawnKind::patch_name, .body = patch.body, .patch = id},
                   world_.body(patch.body).center_pose * patch.geometry->box.center(), text);
   }

@@ -70,7 +70,7 @@ inline void write_file(const std::string& path, std::string_view bytes) {
   detail::OpenFile file(std::fopen(path.c_str(), "wb"));
   if (!file) detail::raise_file_error(path, "cannot be opened for writing");
   const bool is_written = std::fwrite(bytes.data(), 1, bytes.size(), file.get()) == bytes.size();
-  // What the buffer still holds is written by closing.
+  // Closing writes the rest of the buffer.
   const bool is_closed = std::fclose(file.release()) == 0;
   if (!is_written || !is_closed) detail::raise_file_error(path, "cannot be written to its end");
 }

@@ -111,7 +111,7 @@ class GlbWriter {
       }
     }
     if (largest > 0) metres_per_newton_ = longest_arrow / largest;
-    has_arrows_ = pushing_sensors() <= def.most_arrows;
+    has_arrows_ = loaded_sensors() <= def.most_arrows;
     add_materials();
     for (std::size_t i = 0; i < recording.bodies.size(); ++i) add_body(i);
     extras_ =
@@ -190,16 +190,16 @@ class GlbWriter {
     return frames.accessor;
   }
 
-  [[nodiscard]] std::size_t pushing_sensors() const {
+  [[nodiscard]] std::size_t loaded_sensors() const {
     std::size_t count = 0;
     for (const Patch& patch : recording_.patches) {
       for (std::size_t i = 0; i < patch.ends.size(); ++i) {
-        if (has_pushed(patch, i)) ++count;
+        if (was_loaded(patch, i)) ++count;
       }
     }
     return count;
   }
-  [[nodiscard]] bool has_pushed(const Patch& patch, std::size_t sensor) const {
+  [[nodiscard]] bool was_loaded(const Patch& patch, std::size_t sensor) const {
     for (std::size_t i = sensor; i < patch.forces.size(); i += patch.ends.size()) {
       if (metres_per_newton_ * static_cast<float>(patch.forces[i].norm()) > 0) return true;
     }
@@ -326,7 +326,7 @@ class GlbWriter {
   }
 
   void add_arrow(const Patch& patch, std::size_t sensor, JsonList& children) {
-    if (!has_pushed(patch, sensor)) return;
+    if (!was_loaded(patch, sensor)) return;
     Track<float, 3> scales;
     Track<std::int16_t, 4> rotations;
     std::array<std::int16_t, 4> turned{0, 0, 0, normalised_one};

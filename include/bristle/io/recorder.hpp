@@ -301,12 +301,12 @@ template <typename Backend>
 void Recorder<S>::note_slips(const World<S, Backend>& world) {
   for (std::size_t k = 0; k < patches_.size(); ++k) {
     if (!world.contains(patches_[k])) continue;
-    const PatchReading<S> felt = world.reading(patches_[k]);
-    detail::require(felt.size() == slipped_[k].size(), "Recorder: PatchId", patches_[k].index,
+    const PatchReading<S> reading = world.reading(patches_[k]);
+    detail::require(reading.size() == slipped_[k].size(), "Recorder: PatchId", patches_[k].index,
                     "must have as many sensors as when it was added");
-    if (felt.slipping() == 0) continue;
-    for (std::size_t i = 0; i < felt.size(); ++i) {
-      if (felt.state[i] == SensorState::slipping) slipped_[k][i] = true;
+    if (reading.slipping() == 0) continue;
+    for (std::size_t i = 0; i < reading.size(); ++i) {
+      if (reading.state[i] == SensorState::slipping) slipped_[k][i] = true;
     }
   }
 }
@@ -322,12 +322,12 @@ void Recorder<S>::observe_patch(const World<S, Backend>& world, std::size_t numb
     patch.states.resize(count, SensorState::free);
     return;
   }
-  const PatchReading<S> felt = world.reading(patches_[number]);
+  const PatchReading<S> reading = world.reading(patches_[number]);
   for (std::size_t i = 0; i < patch.ends.size(); ++i) {
-    const bool has_slipped = felt.state[i] != SensorState::free && slipped_[number][i];
-    patch.forces.push_back(touch_force(felt, i, patch.directions[i]));
-    patch.depths.push_back(static_cast<float>(felt.depth[i]));
-    patch.states.push_back(has_slipped ? SensorState::slipping : felt.state[i]);
+    const bool has_slipped = reading.state[i] != SensorState::free && slipped_[number][i];
+    patch.forces.push_back(touch_force(reading, i, patch.directions[i]));
+    patch.depths.push_back(static_cast<float>(reading.depth[i]));
+    patch.states.push_back(has_slipped ? SensorState::slipping : reading.state[i]);
   }
   slipped_[number].assign(patch.ends.size(), false);
 }

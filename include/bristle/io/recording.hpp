@@ -49,7 +49,8 @@ struct Recording {
     /// frame.
     std::vector<SensorState> states{};
   };
-  /// One point in which shapes pressed on each other.
+  /// One point in which shapes pressed on each other. A replay draws its force without a world, so
+  /// it names a recorded body and no shapes.
   struct Contact {
     /// [-] Number of the body that is pressed.
     std::size_t body = 0;

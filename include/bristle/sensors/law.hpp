@@ -145,10 +145,11 @@ template <Value T>
 /// @param[in,out] stretch  [m] In: e_T of `anchor_stretch`. Out: e_T after the reset rule, zero
 ///                         where the bristle is anchored anew.
 template <Value T>
-BRISTLE_FORCE_INLINE void root_where_needed(Anchor<T>& anchor, const Truth<T>& is_anchored,
-                                            Vector3<T>& stretch, const PairPose<ScalarOf<T>>& pair,
-                                            const Vector3<T>& r_A, T sigma, SlipReset reset,
-                                            Truth<T>& did_slip) {
+BRISTLE_FORCE_INLINE void anchor_where_needed(Anchor<T>& anchor, const Truth<T>& is_anchored,
+                                              Vector3<T>& stretch,
+                                              const PairPose<ScalarOf<T>>& pair,
+                                              const Vector3<T>& r_A, T sigma, SlipReset reset,
+                                              Truth<T>& did_slip) {
   const Truth<T> is_within = dot(stretch, stretch) <= sigma * sigma;
   const Truth<T> is_kept = is_anchored & is_within;
   did_slip = is_anchored & !is_within;
@@ -173,7 +174,7 @@ template <Value T>
     Anchor<T>& anchor, const Truth<T>& is_anchored, const PairPose<ScalarOf<T>>& pair,
     const Vector3<T>& n, const Vector3<T>& r_A, T sigma, SlipReset reset, Truth<T>& did_slip) {
   Vector3<T> stretch = anchor_stretch(anchor, pair, n);
-  root_where_needed<T>(anchor, is_anchored, stretch, pair, r_A, sigma, reset, did_slip);
+  anchor_where_needed<T>(anchor, is_anchored, stretch, pair, r_A, sigma, reset, did_slip);
   return stretch;
 }
 

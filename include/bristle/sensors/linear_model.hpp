@@ -28,17 +28,17 @@ BRISTLE_FORCE_INLINE void linearise_normal(const SensorParameters<T>& p, PatchCo
                                            ScalarOf<T> dt) {
   const T spring = T(dt) * p.normal_stiffness;
   const T slope = spring + p.normal_damping;
-  c.normal_constant = select(c.is_touching, spring, slope) * c.depth;
+  c.normal_constant = select(c.is_in_contact, spring, slope) * c.depth;
   c.a_normal = T(dt) * slope * c.inverse_length;
 }
 
 /// [N] Mean normal force of a step that ends with the velocity v. Zero for contacts that are not
-/// loaded (`is_pushing`). The normal part is as `linearise_normal` leaves it.
+/// loaded (`is_loaded`). The normal part is as `linearise_normal` leaves it.
 template <Value T>
 [[nodiscard]] BRISTLE_FORCE_INLINE T force_at(const PatchContact<T>& c, const Vector3<T>& v,
                                               ScalarOf<T> dt) {
   const T normal = c.normal_constant + c.a_normal * dot(c.g, v);
-  return select(c.is_pushing, normal, T(0)) * T(ScalarOf<T>(1) / dt);
+  return select(c.is_loaded, normal, T(0)) * T(ScalarOf<T>(1) / dt);
 }
 
 /// Constant part of the normal impulse, along g. For a force along the ray, the difference to n is
@@ -49,7 +49,7 @@ template <Value T>
                                                               NormalDirection direction) {
   Vector3<T> sum = c.normal_constant * c.g;
   if (direction == NormalDirection::ray) sum += c.normal_impulse * Vector3<T>(c.n - c.g);
-  return select(c.is_pushing, sum, zero_vector<T>());
+  return select(c.is_loaded, sum, zero_vector<T>());
 }
 
 /// Friction of a bristle that sticks throughout the step.
@@ -140,10 +140,10 @@ BRISTLE_FORCE_INLINE void linearise(const SensorParameters<T>& p, const LawOptio
     c.a_along = select(c.is_slipping, slipping.a_along, c.a_along);
     c.along = select(c.is_slipping, slipping.along, c.along);
   }
-  c.a_across = select(c.is_touching, c.a_across, T(0));
-  c.a_along = select(c.is_touching, c.a_along, T(0));
+  c.a_across = select(c.is_in_contact, c.a_across, T(0));
+  c.a_along = select(c.is_in_contact, c.a_along, T(0));
   c.constant =
-      normal_constant<T>(c, options.normal) + select(c.is_touching, friction, zero_vector<T>());
+      normal_constant<T>(c, options.normal) + select(c.is_in_contact, friction, zero_vector<T>());
 }
 
 /// Impulse of a contact's linear model at the velocity v. `a_normal` is 0 where it is not loaded.
@@ -287,17 +287,17 @@ struct PassChange {
 
 /// Decides whether the normal part of a contact acts at the velocity `v`, and with which force.
 template <Value T>
-BRISTLE_FORCE_INLINE void update_normal(PatchContact<T>& c, const Truth<T>& is_met,
+BRISTLE_FORCE_INLINE void update_normal(PatchContact<T>& c, const Truth<T>& is_in_range,
                                         const Vector3<T>& v, ScalarOf<T> dt,
                                         PassChange<T>& change) {
   using std::abs;
   using std::max;
   const T normal = c.normal_constant + c.a_normal * dot(c.g, v);
-  const Truth<T> is_pushing = is_met & (normal > T(0));
-  change.did_switch = change.did_switch || any(is_pushing ^ c.is_pushing);
-  c.is_pushing = is_pushing;
+  const Truth<T> is_loaded = is_in_range & (normal > T(0));
+  change.did_switch = change.did_switch || any(is_loaded ^ c.is_loaded);
+  c.is_loaded = is_loaded;
   const T force = force_at<T>(c, v, dt);
-  change.force_change += select(is_met, abs(force - c.force), T(0));
+  change.force_change += select(is_in_range, abs(force - c.force), T(0));
   change.force_sum += force;
   c.force = force;
 }
@@ -309,7 +309,7 @@ BRISTLE_FORCE_INLINE void update_slip(PatchContact<T>& c, const Vector3<T>& v, T
                                       SlipReset reset, ScalarOf<T> dt, int pass, bool is_last_pass,
                                       PassChange<T>& change) {
   const Vector3<T> reached = c.stretch + T(dt) * v;
-  const Truth<T> overshoots = c.is_touching & (dot(reached, reached) > sigma * sigma);
+  const Truth<T> overshoots = c.is_in_contact & (dot(reached, reached) > sigma * sigma);
   // A released bristle stays released for this step. A dragged one may turn out to stick.
   const Truth<T> is_slipping =
       reset == SlipReset::release ? overshoots | c.is_slipping : overshoots;

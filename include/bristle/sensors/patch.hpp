@@ -1,6 +1,6 @@
 /// @file
 /// A patch: many resistive sensors on one body, as structures of arrays, with the state that they
-/// keep from step to step. What serves one step is `PatchScratch`.
+/// keep from step to step. `PatchScratch` has the memory of one step.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -31,7 +31,8 @@ struct PairImpulse {
   Vec6<S> impulse = zero<Vec6<S>>();
 };
 
-/// A body that a patch met in the last step.
+/// A body that a patch sensed in the last step. Its neighbours wake it, and `taxel_points` measures
+/// stretches at the pose of that step: the body has moved since.
 template <Scalar S>
 struct SensedBody {
   /// [-] Index of the body.
@@ -66,7 +67,7 @@ struct SensorPatch {
   DynamicArray<SensedBody<S>> sensed;
   DynamicArray<PairImpulse<S>> last_impulses;
   /// Active sensors of each packet: those with nonzero readings.
-  DynamicArray<LaneBits> felt;
+  DynamicArray<LaneBits> active_lanes;
   bool was_active = false;
   ReadingStore<S> readings{};
 
@@ -85,7 +86,7 @@ struct SensorPatch {
   /// [-] Number of active sensors (nonzero readings).
   [[nodiscard]] std::size_t active_count() const {
     std::size_t count = 0;
-    for (const LaneBits bits : felt) count += static_cast<std::size_t>(std::popcount(bits));
+    for (const LaneBits bits : active_lanes) count += static_cast<std::size_t>(std::popcount(bits));
     return count;
   }
 };
@@ -127,7 +128,7 @@ template <Scalar S>
   patch.bristles.resize(packet_count);
   patch.is_anchored.resize(packet_count);
   patch.hit_bits.resize(packet_count);
-  patch.felt.resize(packet_count);
+  patch.active_lanes.resize(packet_count);
   patch.readings.resize(n);
   def.sensors = {};  // The geometry replaces it.
   patch.def = std::move(def);

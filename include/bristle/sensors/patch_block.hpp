@@ -14,11 +14,11 @@
 #include <bristle/dynamics/solver/soft_block.hpp>
 #include <bristle/sensors/lane_parameters.hpp>
 #include <bristle/sensors/linear_model.hpp>
-#include <bristle/sensors/passes.hpp>
 #include <bristle/sensors/patch.hpp>
 #include <bristle/sensors/patch_scratch.hpp>
 #include <bristle/sensors/patch_touch.hpp>
 #include <bristle/sensors/sensor_constants.hpp>
+#include <bristle/sensors/solve_passes.hpp>
 
 #include <span>
 
@@ -127,21 +127,21 @@ template <Scalar S>
 BRISTLE_FORCE_INLINE void find_geometry(const RayHits<S>& hits, const RayPacket<S>& rays,
                                         const ContactPacket<S>& packet, std::size_t at,
                                         const Pack3<S>& center, PatchContact<Pack<S>>& c) {
-  const TouchPack<S> touch(hits, rays, packet.packet, at, packet.is_met, false);
+  const TouchPack<S> touch(hits, rays, packet.packet, at, packet.is_in_range, false);
   c.n = touch.n;
   c.g = touch.g;
   c.rho = touch.point - center;
   c.depth = touch.depth;
   c.inverse_length = touch.inverse_length;
   c.stretch = load_pack(packet.stretch, at);
-  c.is_touching = load_mask<S>(packet.is_touching, at);
+  c.is_in_contact = load_mask<S>(packet.is_in_contact, at);
 }
 
 /// Loads the states that the last pass found.
 template <Scalar S>
 BRISTLE_FORCE_INLINE void load_states(const ContactPacket<S>& packet, std::size_t at,
                                       PatchContact<Pack<S>>& c) {
-  c.is_pushing = load_mask<S>(packet.is_pushing, at);
+  c.is_loaded = load_mask<S>(packet.is_loaded, at);
   c.is_slipping = load_mask<S>(packet.is_slipping, at);
   c.is_damping_slip = load_mask<S>(packet.is_damping_slip, at);
 }
@@ -177,20 +177,20 @@ BRISTLE_FORCE_INLINE void store_model(ContactPacket<S>& packet, std::size_t at,
 template <Scalar S>
 BRISTLE_FORCE_INLINE void linearise_at_start(const SensorParameters<Pack<S>>& p,
                                              const LawOptions& options, const PatchPair<S>& pair,
-                                             const LaneMotion<S>& start, const Mask<S>& is_met,
+                                             const LaneMotion<S>& start, const Mask<S>& is_in_range,
                                              S dt, PatchContact<Pack<S>>& c) {
   using T = Pack<S>;
   c.start_velocity = start.at(c.rho);
   const T approach = dot(c.g, c.start_velocity);
   c.force =
-      select(c.is_touching, normal_force(p, c.depth, T(approach * c.inverse_length)), T(S(0)));
+      select(c.is_in_contact, normal_force(p, c.depth, T(approach * c.inverse_length)), T(S(0)));
   linearise_normal<T>(p, c, dt);
-  c.is_pushing = is_met & (c.normal_constant + c.a_normal * approach > T(S(0)));
+  c.is_loaded = is_in_range & (c.normal_constant + c.a_normal * approach > T(S(0)));
   c.normal_impulse = T(dt) * c.force;
   // Nothing slips yet. The mask is constant and empty, so the compiler drops the slip code.
   c.is_slipping = c.is_damping_slip = Mask<S>::from_bits(0);
   linearise<T>(p, options, pair, c, c.start_velocity, dt);
-  c.a_normal = select(c.is_pushing, c.a_normal, T(S(0)));
+  c.a_normal = select(c.is_loaded, c.a_normal, T(S(0)));
 }
 
 /// Sum of the first models of some contacts.
@@ -208,11 +208,11 @@ void sum_first_models(const SensorPatch<S>& patch, const RayHits<S>& hits, const
   for (const ContactPacket<S>& packet : packets) {
     const RayPacket<S>& rays = patch.geometry->packets[packet.packet];
     for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
-      if (pack_bits<S>(packet.is_met, at) == 0) continue;
+      if (pack_bits<S>(packet.is_in_range, at) == 0) continue;
       PatchContact<T> c;
       find_geometry(hits, rays, packet, at, center, c);
       linearise_at_start<S>(parameters(packet.packet, at, scratch), options, scheme, start,
-                            load_mask<S>(packet.is_met, at), dt, c);
+                            load_mask<S>(packet.is_in_range, at), dt, c);
       sum.add(c);
     }
   }
@@ -250,7 +250,7 @@ BRISTLE_FORCE_INLINE void apply_model_impulses(const PatchContact<Pack<S>>& c, c
                                                LaneWrench<S>& sum) {
   using T = Pack<S>;
   Pack3<S> impulse = model_impulse<T>(c, v);
-  T normal = select(c.is_pushing, dot(impulse, c.n), T(S(0)));
+  T normal = select(c.is_loaded, dot(impulse, c.n), T(S(0)));
   const Mask<S> pulls = normal < T(S(0));
   if (any(pulls)) {
     // The passes ran out before these sensors separated. They must not pull.
@@ -273,10 +273,10 @@ BRISTLE_FORCE_INLINE void find_changes(const SensorParameters<Pack<S>>& p, SlipR
   c.last_slip = zero_vector<T>();
   if (any(c.is_slipping)) c.last_slip = load_pack(packet.last_slip, at);
   linearise_normal<T>(p, c, def.dt);
-  update_normal<T>(c, load_mask<S>(packet.is_met, at), v, def.dt, change);
+  update_normal<T>(c, load_mask<S>(packet.is_in_range, at), v, def.dt, change);
   update_slip<T>(c, tangential<T>(v, c.n), p.breakaway_distance, reset, def.dt, def.pass.number,
                  def.pass.left == 1, change);
-  store_mask(packet.is_pushing, at, c.is_pushing);
+  store_mask(packet.is_loaded, at, c.is_loaded);
   if (any(c.is_slipping)) store_pack(packet.last_slip, at, c.last_slip);
   store_mask(packet.is_slipping, at, c.is_slipping);
   store_mask(packet.is_damping_slip, at, c.is_damping_slip);
@@ -300,13 +300,13 @@ void evaluate(const SensorPatch<S>& patch, const RayHits<S>& hits, const PatchPa
     const RayPacket<S>& rays = patch.geometry->packets[packet.packet];
     if constexpr (is_first) packet.is_slipping = 0;
     for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
-      if (pack_bits<S>(packet.is_met, at) == 0) continue;
+      if (pack_bits<S>(packet.is_in_range, at) == 0) continue;
       const SensorParameters<T>& p = parameters(packet.packet, at, scratch);
       PatchContact<T> c;
       find_geometry(hits, rays, packet, at, center, c);
       if constexpr (is_first) {
-        linearise_at_start<S>(p, options, scheme, start, load_mask<S>(packet.is_met, at), def.dt,
-                              c);
+        linearise_at_start<S>(p, options, scheme, start, load_mask<S>(packet.is_in_range, at),
+                              def.dt, c);
       } else {
         load_states(packet, at, c);
         load_model(packet, at, c);
@@ -353,7 +353,7 @@ void linearise_at_motion(const SensorPatch<S>& patch, const RayHits<S>& hits,
   for (ContactPacket<S>& packet : packets) {
     const RayPacket<S>& rays = patch.geometry->packets[packet.packet];
     for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
-      if (pack_bits<S>(packet.is_met, at) == 0) continue;
+      if (pack_bits<S>(packet.is_in_range, at) == 0) continue;
       PatchContact<T> c;
       find_geometry(hits, rays, packet, at, center, c);
       load_states(packet, at, c);
@@ -364,15 +364,15 @@ void linearise_at_motion(const SensorPatch<S>& patch, const RayHits<S>& hits,
       c.force = force_at<T>(c, v, dt);
       c.normal_impulse = T(lagged) * c.force;
       linearise<T>(p, options, scheme, c, tangential<T>(v, c.n), dt);
-      c.a_normal = select(c.is_pushing, c.a_normal, T(S(0)));
+      c.a_normal = select(c.is_loaded, c.a_normal, T(S(0)));
       sum.models.add(c);
       store_model(packet, at, c);
-      const Mask<S> is_met = load_mask<S>(packet.is_met, at);
+      const Mask<S> is_in_range = load_mask<S>(packet.is_in_range, at);
       const Pack3<S> before = tangential<T>(load_pack(packet.impulse, at), c.n);
       const Pack3<S> after = tangential<T>(model_impulse<T>(c, v), c.n);
       const Pack3<S> difference = after - before;
-      sum.friction_change += select(is_met, sqrt(dot(difference, difference)), T(S(0)));
-      sum.friction_sum += select(is_met, sqrt(dot(before, before)), T(S(0)));
+      sum.friction_change += select(is_in_range, sqrt(dot(difference, difference)), T(S(0)));
+      sum.friction_sum += select(is_in_range, sqrt(dot(before, before)), T(S(0)));
     }
   }
   total = sum;

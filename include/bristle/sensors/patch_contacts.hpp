@@ -13,7 +13,8 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// A body that a ray met.
+/// A body that a ray hit, and its handle. Worlds, haptic loops and hosts number shapes differently,
+/// so each looks up the body of a tag.
 template <Scalar S>
 struct TouchedBody {
   const Body<S>* body = nullptr;
@@ -68,9 +69,9 @@ void clear_patch(SensorPatch<S>& patch) {
     patch.hit_bits[i] = 0;
   }
   patch.has_hits = false;
-  for (std::size_t i = 0; patch.was_active && i < patch.felt.size(); ++i) {
-    if (patch.felt[i] != 0) patch.readings.clear_packet(i);
-    patch.felt[i] = 0;
+  for (std::size_t i = 0; patch.was_active && i < patch.active_lanes.size(); ++i) {
+    if (patch.active_lanes[i] != 0) patch.readings.clear_packet(i);
+    patch.active_lanes[i] = 0;
   }
   patch.was_active = false;
   patch.sensed.clear();
@@ -199,7 +200,7 @@ struct ContactSums {
   }
 
   /// [N s, N m s] Sum of the applied impulses on B about the arm `center`, A's axes.
-  [[nodiscard]] Wrench<S> given(const Vec3<S>& center) const {
+  [[nodiscard]] Wrench<S> applied(const Vec3<S>& center) const {
     return Wrench<S>{sum_of_lanes(impulse), sum_of_lanes(impulse_moment)}.shifted(center);
   }
   [[nodiscard]] PairStiffness<S> stiffness() const {
@@ -212,14 +213,17 @@ struct ContactSums {
 
 /// Adds the impulses of a pack of contacts at the start of a step to its packet and to the sums.
 template <Scalar S>
-BRISTLE_FORCE_INLINE void apply_impulses(
-    ContactPacket<S>& packet, std::size_t at, const SensorParameters<Pack<S>>& p,
-    const LawOptions& options, const SensorContact<Pack<S>>& contact, const Pack3<S>& stretch,
-    const Pack3<S>& point, const Mask<S>& is_touching, S dt, Pack3<S>& sum, Pack3<S>& moment_sum) {
+BRISTLE_FORCE_INLINE void apply_impulses(ContactPacket<S>& packet, std::size_t at,
+                                         const SensorParameters<Pack<S>>& p,
+                                         const LawOptions& options,
+                                         const SensorContact<Pack<S>>& contact,
+                                         const Pack3<S>& stretch, const Pack3<S>& point,
+                                         const Mask<S>& is_in_contact, S dt, Pack3<S>& sum,
+                                         Pack3<S>& moment_sum) {
   using T = Pack<S>;
   const SensorForce<T> force = sensor_force<T>(p, options, contact, stretch, dt);
-  const Pack3<S> impulse = select(is_touching, T(dt) * force.total(), zero_vector<T>());
-  store_pack(packet.normal_impulse, at, select(is_touching, T(dt) * force.normal, T(S(0))));
+  const Pack3<S> impulse = select(is_in_contact, T(dt) * force.total(), zero_vector<T>());
+  store_pack(packet.normal_impulse, at, select(is_in_contact, T(dt) * force.normal, T(S(0))));
   store_pack(packet.impulse, at, impulse);
   sum += impulse;
   moment_sum += cross(point, impulse);
@@ -271,14 +275,15 @@ class ContactMaker {
       if (pack_bits<S>(hit, at) != 0) add_pack(rays, bristles, out, at, hit, anchored);
     }
     // AMBF's law anchors later, with the impulses.
-    const LaneBits fresh = options_.law == Law::ambf
-                               ? LaneBits(0)
-                               : static_cast<LaneBits>(out.is_touching & ~std::uint32_t(anchored));
-    is_anchored = static_cast<LaneBits>((was_anchored & (~hit | out.is_touching)) | fresh);
+    const LaneBits fresh =
+        options_.law == Law::ambf
+            ? LaneBits(0)
+            : static_cast<LaneBits>(out.is_in_contact & ~std::uint32_t(anchored));
+    is_anchored = static_cast<LaneBits>((was_anchored & (~hit | out.is_in_contact)) | fresh);
     for (std::uint32_t rest = fresh; rest != 0; rest &= rest - 1) {
       bodies[std::countr_zero(rest)] = id_b_;
     }
-    sums_.count += static_cast<std::uint32_t>(std::popcount(out.is_met));
+    sums_.count += static_cast<std::uint32_t>(std::popcount(out.is_in_range));
   }
 
   [[nodiscard]] const ContactSums<S>& sums() const { return sums_; }
@@ -290,15 +295,15 @@ class ContactMaker {
     const TouchPack<S> touch(hits_, rays, out.packet, at, hit, true);
     SensorParameters<T> scratch;
     const SensorParameters<T>& p = parameters_(out.packet, at, scratch);
-    const Mask<S> is_met = touch.is_met;
-    const Mask<S> is_touching = is_met & (touch.depth > T(0));
+    const Mask<S> is_in_range = touch.is_in_range;
+    const Mask<S> is_in_contact = is_in_range & (touch.depth > T(0));
     const Pack3<S> n = touch.n, g = touch.g, point = touch.point;
     const T depth = touch.depth, inverse_length = touch.inverse_length;
     const Pack3<S> velocity = linear_ + cross(angular_, point);
     const T force =
-        select(is_touching, normal_force(p, depth, T(dot(g, velocity) * inverse_length)), T(0));
-    store_mask(out.is_met, at, is_met);
-    store_mask(out.is_touching, at, is_touching);
+        select(is_in_contact, normal_force(p, depth, T(dot(g, velocity) * inverse_length)), T(0));
+    store_mask(out.is_in_range, at, is_in_range);
+    store_mask(out.is_in_contact, at, is_in_contact);
     if (options_.law == Law::paper) {
       // Most bristles keep their anchor. Anchoring is a call that reloads its operands: inlined, it
       // would push this loop's values out of the registers.
@@ -306,38 +311,39 @@ class ContactMaker {
       Pack3<S> stretch = anchor_stretch<T>(anchor, pose_, n);
       const T sigma = p.breakaway_distance;
       const Mask<S> is_kept = load_mask<S>(anchored, at) & (dot(stretch, stretch) <= sigma * sigma);
-      const bool is_any_moved = any(is_touching & !is_kept);
+      const bool is_any_moved = any(is_in_contact & !is_kept);
       // With the impulses applied here, nothing else reads it.
       Row3<S>& row = applies_ ? stretch_ : out.stretch;
       if (!applies_ || is_any_moved) store_pack(row, at, stretch);
       if (is_any_moved) {
-        root_anew(rays, bristles, out, at, anchored, sigma, row);
+        anchor_anew(rays, bristles, out, at, anchored, sigma, row);
         stretch = load_pack(row, at);
       }
       if (applies_) {
         apply_impulses<S>(out, at, p, options_, {depth, inverse_length, n, g, velocity}, stretch,
-                          point, is_touching, dt_, sums_.impulse, sums_.impulse_moment);
+                          point, is_in_contact, dt_, sums_.impulse, sums_.impulse_moment);
       }
     }
-    sums_.point += select(is_met, point, zero_vector<T>());
+    sums_.point += select(is_in_range, point, zero_vector<T>());
     if (!applies_ || measures_lambda_) {
-      add_sums(p, point, depth, force, inverse_length, is_met, is_touching);
+      add_sums(p, point, depth, force, inverse_length, is_in_range, is_in_contact);
     }
   }
 
   /// Advances the bristles of the lanes in contact. Leaves the other lanes alone.
-  BRISTLE_NOINLINE void root_anew(const RayPacket<S>& rays, BristlePacket<S>& bristles,
-                                  ContactPacket<S>& out, std::size_t at, LaneBits anchored,
-                                  const T& sigma, Row3<S>& row) const {
+  BRISTLE_NOINLINE void anchor_anew(const RayPacket<S>& rays, BristlePacket<S>& bristles,
+                                    ContactPacket<S>& out, std::size_t at, LaneBits anchored,
+                                    const T& sigma, Row3<S>& row) const {
     Anchor<T> anchor{load_pack(bristles.anchor_a, at), load_pack(bristles.anchor_b, at)};
-    const Mask<S> is_touching = load_mask<S>(out.is_touching, at);
-    const T distance = distances_of(hits_, out.packet * packet_size + at, is_touching);
+    const Mask<S> is_in_contact = load_mask<S>(out.is_in_contact, at);
+    const T distance = distances_of(hits_, out.packet * packet_size + at, is_in_contact);
     const Pack3<S> point = load_pack(rays.start, at) + distance * load_pack(rays.direction, at);
     Mask<S> did_slip;
     // Lanes out of contact keep their anchor at any stretch.
     Pack3<S> stretch = load_pack(row, at);
-    root_where_needed<T>(anchor, load_mask<S>(anchored, at) | !is_touching, stretch, pose_, point,
-                         select(is_touching, sigma, T(infinity<S>)), options_.reset, did_slip);
+    anchor_where_needed<T>(anchor, load_mask<S>(anchored, at) | !is_in_contact, stretch, pose_,
+                           point, select(is_in_contact, sigma, T(infinity<S>)), options_.reset,
+                           did_slip);
     store_pack(row, at, stretch);
     store_mask(out.is_slipping, at, did_slip);
     store_pack(bristles.anchor_a, at, anchor.q_A);
@@ -346,15 +352,15 @@ class ContactMaker {
 
   BRISTLE_FORCE_INLINE void add_sums(const SensorParameters<T>& p, const Pack3<S>& point,
                                      const T& depth, const T& force, const T& inverse_length,
-                                     const Mask<S>& is_met, const Mask<S>& is_touching) {
-    const T k_t = select(is_touching, bristle_stiffness(p, options_.scaling, force, depth), T(0));
-    const T c_t = select(is_touching, p.sliding_friction, T(0));
+                                     const Mask<S>& is_in_range, const Mask<S>& is_in_contact) {
+    const T k_t = select(is_in_contact, bristle_stiffness(p, options_.scaling, force, depth), T(0));
+    const T c_t = select(is_in_contact, p.sliding_friction, T(0));
     sums_.bristle += k_t;
     sums_.viscous += c_t;
     if (!measures_lambda_) return;
     const T tangential = T(dt_ * dt_) * k_t + T(S(2) * dt_) * c_t;
     const T normal = select(
-        is_met,
+        is_in_range,
         (T(dt_ * dt_) * p.normal_stiffness + T(S(2) * dt_) * p.normal_damping) * inverse_length,
         T(0));
     const Pack3<S> arm = point - middle_;
@@ -419,7 +425,7 @@ std::uint32_t meet_body(SensorPatch<S>& patch, PatchScratch<S>& scratch, std::ui
   // Moments are smallest about the middle of the contacts.
   pair.center = sum_of_lanes(sums.point) / S(std::max(sums.count, 1u));
   pair.is_applied = Maker::is_explicit(patch.def);
-  pair.given = sums.given(pair.center);
+  pair.applied = sums.applied(pair.center);
   // A body met only at grazing angles does not count.
   pair.first = first;
   pair.count = sums.count > 0 ? end - first : 0;

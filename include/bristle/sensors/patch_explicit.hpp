@@ -69,7 +69,7 @@ Wrench<S> ambf_impulses(SensorPatch<S>& patch, PatchScratch<S>& scratch, const P
       const LaneBits bit = static_cast<LaneBits>(1u << i);
       packet.impulse.set(i, zero<Vec3<S>>());
       packet.normal_impulse[i] = S(0);
-      if ((packet.is_touching & bit) == 0) continue;
+      if ((packet.is_in_contact & bit) == 0) continue;
       const auto [n, g, point, depth, inverse_length] =
           touch_of(*patch.geometry, scratch.hits, packet.packet * packet_size + i);
       const SensorContact<S> contact{depth, inverse_length, n, g, pair.start_motion.at(point)};
@@ -106,13 +106,13 @@ void apply_at_start(const SensorPatch<S>& patch, const RayHits<S>& hits, const P
   for (ContactPacket<S>& packet : packets) {
     const RayPacket<S>& rays = patch.geometry->packets[packet.packet];
     for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
-      if (pack_bits<S>(packet.is_met, at) == 0) continue;
-      const TouchPack<S> touch(hits, rays, packet.packet, at, packet.is_met, false);
+      if (pack_bits<S>(packet.is_in_range, at) == 0) continue;
+      const TouchPack<S> touch(hits, rays, packet.packet, at, packet.is_in_range, false);
       const SensorContact<Pack<S>> contact{touch.depth, touch.inverse_length, touch.n, touch.g,
                                            start.at(touch.point)};
       apply_impulses<S>(packet, at, parameters(packet.packet, at, scratch), options, contact,
                         load_pack(packet.stretch, at), touch.point - center,
-                        load_mask<S>(packet.is_touching, at), dt, sum.force, sum.torque);
+                        load_mask<S>(packet.is_in_contact, at), dt, sum.force, sum.torque);
     }
   }
   total = sum;
@@ -137,7 +137,7 @@ Wrench<S> explicit_impulses(SensorPatch<S>& patch, PatchScratch<S>& scratch,
                             const PatchPair<S>& pair, BodyId id_b, S dt,
                             const ParallelFor& parallel_for) {
   if (pair.is_applied) {
-    return {pair.R_WA * pair.given.force, pair.R_WA * pair.given.torque};
+    return {pair.R_WA * pair.applied.force, pair.R_WA * pair.applied.torque};
   }
   return patch.def.options.law == Law::ambf
              ? ambf_impulses(patch, scratch, pair, id_b, dt)

@@ -68,36 +68,36 @@ BRISTLE_FORCE_INLINE void read_packet(SensorPatch<S>& patch, const RayHits<S>& h
   const RayPacket<S>& rays = patch.geometry->packets[packet.packet];
   ReadingStore<S>& out = patch.readings;
   // One packet can be in contact with two bodies.
-  const bool is_shared = patch.felt[packet.packet] != 0;
+  const bool is_shared = patch.active_lanes[packet.packet] != 0;
   const std::size_t first = packet.packet * packet_size;
-  std::uint32_t felt = 0;
+  std::uint32_t active = 0;
   std::uint32_t whole = 0;
   for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
     const std::size_t i = first + at;
-    if (pack_bits<S>(packet.is_met, at) == 0) {
+    if (pack_bits<S>(packet.is_in_range, at) == 0) {
       if (!is_shared) clear_pack(out, i);
       continue;
     }
     const Pack3<S> n = load_pack(rays.direction, at);
     const Pack3<S> t1 = load_pack(rays.tangent, at);
-    const Mask<S> is_met = load_mask<S>(packet.is_met, at);
-    const T distance = distances_of(hits, i, is_met);
+    const Mask<S> is_in_range = load_mask<S>(packet.is_in_range, at);
+    const T distance = distances_of(hits, i, is_in_range);
     const Pack3<S> point = load_pack(rays.start, at) + distance * n;
     const Pack3<S> force = T(-per_step) * load_pack(packet.impulse, at);
     const T normal = load_pack(packet.normal_impulse, at) * T(per_step);
     const Pack3<S> shear = tangential<T>(force, n);
-    const Mask<S> is_touching = load_mask<S>(packet.is_touching, at);
+    const Mask<S> is_in_contact = load_mask<S>(packet.is_in_contact, at);
     // A sensor that gave an impulse is active. If it came into contact within the step and the
     // passes ran out, only the part across the ray is left.
     const Mask<S> is_active_lane =
-        is_touching | (is_met & ((normal > T(S(0))) | (dot(shear, shear) > T(S(0)))));
-    felt |= bits(is_active_lane) << at;
+        is_in_contact | (is_in_range & ((normal > T(S(0))) | (dot(shear, shear) > T(S(0)))));
+    active |= bits(is_active_lane) << at;
     const Pack3<S> active_force = select(is_active_lane, force, zero_vector<T>());
     sum.all.force += active_force;
     sum.all.torque += cross(point, active_force);
     sum.shear += select(is_active_lane, shear, zero_vector<T>());
     const T depth =
-        select(is_touching, sensor_depth(distance, load_pack(rays.inverse_length, at)), T(S(0)));
+        select(is_in_contact, sensor_depth(distance, load_pack(rays.inverse_length, at)), T(S(0)));
     whole |= bits(is_active_lane & (depth >= T(S(1)))) << at;
     put(out.depth.data() + i, is_active_lane, depth, is_shared);
     put(out.normal_force.data() + i, is_active_lane, normal, is_shared);
@@ -114,7 +114,7 @@ BRISTLE_FORCE_INLINE void read_packet(SensorPatch<S>& patch, const RayHits<S>& h
   BodyId* body = out.body.data() + first;
   SensorState* state = out.state.data() + first;
   for (std::size_t lane = 0; lane < packet_size; ++lane) {
-    const bool is_active_lane = (felt >> lane & 1u) != 0;
+    const bool is_active_lane = (active >> lane & 1u) != 0;
     const SensorState own =
         (packet.is_slipping >> lane & 1u) != 0 ? SensorState::slipping : SensorState::stuck;
     const BodyId other_body = is_shared ? body[lane] : BodyId{};
@@ -122,7 +122,8 @@ BRISTLE_FORCE_INLINE void read_packet(SensorPatch<S>& patch, const RayHits<S>& h
     body[lane] = is_active_lane ? id : other_body;
     state[lane] = is_active_lane ? own : other_state;
   }
-  patch.felt[packet.packet] = static_cast<LaneBits>(patch.felt[packet.packet] | felt);
+  patch.active_lanes[packet.packet] =
+      static_cast<LaneBits>(patch.active_lanes[packet.packet] | active);
 }
 
 /// Adds the readings of a pair's contacts on `id`. The function is apart from `fill_readings`, so
@@ -163,8 +164,8 @@ std::size_t fill_readings(SensorPatch<S>& patch, PatchScratch<S>& scratch, const
                           S dt, FindId&& find_id, const ParallelFor& parallel_for) {
   ReadingStore<S>& out = patch.readings;
   patch.was_active = !scratch.pairs.empty();
-  std::swap(patch.felt, scratch.active_before);
-  std::fill(patch.felt.begin(), patch.felt.end(), LaneBits(0));
+  std::swap(patch.active_lanes, scratch.active_before);
+  std::fill(patch.active_lanes.begin(), patch.active_lanes.end(), LaneBits(0));
   out.wrench = {};
   set_zero(out.shear_W);
   std::size_t bottomed_out = 0;
@@ -172,8 +173,8 @@ std::size_t fill_readings(SensorPatch<S>& patch, PatchScratch<S>& scratch, const
     bottomed_out +=
         read_pair(patch, scratch, pair, origin, S(1) / dt, find_id(pair.body_b), parallel_for);
   }
-  for (std::size_t i = 0; i < patch.felt.size(); ++i) {
-    if (patch.felt[i] == 0 && scratch.active_before[i] != 0) out.clear_packet(i);
+  for (std::size_t i = 0; i < patch.active_lanes.size(); ++i) {
+    if (patch.active_lanes[i] == 0 && scratch.active_before[i] != 0) out.clear_packet(i);
   }
   return bottomed_out;
 }

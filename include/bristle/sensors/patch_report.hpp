@@ -1,5 +1,5 @@
 /// @file
-/// What is likely to be wrong with a patch where it sits.
+/// Likely faults of a patch where it sits.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 

@@ -25,8 +25,8 @@ template <Value T>
 struct PatchContact {
   /// Lanes in contact at the start of the step (else maybe within it), loaded (normal part acts),
   /// slipping in this step, and with damped slip.
-  Truth<T> is_touching{};
-  Truth<T> is_pushing{};
+  Truth<T> is_in_contact{};
+  Truth<T> is_loaded{};
   Truth<T> is_slipping{};
   Truth<T> is_damping_slip{};
   /// [1] Ray direction n and depth gradient g.
@@ -85,7 +85,7 @@ struct PatchPair {
   PairStiffness<S> stiffness{};
   /// [N s, N m s] Impulse on B about c in A's axes, if it was applied with the contacts.
   bool is_applied = false;
-  Wrench<S> given{};
+  Wrench<S> applied{};
   /// [1] Lambda of these contacts alone, if requested (`CollectDef`).
   S lambda = S(0);
   bool is_implicit = false;

@@ -51,7 +51,7 @@ template <Scalar S>
 struct TouchPack : SensorTouch<Pack<S>> {
   /// Lanes that have a contact. The others use a head-on hit at the start of the ray, which keeps
   /// them finite.
-  Mask<S> is_met;
+  Mask<S> is_in_range;
 
   /// @param rays     Packet `number` of its rays; passed in to avoid a look-up for each pack.
   /// @param hit      Lanes that have a hit.
@@ -65,13 +65,13 @@ struct TouchPack : SensorTouch<Pack<S>> {
     const Pack3<S> surface = Pack3<S>::load(
         hits.normal.x.data() + first, hits.normal.y.data() + first, hits.normal.z.data() + first);
     const T cosine = dot(surface, this->n);
-    is_met = load_mask<S>(hit, at);
+    is_in_range = load_mask<S>(hit, at);
     // Also false for a normal that is NaN.
-    if (decides) is_met = is_met & (cosine <= T(S(-measured::grazing_cosine)));
-    const T distance = distances_of(hits, first, is_met);
+    if (decides) is_in_range = is_in_range & (cosine <= T(S(-measured::grazing_cosine)));
+    const T distance = distances_of(hits, first, is_in_range);
     this->inverse_length = load_pack(rays.inverse_length, at);
-    this->g =
-        depth_gradient<T>(select(is_met, surface, -this->n), select(is_met, cosine, T(S(-1))));
+    this->g = depth_gradient<T>(select(is_in_range, surface, -this->n),
+                                select(is_in_range, cosine, T(S(-1))));
     this->depth = sensor_depth(distance, this->inverse_length);
     this->point = load_pack(rays.start, at) + distance * this->n;
   }

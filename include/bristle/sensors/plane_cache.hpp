@@ -96,9 +96,9 @@ BRISTLE_FORCE_INLINE void advance_pack(const RayPacket<S>& rays, const PlaneCach
   const T distance = max(height / select(is_ahead, cosine, T(S(-1))), T(S(0)));
   // Only inverse lengths are stored: d <= L + e  <=>  (d - e) / L <= 1.
   const T over = (distance - T(extra_length)) * load_pack(rays.inverse_length, at);
-  const Mask<S> is_met = is_ahead & (over <= T(S(1)));
+  const Mask<S> is_in_range = is_ahead & (over <= T(S(1)));
   const auto put = [&](S* row, const T& value) {
-    select(is_met, value, T::load(row + first)).store(row + first);
+    select(is_in_range, value, T::load(row + first)).store(row + first);
   };
   put(hits.distance.data(), distance);
   put(hits.normal.x.data(), m.x);

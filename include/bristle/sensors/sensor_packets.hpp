@@ -121,16 +121,16 @@ struct alignas(64) ContactPacket {
   std::uint32_t packet = 0;
   /// Lanes in range, in contact at the start, loaded, slipping, and with damped slip. Loaded and
   /// damped lanes are those of the last pass that had another solve left.
-  LaneBits is_met = 0;
-  LaneBits is_touching = 0;
-  LaneBits is_pushing = 0;
+  LaneBits is_in_range = 0;
+  LaneBits is_in_contact = 0;
+  LaneBits is_loaded = 0;
   LaneBits is_slipping = 0;
   LaneBits is_damping_slip = 0;
 
   /// Resets to sensor packet `number`, without a contact.
   void begin(std::uint32_t number) {
     packet = number;
-    is_met = is_touching = is_pushing = is_slipping = is_damping_slip = 0;
+    is_in_range = is_in_contact = is_loaded = is_slipping = is_damping_slip = 0;
   }
 };
 

@@ -25,10 +25,10 @@ inline constexpr std::size_t taxel_point_size = 6;
 template <Scalar S>
 void write_taxel_points(const SensorPatch<S>& patch, S* out) {
   std::fill_n(out, taxel_point_size * patch.size(), S(0));
-  for (std::size_t k = 0; k < patch.felt.size(); ++k) {
+  for (std::size_t k = 0; k < patch.active_lanes.size(); ++k) {
     const RayPacket<S>& rays = patch.geometry->packets[k];
     const BristlePacket<S>& bristles = patch.bristles[k];
-    for (std::uint32_t rest = patch.felt[k]; rest != 0; rest &= rest - 1) {
+    for (std::uint32_t rest = patch.active_lanes[k]; rest != 0; rest &= rest - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
       const std::size_t i = k * packet_size + lane;
       const BodyId body = patch.readings.body[i];

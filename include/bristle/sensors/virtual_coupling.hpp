@@ -144,12 +144,12 @@ template <Scalar S>
 Vec3<S> VirtualCoupling<S>::pull(const Spring& spring, const Vec3<S>& stretch,
                                  const Vec3<S>& device, const Vec3<S>& other, S h,
                                  Vec3<S>& velocity) {
-  // What resists a change of velocity over the substep: inertia, damper and spring.
-  const S give = h * spring.stiffness + spring.damping;
-  const S whole = spring.inertia + h * give;
-  const Vec3<S> free = spring.stiffness * stretch + give * device;
+  // Inertia, damper and spring resist a change of velocity over the substep.
+  const S resistance = h * spring.stiffness + spring.damping;
+  const S whole = spring.inertia + h * resistance;
+  const Vec3<S> free = spring.stiffness * stretch + resistance * device;
   Vec3<S> next = (spring.inertia * velocity + h * (free + other)) / whole;
-  Vec3<S> force = free - give * next;
+  Vec3<S> force = free - resistance * next;
   const S size = force.stableNorm();
   if (size > spring.largest) {
     // At its limit a spring pulls with that force, whatever the tool does.

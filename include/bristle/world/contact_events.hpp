@@ -44,7 +44,8 @@ struct ContactEvent {
 template <Scalar S>
 class ContactReading {
  public:
-  /// One contact point. World axes.
+  /// One contact point. World axes. The cache of contacts keeps arms and impulses along
+  /// tangents, which are the solver's own; this is their meaning for a caller.
   struct Point {
     /// [m] Position when the step began.
     Vec3<S> position = detail::zero<Vec3<S>>();

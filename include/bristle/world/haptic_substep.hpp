@@ -6,9 +6,9 @@
 
 #include <bristle/core/no_index.hpp>
 #include <bristle/math/finite.hpp>
-#include <bristle/sensors/passes.hpp>
 #include <bristle/sensors/patch_contacts.hpp>
 #include <bristle/sensors/patch_readings.hpp>
+#include <bristle/sensors/solve_passes.hpp>
 #include <bristle/world/haptic_loop.hpp>
 #include <bristle/world/near_shapes.hpp>
 

@@ -11,7 +11,7 @@
 #include <bristle/dynamics/solver/guarded_sweeps.hpp>
 #include <bristle/dynamics/solver/island_solver.hpp>
 #include <bristle/dynamics/solver/method_choice.hpp>
-#include <bristle/sensors/passes.hpp>
+#include <bristle/sensors/solve_passes.hpp>
 #include <bristle/world/joint_stage.hpp>
 #include <bristle/world/sensor_stage.hpp>
 #include <bristle/world/world_state.hpp>

@@ -360,10 +360,10 @@ void visit_patch(const State& state, Patch& patch, Visitor& visit) {
     visit.value(last.body);
     visit.value(last.impulse);
   });
-  for (std::size_t i = 0; i < patch.felt.size(); ++i) {
+  for (std::size_t i = 0; i < patch.active_lanes.size(); ++i) {
     visit.item(
-        "patches (felt)", patch.felt[i], [&](auto& felt) { visit.value(felt); },
-        [&](LaneBits felt) { return (felt & ~lanes_of(patch, i)) == 0; });
+        "patches (felt)", patch.active_lanes[i], [&](auto& active) { visit.value(active); },
+        [&](LaneBits active) { return (active & ~lanes_of(patch, i)) == 0; });
   }
   visit.value(patch.was_active);
   visit.value(patch.is_active);

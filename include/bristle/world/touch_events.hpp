@@ -90,10 +90,10 @@ void TouchLog::update(const Patches& patches) {
 template <Scalar S>
 void TouchLog::find(PatchId id, const SensorPatch<S>& patch) {
   BodyId last{};
-  for (std::size_t packet = 0; packet < patch.felt.size(); ++packet) {
-    if (patch.felt[packet] == 0) continue;
+  for (std::size_t packet = 0; packet < patch.active_lanes.size(); ++packet) {
+    if (patch.active_lanes[packet] == 0) continue;
     for (std::size_t lane = 0; lane < packet_size; ++lane) {
-      if ((patch.felt[packet] >> lane & 1u) == 0) continue;
+      if ((patch.active_lanes[packet] >> lane & 1u) == 0) continue;
       const BodyId body = patch.readings.body[packet * packet_size + lane];
       if (body == last) continue;
       found_.push_back({id, body});

@@ -23,7 +23,7 @@ PatchContact<S> sensed_contact(test::Random& random, S depth) {
   c.g = depth_gradient<S>(c.n, -c.n);
   c.depth = depth;
   c.inverse_length = S(1) / random.uniform(S(0.005), S(0.02));
-  c.is_touching = depth > S(0);
+  c.is_in_contact = depth > S(0);
   return c;
 }
 
@@ -96,18 +96,18 @@ TEST_CASE_TEMPLATE(
 TEST_CASE_TEMPLATE("update_normal: a contact that begins or ceases to push is told", S, float,
                    double) {
   // The force that it begins or ceases with may be too small to ask for another pass by itself.
-  for (const bool was_pushing : {false, true}) {
+  for (const bool was_loaded : {false, true}) {
     for (const bool pushes : {false, true}) {
       PatchContact<S> c;
       c.g = unit_z<Vec3<S>>();
       c.normal_constant = pushes ? S(1e-9) : S(-1e-9);
       c.a_normal = S(0);
       c.force = S(0);
-      c.is_pushing = was_pushing;
+      c.is_loaded = was_loaded;
       PassChange<S> change;
       update_normal<S>(c, true, zero<Vec3<S>>(), S(1e-3), change);
-      CHECK(c.is_pushing == pushes);
-      CHECK(change.did_switch == (was_pushing != pushes));
+      CHECK(c.is_loaded == pushes);
+      CHECK(change.did_switch == (was_loaded != pushes));
     }
   }
 }
@@ -122,7 +122,7 @@ TEST_CASE_TEMPLATE("update_slip: a bristle that lets go, or turns out to stick, 
         PatchContact<S> c;
         c.stretch = zero<Vec3<S>>();
         c.last_slip = zero<Vec3<S>>();
-        c.is_touching = true;
+        c.is_in_contact = true;
         c.is_slipping = was_slipping;
         PassChange<S> change;
         const Vec3<S> v = (overshoots ? S(1.1) : S(0.9)) * (sigma / dt) * unit_z<Vec3<S>>();

@@ -48,7 +48,7 @@ void for_each_lane(PatchScratch<S>& scratch, const PatchPair<S>& pair, Visit&& v
   std::size_t k = 0;
   for (ContactPacket<S>& packet : contacts_of(scratch, pair)) {
     for (std::size_t i = 0; i < packet_size; ++i) {
-      if ((packet.is_met >> i & 1u) != 0) visit(packet, i, k++);
+      if ((packet.is_in_range >> i & 1u) != 0) visit(packet, i, k++);
     }
   }
 }
@@ -71,7 +71,7 @@ class ScalarBlock {
     for (PatchContact<S>& c : contacts) {
       const Vec3<S> v = velocity(c, u);
       c.impulse = model_impulse<S>(c, v);
-      c.normal_impulse = c.is_pushing ? c.impulse.dot(c.n) : S(0);
+      c.normal_impulse = c.is_loaded ? c.impulse.dot(c.n) : S(0);
       if (c.normal_impulse < S(0)) {
         c.impulse = tangential<S>(c.impulse, c.n);
         c.normal_impulse = S(0);
@@ -91,7 +91,7 @@ class ScalarBlock {
       update_normal<S>(c, true, v, S(dt), change);
       update_slip<S>(c, tangential<S>(v, c.n), p.breakaway_distance, options.reset, S(dt), pass,
                      is_last_pass, change);
-      if (!c.is_pushing) c.a_normal = 0;
+      if (!c.is_loaded) c.a_normal = 0;
     }
     const bool has_changed = change.did_switch || change.force_change > S(1e-3) * change.force_sum;
     if (!has_changed && !change.has_slip) {
@@ -105,7 +105,7 @@ class ScalarBlock {
       const Vec3<S> before = tangential<S>(c.impulse, c.n);
       c.normal_impulse = is_last_pass && has_changed ? S(0) : S(dt) * c.force;
       linearise<S>(p, options, pair_, c, tangential<S>(v, c.n), S(dt));
-      if (!c.is_pushing) c.a_normal = 0;
+      if (!c.is_loaded) c.a_normal = 0;
       friction_change += (tangential<S>(model_impulse<S>(c, v), c.n) - before).norm();
       friction_sum += before.norm();
     }
@@ -183,7 +183,7 @@ TEST_CASE("start_linearisation: at rest gives what the explicit law gives") {
     for_each_lane(
         random.scratch, pair, [&](ContactPacket<double>& packet, std::size_t i, std::size_t k) {
           const PatchContact<double>& c = contacts[k];
-          if (!c.is_touching) {
+          if (!c.is_in_contact) {
             CHECK(packet.normal_impulse[i] == 0);
             return;
           }
@@ -244,7 +244,7 @@ TEST_CASE_TEMPLATE("implicit patch: lanes give what sensors one by one give, pas
           for_each_lane(random.scratch, pair,
                         [&](ContactPacket<S>& packet, std::size_t i, std::size_t k) {
                           const PatchContact<S>& c = scalar.contacts[k];
-                          CHECK(((packet.is_pushing >> i & 1u) != 0) == c.is_pushing);
+                          CHECK(((packet.is_loaded >> i & 1u) != 0) == c.is_loaded);
                           CHECK(((packet.is_slipping >> i & 1u) != 0) == c.is_slipping);
                           CHECK(((packet.is_damping_slip >> i & 1u) != 0) == c.is_damping_slip);
                           slips += c.is_slipping ? 1 : 0;
@@ -265,7 +265,8 @@ TEST_CASE("evaluate: a settled patch needs no further solve") {
   start_linearisation(random.patch, random.scratch, pair, dt);
   // At the motion of the start nothing is found otherwise than assumed, but for what comes within
   // reach: leave only what touches.
-  for (ContactPacket<double>& packet : random.scratch.contacts) packet.is_met = packet.is_touching;
+  for (ContactPacket<double>& packet : random.scratch.contacts)
+    packet.is_in_range = packet.is_in_contact;
   Vec6<double> u;
   const Twist<double> start = pair.start_motion.shifted(pair.center);
   u << pair.R_WA * start.linear, pair.R_WA * start.angular;
@@ -283,12 +284,12 @@ TEST_CASE("evaluate: notices parting and slip") {
   u.head<3>() = pair.R_WA * (-1e3 * before[0].g.normalized());
   CHECK(evaluate<double>(random.patch, random.scratch, pair, u, dt, {1, 3}).has_changed);
   CHECK(random.scratch.contacts[pair.first].normal_impulse[static_cast<std::size_t>(
-            std::countr_zero(random.scratch.contacts[pair.first].is_met))] == 0);
+            std::countr_zero(random.scratch.contacts[pair.first].is_in_range))] == 0);
   std::size_t slipping = 0;
   for_each_lane(random.scratch, pair,
                 [&](ContactPacket<double>& packet, std::size_t i, std::size_t k) {
                   if (k == 0) {
-                    CHECK((packet.is_pushing >> i & 1u) == 0);
+                    CHECK((packet.is_loaded >> i & 1u) == 0);
                     CHECK(packet.force[i] == 0);
                   }
                   slipping += packet.is_slipping >> i & 1u;

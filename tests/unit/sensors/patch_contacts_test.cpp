@@ -25,7 +25,7 @@ void for_each_contact(const PatchScratch<S>& scratch, const PatchPair<S>& pair, 
   for (std::uint32_t k = pair.first; k < pair.first + pair.count; ++k) {
     const ContactPacket<S>& packet = scratch.contacts[k];
     for (std::size_t i = 0; i < packet_size; ++i) {
-      if ((packet.is_met >> i & 1u) != 0) visit(packet, i, packet.packet * packet_size + i);
+      if ((packet.is_in_range >> i & 1u) != 0) visit(packet, i, packet.packet * packet_size + i);
     }
   }
 }
@@ -58,11 +58,11 @@ TEST_CASE_TEMPLATE("collect_contacts: every hit that does not graze, at its body
                 patch.geometry->start[k] +
                 random.scratch.hits.distance[k] * Vec3<S>(patch.geometry->direction[k]);
             const S depth = S(1) - random.scratch.hits.distance[k] / patch.geometry->length[k];
-            CHECK(((packet.is_touching >> i & 1u) != 0) == (depth > S(0)));
+            CHECK(((packet.is_in_contact >> i & 1u) != 0) == (depth > S(0)));
             // In lanes, and of one sensor.
             const std::size_t at = i / lanes<S> * lanes<S>;
             const TouchPack<S> touches(random.scratch.hits, patch.geometry->packets[packet.packet],
-                                       packet.packet, at, packet.is_met, false);
+                                       packet.packet, at, packet.is_in_range, false);
             const SensorTouch<S> touch = touch_of(*patch.geometry, random.scratch.hits, k);
             for (const auto& [point_found, g_found, depth_found] :
                  {std::tuple(touches.point[i - at], touches.g[i - at], touches.depth[i - at]),
@@ -108,7 +108,7 @@ TEST_CASE_TEMPLATE("collect_contacts: bristles are anchored while they touch, an
       const std::size_t body = pair.body_b == test::RandomPatch<S>::id(0).index ? 0 : 1;
       for_each_contact(
           random.scratch, pair, [&](const ContactPacket<S>& packet, std::size_t i, std::size_t k) {
-            if ((packet.is_touching >> i & 1u) == 0) return;
+            if ((packet.is_in_contact >> i & 1u) == 0) return;
             touched[k] = test::RandomPatch<S>::id(body);
             // Anchored with the stretch that is reported.
             const Anchor<S> anchor{patch.bristles[packet.packet].anchor_a[i],
@@ -150,7 +150,7 @@ TEST_CASE_TEMPLATE("collect_contacts: stiffness is summed about the middle of th
             expected.normal += normal;
             expected.normal_first += normal * arm;
             expected.normal_second += normal * arm.squaredNorm();
-            if ((packet.is_touching >> i & 1u) == 0) return;
+            if ((packet.is_in_contact >> i & 1u) == 0) return;
             const S rate =
                 touch.g.dot(pair.start_motion.at(touch.point)) / patch.geometry->length[k];
             const S k_t =
@@ -263,7 +263,7 @@ TEST_CASE("find_hit_mask: range by range as all at once, and nothing of other ra
   REQUIRE(ranges_scratch.contacts.size() >= 2);
   for (std::size_t k = 0; k < whole_scratch.contacts.size(); ++k) {
     CHECK(ranges_scratch.contacts[k].packet == whole_scratch.contacts[k].packet);
-    CHECK(ranges_scratch.contacts[k].is_met == whole_scratch.contacts[k].is_met);
+    CHECK(ranges_scratch.contacts[k].is_in_range == whole_scratch.contacts[k].is_in_range);
     CHECK(ranges_scratch.contacts[k].stretch.x == whole_scratch.contacts[k].stretch.x);
   }
   for (std::size_t i = 0; i < 4; ++i) {
@@ -287,7 +287,7 @@ TEST_CASE("collect_contacts: a normal that is no number is no contact") {
                    },
                    {.dt = 1e-3});
   REQUIRE(random.scratch.contacts.size() == 1);
-  CHECK(random.scratch.contacts[0].is_met == 1u << 3);
+  CHECK(random.scratch.contacts[0].is_in_range == 1u << 3);
   CHECK(patch.is_anchored[0] == 1u << 3);
   CHECK(random.scratch.pairs[0].center.allFinite());
 }
@@ -331,6 +331,6 @@ TEST_CASE("collect_contacts: a ray that starts inside a body is pressed in all t
                    },
                    {.dt = 1e-3});
   REQUIRE(random.scratch.contacts.size() == 1);
-  CHECK(random.scratch.contacts[0].is_touching == 1u << 5);
+  CHECK(random.scratch.contacts[0].is_in_contact == 1u << 5);
   CHECK(touch_of(*patch.geometry, random.scratch.hits, 5).depth == 1.0);
 }

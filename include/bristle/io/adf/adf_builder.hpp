@@ -69,7 +69,7 @@ class AdfBuilder {
   };
 
   /// Runs an action for a block. If the world refuses it, that becomes an error of the block, with
-  /// the value that its author wrote. What it has come to follows, where that is another.
+  /// the value that its author wrote. The value that the world got follows, where it is another.
   template <typename Item, typename Do>
   auto in_block(const Item& item, Do&& action) {
     try {
@@ -255,7 +255,7 @@ class AdfBuilder {
   const AdfModel& model_;
   const AdfBuildDef<S>& def_;
   AdfMeshes<S> meshes_;
-  /// What is from this file.
+  /// The parts of this file.
   AdfScene<S> scene_;
   std::vector<const AdfBody*> in_file_;
   std::map<std::string, Found> looked_up_;

@@ -9,7 +9,7 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// What a field of a definition is in a description.
+/// A field of a definition as a description has it.
 struct AdfField {
   /// Beginning of the field's name. Fields may end with an index.
   std::string_view name;

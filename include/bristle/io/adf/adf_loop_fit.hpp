@@ -62,8 +62,8 @@ class AdfPlane {
     return plane;
   }
 
-  /// Fits a joint to the plane, by turning and moving both of its frames by as much. What stands
-  /// apart in the plane stays so: the loop closes that by its own motion.
+  /// Fits a joint to the plane, by turning and moving both of its frames by as much. A gap
+  /// within the plane stays: the loop closes it by its own motion.
   ///
   /// @return How far it was out of the plane. None, and no fit, if that is more than rounding.
   [[nodiscard]] std::optional<AdfOutOfPlane> fit(AdfLoopJoint& joint) const {
@@ -73,7 +73,7 @@ class AdfPlane {
     if (!(std::abs(gap) <= joint.largest_gap)) return std::nullopt;
     AdfOutOfPlane out{.gap = std::abs(gap)};
     if (const std::optional<Vec3<double>> normal_J = normal_in(joint)) {
-      // What the frames have along the normal now, they have along it exactly afterwards.
+      // Both axes are close to the normal. They turn onto it exactly.
       const Vec3<double> of_a = a.rotate(*normal_J);
       const Vec3<double> of_b = b.rotate(*normal_J);
       out.tilt = of_a.cross(of_b).norm();

@@ -65,7 +65,7 @@ class AdfNames {
     T value;
   };
 
-  /// What a name matches.
+  /// Items that a name matches.
   struct Match {
     /// The one item, or null.
     const Entry* entry = nullptr;

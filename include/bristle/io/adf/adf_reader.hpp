@@ -52,7 +52,7 @@ namespace bristle::inline BRISTLE_ABI::detail {
 
 // Implementation ----------------------------------------------------------------------------------
 
-/// [-] What the documents of a text have used of the limits.
+/// [-] Items and rays that the documents of a text have used so far.
 struct AdfUsage {
   std::size_t items = 0;
   std::size_t rays = 0;

@@ -26,7 +26,7 @@ struct AdfProximity {
 
 namespace detail {
 
-/// What a file has to know of those that were added to its scene before.
+/// Groups and scales of the files of a scene, which those added later depend on.
 struct AdfHistory {
   /// Category bits of collision groups.
   AdfGroups groups;
@@ -49,7 +49,7 @@ struct AdfScene {
   detail::AdfNames<AdfProximity<S>> proximity;
   /// Changed or omitted parts, from reading and from building.
   AdfReport report;
-  /// What files that are added later have to know of these.
+  /// Record of these files for those that are added later.
   detail::AdfHistory history{};
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <bristle/sensors/passes.hpp>
+#include <bristle/sensors/solve_passes.hpp>
 
 #include <doctest/doctest.h>
 
@@ -33,7 +33,7 @@ Course run(int max_passes, int changes) {
 
 }  // namespace
 
-TEST_CASE("solve_in_passes: every solve is answered, until nothing changes or none is left") {
+TEST_CASE("solve_in_passes: every solve is evaluated, until nothing changes or none is left") {
   const Course settled = run(4, 1);
   CHECK(settled.passes == 2);
   CHECK(settled.solves == 2);
