@@ -110,6 +110,7 @@
 #include <bristle/dynamics/solver/sequential_solver.hpp>
 #include <bristle/dynamics/solver/soft_block.hpp>
 #include <bristle/dynamics/solver/soft_system.hpp>
+#include <bristle/dynamics/solver/solver_constants.hpp>
 #include <bristle/dynamics/solver/solver_def.hpp>
 #include <bristle/dynamics/solver/solver_types.hpp>
 #include <bristle/dynamics/solver/sweep_convergence.hpp>
@@ -161,6 +162,7 @@
 #include <bristle/geometry/trees/aabb_tree.hpp>
 #include <bristle/geometry/trees/wide_tree.hpp>
 #include <bristle/hosts/host_stage.hpp>
+#include <bristle/hosts/hosts_constants.hpp>
 #include <bristle/math/block6.hpp>
 #include <bristle/math/block_cholesky.hpp>
 #include <bristle/math/block_envelope.hpp>
@@ -187,7 +189,6 @@
 #include <bristle/sensors/law.hpp>
 #include <bristle/sensors/linear_model.hpp>
 #include <bristle/sensors/packet_boxes.hpp>
-#include <bristle/sensors/passes.hpp>
 #include <bristle/sensors/patch.hpp>
 #include <bristle/sensors/patch_block.hpp>
 #include <bristle/sensors/patch_contacts.hpp>
@@ -201,10 +202,12 @@
 #include <bristle/sensors/plane_cache.hpp>
 #include <bristle/sensors/reading.hpp>
 #include <bristle/sensors/reading_store.hpp>
+#include <bristle/sensors/sensor_constants.hpp>
 #include <bristle/sensors/sensor_layout.hpp>
 #include <bristle/sensors/sensor_packets.hpp>
 #include <bristle/sensors/sensor_parameters.hpp>
 #include <bristle/sensors/sensor_wrench.hpp>
+#include <bristle/sensors/solve_passes.hpp>
 #include <bristle/sensors/stability.hpp>
 #include <bristle/sensors/taxel_points.hpp>
 #include <bristle/sensors/touch_force.hpp>
@@ -254,6 +257,7 @@
 #include <bristle/io/glb_extras.hpp>
 #include <bristle/io/gltf_buffer.hpp>
 #include <bristle/io/gltf_json.hpp>
+#include <bristle/io/io_constants.hpp>
 #include <bristle/io/recording.hpp>
 #include <bristle/io/recording_check.hpp>
 #include <bristle/io/text_scanner.hpp>
