@@ -7,6 +7,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/core/core_constants.hpp>
 #include <bristle/core/parallel.hpp>
 
 #include <algorithm>
@@ -57,7 +58,8 @@ class ThreadPool {
       return;
     }
     // Several turns for each worker: no worker waits for one long turn of another.
-    const std::size_t grain = std::max<std::size_t>(1, count / (8 * workers()));
+    const std::size_t grain =
+        std::max<std::size_t>(1, count / (detail::measured::turns_of_worker * workers()));
     const std::size_t turns = (count + grain - 1) / grain;
     undone_.store(turns, std::memory_order_relaxed);
     const std::size_t number = shares_[0].number.load(std::memory_order_relaxed) + 1;
@@ -118,19 +120,15 @@ class ThreadPool {
     Loop loop{};
   };
 
-  /// [-] Looks before a thread yields. Yields before it sleeps. They take some twenty and fifty
-  /// microseconds on an AMD EPYC (Zen 5).
-  static constexpr int most_looks = 800, most_yields = 100;
-
   /// Waits a short while for a condition that other threads are about to fulfil.
   /// @return True if it is fulfilled.
   template <typename Condition>
   static bool look_out(const Condition& is_there) {
-    for (int i = 0; i < most_looks; ++i) {
+    for (int i = 0; i < detail::measured::looks_before_yield; ++i) {
       if (is_there()) return true;
       rest();
     }
-    for (int i = 0; i < most_yields; ++i) {
+    for (int i = 0; i < detail::measured::yields_before_sleep; ++i) {
       if (is_there()) return true;
       std::this_thread::yield();
     }

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <bristle/core/dynamic_array.hpp>
+#include <bristle/math/math_constants.hpp>
 #include <bristle/math/types.hpp>
 
 #include <algorithm>
@@ -126,11 +127,13 @@ bool DormandPrince<S>::advance(std::span<S> y, std::size_t state, S duration, Sy
       if (is_last) break;
     }
     // The error of a substep grows with the fifth power of its length. The target is a little below
-    // the tolerance. One estimate changes the length by at most a factor of five. The error is
+    // the tolerance. One estimate changes the length by a bounded factor. The error is
     // taken without derivatives, so the ends of substeps carry none.
     const S error = S(value_of(ratio));
-    const S factor = error > S(0) ? S(0.9) * pow(error, S(-0.2)) : S(5);
-    h *= std::clamp(factor, S(0.2), is_accepted ? S(5) : S(0.9));
+    const S factor = error > S(0) ? S(1 - measured::substep_safety) * pow(error, S(-0.2))
+                                  : S(measured::substep_growth);
+    h *= std::clamp(factor, S(measured::substep_shrinkage),
+                    is_accepted ? S(measured::substep_growth) : S(1 - measured::substep_safety));
     // The rest is cut into equal parts. So the last one is no sliver.
     const S rest = duration - t;
     is_last = h >= rest;

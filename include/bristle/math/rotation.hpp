@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/math/math_constants.hpp>
 #include <bristle/math/types.hpp>
 
 #include <cmath>
@@ -96,12 +97,10 @@ template <Scalar S>
 
 namespace detail {
 
-/// [rad/s] Angular velocity that turns by half a radian in a step. The chord of the path of a point
-/// then misses the arc by an eighth of the radius. Beyond it, directions at the start of the step
-/// tell little about its end.
+/// [rad/s] Angular velocity that turns by `far_turn_of_step` in a step.
 template <Scalar S>
 [[nodiscard]] S far_turn(S dt) {
-  return S(0.5) / dt;
+  return S(measured::far_turn_of_step) / dt;
 }
 /// Returns whether an angular velocity [rad/s] turns a body farther than that.
 template <Scalar S>

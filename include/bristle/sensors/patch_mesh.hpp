@@ -4,6 +4,7 @@
 #pragma once
 
 #include <bristle/core/error.hpp>
+#include <bristle/geometry/geometry_constants.hpp>
 #include <bristle/geometry/meshes/mesh_normals.hpp>
 #include <bristle/geometry/meshes/mesh_shapes.hpp>
 #include <bristle/geometry/meshes/mesh_validation.hpp>
@@ -101,7 +102,8 @@ PatchMesh<S> cylinder_patch(const CylinderPatchDef<S>& def) {
     p = {def.radius * sin(p.x()), p.y(), def.radius * cos(p.x())};
   }
   // A closed wall's ends coincide but for rounding.
-  PatchMesh<S> patch{weld(mesh, S(16) * detail::Tolerance<S>::round_off()), {}};
+  PatchMesh<S> patch{
+      weld(mesh, S(detail::measured::weld_distance) * detail::Tolerance<S>::round_off()), {}};
   for (const Vec3<S>& p : patch.mesh.vertices) {
     patch.normals.push_back(Vec3<S>(p.x(), S(0), p.z()).normalized());
   }

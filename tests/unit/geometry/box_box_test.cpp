@@ -209,7 +209,7 @@ TEST_CASE("collide_shapes: two boxes have the contacts that clipping of any shap
     const ContactManifold<S> expected =
         detail::clip_features(features.a, features.b, m.normal, margin);
     // Both are sums of a handful of products of coordinates up to twice the size; a crossing of
-    // edges divides by the sine of their angle, which is at least edge_tolerance, 1 / 20, twice.
+    // edges divides by the sine of their angle, which is at least edge_across_sine, 1 / 20, twice.
     const S tolerance = S(100) * Tolerance<S>::round_off() * size;
     // A contact that one has and the other has not is at the margin, or beside one it has.
     const auto is_in = [&](const ContactPoint<S>& p, const ContactManifold<S>& others) {
@@ -243,7 +243,7 @@ TEST_CASE_TEMPLATE("collide_shapes: equal boxes that jitter keep their four cont
   Random random(74);
   // From the last bit to a tenth of what counts as one place.
   const S smallest = std::log2(std::numeric_limits<S>::epsilon());
-  const S largest = std::log2(beside_tolerance<S> / S(10));
+  const S largest = std::log2(beside_tolerance<S>() / S(10));
   for (int i = 0; i < 300; ++i) {
     const S size = std::exp2(random.uniform(S(-8), S(8)));
     const Box<S> box{(random.in_cube(S(0.4)) + Vec3<S>::Constant(S(0.5))) * size};

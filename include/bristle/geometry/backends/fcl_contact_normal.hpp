@@ -16,6 +16,7 @@
 #pragma once
 
 #include <bristle/geometry/contacts/contact_normal.hpp>
+#include <bristle/geometry/geometry_constants.hpp>
 
 #include <fcl/narrowphase/detail/convexity_based_algorithm/gjk_libccd.h>
 
@@ -39,14 +40,12 @@ inline void ccd_support(const void* object, const ccd_vec3_t* direction, ccd_vec
 // FCL takes neither a starting direction nor a sufficient distance.
 inline GjkResult<double> FclDistance::operator()(PlacedConvex<double> a, PlacedConvex<double> b,
                                                  const Vec3<double>&, double) const {
-  constexpr unsigned max_iterations = 128;
-  // GJK ends when a step gains less than this. Smaller values only bring degenerate simplices and
-  // worse results. Polyhedra end exactly with any value.
-  constexpr double tolerance = 1024.0 * Tolerance<double>::round_off();
+  // GJK ends when a step gains less than this. Polyhedra end exactly with any value.
+  const double tolerance = measured::ccd_gain * Tolerance<double>::round_off();
   double distance = 0.0;
   Vec3<double> on_a, on_b;
-  if (!fcl::detail::GJKDistance<double>(&a, ccd_support, &b, ccd_support, max_iterations, tolerance,
-                                        &distance, &on_a, &on_b)) {
+  if (!fcl::detail::GJKDistance<double>(&a, ccd_support, &b, ccd_support, measured::ccd_iterations,
+                                        tolerance, &distance, &on_a, &on_b)) {
     return {};
   }
   const Vec3<double> normal = (on_b - on_a).normalized();

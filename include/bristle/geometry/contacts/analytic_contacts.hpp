@@ -10,6 +10,7 @@
 #pragma once
 
 #include <bristle/geometry/contacts/contact_clip.hpp>
+#include <bristle/geometry/geometry_constants.hpp>
 #include <bristle/geometry/shapes/convex_view.hpp>
 #include <bristle/geometry/shapes/shapes.hpp>
 #include <bristle/geometry/shapes/support.hpp>
@@ -175,8 +176,9 @@ void collide_shapes(const Capsule<S>& a, const Capsule<S>& b, const Transform<S>
   const Vec3<S> between = point_b - point_a;
   const S distance = between.norm();
   const Vec3<S> normal = distance > S(0) ? Vec3<S>(between.stableNormalized()) : fallback;
-  const bool is_lengthwise = sine <= edge_tolerance<S> && abs(normal.z()) <= edge_tolerance<S> &&
-                             abs(normal.dot(axis)) <= edge_tolerance<S>;
+  const S across_sine = S(measured::edge_across_sine);
+  const bool is_lengthwise =
+      sine <= across_sine && abs(normal.z()) <= across_sine && abs(normal.dot(axis)) <= across_sine;
   if (is_lengthwise && distance - a.radius - b.radius <= margin) {
     const auto features = feature_pair(convex_view(a), convex_view(b), X_AB, normal);
     const auto manifold = clip_features(features.a, features.b, normal, margin);
@@ -201,8 +203,8 @@ void collide_shapes(const HalfSpace<S>& a, const Convex& b, const Transform<S>& 
   }
   PlaneContacts<S> contacts(a, margin, extent);
   for (std::size_t i = 0; i < face.size; ++i) contacts.add(face.points[i], face.ids[i]);
-  const ContactManifold<S> manifold =
-      contacts.manifold(face.is_round ? 4 : ContactManifold<S>::capacity);
+  const ContactManifold<S> manifold = contacts.manifold(
+      face.is_round ? ContactManifold<S>::round_capacity : ContactManifold<S>::capacity);
   if (manifold.size > 0) out.push_back(manifold);
 }
 

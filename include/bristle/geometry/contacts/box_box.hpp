@@ -6,6 +6,7 @@
 #include <bristle/geometry/contacts/box_face_clip.hpp>
 #include <bristle/geometry/contacts/contact_clip.hpp>
 #include <bristle/geometry/contacts/contact_normal.hpp>
+#include <bristle/geometry/geometry_constants.hpp>
 #include <bristle/geometry/shapes/convex_view.hpp>
 #include <bristle/geometry/shapes/shapes.hpp>
 #include <bristle/math/transform.hpp>
@@ -35,7 +36,9 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
 /// boxes, count as one. Boxes that slide in a heap jitter by what the solver leaves of their
 /// velocities, and their corners must not come and go with that. Gaps are not rounded.
 template <Scalar S>
-inline constexpr S beside_tolerance = std::max(Tolerance<S>::equal(), S(1e-5));
+[[nodiscard]] S beside_tolerance() {
+  return std::max(Tolerance<S>::equal(), S(measured::box_corner_merging));
+}
 
 /// Axis of largest separation of two boxes.
 template <Scalar S>
@@ -49,7 +52,7 @@ struct BoxAxis {
   /// @param least_gain  [m] Smaller differences count as none.
   [[nodiscard]] S bar(S least_gain) const {
     using std::abs;
-    return gap + S(0.05) * abs(gap) + least_gain;
+    return gap + S(measured::box_axis_preference) * abs(gap) + least_gain;
   }
 };
 
@@ -217,14 +220,14 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
   const bool is_face = !(edges.sine > S(0));
   Vec3<S> normal;
   if (is_face) {
-    collide_face(boxes, is_of_a, face.axis, margin, beside_tolerance<S> * size, manifold);
+    collide_face(boxes, is_of_a, face.axis, margin, beside_tolerance<S>() * size, manifold);
     normal = manifold.normal;
   } else {
     normal = (edges.side / edges.sine) * unit_vector<Vec3<S>>(edges.i).cross(column_of(R, edges.j));
     const Vec3<S> normal_B = R.transpose() * normal;
-    const bool is_crossing = edges.sine > edge_tolerance<S> &&
-                             cwise_abs(normal).maxCoeff() < aligned_cosine<S> &&
-                             cwise_abs(normal_B).maxCoeff() < aligned_cosine<S>;
+    const bool is_crossing = edges.sine > S(measured::edge_across_sine) &&
+                             cwise_abs(normal).maxCoeff() < S(1 - measured::aligned_face_versine) &&
+                             cwise_abs(normal_B).maxCoeff() < S(1 - measured::aligned_face_versine);
     if (is_crossing) {
       collide_edges(boxes, edges, normal, normal_B, manifold);
     } else {

@@ -10,6 +10,7 @@
 #pragma once
 
 #include <bristle/geometry/contacts/contact_manifold.hpp>
+#include <bristle/geometry/geometry_constants.hpp>
 #include <bristle/geometry/shapes/support.hpp>
 #include <bristle/math/rotation.hpp>
 #include <bristle/math/transform.hpp>
@@ -46,13 +47,6 @@ bool build_manifold(const ShapeA& a, const ShapeB& b, const Transform<S>& X_AB,
                     std::uint32_t key = 0);
 
 // Implementation ----------------------------------------------------------------------------------
-
-/// [1] Faces within 3 degrees of the normal are aligned. Each takes part in a contact by itself.
-template <Scalar S>
-inline constexpr S aligned_cosine = S(0.9986);
-/// [1] A face more oblique than this does not meet an aligned one.
-template <Scalar S>
-inline constexpr S facing_cosine = S(0.2);
 
 /// Mixes two numbers into one: MurmurHash3's finaliser over a weighted sum. Names of features use
 /// it. Two names in one manifold agree with a chance of 1e-8.
@@ -327,7 +321,7 @@ template <Scalar S>
   using std::abs;
   const Vec2<S> u = (a.place(1) - a.place(0)).normalized();
   const Vec2<S> v = (b.place(1) - b.place(0)).normalized();
-  return abs(u.x() * v.y() - u.y() * v.x()) <= edge_tolerance<S>;
+  return abs(u.x() * v.y() - u.y() * v.x()) <= S(measured::edge_across_sine);
 }
 
 /// Clips an edge to the ends of a parallel one.
@@ -390,7 +384,8 @@ template <Scalar S>
   const S extent = std::max(field_a.extent(), field_b.extent());
   ClipContacts<S> contacts(margin, extent);
   intersect(field_a, field_b, std::max(Tolerance<S>::equal() * extent, uncertainty), contacts);
-  contacts.thin(a.is_round || b.is_round ? 4 : ContactManifold<S>::capacity);
+  contacts.thin(a.is_round || b.is_round ? ContactManifold<S>::round_capacity
+                                         : ContactManifold<S>::capacity);
 
   ContactManifold<S> manifold;
   manifold.normal = normal;
@@ -416,8 +411,10 @@ template <Scalar S, typename ShapeA, typename ShapeB>
   const Vec3<S> towards_a = X_AB.rotation.conjugate() * Vec3<S>(-normal);
   SupportFeature<S> face_a = support_face(a, normal);
   SupportFeature<S> face_b = support_face(b, towards_a);
-  const bool is_aligned = face_a.cosine >= aligned_cosine<S> || face_b.cosine >= aligned_cosine<S>;
-  const S least = is_aligned ? facing_cosine<S> : S(2);
+  const S aligned = S(1 - measured::aligned_face_versine);
+  const bool is_aligned = face_a.cosine >= aligned || face_b.cosine >= aligned;
+  // No cosine reaches 2.
+  const S least = is_aligned ? S(measured::facing_face_cosine) : S(2);
   if (face_a.is_polygon() && face_a.cosine < least) face_a = support_edge(a, normal);
   if (face_b.is_polygon() && face_b.cosine < least) face_b = support_edge(b, towards_a);
   return {face_a, face_b.transformed(X_AB)};

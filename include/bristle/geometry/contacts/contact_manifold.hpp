@@ -29,6 +29,8 @@ template <Scalar S>
 struct ContactManifold {
   /// [-] Most points of a manifold.
   static constexpr std::size_t capacity = 8;
+  /// [-] Most points of the contact of a round face. Four hold it against tilting to any side.
+  static constexpr std::size_t round_capacity = 4;
 
   /// [1] Unit normal from shape A into shape B, in the frame of A.
   Vec3<S> normal = detail::unit_z<Vec3<S>>();

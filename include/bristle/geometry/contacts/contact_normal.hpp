@@ -23,6 +23,7 @@
 #include <bristle/core/config.hpp>
 #include <bristle/geometry/contacts/expanding_polytope.hpp>
 #include <bristle/geometry/contacts/gjk.hpp>
+#include <bristle/geometry/geometry_constants.hpp>
 #include <bristle/geometry/shapes/convex_view.hpp>
 #include <bristle/geometry/shapes/visit_shape.hpp>
 #include <bristle/math/rotation.hpp>
@@ -78,7 +79,8 @@ struct GjkDistance {
                                         const Vec3<S>& towards, S far) const {
     const auto support = [&](const Vec3<S>& d) { return Vec3<S>(a.support(d) - b.support(-d)); };
     const bool is_curved = a.convex->is_curved() || b.convex->is_curved();
-    const S enough = is_curved ? Tolerance<S>::equal() / S(100) : S(0);
+    const S enough =
+        is_curved ? Tolerance<S>::equal() / S(measured::curved_distance_refinement) : S(0);
     return gjk_distance<S>(support, support(towards), far, enough);
   }
 };
@@ -112,9 +114,10 @@ class OverlapSearch {
       : a_{&a, identity<Mat3<S>>(), zero<Vec3<S>>(), scale},
         b_{&b, X_AB.rotation_matrix(), scale * X_AB.translation, scale},
         rounding_(scale * (a.rounding + b.rounding)),
-        push_(scale * std::min(a.reach, b.reach) / S(8)),
+        push_(scale * std::min(a.reach, b.reach) / S(measured::overlap_push_divisor)),
         is_curved_(a.is_curved() || b.is_curved()),
-        settled_(is_curved_ ? Tolerance<S>::equal() / S(16) : Tolerance<S>::round_off()) {}
+        settled_(is_curved_ ? Tolerance<S>::equal() / S(measured::curved_gain_refinement)
+                            : Tolerance<S>::round_off()) {}
 
   [[nodiscard]] S overlap() const { return overlap_; }
   [[nodiscard]] const Vec3<S>& normal() const { return normal_; }
@@ -127,6 +130,7 @@ class OverlapSearch {
     const Vec3<S> between =
         b_.rotation * (b_.scale * b_.convex->center) + b_.position - a_.scale * a_.convex->center;
     const Vec3<S> towards = between.stableNormalized();
+    // The square of a unit vector is 1, that of a vector that has no direction 0.
     offer(towards.squaredNorm() > S(0.5) ? towards : unit_x<Vec3<S>>());
     for (const S side : {S(1), S(-1)}) {
       const PlacedConvex<S>& solid = side > S(0) ? a_ : b_;
@@ -168,7 +172,8 @@ class OverlapSearch {
     if (!start(polytope)) return;
     for (std::size_t i = 0; i < ExpandingPolytope<S>::max_corners; ++i) {
       const auto face = polytope.nearest();
-      const S enough = (is_curved_ ? S(0.98) : S(1)) * (overlap_ - rounding_);
+      const S enough =
+          (is_curved_ ? S(1 - measured::curved_overlap_slack) : S(1)) * (overlap_ - rounding_);
       if (face.distance >= enough - settled_) return;
       offer(face.normal);
       if (!polytope.expand(core_witness(face.normal))) return;
@@ -184,7 +189,7 @@ class OverlapSearch {
     S push = push_;
     Vec3<S> last_step = zero<Vec3<S>>();
     std::optional<Vec3<S>> leap;
-    for (int i = 0; i < max_pushes; ++i) {
+    for (int i = 0; i < measured::overlap_pushes; ++i) {
       if (!leap) polish();
       const Vec3<S> from = leap ? *leap : normal_;
       const Vec3<S> moved = (core_witness(from).dot(from) + push) * from;
@@ -205,8 +210,10 @@ class OverlapSearch {
       set_zero(last_step);
       if (was_leap || !answer.is_apart) continue;
       if (shrunk < infinity<S>) {
-        // If steps hardly shrink, or grow as they do off a saddle, take twenty at once.
-        const S steps = shrunk < S(0.95) ? shrunk / (S(1) - shrunk) : S(20);
+        // If steps hardly shrink, or grow as they do off a saddle, take many at once.
+        const S steps = shrunk < S(1 - measured::stalled_push_shrinkage)
+                            ? shrunk / (S(1) - shrunk)
+                            : S(measured::stalled_push_leap);
         leap = (answer.normal + steps * step).normalized();
       } else {
         last_step = step;
@@ -225,10 +232,11 @@ class OverlapSearch {
   /// of them. With 8 directions in a round, double has at most 9024 directions, float 2640. Mostly
   /// each step takes one round.
   void search_by_compass() {
-    int max_leaps = 4;
-    for (S step = S(0.25); step > Tolerance<S>::equal(); step /= S(2), ++max_leaps) {
+    int max_leaps = 4;  // log2(4 / step) for the first step.
+    for (S step = S(measured::compass_first_step); step > Tolerance<S>::equal();
+         step /= S(2), ++max_leaps) {
       bool is_better = true;
-      for (int round = 0; round < max_rounds && is_better; ++round) {
+      for (int round = 0; round < measured::compass_rounds && is_better; ++round) {
         is_better = false;
         const Vec3<S> from = normal_;
         Vec3<S> t1, t2;
@@ -251,8 +259,9 @@ class OverlapSearch {
   /// better directions are kept, so corners and edges do no harm.
   void polish() {
     if (!is_curved_) return;
-    constexpr S difference = S(1) / S(8192);
-    for (int i = 0; i < max_polishes; ++i) {
+    const S difference = S(measured::newton_difference);
+    const S longest2 = S(measured::newton_longest_step) * S(measured::newton_longest_step);
+    for (int i = 0; i < measured::newton_steps; ++i) {
       Vec3<S> t1, t2;
       tangent_basis(normal_, t1, t2);
       const Vec3<S> w = witness(normal_);
@@ -271,24 +280,22 @@ class OverlapSearch {
       const S u1 = -(h22 * g1 - h12 * g2) / determinant;
       const S u2 = -(h11 * g2 - h12 * g1) / determinant;
       // A long step means a flat or broken region where Newton fails; NaN fails too.
-      if (!(u1 * u1 + u2 * u2 < S(1) / S(64))) return;
+      if (!(u1 * u1 + u2 * u2 < longest2)) return;
       if (!offer((normal_ + u1 * t1 + u2 * t2).normalized())) return;
     }
   }
 
  private:
-  /// [1] Smaller gains of polyhedra count as none. It is the error of their gaps.
-  static constexpr double least_gain = 1e-11;
-  static constexpr int max_pushes = 24;
-  static constexpr int max_polishes = 3;
-  static constexpr int max_rounds = 16;
+  /// [1] Sine of 45 degrees.
   static constexpr double diagonal = 0.7071067811865476;
   static constexpr double compass[8][2] = {
       {1, 0},  {diagonal, diagonal},   {0, 1},  {-diagonal, diagonal},
       {-1, 0}, {-diagonal, -diagonal}, {0, -1}, {diagonal, -diagonal}};
 
   /// On curved cores the distance method may end with this much still to gain.
-  static constexpr S convergence() { return S(64) * Tolerance<S>::equal(); }
+  [[nodiscard]] static S convergence() {
+    return S(measured::curved_distance_error) * Tolerance<S>::equal();
+  }
 
   [[nodiscard]] static bool is_box(const PlacedConvex<S>& solid) {
     return std::holds_alternative<const Box<S>*>(solid.convex->shape);
@@ -354,7 +361,8 @@ class OverlapSearch {
   bool offer(const Vec3<S>& n) {
     ++evaluations_;
     const S overlap = core_witness(n).dot(n) + rounding_;
-    if (!(overlap < overlap_ - (is_curved_ ? S(0) : S(least_gain)))) return false;
+    const S least_gain = is_curved_ ? S(0) : S(measured::polyhedral_gap_error);
+    if (!(overlap < overlap_ - least_gain)) return false;
     overlap_ = overlap;
     normal_ = n;
     return true;

@@ -11,6 +11,7 @@
 
 #include <bristle/geometry/contacts/contact_normal.hpp>
 #include <bristle/geometry/contacts/gjk.hpp>
+#include <bristle/geometry/geometry_constants.hpp>
 #include <bristle/geometry/meshes/mesh_surface.hpp>
 #include <bristle/geometry/shapes/convex_view.hpp>
 #include <bristle/geometry/shapes/shapes.hpp>
@@ -125,7 +126,6 @@ template <Scalar P>
 template <Scalar P>
 [[nodiscard]] Vec3<P> point_of_gap(const ConvexView<P>& target, const ConvexView<P>& query,
                                    const Transform<P>& X_TQ, const Vec3<P>& normal, P distance) {
-  constexpr int max_rounds = 32;
   const P enough = distance + Tolerance<P>::equal() * std::min(target.reach, query.reach);
   // A ball has one point that is nearest.
   if (std::holds_alternative<const Sphere<P>*>(query.shape)) {
@@ -133,7 +133,7 @@ template <Scalar P>
   }
   const Transform<P> X_QT = X_TQ.inverse();
   Vec3<P> point = support_point(target, normal);
-  for (int i = 0; i < max_rounds; ++i) {
+  for (int i = 0; i < measured::gap_projections; ++i) {
     const Vec3<P> opposite = X_TQ * project(Vec3<P>(X_QT * point), query);
     if ((opposite - point).norm() <= enough) break;
     point = project(opposite, target);
@@ -240,13 +240,12 @@ void find_touch(const ConvexView<P>& target, const ConvexView<P>& query, const T
   // Each measurement takes away all of the way that it proves free. Faces and corners end after one
   // or two of them; round solids leave a part of the way that shrinks with its square. The bound is
   // there for numbers that go on to creep.
-  constexpr int max_measurements = 64;
   const P touching = near * std::min(target.reach, query.reach);
   const P least = near * way.norm();
   Transform<P> X = X_TQ;
   P fraction = P(0);
   Vec3<P> normal = zero<Vec3<P>>();
-  for (int i = 0; i < max_measurements; ++i) {
+  for (int i = 0; i < measured::sweep_distances; ++i) {
     const GjkResult<P> found = convex_distance(target, query, X, infinity<P>);
     // The direction of solids that all but touch may be any. Only a plane that parts them counts.
     const P gap = found.is_apart ? gap_along(target, query, X, found.normal) : P(0);

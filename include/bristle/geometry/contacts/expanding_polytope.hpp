@@ -23,6 +23,7 @@ namespace bristle::inline BRISTLE_ABI::detail {
 template <Scalar S>
 class ExpandingPolytope {
  public:
+  /// [-] Most corners. A polyhedron whose difference with another has more gets a local minimum.
   static constexpr std::size_t max_corners = 64;
 
   struct Face {
@@ -130,7 +131,7 @@ template <Scalar S>
 bool ExpandingPolytope<S>::add_face(std::uint8_t a, std::uint8_t b, std::uint8_t c) {
   if (face_count_ == max_faces) return false;
   const Vec3<S> n = (corners_[b] - corners_[a]).cross(corners_[c] - corners_[a]).stableNormalized();
-  // A sliver has no normal: the polytope would have a hole.
+  // A sliver has no normal, only a zero vector: the polytope would have a hole.
   if (!(n.squaredNorm() > S(0.5))) return false;
   faces_[face_count_++] = {{a, b, c}, n, n.dot(corners_[a])};
   return true;

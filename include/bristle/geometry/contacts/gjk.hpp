@@ -12,6 +12,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/geometry/geometry_constants.hpp>
 #include <bristle/math/types.hpp>
 
 #include <algorithm>
@@ -153,11 +154,10 @@ class GjkSimplex {
 template <Scalar S, typename Support>
 GjkResult<S> gjk_distance(const Support& support, const Vec3<S>& start, S far, S enough) {
   using std::sqrt;
-  constexpr int max_supports = 64;
   GjkSimplex<S> simplex(start);
   S size2 = start.squaredNorm();
   bool is_parted = false;  // By a plane that some support has shown.
-  for (int i = 0; i < max_supports; ++i) {
+  for (int i = 0; i < measured::gjk_supports; ++i) {
     const Vec3<S>& v = simplex.nearest();
     constexpr S nothing = Tolerance<S>::round_off() * Tolerance<S>::round_off();
     if (!(simplex.nearest2() > nothing * size2)) return {};

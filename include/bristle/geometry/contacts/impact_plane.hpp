@@ -4,6 +4,7 @@
 #pragma once
 
 #include <bristle/geometry/contacts/contact_manifold.hpp>
+#include <bristle/geometry/geometry_constants.hpp>
 #include <bristle/math/types.hpp>
 
 #include <algorithm>
@@ -63,10 +64,9 @@ void advance_contact(ContactManifold<S>& manifold, const Vec3<S>& way, const Vec
   }
   manifold = start;
   // Each step halves the rest of a way that grazes, and ends one that hits a flat face.
-  constexpr int most_steps = 8;
   S share = S(0);
   S beyond = infinity<S>;  // A share at which the nearest place lies behind.
-  for (int i = 0; i < most_steps; ++i) {
+  for (int i = 0; i < measured::impact_advancements; ++i) {
     if (gap <= round_off || gap >= (S(1) - share) * approach()) break;
     const ContactManifold<S> last = manifold;
     S next = share + gap / approach();

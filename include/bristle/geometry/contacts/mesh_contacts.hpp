@@ -27,6 +27,7 @@
 #include <bristle/geometry/contacts/contact_clip.hpp>
 #include <bristle/geometry/contacts/contact_normal.hpp>
 #include <bristle/geometry/contacts/contact_sink.hpp>
+#include <bristle/geometry/geometry_constants.hpp>
 #include <bristle/geometry/meshes/mesh_plates.hpp>
 #include <bristle/geometry/meshes/mesh_surface.hpp>
 #include <bristle/geometry/shapes/convex_view.hpp>
@@ -110,7 +111,9 @@ class MeshOpposite {
   [[nodiscard]] P depth() const { return largest_depth_; }
   /// Returns whether the plate faces against n, within 25 degrees. Surfaces at larger angles cut
   /// each other when they pass through each other. They need no help.
-  [[nodiscard]] bool is_facing(const Vec3<P>& n) const { return n.dot(normal_) < P(-0.9); }
+  [[nodiscard]] bool is_facing(const Vec3<P>& n) const {
+    return n.dot(normal_) < -P(1 - measured::opposing_plates_versine);
+  }
   /// Returns whether a plate of A comes within a margin of this one along its normal and across its
   /// edges, and is not behind it.
   [[nodiscard]] bool reaches(const Plate<P>& other, P margin) const {
@@ -195,7 +198,7 @@ class MeshConvexContacts {
     const Aabb<P> here = bounds_at(convex_, X_MC_);
     const Aabb<P> near = here.inflated(margin_);
     // Plates that face against it within 25 degrees are within this distance of the line.
-    const P beside = P(0.44) * opposite.depth();
+    const P beside = P(measured::passed_plate_spread) * opposite.depth();
     const Vec3<P> back = -opposite.depth() * opposite.normal();
     Aabb<P> swept = here;
     swept.include(Aabb<P>{here.lower + back, here.upper + back});
@@ -335,6 +338,7 @@ class MeshConvexContacts {
     for (std::size_t k = 0; k < features.a.size; ++k) {
       features.a.is_inner_edge[k] = mesh_.is_inner_edge(i, k);
     }
+    // Two plates of one face differ by the round-off of both.
     const ContactManifold<P> clipped =
         clip_features(features.a, features.b, n, margin_, P(2) * mesh_.hair());
     ContactManifold<P> manifold;
@@ -391,6 +395,7 @@ class MeshConvexContacts {
       const Vec3<P> edge = edge_of(plate, k);
       const P beside = edge.cross(point - plate.corners[k]).dot(plate.normal);
       const P length = edge.norm();
+      // The edge and the point may both be off.
       const P hair = std::max(Tolerance<P>::equal() * length, P(2) * mesh_.hair());
       if (beside < -hair * length) return false;
     }

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <bristle/core/dynamic_array.hpp>
+#include <bristle/geometry/geometry_constants.hpp>
 #include <bristle/geometry/rays/mesh_rays.hpp>
 #include <bristle/geometry/rays/ray_mesh.hpp>
 
@@ -24,6 +25,7 @@ namespace bristle::inline BRISTLE_ABI::detail {
 /// The triangles near one ray, in the frame of their mesh.
 template <Scalar S>
 struct alignas(64) TrianglesNearRay {
+  /// [-] Most triangles of the cache.
   static constexpr std::size_t capacity = 16;
 
   /// [m] Corners of the triangles, as the rows of a leaf.
@@ -117,20 +119,15 @@ class TriangleCache {
   [[nodiscard]] std::size_t reused() const { return reused_; }
 
  private:
-  /// [1] `price` is the cost of a search, `gain` the saving each time a list serves. If searches
-  /// have not paid, there are none for a while. Then a few test whether motion is slow now.
-  static constexpr std::int64_t price = 80;
-  static constexpr std::int64_t gain = 32;
-  static constexpr int pause = 20;
-  /// [-] Queries of another mesh after which the present one counts as gone.
-  static constexpr int most_refused = 16;
-
   DynamicArray<TrianglesNearRay<S>> rays_;
   std::uint32_t tag_ = 0;
   std::uint32_t life_ = 0;
-  int refused_ = most_refused;
+  /// [-] Queries of other meshes in a row.
+  int refused_ = measured::cache_refused_queries;
   int paused_ = 0;
   int poor_ = 0;
+  /// [1] Searches cost credit, and each use of a list gains some. If searches have not paid, there
+  /// are none for a while. Then a few test for slow motion.
   std::int64_t credit_ = 0;
   std::size_t searched_ = 0;
   std::size_t reused_ = 0;
@@ -144,14 +141,15 @@ BRISTLE_NOINLINE void TrianglesNearRay<S>::search(const WideTree<S>& tree, const
                                                   const Vec3<S>& ray_end) {
   using Tree = WideTree<S>;
   using std::sqrt;
-  // [1] Wider lists last longer, until they overflow. The motion is extrapolated by `ahead`.
-  constexpr S width = S(0.7);
-  constexpr S ahead = S(0.75);
-  const S margin = width * sqrt(tree.mean_area());
+  const S ahead = S(measured::cache_lead);
+  const S margin = S(measured::cache_margin) * sqrt(tree.mean_area());
   const auto move = [&](Vec3<S>& end_kept, const Vec3<S>& end_now) {
     const Vec3<S> moved = end_now - end_kept;
     end_kept = end_now;
-    if (!(reserve >= S(0)) || !(cwise_abs(moved).maxCoeff() <= S(2) * margin)) return;
+    if (!(reserve >= S(0)) ||
+        !(cwise_abs(moved).maxCoeff() <= S(measured::cache_longest_motion) * margin)) {
+      return;
+    }
     end_kept += ahead * cwise_clamp(moved, margin);
   };
   move(start, ray.origin);
@@ -159,9 +157,9 @@ BRISTLE_NOINLINE void TrianglesNearRay<S>::search(const WideTree<S>& tree, const
   // Rounding of the coordinates of rays, boxes and crossings.
   const S size = cwise_max(cwise_abs(tree.box().lower), cwise_abs(tree.box().upper)).sum() +
                  cwise_abs(start).sum() + cwise_abs(end).sum();
-  reserve = margin - S(16) * Tolerance<S>::round_off() * size;
+  reserve = margin - S(measured::cache_margin_error) * Tolerance<S>::round_off() * size;
   count = 0;
-  if (!(reserve >= S(0.8) * margin)) {
+  if (!(reserve >= S(1 - measured::cache_margin_loss) * margin)) {
     // The mesh is too fine for its coordinates, or the ray is not finite.
     reserve = S(-1);
     count = capacity + 1;
@@ -221,9 +219,10 @@ void TrianglesNearRay<S>::add(const WideTree<S>& tree, const TriangleRange& rang
 
 template <Scalar S>
 bool TriangleCache<S>::begin(std::size_t rays, std::uint32_t tag, std::uint32_t life) {
-  const auto most_credit = static_cast<std::int64_t>(rays) * price * 2;
+  const auto most_credit = static_cast<std::int64_t>(rays) * measured::cache_search_price *
+                           measured::cache_most_searches;
   if (tag != tag_ || life != life_ || rays != rays_.size()) {
-    if (rays == rays_.size() && ++refused_ <= most_refused) return false;
+    if (rays == rays_.size() && ++refused_ <= measured::cache_refused_queries) return false;
     tag_ = tag;
     life_ = life;
     rays_.resize(rays);
@@ -237,13 +236,15 @@ bool TriangleCache<S>::begin(std::size_t rays, std::uint32_t tag, std::uint32_t 
     return false;
   }
   // A list serves in the query after its search at the earliest.
-  poor_ = credit_ < price && (reused_ - reused_before_) * 8 < rays ? poor_ + 1 : 0;
+  const bool is_poor = credit_ < measured::cache_search_price &&
+                       (reused_ - reused_before_) * measured::cache_poor_divisor < rays;
+  poor_ = is_poor ? poor_ + 1 : 0;
   reused_before_ = reused_;
   credit_ = std::min(credit_, most_credit);
-  if (poor_ < 2) return true;
+  if (poor_ < measured::cache_poor_queries) return true;
   poor_ = 0;
-  paused_ = pause;
-  credit_ = most_credit / 8;
+  paused_ = measured::cache_pause_queries;
+  credit_ = most_credit / measured::cache_retry_divisor;
   return false;
 }
 
@@ -257,14 +258,14 @@ BRISTLE_NOINLINE std::optional<RayHit<S>> TriangleCache<S>::cast(const RayMesh<S
   if (near.serves(ray.origin, end)) {
     if (near.is_complete()) {
       ++reused_;
-      credit_ += gain;
+      credit_ += measured::cache_reuse_gain;
     }
-  } else if (credit_ < price) {
+  } else if (credit_ < measured::cache_search_price) {
     return std::nullopt;
   } else {
     near.search(tree, ray, end);
     ++searched_;
-    credit_ -= price;
+    credit_ -= measured::cache_search_price;
   }
   if (!near.is_complete()) return std::nullopt;
 

@@ -33,13 +33,16 @@ template <Scalar S>
 
 namespace detail {
 
-/// A solid of revolution about z, of 32 segments.
+/// [-] Segments of drawn solids of revolution. The chord misses the circle by 0.5 % of the radius.
+inline constexpr std::uint32_t drawn_segments = 32;
+
+/// A solid of revolution about z.
 /// @param profile  [m] Radius and height of its rings from low to high; a radius of 0 is a point.
 template <Scalar S>
 [[nodiscard]] TriangleMesh<S> lathe_mesh(const DynamicArray<std::pair<S, S>>& profile) {
   using std::cos;
   using std::sin;
-  constexpr std::uint32_t segments = 32;
+  constexpr std::uint32_t segments = drawn_segments;
   TriangleMesh<S> mesh;
   DynamicArray<std::uint32_t> ring;
   for (const auto& [radius, height] : profile) {
@@ -75,7 +78,7 @@ struct ShapeDrawer {
   TriangleMesh<S> operator()(const Capsule<S>& s) const {
     using std::cos;
     using std::sin;
-    constexpr int rings = 8;
+    constexpr int rings = drawn_segments / 4;  // Of a quarter of a circle.
     DynamicArray<std::pair<S, S>> profile;
     for (int i = -rings; i <= rings; ++i) {
       // From the lower pole to its rim, and from the upper rim to its pole; both rims at i = 0.
@@ -86,7 +89,9 @@ struct ShapeDrawer {
     }
     return lathe_mesh<S>(profile);
   }
-  TriangleMesh<S> operator()(const Cylinder<S>& s) const { return cylinder_mesh<S>(s, 32); }
+  TriangleMesh<S> operator()(const Cylinder<S>& s) const {
+    return cylinder_mesh<S>(s, drawn_segments);
+  }
   TriangleMesh<S> operator()(const Cone<S>& s) const {
     return lathe_mesh<S>(
         {{S(0), -s.half_length}, {s.radius, -s.half_length}, {S(0), s.half_length}});

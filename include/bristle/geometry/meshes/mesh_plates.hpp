@@ -14,6 +14,7 @@
 #include <bristle/core/config.hpp>
 #include <bristle/core/dynamic_array.hpp>
 #include <bristle/core/no_index.hpp>
+#include <bristle/geometry/geometry_constants.hpp>
 #include <bristle/geometry/meshes/mesh_validation.hpp>
 #include <bristle/geometry/shapes/support.hpp>
 #include <bristle/math/types.hpp>
@@ -94,12 +95,6 @@ class MeshPlates {
 
 // Implementation ----------------------------------------------------------------------------------
 
-/// [1] Cosine and sine of the angle, 0.01 degrees, within which directions count as equal. It
-/// exceeds the error of GJK and is less than any edge of a mesh that is not meant to be flat.
-template <Scalar S>
-inline constexpr S same_direction_cosine = S(1) - S(1.5e-8);
-template <Scalar S>
-inline constexpr S same_direction_sine = S(1.7e-4);
 /// [1] Sine of the angle below which two triangles are one flat face. Meshes from files are no
 /// flatter than single precision.
 template <Scalar S>
@@ -308,7 +303,8 @@ void PlateJoin<S>::join() {
   std::sort(inner.begin(), inner.end(), [](const Inner& a, const Inner& b) {
     return std::tie(b.length, a.half_edge) < std::tie(a.length, b.half_edge);
   });
-  // Lengths that are equal to round-off would come in any order.
+  // Lengths that are equal to round-off would come in any order. Two lengths have four ends that
+  // are rounded.
   for (std::size_t i = 1, longest = 0; i < inner.size(); ++i) {
     if (inner[longest].length - inner[i].length > S(4) * hair_) longest = i;
     inner[i].rank = static_cast<std::uint32_t>(longest);
@@ -423,7 +419,8 @@ bool PlateJoin<S>::is_plate(std::span<const std::uint32_t> outline) const {
     if (abs(up.dot(corner - start(outline[0]))) > hair_) return false;
     const Vec3<S> in = corner - start(outline[k]);
     const Vec3<S> out = start(outline[(k + 2) % count]) - corner;
-    if (in.cross(out).dot(up) <= S(2) * same_direction_sine<S> * in.norm() * out.norm()) {
+    // Both directions may be off.
+    if (in.cross(out).dot(up) <= S(2) * S(measured::same_direction_sine) * in.norm() * out.norm()) {
       return false;
     }
   }

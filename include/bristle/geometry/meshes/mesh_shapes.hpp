@@ -4,6 +4,7 @@
 #pragma once
 
 #include <bristle/core/error.hpp>
+#include <bristle/geometry/geometry_constants.hpp>
 #include <bristle/geometry/meshes/triangle_mesh.hpp>
 #include <bristle/geometry/shapes/shapes.hpp>
 #include <bristle/math/types.hpp>
@@ -109,7 +110,7 @@ TriangleMesh<S> sphere_mesh(S radius, std::uint32_t frequency) {
     }
   }
   // Faces repeat the points of their common edges, with other rounding.
-  return weld(mesh, S(16) * detail::Tolerance<S>::round_off());
+  return weld(mesh, S(detail::measured::weld_distance) * detail::Tolerance<S>::round_off());
 }
 
 template <Scalar S>

@@ -6,6 +6,7 @@
 
 #include <bristle/core/config.hpp>
 #include <bristle/core/dynamic_array.hpp>
+#include <bristle/geometry/geometry_constants.hpp>
 #include <bristle/geometry/meshes/mesh_plates.hpp>
 #include <bristle/geometry/rays/mesh_rays.hpp>
 #include <bristle/geometry/shapes/convex_hull.hpp>
@@ -240,7 +241,7 @@ auto MeshSurface<S, Tree>::judge(std::uint32_t plate, const Vec3<S>& n) const ->
   using std::abs;
   const Vec3<S>& normal = plates_.normal(plate);
   const S cosine = n.dot(normal);
-  if (cosine >= same_direction_cosine<S>) return Verdict::face;
+  if (cosine >= S(1) - S(measured::same_direction_versine)) return Verdict::face;
   const std::span<const Vec3<S>> c = plates_.plate(plate).corners;
   const std::size_t count = c.size();
   // Takes edges across n that are farthest along it, or else those of the farthest corner.
@@ -249,18 +250,18 @@ auto MeshSurface<S, Tree>::judge(std::uint32_t plate, const Vec3<S>& n) const ->
   std::optional<std::size_t> across;
   for (const std::size_t k : sides) {
     const Vec3<S> edge = c[(k + 1) % count] - c[k];
-    if (abs(edge.dot(n)) <= same_direction_sine<S> * edge.norm()) across = k;
+    if (abs(edge.dot(n)) <= S(measured::same_direction_sine) * edge.norm()) across = k;
   }
   bool is_over_edge = false;
   for (const std::size_t k : sides) {
     if (across && *across != k) continue;
     const Vec3<S> along = c[(k + 1) % count] - c[k];
     const Vec3<S> outwards = along.cross(normal).normalized();
-    if (n.dot(outwards) <= same_direction_sine<S>) continue;
+    if (n.dot(outwards) <= S(measured::same_direction_sine)) continue;
     const SurfaceEdge edge = plates_.edge(plate, k);
     if (edge == SurfaceEdge::flat) return Verdict::inner_edge;
     if (edge == SurfaceEdge::hollow) return cosine > S(0) ? Verdict::face : Verdict::none;
-    if (n.dot(away_from_neighbour(plate, k)) <= same_direction_sine<S>) {
+    if (n.dot(away_from_neighbour(plate, k)) <= S(measured::same_direction_sine)) {
       return Verdict::none;
     }
     is_over_edge = true;

@@ -45,6 +45,7 @@ struct LaneRays {
 template <Scalar S>
 class NodeTriangles {
  public:
+  /// [-] Most candidates. Their numbers fit into a byte.
   static constexpr std::size_t capacity = 192;
 
   [[nodiscard]] std::size_t size() const { return size_; }
@@ -190,9 +191,11 @@ void NodeTriangles<S>::finish(const RayTreeNode<S>& node, const Mat3<S>& R_RG, S
     const Pack<S> x = max(-lower.x, upper.x) + half.x();
     const Pack<S> y = max(-lower.y, upper.y) + half.y();
     const Pack<S> aside = max(x, y) + node.slope * z;
-    // A corner relative to a ray is wrong by some ulp of `aside`. A determinant of two is wrong by
-    // a few times the product. The error of turning a corner does not matter. All its triangles
-    // have it in one place.
+    // A coordinate of a corner relative to a ray is wrong by up to eight ulp of `aside`, which is
+    // half a round-off. A determinant has two products of two of them, so four such errors times
+    // `aside`. The error of turning a corner does not matter. All its triangles have it in one
+    // place. Distances weight heights that differ by upper.z - lower.z with three determinants.
+    // Turning counts there: a coordinate is wrong by half a round-off of 3 aside + 2 z + size.
     (round_off * (S(2) * aside * aside)).store(&doubt_[i]);
     (round_off * (S(2) * z + size)).store(&along_[i]);
     (round_off * ((S(3) * aside + S(2) * z + size) * (S(6) * aside) * (upper.z - lower.z)))

@@ -4,6 +4,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/geometry/geometry_constants.hpp>
 #include <bristle/geometry/rays/ray.hpp>
 #include <bristle/geometry/shapes/shapes.hpp>
 #include <bristle/math/pack3.hpp>
@@ -156,7 +157,7 @@ struct ApproachLanes {
     skipped = select(closest > Pack<S>(radius), closest - radius, Pack<S>(S(0)));
     origin = ray.origin + skipped * ray.direction;
     const Pack3<S> foot = ray.origin + closest * ray.direction;
-    is_near = dot(foot, foot) <= Pack<S>(S(2) * radius * radius);
+    is_near = dot(foot, foot) <= Pack<S>(S(measured::ball_early_out_area) * radius * radius);
   }
 };
 

@@ -132,7 +132,8 @@ class WideTriangleFilter {
     const Pack<S> v = a.x * c.y - a.y * c.x;
     const Pack<S> w = b.x * a.y - b.y * a.x;
     // The shear is at most 1. So each coordinate is at most the size. Its error is some ulp of the
-    // size. That of a determinant is some ulp of the square.
+    // size. That of a determinant is some ulp of the square, of two products. Lengths are compared
+    // with a height, and both are rounded.
     const Pack<S> slack = Tolerance<S>::round_off() * size;
     const Pack<S> doubt = S(2) * slack * size;
     const Mask<S> is_inside = (min(u, min(v, w)) >= -doubt) | (max(u, max(v, w)) <= doubt);

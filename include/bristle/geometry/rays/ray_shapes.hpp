@@ -13,6 +13,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/geometry/geometry_constants.hpp>
 #include <bristle/geometry/rays/ray.hpp>
 #include <bristle/geometry/shapes/shapes.hpp>
 
@@ -126,8 +127,9 @@ struct Approach {
       skipped = closest - radius;
       origin += skipped * ray.direction;
     }
-    // Twice the area: this test only saves work, the shape itself decides.
-    is_near = (ray.origin + closest * ray.direction).squaredNorm() <= S(2) * radius * radius;
+    // A wide margin: this test only saves work, the shape itself decides.
+    is_near = (ray.origin + closest * ray.direction).squaredNorm() <=
+              S(measured::ball_early_out_area) * radius * radius;
   }
 };
 

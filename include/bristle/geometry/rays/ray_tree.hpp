@@ -10,6 +10,7 @@
 
 #include <bristle/core/dynamic_array.hpp>
 #include <bristle/core/no_index.hpp>
+#include <bristle/geometry/geometry_constants.hpp>
 #include <bristle/geometry/rays/ray.hpp>
 #include <bristle/geometry/trees/aabb.hpp>
 
@@ -249,7 +250,7 @@ bool RayTree<S>::is_frame_for_parts(const RayTreeNode<S>& node) {
   const Vec3<S> extent = node.box.upper - node.box.lower;
   const S drift = node.slope * extent.z();
   const S area = extent.x() * extent.y() * S(leaf_size) / S(node.count);
-  return node.count <= frame_size && S(16) * drift * drift <= area;
+  return node.count <= frame_size && S(measured::shared_frame_drift) * drift * drift <= area;
 }
 
 /// Finds the box of a node, and its frame unless it has that of an ancestor.
@@ -283,7 +284,7 @@ void RayTree<S>::fit(const RayBatch<S>& rays, Places places, RayTreeNode<S>& nod
     node.box.include(Vec3<S>(start + rays.length[i] * direction));
     node.directions.include(direction);
     node.highest_start = std::max(node.highest_start, start.z());
-    node.is_narrow = node.is_narrow && direction.z() > S(0.5);
+    node.is_narrow = node.is_narrow && direction.z() > S(measured::narrow_node_cosine);
     const S across = cwise_abs(xy_of(direction)).maxCoeff();
     node.slope = std::max(node.slope, across / direction.z());
   }

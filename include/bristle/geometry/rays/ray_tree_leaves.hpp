@@ -71,6 +71,7 @@ class BoxInTree {
 template <Scalar S>
 class alignas(64) LeafList {
  public:
+  /// [-] Most leaves. More have too many triangles to be worth a list.
   static constexpr std::size_t capacity = 256;
 
   [[nodiscard]] std::size_t size() const { return size_; }

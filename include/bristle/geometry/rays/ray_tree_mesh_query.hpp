@@ -8,6 +8,7 @@
 #pragma once
 
 #include <bristle/geometry/contacts/triangle_cache.hpp>
+#include <bristle/geometry/geometry_constants.hpp>
 #include <bristle/geometry/rays/mesh_rays.hpp>
 #include <bristle/geometry/rays/node_triangles.hpp>
 #include <bristle/geometry/rays/ray_mesh.hpp>
@@ -79,17 +80,6 @@ class RayTreeMeshQuery {
   using Candidates = std::array<std::uint8_t, NodeTriangles<S>::capacity>;
   /// Rays of a packet, as bits.
   using PacketBits = std::uint16_t;
-
-  /// [-] A list of so few leaves is not worth shortening.
-  static constexpr std::size_t short_list = 24;
-  /// [-] Most leaves whose triangles are gathered for a node that is cast as a whole.
-  static constexpr std::size_t most_leaves = 48;
-  /// [1] With more triangles for each ray than this, rays have too little in common.
-  static constexpr S sparse_from = S(10);
-  /// [-] A divided node is cast as a whole if at most about so many triangles lie across its box.
-  static constexpr S few_triangles = S(64);
-  /// [-] Fewest rays of a node for which a search for their common side pays.
-  static constexpr std::size_t fewest_to_ask = 65;
 
   /// Results of the rays of a packet.
   struct PacketFindings {
@@ -205,18 +195,19 @@ void RayTreeMeshQuery<S>::visit(std::size_t id, Known known) {
   if (!box.box_C().overlaps(mesh_.root_box())) return;
   // [1] Triangles for each ray.
   const S density = triangles_across(node.box) / S(node.count);
-  const bool is_sparse = density > sparse_from;
+  const bool is_sparse = density > S(measured::sparse_ray_triangles);
   if (list == nullptr) {
-    const bool fits = density * S(node.count) < S(LeafList<S>::capacity * 8);
+    const bool fits = density * S(node.count) < S(LeafList<S>::capacity * measured::leaf_triangles);
     if (!is_sparse && fits && lists_[known.lists].search(mesh_.tree(), box)) {
       list = &lists_[known.lists++];
     }
-  } else if (list->size() > short_list && known.lists < lists_.size()) {
+  } else if (list->size() > measured::short_leaf_list && known.lists < lists_.size()) {
     lists_[known.lists].filter(*list, box);
     list = &lists_[known.lists++];
   }
   if (list != nullptr && list->size() == 0) return decide_empty(node, side);
-  const bool is_small = !node.is_divided() || density * S(node.count) <= few_triangles;
+  const bool is_small =
+      !node.is_divided() || density * S(node.count) <= S(measured::whole_node_triangles);
   if (hits_ != nullptr && !is_sparse && list != nullptr && is_small &&
       cast_together(node, box, *list, side)) {
     return;
@@ -224,7 +215,8 @@ void RayTreeMeshQuery<S>::visit(std::size_t id, Known known) {
   // If nothing is in the box, testing the triangles costs less than descending to all nodes below.
   // If something is, the test ends with the first triangle.
   if (node.is_divided() && list != nullptr &&
-      (hits_ == nullptr || list->size() <= node.count / Tree::leaf_size * 2) &&
+      (hits_ == nullptr ||
+       list->size() <= node.count / Tree::leaf_size * measured::empty_test_leaves) &&
       !is_any_triangle_in(box, *list)) {
     return decide_empty(node, side);
   }
@@ -253,7 +245,7 @@ template <Scalar S>
 auto RayTreeMeshQuery<S>::common_side(const Node& node, const BoxInTree<S>& box,
                                       const LeafList<S>* list) -> Side {
   // A few rays learn their side from their own crossings.
-  if (node.count < fewest_to_ask) return Side::unknown;
+  if (node.count < measured::common_side_rays) return Side::unknown;
   Aabb<S> starts = node.box.inflated(margin(node));
   starts.upper.z() = node.highest_start + margin(node);
   const BoxInTree<S> start_box(box.R_GC(), box.p_GC(), starts);
@@ -282,7 +274,8 @@ bool RayTreeMeshQuery<S>::gather(const BoxInTree<S>& box, const LeafList<S>& lis
 template <Scalar S>
 bool RayTreeMeshQuery<S>::cast_together(const Node& node, const BoxInTree<S>& box,
                                         const LeafList<S>& list, Side side) {
-  if (!node.has_one_frame || list.size() > most_leaves || !gather(box, list)) return false;
+  if (!node.has_one_frame || list.size() > measured::whole_node_leaves) return false;
+  if (!gather(box, list)) return false;
   const RayRange asked = asked_of(node);
   triangles_.size() > 0 ? cast_packets(node, asked.first, asked.end, side)
                         : decide_empty(node, side);
@@ -300,7 +293,8 @@ void RayTreeMeshQuery<S>::cast_undivided(const Node& node, const BoxInTree<S>& b
     const std::size_t packet_end = std::min(end, place + packet_size);
     // Rays that are lengthened by much fan out and leave the solid again. With twice two layers of
     // triangles in sight, casting each ray alone costs less than gathering too many triangles.
-    const bool is_few = S(4) * triangles_across(packet) < S(NodeTriangles<S>::capacity);
+    const bool is_few =
+        S(measured::layers_in_sight) * triangles_across(packet) < S(NodeTriangles<S>::capacity);
     if (is_few && gather({box.R_GC(), box.p_GC(), packet}, *list)) {
       cast_packets(node, place, packet_end, side);
     } else {
@@ -367,6 +361,7 @@ BRISTLE_FORCE_INLINE void RayTreeMeshQuery<S>::settle(std::size_t place, std::si
                                                       PacketFindings& findings) {
   const std::uint32_t there = first_bits(std::min(count, lanes<S>));
   const std::uint32_t met = bits(min(found.front, found.back) < Pack<S>(infinity<S>));
+  // Front and back may both be off.
   const Pack<S> apart = S(2) * found.uncertainty;
   const std::uint32_t from_outside = bits(found.front + apart < found.back);
   const std::uint32_t from_inside = bits(found.back + apart < found.front);

@@ -138,7 +138,8 @@ void ConvexHull<S>::validate_planes() const {
   using std::abs;
   Aabb<S> box;
   for (const Vec3<S>& v : vertices) box.include(v);
-  // Faces joined from nearly coplanar triangles have corners a few resolutions below their plane.
+  // Faces joined from nearly coplanar triangles have corners up to three resolutions below their
+  // plane, and a grid cell adds less than one more. Four are two of `equal` in double.
   // Coordinates far from the origin are rounded to a multiple of their own size.
   const S size = (box.upper - box.lower).norm();
   const S reach = cwise_max(cwise_abs(box.lower), cwise_abs(box.upper)).maxCoeff();

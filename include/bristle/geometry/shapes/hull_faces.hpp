@@ -119,6 +119,7 @@ void FaceJoin<Real>::measure() {
       if (length_of({t, k}) > length_of({t, longest})) longest = k;
     }
     longest_edge_.push_back(longest);
+    // Apex and base may both be off by a tolerance.
     is_sliver_.push_back(area_vectors_[t].norm() <= Real(2) * tolerance_ * length_of({t, longest}));
   }
 }

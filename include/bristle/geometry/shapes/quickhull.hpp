@@ -5,6 +5,7 @@
 
 #include <bristle/core/dynamic_array.hpp>
 #include <bristle/core/no_index.hpp>
+#include <bristle/geometry/geometry_constants.hpp>
 #include <bristle/geometry/meshes/triangle_mesh.hpp>
 #include <bristle/geometry/shapes/convex_hull.hpp>
 #include <bristle/math/types.hpp>
@@ -36,8 +37,9 @@ template <Scalar S>
 /// [1] Distance below which points of a hull count as equal, coplanar or collinear, as a fraction
 /// of the longest side of their box.
 template <Scalar S>
-[[nodiscard]] constexpr S hull_resolution() {
-  return std::max(detail::Tolerance<S>::round_off(), S(8.0 / (1 << 30)));
+[[nodiscard]] S hull_resolution() {
+  return std::max(detail::Tolerance<S>::round_off(),
+                  S(detail::measured::hull_resolution_cells / (1 << 30)));
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -143,7 +145,7 @@ template <Scalar Real>
   s[2] = farthest([&](const Vec3<Real>& p) { return along.cross(p - a).norm(); }, "all on a line");
   const Vec3<Real> normal = along.cross(to_vector<Real>(points[s[2]]) - a).normalized();
   // If thinner, both sides could be in the slab of one face.
-  tolerance *= Real(16);
+  tolerance *= Real(measured::hull_simplex_height);
   s[3] =
       farthest([&](const Vec3<Real>& p) { return std::abs(normal.dot(p - a)); }, "all on a plane");
   return s;

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <bristle/core/config.hpp>
+#include <bristle/geometry/geometry_constants.hpp>
 #include <bristle/geometry/shapes/shapes.hpp>
 #include <bristle/math/transform.hpp>
 
@@ -22,6 +23,7 @@ namespace bristle::inline BRISTLE_ABI::detail {
 /// Feature of a convex surface: a point, an edge of two points or a convex polygon.
 template <Scalar S>
 struct SupportFeature {
+  /// [-] Most corners.
   static constexpr std::size_t capacity = 16;
 
   /// [m] Corners. A polygon's run counter-clockwise seen from outside.
@@ -67,15 +69,10 @@ struct Plate {
   Vec3<S> normal;
 };
 
-/// [1] Sine of 3 degrees. Within it an edge counts as across a direction, and two edges as
-/// parallel. Normals of iterative methods need that much. It is small against any edge's tilt.
-template <Scalar S>
-inline constexpr S edge_tolerance = S(0.05);
-
 // For each shape:
 // - support_point: the farthest point along the direction, or one of several.
 // - support_edge: the edge through that point if it is across the direction within
-//   `edge_tolerance`, else the point. Lines on the side of a cylinder or cone are edges.
+//   `edge_across_sine`, else the point. Lines on the side of a cylinder or cone are edges.
 // - support_face: the face at that point that is nearest to perpendicular to the direction.
 //   `SupportFeature::cosine` says how near. Disks are sampled at fixed angles and at their farthest
 //   point. Capsules have lines for faces, balls points.
@@ -154,7 +151,8 @@ template <Scalar S>
 /// Ids of features of bodies of revolution. Samples of a rim are numbered from 0.
 enum : std::uint32_t { rim_farthest = 64, apex_id = 65 };
 
-/// [-] Samples of a rim at fixed angles: the inscribed polygon keeps 97 % of the radius.
+/// [-] Samples of a rim at fixed angles: the inscribed polygon keeps 97 % of the radius. With the
+/// farthest point they fit into a `SupportFeature`.
 inline constexpr std::uint32_t rim_samples = 12;
 
 template <Scalar S>
@@ -279,7 +277,7 @@ SupportFeature<S> support_edge(const Box<S>& box, const Vec3<S>& direction) {
   std::uint32_t id = 0;
   for (int i = 0; i < 3; ++i) id |= corner[i] > S(0) ? 1u << i : 0u;
   SupportFeature<S> feature;
-  if (slope > edge_tolerance<S>) {
+  if (slope > S(measured::edge_across_sine)) {
     feature.add(corner, id);
     return feature;
   }
@@ -319,7 +317,7 @@ SupportFeature<S> support_edge(const Capsule<S>& capsule, const Vec3<S>& directi
   const Vec3<S> out = capsule.radius * direction;
   const Vec3<S> end(S(0), S(0), capsule.half_length);
   SupportFeature<S> feature;
-  const bool is_across = abs(direction.z()) <= edge_tolerance<S>;
+  const bool is_across = abs(direction.z()) <= S(measured::edge_across_sine);
   if (is_across || direction.z() < S(0)) feature.add(out - end, 0);
   if (is_across || !(direction.z() < S(0))) feature.add(out + end, 1);
   return feature;
@@ -329,7 +327,9 @@ SupportFeature<S> support_edge(const Capsule<S>& capsule, const Vec3<S>& directi
 template <Scalar S>
 SupportFeature<S> support_face(const Capsule<S>& capsule, const Vec3<S>& direction) {
   using std::abs;
-  if (S(1) - abs(direction.z()) <= edge_tolerance<S>) return support_edge(capsule, direction);
+  if (S(1) - abs(direction.z()) <= S(measured::edge_across_sine)) {
+    return support_edge(capsule, direction);
+  }
   const Vec3<S> out = capsule.radius * direction;
   const Vec3<S> end(S(0), S(0), capsule.half_length);
   SupportFeature<S> feature;
@@ -342,7 +342,7 @@ template <Scalar S>
 SupportFeature<S> support_edge(const Cylinder<S>& cylinder, const Vec3<S>& direction) {
   using std::abs;
   const Vec2<S> towards = radial(direction);
-  const bool is_across = abs(direction.z()) <= edge_tolerance<S>;
+  const bool is_across = abs(direction.z()) <= S(measured::edge_across_sine);
   SupportFeature<S> feature;
   feature.is_round = !is_across;
   if (is_across || direction.z() < S(0)) {
@@ -373,7 +373,7 @@ template <Scalar S>
 SupportFeature<S> support_edge(const Cone<S>& cone, const Vec3<S>& direction) {
   const Vec3<S> rim = rim_point(cone.radius, -cone.half_length, radial(direction));
   const Vec3<S> apex(S(0), S(0), cone.half_length);
-  const bool is_across = edge_slope<S>(apex - rim, direction) <= edge_tolerance<S>;
+  const bool is_across = edge_slope<S>(apex - rim, direction) <= S(measured::edge_across_sine);
   const bool is_apex = apex.dot(direction) >= rim.dot(direction);
   SupportFeature<S> feature;
   feature.is_round = !is_across && !is_apex;
@@ -400,7 +400,7 @@ template <Scalar S>
 SupportFeature<S> support_edge(const ConvexHull<S>& hull, const Vec3<S>& direction) {
   const std::uint32_t corner = farthest_corner<S>(hull.vertices, direction);
   std::uint32_t other = corner;
-  S least_slope = edge_tolerance<S>;
+  S least_slope = S(measured::edge_across_sine);
   for (std::size_t f = 0; f < hull.face_count(); ++f) {
     const auto face = hull.face(f);
     for (std::size_t i = 0; i < face.size(); ++i) {
@@ -455,7 +455,7 @@ SupportFeature<S> support_edge(const Plate<S>& plate, const Vec3<S>& direction) 
   const std::size_t count = plate.corners.size();
   const std::size_t corner = farthest_corner<S>(plate.corners, direction);
   std::size_t other = corner;
-  S least_slope = edge_tolerance<S>;
+  S least_slope = S(measured::edge_across_sine);
   for (const std::size_t next : {(corner + 1) % count, (corner + count - 1) % count}) {
     const S slope = edge_slope<S>(plate.corners[next] - plate.corners[corner], direction);
     if (slope <= least_slope) {

@@ -16,9 +16,10 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// [m] Limit that no scene reaches, small enough that sums of areas of such boxes are finite. It is
-/// a function, not a constant. A constant computed at program start would be 0 for a world that
-/// other constants build before.
+/// [m] Limit that no scene reaches, small enough that sums of areas of such boxes are finite. Its
+/// square is 2^-32 of the largest number. A box has an area of at most 24 squares, so a hundred
+/// million boxes have a finite sum. It is a function, not a constant. A constant computed at
+/// program start would be 0 for a world that other constants build before.
 template <Scalar S>
 [[nodiscard]] inline S tree_extent_limit() {
   using std::sqrt;
