@@ -110,8 +110,8 @@ template <typename S>
 /// Text of a value: returns text unchanged.
 [[nodiscard]] inline std::string to_text(const char* value) { return value; }
 
-/// Raises InvalidArgument{field, value, rule}. What raises is in functions of its own, so that the
-/// many checks stay small.
+/// Raises InvalidArgument{field, value, rule}. Functions of their own raise, so that
+/// the many checks stay small.
 template <typename S>
 [[noreturn]] BRISTLE_COLD void raise_invalid(std::string_view field, const S& value,
                                              std::string_view rule) {

@@ -229,7 +229,7 @@ template <Scalar S>
 bool AnalyticBackend::is_clear(const std::shared_ptr<const detail::AnalyticShape<S>>& c,
                                const Transform<S>& X_RC, const RayBatch<S>& rays) noexcept {
   const auto* mesh = std::get_if<detail::MeshTree<S>>(&c->shape());
-  return mesh != nullptr && detail::is_clear_of_mesh(mesh->for_rays(), X_RC, rays);
+  return mesh != nullptr && detail::misses_mesh(mesh->for_rays(), X_RC, rays);
 }
 
 template <Scalar S>

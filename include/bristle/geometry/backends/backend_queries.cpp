@@ -1,4 +1,4 @@
-// What a step asks of the backends. Both are in one file, since they share most of their geometry.
+// Queries of the backends in a step. Both are in one file, since they share most of their geometry.
 // So are both scalars: narrow phases of float search in double. This file is compiled for the
 // instruction set BRISTLE_KERNELS.
 // SPDX-License-Identifier: BSD-3-Clause

@@ -308,7 +308,7 @@ void FclBackend::cast_rays(const Collidable<S>& c, const Transform<S>& X_RC,
 template <Scalar S>
 bool FclBackend::is_clear(const Collidable<S>& c, const Transform<S>& X_RC,
                           const RayBatch<S>& rays) noexcept {
-  return c.data_->rays.is_clear(X_RC, rays);
+  return c.data_->rays.misses(X_RC, rays);
 }
 
 template <Scalar S, typename Visit>

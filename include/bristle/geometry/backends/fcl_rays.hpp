@@ -58,9 +58,9 @@ class FclRayTarget {
                  RayHits<S>& hits) const noexcept;
 
   /// True only if no ray can meet the mesh, judged by boxes. False for other geometry.
-  [[nodiscard]] bool is_clear(const Transform<S>& X_RC, const RayBatch<S>& rays) const noexcept {
+  [[nodiscard]] bool misses(const Transform<S>& X_RC, const RayBatch<S>& rays) const noexcept {
     const auto* mesh = std::get_if<RayMesh<S>>(&shape_);
-    return mesh != nullptr && is_clear_of_mesh(*mesh, X_RC, rays);
+    return mesh != nullptr && misses_mesh(*mesh, X_RC, rays);
   }
 
  private:

@@ -40,7 +40,7 @@ template <Scalar S>
   return std::max(Tolerance<S>::equal(), S(measured::box_corner_merging));
 }
 
-/// Axis of largest separation of two boxes.
+/// Axis of largest separation of two boxes. It has its gap, with which other axes are compared.
 template <Scalar S>
 struct BoxAxis {
   /// [m] Distance along the axis. Negative where the boxes overlap along every axis.
@@ -75,7 +75,7 @@ template <Scalar S>
   return S(4) * h[axis < 2 ? axis + 1 : 0] * h[axis > 0 ? axis - 1 : 2];
 }
 
-/// Two boxes in the frame of the first.
+/// Two boxes in the frame of the first. It spares the functions below four parameters.
 template <Scalar S>
 struct BoxPair {
   const Vec3<S>& a;  // [m] Half extents.
@@ -84,7 +84,8 @@ struct BoxPair {
   const Vec3<S>& p;
 };
 
-/// The edges along axis `i` of A and `j` of B, and the separation across both.
+/// The edges along axis `i` of A and `j` of B, and the separation across both. The search keeps the
+/// best pair in it, of which `collide_edges` computes the contact.
 template <Scalar S>
 struct BoxEdges {
   int i = 0;

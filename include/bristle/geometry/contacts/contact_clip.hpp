@@ -137,8 +137,9 @@ class HeightField {
   S extent_ = S(0);
 };
 
-/// Corner of an intersection. `edge` names the edge that starts there. `is_cut` tells a corner that
-/// a cut has made from one of what is cut.
+/// Corner of an intersection. It carries names through the cuts, since contacts are matched by them
+/// from step to step. `edge` names the edge that starts there. `is_cut` tells a corner that a cut
+/// has made from one of the polygon's own.
 template <Scalar S>
 struct ClipCorner {
   Vec2<S> place;
@@ -203,7 +204,8 @@ class ClipPolygon {
   std::size_t size_;
 };
 
-/// A contact before thinning.
+/// A contact before thinning. It stays in the plane, where distances and areas take two numbers,
+/// and becomes a point in space only if it is chosen.
 template <Scalar S>
 struct ClipContact {
   Vec2<S> place;
@@ -396,7 +398,8 @@ template <Scalar S>
   return manifold;
 }
 
-/// The features of two shapes that face each other along a normal, both in A.
+/// The features of two shapes that face each other along a normal, both in A. They are a pair,
+/// since the choice of each depends on the other.
 template <Scalar S>
 struct FeaturePair {
   SupportFeature<S> a;

@@ -58,7 +58,7 @@ struct ContactNormal {
   S gap = S(0);
 };
 
-/// A solid in the frame and unit of a pair's search.
+/// A solid in the frame and unit of a pair's search. Supports then need no tolerance with a length.
 template <Scalar S>
 struct PlacedConvex {
   const ConvexView<S>* convex;
@@ -153,12 +153,12 @@ class OverlapSearch {
   /// clearly apart, or farther apart than `margin`. If cores nearly touch, the error of their
   /// distance exceeds it. The direction is as wrong.
   bool search_apart(S margin) {
-    const GjkResult<S> answer =
+    const GjkResult<S> found =
         Distance{}(a_, b_, normal_, margin < infinity<S> ? margin + rounding_ : margin);
-    if (!answer.is_apart) return false;
-    offer(answer.normal);
+    if (!found.is_apart) return false;
+    offer(found.normal);
     if (overlap_ < -margin) return true;
-    return residual(answer, zero<Vec3<S>>()) <= settled_;
+    return residual(found, zero<Vec3<S>>()) <= settled_;
   }
 
   /// Searches for the global minimum of the overlap. Skipped if all candidates were tried already.
@@ -195,26 +195,26 @@ class OverlapSearch {
       const Vec3<S> moved = (core_witness(from).dot(from) + push) * from;
       PlacedConvex<S> b = b_;
       b.position += moved;
-      const GjkResult<S> answer = Distance{}(a_, b, from, infinity<S>);
-      const bool is_converged = answer.is_apart && residual(answer, moved) <= convergence();
+      const GjkResult<S> found = Distance{}(a_, b, from, infinity<S>);
+      const bool is_converged = found.is_apart && residual(found, moved) <= convergence();
       const S before = overlap_;
-      if (answer.is_apart) offer(answer.normal);
+      if (found.is_apart) offer(found.normal);
       const bool is_better = overlap_ < before - settled_;
       if (is_converged && !is_better && !leap) return true;
       // The distance method stopped too early, as libccd sometimes does. Retry from elsewhere.
       if (!is_better && !leap) push /= S(2);
-      const Vec3<S> step = answer.normal - from;
+      const Vec3<S> step = found.normal - from;
       const S shrunk = step.norm() / last_step.norm();
       const bool was_leap = leap.has_value();
       leap.reset();
       set_zero(last_step);
-      if (was_leap || !answer.is_apart) continue;
+      if (was_leap || !found.is_apart) continue;
       if (shrunk < infinity<S>) {
         // If steps hardly shrink, or grow as they do off a saddle, take many at once.
         const S steps = shrunk < S(1 - measured::stalled_push_shrinkage)
                             ? shrunk / (S(1) - shrunk)
                             : S(measured::stalled_push_leap);
-        leap = (answer.normal + steps * step).normalized();
+        leap = (found.normal + steps * step).normalized();
       } else {
         last_step = step;
       }
@@ -311,8 +311,8 @@ class OverlapSearch {
   }
 
   /// Claimed distance minus the distance proved by supports along the normal. 0 if it is right.
-  [[nodiscard]] S residual(const GjkResult<S>& answer, const Vec3<S>& push) const {
-    return answer.distance - (push - core_witness(answer.normal)).dot(answer.normal);
+  [[nodiscard]] S residual(const GjkResult<S>& found, const Vec3<S>& push) const {
+    return found.distance - (push - core_witness(found.normal)).dot(found.normal);
   }
 
   /// Starts from a tetrahedron of corners that are far from each other. Returns false for sets
@@ -386,15 +386,15 @@ ContactNormal<S> contact_normal(const ConvexView<S>& a, const ConvexView<S>& b,
   using std::isfinite;
   BRISTLE_ASSERT(a.reach > S(0) && b.reach > S(0));
   const S scale = S(1) / std::max(a.reach, b.reach);
-  const S reach = scale * margin;
+  const S scaled_margin = scale * margin;
   OverlapSearch<S, Distance> search(a, b, X_AB, scale);
-  search.try_candidates(reach);
+  search.try_candidates(scaled_margin);
   if (!isfinite(search.overlap())) return {};
-  if (search.overlap() >= -reach && !search.search_apart(reach)) {
+  if (search.overlap() >= -scaled_margin && !search.search_apart(scaled_margin)) {
     search.search_everywhere();
     if (!search.search_overlapping()) search.search_by_compass();
   }
-  if (search.overlap() >= -reach) search.polish();
+  if (search.overlap() >= -scaled_margin) search.polish();
   const S gap = -search.overlap() / scale;
   return {gap <= margin ? Nearness::near : Nearness::apart, search.normal(), gap};
 }

@@ -27,7 +27,7 @@ namespace bristle::inline BRISTLE_ABI::detail {
 /// Nearest point of a target to a query, in the frame of the target.
 template <Scalar P>
 struct SolidGap {
-  /// [m] Distance of the two. 0 where they overlap or touch. What it is before a search bounds the
+  /// [m] Distance of the two. 0 where they overlap or touch. Its value before a search bounds the
   /// search: nothing that is as far changes it.
   P distance = infinity<P>;
   /// [1] Unit normal out of the target, towards the query. Zero where they overlap.
@@ -40,7 +40,7 @@ struct SolidGap {
 /// First touch of a query that moves along a line, in the frame of the target.
 template <Scalar P>
 struct SolidTouch {
-  /// [1] Part of the way before the touch. What it is before a search bounds the search.
+  /// [1] Part of the way before the touch. Its value before a search bounds the search.
   P fraction = infinity<P>;
   /// [1] Unit normal out of the target. Against the motion where the solids overlap at its start.
   Vec3<P> normal = zero<Vec3<P>>();

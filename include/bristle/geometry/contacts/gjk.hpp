@@ -22,7 +22,7 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Result of a distance query.
+/// Result of a distance query. Its distance is a claim, which callers check by supports.
 template <Scalar S>
 struct GjkResult {
   /// False if the solids overlap or touch, to round-off. Then nothing else is valid.

@@ -37,7 +37,8 @@ template <Scalar S>
 /// @param manifold  The only one of the pair, at the start.
 /// @param way       [m] Motion of B relative to A by the velocities of the start, in the frame of
 /// A.
-/// @param free_way  [m] The same with what forces add. What it leaves apart needs no other plane.
+/// @param free_way  [m] The same with what forces add. Shapes that it leaves apart need no other
+///                  plane.
 /// @param collide   collide(shift [m]) replaces `manifold` by that of the shapes with B displaced;
 ///                  false where there is not one.
 /// @param round_off [m] Gaps that are as good as none.

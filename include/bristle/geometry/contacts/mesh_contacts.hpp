@@ -62,15 +62,15 @@ struct ConvexOpposite {
   Transform<P> X_CM;
   Aabb<P> box;  // [m] Around the solid, in its own frame.
 
-  [[nodiscard]] typename Surface::Verdict judge(const Vec3<P>&) const {
-    return Surface::Verdict::edge;
+  [[nodiscard]] typename Surface::Region region_of(const Vec3<P>&) const {
+    return Surface::Region::edge;
   }
   [[nodiscard]] std::uint32_t key() const { return 1; }
   [[nodiscard]] P depth() const { return P(0); }
   [[nodiscard]] bool is_facing(const Vec3<P>&) const { return false; }
   /// Returns whether a plate comes within a margin of the box. Along the axes of many solids
   /// that is the exact distance.
-  [[nodiscard]] bool reaches(const Plate<P>& plate, P margin) const {
+  [[nodiscard]] bool is_within(const Plate<P>& plate, P margin) const {
     Aabb<P> other;
     for (const Vec3<P>& p : plate.corners) other.include(Vec3<P>(X_CM * p));
     return other.overlaps(box.inflated(margin));
@@ -104,8 +104,8 @@ class MeshOpposite {
   /// [1] Its normal.
   [[nodiscard]] const Vec3<P>& normal() const { return normal_; }
 
-  [[nodiscard]] typename Surface::Verdict judge(const Vec3<P>& n) const {
-    return mesh_.judge(number_, X_AB_.rotation.conjugate() * Vec3<P>(-n));
+  [[nodiscard]] typename Surface::Region region_of(const Vec3<P>& n) const {
+    return mesh_.region_of(number_, X_AB_.rotation.conjugate() * Vec3<P>(-n));
   }
   [[nodiscard]] std::uint32_t key() const { return mix(mesh_.face_number(number_), 2); }
   [[nodiscard]] P depth() const { return largest_depth_; }
@@ -116,7 +116,7 @@ class MeshOpposite {
   }
   /// Returns whether a plate of A comes within a margin of this one along its normal and across its
   /// edges, and is not behind it.
-  [[nodiscard]] bool reaches(const Plate<P>& other, P margin) const {
+  [[nodiscard]] bool is_within(const Plate<P>& other, P margin) const {
     P low = infinity<P>;
     P high = -infinity<P>;
     for (const Vec3<P>& p : other.corners) {
@@ -171,7 +171,7 @@ class MeshConvexContacts {
         margin_(margin),
         sink_(sink) {}
 
-  /// @param opposite  The other side. `judge(n) -> Verdict` is the meaning of a normal to it.
+  /// @param opposite  The other side. `region_of(n)` is the region of a normal there.
   ///                 `key()` names its face. `depth()` [m] bounds how far two surfaces that are
   ///                 `is_facing(n)` may have passed through each other; 0 for a convex solid.
   template <typename Opposite>
@@ -239,7 +239,7 @@ class MeshConvexContacts {
   }
 
  private:
-  using Verdict = typename Surface::Verdict;
+  using Region = typename Surface::Region;
 
   template <typename Opposite>
   bool add(std::uint32_t i, const Opposite& opposite) {
@@ -253,12 +253,12 @@ class MeshConvexContacts {
     const auto add_if_passed = [&] {
       return is_surface && low < P(0) && add_passed(i, low, opposite);
     };
-    // What is behind the plate does not touch it. A hair less may be a cut.
+    // A solid behind the plate does not touch it. A hair less may be a cut.
     if (high < -hair()) {
       if (!is_surface) note_way_out(i, plate);
       return add_if_passed();
     }
-    if (!opposite.reaches(plate, margin_)) return add_if_passed();
+    if (!opposite.is_within(plate, margin_)) return add_if_passed();
     if (is_beside(plate)) return false;
     const ConvexView<P> view = convex_view(plate);
     ContactNormal<P> found = contact_normal<Distance>(view, convex_, X_MC_, margin_);
@@ -269,30 +269,29 @@ class MeshConvexContacts {
     }
     bool is_behind = found.normal.dot(face_normal) <= P(0);
     if (is_behind && is_surface) return add_passed(i, low, opposite);
-    Verdict verdict = mesh_.judge(i, found.normal);
-    if (verdict == Verdict::inner_edge) {
+    Region region = mesh_.region_of(i, found.normal);
+    if (region == Region::inner_edge) {
       found = face_normal_of(i);
       if (found.nearness != Nearness::near) return false;
       is_behind = found.normal.dot(face_normal) <= P(0);
-      verdict = mesh_.judge(i, found.normal);
+      region = mesh_.region_of(i, found.normal);
       // The face is touched at another of its plates.
-      if (verdict == Verdict::inner_edge) return false;
+      if (region == Region::inner_edge) return false;
     }
-    if (verdict == Verdict::none) {
+    if (region == Region::none) {
       if (is_behind) note_way_out(i, plate);
       return false;
     }
-    const Vec3<P>& normal = verdict == Verdict::face ? face_normal : found.normal;
-    const Verdict other_verdict = opposite.judge(normal);
-    if (other_verdict == Verdict::none) return false;
+    const Vec3<P>& normal = region == Region::face ? face_normal : found.normal;
+    const Region other_region = opposite.region_of(normal);
+    if (other_region == Region::none) return false;
     ContactManifold<P> manifold;
-    if (verdict == Verdict::face) {
+    if (region == Region::face) {
       manifold = face_manifold(i);
     } else {
       manifold = contact_manifold(view, convex_, X_MC_, normal, margin_);
-      manifold.key = other_verdict == Verdict::face
-                         ? opposite.key()
-                         : mix(mesh_.edge_name(i, normal), opposite.key());
+      manifold.key = other_region == Region::face ? opposite.key()
+                                                  : mix(mesh_.edge_name(i, normal), opposite.key());
     }
     sink_.add(manifold);
     return manifold.size > 0;

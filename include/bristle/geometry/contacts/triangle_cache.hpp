@@ -22,7 +22,8 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// The triangles near one ray, in the frame of their mesh.
+/// The triangles near one ray, in the frame of their mesh. They are copies, since a large mesh is
+/// in no cache of the processor.
 template <Scalar S>
 struct alignas(64) TrianglesNearRay {
   /// [-] Most triangles of the cache.
@@ -59,7 +60,7 @@ struct alignas(64) TrianglesNearRay {
   void add(const WideTree<S>& tree, const TriangleRange& range, std::size_t place, std::size_t of);
 };
 
-/// Test for boxes near a segment.
+/// Test for boxes near a segment. It serves nodes of the tree and triangles in leaves.
 template <Scalar S>
 class NearSegmentTest {
  public:
@@ -96,7 +97,7 @@ class NearSegmentTest {
   Vec3<S> inverse_;
 };
 
-/// Triangles that the rays of one batch keep of one mesh. Losing the cache costs time and changes
+/// Triangles of one mesh near the rays of one batch. Losing the cache costs time and changes
 /// nothing. One thread at a time may use it.
 template <Scalar S>
 class TriangleCache {
@@ -143,14 +144,14 @@ BRISTLE_NOINLINE void TrianglesNearRay<S>::search(const WideTree<S>& tree, const
   using std::sqrt;
   const S ahead = S(measured::cache_lead);
   const S margin = S(measured::cache_margin) * sqrt(tree.mean_area());
-  const auto move = [&](Vec3<S>& end_kept, const Vec3<S>& end_now) {
-    const Vec3<S> moved = end_now - end_kept;
-    end_kept = end_now;
+  const auto move = [&](Vec3<S>& cached, const Vec3<S>& current) {
+    const Vec3<S> moved = current - cached;
+    cached = current;
     if (!(reserve >= S(0)) ||
         !(cwise_abs(moved).maxCoeff() <= S(measured::cache_longest_motion) * margin)) {
       return;
     }
-    end_kept += ahead * cwise_clamp(moved, margin);
+    cached += ahead * cwise_clamp(moved, margin);
   };
   move(start, ray.origin);
   move(end, ray_end);

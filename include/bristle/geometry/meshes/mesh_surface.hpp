@@ -36,8 +36,8 @@ namespace bristle::inline BRISTLE_ABI::detail {
 template <Scalar S, typename Tree>
 class MeshSurface {
  public:
-  /// Meaning of a contact direction for a plate.
-  enum class Verdict {
+  /// Region of directions around a plate, which tells the feature that a contact belongs to.
+  enum class Region {
     /// Contact of the plate's face: take its own normal.
     face,
     /// Contact of an edge or corner: take the direction.
@@ -103,7 +103,7 @@ class MeshSurface {
   /// neighbour is nearer (its Voronoi region, Mirtich 1998, "V-Clip"). Inner edges of flat faces
   /// and hollow edges have no contacts. Only the faces beside them have. Without this rule a body
   /// that slides over a flat mesh stumbles.
-  [[nodiscard]] Verdict judge(std::uint32_t plate, const Vec3<S>& n) const;
+  [[nodiscard]] Region region_of(std::uint32_t plate, const Vec3<S>& n) const;
 
   /// Returns whether points behind a plate are out sooner past a neighbour: all of them are less
   /// deep behind it than the deepest is behind the plate. Neighbours across hollow edges do not
@@ -237,11 +237,11 @@ std::uint32_t MeshSurface<S, Tree>::edge_name(std::uint32_t plate, const Vec3<S>
 }
 
 template <Scalar S, typename Tree>
-auto MeshSurface<S, Tree>::judge(std::uint32_t plate, const Vec3<S>& n) const -> Verdict {
+auto MeshSurface<S, Tree>::region_of(std::uint32_t plate, const Vec3<S>& n) const -> Region {
   using std::abs;
   const Vec3<S>& normal = plates_.normal(plate);
   const S cosine = n.dot(normal);
-  if (cosine >= S(1) - S(measured::same_direction_versine)) return Verdict::face;
+  if (cosine >= S(1) - S(measured::same_direction_versine)) return Region::face;
   const std::span<const Vec3<S>> c = plates_.plate(plate).corners;
   const std::size_t count = c.size();
   // Takes edges across n that are farthest along it, or else those of the farthest corner.
@@ -259,16 +259,16 @@ auto MeshSurface<S, Tree>::judge(std::uint32_t plate, const Vec3<S>& n) const ->
     const Vec3<S> outwards = along.cross(normal).normalized();
     if (n.dot(outwards) <= S(measured::same_direction_sine)) continue;
     const SurfaceEdge edge = plates_.edge(plate, k);
-    if (edge == SurfaceEdge::flat) return Verdict::inner_edge;
-    if (edge == SurfaceEdge::hollow) return cosine > S(0) ? Verdict::face : Verdict::none;
+    if (edge == SurfaceEdge::flat) return Region::inner_edge;
+    if (edge == SurfaceEdge::hollow) return cosine > S(0) ? Region::face : Region::none;
     if (n.dot(away_from_neighbour(plate, k)) <= S(measured::same_direction_sine)) {
-      return Verdict::none;
+      return Region::none;
     }
     is_over_edge = true;
   }
-  if (cosine <= S(0)) return Verdict::none;
-  if (!is_over_edge) return Verdict::face;
-  return Verdict::edge;
+  if (cosine <= S(0)) return Region::none;
+  if (!is_over_edge) return Region::face;
+  return Region::edge;
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

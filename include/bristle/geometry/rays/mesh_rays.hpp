@@ -50,7 +50,8 @@ template <Scalar S, SolidMesh<S> Mesh>
 
 // Implementation ----------------------------------------------------------------------------------
 
-/// Summary of the crossings of a ray in front of its start.
+/// Summary of the crossings of a ray in front of its start. Its bounds of front and back tell the
+/// side of the start.
 template <Scalar S>
 struct MeshCrossings {
   /// [m] Nearest crossing and its triangle.

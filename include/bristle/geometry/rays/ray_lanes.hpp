@@ -458,7 +458,7 @@ struct PackCast {
 
 template <Scalar S, typename ConvexShape>
 void cast_packs(const PackCast<S>& self, RayRows<S> rows, std::size_t first, std::size_t end) {
-  // What the loop needs is copied: for all that a compiler knows, it writes hits over the
+  // The loop has copies of its inputs: for all that a compiler knows, it writes hits over the
   // originals.
   const auto& shape = *static_cast<const ConvexShape*>(self.shape);
   const Mat3<S> R_RC = self.R_RC;

@@ -163,7 +163,8 @@ bool LeafList<S>::search(const WideTree<S>& tree, const BoxInTree<S>& box) {
 /// Side of a solid's surface on which the rays of a node start.
 enum class Side { unknown, outside, inside };
 
-/// Knowledge about a node that it inherits from its parent.
+/// Knowledge about a node that it inherits from its parent. It spares children a search of their
+/// own.
 template <Scalar S>
 struct KnownOfNode {
   /// Leaves that it may meet, if they were searched; [-] number of lists in use.

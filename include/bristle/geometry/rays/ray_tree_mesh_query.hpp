@@ -33,8 +33,8 @@ void cast_rays_at_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const R
 /// Returns true only if no ray of a batch can meet a solid at X_RC. Tests boxes. Mostly true if no
 /// ray can, never true if one can. False for rays without nodes.
 template <Scalar S>
-[[nodiscard]] bool is_clear_of_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC,
-                                    const RayBatch<S>& rays);
+[[nodiscard]] bool misses_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC,
+                               const RayBatch<S>& rays);
 
 // Implementation ----------------------------------------------------------------------------------
 
@@ -67,7 +67,8 @@ class RayTreeMeshQuery {
     }
   }
 
-  [[nodiscard]] bool is_clear() {
+  /// The early out: returns whether surely no ray meets the mesh.
+  [[nodiscard]] bool misses() {
     if (rays_.ray_tree == nullptr || rays_.ray_tree->is_empty()) return false;
     visit(0, {});
     return !may_meet_;
@@ -172,7 +173,7 @@ class RayTreeMeshQuery {
   Vec3<S> p_RC_;
   S mesh_size_ = S(0);
   /// True if the rays' triangle cache is of this mesh. Only rays that are cast alone use it.
-  bool keeps_ = false;
+  bool uses_triangle_cache_ = false;
   LeafList<S> start_leaves_;
   NodeTriangles<S> triangles_;
 };
@@ -229,8 +230,9 @@ void RayTreeMeshQuery<S>::visit(std::size_t id, Known known) {
   if (is_sparse && !node.is_divided()) {
     const RayRange asked = asked_of(node);
     const bool asks_all = rays_.range.first == 0 && rays_.range.end >= rays_.size();
-    keeps_ = keeps_ || (rays_.triangle_cache != nullptr && asks_all &&
-                        rays_.triangle_cache->begin(rays_.size(), tag_, rays_.shape_life));
+    uses_triangle_cache_ =
+        uses_triangle_cache_ || (rays_.triangle_cache != nullptr && asks_all &&
+                                 rays_.triangle_cache->begin(rays_.size(), tag_, rays_.shape_life));
     cast_one_by_one(asked.first, asked.end, side);
     return;
   }
@@ -451,7 +453,7 @@ void RayTreeMeshQuery<S>::cast_alone(std::size_t i, Side side) {
 template <Scalar S>
 RayHit<S> RayTreeMeshQuery<S>::hit_of(std::size_t i, Ray<S> ray, S best, Side side) {
   const S reach = std::min(ray.length, best);
-  if (keeps_ && (side == Side::outside || !mesh_.root_box().contains(ray.origin))) {
+  if (uses_triangle_cache_ && (side == Side::outside || !mesh_.root_box().contains(ray.origin))) {
     if (const auto hit = rays_.triangle_cache->cast(mesh_, i, ray, reach)) return *hit;
   }
   ray.length = reach;
@@ -471,9 +473,9 @@ void cast_rays_at_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const R
 }
 
 template <Scalar S>
-bool is_clear_of_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays) {
+bool misses_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays) {
   LeafLists<S> lists;
-  return RayTreeMeshQuery<S>(mesh, X_RC, rays, 0, nullptr, lists).is_clear();
+  return RayTreeMeshQuery<S>(mesh, X_RC, rays, 0, nullptr, lists).misses();
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
