@@ -60,6 +60,7 @@
 #include <bristle/collision/filter.hpp>
 #include <bristle/core/bit_hash.hpp>
 #include <bristle/core/config.hpp>
+#include <bristle/core/core_constants.hpp>
 #include <bristle/core/disjoint_sets.hpp>
 #include <bristle/core/dynamic_array.hpp>
 #include <bristle/core/fill_numbers.hpp>
@@ -132,6 +133,7 @@
 #include <bristle/geometry/contacts/shape_cast.hpp>
 #include <bristle/geometry/contacts/solid_contacts.hpp>
 #include <bristle/geometry/contacts/triangle_cache.hpp>
+#include <bristle/geometry/geometry_constants.hpp>
 #include <bristle/geometry/meshes/mesh_normals.hpp>
 #include <bristle/geometry/meshes/mesh_plates.hpp>
 #include <bristle/geometry/meshes/mesh_surface.hpp>
@@ -177,6 +179,7 @@
 #include <bristle/math/lane_rows.hpp>
 #include <bristle/math/lane_value.hpp>
 #include <bristle/math/mass_properties.hpp>
+#include <bristle/math/math_constants.hpp>
 #include <bristle/math/matrix_arithmetic.hpp>
 #include <bristle/math/pack3.hpp>
 #include <bristle/math/simd.hpp>

@@ -261,8 +261,8 @@ template <typename S>
 /// Text of a value: returns text unchanged.
 [[nodiscard]] inline std::string to_text(const char* value) { return value; }
 
-/// Raises InvalidArgument{field, value, rule}. What raises is in functions of its own, so that the
-/// many checks stay small.
+/// Raises InvalidArgument{field, value, rule}. Functions of their own raise, so that
+/// the many checks stay small.
 template <typename S>
 [[noreturn]] BRISTLE_COLD void raise_invalid(std::string_view field, const S& value,
                                              std::string_view rule) {
@@ -978,6 +978,292 @@ BRISTLE_FORCE_INLINE void unrolled(const Use& use) {
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
+
+// === bristle/dynamics/solver/solver_constants.hpp
+
+/// @file
+/// Constants of the solver of islands that were chosen by measurement.
+///
+/// `tests/constants` runs scenes with each at half and at twice its value.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstdint>
+
+namespace bristle::inline BRISTLE_ABI::detail::measured {
+
+// Regularisation eps of rows ----------------------------------------------------------------------
+
+/// [1] Least eps of a row, and the eps of joints. A smaller one shows round-off of the stiffness
+/// M^-1 J^T J / eps. A greater one needs more moves of the centre. Joints with 1e-4 left 38 sweeps
+/// a step to hands (docs/measurements/0034-newton-on-coulombs-law.md).
+inline constexpr double least_eps = 1e-6;
+
+// Newton's method on Coulomb's law (coulomb_newton.hpp) -------------------------------------------
+
+/// [1] Residual that is good enough, as a share of the slip or of the velocity change by forces. A
+/// smaller share takes more steps. A hundredth took 10 to 20 % less time, with ten times the error
+/// (docs/measurements/0042-a-budget-for-an-island.md).
+inline constexpr double good_enough_share = 1e-3;
+
+/// [1] First eps where surfaces slide. A smaller one leaves the branches of the law from far away.
+/// A greater one takes more factorisations. One eps of 1e-3 at every start fails twice as often for
+/// `topple20` (docs/measurements/0034).
+inline constexpr double newton_first_eps = 1e-3;
+
+/// [1] First eps where the warm start gives no hint and the impulses start from zero. A smaller one
+/// leads astray. A greater one needs more factorisations on the way to the least eps.
+inline constexpr double newton_cold_eps = 1e-2;
+
+/// [1] Largest distance of a warm start from the law, as a multiple of the velocity change by
+/// forces. Beyond it the method starts from no impulses. A smaller one forgets loads that are
+/// nearly right. A greater one keeps impulses of impacts.
+inline constexpr double far_start_ratio = 3.0;
+
+/// [1] Share of the tolerance up to which a state is steady and needs no factorisation. A greater
+/// one lets errors of resting contacts add up. A smaller one factorises islands at rest.
+inline constexpr double steady_share = 1e-2;
+
+/// [1] Share of the residual before at which a step still gains cheaply. Good enough results are
+/// improved by such steps. Without them belts that hold boxes took a solve in every step, 0.93 ms
+/// (docs/measurements/0042). A greater share takes more steps.
+inline constexpr double cheap_gain_share = 0.1;
+
+/// [1] Growth of the distance from the law at which a step is taken back. A smaller one takes back
+/// steps that would have recovered. A greater one follows steps that lead away. Tenfold was part of
+/// a variant that made chains faster and toppling rows slower (docs/measurements/0034).
+inline constexpr double rejected_growth = 3.0;
+
+/// [1] Factor of eps after a step that was taken back. A smaller one is taken back more often. A
+/// greater one holds light bodies back: rows of balls kept 0.12 to 0.39 m/s with 1e-3 at once
+/// (docs/measurements/0042).
+inline constexpr double rejected_eps_growth = 10.0;
+
+/// [1] Largest eps from which a step can still be taken back. A greater one spends steps on what is
+/// not near. A smaller one gives up where a softer step would have led on.
+inline constexpr double largest_eps = 0.1;
+
+/// [1] Share of the distance before that a step with an old factor may leave. Above it the matrix
+/// is factored anew. A smaller share factors more often. A greater one takes more steps that gain
+/// little.
+inline constexpr double stale_factor_share = 0.1;
+
+/// [1] Share of the tolerance, or of the residual, at which the problem with one centre is solved.
+/// A smaller one takes steps that the next centre undoes. A greater one moves the centre early:
+/// half was part of a variant that made chains faster and drums slower (docs/measurements/0034).
+inline constexpr double centre_solved_share = 0.1;
+
+/// [1] Residual that a new centre may leave, as a share of that before. Above it rows contradict
+/// each other, or the search has stalled. A smaller one gives up early. A greater one moves centres
+/// in vain.
+inline constexpr double stalled_centre_share = 0.5;
+
+/// [1] Share of the residual before at which a centre converges fast. Eps and its factor are then
+/// kept. A smaller one factors for a smaller eps more often. A greater one takes more centres.
+inline constexpr double fast_centre_share = 0.03;
+
+/// [1] Factor of eps from one centre to the next. A smaller one leaves the branches of the law. A
+/// greater one takes more factorisations: a third gained nothing that is not lost elsewhere
+/// (docs/measurements/0034).
+inline constexpr double newton_eps_decrease = 0.1;
+
+/// [-] Most Newton steps of one solve. A smaller bound ends impacts that pass through rows of
+/// contacts: 16 equal balls need 16 steps (docs/measurements/0042). A greater one spends time on
+/// what is not near.
+inline constexpr int most_newton_steps_of_law = 30;
+
+// Interior-point method (interior_point.hpp) ------------------------------------------------------
+
+/// [1] Share of the way to the boundary of the cones that a step takes at most. A smaller one takes
+/// more steps. A greater one comes so near to the boundary that later steps are short.
+inline constexpr double boundary_share = 0.99;
+
+/// [1] Velocity that a row yields per impulse, as a share of its response. It keeps the matrix
+/// regular where rows are redundant. It moves with the impulses and leaves no trace. A smaller one
+/// lets round-off decide. With 1e-6 redundant impulses are held back on their way to the middle,
+/// and a third of the presses fail (docs/decisions/0056-an-interior-point-is-the-harbour.md).
+inline constexpr double interior_yield = 1e-10;
+
+/// [1] Residual at which Newton's method takes over, as a share of the velocity change by forces. A
+/// smaller one spends steps at the edges of the cones. A greater one starts Newton's method from
+/// farther away.
+inline constexpr double interior_solved_share = 1e-5;
+
+// Proximal iteration (proximal_solver.hpp) --------------------------------------------------------
+
+/// [1] Share of the velocity tolerance to which factorisations solve an island. A sweep over the
+/// result then finds nothing to do. A smaller one takes more steps. A greater one takes more sweeps
+/// in the next step.
+inline constexpr double direct_tolerance_share = 0.1;
+
+/// [1] The same for islands that are swept first in the next step. Their sweeps end after one if
+/// little is left. A smaller one asks for round-off. A greater one factorises the next step, too.
+inline constexpr double swept_first_tolerance_share = 0.01;
+
+/// [-] Newton steps on Coulomb's law from no impulses. Landings that do not jam take one or two.
+/// Fewer steps send landings to the interior point. More are lost where bodies jam.
+inline constexpr int most_landing_steps = 4;
+
+/// [1] Softness of the springs that hold joints in the test for locked rows, as a share of a row's
+/// response. It is far below `locked_response_share`. A greater one lets locked rows respond. A
+/// smaller one drowns in round-off (docs/decisions/0009-locked-contact-directions.md).
+inline constexpr double joint_spring_softness = 1e-9;
+
+/// [1] Response with joints held, as a share of that without them, below which a row is locked. A
+/// smaller one tears fingers off their slides. A greater one drops contacts of heavy bodies that
+/// joints hold: a millionth needs a mass ratio of a million (docs/decisions/0009).
+inline constexpr double locked_response_share = 1e-6;
+
+/// [1] First eps. A smaller one takes many Newton steps from far away, and 1e-6 does not converge.
+/// A greater one takes more outer iterations. 1e-3 saves 40 % of the factorisations of 1e-2
+/// (docs/measurements/0019-cones-not-disks.md).
+inline constexpr double proximal_first_eps = 1e-3;
+
+/// [1] Divisor of eps from one outer iteration to the next. A smaller one takes more iterations. A
+/// greater one starts each Newton search farther away.
+inline constexpr double proximal_eps_divisor = 10.0;
+
+/// [1] Residual of the convex problem, as a share of that of the law, at which its opening speeds
+/// follow the slip. Shares of 0.03 to 0.5 give the same bits. With 0.8 floors sink by 0.06 um, and
+/// without the condition they fall (docs/measurements/0019).
+inline constexpr double convex_solved_share = 0.5;
+
+/// [1] Share of the tolerance to which the inner loop solves. A smaller one takes more Newton
+/// steps. A greater one keeps the outer loop above its tolerance.
+inline constexpr double inner_tolerance_share = 0.1;
+
+/// [1] Share of the last residual to which the inner loop solves. The function changes with the
+/// next outer iteration. A smaller one solves it in vain. A greater one slows the outer loop.
+inline constexpr double inner_residual_share = 0.01;
+
+/// [-] Outer iterations that run before a stall ends them. Fewer end before eps is least. More cost
+/// Newton steps where slip keeps turning.
+inline constexpr int least_outer_iterations = 10;
+
+/// [1] Residual, as a share of the one before, above which the outer loop has stalled. A smaller
+/// one ends slow convergence. A greater one spends the budget on slip that keeps turning.
+inline constexpr double stalled_residual_share = 0.9;
+
+/// [1] Mismatch of impulses and velocities, as a share of the least so far, above which a small
+/// Newton step is idle. A smaller one ends while steps still gain. A greater one takes more steps
+/// among round-off.
+inline constexpr double idle_mismatch_share = 0.5;
+
+/// [-] Idle steps in a row that end the inner loop. One ended it while impulses were off by 374 m/s
+/// (docs/measurements/0042, "Longer steps"). More take steps among round-off.
+inline constexpr int most_idle_steps = 2;
+
+/// [1] Derivative on the line, as a share of that at its start, at which the line search ends. A
+/// smaller one evaluates more. A greater one leaves more to the next Newton step.
+inline constexpr double line_search_share = 0.01;
+
+/// [-] Most evaluations of a line search. Fewer end it before its share is reached. More are rarely
+/// used, as the Illinois method converges faster than linearly.
+inline constexpr int most_line_search_steps = 20;
+
+// Choice between factorisations and sweeps (method_choice.hpp) ------------------------------------
+
+/// [1] `hold_of` an impulse below which a contact is at the edge of its friction cone: a thousandth
+/// of its bound. A smaller one takes slip for rest. A greater one takes loads that are shared
+/// evenly for slip, and starts Newton's method with more factorisations (docs/decisions/0051).
+inline constexpr double edge_hold = 0.01;
+
+/// [-] Multiply-adds of the assembly of one contact row: two lower triangles of 21 and one square
+/// of 36 in blocks of six. A smaller number factorises larger heaps. A greater one sweeps smaller
+/// ones.
+inline constexpr std::uint64_t contact_row_work = 78;
+
+/// [-] Multiply-adds of the assembly of one soft block. A smaller number factorises larger islands
+/// with sensors. A greater one sweeps smaller ones.
+inline constexpr std::uint64_t soft_block_work = 500;
+
+/// [1] Divisor of `max_direct_work`: sweeps solve heaps that slide and take more work. With 20
+/// belts that hold a row back cost 1.15 times as much (docs/measurements/0042, "Heaps that slide").
+/// A smaller one factorises more heaps that slide.
+inline constexpr std::uint64_t sliding_work_divisor = 10;
+
+/// [1] Divisor of `max_direct_work`: the elimination of islands with mechanisms and contacts takes
+/// less, or the island is swept. With 10 and 20 ragdolls passed limits by 0.24 and 0.29 rad, with 5
+/// by 0.07. With 3 they took 5.7 ms instead of 2.1 (docs/measurements/0042, "No zero blocks").
+inline constexpr std::uint64_t mechanism_work_divisor = 5;
+
+// Budget of an island (solver_types.hpp) ----------------------------------------------------------
+
+/// [-] Factorisations of the largest island whose multiply-adds are the budget of one problem. With
+/// a half of it `push24` overlapped by 0.3 mm, and its worst step took 7.8 ms instead of 11.8
+/// (docs/measurements/0042). A greater one makes worst steps longer.
+inline constexpr double budget_factorisations = 20.0;
+
+/// [-] Problems whose budget all passes of a step share. With one the worst step of `chain100` took
+/// 11 ms instead of 22, with gaps of 0.13 mm (docs/measurements/0042). A greater number makes worst
+/// steps longer.
+inline constexpr int budgets_of_step = 3;
+
+/// [1] Share of the budget up to which an island is cheap and is solved exactly. With a half the
+/// worst step of `chain100` took 18.6 ms instead of 7.5. With nothing exact hands took 1.8
+/// factorisations for 1.4 (docs/measurements/0042, "From which cost on ...").
+inline constexpr double cheap_cost_share = 0.25;
+
+/// [-] Multiply-adds of a contact in a sweep. A smaller number allows more sweeps within the
+/// budget. Twice the sweeps of positions halved the overlap of 120 boxes, in 1.45 times the time
+/// (docs/measurements/0042, "Larger heaps that slide").
+inline constexpr double contact_sweep_work = 100.0;
+
+/// [-] Most sweeps that the budget pays for. With the default budget it binds islands of fewer than
+/// 14 contacts. A smaller bound ends their sweeps early. A greater one makes their worst steps
+/// longer.
+inline constexpr double most_affordable_sweeps = 1e4;
+
+/// [-] Most substeps of a swept island. A smaller number lengthens substeps of long steps. A
+/// greater one makes such steps cost more.
+inline constexpr int most_swept_substeps = 64;
+
+// Sweeps (island_solver.hpp, sweep_convergence.hpp) -----------------------------------------------
+
+/// [1] Share of the velocity tolerance that sweeps after the first go down to. A greater one lets
+/// the residual come up again in the next step. A smaller one takes more sweeps.
+inline constexpr double later_sweep_share = 0.3;
+
+/// [1] Residual of positions, as a share of that of velocities, at which they are solved. A pyramid
+/// of 210 creeps by 0.29 mm with 0.3, and by 0.97 mm with 1
+/// (docs/measurements/0021-large-islands.md). A smaller one takes more sweeps.
+inline constexpr double swept_position_share = 0.3;
+
+/// [1] Velocity change of a sweep, as a share of that by forces, below which Newton's method takes
+/// over a heap that slides. A greater one gives it heaps that jam, where it fails in 16 of 16
+/// steps. A smaller one leaves steady slides to sweeps (docs/decisions/0049).
+inline constexpr double newton_takes_over_share = 1e-3;
+
+/// [1] Residual of positions in a heap that slides, as a share of the velocity change by forces.
+/// Positions as loose as 0.3 of the residual let `push24` overlap by 64 um instead of 10
+/// (docs/measurements/0042). A smaller one takes more sweeps.
+inline constexpr double sliding_overlap_share = 3e-2;
+
+/// [1] Divisor of the affordable sweeps: velocities of a heap that slides get that part of them.
+/// With half of them 240 boxes overlapped by 54 mm, with ten sweeps by 39, with a quarter by 13
+/// (docs/measurements/0042, "Larger heaps that slide").
+inline constexpr int sliding_velocity_divisor = 4;
+
+/// [1] Growth of the kinetic energy of a swept substep at which it is swept again from no impulses.
+/// A smaller one takes bounces and motors for errors. A greater one keeps energy of warm starts. Of
+/// 192 bouncing heaps 37 blew up before this and two other changes (docs/measurements/0021).
+inline constexpr double suspicious_energy_growth = 2.0;
+
+/// [-] Sweeps before their rate tells anything. A smaller number factorises what sweeps would have
+/// solved. Four to 30 sweeps before Newton's method were no better (docs/measurements/0034).
+inline constexpr int least_sweeps_before_rate = 4;
+
+/// [-] Sweeps of contacts that cost as much as one solve by factorisation. That holds for stacks of
+/// any height (docs/solver.md). A smaller number factorises sooner. A greater one sweeps longer.
+inline constexpr double sweeps_of_direct_solve = 60.0;
+
+// Bound of crushing impulses (crushing_limit.hpp) -------------------------------------------------
+
+/// [1] Load of a contact as a multiple of all that acts on its island in a step. Levers and wedges
+/// that are moved against something ask for more than one. Of 96 crushed heaps 2, 1 and 0 throw a
+/// cube out with 5, 10 and 20 (docs/measurements/0021-large-islands.md).
+inline constexpr double most_leverage = 10.0;
+
+}  // namespace bristle::inline BRISTLE_ABI::detail::measured
 
 // === bristle/math/block6.hpp
 
@@ -2488,10 +2774,7 @@ enum class RowSide : std::uint8_t {
 /// A row over the velocities of two bodies. Velocities are relative to the row's target.
 template <typename Real>
 struct IslandRow {
-  /// [1] Least eps. Below it round-off of the stiffness M^-1 J^T J / eps shows.
-  static constexpr double least_eps = 1e-6;
-
-  // What decides the branch of a row fills the first cache line.
+  // Fields that decide the branch of a row fill the first cache line.
   std::uint32_t a = no_index;  // First unknown of each body; `no_index` if it has none.
   std::uint32_t b = no_index;
   RowKind kind = RowKind::free;
@@ -2529,7 +2812,7 @@ struct IslandRow {
   /// [velocity per impulse] R = eps K. A large eps keeps a step from leaving the branch of its law.
   /// A row without bounds has one branch, so its eps is the least at once.
   [[nodiscard]] Real regularisation(Real eps) const {
-    return (kind == RowKind::free ? std::min(eps, Real(least_eps)) : eps) * response;
+    return (kind == RowKind::free ? std::min(eps, Real(measured::least_eps)) : eps) * response;
   }
   /// [velocity per impulse] R plus the row's own compliance. It is the inverse of the slope of
   /// lambda+.
@@ -2705,7 +2988,7 @@ struct CoulombBranch {
   std::array<Real, 3> constant{};
 
   /// Returns whether the impulse depends on velocities.
-  [[nodiscard]] bool gives_way() const {
+  [[nodiscard]] bool has_slope() const {
     return state == CoulombState::stick || state == CoulombState::slip ||
            state == CoulombState::inside;
   }
@@ -2773,13 +3056,13 @@ template <typename Real>
   const std::array<Real, 2> across{-along[1], along[0]};
   const Real share = bound / length;
   const Real rest = Real(1) - share * (Real(1) - eps);
-  const Real give = share / (K * rest);
+  const Real stiffness_across = share / (K * rest);
   const Real to_bound =
       row.friction * (l[0] + branch.constant[0]) - l[1] * along[0] - l[2] * along[1];
   const Real to_line = -(l[1] * across[0] + l[2] * across[1]) / rest;
-  branch.xx = -give * across[0] * across[0];
-  branch.xy = -give * across[0] * across[1];
-  branch.yy = -give * across[1] * across[1];
+  branch.xx = -stiffness_across * across[0] * across[0];
+  branch.xy = -stiffness_across * across[0] * across[1];
+  branch.yy = -stiffness_across * across[1] * across[1];
   for (std::size_t i = 0; i < 2; ++i) {
     branch.drag[i] = along[i] * row.friction * branch.normal;
     branch.constant[i + 1] = along[i] * to_bound + across[i] * to_line;
@@ -2803,7 +3086,7 @@ template <typename Real>
 ///
 /// Newton's method does not converge from far away. It starts at the end of the last step. It moves
 /// the centre. It reduces eps once the problem with eps is solved, and raises it where a step leads
-/// farther away than one before. Only impulses within their bounds are judged, with their
+/// farther away than one before. Candidates are impulses within their bounds, with their
 /// velocities. The best that add no energy are kept.
 // SPDX-License-Identifier: BSD-3-Clause
 
@@ -3040,11 +3323,11 @@ struct CoulombProblem {
   /// [-] Most Newton steps that the caller pays for.
   int most_steps;
 
-  /// [m/s] Residual that is worth no more work. It is a thousandth of the slip or of the velocity
-  /// change by forces in the step, whichever is less. Resting contacts always go down to
+  /// [m/s] Residual that is worth no more work. It is a share of the slip or of the velocity change
+  /// by forces in the step, whichever is less. Resting contacts always go down to
   /// `tolerance`. Their errors would add up.
   [[nodiscard]] Real good_enough(Real slip) const {
-    return std::max(tolerance, Real(1e-3) * std::min(speed_change, slip));
+    return std::max(tolerance, Real(measured::good_enough_share) * std::min(speed_change, slip));
   }
 };
 
@@ -3072,96 +3355,102 @@ class CoulombNewton {
 
   /// Finds impulses and velocities that satisfy the law.
   CoulombResult<Real> solve(const CoulombProblem<Real>& problem) {
-    CoulombResult<Real> answer;
+    CoulombResult<Real> result;
     const std::span<const Row> rows = problem.rows;
     start(problem);
     // The least eps solves a linear law by one factorisation.
-    Real eps = Real(problem.is_held ? Row::least_eps : 1e-3);
+    Real eps = Real(problem.is_held ? measured::least_eps : measured::newton_first_eps);
     evaluate(rows, v_, velocity_);
     // Impulses of the last step that are far from any solution give no hint.
     if (!problem.is_held && !problem.is_near &&
-        measure(rows, eps).law > Real(3) * problem.speed_change) {
-      eps = Real(1e-2);
+        measure(rows, eps).law > Real(measured::far_start_ratio) * problem.speed_change) {
+      eps = Real(measured::newton_cold_eps);
       std::fill(centre_.begin(), centre_.end(), Real(0));
     }
-    if (!factor_response(problem)) return answer;
+    if (!factor_response(problem)) return result;
     // A state that stays as it was needs no factorisation.
-    judge(problem, answer);
-    const Real nothing = Real(1e-2) * problem.tolerance;
-    if (answer.residual <= nothing && is_steady(problem, nothing)) return answer;
+    keep_if_better(problem, result);
+    const Real nothing = Real(measured::steady_share) * problem.tolerance;
+    if (result.residual <= nothing && is_steady(problem, nothing)) return result;
 
     Real factored_eps = Real(-1);  // No factor yet.
-    Real least_eps = Real(Row::least_eps);
+    Real least_eps = Real(measured::least_eps);
     Real nearest = infinity<Real>;  // Least distance of all steps from this centre.
     Real before = infinity<Real>;
     Real at_centre = infinity<Real>;
     Real last_left = infinity<Real>;
     int centres = 0;
     bool is_solved = false;
-    for (int i = 0; i < std::min(problem.most_steps, most_iterations); ++i) {
+    for (int i = 0; i < std::min(problem.most_steps, measured::most_newton_steps_of_law); ++i) {
       const bool has_switched = linearise(rows, eps);
       const bool is_fresh = has_switched || factored_eps != eps;
       if (is_solved && is_fresh) break;
       find_gradient(problem);
       if (is_fresh) {
         if (!factor(problem)) break;
-        ++answer.factorisations;
+        ++result.factorisations;
         factored_ = branches_;
-        factored_eps = answer.eps = eps;
+        factored_eps = result.eps = eps;
       }
       solve_linear(step_);
       if (!advance(rows)) break;
       const Distances distances = measure(rows, eps);
       const Real left = distances.law;
-      if (!is_solved || left < answer.residual) answer.slip = distances.slip;
-      if (left <= problem.tolerance && left < answer.residual) {
-        answer.residual = left;
+      if (!is_solved || left < result.residual) result.slip = distances.slip;
+      if (left <= problem.tolerance && left < result.residual) {
+        result.residual = left;
         best_ = impulse_;
         move_into_bounds(rows, best_);
         best_v_ = v_;
-        // One more step with the same factor costs little, and leaves round-off. What rests then
-        // needs no step at all in the next one.
+        // One more step with the same factor costs little, and leaves round-off. An island at rest
+        // then needs no Newton step in the next time step.
         if (is_solved) break;
         is_solved = true;
         centre_ = impulse_;
         continue;
       }
       if (is_solved) break;
-      if (left < answer.residual) judge(problem, answer);
-      // What is good enough is improved as long as that is cheap. A motion that goes on as it is
-      // then needs no Newton step at all in the next step.
-      if (answer.residual <= problem.good_enough(answer.slip) && left > Real(0.1) * last_left)
+      if (left < result.residual) keep_if_better(problem, result);
+      // A good enough result is improved as long as that is cheap. A steady motion then needs no
+      // Newton step in the next time step.
+      if (result.residual <= problem.good_enough(result.slip) &&
+          left > Real(measured::cheap_gain_share) * last_left)
         break;
       last_left = left;
 
       const Real of_compliant = distances.compliant;
-      if (of_compliant > Real(3) * nearest && eps < Real(largest_eps)) {
+      if (of_compliant > Real(measured::rejected_growth) * nearest &&
+          eps < Real(measured::largest_eps)) {
         // A step that leads away from the law was too long. A larger eps keeps the next step near
         // the centre. The centre moves to where the law was nearest.
         v_ = nearest_v_;
         impulse_ = centre_ = nearest_impulse_;
         evaluate(rows, v_, velocity_);
-        eps = least_eps = Real(10) * eps;
+        eps = least_eps = Real(measured::rejected_eps_growth) * eps;
         nearest = before = infinity<Real>;
         continue;
       }
       if (of_compliant < nearest) keep_nearest(of_compliant, nearest);
       // A factor that no longer helps is rebuilt.
-      if (!is_fresh && of_compliant > Real(0.1) * before) factored_eps = Real(-1);
+      if (!is_fresh && of_compliant > Real(measured::stale_factor_share) * before)
+        factored_eps = Real(-1);
       before = of_compliant;
-      if (of_compliant > std::max(Real(0.1) * problem.tolerance, Real(0.1) * left)) continue;
-      if (centres++ > 0 && left > Real(0.5) * at_centre) {
-        answer.is_contradictory = !has_switched && !(eps > Real(Row::least_eps));
+      const Real solved = Real(measured::centre_solved_share);
+      if (of_compliant > std::max(solved * problem.tolerance, solved * left)) continue;
+      if (centres++ > 0 && left > Real(measured::stalled_centre_share) * at_centre) {
+        result.is_contradictory = !has_switched && !(eps > Real(measured::least_eps));
         break;
       }
       // The factor is kept where it converges fast.
-      if (left > Real(0.03) * at_centre) eps = std::max(least_eps, Real(0.1) * eps);
+      if (left > Real(measured::fast_centre_share) * at_centre) {
+        eps = std::max(least_eps, Real(measured::newton_eps_decrease) * eps);
+      }
       at_centre = left;
       centre_ = impulse_;
       before = infinity<Real>;
       keep_nearest(left, nearest);
     }
-    return answer;
+    return result;
   }
 
   /// The impulses that were found. `velocities` are theirs [m/s, rad/s].
@@ -3177,10 +3466,6 @@ class CoulombNewton {
   [[nodiscard]] const DynamicArray<Real>& velocities() const { return best_v_; }
 
  private:
-  // What has not been found by then is not near.
-  static constexpr int most_iterations = 30;
-  static constexpr double largest_eps = 0.1;
-
   using State = CoulombState;
   using Branch = CoulombBranch<Real>;
 
@@ -3263,7 +3548,7 @@ class CoulombNewton {
   }
 
   /// Finds the branch of each row.
-  /// @return Whether any branch has changed.
+  /// @return True if any branch has changed.
   bool linearise(std::span<const Row> rows, Real eps) {
     bool has_switched = false;
     for (std::size_t k = 0; k < rows.size(); ++k) {
@@ -3307,7 +3592,7 @@ class CoulombNewton {
     const std::span<const Row> rows = problem.rows;
     for (std::size_t k = 0; k < rows.size(); ++k) {
       const Branch& branch = branches_[k];
-      if (rows[k].kind == RowKind::tangent || !branch.gives_way()) continue;
+      if (rows[k].kind == RowKind::tangent || !branch.has_slope()) continue;
       add_square(cholesky_, -branch.normal, rows[k]);
       if (rows[k].kind != RowKind::cone) continue;
       add_square(cholesky_, -branch.xx, rows[k + 1]);
@@ -3323,7 +3608,7 @@ class CoulombNewton {
     const Row* of_pair = nullptr;
     for (std::size_t k = 0; k < rows.size(); ++k) {
       const Row& row = rows[k];
-      if (row.kind == RowKind::tangent || !branches_[k].gives_way()) continue;
+      if (row.kind == RowKind::tangent || !branches_[k].has_slope()) continue;
       // Rows between the same two bodies follow each other. They are summed first.
       if (of_pair == nullptr || row.a != of_pair->a || row.b != of_pair->b) {
         if (of_pair != nullptr) add_pair(*of_pair);
@@ -3428,19 +3713,19 @@ class CoulombNewton {
   /// Keeps the impulses of the present iterate, moved into their bounds, if they are the best.
   /// Their velocities must be nearer to the law. They must add no energy, to the error that a
   /// solution may have anyway. Impulses that would are all scaled by the share that takes the most.
-  void judge(const CoulombProblem<Real>& problem, CoulombResult<Real>& answer) {
+  void keep_if_better(const CoulombProblem<Real>& problem, CoulombResult<Real>& result) {
     candidate_ = impulse_;
     move_into_bounds(problem.rows, candidate_);
-    Candidate candidate = try_candidate(problem, problem.good_enough(answer.slip));
+    Candidate candidate = try_candidate(problem, problem.good_enough(result.slip));
     if (candidate.work > Real(0)) {
       // The work of a share s is s slope + s^2 (work - slope).
       const Real share =
           std::max(Real(0), -candidate.slope / (Real(2) * (candidate.work - candidate.slope)));
       for (Real& x : candidate_) x *= share;
-      candidate = try_candidate(problem, problem.good_enough(answer.slip));
+      candidate = try_candidate(problem, problem.good_enough(result.slip));
     }
-    if (!(candidate.residual < answer.residual)) return;
-    answer.residual = candidate.residual;
+    if (!(candidate.residual < result.residual)) return;
+    result.residual = candidate.residual;
     best_ = candidate_;
     best_v_ = candidate_v_;
   }
@@ -3521,6 +3806,283 @@ class CoulombNewton {
 /// Meshes of simple shapes, for examples, tests and comparison with the exact shapes.
 // SPDX-License-Identifier: BSD-3-Clause
 
+// === bristle/geometry/geometry_constants.hpp
+
+/// @file
+/// Constants of the geometry that were chosen by measurement.
+///
+/// `tests/constants` runs scenes with each at half and at twice its value.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstddef>
+#include <cstdint>
+
+namespace bristle::inline BRISTLE_ABI::detail::measured {
+
+// Boxes and clipped features.
+
+/// [1] Part of its gap by which another axis of two boxes must be better to become the normal. A
+/// smaller value lets resting boxes change their normal. A greater one keeps a worse normal.
+inline constexpr double box_axis_preference = 0.05;
+
+/// [1] Places on a face of a box that differ by less than this count as one, by the size of the
+/// boxes. A smaller value lets corners in sliding heaps come and go, as at 1e-8. A greater one
+/// moves contacts. Decision 0058: pushed heaps took 0.34 to 1 of the time with it.
+inline constexpr double box_corner_merging = 1e-5;
+
+/// [1] Sine, of 3 degrees, within which an edge is across a direction and two edges are parallel. A
+/// smaller value makes points of edges, as iterative normals are off by that much. A greater one
+/// makes edges of points.
+inline constexpr double edge_across_sine = 0.05;
+
+/// [1] 1 minus the cosine, of 3 degrees, within which a face is aligned with the normal. A smaller
+/// value makes points of faces. A greater one clips faces that stand at an angle.
+inline constexpr double aligned_face_versine = 0.0014;
+
+/// [1] Cosine between the normal and a face, below which an edge replaces the face. A smaller value
+/// clips nearly upright faces. A greater one drops faces that meet an aligned one.
+inline constexpr double facing_face_cosine = 0.2;
+
+// Search for the direction of least overlap, and distances.
+
+/// [1] The distance of curved cores is sought this many times finer than `Tolerance::equal`. A
+/// smaller value leaves a rough normal. A greater one costs supports.
+inline constexpr double curved_distance_refinement = 100.0;
+
+/// [1] Overlapping solids are pushed apart by the size of the smaller one over this, in units of
+/// the larger. A smaller value pushes past the valley. A greater one leaves a distance that is
+/// rough.
+inline constexpr double overlap_push_divisor = 8.0;
+
+/// [1] Gains of a direction count for curved solids from `Tolerance::equal` over this on. A smaller
+/// value ends sooner, with more left to `polish`. A greater one costs pushes.
+inline constexpr double curved_gain_refinement = 16.0;
+
+/// [1] Part of the overlap of curved solids within which the polytope ends. A smaller value costs
+/// faces. A greater one may take the other of two valleys (decision 0010: a fiftieth).
+inline constexpr double curved_overlap_slack = 0.02;
+
+/// [1] Pushes whose steps shrink by a smaller part than this count as not shrinking. A smaller
+/// value extrapolates very far. A greater one uses `stalled_push_leap` where the limit is known.
+inline constexpr double stalled_push_shrinkage = 0.05;
+
+/// [1] Steps that a push leaps ahead where steps do not shrink. Steps that shrink by a twentieth
+/// have 19 left. A smaller value costs pushes. A greater one leaps past the valley.
+inline constexpr double stalled_push_leap = 20.0;
+
+/// [rad] First step of the compass search. A smaller value gets around the sphere in more rounds. A
+/// greater one skips valleys.
+inline constexpr double compass_first_step = 0.25;
+
+/// [-] Most rounds of a step of the compass search. Half the sphere takes 13 first steps. A smaller
+/// value ends short of the valley. A greater one only raises the bound of the cost.
+inline constexpr int compass_rounds = 16;
+
+/// [rad] Half the difference by which Newton's method takes derivatives. A smaller value loses
+/// digits. A greater one measures the curvature of a wider patch.
+inline constexpr double newton_difference = 0.0001220703125;
+
+/// [rad] Longest step of Newton's method. A smaller value leaves rough normals. A greater one tries
+/// directions that are no better. Only better ones are kept.
+inline constexpr double newton_longest_step = 0.125;
+
+/// [-] Most steps of Newton's method. A smaller value leaves rough normals. The error is squared in
+/// each step, so a greater one gains nothing.
+inline constexpr int newton_steps = 3;
+
+/// [1] Error of the gap of polyhedra, below which a gain is none. A smaller value lets round-off
+/// choose between equal directions. A greater one keeps worse normals. Decision 0058: pressed
+/// blocks at rest take no factorisation.
+inline constexpr double polyhedral_gap_error = 1e-11;
+
+/// [-] Most pushes of a search. A smaller value leaves more pairs to the compass search. A greater
+/// one raises the bound of the cost.
+inline constexpr int overlap_pushes = 24;
+
+/// [1] Distances of curved cores whose error is within this many `Tolerance::equal` are right. A
+/// smaller value costs pushes. A greater one ends with a rough normal.
+inline constexpr double curved_distance_error = 64.0;
+
+/// [-] Most supports of one distance by GJK. A smaller value ends distances of round solids early.
+/// A greater one raises the bound of the cost.
+inline constexpr int gjk_supports = 64;
+
+/// [-] Most projections in turn for a pair of nearest points. A smaller value leaves a point of the
+/// gap that is off. A greater one raises the bound of the cost. Faces and corners take one or two.
+inline constexpr int gap_projections = 32;
+
+/// [-] Most distances of a sweep of one solid. A smaller value ends the sweep before the touch. A
+/// greater one raises the bound of the cost. Faces and corners take one or two.
+inline constexpr int sweep_distances = 64;
+
+/// [-] Most steps of conservative advancement. A smaller value fits the plane of an impact less
+/// well. A greater one costs queries of what grazes.
+inline constexpr int impact_advancements = 8;
+
+/// [-] Most iterations of libccd's GJK. A smaller value ends distances of round solids early. A
+/// greater one raises the bound of the cost.
+inline constexpr std::uint32_t ccd_iterations = 128;
+
+/// [1] Gain of a step of libccd's GJK that ends it, in round-offs. A smaller value brings
+/// degenerate simplices and worse results. A greater one brings rough distances of curved solids.
+inline constexpr double ccd_gain = 1024.0;
+
+// Surfaces of meshes.
+
+/// [1] 1 minus the cosine of 0.01 degrees, within which directions count as equal. A smaller value
+/// takes the error of GJK for an edge. A greater one joins faces that are meant to be apart.
+inline constexpr double same_direction_versine = 1.5e-8;
+
+/// [1] Sine of the same angle, for directions across an edge. A smaller value takes the error of
+/// GJK for an edge. A greater one joins faces that are meant to be apart.
+inline constexpr double same_direction_sine = 1.7e-4;
+
+/// [1] 1 minus the cosine, of 25 degrees, within which surfaces face each other that have passed
+/// through each other. A smaller value misses some. A greater one takes surfaces that cut each
+/// other anyway.
+inline constexpr double opposing_plates_versine = 0.1;
+
+/// [1] How far aside a passed plate may lie, by the depth. It is the sine of the angle above,
+/// 0.436, rounded up. A smaller value misses plates. A greater one costs tests of more.
+inline constexpr double passed_plate_spread = 0.44;
+
+// Rays at meshes.
+
+/// [1] Area, by that of the ball about a shape, that a ray must pass to be tested against it. A
+/// value near 1 misses hits by round-off. A greater one saves less work.
+inline constexpr double ball_early_out_area = 2.0;
+
+/// [1] Uncertainty of a crossing, in round-offs of the origin, up to which it stays where it is. A
+/// smaller value moves more crossings into their triangle's box. A greater one leaves crossings of
+/// triangles seen edge-on outside.
+inline constexpr double trusted_crossing_error = 4.0;
+
+/// [1] Uncertainty of a crossing at the start of a ray, in round-offs of the triangle's distance,
+/// up to which the start is on the surface. A smaller value asks for the inside instead. A greater
+/// one hits surfaces that are near.
+inline constexpr double start_crossing_error = 64.0;
+
+/// [-] Most rays that decide on the inside of a mesh before its winding number does. A smaller
+/// value costs winding numbers more often. A greater one casts more rays at points that are never
+/// decided. Hardly any ray meets an edge.
+inline constexpr std::size_t inside_test_rays = 8;
+
+/// [1] Cosine between a node's rays and its axis, above which it is narrow. A smaller value makes
+/// boxes of rays that lean. A greater one casts more rays alone.
+inline constexpr double narrow_node_cosine = 0.5;
+
+/// [1] A node's frame serves its children where the square of their rays' drift, times this, is at
+/// most the area of a leaf. Log 0022: rays run aside by less than a quarter of the width. A smaller
+/// value makes boxes of leaning rays thick. A greater one turns triangles more often.
+inline constexpr double shared_frame_drift = 16.0;
+
+/// [-] Triangles of a leaf of a mesh's tree, about half of its 16. It tells whether a list of
+/// leaves can hold those of a node. A smaller value searches fewer lists. A greater one searches in
+/// vain.
+inline constexpr std::size_t leaf_triangles = 8;
+
+/// [-] Leaves up to which a list is not shortened for the children. A smaller value copies short
+/// lists. A greater one tests long ones in each child. Log 0022: four lists are enough, and only
+/// for long ones.
+inline constexpr std::size_t short_leaf_list = 24;
+
+/// [-] Most leaves of a node that is cast as a whole. A smaller value descends to smaller nodes. A
+/// greater one turns triangles in vain. Log 0022: 96 gains nothing more. With 24, and 16 triangles,
+/// rays took 4 to 24 % more.
+inline constexpr std::size_t whole_node_leaves = 48;
+
+/// [1] Triangles for each ray, above which rays are cast alone. Log 0022: 10. A smaller value casts
+/// rays alone that share triangles. A greater one gathers triangles that no ray shares.
+inline constexpr double sparse_ray_triangles = 10.0;
+
+/// [-] Triangles across a box, up to which a divided node is cast as a whole. A smaller value
+/// descends to smaller nodes. A greater one turns triangles in vain. Log 0022: 120 gains nothing
+/// more. With 16, and 24 leaves, rays took 4 to 24 % more.
+inline constexpr double whole_node_triangles = 64.0;
+
+/// [-] Fewest rays of a node for which a search of their common side pays. It is one more than a
+/// leaf has. A smaller value searches for few rays. A greater one asks more rays alone.
+inline constexpr std::size_t common_side_rays = 65;
+
+/// [-] Leaves for each 64 rays, up to which a divided node tests their triangles first. A smaller
+/// value descends where nothing is met. A greater one tests triangles in vain.
+inline constexpr std::size_t empty_test_leaves = 2;
+
+/// [-] Layers of triangles that a packet's box may have in sight: twice the two of a solid. A
+/// smaller value overflows the list of triangles. A greater one casts rays alone that share
+/// triangles.
+inline constexpr double layers_in_sight = 4.0;
+
+// Cache of triangles near rays that are cast alone. Log 0029 has the times.
+
+/// [1] Credit that a search of a ray's triangles costs. A smaller value searches where motion is
+/// fast. A greater one searches less where it is slow.
+inline constexpr int cache_search_price = 80;
+
+/// [1] Credit that a ray gains where its triangles serve again. A smaller value searches less where
+/// motion is slow. A greater one searches where it is fast.
+inline constexpr int cache_reuse_gain = 32;
+
+/// [-] Queries that traverse the tree after searches did not pay. A smaller value pays for searches
+/// in fast motion: 3 to 8 % there. A greater one notices slow motion later.
+inline constexpr int cache_pause_queries = 20;
+
+/// [-] Queries of another mesh after which a cache changes its mesh. A smaller value throws away
+/// caches that still serve. A greater one leaves the present mesh without one.
+inline constexpr int cache_refused_queries = 16;
+
+/// [1] Margin of the cache, by the root of the mean area of a triangle. A smaller value searches
+/// more often. A greater one finds more triangles than fit: wider by half, all gain is lost.
+inline constexpr double cache_margin = 0.7;
+
+/// [1] Part of the margin by which a search looks ahead along the motion. A smaller value searches
+/// more often. Three quarters save four searches in ten. A greater one leaves the ray behind.
+inline constexpr double cache_lead = 0.75;
+
+/// [1] Motion, by the margin, above which a search does not look ahead. A smaller value
+/// extrapolates slow motion less. A greater one extrapolates jumps.
+inline constexpr double cache_longest_motion = 2.0;
+
+/// [1] Round-offs of the coordinates that the margin must cover. A smaller value may miss a
+/// crossing. A greater one leaves less reserve.
+inline constexpr double cache_margin_error = 16.0;
+
+/// [1] Part of the margin that round-off may take before the cache is not used. A smaller value
+/// disables the cache at a finer mesh. A greater one uses caches with little reserve.
+inline constexpr double cache_margin_loss = 0.2;
+
+/// [-] Credit of searches for each ray that is the most. A smaller value pauses sooner. A greater
+/// one pays for more searches in fast motion.
+inline constexpr int cache_most_searches = 2;
+
+/// [1] Parts of the rays, of which fewer than one served in the last query, makes it a poor one. A
+/// smaller value pauses sooner. A greater one later.
+inline constexpr std::size_t cache_poor_divisor = 8;
+
+/// [-] Poor queries in a row after which searches pause. Decision 0029: two. A smaller value pauses
+/// in slow motion, too. A greater one pays for more searches in fast motion.
+inline constexpr int cache_poor_queries = 2;
+
+/// [1] Parts of the full credit, of which one is left after a pause. A smaller value searches
+/// around more rays then. A greater one notices slow motion less surely.
+inline constexpr int cache_retry_divisor = 8;
+
+// Hulls and meshes of shapes.
+
+/// [-] Cells of the grid of 2^30 within which points of a hull count as equal. A smaller value
+/// makes faces of rounding. A greater one leaves out corners.
+inline constexpr double hull_resolution_cells = 8.0;
+
+/// [1] Least height of the first simplex of a hull, in resolutions. A smaller value puts both of
+/// its sides into the slab of one face. A greater one refuses thin hulls.
+inline constexpr double hull_simplex_height = 16.0;
+
+/// [1] Distance within which points of a mesh that are computed twice are one, in round-offs of its
+/// size. A smaller value leaves seams open. A greater one joins corners of fine meshes.
+inline constexpr double weld_distance = 16.0;
+
+}  // namespace bristle::inline BRISTLE_ABI::detail::measured
+
 // === bristle/geometry/meshes/triangle_mesh.hpp
 
 /// @file
@@ -3579,6 +4141,35 @@ template <typename Vector>
 /// @file
 /// Rotations: the exponential map, the step of a quaternion, and bases from one direction.
 // SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/math/math_constants.hpp
+
+/// @file
+/// Constants of the mathematics that were chosen by measurement.
+///
+/// `tests/constants` runs scenes with each at half and at twice its value.
+// SPDX-License-Identifier: BSD-3-Clause
+
+namespace bristle::inline BRISTLE_ABI::detail::measured {
+
+/// [1] Part by which a substep of an integrator is shorter than its error estimate allows. A
+/// smaller value has more substeps rejected. A greater one takes more substeps.
+inline constexpr double substep_safety = 0.1;
+
+/// [1] Most that an integrator's substep grows by one estimate. A smaller value takes more substeps
+/// after a short one. A greater one trusts estimates of a tiny error.
+inline constexpr double substep_growth = 5.0;
+
+/// [1] Least that an integrator's substep keeps of its length by one estimate. A smaller value
+/// trusts estimates of a huge error. A greater one has more substeps rejected.
+inline constexpr double substep_shrinkage = 0.2;
+
+/// [rad] Turn in a step beyond which directions at its start tell little about its end. The chord
+/// of a path then misses the arc by an eighth of the radius. A smaller value treats slower bodies
+/// as fast ones, which costs time. A greater one lets them leave the arc.
+inline constexpr double far_turn_of_step = 0.5;
+
+}  // namespace bristle::inline BRISTLE_ABI::detail::measured
 
 #include <cmath>
 #include <numbers>
@@ -3671,12 +4262,10 @@ template <Scalar S>
 
 namespace detail {
 
-/// [rad/s] Angular velocity that turns by half a radian in a step. The chord of the path of a point
-/// then misses the arc by an eighth of the radius. Beyond it, directions at the start of the step
-/// tell little about its end.
+/// [rad/s] Angular velocity that turns by `far_turn_of_step` in a step.
 template <Scalar S>
 [[nodiscard]] S far_turn(S dt) {
-  return S(0.5) / dt;
+  return S(measured::far_turn_of_step) / dt;
 }
 /// Returns whether an angular velocity [rad/s] turns a body farther than that.
 template <Scalar S>
@@ -4428,7 +5017,8 @@ void ConvexHull<S>::validate_planes() const {
   using std::abs;
   Aabb<S> box;
   for (const Vec3<S>& v : vertices) box.include(v);
-  // Faces joined from nearly coplanar triangles have corners a few resolutions below their plane.
+  // Faces joined from nearly coplanar triangles have corners up to three resolutions below their
+  // plane, and a grid cell adds less than one more. Four are two of `equal` in double.
   // Coordinates far from the origin are rounded to a multiple of their own size.
   const S size = (box.upper - box.lower).norm();
   const S reach = cwise_max(cwise_abs(box.lower), cwise_abs(box.upper)).maxCoeff();
@@ -4785,7 +5375,7 @@ TriangleMesh<S> sphere_mesh(S radius, std::uint32_t frequency) {
     }
   }
   // Faces repeat the points of their common edges, with other rounding.
-  return weld(mesh, S(16) * detail::Tolerance<S>::round_off());
+  return weld(mesh, S(detail::measured::weld_distance) * detail::Tolerance<S>::round_off());
 }
 
 template <Scalar S>
@@ -4867,13 +5457,16 @@ template <Scalar S>
 
 namespace detail {
 
-/// A solid of revolution about z, of 32 segments.
+/// [-] Segments of drawn solids of revolution. The chord misses the circle by 0.5 % of the radius.
+inline constexpr std::uint32_t drawn_segments = 32;
+
+/// A solid of revolution about z.
 /// @param profile  [m] Radius and height of its rings from low to high; a radius of 0 is a point.
 template <Scalar S>
 [[nodiscard]] TriangleMesh<S> lathe_mesh(const DynamicArray<std::pair<S, S>>& profile) {
   using std::cos;
   using std::sin;
-  constexpr std::uint32_t segments = 32;
+  constexpr std::uint32_t segments = drawn_segments;
   TriangleMesh<S> mesh;
   DynamicArray<std::uint32_t> ring;
   for (const auto& [radius, height] : profile) {
@@ -4909,7 +5502,7 @@ struct ShapeDrawer {
   TriangleMesh<S> operator()(const Capsule<S>& s) const {
     using std::cos;
     using std::sin;
-    constexpr int rings = 8;
+    constexpr int rings = drawn_segments / 4;  // Of a quarter of a circle.
     DynamicArray<std::pair<S, S>> profile;
     for (int i = -rings; i <= rings; ++i) {
       // From the lower pole to its rim, and from the upper rim to its pole; both rims at i = 0.
@@ -4920,7 +5513,9 @@ struct ShapeDrawer {
     }
     return lathe_mesh<S>(profile);
   }
-  TriangleMesh<S> operator()(const Cylinder<S>& s) const { return cylinder_mesh<S>(s, 32); }
+  TriangleMesh<S> operator()(const Cylinder<S>& s) const {
+    return cylinder_mesh<S>(s, drawn_segments);
+  }
   TriangleMesh<S> operator()(const Cone<S>& s) const {
     return lathe_mesh<S>(
         {{S(0), -s.half_length}, {s.radius, -s.half_length}, {S(0), s.half_length}});
@@ -5067,8 +5662,9 @@ template <Scalar S>
 /// [1] Distance below which points of a hull count as equal, coplanar or collinear, as a fraction
 /// of the longest side of their box.
 template <Scalar S>
-[[nodiscard]] constexpr S hull_resolution() {
-  return std::max(detail::Tolerance<S>::round_off(), S(8.0 / (1 << 30)));
+[[nodiscard]] S hull_resolution() {
+  return std::max(detail::Tolerance<S>::round_off(),
+                  S(detail::measured::hull_resolution_cells / (1 << 30)));
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -5110,6 +5706,29 @@ BRISTLE_HULL_FUNCTIONS(extern template, double)
 /// step solves all patches together, implicitly, against the motion that the engine's bodies will
 /// have. It yields wrenches that are stable at any stiffness with a plain "add force" interface.
 // SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/hosts/hosts_constants.hpp
+
+/// @file
+/// Constants of hosts that were chosen by measurement.
+///
+/// `tests/constants` runs scenes with each at half and at twice its value.
+// SPDX-License-Identifier: BSD-3-Clause
+
+namespace bristle::inline BRISTLE_ABI::detail::measured {
+
+/// [1] Error of the squared norm of a host's rotation, from which on its body counts as missing.
+/// Smaller errors are rounding of the engine, and are normalised away. A smaller value refuses the
+/// rotations of engines that normalise seldom, a greater one takes numbers for a rotation that are
+/// none.
+inline constexpr double host_rotation_error = 0.5;
+
+/// [1] Share of a body's mobility without joints, up to which a motion counts as held by the joints
+/// before. Joints may hold the same motion twice, and round-off is left. A smaller value divides by
+/// round-off, a greater one leaves a weak motion free.
+inline constexpr double held_mobility_share = 1e-10;
+
+}  // namespace bristle::inline BRISTLE_ABI::detail::measured
 
 // === bristle/world/world.hpp
 
@@ -5162,6 +5781,8 @@ template <Scalar S>
 struct ContactManifold {
   /// [-] Most points of a manifold.
   static constexpr std::size_t capacity = 8;
+  /// [-] Most points of the contact of a round face. Four hold it against tilting to any side.
+  static constexpr std::size_t round_capacity = 4;
 
   /// [1] Unit normal from shape A into shape B, in the frame of A.
   Vec3<S> normal = detail::unit_z<Vec3<S>>();
@@ -5646,8 +6267,78 @@ BRISTLE_BACKEND_MAKERS(extern template, AnalyticBackend, double)
 // === bristle/sensors/patch_report.hpp
 
 /// @file
-/// What is likely to be wrong with a patch where it sits.
+/// Likely faults of a patch where it sits.
 // SPDX-License-Identifier: BSD-3-Clause
+
+// === bristle/sensors/sensor_constants.hpp
+
+/// @file
+/// Constants of sensors that were chosen by measurement.
+///
+/// `tests/constants` runs scenes with each at half and at twice its value.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstddef>
+
+namespace bristle::inline BRISTLE_ABI::detail::measured {
+
+/// [1] Cosine between a ray and the surface against it, below which a hit is grazing and counts as
+/// none. The gradient of the depth grows as the inverse of the cosine. A smaller value makes stiff
+/// springs of contacts from the side. A greater one loses contacts at the edge of a pad on a curved
+/// surface.
+inline constexpr double grazing_cosine = 0.1;
+
+/// [-] Packets of a range at most. Patch sums add up range sums (`sum_in_ranges`). A sweep over 512
+/// sensors takes about a microsecond, and starting and summing a range takes 40 ns
+/// (docs/measurements/0026-slices-of-patches.md). Shorter ranges cost more sums, longer ones wait
+/// for the thread with one range more.
+inline constexpr std::size_t range_packets = 32;
+
+/// [-] Ranges from which on threads share a sweep. Fewer are done before the first thread wakes. A
+/// greater value leaves patches of several thousand sensors to one thread.
+inline constexpr std::size_t fewest_shared_ranges = 8;
+
+/// [1] Share of the load, or of the friction, of a pair up to which a change from pass to pass
+/// counts as none. Friction follows the normal force of the pass before. A smaller value takes more
+/// passes, a greater one leaves that share of the friction behind.
+inline constexpr double negligible_pass_change = 1e-3;
+
+/// [1] Reduction of a slip within a pass from which on the last pass damps it. Such a slip is about
+/// to reverse, and no pass is left to see it. A smaller value damps slips that settle, a greater
+/// one lets a slip reverse undamped.
+inline constexpr double damped_slip_reduction = 4.0;
+
+/// [1] Round-offs of a diagonal entry of a mobility, up to which the rest of it counts as none.
+/// Elimination leaves that much along a locked axis. A smaller value takes round-off for mobility,
+/// a greater one locks the weakest of six directions.
+inline constexpr double locked_mobility_round_offs = 8.0;
+
+/// [-] Shifts of a ball at most, until it presses its deepest sensor to the depth of a spec. One is
+/// exact where rays are parallel. A smaller value presses balls too deep into hollow skins, a
+/// greater one costs a sweep over the layout for each.
+inline constexpr int ball_shifts = 4;
+
+/// [-] Places of a layout at most, where a ball is tried for the most loaded sensors. A smaller
+/// value may miss the middle of a skin: a ball meets fewer sensors on a border. A greater one costs
+/// a sweep over the layout for each.
+inline constexpr std::size_t tried_ball_places = 64;
+
+/// [1] Share of the longest stable step that is recommended for explicit sensors. A step has the
+/// Lambda of `PatchDef::explicit_below` = 0.5 at sqrt(0.5 / 4) of the longest one. A smaller value
+/// costs steps, a greater one leaves less room for a patch whose load grows.
+inline constexpr double recommended_step_share = 0.35;
+
+/// [1] Share of a ray outside of its own body, below which it is reported as buried. The body
+/// itself then touches before the sensor has sensed much. The warning says "a tenth". A smaller
+/// value overlooks buried rays, a greater one warns of pads that lie deep on purpose.
+inline constexpr double buried_ray_share = 0.1;
+
+/// [1] Load of a patch over the weight of the heaviest body, above which a slip of units is
+/// reported: grams for kilograms. The warning says "a thousand times". A smaller value warns of
+/// firm grips, a greater one overlooks the slip.
+inline constexpr double suspicious_load_ratio = 1000.0;
+
+}  // namespace bristle::inline BRISTLE_ABI::detail::measured
 
 #include <cstddef>
 #include <cstdint>
@@ -5660,13 +6351,6 @@ namespace bristle::inline BRISTLE_ABI {
 /// valid, but may not do what its author wants: `warnings` says where.
 template <Scalar S>
 struct PatchReport {
-  /// [1] A ray with a smaller share outside of its own body is buried: next to nothing is sensed
-  /// before the body itself touches it.
-  static constexpr S least_share = S(0.1);
-  /// [1] A patch whose constants are for more than so many times the weight of the heaviest body is
-  /// taken for a slip of units.
-  static constexpr S most_weights = S(1000);
-
   /// [1] Share of each ray's length, from its end, up to where it last leaves the shapes of its own
   /// body: 0 if it ends inside, 1 if it meets none of them.
   std::vector<S> share_outside{};
@@ -5688,7 +6372,8 @@ struct PatchReport {
   [[nodiscard]] std::vector<std::uint32_t> buried() const {
     std::vector<std::uint32_t> found;
     for (std::size_t i = 0; i < share_outside.size(); ++i) {
-      if (share_outside[i] < least_share) found.push_back(static_cast<std::uint32_t>(i));
+      if (share_outside[i] < S(detail::measured::buried_ray_share))
+        found.push_back(static_cast<std::uint32_t>(i));
     }
     return found;
   }
@@ -5715,7 +6400,8 @@ std::vector<std::string> PatchReport<S>::warnings() const {
                     " N, less than the weight of the lightest body, " + to_text(least_weight) +
                     " N");
   }
-  if (largest_weight > S(0) && intended_load > most_weights * largest_weight) {
+  if (largest_weight > S(0) &&
+      intended_load > S(detail::measured::suspicious_load_ratio) * largest_weight) {
     lines.push_back("the constants are for a load of " + to_text(intended_load) +
                     " N, a thousand times the weight of the heaviest body, " +
                     to_text(largest_weight) + " N");
@@ -6179,12 +6865,6 @@ template <Value T>
   return ScalarOf<T>(1) - distance * inverse_length;
 }
 
-/// Cosine between surface normal and ray above which a hit is grazing and counts as none. The
-/// depth's gradient grows as the inverse of the cosine: it would make a stiff spring of a contact
-/// from the side.
-template <Scalar S>
-inline constexpr S grazing_cosine = S(-0.1);
-
 /// Gradient g = m / (m . n) of the depth times the ray's length: d e_N / dt = g . v / L. It equals
 /// n where the surface faces the ray. Always g . n = 1.
 template <Value T>
@@ -6303,10 +6983,11 @@ template <Value T>
 /// @param[in,out] stretch  [m] In: e_T of `anchor_stretch`. Out: e_T after the reset rule, zero
 ///                         where the bristle is anchored anew.
 template <Value T>
-BRISTLE_FORCE_INLINE void root_where_needed(Anchor<T>& anchor, const Truth<T>& is_anchored,
-                                            Vector3<T>& stretch, const PairPose<ScalarOf<T>>& pair,
-                                            const Vector3<T>& r_A, T sigma, SlipReset reset,
-                                            Truth<T>& did_slip) {
+BRISTLE_FORCE_INLINE void anchor_where_needed(Anchor<T>& anchor, const Truth<T>& is_anchored,
+                                              Vector3<T>& stretch,
+                                              const PairPose<ScalarOf<T>>& pair,
+                                              const Vector3<T>& r_A, T sigma, SlipReset reset,
+                                              Truth<T>& did_slip) {
   const Truth<T> is_within = dot(stretch, stretch) <= sigma * sigma;
   const Truth<T> is_kept = is_anchored & is_within;
   did_slip = is_anchored & !is_within;
@@ -6331,7 +7012,7 @@ template <Value T>
     Anchor<T>& anchor, const Truth<T>& is_anchored, const PairPose<ScalarOf<T>>& pair,
     const Vector3<T>& n, const Vector3<T>& r_A, T sigma, SlipReset reset, Truth<T>& did_slip) {
   Vector3<T> stretch = anchor_stretch(anchor, pair, n);
-  root_where_needed<T>(anchor, is_anchored, stretch, pair, r_A, sigma, reset, did_slip);
+  anchor_where_needed<T>(anchor, is_anchored, stretch, pair, r_A, sigma, reset, did_slip);
   return stretch;
 }
 
@@ -7390,7 +8071,7 @@ template <Scalar S>
 
 /// @file
 /// A patch: many resistive sensors on one body, as structures of arrays, with the state that they
-/// keep from step to step. What serves one step is `PatchScratch`.
+/// keep from step to step. `PatchScratch` has the memory of one step.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/geometry/contacts/triangle_cache.hpp
@@ -7556,7 +8237,8 @@ template <Scalar S, SolidMesh<S> Mesh>
 
 // Implementation ----------------------------------------------------------------------------------
 
-/// Summary of the crossings of a ray in front of its start.
+/// Summary of the crossings of a ray in front of its start. Its bounds of front and back tell the
+/// side of the start.
 template <Scalar S>
 struct MeshCrossings {
   /// [m] Nearest crossing and its triangle.
@@ -7615,14 +8297,15 @@ class CrossingCollector {
   explicit CrossingCollector(const Ray<S>& ray)
       : ray_(ray),
         test_(ray),
-        trusted_(S(4) * Tolerance<S>::round_off() * cwise_abs(ray.origin).sum()) {}
+        trusted_(S(measured::trusted_crossing_error) * Tolerance<S>::round_off() *
+                 cwise_abs(ray.origin).sum()) {}
 
   /// Adds the crossing of a triangle. Neither this nor `hit_on` is inlined. So the compiler fuses
   /// products and sums alike for all callers.
   /// @return [m] Distance up to which further crossings matter.
   BRISTLE_NOINLINE S visit(std::uint32_t triangle, const std::array<Vec3<S>, 3>& corners, S reach) {
     // [1] Part of the triangle's distance. Crossings closer than that are at the start.
-    constexpr S at_start = S(64) * Tolerance<S>::round_off();
+    const S at_start = S(measured::start_crossing_error) * Tolerance<S>::round_off();
     const auto& [a, b, c] = corners;
     TriangleCrossing<S> crossing = test_(a, b, c);
     if (!(crossing.distance < infinity<S>)) return reach;
@@ -7710,7 +8393,7 @@ template <Scalar S, SolidMesh<S> Mesh>
 bool is_inside_mesh(const Mesh& mesh, const Vec3<S>& point) {
   if (!mesh.root_box().contains(point)) return false;
   const std::size_t count = mesh.size();
-  const std::size_t tries = std::min<std::size_t>(count, 8);
+  const std::size_t tries = std::min<std::size_t>(count, measured::inside_test_rays);
   for (std::size_t i = 0; i < tries; ++i) {
     const auto [a, b, c] = mesh.corners(static_cast<std::uint32_t>(i * count / tries));
     const Vec3<S> towards = (a + b + c) / S(3) - point;
@@ -7780,9 +8463,10 @@ RayHit<S> ray_cast_mesh_from_outside(const Mesh& mesh, const Ray<S>& ray) {
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// [m] Limit that no scene reaches, small enough that sums of areas of such boxes are finite. It is
-/// a function, not a constant. A constant computed at program start would be 0 for a world that
-/// other constants build before.
+/// [m] Limit that no scene reaches, small enough that sums of areas of such boxes are finite. Its
+/// square is 2^-32 of the largest number. A box has an area of at most 24 squares, so a hundred
+/// million boxes have a finite sum. It is a function, not a constant. A constant computed at
+/// program start would be 0 for a world that other constants build before.
 template <Scalar S>
 [[nodiscard]] inline S tree_extent_limit() {
   using std::sqrt;
@@ -8237,7 +8921,8 @@ class WideTriangleFilter {
     const Pack<S> v = a.x * c.y - a.y * c.x;
     const Pack<S> w = b.x * a.y - b.y * a.x;
     // The shear is at most 1. So each coordinate is at most the size. Its error is some ulp of the
-    // size. That of a determinant is some ulp of the square.
+    // size. That of a determinant is some ulp of the square, of two products. Lengths are compared
+    // with a height, and both are rounded.
     const Pack<S> slack = Tolerance<S>::round_off() * size;
     const Pack<S> doubt = S(2) * slack * size;
     const Mask<S> is_inside = (min(u, min(v, w)) >= -doubt) | (max(u, max(v, w)) <= doubt);
@@ -8307,9 +8992,11 @@ void RayMesh<S>::walk_ray(const Ray<S>& ray, Visit&& visit) const {
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// The triangles near one ray, in the frame of their mesh.
+/// The triangles near one ray, in the frame of their mesh. They are copies, since a large mesh is
+/// in no cache of the processor.
 template <Scalar S>
 struct alignas(64) TrianglesNearRay {
+  /// [-] Most triangles of the cache.
   static constexpr std::size_t capacity = 16;
 
   /// [m] Corners of the triangles, as the rows of a leaf.
@@ -8343,7 +9030,7 @@ struct alignas(64) TrianglesNearRay {
   void add(const WideTree<S>& tree, const TriangleRange& range, std::size_t place, std::size_t of);
 };
 
-/// Test for boxes near a segment.
+/// Test for boxes near a segment. It serves nodes of the tree and triangles in leaves.
 template <Scalar S>
 class NearSegmentTest {
  public:
@@ -8380,7 +9067,7 @@ class NearSegmentTest {
   Vec3<S> inverse_;
 };
 
-/// Triangles that the rays of one batch keep of one mesh. Losing the cache costs time and changes
+/// Triangles of one mesh near the rays of one batch. Losing the cache costs time and changes
 /// nothing. One thread at a time may use it.
 template <Scalar S>
 class TriangleCache {
@@ -8403,20 +9090,15 @@ class TriangleCache {
   [[nodiscard]] std::size_t reused() const { return reused_; }
 
  private:
-  /// [1] `price` is the cost of a search, `gain` the saving each time a list serves. If searches
-  /// have not paid, there are none for a while. Then a few test whether motion is slow now.
-  static constexpr std::int64_t price = 80;
-  static constexpr std::int64_t gain = 32;
-  static constexpr int pause = 20;
-  /// [-] Queries of another mesh after which the present one counts as gone.
-  static constexpr int most_refused = 16;
-
   DynamicArray<TrianglesNearRay<S>> rays_;
   std::uint32_t tag_ = 0;
   std::uint32_t life_ = 0;
-  int refused_ = most_refused;
+  /// [-] Queries of other meshes in a row.
+  int refused_ = measured::cache_refused_queries;
   int paused_ = 0;
   int poor_ = 0;
+  /// [1] Searches cost credit, and each use of a list gains some. If searches have not paid, there
+  /// are none for a while. Then a few test for slow motion.
   std::int64_t credit_ = 0;
   std::size_t searched_ = 0;
   std::size_t reused_ = 0;
@@ -8430,24 +9112,25 @@ BRISTLE_NOINLINE void TrianglesNearRay<S>::search(const WideTree<S>& tree, const
                                                   const Vec3<S>& ray_end) {
   using Tree = WideTree<S>;
   using std::sqrt;
-  // [1] Wider lists last longer, until they overflow. The motion is extrapolated by `ahead`.
-  constexpr S width = S(0.7);
-  constexpr S ahead = S(0.75);
-  const S margin = width * sqrt(tree.mean_area());
-  const auto move = [&](Vec3<S>& end_kept, const Vec3<S>& end_now) {
-    const Vec3<S> moved = end_now - end_kept;
-    end_kept = end_now;
-    if (!(reserve >= S(0)) || !(cwise_abs(moved).maxCoeff() <= S(2) * margin)) return;
-    end_kept += ahead * cwise_clamp(moved, margin);
+  const S ahead = S(measured::cache_lead);
+  const S margin = S(measured::cache_margin) * sqrt(tree.mean_area());
+  const auto move = [&](Vec3<S>& cached, const Vec3<S>& current) {
+    const Vec3<S> moved = current - cached;
+    cached = current;
+    if (!(reserve >= S(0)) ||
+        !(cwise_abs(moved).maxCoeff() <= S(measured::cache_longest_motion) * margin)) {
+      return;
+    }
+    cached += ahead * cwise_clamp(moved, margin);
   };
   move(start, ray.origin);
   move(end, ray_end);
   // Rounding of the coordinates of rays, boxes and crossings.
   const S size = cwise_max(cwise_abs(tree.box().lower), cwise_abs(tree.box().upper)).sum() +
                  cwise_abs(start).sum() + cwise_abs(end).sum();
-  reserve = margin - S(16) * Tolerance<S>::round_off() * size;
+  reserve = margin - S(measured::cache_margin_error) * Tolerance<S>::round_off() * size;
   count = 0;
-  if (!(reserve >= S(0.8) * margin)) {
+  if (!(reserve >= S(1 - measured::cache_margin_loss) * margin)) {
     // The mesh is too fine for its coordinates, or the ray is not finite.
     reserve = S(-1);
     count = capacity + 1;
@@ -8507,9 +9190,10 @@ void TrianglesNearRay<S>::add(const WideTree<S>& tree, const TriangleRange& rang
 
 template <Scalar S>
 bool TriangleCache<S>::begin(std::size_t rays, std::uint32_t tag, std::uint32_t life) {
-  const auto most_credit = static_cast<std::int64_t>(rays) * price * 2;
+  const auto most_credit = static_cast<std::int64_t>(rays) * measured::cache_search_price *
+                           measured::cache_most_searches;
   if (tag != tag_ || life != life_ || rays != rays_.size()) {
-    if (rays == rays_.size() && ++refused_ <= most_refused) return false;
+    if (rays == rays_.size() && ++refused_ <= measured::cache_refused_queries) return false;
     tag_ = tag;
     life_ = life;
     rays_.resize(rays);
@@ -8523,13 +9207,15 @@ bool TriangleCache<S>::begin(std::size_t rays, std::uint32_t tag, std::uint32_t 
     return false;
   }
   // A list serves in the query after its search at the earliest.
-  poor_ = credit_ < price && (reused_ - reused_before_) * 8 < rays ? poor_ + 1 : 0;
+  const bool is_poor = credit_ < measured::cache_search_price &&
+                       (reused_ - reused_before_) * measured::cache_poor_divisor < rays;
+  poor_ = is_poor ? poor_ + 1 : 0;
   reused_before_ = reused_;
   credit_ = std::min(credit_, most_credit);
-  if (poor_ < 2) return true;
+  if (poor_ < measured::cache_poor_queries) return true;
   poor_ = 0;
-  paused_ = pause;
-  credit_ = most_credit / 8;
+  paused_ = measured::cache_pause_queries;
+  credit_ = most_credit / measured::cache_retry_divisor;
   return false;
 }
 
@@ -8543,14 +9229,14 @@ BRISTLE_NOINLINE std::optional<RayHit<S>> TriangleCache<S>::cast(const RayMesh<S
   if (near.serves(ray.origin, end)) {
     if (near.is_complete()) {
       ++reused_;
-      credit_ += gain;
+      credit_ += measured::cache_reuse_gain;
     }
-  } else if (credit_ < price) {
+  } else if (credit_ < measured::cache_search_price) {
     return std::nullopt;
   } else {
     near.search(tree, ray, end);
     ++searched_;
-    credit_ -= price;
+    credit_ -= measured::cache_search_price;
   }
   if (!near.is_complete()) return std::nullopt;
 
@@ -8737,23 +9423,34 @@ inline void sort_places(std::span<std::uint32_t> places) {
   std::sort(places.data(), places.data() + places.size());
 }
 
-/// Divides rays along the longest extent of their starts into two parts of whole `size`s. The cut
-/// is near the middle, at a multiple of the side of a square of `size` rays. Halves would tear the
-/// rows of grids, and torn parts overlap. The part with the lowest starts comes first.
+/// Divides rays along the longest extent of their starts into two parts of whole `size`s, or of
+/// their ends where these are much farther apart, as in a fan. The cut is near the middle, at a
+/// multiple of the side of a square of `size` rays. Halves would tear the rows of grids, and torn
+/// parts overlap. The part with the lowest numbers comes first.
 /// @param some  More than `size`.
 /// @return [-] Number of rays in the first part.
 template <Scalar S>
 std::size_t split_rays(const RayBatch<S>& rays, std::span<std::uint32_t> some, std::size_t size) {
-  Aabb<S> starts;
-  for (const std::uint32_t i : some) starts.include(rays[i].origin);
+  Aabb<S> starts, ends;
+  for (const std::uint32_t i : some) {
+    starts.include(rays[i].origin);
+    ends.include(Vec3<S>(rays[i].origin + rays.length[i] * rays[i].direction));
+  }
+  const auto longest = [](const Aabb<S>& box) { return Vec3<S>(box.upper - box.lower).maxCoeff(); };
+  const bool is_fan = longest(ends) > S(2) * longest(starts);
+  const Aabb<S>& box = is_fan ? ends : starts;
   int axis = 0;
-  (starts.upper - starts.lower).maxCoeff(&axis);
-  const std::span<const S> along =
-      axis == 0 ? rays.origin_x : (axis == 1 ? rays.origin_y : rays.origin_z);
+  (box.upper - box.lower).maxCoeff(&axis);
+  // Keys are computed once: rounded anew in each comparison they might give no order.
+  DynamicArray<S> along;
+  for (const std::uint32_t i : some) {
+    if (along.size() <= i) along.resize(i + std::size_t{1});
+    along[i] = rays[i].origin[axis] + (is_fan ? rays.length[i] : S(0)) * rays[i].direction[axis];
+  }
   // The cut is not differentiated.
   std::array<double, 3> extent;
   for (int i = 0; i < 3; ++i) {
-    extent[static_cast<std::size_t>(i)] = static_cast<double>(starts.upper[i] - starts.lower[i]);
+    extent[static_cast<std::size_t>(i)] = static_cast<double>(box.upper[i] - box.lower[i]);
   }
   std::sort(extent.begin(), extent.end());
   const double spacing = grid_spacing(extent[1], extent[2], some.size());
@@ -8767,7 +9464,7 @@ std::size_t split_rays(const RayBatch<S>& rays, std::span<std::uint32_t> some, s
                  static_cast<std::size_t>(share * static_cast<double>(parts) + 0.5), 1, parts - 1);
   // A total order. So the parts do not depend on the standard library.
   std::nth_element(some.begin(), some.begin() + static_cast<std::ptrdiff_t>(first), some.end(),
-                   [along](std::uint32_t a, std::uint32_t b) {
+                   [&along](std::uint32_t a, std::uint32_t b) {
                      return along[a] < along[b] || (along[a] == along[b] && a < b);
                    });
   return first;
@@ -8831,7 +9528,7 @@ bool RayTree<S>::is_frame_for_parts(const RayTreeNode<S>& node) {
   const Vec3<S> extent = node.box.upper - node.box.lower;
   const S drift = node.slope * extent.z();
   const S area = extent.x() * extent.y() * S(leaf_size) / S(node.count);
-  return node.count <= frame_size && S(16) * drift * drift <= area;
+  return node.count <= frame_size && S(measured::shared_frame_drift) * drift * drift <= area;
 }
 
 /// Finds the box of a node, and its frame unless it has that of an ancestor.
@@ -8865,7 +9562,7 @@ void RayTree<S>::fit(const RayBatch<S>& rays, Places places, RayTreeNode<S>& nod
     node.box.include(Vec3<S>(start + rays.length[i] * direction));
     node.directions.include(direction);
     node.highest_start = std::max(node.highest_start, start.z());
-    node.is_narrow = node.is_narrow && direction.z() > S(0.5);
+    node.is_narrow = node.is_narrow && direction.z() > S(measured::narrow_node_cosine);
     const S across = cwise_abs(xy_of(direction)).maxCoeff();
     node.slope = std::max(node.slope, across / direction.z());
   }
@@ -8961,26 +9658,19 @@ void RayTree<S>::cut_ranges() {
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// [-] Packets of a range at most. Patch sums add up range sums (`sum_in_ranges`). A sweep over 512
-/// sensors takes about a microsecond: starting and summing a range costs little against it.
-inline constexpr std::size_t range_packets = 32;
-/// [-] Ranges from which on threads share a sweep. Fewer would be done before the first thread
-/// wakes.
-inline constexpr std::size_t fewest_shared_ranges = 8;
-
 /// [-] Ranges that so many packets are cut into, at most. Ranges that threads share are a multiple
 /// of four: two and four threads get equal numbers. One range more is a tenth of a sweep over 5000
 /// sensors. Above 28 ranges, sizes are rounded up to so few packets that a few ranges may be
 /// missing, which matters little then.
-[[nodiscard]] constexpr std::size_t range_count(std::size_t packets) {
-  const std::size_t fewest = (packets + range_packets - 1) / range_packets;
-  return fewest < fewest_shared_ranges ? fewest : (fewest + 3) / 4 * 4;
+[[nodiscard]] inline std::size_t range_count(std::size_t packets) {
+  const std::size_t fewest = (packets + measured::range_packets - 1) / measured::range_packets;
+  return fewest < measured::fewest_shared_ranges ? fewest : (fewest + 3) / 4 * 4;
 }
 /// [-] Packets of each range; the last may have fewer.
-[[nodiscard]] constexpr std::size_t packets_per_range(std::size_t packets) {
-  const std::size_t fewest = (packets + range_packets - 1) / range_packets;
-  return fewest < fewest_shared_ranges
-             ? range_packets
+[[nodiscard]] inline std::size_t packets_per_range(std::size_t packets) {
+  const std::size_t fewest = (packets + measured::range_packets - 1) / measured::range_packets;
+  return fewest < measured::fewest_shared_ranges
+             ? measured::range_packets
              : (packets + range_count(packets) - 1) / range_count(packets);
 }
 
@@ -9066,16 +9756,16 @@ struct alignas(64) ContactPacket {
   std::uint32_t packet = 0;
   /// Lanes in range, in contact at the start, loaded, slipping, and with damped slip. Loaded and
   /// damped lanes are those of the last pass that had another solve left.
-  LaneBits is_met = 0;
-  LaneBits is_touching = 0;
-  LaneBits is_pushing = 0;
+  LaneBits is_in_range = 0;
+  LaneBits is_in_contact = 0;
+  LaneBits is_loaded = 0;
   LaneBits is_slipping = 0;
   LaneBits is_damping_slip = 0;
 
   /// Resets to sensor packet `number`, without a contact.
   void begin(std::uint32_t number) {
     packet = number;
-    is_met = is_touching = is_pushing = is_slipping = is_damping_slip = 0;
+    is_in_range = is_in_contact = is_loaded = is_slipping = is_damping_slip = 0;
   }
 };
 
@@ -9384,9 +10074,9 @@ BRISTLE_FORCE_INLINE void advance_pack(const RayPacket<S>& rays, const PlaneCach
   const T distance = max(height / select(is_ahead, cosine, T(S(-1))), T(S(0)));
   // Only inverse lengths are stored: d <= L + e  <=>  (d - e) / L <= 1.
   const T over = (distance - T(extra_length)) * load_pack(rays.inverse_length, at);
-  const Mask<S> is_met = is_ahead & (over <= T(S(1)));
+  const Mask<S> is_in_range = is_ahead & (over <= T(S(1)));
   const auto put = [&](S* row, const T& value) {
-    select(is_met, value, T::load(row + first)).store(row + first);
+    select(is_in_range, value, T::load(row + first)).store(row + first);
   };
   put(hits.distance.data(), distance);
   put(hits.normal.x.data(), m.x);
@@ -9631,7 +10321,8 @@ struct PairImpulse {
   Vec6<S> impulse = zero<Vec6<S>>();
 };
 
-/// A body that a patch met in the last step.
+/// A body that a patch sensed in the last step. Its neighbours wake it, and `taxel_points` measures
+/// stretches at the pose of that step: the body has moved since.
 template <Scalar S>
 struct SensedBody {
   /// [-] Index of the body.
@@ -9666,7 +10357,7 @@ struct SensorPatch {
   DynamicArray<SensedBody<S>> sensed;
   DynamicArray<PairImpulse<S>> last_impulses;
   /// Active sensors of each packet: those with nonzero readings.
-  DynamicArray<LaneBits> felt;
+  DynamicArray<LaneBits> active_lanes;
   bool was_active = false;
   ReadingStore<S> readings{};
 
@@ -9685,7 +10376,7 @@ struct SensorPatch {
   /// [-] Number of active sensors (nonzero readings).
   [[nodiscard]] std::size_t active_count() const {
     std::size_t count = 0;
-    for (const LaneBits bits : felt) count += static_cast<std::size_t>(std::popcount(bits));
+    for (const LaneBits bits : active_lanes) count += static_cast<std::size_t>(std::popcount(bits));
     return count;
   }
 };
@@ -9727,7 +10418,7 @@ template <Scalar S>
   patch.bristles.resize(packet_count);
   patch.is_anchored.resize(packet_count);
   patch.hit_bits.resize(packet_count);
-  patch.felt.resize(packet_count);
+  patch.active_lanes.resize(packet_count);
   patch.readings.resize(n);
   def.sensors = {};  // The geometry replaces it.
   patch.def = std::move(def);
@@ -9784,7 +10475,7 @@ template <Scalar S>
 struct TouchPack : SensorTouch<Pack<S>> {
   /// Lanes that have a contact. The others use a head-on hit at the start of the ray, which keeps
   /// them finite.
-  Mask<S> is_met;
+  Mask<S> is_in_range;
 
   /// @param rays     Packet `number` of its rays; passed in to avoid a look-up for each pack.
   /// @param hit      Lanes that have a hit.
@@ -9798,13 +10489,13 @@ struct TouchPack : SensorTouch<Pack<S>> {
     const Pack3<S> surface = Pack3<S>::load(
         hits.normal.x.data() + first, hits.normal.y.data() + first, hits.normal.z.data() + first);
     const T cosine = dot(surface, this->n);
-    is_met = load_mask<S>(hit, at);
+    is_in_range = load_mask<S>(hit, at);
     // Also false for a normal that is NaN.
-    if (decides) is_met = is_met & (cosine <= T(grazing_cosine<S>));
-    const T distance = distances_of(hits, first, is_met);
+    if (decides) is_in_range = is_in_range & (cosine <= T(S(-measured::grazing_cosine)));
+    const T distance = distances_of(hits, first, is_in_range);
     this->inverse_length = load_pack(rays.inverse_length, at);
-    this->g =
-        depth_gradient<T>(select(is_met, surface, -this->n), select(is_met, cosine, T(S(-1))));
+    this->g = depth_gradient<T>(select(is_in_range, surface, -this->n),
+                                select(is_in_range, cosine, T(S(-1))));
     this->depth = sensor_depth(distance, this->inverse_length);
     this->point = load_pack(rays.start, at) + distance * this->n;
   }
@@ -9859,7 +10550,7 @@ template <Scalar S, typename IsOfBody>
   for (std::size_t i = 0; i < patch.size(); ++i) {
     if (!hits.is_hit(i) || !is_of_body(hits.tag[i])) continue;
     const auto [n, g, point, depth, per_length] = touch_of(*patch.geometry, hits, i);
-    if (!(depth > S(0) && hits.normal[i].dot(n) <= grazing_cosine<S>)) continue;
+    if (!(depth > S(0) && hits.normal[i].dot(n) <= S(-measured::grazing_cosine))) continue;
     const SensorParameters<S>& p = patch.parameters(i);
     const S rate = g.dot(motion.at(point)) * per_length;
     const S k_t =
@@ -9890,7 +10581,8 @@ template <Scalar S>
   for (int j = 0; j < 6; ++j) {
     Vec6<S> rest = column_of(W, j);
     for (int k = 0; k < j; ++k) rest = rest - root(j, k) * column_of(root, k);
-    if (!(rest[j] > S(8) * Tolerance<S>::round_off() * W(j, j))) continue;
+    if (!(rest[j] > S(measured::locked_mobility_round_offs) * Tolerance<S>::round_off() * W(j, j)))
+      continue;
     // No block expressions: with unknown length, GCC 12 sees whole AVX-512 registers read and
     // warns.
     for (int i = j; i < 6; ++i) root(i, j) = rest[i] / sqrt(rest[j]);
@@ -9912,10 +10604,12 @@ S ContactStiffness<S>::largest_stable_step(const Mat6<S>& mobility) const {
   const Mat6<S> K = root.transpose() * stiffness * root;
   const Mat6<S> D = root.transpose() * damping * root;
   if (!(K.trace() + D.trace() > S(0))) return infinity<S>;
-  // The criterion is monotone in dt. Bracket by doubling, then bisect to round-off.
+  // The criterion is monotone in dt. Bracket by doubling, then bisect to round-off. One of six
+  // eigenvalues is a sixth of the trace or more. So no step of six times `high` is stable, and the
+  // fourth test fails at the latest.
   S low = S(0);
   S high = Mode<S>{S(1), K.trace(), D.trace()}.largest_stable_step();
-  for (int i = 0; i < 200 && is_stable_step(K, D, high); ++i) {
+  for (int i = 0; i < 4 && is_stable_step(K, D, high); ++i) {
     low = high;
     high *= S(2);
   }
@@ -9934,6 +10628,7 @@ S ContactStiffness<S>::largest_stable_step(const Mat6<S>& mobility) const {
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <numbers>
 #include <utility>
 
 namespace bristle::inline BRISTLE_ABI {
@@ -10066,7 +10761,7 @@ LoadedSensors<S> pressed_by_ball(const SensorLayout<S>& layout, std::size_t midd
   using std::sqrt;
   const Vec3<S> axis = layout.direction[middle];
   const Vec3<S> lowest = layout.start[middle] + end * axis;
-  const S grazing = grazing_cosine<S> * radius;
+  const S grazing = S(measured::grazing_cosine) * radius;
   LoadedSensors<S> pressed;
   for (std::size_t i = 0; i < layout.size(); ++i) {
     const Vec3<S> direction = layout.direction[i];
@@ -10100,7 +10795,7 @@ LoadedSensors<S> pressed_to_depth(const SensorLayout<S>& layout, std::size_t mid
   LoadedSensors<S> pressed = pressed_by_ball(layout, middle, radius, end);
   // Longer rays and those of a hollow skin are met before the one in the middle. Where rays are
   // parallel one shift of the ball is exact; a few do for any others.
-  for (int shift = 0; shift < 4 && pressed.deepest > press; ++shift) {
+  for (int shift = 0; shift < measured::ball_shifts && pressed.deepest > press; ++shift) {
     end += (pressed.deepest - press) * pressed.length;
     const LoadedSensors<S> next = pressed_by_ball(layout, middle, radius, end);
     if (!(next.depths > S(0))) break;
@@ -10109,16 +10804,16 @@ LoadedSensors<S> pressed_to_depth(const SensorLayout<S>& layout, std::size_t mid
   return pressed;
 }
 
-/// The same where the ball meets the sensors that carry most, among at most 64 places all over the
-/// layout: on its border a ball meets fewer.
+/// The same where the ball meets the sensors that carry most, among at most `tried_ball_places`
+/// all over the layout: on its border a ball meets fewer.
 template <Scalar S>
 LoadedSensors<S> most_pressed_by_ball(const SensorLayout<S>& layout, S radius, S press) {
-  constexpr std::size_t places = 64;
+  const std::size_t places = measured::tried_ball_places;
   LoadedSensors<S> most;
   const std::size_t count = layout.size();
   for (std::size_t k = 0; k < std::min(count, places); ++k) {
     // Multiples of the golden ratio fall into step with no length of a grid's rows.
-    const double share = 0.6180339887498949 * static_cast<double>(k);
+    const double share = (std::numbers::phi - 1.0) * static_cast<double>(k);
     const std::size_t i =
         count <= places
             ? k
@@ -10240,7 +10935,8 @@ PatchDescription<S> describe(const SensorParameters<S>& p, const PatchUse<S>& us
                                     n * p.normal_damping / use.length};
   out.largest_explicit_step =
       std::min(tangential_mode.largest_stable_step(), normal_mode.largest_stable_step());
-  out.recommended_explicit_step = S(0.35) * out.largest_explicit_step;
+  out.recommended_explicit_step =
+      S(detail::measured::recommended_step_share) * out.largest_explicit_step;
   return out;
 }
 
@@ -11419,7 +12115,8 @@ struct ContactEvent {
 template <Scalar S>
 class ContactReading {
  public:
-  /// One contact point. World axes.
+  /// One contact point. World axes. The cache of contacts keeps arms and impulses along
+  /// tangents, which are the solver's own; this is their meaning for a caller.
   struct Point {
     /// [m] Position when the step began.
     Vec3<S> position = detail::zero<Vec3<S>>();
@@ -11675,8 +12372,8 @@ template <Value T>
 struct PatchContact {
   /// Lanes in contact at the start of the step (else maybe within it), loaded (normal part acts),
   /// slipping in this step, and with damped slip.
-  Truth<T> is_touching{};
-  Truth<T> is_pushing{};
+  Truth<T> is_in_contact{};
+  Truth<T> is_loaded{};
   Truth<T> is_slipping{};
   Truth<T> is_damping_slip{};
   /// [1] Ray direction n and depth gradient g.
@@ -11735,7 +12432,7 @@ struct PatchPair {
   PairStiffness<S> stiffness{};
   /// [N s, N m s] Impulse on B about c in A's axes, if it was applied with the contacts.
   bool is_applied = false;
-  Wrench<S> given{};
+  Wrench<S> applied{};
   /// [1] Lambda of these contacts alone, if requested (`CollectDef`).
   S lambda = S(0);
   bool is_implicit = false;
@@ -13377,9 +14074,9 @@ struct SolveContext {
   /// [m/s] Least speed that is fast: forces do not change velocities as much in the step.
   [[nodiscard]] S fast() const { return std::max(velocity_tolerance, speed_change); }
   /// [-] Factorisations that the budget of one problem pays for. It is as many multiply-adds as
-  /// twenty factorisations of the largest island take.
+  /// `budget_factorisations` of the largest island take.
   [[nodiscard]] double affordable_steps() const {
-    return 20.0 * static_cast<double>(settings.max_direct_work) /
+    return measured::budget_factorisations * static_cast<double>(settings.max_direct_work) /
            static_cast<double>(std::max<std::uint64_t>(1, factor_work));
   }
   /// Returns whether a factorisation exceeds its bounds. The island is then swept in any case.
@@ -13389,13 +14086,13 @@ struct SolveContext {
   /// [-] Sweeps of the position problem that cost as much as all steps of Newton's method may.
   [[nodiscard]] int affordable_sweeps(const Island& island) const {
     const double steps = std::min<double>(settings.max_newton_steps, affordable_steps());
-    // A contact takes some hundred multiply-adds in a sweep.
-    const double work = 100.0 * static_cast<double>(island.contacts.size());
-    return static_cast<int>(std::min(1e4, steps * static_cast<double>(factor_work) / work));
+    const double work = measured::contact_sweep_work * static_cast<double>(island.contacts.size());
+    return static_cast<int>(std::min(measured::most_affordable_sweeps,
+                                     steps * static_cast<double>(factor_work) / work));
   }
   /// [-] Newton steps that the island may still take to solve one problem, at least one. The cost
-  /// of a step so does not grow with the island. What is left of the law grows instead. All passes
-  /// of a step share three times the budget; once it is spent, each problem gets one step.
+  /// of a step so does not grow with the island. The residual of the law grows instead. All passes
+  /// of a step share `budgets_of_step` budgets. Once these are spent, each problem gets one step.
   [[nodiscard]] int most_newton_steps(const SolveReport<S>& report) const {
     return static_cast<int>(std::min(steps_of_problem(), steps_left(report)));
   }
@@ -13409,10 +14106,10 @@ struct SolveContext {
   [[nodiscard]] double cost_share() const {
     return 2.0 * settings.max_newton_steps / affordable_steps();
   }
-  /// Returns whether both take a quarter of it at most. The island is then solved exactly, or
+  /// Returns whether both take a small share of it at most. The island is then solved exactly, or
   /// stacks would never come to rest. A larger one may leave something. Where surfaces slide fast,
   /// any island may: what Newton's method leaves. Sweeps follow, few for a larger one.
-  [[nodiscard]] bool is_cheap() const { return cost_share() <= 0.25; }
+  [[nodiscard]] bool is_cheap() const { return cost_share() <= measured::cheap_cost_share; }
 
   /// [-] Number of substeps of a swept island. It has an upper bound, whatever the length of the
   /// step.
@@ -13420,7 +14117,7 @@ struct SolveContext {
     using std::ceil;
     using std::max;
     using std::min;
-    const S most = S(64);
+    const S most = S(measured::most_swept_substeps);
     const S wanted = ceil(dt / settings.longest_substep);
     return static_cast<int>(min(most, max(S(1), wanted)));  // Infinite length: one.
   }
@@ -13439,7 +14136,7 @@ struct SolveContext {
     return std::clamp(affordable_steps(), 1.0, static_cast<double>(settings.max_newton_steps));
   }
   [[nodiscard]] double steps_left(const SolveReport<S>& report) const {
-    return std::max(1.0, 3 * steps_of_problem() - report.factorisations);
+    return std::max(1.0, measured::budgets_of_step * steps_of_problem() - report.factorisations);
   }
 };
 
@@ -14148,7 +14845,8 @@ class LaneParameters {
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// A body that a ray met.
+/// A body that a ray hit, and its handle. Worlds, haptic loops and hosts number shapes differently,
+/// so each looks up the body of a tag.
 template <Scalar S>
 struct TouchedBody {
   const Body<S>* body = nullptr;
@@ -14203,9 +14901,9 @@ void clear_patch(SensorPatch<S>& patch) {
     patch.hit_bits[i] = 0;
   }
   patch.has_hits = false;
-  for (std::size_t i = 0; patch.was_active && i < patch.felt.size(); ++i) {
-    if (patch.felt[i] != 0) patch.readings.clear_packet(i);
-    patch.felt[i] = 0;
+  for (std::size_t i = 0; patch.was_active && i < patch.active_lanes.size(); ++i) {
+    if (patch.active_lanes[i] != 0) patch.readings.clear_packet(i);
+    patch.active_lanes[i] = 0;
   }
   patch.was_active = false;
   patch.sensed.clear();
@@ -14334,7 +15032,7 @@ struct ContactSums {
   }
 
   /// [N s, N m s] Sum of the applied impulses on B about the arm `center`, A's axes.
-  [[nodiscard]] Wrench<S> given(const Vec3<S>& center) const {
+  [[nodiscard]] Wrench<S> applied(const Vec3<S>& center) const {
     return Wrench<S>{sum_of_lanes(impulse), sum_of_lanes(impulse_moment)}.shifted(center);
   }
   [[nodiscard]] PairStiffness<S> stiffness() const {
@@ -14347,14 +15045,17 @@ struct ContactSums {
 
 /// Adds the impulses of a pack of contacts at the start of a step to its packet and to the sums.
 template <Scalar S>
-BRISTLE_FORCE_INLINE void apply_impulses(
-    ContactPacket<S>& packet, std::size_t at, const SensorParameters<Pack<S>>& p,
-    const LawOptions& options, const SensorContact<Pack<S>>& contact, const Pack3<S>& stretch,
-    const Pack3<S>& point, const Mask<S>& is_touching, S dt, Pack3<S>& sum, Pack3<S>& moment_sum) {
+BRISTLE_FORCE_INLINE void apply_impulses(ContactPacket<S>& packet, std::size_t at,
+                                         const SensorParameters<Pack<S>>& p,
+                                         const LawOptions& options,
+                                         const SensorContact<Pack<S>>& contact,
+                                         const Pack3<S>& stretch, const Pack3<S>& point,
+                                         const Mask<S>& is_in_contact, S dt, Pack3<S>& sum,
+                                         Pack3<S>& moment_sum) {
   using T = Pack<S>;
   const SensorForce<T> force = sensor_force<T>(p, options, contact, stretch, dt);
-  const Pack3<S> impulse = select(is_touching, T(dt) * force.total(), zero_vector<T>());
-  store_pack(packet.normal_impulse, at, select(is_touching, T(dt) * force.normal, T(S(0))));
+  const Pack3<S> impulse = select(is_in_contact, T(dt) * force.total(), zero_vector<T>());
+  store_pack(packet.normal_impulse, at, select(is_in_contact, T(dt) * force.normal, T(S(0))));
   store_pack(packet.impulse, at, impulse);
   sum += impulse;
   moment_sum += cross(point, impulse);
@@ -14406,14 +15107,15 @@ class ContactMaker {
       if (pack_bits<S>(hit, at) != 0) add_pack(rays, bristles, out, at, hit, anchored);
     }
     // AMBF's law anchors later, with the impulses.
-    const LaneBits fresh = options_.law == Law::ambf
-                               ? LaneBits(0)
-                               : static_cast<LaneBits>(out.is_touching & ~std::uint32_t(anchored));
-    is_anchored = static_cast<LaneBits>((was_anchored & (~hit | out.is_touching)) | fresh);
+    const LaneBits fresh =
+        options_.law == Law::ambf
+            ? LaneBits(0)
+            : static_cast<LaneBits>(out.is_in_contact & ~std::uint32_t(anchored));
+    is_anchored = static_cast<LaneBits>((was_anchored & (~hit | out.is_in_contact)) | fresh);
     for (std::uint32_t rest = fresh; rest != 0; rest &= rest - 1) {
       bodies[std::countr_zero(rest)] = id_b_;
     }
-    sums_.count += static_cast<std::uint32_t>(std::popcount(out.is_met));
+    sums_.count += static_cast<std::uint32_t>(std::popcount(out.is_in_range));
   }
 
   [[nodiscard]] const ContactSums<S>& sums() const { return sums_; }
@@ -14425,15 +15127,15 @@ class ContactMaker {
     const TouchPack<S> touch(hits_, rays, out.packet, at, hit, true);
     SensorParameters<T> scratch;
     const SensorParameters<T>& p = parameters_(out.packet, at, scratch);
-    const Mask<S> is_met = touch.is_met;
-    const Mask<S> is_touching = is_met & (touch.depth > T(0));
+    const Mask<S> is_in_range = touch.is_in_range;
+    const Mask<S> is_in_contact = is_in_range & (touch.depth > T(0));
     const Pack3<S> n = touch.n, g = touch.g, point = touch.point;
     const T depth = touch.depth, inverse_length = touch.inverse_length;
     const Pack3<S> velocity = linear_ + cross(angular_, point);
     const T force =
-        select(is_touching, normal_force(p, depth, T(dot(g, velocity) * inverse_length)), T(0));
-    store_mask(out.is_met, at, is_met);
-    store_mask(out.is_touching, at, is_touching);
+        select(is_in_contact, normal_force(p, depth, T(dot(g, velocity) * inverse_length)), T(0));
+    store_mask(out.is_in_range, at, is_in_range);
+    store_mask(out.is_in_contact, at, is_in_contact);
     if (options_.law == Law::paper) {
       // Most bristles keep their anchor. Anchoring is a call that reloads its operands: inlined, it
       // would push this loop's values out of the registers.
@@ -14441,38 +15143,39 @@ class ContactMaker {
       Pack3<S> stretch = anchor_stretch<T>(anchor, pose_, n);
       const T sigma = p.breakaway_distance;
       const Mask<S> is_kept = load_mask<S>(anchored, at) & (dot(stretch, stretch) <= sigma * sigma);
-      const bool is_any_moved = any(is_touching & !is_kept);
+      const bool is_any_moved = any(is_in_contact & !is_kept);
       // With the impulses applied here, nothing else reads it.
       Row3<S>& row = applies_ ? stretch_ : out.stretch;
       if (!applies_ || is_any_moved) store_pack(row, at, stretch);
       if (is_any_moved) {
-        root_anew(rays, bristles, out, at, anchored, sigma, row);
+        anchor_anew(rays, bristles, out, at, anchored, sigma, row);
         stretch = load_pack(row, at);
       }
       if (applies_) {
         apply_impulses<S>(out, at, p, options_, {depth, inverse_length, n, g, velocity}, stretch,
-                          point, is_touching, dt_, sums_.impulse, sums_.impulse_moment);
+                          point, is_in_contact, dt_, sums_.impulse, sums_.impulse_moment);
       }
     }
-    sums_.point += select(is_met, point, zero_vector<T>());
+    sums_.point += select(is_in_range, point, zero_vector<T>());
     if (!applies_ || measures_lambda_) {
-      add_sums(p, point, depth, force, inverse_length, is_met, is_touching);
+      add_sums(p, point, depth, force, inverse_length, is_in_range, is_in_contact);
     }
   }
 
   /// Advances the bristles of the lanes in contact. Leaves the other lanes alone.
-  BRISTLE_NOINLINE void root_anew(const RayPacket<S>& rays, BristlePacket<S>& bristles,
-                                  ContactPacket<S>& out, std::size_t at, LaneBits anchored,
-                                  const T& sigma, Row3<S>& row) const {
+  BRISTLE_NOINLINE void anchor_anew(const RayPacket<S>& rays, BristlePacket<S>& bristles,
+                                    ContactPacket<S>& out, std::size_t at, LaneBits anchored,
+                                    const T& sigma, Row3<S>& row) const {
     Anchor<T> anchor{load_pack(bristles.anchor_a, at), load_pack(bristles.anchor_b, at)};
-    const Mask<S> is_touching = load_mask<S>(out.is_touching, at);
-    const T distance = distances_of(hits_, out.packet * packet_size + at, is_touching);
+    const Mask<S> is_in_contact = load_mask<S>(out.is_in_contact, at);
+    const T distance = distances_of(hits_, out.packet * packet_size + at, is_in_contact);
     const Pack3<S> point = load_pack(rays.start, at) + distance * load_pack(rays.direction, at);
     Mask<S> did_slip;
     // Lanes out of contact keep their anchor at any stretch.
     Pack3<S> stretch = load_pack(row, at);
-    root_where_needed<T>(anchor, load_mask<S>(anchored, at) | !is_touching, stretch, pose_, point,
-                         select(is_touching, sigma, T(infinity<S>)), options_.reset, did_slip);
+    anchor_where_needed<T>(anchor, load_mask<S>(anchored, at) | !is_in_contact, stretch, pose_,
+                           point, select(is_in_contact, sigma, T(infinity<S>)), options_.reset,
+                           did_slip);
     store_pack(row, at, stretch);
     store_mask(out.is_slipping, at, did_slip);
     store_pack(bristles.anchor_a, at, anchor.q_A);
@@ -14481,15 +15184,15 @@ class ContactMaker {
 
   BRISTLE_FORCE_INLINE void add_sums(const SensorParameters<T>& p, const Pack3<S>& point,
                                      const T& depth, const T& force, const T& inverse_length,
-                                     const Mask<S>& is_met, const Mask<S>& is_touching) {
-    const T k_t = select(is_touching, bristle_stiffness(p, options_.scaling, force, depth), T(0));
-    const T c_t = select(is_touching, p.sliding_friction, T(0));
+                                     const Mask<S>& is_in_range, const Mask<S>& is_in_contact) {
+    const T k_t = select(is_in_contact, bristle_stiffness(p, options_.scaling, force, depth), T(0));
+    const T c_t = select(is_in_contact, p.sliding_friction, T(0));
     sums_.bristle += k_t;
     sums_.viscous += c_t;
     if (!measures_lambda_) return;
     const T tangential = T(dt_ * dt_) * k_t + T(S(2) * dt_) * c_t;
     const T normal = select(
-        is_met,
+        is_in_range,
         (T(dt_ * dt_) * p.normal_stiffness + T(S(2) * dt_) * p.normal_damping) * inverse_length,
         T(0));
     const Pack3<S> arm = point - middle_;
@@ -14548,13 +15251,13 @@ std::uint32_t meet_body(SensorPatch<S>& patch, PatchScratch<S>& scratch, std::ui
     }
     sums = maker.sums();
   };
-  const auto sums = sum_in_ranges<ContactSums<S>>(scratch.near.size(), range, fewest_shared_ranges,
-                                                  parallel_for, meet);
+  const auto sums = sum_in_ranges<ContactSums<S>>(
+      scratch.near.size(), range, measured::fewest_shared_ranges, parallel_for, meet);
   pair.stiffness = sums.stiffness();
   // Moments are smallest about the middle of the contacts.
   pair.center = sum_of_lanes(sums.point) / S(std::max(sums.count, 1u));
   pair.is_applied = Maker::is_explicit(patch.def);
-  pair.given = sums.given(pair.center);
+  pair.applied = sums.applied(pair.center);
   // A body met only at grazing angles does not count.
   pair.first = first;
   pair.count = sums.count > 0 ? end - first : 0;
@@ -15094,10 +15797,10 @@ void TouchLog::update(const Patches& patches) {
 template <Scalar S>
 void TouchLog::find(PatchId id, const SensorPatch<S>& patch) {
   BodyId last{};
-  for (std::size_t packet = 0; packet < patch.felt.size(); ++packet) {
-    if (patch.felt[packet] == 0) continue;
+  for (std::size_t packet = 0; packet < patch.active_lanes.size(); ++packet) {
+    if (patch.active_lanes[packet] == 0) continue;
     for (std::size_t lane = 0; lane < packet_size; ++lane) {
-      if ((patch.felt[packet] >> lane & 1u) == 0) continue;
+      if ((patch.active_lanes[packet] >> lane & 1u) == 0) continue;
       const BodyId body = patch.readings.body[packet * packet_size + lane];
       if (body == last) continue;
       found_.push_back({id, body});
@@ -17033,7 +17736,8 @@ BRISTLE_COMPILED_WORLD(double, FclBackend)
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// State of an engine body before the engine's step, in world axes.
+/// State of an engine body before the engine's step, in world axes. Engines keep it in types of
+/// their own, and only this record passes between them and the sensors.
 template <Scalar S>
 struct HostBody {
   /// [m] Pose of its shapes' and sensors' frame.
@@ -17149,7 +17853,7 @@ struct HostWrench {
 /// First tag of bodies that the engine hit.
 inline constexpr std::uint32_t first_host_tag = 0x80000000u;
 
-/// What a step of an engine's sensors knows of the engine, and finds. The mirrored world is apart.
+/// Input and results of a step of an engine's sensors. The mirrored world is apart.
 template <Scalar S>
 struct HostStep {
   /// By index of mirrored bodies.
@@ -17245,8 +17949,8 @@ class HostSensors {
     ask_mobilities(host);
     stage_.kernels().solve(stage_.get(), state(), step_);
     state().touch_log.update(state().patches);
-    for (const detail::HostWrench<S>& given : step_.wrenches) {
-      host.apply_wrench(state().bodies.handle(given.body), given.wrench);
+    for (const detail::HostWrench<S>& applied : step_.wrenches) {
+      host.apply_wrench(state().bodies.handle(applied.body), applied.wrench);
     }
   }
 
@@ -17383,7 +18087,8 @@ using OpenFile = std::unique_ptr<std::FILE, FileCloser>;
   // Part by part: a directory may claim any size, and a device be longer than it says.
   const auto size = static_cast<std::size_t>(end);
   std::string bytes;
-  char part[1 << 14];
+  constexpr std::size_t part_size = 1 << 14;
+  char part[part_size];
   while (bytes.size() <= size) {
     const std::size_t count = std::fread(part, 1, sizeof part, file.get());
     if (count == 0) break;
@@ -17402,7 +18107,7 @@ inline void write_file(const std::string& path, std::string_view bytes) {
   detail::OpenFile file(std::fopen(path.c_str(), "wb"));
   if (!file) detail::raise_file_error(path, "cannot be opened for writing");
   const bool is_written = std::fwrite(bytes.data(), 1, bytes.size(), file.get()) == bytes.size();
-  // What the buffer still holds is written by closing.
+  // Closing writes the rest of the buffer.
   const bool is_closed = std::fclose(file.release()) == 0;
   if (!is_written || !is_closed) detail::raise_file_error(path, "cannot be written to its end");
 }
@@ -18326,12 +19031,12 @@ template <Scalar S>
 Vec3<S> VirtualCoupling<S>::pull(const Spring& spring, const Vec3<S>& stretch,
                                  const Vec3<S>& device, const Vec3<S>& other, S h,
                                  Vec3<S>& velocity) {
-  // What resists a change of velocity over the substep: inertia, damper and spring.
-  const S give = h * spring.stiffness + spring.damping;
-  const S whole = spring.inertia + h * give;
-  const Vec3<S> free = spring.stiffness * stretch + give * device;
+  // Inertia, damper and spring resist a change of velocity over the substep.
+  const S resistance = h * spring.stiffness + spring.damping;
+  const S whole = spring.inertia + h * resistance;
+  const Vec3<S> free = spring.stiffness * stretch + resistance * device;
   Vec3<S> next = (spring.inertia * velocity + h * (free + other)) / whole;
-  Vec3<S> force = free - give * next;
+  Vec3<S> force = free - resistance * next;
   const S size = force.stableNorm();
   if (size > spring.largest) {
     // At its limit a spring pulls with that force, whatever the tool does.
@@ -18554,7 +19259,8 @@ PatchMesh<S> cylinder_patch(const CylinderPatchDef<S>& def) {
     p = {def.radius * sin(p.x()), p.y(), def.radius * cos(p.x())};
   }
   // A closed wall's ends coincide but for rounding.
-  PatchMesh<S> patch{weld(mesh, S(16) * detail::Tolerance<S>::round_off()), {}};
+  PatchMesh<S> patch{
+      weld(mesh, S(detail::measured::weld_distance) * detail::Tolerance<S>::round_off()), {}};
   for (const Vec3<S>& p : patch.mesh.vertices) {
     patch.normals.push_back(Vec3<S>(p.x(), S(0), p.z()).normalized());
   }
@@ -18807,10 +19513,10 @@ inline constexpr std::size_t taxel_point_size = 6;
 template <Scalar S>
 void write_taxel_points(const SensorPatch<S>& patch, S* out) {
   std::fill_n(out, taxel_point_size * patch.size(), S(0));
-  for (std::size_t k = 0; k < patch.felt.size(); ++k) {
+  for (std::size_t k = 0; k < patch.active_lanes.size(); ++k) {
     const RayPacket<S>& rays = patch.geometry->packets[k];
     const BristlePacket<S>& bristles = patch.bristles[k];
-    for (std::uint32_t rest = patch.felt[k]; rest != 0; rest &= rest - 1) {
+    for (std::uint32_t rest = patch.active_lanes[k]; rest != 0; rest &= rest - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
       const std::size_t i = k * packet_size + lane;
       const BodyId body = patch.readings.body[i];
@@ -18899,7 +19605,12 @@ class WorldBatch {
 
   /// Resets the worlds of a mask to their start, masses and materials included.
   /// @throws InvalidArgument when the mask is of another size.
-  void reset(Mask mask = {});
+  void reset(Mask mask = {}) { reset_to(origin_, mask); }
+  /// Resets the worlds of a mask to the state of another world, masses and materials included, such
+  /// as a copy of the original that already holds its part. Handles of that world then name the
+  /// same things in them.
+  /// @throws InvalidArgument when the mask is of another size.
+  void reset_to(const World<S, Backend>& start, Mask mask = {});
 
   /// Writes bodies to out[world][body][13]: position of the body frame [m], its quaternion x, y, z,
   /// w, velocity of the centre of mass [m/s], angular velocity [rad/s]. World axes.
@@ -19023,10 +19734,10 @@ void WorldBatch<S, Backend>::step(std::size_t steps) {
 }
 
 template <Scalar S, typename Backend>
-void WorldBatch<S, Backend>::reset(Mask mask) {
+void WorldBatch<S, Backend>::reset_to(const World<S, Backend>& start, Mask mask) {
   for_each(
-      [this](std::size_t i, World<S, Backend>& world) {
-        world.state_ = origin_.state_;
+      [&](std::size_t i, World<S, Backend>& world) {
+        if (&world != &start) world.state_ = start.state_;
         failed_[i] = 0;
       },
       mask);
@@ -19137,6 +19848,23 @@ void WorldBatch<S, Backend>::gather_touching(std::span<const PatchId> patches,
 /// A recording as binary glTF 2.0: a scene with an animation that Blender and other viewers open.
 // SPDX-License-Identifier: BSD-3-Clause
 
+// === bristle/io/io_constants.hpp
+
+/// @file
+/// Constants of files that were chosen by measurement.
+///
+/// `tests/constants` runs scenes with each at half and at twice its value.
+// SPDX-License-Identifier: BSD-3-Clause
+
+namespace bristle::inline BRISTLE_ABI::detail::measured {
+
+/// [1] Rounding of a recorded time, relative to it. Times are sums of steps, and the frame of an
+/// arrow may come that much too early. A smaller value skips frames after a million steps, a
+/// greater one draws a frame that is not due.
+inline constexpr double frame_time_rounding = 1e-9;
+
+}  // namespace bristle::inline BRISTLE_ABI::detail::measured
+
 // === bristle/io/recorder.hpp
 
 /// @file
@@ -19191,7 +19919,8 @@ struct Recording {
     /// frame.
     std::vector<SensorState> states{};
   };
-  /// One point in which shapes pressed on each other.
+  /// One point in which shapes pressed on each other. A replay draws its force without a world, so
+  /// it names a recorded body and no shapes.
   struct Contact {
     /// [-] Number of the body that is pressed.
     std::size_t body = 0;
@@ -19617,12 +20346,12 @@ template <typename Backend>
 void Recorder<S>::note_slips(const World<S, Backend>& world) {
   for (std::size_t k = 0; k < patches_.size(); ++k) {
     if (!world.contains(patches_[k])) continue;
-    const PatchReading<S> felt = world.reading(patches_[k]);
-    detail::require(felt.size() == slipped_[k].size(), "Recorder: PatchId", patches_[k].index,
+    const PatchReading<S> reading = world.reading(patches_[k]);
+    detail::require(reading.size() == slipped_[k].size(), "Recorder: PatchId", patches_[k].index,
                     "must have as many sensors as when it was added");
-    if (felt.slipping() == 0) continue;
-    for (std::size_t i = 0; i < felt.size(); ++i) {
-      if (felt.state[i] == SensorState::slipping) slipped_[k][i] = true;
+    if (reading.slipping() == 0) continue;
+    for (std::size_t i = 0; i < reading.size(); ++i) {
+      if (reading.state[i] == SensorState::slipping) slipped_[k][i] = true;
     }
   }
 }
@@ -19638,12 +20367,12 @@ void Recorder<S>::observe_patch(const World<S, Backend>& world, std::size_t numb
     patch.states.resize(count, SensorState::free);
     return;
   }
-  const PatchReading<S> felt = world.reading(patches_[number]);
+  const PatchReading<S> reading = world.reading(patches_[number]);
   for (std::size_t i = 0; i < patch.ends.size(); ++i) {
-    const bool has_slipped = felt.state[i] != SensorState::free && slipped_[number][i];
-    patch.forces.push_back(touch_force(felt, i, patch.directions[i]));
-    patch.depths.push_back(static_cast<float>(felt.depth[i]));
-    patch.states.push_back(has_slipped ? SensorState::slipping : felt.state[i]);
+    const bool has_slipped = reading.state[i] != SensorState::free && slipped_[number][i];
+    patch.forces.push_back(touch_force(reading, i, patch.directions[i]));
+    patch.depths.push_back(static_cast<float>(reading.depth[i]));
+    patch.states.push_back(has_slipped ? SensorState::slipping : reading.state[i]);
   }
   slipped_[number].assign(patch.ends.size(), false);
 }
@@ -19874,8 +20603,9 @@ class TextScanner {
 
   /// A word for messages: in quotes, short, and without control characters.
   [[nodiscard]] static std::string quoted(std::string_view word) {
+    constexpr std::size_t longest_shown = 40;
     std::string text("'");
-    for (const char c : word.substr(0, 40)) text += c < ' ' || c > '~' ? '?' : c;
+    for (const char c : word.substr(0, longest_shown)) text += c < ' ' || c > '~' ? '?' : c;
     return text += "'";
   }
 
@@ -20063,6 +20793,7 @@ std::string write_obj(const TriangleMesh<S>& mesh) {
   for (const Vec3<S>& v : mesh.vertices) {
     text += 'v';
     for (int k = 0; k < 3; ++k) {
+      // The shortest text of a double has at most 24 characters.
       char digits[64];
       const auto result = std::to_chars(digits, digits + sizeof digits, v[k]);
       text += ' ';
@@ -20385,6 +21116,7 @@ inline void append_general(std::string& text, double value, int digits) {
     text += "nan";
     return;
   }
+  // A sign, 17 digits, a point and an exponent are 24 characters.
   char buffer[32];
   const auto result =
       std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, digits);
@@ -20628,6 +21360,33 @@ class RealTimePacer {
 /// link the system's threads (CMake: `Threads::Threads`).
 // SPDX-License-Identifier: BSD-3-Clause
 
+// === bristle/core/core_constants.hpp
+
+/// @file
+/// Constants of the core that were chosen by measurement.
+///
+/// `tests/constants` runs scenes with each at half and at twice its value.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstddef>
+
+namespace bristle::inline BRISTLE_ABI::detail::measured {
+
+/// [-] Turns of a loop for each worker. A smaller value lets workers wait for one long turn of
+/// another. A greater one takes turns more often.
+inline constexpr std::size_t turns_of_worker = 8;
+
+/// [-] Looks for work before a thread yields: some twenty microseconds on an AMD EPYC (Zen 5). A
+/// smaller value yields between loops of a step, which costs 0.45 us each (log 0026). A greater one
+/// keeps a core busy.
+inline constexpr int looks_before_yield = 800;
+
+/// [-] Yields before a thread sleeps: some fifty microseconds there. A smaller value sleeps between
+/// loops, and waking takes ten microseconds (log 0026). A greater one keeps a core busy.
+inline constexpr int yields_before_sleep = 100;
+
+}  // namespace bristle::inline BRISTLE_ABI::detail::measured
+
 #include <algorithm>
 #include <atomic>
 #include <condition_variable>
@@ -20676,7 +21435,8 @@ class ThreadPool {
       return;
     }
     // Several turns for each worker: no worker waits for one long turn of another.
-    const std::size_t grain = std::max<std::size_t>(1, count / (8 * workers()));
+    const std::size_t grain =
+        std::max<std::size_t>(1, count / (detail::measured::turns_of_worker * workers()));
     const std::size_t turns = (count + grain - 1) / grain;
     undone_.store(turns, std::memory_order_relaxed);
     const std::size_t number = shares_[0].number.load(std::memory_order_relaxed) + 1;
@@ -20737,19 +21497,15 @@ class ThreadPool {
     Loop loop{};
   };
 
-  /// [-] Looks before a thread yields. Yields before it sleeps. They take some twenty and fifty
-  /// microseconds on an AMD EPYC (Zen 5).
-  static constexpr int most_looks = 800, most_yields = 100;
-
   /// Waits a short while for a condition that other threads are about to fulfil.
   /// @return True if it is fulfilled.
   template <typename Condition>
   static bool look_out(const Condition& is_there) {
-    for (int i = 0; i < most_looks; ++i) {
+    for (int i = 0; i < detail::measured::looks_before_yield; ++i) {
       if (is_there()) return true;
       rest();
     }
-    for (int i = 0; i < most_yields; ++i) {
+    for (int i = 0; i < detail::measured::yields_before_sleep; ++i) {
       if (is_there()) return true;
       std::this_thread::yield();
     }
@@ -21243,6 +21999,7 @@ void FaceJoin<Real>::measure() {
       if (length_of({t, k}) > length_of({t, longest})) longest = k;
     }
     longest_edge_.push_back(longest);
+    // Apex and base may both be off by a tolerance.
     is_sliver_.push_back(area_vectors_[t].norm() <= Real(2) * tolerance_ * length_of({t, longest}));
   }
 }
@@ -21491,7 +22248,7 @@ template <Scalar Real>
   s[2] = farthest([&](const Vec3<Real>& p) { return along.cross(p - a).norm(); }, "all on a line");
   const Vec3<Real> normal = along.cross(to_vector<Real>(points[s[2]]) - a).normalized();
   // If thinner, both sides could be in the slab of one face.
-  tolerance *= Real(16);
+  tolerance *= Real(measured::hull_simplex_height);
   s[3] =
       farthest([&](const Vec3<Real>& p) { return std::abs(normal.dot(p - a)); }, "all on a plane");
   return s;
@@ -21624,6 +22381,7 @@ namespace bristle::inline BRISTLE_ABI::detail {
 /// Feature of a convex surface: a point, an edge of two points or a convex polygon.
 template <Scalar S>
 struct SupportFeature {
+  /// [-] Most corners.
   static constexpr std::size_t capacity = 16;
 
   /// [m] Corners. A polygon's run counter-clockwise seen from outside.
@@ -21669,15 +22427,10 @@ struct Plate {
   Vec3<S> normal;
 };
 
-/// [1] Sine of 3 degrees. Within it an edge counts as across a direction, and two edges as
-/// parallel. Normals of iterative methods need that much. It is small against any edge's tilt.
-template <Scalar S>
-inline constexpr S edge_tolerance = S(0.05);
-
 // For each shape:
 // - support_point: the farthest point along the direction, or one of several.
 // - support_edge: the edge through that point if it is across the direction within
-//   `edge_tolerance`, else the point. Lines on the side of a cylinder or cone are edges.
+//   `edge_across_sine`, else the point. Lines on the side of a cylinder or cone are edges.
 // - support_face: the face at that point that is nearest to perpendicular to the direction.
 //   `SupportFeature::cosine` says how near. Disks are sampled at fixed angles and at their farthest
 //   point. Capsules have lines for faces, balls points.
@@ -21756,7 +22509,8 @@ template <Scalar S>
 /// Ids of features of bodies of revolution. Samples of a rim are numbered from 0.
 enum : std::uint32_t { rim_farthest = 64, apex_id = 65 };
 
-/// [-] Samples of a rim at fixed angles: the inscribed polygon keeps 97 % of the radius.
+/// [-] Samples of a rim at fixed angles: the inscribed polygon keeps 97 % of the radius. With the
+/// farthest point they fit into a `SupportFeature`.
 inline constexpr std::uint32_t rim_samples = 12;
 
 template <Scalar S>
@@ -21881,7 +22635,7 @@ SupportFeature<S> support_edge(const Box<S>& box, const Vec3<S>& direction) {
   std::uint32_t id = 0;
   for (int i = 0; i < 3; ++i) id |= corner[i] > S(0) ? 1u << i : 0u;
   SupportFeature<S> feature;
-  if (slope > edge_tolerance<S>) {
+  if (slope > S(measured::edge_across_sine)) {
     feature.add(corner, id);
     return feature;
   }
@@ -21921,7 +22675,7 @@ SupportFeature<S> support_edge(const Capsule<S>& capsule, const Vec3<S>& directi
   const Vec3<S> out = capsule.radius * direction;
   const Vec3<S> end(S(0), S(0), capsule.half_length);
   SupportFeature<S> feature;
-  const bool is_across = abs(direction.z()) <= edge_tolerance<S>;
+  const bool is_across = abs(direction.z()) <= S(measured::edge_across_sine);
   if (is_across || direction.z() < S(0)) feature.add(out - end, 0);
   if (is_across || !(direction.z() < S(0))) feature.add(out + end, 1);
   return feature;
@@ -21931,7 +22685,9 @@ SupportFeature<S> support_edge(const Capsule<S>& capsule, const Vec3<S>& directi
 template <Scalar S>
 SupportFeature<S> support_face(const Capsule<S>& capsule, const Vec3<S>& direction) {
   using std::abs;
-  if (S(1) - abs(direction.z()) <= edge_tolerance<S>) return support_edge(capsule, direction);
+  if (S(1) - abs(direction.z()) <= S(measured::edge_across_sine)) {
+    return support_edge(capsule, direction);
+  }
   const Vec3<S> out = capsule.radius * direction;
   const Vec3<S> end(S(0), S(0), capsule.half_length);
   SupportFeature<S> feature;
@@ -21944,7 +22700,7 @@ template <Scalar S>
 SupportFeature<S> support_edge(const Cylinder<S>& cylinder, const Vec3<S>& direction) {
   using std::abs;
   const Vec2<S> towards = radial(direction);
-  const bool is_across = abs(direction.z()) <= edge_tolerance<S>;
+  const bool is_across = abs(direction.z()) <= S(measured::edge_across_sine);
   SupportFeature<S> feature;
   feature.is_round = !is_across;
   if (is_across || direction.z() < S(0)) {
@@ -21975,7 +22731,7 @@ template <Scalar S>
 SupportFeature<S> support_edge(const Cone<S>& cone, const Vec3<S>& direction) {
   const Vec3<S> rim = rim_point(cone.radius, -cone.half_length, radial(direction));
   const Vec3<S> apex(S(0), S(0), cone.half_length);
-  const bool is_across = edge_slope<S>(apex - rim, direction) <= edge_tolerance<S>;
+  const bool is_across = edge_slope<S>(apex - rim, direction) <= S(measured::edge_across_sine);
   const bool is_apex = apex.dot(direction) >= rim.dot(direction);
   SupportFeature<S> feature;
   feature.is_round = !is_across && !is_apex;
@@ -22002,7 +22758,7 @@ template <Scalar S>
 SupportFeature<S> support_edge(const ConvexHull<S>& hull, const Vec3<S>& direction) {
   const std::uint32_t corner = farthest_corner<S>(hull.vertices, direction);
   std::uint32_t other = corner;
-  S least_slope = edge_tolerance<S>;
+  S least_slope = S(measured::edge_across_sine);
   for (std::size_t f = 0; f < hull.face_count(); ++f) {
     const auto face = hull.face(f);
     for (std::size_t i = 0; i < face.size(); ++i) {
@@ -22057,7 +22813,7 @@ SupportFeature<S> support_edge(const Plate<S>& plate, const Vec3<S>& direction) 
   const std::size_t count = plate.corners.size();
   const std::size_t corner = farthest_corner<S>(plate.corners, direction);
   std::size_t other = corner;
-  S least_slope = edge_tolerance<S>;
+  S least_slope = S(measured::edge_across_sine);
   for (const std::size_t next : {(corner + 1) % count, (corner + count - 1) % count}) {
     const S slope = edge_slope<S>(plate.corners[next] - plate.corners[corner], direction);
     if (slope <= least_slope) {
@@ -22120,13 +22876,6 @@ bool build_manifold(const ShapeA& a, const ShapeB& b, const Transform<S>& X_AB,
                     std::uint32_t key = 0);
 
 // Implementation ----------------------------------------------------------------------------------
-
-/// [1] Faces within 3 degrees of the normal are aligned. Each takes part in a contact by itself.
-template <Scalar S>
-inline constexpr S aligned_cosine = S(0.9986);
-/// [1] A face more oblique than this does not meet an aligned one.
-template <Scalar S>
-inline constexpr S facing_cosine = S(0.2);
 
 /// Mixes two numbers into one: MurmurHash3's finaliser over a weighted sum. Names of features use
 /// it. Two names in one manifold agree with a chance of 1e-8.
@@ -22217,8 +22966,9 @@ class HeightField {
   S extent_ = S(0);
 };
 
-/// Corner of an intersection. `edge` names the edge that starts there. `is_cut` tells a corner that
-/// a cut has made from one of what is cut.
+/// Corner of an intersection. It carries names through the cuts, since contacts are matched by them
+/// from step to step. `edge` names the edge that starts there. `is_cut` tells a corner that a cut
+/// has made from one of the polygon's own.
 template <Scalar S>
 struct ClipCorner {
   Vec2<S> place;
@@ -22283,7 +23033,8 @@ class ClipPolygon {
   std::size_t size_;
 };
 
-/// A contact before thinning.
+/// A contact before thinning. It stays in the plane, where distances and areas take two numbers,
+/// and becomes a point in space only if it is chosen.
 template <Scalar S>
 struct ClipContact {
   Vec2<S> place;
@@ -22401,7 +23152,7 @@ template <Scalar S>
   using std::abs;
   const Vec2<S> u = (a.place(1) - a.place(0)).normalized();
   const Vec2<S> v = (b.place(1) - b.place(0)).normalized();
-  return abs(u.x() * v.y() - u.y() * v.x()) <= edge_tolerance<S>;
+  return abs(u.x() * v.y() - u.y() * v.x()) <= S(measured::edge_across_sine);
 }
 
 /// Clips an edge to the ends of a parallel one.
@@ -22464,7 +23215,8 @@ template <Scalar S>
   const S extent = std::max(field_a.extent(), field_b.extent());
   ClipContacts<S> contacts(margin, extent);
   intersect(field_a, field_b, std::max(Tolerance<S>::equal() * extent, uncertainty), contacts);
-  contacts.thin(a.is_round || b.is_round ? 4 : ContactManifold<S>::capacity);
+  contacts.thin(a.is_round || b.is_round ? ContactManifold<S>::round_capacity
+                                         : ContactManifold<S>::capacity);
 
   ContactManifold<S> manifold;
   manifold.normal = normal;
@@ -22475,7 +23227,8 @@ template <Scalar S>
   return manifold;
 }
 
-/// The features of two shapes that face each other along a normal, both in A.
+/// The features of two shapes that face each other along a normal, both in A. They are a pair,
+/// since the choice of each depends on the other.
 template <Scalar S>
 struct FeaturePair {
   SupportFeature<S> a;
@@ -22490,8 +23243,10 @@ template <Scalar S, typename ShapeA, typename ShapeB>
   const Vec3<S> towards_a = X_AB.rotation.conjugate() * Vec3<S>(-normal);
   SupportFeature<S> face_a = support_face(a, normal);
   SupportFeature<S> face_b = support_face(b, towards_a);
-  const bool is_aligned = face_a.cosine >= aligned_cosine<S> || face_b.cosine >= aligned_cosine<S>;
-  const S least = is_aligned ? facing_cosine<S> : S(2);
+  const S aligned = S(1 - measured::aligned_face_versine);
+  const bool is_aligned = face_a.cosine >= aligned || face_b.cosine >= aligned;
+  // No cosine reaches 2.
+  const S least = is_aligned ? S(measured::facing_face_cosine) : S(2);
   if (face_a.is_polygon() && face_a.cosine < least) face_a = support_edge(a, normal);
   if (face_b.is_polygon() && face_b.cosine < least) face_b = support_edge(b, towards_a);
   return {face_a, face_b.transformed(X_AB)};
@@ -22900,8 +23655,9 @@ void collide_shapes(const Capsule<S>& a, const Capsule<S>& b, const Transform<S>
   const Vec3<S> between = point_b - point_a;
   const S distance = between.norm();
   const Vec3<S> normal = distance > S(0) ? Vec3<S>(between.stableNormalized()) : fallback;
-  const bool is_lengthwise = sine <= edge_tolerance<S> && abs(normal.z()) <= edge_tolerance<S> &&
-                             abs(normal.dot(axis)) <= edge_tolerance<S>;
+  const S across_sine = S(measured::edge_across_sine);
+  const bool is_lengthwise =
+      sine <= across_sine && abs(normal.z()) <= across_sine && abs(normal.dot(axis)) <= across_sine;
   if (is_lengthwise && distance - a.radius - b.radius <= margin) {
     const auto features = feature_pair(convex_view(a), convex_view(b), X_AB, normal);
     const auto manifold = clip_features(features.a, features.b, normal, margin);
@@ -22926,8 +23682,8 @@ void collide_shapes(const HalfSpace<S>& a, const Convex& b, const Transform<S>& 
   }
   PlaneContacts<S> contacts(a, margin, extent);
   for (std::size_t i = 0; i < face.size; ++i) contacts.add(face.points[i], face.ids[i]);
-  const ContactManifold<S> manifold =
-      contacts.manifold(face.is_round ? 4 : ContactManifold<S>::capacity);
+  const ContactManifold<S> manifold = contacts.manifold(
+      face.is_round ? ContactManifold<S>::round_capacity : ContactManifold<S>::capacity);
   if (manifold.size > 0) out.push_back(manifold);
 }
 
@@ -23236,6 +23992,7 @@ namespace bristle::inline BRISTLE_ABI::detail {
 template <Scalar S>
 class ExpandingPolytope {
  public:
+  /// [-] Most corners. A polyhedron whose difference with another has more gets a local minimum.
   static constexpr std::size_t max_corners = 64;
 
   struct Face {
@@ -23343,7 +24100,7 @@ template <Scalar S>
 bool ExpandingPolytope<S>::add_face(std::uint8_t a, std::uint8_t b, std::uint8_t c) {
   if (face_count_ == max_faces) return false;
   const Vec3<S> n = (corners_[b] - corners_[a]).cross(corners_[c] - corners_[a]).stableNormalized();
-  // A sliver has no normal: the polytope would have a hole.
+  // A sliver has no normal, only a zero vector: the polytope would have a hole.
   if (!(n.squaredNorm() > S(0.5))) return false;
   faces_[face_count_++] = {{a, b, c}, n, n.dot(corners_[a])};
   return true;
@@ -23381,7 +24138,7 @@ void ExpandingPolytope<S>::find_nearest() {
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Result of a distance query.
+/// Result of a distance query. Its distance is a claim, which callers check by supports.
 template <Scalar S>
 struct GjkResult {
   /// False if the solids overlap or touch, to round-off. Then nothing else is valid.
@@ -23513,11 +24270,10 @@ class GjkSimplex {
 template <Scalar S, typename Support>
 GjkResult<S> gjk_distance(const Support& support, const Vec3<S>& start, S far, S enough) {
   using std::sqrt;
-  constexpr int max_supports = 64;
   GjkSimplex<S> simplex(start);
   S size2 = start.squaredNorm();
   bool is_parted = false;  // By a plane that some support has shown.
-  for (int i = 0; i < max_supports; ++i) {
+  for (int i = 0; i < measured::gjk_supports; ++i) {
     const Vec3<S>& v = simplex.nearest();
     constexpr S nothing = Tolerance<S>::round_off() * Tolerance<S>::round_off();
     if (!(simplex.nearest2() > nothing * size2)) return {};
@@ -23564,7 +24320,7 @@ struct ContactNormal {
   S gap = S(0);
 };
 
-/// A solid in the frame and unit of a pair's search.
+/// A solid in the frame and unit of a pair's search. Supports then need no tolerance with a length.
 template <Scalar S>
 struct PlacedConvex {
   const ConvexView<S>* convex;
@@ -23585,7 +24341,8 @@ struct GjkDistance {
                                         const Vec3<S>& towards, S far) const {
     const auto support = [&](const Vec3<S>& d) { return Vec3<S>(a.support(d) - b.support(-d)); };
     const bool is_curved = a.convex->is_curved() || b.convex->is_curved();
-    const S enough = is_curved ? Tolerance<S>::equal() / S(100) : S(0);
+    const S enough =
+        is_curved ? Tolerance<S>::equal() / S(measured::curved_distance_refinement) : S(0);
     return gjk_distance<S>(support, support(towards), far, enough);
   }
 };
@@ -23619,9 +24376,10 @@ class OverlapSearch {
       : a_{&a, identity<Mat3<S>>(), zero<Vec3<S>>(), scale},
         b_{&b, X_AB.rotation_matrix(), scale * X_AB.translation, scale},
         rounding_(scale * (a.rounding + b.rounding)),
-        push_(scale * std::min(a.reach, b.reach) / S(8)),
+        push_(scale * std::min(a.reach, b.reach) / S(measured::overlap_push_divisor)),
         is_curved_(a.is_curved() || b.is_curved()),
-        settled_(is_curved_ ? Tolerance<S>::equal() / S(16) : Tolerance<S>::round_off()) {}
+        settled_(is_curved_ ? Tolerance<S>::equal() / S(measured::curved_gain_refinement)
+                            : Tolerance<S>::round_off()) {}
 
   [[nodiscard]] S overlap() const { return overlap_; }
   [[nodiscard]] const Vec3<S>& normal() const { return normal_; }
@@ -23634,6 +24392,7 @@ class OverlapSearch {
     const Vec3<S> between =
         b_.rotation * (b_.scale * b_.convex->center) + b_.position - a_.scale * a_.convex->center;
     const Vec3<S> towards = between.stableNormalized();
+    // The square of a unit vector is 1, that of a vector that has no direction 0.
     offer(towards.squaredNorm() > S(0.5) ? towards : unit_x<Vec3<S>>());
     for (const S side : {S(1), S(-1)}) {
       const PlacedConvex<S>& solid = side > S(0) ? a_ : b_;
@@ -23656,12 +24415,12 @@ class OverlapSearch {
   /// clearly apart, or farther apart than `margin`. If cores nearly touch, the error of their
   /// distance exceeds it. The direction is as wrong.
   bool search_apart(S margin) {
-    const GjkResult<S> answer =
+    const GjkResult<S> found =
         Distance{}(a_, b_, normal_, margin < infinity<S> ? margin + rounding_ : margin);
-    if (!answer.is_apart) return false;
-    offer(answer.normal);
+    if (!found.is_apart) return false;
+    offer(found.normal);
     if (overlap_ < -margin) return true;
-    return residual(answer, zero<Vec3<S>>()) <= settled_;
+    return residual(found, zero<Vec3<S>>()) <= settled_;
   }
 
   /// Searches for the global minimum of the overlap. Skipped if all candidates were tried already.
@@ -23675,7 +24434,8 @@ class OverlapSearch {
     if (!start(polytope)) return;
     for (std::size_t i = 0; i < ExpandingPolytope<S>::max_corners; ++i) {
       const auto face = polytope.nearest();
-      const S enough = (is_curved_ ? S(0.98) : S(1)) * (overlap_ - rounding_);
+      const S enough =
+          (is_curved_ ? S(1 - measured::curved_overlap_slack) : S(1)) * (overlap_ - rounding_);
       if (face.distance >= enough - settled_) return;
       offer(face.normal);
       if (!polytope.expand(core_witness(face.normal))) return;
@@ -23691,30 +24451,32 @@ class OverlapSearch {
     S push = push_;
     Vec3<S> last_step = zero<Vec3<S>>();
     std::optional<Vec3<S>> leap;
-    for (int i = 0; i < max_pushes; ++i) {
+    for (int i = 0; i < measured::overlap_pushes; ++i) {
       if (!leap) polish();
       const Vec3<S> from = leap ? *leap : normal_;
       const Vec3<S> moved = (core_witness(from).dot(from) + push) * from;
       PlacedConvex<S> b = b_;
       b.position += moved;
-      const GjkResult<S> answer = Distance{}(a_, b, from, infinity<S>);
-      const bool is_converged = answer.is_apart && residual(answer, moved) <= convergence();
+      const GjkResult<S> found = Distance{}(a_, b, from, infinity<S>);
+      const bool is_converged = found.is_apart && residual(found, moved) <= convergence();
       const S before = overlap_;
-      if (answer.is_apart) offer(answer.normal);
+      if (found.is_apart) offer(found.normal);
       const bool is_better = overlap_ < before - settled_;
       if (is_converged && !is_better && !leap) return true;
       // The distance method stopped too early, as libccd sometimes does. Retry from elsewhere.
       if (!is_better && !leap) push /= S(2);
-      const Vec3<S> step = answer.normal - from;
+      const Vec3<S> step = found.normal - from;
       const S shrunk = step.norm() / last_step.norm();
       const bool was_leap = leap.has_value();
       leap.reset();
       set_zero(last_step);
-      if (was_leap || !answer.is_apart) continue;
+      if (was_leap || !found.is_apart) continue;
       if (shrunk < infinity<S>) {
-        // If steps hardly shrink, or grow as they do off a saddle, take twenty at once.
-        const S steps = shrunk < S(0.95) ? shrunk / (S(1) - shrunk) : S(20);
-        leap = (answer.normal + steps * step).normalized();
+        // If steps hardly shrink, or grow as they do off a saddle, take many at once.
+        const S steps = shrunk < S(1 - measured::stalled_push_shrinkage)
+                            ? shrunk / (S(1) - shrunk)
+                            : S(measured::stalled_push_leap);
+        leap = (found.normal + steps * step).normalized();
       } else {
         last_step = step;
       }
@@ -23732,10 +24494,11 @@ class OverlapSearch {
   /// of them. With 8 directions in a round, double has at most 9024 directions, float 2640. Mostly
   /// each step takes one round.
   void search_by_compass() {
-    int max_leaps = 4;
-    for (S step = S(0.25); step > Tolerance<S>::equal(); step /= S(2), ++max_leaps) {
+    int max_leaps = 4;  // log2(4 / step) for the first step.
+    for (S step = S(measured::compass_first_step); step > Tolerance<S>::equal();
+         step /= S(2), ++max_leaps) {
       bool is_better = true;
-      for (int round = 0; round < max_rounds && is_better; ++round) {
+      for (int round = 0; round < measured::compass_rounds && is_better; ++round) {
         is_better = false;
         const Vec3<S> from = normal_;
         Vec3<S> t1, t2;
@@ -23758,8 +24521,9 @@ class OverlapSearch {
   /// better directions are kept, so corners and edges do no harm.
   void polish() {
     if (!is_curved_) return;
-    constexpr S difference = S(1) / S(8192);
-    for (int i = 0; i < max_polishes; ++i) {
+    const S difference = S(measured::newton_difference);
+    const S longest2 = S(measured::newton_longest_step) * S(measured::newton_longest_step);
+    for (int i = 0; i < measured::newton_steps; ++i) {
       Vec3<S> t1, t2;
       tangent_basis(normal_, t1, t2);
       const Vec3<S> w = witness(normal_);
@@ -23778,24 +24542,22 @@ class OverlapSearch {
       const S u1 = -(h22 * g1 - h12 * g2) / determinant;
       const S u2 = -(h11 * g2 - h12 * g1) / determinant;
       // A long step means a flat or broken region where Newton fails; NaN fails too.
-      if (!(u1 * u1 + u2 * u2 < S(1) / S(64))) return;
+      if (!(u1 * u1 + u2 * u2 < longest2)) return;
       if (!offer((normal_ + u1 * t1 + u2 * t2).normalized())) return;
     }
   }
 
  private:
-  /// [1] Smaller gains of polyhedra count as none. It is the error of their gaps.
-  static constexpr double least_gain = 1e-11;
-  static constexpr int max_pushes = 24;
-  static constexpr int max_polishes = 3;
-  static constexpr int max_rounds = 16;
+  /// [1] Sine of 45 degrees.
   static constexpr double diagonal = 0.7071067811865476;
   static constexpr double compass[8][2] = {
       {1, 0},  {diagonal, diagonal},   {0, 1},  {-diagonal, diagonal},
       {-1, 0}, {-diagonal, -diagonal}, {0, -1}, {diagonal, -diagonal}};
 
   /// On curved cores the distance method may end with this much still to gain.
-  static constexpr S convergence() { return S(64) * Tolerance<S>::equal(); }
+  [[nodiscard]] static S convergence() {
+    return S(measured::curved_distance_error) * Tolerance<S>::equal();
+  }
 
   [[nodiscard]] static bool is_box(const PlacedConvex<S>& solid) {
     return std::holds_alternative<const Box<S>*>(solid.convex->shape);
@@ -23811,8 +24573,8 @@ class OverlapSearch {
   }
 
   /// Claimed distance minus the distance proved by supports along the normal. 0 if it is right.
-  [[nodiscard]] S residual(const GjkResult<S>& answer, const Vec3<S>& push) const {
-    return answer.distance - (push - core_witness(answer.normal)).dot(answer.normal);
+  [[nodiscard]] S residual(const GjkResult<S>& found, const Vec3<S>& push) const {
+    return found.distance - (push - core_witness(found.normal)).dot(found.normal);
   }
 
   /// Starts from a tetrahedron of corners that are far from each other. Returns false for sets
@@ -23861,7 +24623,8 @@ class OverlapSearch {
   bool offer(const Vec3<S>& n) {
     ++evaluations_;
     const S overlap = core_witness(n).dot(n) + rounding_;
-    if (!(overlap < overlap_ - (is_curved_ ? S(0) : S(least_gain)))) return false;
+    const S least_gain = is_curved_ ? S(0) : S(measured::polyhedral_gap_error);
+    if (!(overlap < overlap_ - least_gain)) return false;
     overlap_ = overlap;
     normal_ = n;
     return true;
@@ -23885,15 +24648,15 @@ ContactNormal<S> contact_normal(const ConvexView<S>& a, const ConvexView<S>& b,
   using std::isfinite;
   BRISTLE_ASSERT(a.reach > S(0) && b.reach > S(0));
   const S scale = S(1) / std::max(a.reach, b.reach);
-  const S reach = scale * margin;
+  const S scaled_margin = scale * margin;
   OverlapSearch<S, Distance> search(a, b, X_AB, scale);
-  search.try_candidates(reach);
+  search.try_candidates(scaled_margin);
   if (!isfinite(search.overlap())) return {};
-  if (search.overlap() >= -reach && !search.search_apart(reach)) {
+  if (search.overlap() >= -scaled_margin && !search.search_apart(scaled_margin)) {
     search.search_everywhere();
     if (!search.search_overlapping()) search.search_by_compass();
   }
-  if (search.overlap() >= -reach) search.polish();
+  if (search.overlap() >= -scaled_margin) search.polish();
   const S gap = -search.overlap() / scale;
   return {gap <= margin ? Nearness::near : Nearness::apart, search.normal(), gap};
 }
@@ -23925,9 +24688,11 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
 /// boxes, count as one. Boxes that slide in a heap jitter by what the solver leaves of their
 /// velocities, and their corners must not come and go with that. Gaps are not rounded.
 template <Scalar S>
-inline constexpr S beside_tolerance = std::max(Tolerance<S>::equal(), S(1e-5));
+[[nodiscard]] S beside_tolerance() {
+  return std::max(Tolerance<S>::equal(), S(measured::box_corner_merging));
+}
 
-/// Axis of largest separation of two boxes.
+/// Axis of largest separation of two boxes. It has its gap, with which other axes are compared.
 template <Scalar S>
 struct BoxAxis {
   /// [m] Distance along the axis. Negative where the boxes overlap along every axis.
@@ -23939,7 +24704,7 @@ struct BoxAxis {
   /// @param least_gain  [m] Smaller differences count as none.
   [[nodiscard]] S bar(S least_gain) const {
     using std::abs;
-    return gap + S(0.05) * abs(gap) + least_gain;
+    return gap + S(measured::box_axis_preference) * abs(gap) + least_gain;
   }
 };
 
@@ -23962,7 +24727,7 @@ template <Scalar S>
   return S(4) * h[axis < 2 ? axis + 1 : 0] * h[axis > 0 ? axis - 1 : 2];
 }
 
-/// Two boxes in the frame of the first.
+/// Two boxes in the frame of the first. It spares the functions below four parameters.
 template <Scalar S>
 struct BoxPair {
   const Vec3<S>& a;  // [m] Half extents.
@@ -23971,7 +24736,8 @@ struct BoxPair {
   const Vec3<S>& p;
 };
 
-/// The edges along axis `i` of A and `j` of B, and the separation across both.
+/// The edges along axis `i` of A and `j` of B, and the separation across both. The search keeps the
+/// best pair in it, of which `collide_edges` computes the contact.
 template <Scalar S>
 struct BoxEdges {
   int i = 0;
@@ -24107,14 +24873,14 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
   const bool is_face = !(edges.sine > S(0));
   Vec3<S> normal;
   if (is_face) {
-    collide_face(boxes, is_of_a, face.axis, margin, beside_tolerance<S> * size, manifold);
+    collide_face(boxes, is_of_a, face.axis, margin, beside_tolerance<S>() * size, manifold);
     normal = manifold.normal;
   } else {
     normal = (edges.side / edges.sine) * unit_vector<Vec3<S>>(edges.i).cross(column_of(R, edges.j));
     const Vec3<S> normal_B = R.transpose() * normal;
-    const bool is_crossing = edges.sine > edge_tolerance<S> &&
-                             cwise_abs(normal).maxCoeff() < aligned_cosine<S> &&
-                             cwise_abs(normal_B).maxCoeff() < aligned_cosine<S>;
+    const bool is_crossing = edges.sine > S(measured::edge_across_sine) &&
+                             cwise_abs(normal).maxCoeff() < S(1 - measured::aligned_face_versine) &&
+                             cwise_abs(normal_B).maxCoeff() < S(1 - measured::aligned_face_versine);
     if (is_crossing) {
       collide_edges(boxes, edges, normal, normal_B, manifold);
     } else {
@@ -24402,12 +25168,6 @@ class MeshPlates {
 
 // Implementation ----------------------------------------------------------------------------------
 
-/// [1] Cosine and sine of the angle, 0.01 degrees, within which directions count as equal. It
-/// exceeds the error of GJK and is less than any edge of a mesh that is not meant to be flat.
-template <Scalar S>
-inline constexpr S same_direction_cosine = S(1) - S(1.5e-8);
-template <Scalar S>
-inline constexpr S same_direction_sine = S(1.7e-4);
 /// [1] Sine of the angle below which two triangles are one flat face. Meshes from files are no
 /// flatter than single precision.
 template <Scalar S>
@@ -24616,7 +25376,8 @@ void PlateJoin<S>::join() {
   std::sort(inner.begin(), inner.end(), [](const Inner& a, const Inner& b) {
     return std::tie(b.length, a.half_edge) < std::tie(a.length, b.half_edge);
   });
-  // Lengths that are equal to round-off would come in any order.
+  // Lengths that are equal to round-off would come in any order. Two lengths have four ends that
+  // are rounded.
   for (std::size_t i = 1, longest = 0; i < inner.size(); ++i) {
     if (inner[longest].length - inner[i].length > S(4) * hair_) longest = i;
     inner[i].rank = static_cast<std::uint32_t>(longest);
@@ -24731,7 +25492,8 @@ bool PlateJoin<S>::is_plate(std::span<const std::uint32_t> outline) const {
     if (abs(up.dot(corner - start(outline[0]))) > hair_) return false;
     const Vec3<S> in = corner - start(outline[k]);
     const Vec3<S> out = start(outline[(k + 2) % count]) - corner;
-    if (in.cross(out).dot(up) <= S(2) * same_direction_sine<S> * in.norm() * out.norm()) {
+    // Both directions may be off.
+    if (in.cross(out).dot(up) <= S(2) * S(measured::same_direction_sine) * in.norm() * out.norm()) {
       return false;
     }
   }
@@ -24789,8 +25551,8 @@ namespace bristle::inline BRISTLE_ABI::detail {
 template <Scalar S, typename Tree>
 class MeshSurface {
  public:
-  /// Meaning of a contact direction for a plate.
-  enum class Verdict {
+  /// Region of directions around a plate, which tells the feature that a contact belongs to.
+  enum class Region {
     /// Contact of the plate's face: take its own normal.
     face,
     /// Contact of an edge or corner: take the direction.
@@ -24856,7 +25618,7 @@ class MeshSurface {
   /// neighbour is nearer (its Voronoi region, Mirtich 1998, "V-Clip"). Inner edges of flat faces
   /// and hollow edges have no contacts. Only the faces beside them have. Without this rule a body
   /// that slides over a flat mesh stumbles.
-  [[nodiscard]] Verdict judge(std::uint32_t plate, const Vec3<S>& n) const;
+  [[nodiscard]] Region region_of(std::uint32_t plate, const Vec3<S>& n) const;
 
   /// Returns whether points behind a plate are out sooner past a neighbour: all of them are less
   /// deep behind it than the deepest is behind the plate. Neighbours across hollow edges do not
@@ -24990,11 +25752,11 @@ std::uint32_t MeshSurface<S, Tree>::edge_name(std::uint32_t plate, const Vec3<S>
 }
 
 template <Scalar S, typename Tree>
-auto MeshSurface<S, Tree>::judge(std::uint32_t plate, const Vec3<S>& n) const -> Verdict {
+auto MeshSurface<S, Tree>::region_of(std::uint32_t plate, const Vec3<S>& n) const -> Region {
   using std::abs;
   const Vec3<S>& normal = plates_.normal(plate);
   const S cosine = n.dot(normal);
-  if (cosine >= same_direction_cosine<S>) return Verdict::face;
+  if (cosine >= S(1) - S(measured::same_direction_versine)) return Region::face;
   const std::span<const Vec3<S>> c = plates_.plate(plate).corners;
   const std::size_t count = c.size();
   // Takes edges across n that are farthest along it, or else those of the farthest corner.
@@ -25003,25 +25765,25 @@ auto MeshSurface<S, Tree>::judge(std::uint32_t plate, const Vec3<S>& n) const ->
   std::optional<std::size_t> across;
   for (const std::size_t k : sides) {
     const Vec3<S> edge = c[(k + 1) % count] - c[k];
-    if (abs(edge.dot(n)) <= same_direction_sine<S> * edge.norm()) across = k;
+    if (abs(edge.dot(n)) <= S(measured::same_direction_sine) * edge.norm()) across = k;
   }
   bool is_over_edge = false;
   for (const std::size_t k : sides) {
     if (across && *across != k) continue;
     const Vec3<S> along = c[(k + 1) % count] - c[k];
     const Vec3<S> outwards = along.cross(normal).normalized();
-    if (n.dot(outwards) <= same_direction_sine<S>) continue;
+    if (n.dot(outwards) <= S(measured::same_direction_sine)) continue;
     const SurfaceEdge edge = plates_.edge(plate, k);
-    if (edge == SurfaceEdge::flat) return Verdict::inner_edge;
-    if (edge == SurfaceEdge::hollow) return cosine > S(0) ? Verdict::face : Verdict::none;
-    if (n.dot(away_from_neighbour(plate, k)) <= same_direction_sine<S>) {
-      return Verdict::none;
+    if (edge == SurfaceEdge::flat) return Region::inner_edge;
+    if (edge == SurfaceEdge::hollow) return cosine > S(0) ? Region::face : Region::none;
+    if (n.dot(away_from_neighbour(plate, k)) <= S(measured::same_direction_sine)) {
+      return Region::none;
     }
     is_over_edge = true;
   }
-  if (cosine <= S(0)) return Verdict::none;
-  if (!is_over_edge) return Verdict::face;
-  return Verdict::edge;
+  if (cosine <= S(0)) return Region::none;
+  if (!is_over_edge) return Region::face;
+  return Region::edge;
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -25219,15 +25981,15 @@ struct ConvexOpposite {
   Transform<P> X_CM;
   Aabb<P> box;  // [m] Around the solid, in its own frame.
 
-  [[nodiscard]] typename Surface::Verdict judge(const Vec3<P>&) const {
-    return Surface::Verdict::edge;
+  [[nodiscard]] typename Surface::Region region_of(const Vec3<P>&) const {
+    return Surface::Region::edge;
   }
   [[nodiscard]] std::uint32_t key() const { return 1; }
   [[nodiscard]] P depth() const { return P(0); }
   [[nodiscard]] bool is_facing(const Vec3<P>&) const { return false; }
   /// Returns whether a plate comes within a margin of the box. Along the axes of many solids
   /// that is the exact distance.
-  [[nodiscard]] bool reaches(const Plate<P>& plate, P margin) const {
+  [[nodiscard]] bool is_within(const Plate<P>& plate, P margin) const {
     Aabb<P> other;
     for (const Vec3<P>& p : plate.corners) other.include(Vec3<P>(X_CM * p));
     return other.overlaps(box.inflated(margin));
@@ -25261,17 +26023,19 @@ class MeshOpposite {
   /// [1] Its normal.
   [[nodiscard]] const Vec3<P>& normal() const { return normal_; }
 
-  [[nodiscard]] typename Surface::Verdict judge(const Vec3<P>& n) const {
-    return mesh_.judge(number_, X_AB_.rotation.conjugate() * Vec3<P>(-n));
+  [[nodiscard]] typename Surface::Region region_of(const Vec3<P>& n) const {
+    return mesh_.region_of(number_, X_AB_.rotation.conjugate() * Vec3<P>(-n));
   }
   [[nodiscard]] std::uint32_t key() const { return mix(mesh_.face_number(number_), 2); }
   [[nodiscard]] P depth() const { return largest_depth_; }
   /// Returns whether the plate faces against n, within 25 degrees. Surfaces at larger angles cut
   /// each other when they pass through each other. They need no help.
-  [[nodiscard]] bool is_facing(const Vec3<P>& n) const { return n.dot(normal_) < P(-0.9); }
+  [[nodiscard]] bool is_facing(const Vec3<P>& n) const {
+    return n.dot(normal_) < -P(1 - measured::opposing_plates_versine);
+  }
   /// Returns whether a plate of A comes within a margin of this one along its normal and across its
   /// edges, and is not behind it.
-  [[nodiscard]] bool reaches(const Plate<P>& other, P margin) const {
+  [[nodiscard]] bool is_within(const Plate<P>& other, P margin) const {
     P low = infinity<P>;
     P high = -infinity<P>;
     for (const Vec3<P>& p : other.corners) {
@@ -25326,7 +26090,7 @@ class MeshConvexContacts {
         margin_(margin),
         sink_(sink) {}
 
-  /// @param opposite  The other side. `judge(n) -> Verdict` is the meaning of a normal to it.
+  /// @param opposite  The other side. `region_of(n)` is the region of a normal there.
   ///                 `key()` names its face. `depth()` [m] bounds how far two surfaces that are
   ///                 `is_facing(n)` may have passed through each other; 0 for a convex solid.
   template <typename Opposite>
@@ -25353,7 +26117,7 @@ class MeshConvexContacts {
     const Aabb<P> here = bounds_at(convex_, X_MC_);
     const Aabb<P> near = here.inflated(margin_);
     // Plates that face against it within 25 degrees are within this distance of the line.
-    const P beside = P(0.44) * opposite.depth();
+    const P beside = P(measured::passed_plate_spread) * opposite.depth();
     const Vec3<P> back = -opposite.depth() * opposite.normal();
     Aabb<P> swept = here;
     swept.include(Aabb<P>{here.lower + back, here.upper + back});
@@ -25394,7 +26158,7 @@ class MeshConvexContacts {
   }
 
  private:
-  using Verdict = typename Surface::Verdict;
+  using Region = typename Surface::Region;
 
   template <typename Opposite>
   bool add(std::uint32_t i, const Opposite& opposite) {
@@ -25408,12 +26172,12 @@ class MeshConvexContacts {
     const auto add_if_passed = [&] {
       return is_surface && low < P(0) && add_passed(i, low, opposite);
     };
-    // What is behind the plate does not touch it. A hair less may be a cut.
+    // A solid behind the plate does not touch it. A hair less may be a cut.
     if (high < -hair()) {
       if (!is_surface) note_way_out(i, plate);
       return add_if_passed();
     }
-    if (!opposite.reaches(plate, margin_)) return add_if_passed();
+    if (!opposite.is_within(plate, margin_)) return add_if_passed();
     if (is_beside(plate)) return false;
     const ConvexView<P> view = convex_view(plate);
     ContactNormal<P> found = contact_normal<Distance>(view, convex_, X_MC_, margin_);
@@ -25424,30 +26188,29 @@ class MeshConvexContacts {
     }
     bool is_behind = found.normal.dot(face_normal) <= P(0);
     if (is_behind && is_surface) return add_passed(i, low, opposite);
-    Verdict verdict = mesh_.judge(i, found.normal);
-    if (verdict == Verdict::inner_edge) {
+    Region region = mesh_.region_of(i, found.normal);
+    if (region == Region::inner_edge) {
       found = face_normal_of(i);
       if (found.nearness != Nearness::near) return false;
       is_behind = found.normal.dot(face_normal) <= P(0);
-      verdict = mesh_.judge(i, found.normal);
+      region = mesh_.region_of(i, found.normal);
       // The face is touched at another of its plates.
-      if (verdict == Verdict::inner_edge) return false;
+      if (region == Region::inner_edge) return false;
     }
-    if (verdict == Verdict::none) {
+    if (region == Region::none) {
       if (is_behind) note_way_out(i, plate);
       return false;
     }
-    const Vec3<P>& normal = verdict == Verdict::face ? face_normal : found.normal;
-    const Verdict other_verdict = opposite.judge(normal);
-    if (other_verdict == Verdict::none) return false;
+    const Vec3<P>& normal = region == Region::face ? face_normal : found.normal;
+    const Region other_region = opposite.region_of(normal);
+    if (other_region == Region::none) return false;
     ContactManifold<P> manifold;
-    if (verdict == Verdict::face) {
+    if (region == Region::face) {
       manifold = face_manifold(i);
     } else {
       manifold = contact_manifold(view, convex_, X_MC_, normal, margin_);
-      manifold.key = other_verdict == Verdict::face
-                         ? opposite.key()
-                         : mix(mesh_.edge_name(i, normal), opposite.key());
+      manifold.key = other_region == Region::face ? opposite.key()
+                                                  : mix(mesh_.edge_name(i, normal), opposite.key());
     }
     sink_.add(manifold);
     return manifold.size > 0;
@@ -25493,6 +26256,7 @@ class MeshConvexContacts {
     for (std::size_t k = 0; k < features.a.size; ++k) {
       features.a.is_inner_edge[k] = mesh_.is_inner_edge(i, k);
     }
+    // Two plates of one face differ by the round-off of both.
     const ContactManifold<P> clipped =
         clip_features(features.a, features.b, n, margin_, P(2) * mesh_.hair());
     ContactManifold<P> manifold;
@@ -25549,6 +26313,7 @@ class MeshConvexContacts {
       const Vec3<P> edge = edge_of(plate, k);
       const P beside = edge.cross(point - plate.corners[k]).dot(plate.normal);
       const P length = edge.norm();
+      // The edge and the point may both be off.
       const P hair = std::max(Tolerance<P>::equal() * length, P(2) * mesh_.hair());
       if (beside < -hair * length) return false;
     }
@@ -25985,7 +26750,7 @@ struct ApproachLanes {
     skipped = select(closest > Pack<S>(radius), closest - radius, Pack<S>(S(0)));
     origin = ray.origin + skipped * ray.direction;
     const Pack3<S> foot = ray.origin + closest * ray.direction;
-    is_near = dot(foot, foot) <= Pack<S>(S(2) * radius * radius);
+    is_near = dot(foot, foot) <= Pack<S>(S(measured::ball_early_out_area) * radius * radius);
   }
 };
 
@@ -26286,7 +27051,7 @@ struct PackCast {
 
 template <Scalar S, typename ConvexShape>
 void cast_packs(const PackCast<S>& self, RayRows<S> rows, std::size_t first, std::size_t end) {
-  // What the loop needs is copied: for all that a compiler knows, it writes hits over the
+  // The loop has copies of its inputs: for all that a compiler knows, it writes hits over the
   // originals.
   const auto& shape = *static_cast<const ConvexShape*>(self.shape);
   const Mat3<S> R_RC = self.R_RC;
@@ -26489,8 +27254,9 @@ struct Approach {
       skipped = closest - radius;
       origin += skipped * ray.direction;
     }
-    // Twice the area: this test only saves work, the shape itself decides.
-    is_near = (ray.origin + closest * ray.direction).squaredNorm() <= S(2) * radius * radius;
+    // A wide margin: this test only saves work, the shape itself decides.
+    is_near = (ray.origin + closest * ray.direction).squaredNorm() <=
+              S(measured::ball_early_out_area) * radius * radius;
   }
 };
 
@@ -26812,6 +27578,7 @@ class BoxInTree {
 template <Scalar S>
 class alignas(64) LeafList {
  public:
+  /// [-] Most leaves. More have too many triangles to be worth a list.
   static constexpr std::size_t capacity = 256;
 
   [[nodiscard]] std::size_t size() const { return size_; }
@@ -26903,7 +27670,8 @@ bool LeafList<S>::search(const WideTree<S>& tree, const BoxInTree<S>& box) {
 /// Side of a solid's surface on which the rays of a node start.
 enum class Side { unknown, outside, inside };
 
-/// Knowledge about a node that it inherits from its parent.
+/// Knowledge about a node that it inherits from its parent. It spares children a search of their
+/// own.
 template <Scalar S>
 struct KnownOfNode {
   /// Leaves that it may meet, if they were searched; [-] number of lists in use.
@@ -26952,6 +27720,7 @@ struct LaneRays {
 template <Scalar S>
 class NodeTriangles {
  public:
+  /// [-] Most candidates. Their numbers fit into a byte.
   static constexpr std::size_t capacity = 192;
 
   [[nodiscard]] std::size_t size() const { return size_; }
@@ -27097,9 +27866,11 @@ void NodeTriangles<S>::finish(const RayTreeNode<S>& node, const Mat3<S>& R_RG, S
     const Pack<S> x = max(-lower.x, upper.x) + half.x();
     const Pack<S> y = max(-lower.y, upper.y) + half.y();
     const Pack<S> aside = max(x, y) + node.slope * z;
-    // A corner relative to a ray is wrong by some ulp of `aside`. A determinant of two is wrong by
-    // a few times the product. The error of turning a corner does not matter. All its triangles
-    // have it in one place.
+    // A coordinate of a corner relative to a ray is wrong by up to eight ulp of `aside`, which is
+    // half a round-off. A determinant has two products of two of them, so four such errors times
+    // `aside`. The error of turning a corner does not matter. All its triangles have it in one
+    // place. Distances weight heights that differ by upper.z - lower.z with three determinants.
+    // Turning counts there: a coordinate is wrong by half a round-off of 3 aside + 2 z + size.
     (round_off * (S(2) * aside * aside)).store(&doubt_[i]);
     (round_off * (S(2) * z + size)).store(&along_[i]);
     (round_off * ((S(3) * aside + S(2) * z + size) * (S(6) * aside) * (upper.z - lower.z)))
@@ -27189,8 +27960,8 @@ void cast_rays_at_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const R
 /// Returns true only if no ray of a batch can meet a solid at X_RC. Tests boxes. Mostly true if no
 /// ray can, never true if one can. False for rays without nodes.
 template <Scalar S>
-[[nodiscard]] bool is_clear_of_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC,
-                                    const RayBatch<S>& rays);
+[[nodiscard]] bool misses_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC,
+                               const RayBatch<S>& rays);
 
 // Implementation ----------------------------------------------------------------------------------
 
@@ -27223,7 +27994,8 @@ class RayTreeMeshQuery {
     }
   }
 
-  [[nodiscard]] bool is_clear() {
+  /// The early out: returns whether surely no ray meets the mesh.
+  [[nodiscard]] bool misses() {
     if (rays_.ray_tree == nullptr || rays_.ray_tree->is_empty()) return false;
     visit(0, {});
     return !may_meet_;
@@ -27236,17 +28008,6 @@ class RayTreeMeshQuery {
   using Candidates = std::array<std::uint8_t, NodeTriangles<S>::capacity>;
   /// Rays of a packet, as bits.
   using PacketBits = std::uint16_t;
-
-  /// [-] A list of so few leaves is not worth shortening.
-  static constexpr std::size_t short_list = 24;
-  /// [-] Most leaves whose triangles are gathered for a node that is cast as a whole.
-  static constexpr std::size_t most_leaves = 48;
-  /// [1] With more triangles for each ray than this, rays have too little in common.
-  static constexpr S sparse_from = S(10);
-  /// [-] A divided node is cast as a whole if at most about so many triangles lie across its box.
-  static constexpr S few_triangles = S(64);
-  /// [-] Fewest rays of a node for which a search for their common side pays.
-  static constexpr std::size_t fewest_to_ask = 65;
 
   /// Results of the rays of a packet.
   struct PacketFindings {
@@ -27339,7 +28100,7 @@ class RayTreeMeshQuery {
   Vec3<S> p_RC_;
   S mesh_size_ = S(0);
   /// True if the rays' triangle cache is of this mesh. Only rays that are cast alone use it.
-  bool keeps_ = false;
+  bool uses_triangle_cache_ = false;
   LeafList<S> start_leaves_;
   NodeTriangles<S> triangles_;
 };
@@ -27362,18 +28123,19 @@ void RayTreeMeshQuery<S>::visit(std::size_t id, Known known) {
   if (!box.box_C().overlaps(mesh_.root_box())) return;
   // [1] Triangles for each ray.
   const S density = triangles_across(node.box) / S(node.count);
-  const bool is_sparse = density > sparse_from;
+  const bool is_sparse = density > S(measured::sparse_ray_triangles);
   if (list == nullptr) {
-    const bool fits = density * S(node.count) < S(LeafList<S>::capacity * 8);
+    const bool fits = density * S(node.count) < S(LeafList<S>::capacity * measured::leaf_triangles);
     if (!is_sparse && fits && lists_[known.lists].search(mesh_.tree(), box)) {
       list = &lists_[known.lists++];
     }
-  } else if (list->size() > short_list && known.lists < lists_.size()) {
+  } else if (list->size() > measured::short_leaf_list && known.lists < lists_.size()) {
     lists_[known.lists].filter(*list, box);
     list = &lists_[known.lists++];
   }
   if (list != nullptr && list->size() == 0) return decide_empty(node, side);
-  const bool is_small = !node.is_divided() || density * S(node.count) <= few_triangles;
+  const bool is_small =
+      !node.is_divided() || density * S(node.count) <= S(measured::whole_node_triangles);
   if (hits_ != nullptr && !is_sparse && list != nullptr && is_small &&
       cast_together(node, box, *list, side)) {
     return;
@@ -27381,7 +28143,8 @@ void RayTreeMeshQuery<S>::visit(std::size_t id, Known known) {
   // If nothing is in the box, testing the triangles costs less than descending to all nodes below.
   // If something is, the test ends with the first triangle.
   if (node.is_divided() && list != nullptr &&
-      (hits_ == nullptr || list->size() <= node.count / Tree::leaf_size * 2) &&
+      (hits_ == nullptr ||
+       list->size() <= node.count / Tree::leaf_size * measured::empty_test_leaves) &&
       !is_any_triangle_in(box, *list)) {
     return decide_empty(node, side);
   }
@@ -27390,11 +28153,13 @@ void RayTreeMeshQuery<S>::visit(std::size_t id, Known known) {
     may_meet_ = list == nullptr || is_any_triangle_in(box, *list);
     return may_meet_ ? void() : decide_empty(node, side);
   }
-  if (is_sparse) {
+  // Of a fan most nodes pass by the mesh: finding them costs less than casting their rays.
+  if (is_sparse && !node.is_divided()) {
     const RayRange asked = asked_of(node);
     const bool asks_all = rays_.range.first == 0 && rays_.range.end >= rays_.size();
-    keeps_ = keeps_ || (rays_.triangle_cache != nullptr && asks_all &&
-                        rays_.triangle_cache->begin(rays_.size(), tag_, rays_.shape_life));
+    uses_triangle_cache_ =
+        uses_triangle_cache_ || (rays_.triangle_cache != nullptr && asks_all &&
+                                 rays_.triangle_cache->begin(rays_.size(), tag_, rays_.shape_life));
     cast_one_by_one(asked.first, asked.end, side);
     return;
   }
@@ -27409,7 +28174,7 @@ template <Scalar S>
 auto RayTreeMeshQuery<S>::common_side(const Node& node, const BoxInTree<S>& box,
                                       const LeafList<S>* list) -> Side {
   // A few rays learn their side from their own crossings.
-  if (node.count < fewest_to_ask) return Side::unknown;
+  if (node.count < measured::common_side_rays) return Side::unknown;
   Aabb<S> starts = node.box.inflated(margin(node));
   starts.upper.z() = node.highest_start + margin(node);
   const BoxInTree<S> start_box(box.R_GC(), box.p_GC(), starts);
@@ -27438,7 +28203,8 @@ bool RayTreeMeshQuery<S>::gather(const BoxInTree<S>& box, const LeafList<S>& lis
 template <Scalar S>
 bool RayTreeMeshQuery<S>::cast_together(const Node& node, const BoxInTree<S>& box,
                                         const LeafList<S>& list, Side side) {
-  if (!node.has_one_frame || list.size() > most_leaves || !gather(box, list)) return false;
+  if (!node.has_one_frame || list.size() > measured::whole_node_leaves) return false;
+  if (!gather(box, list)) return false;
   const RayRange asked = asked_of(node);
   triangles_.size() > 0 ? cast_packets(node, asked.first, asked.end, side)
                         : decide_empty(node, side);
@@ -27456,7 +28222,8 @@ void RayTreeMeshQuery<S>::cast_undivided(const Node& node, const BoxInTree<S>& b
     const std::size_t packet_end = std::min(end, place + packet_size);
     // Rays that are lengthened by much fan out and leave the solid again. With twice two layers of
     // triangles in sight, casting each ray alone costs less than gathering too many triangles.
-    const bool is_few = S(4) * triangles_across(packet) < S(NodeTriangles<S>::capacity);
+    const bool is_few =
+        S(measured::layers_in_sight) * triangles_across(packet) < S(NodeTriangles<S>::capacity);
     if (is_few && gather({box.R_GC(), box.p_GC(), packet}, *list)) {
       cast_packets(node, place, packet_end, side);
     } else {
@@ -27523,6 +28290,7 @@ BRISTLE_FORCE_INLINE void RayTreeMeshQuery<S>::settle(std::size_t place, std::si
                                                       PacketFindings& findings) {
   const std::uint32_t there = first_bits(std::min(count, lanes<S>));
   const std::uint32_t met = bits(min(found.front, found.back) < Pack<S>(infinity<S>));
+  // Front and back may both be off.
   const Pack<S> apart = S(2) * found.uncertainty;
   const std::uint32_t from_outside = bits(found.front + apart < found.back);
   const std::uint32_t from_inside = bits(found.back + apart < found.front);
@@ -27612,7 +28380,7 @@ void RayTreeMeshQuery<S>::cast_alone(std::size_t i, Side side) {
 template <Scalar S>
 RayHit<S> RayTreeMeshQuery<S>::hit_of(std::size_t i, Ray<S> ray, S best, Side side) {
   const S reach = std::min(ray.length, best);
-  if (keeps_ && (side == Side::outside || !mesh_.root_box().contains(ray.origin))) {
+  if (uses_triangle_cache_ && (side == Side::outside || !mesh_.root_box().contains(ray.origin))) {
     if (const auto hit = rays_.triangle_cache->cast(mesh_, i, ray, reach)) return *hit;
   }
   ray.length = reach;
@@ -27632,9 +28400,9 @@ void cast_rays_at_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const R
 }
 
 template <Scalar S>
-bool is_clear_of_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays) {
+bool misses_mesh(const RayMesh<S>& mesh, const Transform<S>& X_RC, const RayBatch<S>& rays) {
   LeafLists<S> lists;
-  return RayTreeMeshQuery<S>(mesh, X_RC, rays, 0, nullptr, lists).is_clear();
+  return RayTreeMeshQuery<S>(mesh, X_RC, rays, 0, nullptr, lists).misses();
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -27966,7 +28734,7 @@ template <Scalar S>
 bool AnalyticBackend::is_clear(const std::shared_ptr<const detail::AnalyticShape<S>>& c,
                                const Transform<S>& X_RC, const RayBatch<S>& rays) noexcept {
   const auto* mesh = std::get_if<detail::MeshTree<S>>(&c->shape());
-  return mesh != nullptr && detail::is_clear_of_mesh(mesh->for_rays(), X_RC, rays);
+  return mesh != nullptr && detail::misses_mesh(mesh->for_rays(), X_RC, rays);
 }
 
 template <Scalar S>
@@ -28104,7 +28872,8 @@ template <Scalar S>
 /// @param manifold  The only one of the pair, at the start.
 /// @param way       [m] Motion of B relative to A by the velocities of the start, in the frame of
 /// A.
-/// @param free_way  [m] The same with what forces add. What it leaves apart needs no other plane.
+/// @param free_way  [m] The same with what forces add. Shapes that it leaves apart need no other
+///                  plane.
 /// @param collide   collide(shift [m]) replaces `manifold` by that of the shapes with B displaced;
 ///                  false where there is not one.
 /// @param round_off [m] Gaps that are as good as none.
@@ -28131,10 +28900,9 @@ void advance_contact(ContactManifold<S>& manifold, const Vec3<S>& way, const Vec
   }
   manifold = start;
   // Each step halves the rest of a way that grazes, and ends one that hits a flat face.
-  constexpr int most_steps = 8;
   S share = S(0);
   S beyond = infinity<S>;  // A share at which the nearest place lies behind.
-  for (int i = 0; i < most_steps; ++i) {
+  for (int i = 0; i < measured::impact_advancements; ++i) {
     if (gap <= round_off || gap >= (S(1) - share) * approach()) break;
     const ContactManifold<S> last = manifold;
     S next = share + gap / approach();
@@ -28549,14 +29317,12 @@ inline void ccd_support(const void* object, const ccd_vec3_t* direction, ccd_vec
 // FCL takes neither a starting direction nor a sufficient distance.
 inline GjkResult<double> FclDistance::operator()(PlacedConvex<double> a, PlacedConvex<double> b,
                                                  const Vec3<double>&, double) const {
-  constexpr unsigned max_iterations = 128;
-  // GJK ends when a step gains less than this. Smaller values only bring degenerate simplices and
-  // worse results. Polyhedra end exactly with any value.
-  constexpr double tolerance = 1024.0 * Tolerance<double>::round_off();
+  // GJK ends when a step gains less than this. Polyhedra end exactly with any value.
+  const double tolerance = measured::ccd_gain * Tolerance<double>::round_off();
   double distance = 0.0;
   Vec3<double> on_a, on_b;
-  if (!fcl::detail::GJKDistance<double>(&a, ccd_support, &b, ccd_support, max_iterations, tolerance,
-                                        &distance, &on_a, &on_b)) {
+  if (!fcl::detail::GJKDistance<double>(&a, ccd_support, &b, ccd_support, measured::ccd_iterations,
+                                        tolerance, &distance, &on_a, &on_b)) {
     return {};
   }
   const Vec3<double> normal = (on_b - on_a).normalized();
@@ -28921,9 +29687,9 @@ class FclRayTarget {
                  RayHits<S>& hits) const noexcept;
 
   /// True only if no ray can meet the mesh, judged by boxes. False for other geometry.
-  [[nodiscard]] bool is_clear(const Transform<S>& X_RC, const RayBatch<S>& rays) const noexcept {
+  [[nodiscard]] bool misses(const Transform<S>& X_RC, const RayBatch<S>& rays) const noexcept {
     const auto* mesh = std::get_if<RayMesh<S>>(&shape_);
-    return mesh != nullptr && is_clear_of_mesh(*mesh, X_RC, rays);
+    return mesh != nullptr && misses_mesh(*mesh, X_RC, rays);
   }
 
  private:
@@ -29167,7 +29933,7 @@ void FclBackend::cast_rays(const Collidable<S>& c, const Transform<S>& X_RC,
 template <Scalar S>
 bool FclBackend::is_clear(const Collidable<S>& c, const Transform<S>& X_RC,
                           const RayBatch<S>& rays) noexcept {
-  return c.data_->rays.is_clear(X_RC, rays);
+  return c.data_->rays.misses(X_RC, rays);
 }
 
 template <Scalar S, typename Visit>
@@ -29213,41 +29979,6 @@ Shape<S> FclBackend::shape(const Collidable<S>& c) {
 /// One substep of a haptic loop: its patches sense, all are solved together, bodies and tools
 /// receive the impulses.
 // SPDX-License-Identifier: BSD-3-Clause
-
-// === bristle/sensors/passes.hpp
-
-/// @file
-/// The loop of solves while sensors change state.
-// SPDX-License-Identifier: BSD-3-Clause
-
-#include <algorithm>
-
-namespace bristle::inline BRISTLE_ABI::detail {
-
-/// One solve of a step.
-struct SolvePass {
-  /// [-] Its number, from 1; solves left after it.
-  int number = 1;
-  int left = 0;
-};
-
-/// Solves, and solves anew while sensors end in another state than they were linearised for (stuck
-/// to slipping, in contact to free, another normal force). At most `max_passes` times.
-///
-/// @param solve   solve(): fills the soft blocks and finds velocities.
-/// @param answer  bool answer(pass), after every solve: evaluates the impulses. If a solve is left,
-///                it returns whether another is needed, and moves the linearisation there.
-/// @return Number of solves.
-template <typename Solve, typename Answer>
-int solve_in_passes(int max_passes, Solve&& solve, Answer&& answer) {
-  SolvePass pass{1, std::max(1, max_passes) - 1};
-  for (;; ++pass.number, --pass.left) {
-    solve();
-    if (!answer(pass) || pass.left == 0) return pass.number;
-  }
-}
-
-}  // namespace bristle::inline BRISTLE_ABI::detail
 
 // === bristle/sensors/patch_readings.hpp
 
@@ -29296,17 +30027,17 @@ BRISTLE_FORCE_INLINE void linearise_normal(const SensorParameters<T>& p, PatchCo
                                            ScalarOf<T> dt) {
   const T spring = T(dt) * p.normal_stiffness;
   const T slope = spring + p.normal_damping;
-  c.normal_constant = select(c.is_touching, spring, slope) * c.depth;
+  c.normal_constant = select(c.is_in_contact, spring, slope) * c.depth;
   c.a_normal = T(dt) * slope * c.inverse_length;
 }
 
 /// [N] Mean normal force of a step that ends with the velocity v. Zero for contacts that are not
-/// loaded (`is_pushing`). The normal part is as `linearise_normal` leaves it.
+/// loaded (`is_loaded`). The normal part is as `linearise_normal` leaves it.
 template <Value T>
 [[nodiscard]] BRISTLE_FORCE_INLINE T force_at(const PatchContact<T>& c, const Vector3<T>& v,
                                               ScalarOf<T> dt) {
   const T normal = c.normal_constant + c.a_normal * dot(c.g, v);
-  return select(c.is_pushing, normal, T(0)) * T(ScalarOf<T>(1) / dt);
+  return select(c.is_loaded, normal, T(0)) * T(ScalarOf<T>(1) / dt);
 }
 
 /// Constant part of the normal impulse, along g. For a force along the ray, the difference to n is
@@ -29317,7 +30048,7 @@ template <Value T>
                                                               NormalDirection direction) {
   Vector3<T> sum = c.normal_constant * c.g;
   if (direction == NormalDirection::ray) sum += c.normal_impulse * Vector3<T>(c.n - c.g);
-  return select(c.is_pushing, sum, zero_vector<T>());
+  return select(c.is_loaded, sum, zero_vector<T>());
 }
 
 /// Friction of a bristle that sticks throughout the step.
@@ -29408,10 +30139,10 @@ BRISTLE_FORCE_INLINE void linearise(const SensorParameters<T>& p, const LawOptio
     c.a_along = select(c.is_slipping, slipping.a_along, c.a_along);
     c.along = select(c.is_slipping, slipping.along, c.along);
   }
-  c.a_across = select(c.is_touching, c.a_across, T(0));
-  c.a_along = select(c.is_touching, c.a_along, T(0));
+  c.a_across = select(c.is_in_contact, c.a_across, T(0));
+  c.a_along = select(c.is_in_contact, c.a_along, T(0));
   c.constant =
-      normal_constant<T>(c, options.normal) + select(c.is_touching, friction, zero_vector<T>());
+      normal_constant<T>(c, options.normal) + select(c.is_in_contact, friction, zero_vector<T>());
 }
 
 /// Impulse of a contact's linear model at the velocity v. `a_normal` is 0 where it is not loaded.
@@ -29555,17 +30286,17 @@ struct PassChange {
 
 /// Decides whether the normal part of a contact acts at the velocity `v`, and with which force.
 template <Value T>
-BRISTLE_FORCE_INLINE void update_normal(PatchContact<T>& c, const Truth<T>& is_met,
+BRISTLE_FORCE_INLINE void update_normal(PatchContact<T>& c, const Truth<T>& is_in_range,
                                         const Vector3<T>& v, ScalarOf<T> dt,
                                         PassChange<T>& change) {
   using std::abs;
   using std::max;
   const T normal = c.normal_constant + c.a_normal * dot(c.g, v);
-  const Truth<T> is_pushing = is_met & (normal > T(0));
-  change.did_switch = change.did_switch || any(is_pushing ^ c.is_pushing);
-  c.is_pushing = is_pushing;
+  const Truth<T> is_loaded = is_in_range & (normal > T(0));
+  change.did_switch = change.did_switch || any(is_loaded ^ c.is_loaded);
+  c.is_loaded = is_loaded;
   const T force = force_at<T>(c, v, dt);
-  change.force_change += select(is_met, abs(force - c.force), T(0));
+  change.force_change += select(is_in_range, abs(force - c.force), T(0));
   change.force_sum += force;
   c.force = force;
 }
@@ -29577,7 +30308,7 @@ BRISTLE_FORCE_INLINE void update_slip(PatchContact<T>& c, const Vector3<T>& v, T
                                       SlipReset reset, ScalarOf<T> dt, int pass, bool is_last_pass,
                                       PassChange<T>& change) {
   const Vector3<T> reached = c.stretch + T(dt) * v;
-  const Truth<T> overshoots = c.is_touching & (dot(reached, reached) > sigma * sigma);
+  const Truth<T> overshoots = c.is_in_contact & (dot(reached, reached) > sigma * sigma);
   // A released bristle stays released for this step. A dragged one may turn out to stick.
   const Truth<T> is_slipping =
       reset == SlipReset::release ? overshoots | c.is_slipping : overshoots;
@@ -29586,12 +30317,50 @@ BRISTLE_FORCE_INLINE void update_slip(PatchContact<T>& c, const Vector3<T>& v, T
   const Truth<T> slips_on = c.is_slipping & is_slipping;
   if ((pass >= 2 || is_last_pass) && any(slips_on)) {
     const T along_last = dot(v, c.last_slip);
-    const T bound = is_last_pass ? T(dot(c.last_slip, c.last_slip) / T(4)) : T(0);
+    const T bound =
+        is_last_pass
+            ? T(dot(c.last_slip, c.last_slip) / T(ScalarOf<T>(measured::damped_slip_reduction)))
+            : T(0);
     const Truth<T> turns = along_last <= bound;
     c.is_damping_slip = c.is_damping_slip | (slips_on & turns);
   }
   c.is_slipping = is_slipping;
   c.last_slip = v;
+}
+
+}  // namespace bristle::inline BRISTLE_ABI::detail
+
+// === bristle/sensors/solve_passes.hpp
+
+/// @file
+/// The loop of solves while sensors change state.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <algorithm>
+
+namespace bristle::inline BRISTLE_ABI::detail {
+
+/// One solve of a step.
+struct SolvePass {
+  /// [-] Its number, from 1; solves left after it.
+  int number = 1;
+  int left = 0;
+};
+
+/// Solves, and solves anew while sensors end in another state than they were linearised for (stuck
+/// to slipping, in contact to free, another normal force). At most `max_passes` times.
+///
+/// @param solve     solve(): fills the soft blocks and finds velocities.
+/// @param evaluate  bool evaluate(pass), after every solve: evaluates the impulses. If a solve is
+///                  left, it returns whether another is needed, and moves the linearisation there.
+/// @return Number of solves.
+template <typename Solve, typename Evaluate>
+int solve_in_passes(int max_passes, Solve&& solve, Evaluate&& evaluate) {
+  SolvePass pass{1, std::max(1, max_passes) - 1};
+  for (;; ++pass.number, --pass.left) {
+    solve();
+    if (!evaluate(pass) || pass.left == 0) return pass.number;
+  }
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -29657,8 +30426,9 @@ template <typename Scratch, Scalar S>
 template <typename Sum, typename Packet, typename Part>
 [[nodiscard]] Sum sum_of_contacts(std::span<Packet> all, const ParallelFor& parallel_for,
                                   const Part& part) {
-  return sum_in_ranges<Sum>(all.size(), packets_per_range(all.size()), fewest_shared_ranges,
-                            parallel_for, [&](std::size_t first, std::size_t end, Sum& sum) {
+  return sum_in_ranges<Sum>(all.size(), packets_per_range(all.size()),
+                            measured::fewest_shared_ranges, parallel_for,
+                            [&](std::size_t first, std::size_t end, Sum& sum) {
                               part(all.subspan(first, end - first), sum);
                             });
 }
@@ -29702,21 +30472,21 @@ template <Scalar S>
 BRISTLE_FORCE_INLINE void find_geometry(const RayHits<S>& hits, const RayPacket<S>& rays,
                                         const ContactPacket<S>& packet, std::size_t at,
                                         const Pack3<S>& center, PatchContact<Pack<S>>& c) {
-  const TouchPack<S> touch(hits, rays, packet.packet, at, packet.is_met, false);
+  const TouchPack<S> touch(hits, rays, packet.packet, at, packet.is_in_range, false);
   c.n = touch.n;
   c.g = touch.g;
   c.rho = touch.point - center;
   c.depth = touch.depth;
   c.inverse_length = touch.inverse_length;
   c.stretch = load_pack(packet.stretch, at);
-  c.is_touching = load_mask<S>(packet.is_touching, at);
+  c.is_in_contact = load_mask<S>(packet.is_in_contact, at);
 }
 
 /// Loads the states that the last pass found.
 template <Scalar S>
 BRISTLE_FORCE_INLINE void load_states(const ContactPacket<S>& packet, std::size_t at,
                                       PatchContact<Pack<S>>& c) {
-  c.is_pushing = load_mask<S>(packet.is_pushing, at);
+  c.is_loaded = load_mask<S>(packet.is_loaded, at);
   c.is_slipping = load_mask<S>(packet.is_slipping, at);
   c.is_damping_slip = load_mask<S>(packet.is_damping_slip, at);
 }
@@ -29752,20 +30522,20 @@ BRISTLE_FORCE_INLINE void store_model(ContactPacket<S>& packet, std::size_t at,
 template <Scalar S>
 BRISTLE_FORCE_INLINE void linearise_at_start(const SensorParameters<Pack<S>>& p,
                                              const LawOptions& options, const PatchPair<S>& pair,
-                                             const LaneMotion<S>& start, const Mask<S>& is_met,
+                                             const LaneMotion<S>& start, const Mask<S>& is_in_range,
                                              S dt, PatchContact<Pack<S>>& c) {
   using T = Pack<S>;
   c.start_velocity = start.at(c.rho);
   const T approach = dot(c.g, c.start_velocity);
   c.force =
-      select(c.is_touching, normal_force(p, c.depth, T(approach * c.inverse_length)), T(S(0)));
+      select(c.is_in_contact, normal_force(p, c.depth, T(approach * c.inverse_length)), T(S(0)));
   linearise_normal<T>(p, c, dt);
-  c.is_pushing = is_met & (c.normal_constant + c.a_normal * approach > T(S(0)));
+  c.is_loaded = is_in_range & (c.normal_constant + c.a_normal * approach > T(S(0)));
   c.normal_impulse = T(dt) * c.force;
   // Nothing slips yet. The mask is constant and empty, so the compiler drops the slip code.
   c.is_slipping = c.is_damping_slip = Mask<S>::from_bits(0);
   linearise<T>(p, options, pair, c, c.start_velocity, dt);
-  c.a_normal = select(c.is_pushing, c.a_normal, T(S(0)));
+  c.a_normal = select(c.is_loaded, c.a_normal, T(S(0)));
 }
 
 /// Sum of the first models of some contacts.
@@ -29783,11 +30553,11 @@ void sum_first_models(const SensorPatch<S>& patch, const RayHits<S>& hits, const
   for (const ContactPacket<S>& packet : packets) {
     const RayPacket<S>& rays = patch.geometry->packets[packet.packet];
     for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
-      if (pack_bits<S>(packet.is_met, at) == 0) continue;
+      if (pack_bits<S>(packet.is_in_range, at) == 0) continue;
       PatchContact<T> c;
       find_geometry(hits, rays, packet, at, center, c);
       linearise_at_start<S>(parameters(packet.packet, at, scratch), options, scheme, start,
-                            load_mask<S>(packet.is_met, at), dt, c);
+                            load_mask<S>(packet.is_in_range, at), dt, c);
       sum.add(c);
     }
   }
@@ -29825,7 +30595,7 @@ BRISTLE_FORCE_INLINE void apply_model_impulses(const PatchContact<Pack<S>>& c, c
                                                LaneWrench<S>& sum) {
   using T = Pack<S>;
   Pack3<S> impulse = model_impulse<T>(c, v);
-  T normal = select(c.is_pushing, dot(impulse, c.n), T(S(0)));
+  T normal = select(c.is_loaded, dot(impulse, c.n), T(S(0)));
   const Mask<S> pulls = normal < T(S(0));
   if (any(pulls)) {
     // The passes ran out before these sensors separated. They must not pull.
@@ -29848,10 +30618,10 @@ BRISTLE_FORCE_INLINE void find_changes(const SensorParameters<Pack<S>>& p, SlipR
   c.last_slip = zero_vector<T>();
   if (any(c.is_slipping)) c.last_slip = load_pack(packet.last_slip, at);
   linearise_normal<T>(p, c, def.dt);
-  update_normal<T>(c, load_mask<S>(packet.is_met, at), v, def.dt, change);
+  update_normal<T>(c, load_mask<S>(packet.is_in_range, at), v, def.dt, change);
   update_slip<T>(c, tangential<T>(v, c.n), p.breakaway_distance, reset, def.dt, def.pass.number,
                  def.pass.left == 1, change);
-  store_mask(packet.is_pushing, at, c.is_pushing);
+  store_mask(packet.is_loaded, at, c.is_loaded);
   if (any(c.is_slipping)) store_pack(packet.last_slip, at, c.last_slip);
   store_mask(packet.is_slipping, at, c.is_slipping);
   store_mask(packet.is_damping_slip, at, c.is_damping_slip);
@@ -29875,13 +30645,13 @@ void evaluate(const SensorPatch<S>& patch, const RayHits<S>& hits, const PatchPa
     const RayPacket<S>& rays = patch.geometry->packets[packet.packet];
     if constexpr (is_first) packet.is_slipping = 0;
     for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
-      if (pack_bits<S>(packet.is_met, at) == 0) continue;
+      if (pack_bits<S>(packet.is_in_range, at) == 0) continue;
       const SensorParameters<T>& p = parameters(packet.packet, at, scratch);
       PatchContact<T> c;
       find_geometry(hits, rays, packet, at, center, c);
       if constexpr (is_first) {
-        linearise_at_start<S>(p, options, scheme, start, load_mask<S>(packet.is_met, at), def.dt,
-                              c);
+        linearise_at_start<S>(p, options, scheme, start, load_mask<S>(packet.is_in_range, at),
+                              def.dt, c);
       } else {
         load_states(packet, at, c);
         load_model(packet, at, c);
@@ -29928,7 +30698,7 @@ void linearise_at_motion(const SensorPatch<S>& patch, const RayHits<S>& hits,
   for (ContactPacket<S>& packet : packets) {
     const RayPacket<S>& rays = patch.geometry->packets[packet.packet];
     for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
-      if (pack_bits<S>(packet.is_met, at) == 0) continue;
+      if (pack_bits<S>(packet.is_in_range, at) == 0) continue;
       PatchContact<T> c;
       find_geometry(hits, rays, packet, at, center, c);
       load_states(packet, at, c);
@@ -29939,15 +30709,15 @@ void linearise_at_motion(const SensorPatch<S>& patch, const RayHits<S>& hits,
       c.force = force_at<T>(c, v, dt);
       c.normal_impulse = T(lagged) * c.force;
       linearise<T>(p, options, scheme, c, tangential<T>(v, c.n), dt);
-      c.a_normal = select(c.is_pushing, c.a_normal, T(S(0)));
+      c.a_normal = select(c.is_loaded, c.a_normal, T(S(0)));
       sum.models.add(c);
       store_model(packet, at, c);
-      const Mask<S> is_met = load_mask<S>(packet.is_met, at);
+      const Mask<S> is_in_range = load_mask<S>(packet.is_in_range, at);
       const Pack3<S> before = tangential<T>(load_pack(packet.impulse, at), c.n);
       const Pack3<S> after = tangential<T>(model_impulse<T>(c, v), c.n);
       const Pack3<S> difference = after - before;
-      sum.friction_change += select(is_met, sqrt(dot(difference, difference)), T(S(0)));
-      sum.friction_sum += select(is_met, sqrt(dot(before, before)), T(S(0)));
+      sum.friction_change += select(is_in_range, sqrt(dot(difference, difference)), T(S(0)));
+      sum.friction_sum += select(is_in_range, sqrt(dot(before, before)), T(S(0)));
     }
   }
   total = sum;
@@ -29972,7 +30742,7 @@ PairResponse<S> evaluate(const SensorPatch<S>& patch, PatchScratch<S>& scratch, 
                          const ParallelFor& parallel_for) {
   // A change counts from a thousandth of the patch's load on: friction follows the normal force of
   // the pass before.
-  const S negligible = S(1e-3);
+  const S negligible = S(measured::negligible_pass_change);
   const PassDef<S> def{motion, dt, pass};
   const std::span<ContactPacket<S>> contacts = contacts_of(scratch, pair);
   using Evaluation = Evaluation<S>;
@@ -30086,36 +30856,36 @@ BRISTLE_FORCE_INLINE void read_packet(SensorPatch<S>& patch, const RayHits<S>& h
   const RayPacket<S>& rays = patch.geometry->packets[packet.packet];
   ReadingStore<S>& out = patch.readings;
   // One packet can be in contact with two bodies.
-  const bool is_shared = patch.felt[packet.packet] != 0;
+  const bool is_shared = patch.active_lanes[packet.packet] != 0;
   const std::size_t first = packet.packet * packet_size;
-  std::uint32_t felt = 0;
+  std::uint32_t active = 0;
   std::uint32_t whole = 0;
   for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
     const std::size_t i = first + at;
-    if (pack_bits<S>(packet.is_met, at) == 0) {
+    if (pack_bits<S>(packet.is_in_range, at) == 0) {
       if (!is_shared) clear_pack(out, i);
       continue;
     }
     const Pack3<S> n = load_pack(rays.direction, at);
     const Pack3<S> t1 = load_pack(rays.tangent, at);
-    const Mask<S> is_met = load_mask<S>(packet.is_met, at);
-    const T distance = distances_of(hits, i, is_met);
+    const Mask<S> is_in_range = load_mask<S>(packet.is_in_range, at);
+    const T distance = distances_of(hits, i, is_in_range);
     const Pack3<S> point = load_pack(rays.start, at) + distance * n;
     const Pack3<S> force = T(-per_step) * load_pack(packet.impulse, at);
     const T normal = load_pack(packet.normal_impulse, at) * T(per_step);
     const Pack3<S> shear = tangential<T>(force, n);
-    const Mask<S> is_touching = load_mask<S>(packet.is_touching, at);
+    const Mask<S> is_in_contact = load_mask<S>(packet.is_in_contact, at);
     // A sensor that gave an impulse is active. If it came into contact within the step and the
     // passes ran out, only the part across the ray is left.
     const Mask<S> is_active_lane =
-        is_touching | (is_met & ((normal > T(S(0))) | (dot(shear, shear) > T(S(0)))));
-    felt |= bits(is_active_lane) << at;
+        is_in_contact | (is_in_range & ((normal > T(S(0))) | (dot(shear, shear) > T(S(0)))));
+    active |= bits(is_active_lane) << at;
     const Pack3<S> active_force = select(is_active_lane, force, zero_vector<T>());
     sum.all.force += active_force;
     sum.all.torque += cross(point, active_force);
     sum.shear += select(is_active_lane, shear, zero_vector<T>());
     const T depth =
-        select(is_touching, sensor_depth(distance, load_pack(rays.inverse_length, at)), T(S(0)));
+        select(is_in_contact, sensor_depth(distance, load_pack(rays.inverse_length, at)), T(S(0)));
     whole |= bits(is_active_lane & (depth >= T(S(1)))) << at;
     put(out.depth.data() + i, is_active_lane, depth, is_shared);
     put(out.normal_force.data() + i, is_active_lane, normal, is_shared);
@@ -30132,7 +30902,7 @@ BRISTLE_FORCE_INLINE void read_packet(SensorPatch<S>& patch, const RayHits<S>& h
   BodyId* body = out.body.data() + first;
   SensorState* state = out.state.data() + first;
   for (std::size_t lane = 0; lane < packet_size; ++lane) {
-    const bool is_active_lane = (felt >> lane & 1u) != 0;
+    const bool is_active_lane = (active >> lane & 1u) != 0;
     const SensorState own =
         (packet.is_slipping >> lane & 1u) != 0 ? SensorState::slipping : SensorState::stuck;
     const BodyId other_body = is_shared ? body[lane] : BodyId{};
@@ -30140,7 +30910,8 @@ BRISTLE_FORCE_INLINE void read_packet(SensorPatch<S>& patch, const RayHits<S>& h
     body[lane] = is_active_lane ? id : other_body;
     state[lane] = is_active_lane ? own : other_state;
   }
-  patch.felt[packet.packet] = static_cast<LaneBits>(patch.felt[packet.packet] | felt);
+  patch.active_lanes[packet.packet] =
+      static_cast<LaneBits>(patch.active_lanes[packet.packet] | active);
 }
 
 /// Adds the readings of a pair's contacts on `id`. The function is apart from `fill_readings`, so
@@ -30181,8 +30952,8 @@ std::size_t fill_readings(SensorPatch<S>& patch, PatchScratch<S>& scratch, const
                           S dt, FindId&& find_id, const ParallelFor& parallel_for) {
   ReadingStore<S>& out = patch.readings;
   patch.was_active = !scratch.pairs.empty();
-  std::swap(patch.felt, scratch.active_before);
-  std::fill(patch.felt.begin(), patch.felt.end(), LaneBits(0));
+  std::swap(patch.active_lanes, scratch.active_before);
+  std::fill(patch.active_lanes.begin(), patch.active_lanes.end(), LaneBits(0));
   out.wrench = {};
   set_zero(out.shear_W);
   std::size_t bottomed_out = 0;
@@ -30190,8 +30961,8 @@ std::size_t fill_readings(SensorPatch<S>& patch, PatchScratch<S>& scratch, const
     bottomed_out +=
         read_pair(patch, scratch, pair, origin, S(1) / dt, find_id(pair.body_b), parallel_for);
   }
-  for (std::size_t i = 0; i < patch.felt.size(); ++i) {
-    if (patch.felt[i] == 0 && scratch.active_before[i] != 0) out.clear_packet(i);
+  for (std::size_t i = 0; i < patch.active_lanes.size(); ++i) {
+    if (patch.active_lanes[i] == 0 && scratch.active_before[i] != 0) out.clear_packet(i);
   }
   return bottomed_out;
 }
@@ -31898,11 +32669,13 @@ bool DormandPrince<S>::advance(std::span<S> y, std::size_t state, S duration, Sy
       if (is_last) break;
     }
     // The error of a substep grows with the fifth power of its length. The target is a little below
-    // the tolerance. One estimate changes the length by at most a factor of five. The error is
+    // the tolerance. One estimate changes the length by a bounded factor. The error is
     // taken without derivatives, so the ends of substeps carry none.
     const S error = S(value_of(ratio));
-    const S factor = error > S(0) ? S(0.9) * pow(error, S(-0.2)) : S(5);
-    h *= std::clamp(factor, S(0.2), is_accepted ? S(5) : S(0.9));
+    const S factor = error > S(0) ? S(1 - measured::substep_safety) * pow(error, S(-0.2))
+                                  : S(measured::substep_growth);
+    h *= std::clamp(factor, S(measured::substep_shrinkage),
+                    is_accepted ? S(measured::substep_growth) : S(1 - measured::substep_safety));
     // The rest is cut into equal parts. So the last one is no sliver.
     const S rest = duration - t;
     is_last = h >= rest;
@@ -32361,8 +33134,7 @@ bool MechanismIntegrator<S>::write(std::span<Transform<S>> end_poses,
 /// Resting islands, and those that slide on as before, take one sweep of sequential impulses. The
 /// proximal solver takes over where sweeps converge so slowly that factorisations are cheaper. It
 /// also solves every small island with sensors, joints or only new contacts. These need their load
-/// spread evenly. Large islands are swept, and so are smaller heaps that slide, if sweeps come
-/// near.
+/// spread evenly. Large islands are swept, and so are smaller heaps that slide, if sweeps serve.
 // SPDX-License-Identifier: BSD-3-Clause
 
 // === bristle/dynamics/contacts/contact_target.hpp
@@ -33011,7 +33783,8 @@ class IslandOrder {
       const List column = list_of_[body];
       number_[body] = static_cast<std::uint32_t>(order_.size());
       order_.push_back(body);
-      // A product for each two blocks of the column, in six times six rows; half of the diagonal's.
+      // A product for each two blocks of the column. Each of six columns takes half of the square
+      // of the rows below it: those of the blocks, and three of its own in the mean.
       const std::uint64_t width = 6 * std::uint64_t(column.size) + 3;
       work += 3 * width * width;
       for (std::uint32_t k = 0; k < column.size; ++k) {
@@ -33024,7 +33797,7 @@ class IslandOrder {
     return work;
   }
 
-  /// Queues a body by its neighbours. What is queued with other numbers of them is out of date.
+  /// Queues a body by its neighbours. Entries with other numbers of them are out of date.
   void enqueue(std::uint32_t body) {
     queue_.push_back(std::uint64_t(list_of_[body].left) << 32 | body);
     std::push_heap(queue_.begin(), queue_.end(), std::greater<>());
@@ -33087,14 +33860,14 @@ class IslandOrder {
       }
       if (parent != no_index) sizes_[parent] += sizes_[body];
     }
-    // Room for children that are still without numbers ends here. Parents come before children.
-    room_ends_.resize(number_.size());
+    // The numbers left for the children of a body end here. Parents come before children.
+    range_ends_.resize(number_.size());
     auto end = static_cast<std::uint32_t>(number_.size());
     for (std::size_t k = order_.size(); k-- > 0;) {
       const std::uint32_t body = order_[k];
-      std::uint32_t& room_end = parents_[body] == no_index ? end : room_ends_[parents_[body]];
-      number_[body] = room_ends_[body] = room_end - 1;
-      room_end -= sizes_[body];
+      std::uint32_t& range_end = parents_[body] == no_index ? end : range_ends_[parents_[body]];
+      number_[body] = range_ends_[body] = range_end - 1;
+      range_end -= sizes_[body];
     }
   }
 
@@ -33174,7 +33947,7 @@ class IslandOrder {
   }
 
   DynamicArray<std::uint32_t> local_, number_, order_, starts_, links_, next_;
-  DynamicArray<std::uint32_t> sizes_, parents_, room_ends_, lists_;
+  DynamicArray<std::uint32_t> sizes_, parents_, range_ends_, lists_;
   DynamicArray<List> list_of_;
   DynamicArray<std::uint64_t> queue_;  // A heap of neighbours and bodies, the least first.
   BlockPattern pattern_;
@@ -33218,7 +33991,7 @@ template <Scalar S>
   return std::none_of(island.contacts.begin(), island.contacts.end(), [&](std::uint32_t i) {
     const ContactConstraint<S>& c = constraints.contacts[i];
     const bool is_at_edge =
-        c.friction * c.impulse[0] > S(0) && hold_of(c.impulse, c.friction) < S(0.01);
+        c.friction * c.impulse[0] > S(0) && hold_of(c.impulse, c.friction) < S(measured::edge_hold);
     if (!is_at_edge) return false;
     return slip2_of(c, c.velocity(bodies[c.body_a].start, bodies[c.body_b].start)) > still2;
   });
@@ -33233,14 +34006,17 @@ class MethodChoice {
   void make(const Island& island, const Constraints<S>& constraints,
             std::span<const SolverBody<S>> bodies, SolveContext<S>& context) {
     const std::uint64_t most = context.settings.max_direct_work;
-    // A row of a contact is squared over both of its bodies, in three blocks.
+    // A row of a contact is squared over both of its bodies, in three blocks. A contact has three
+    // rows, and a block of rows counts as many.
     const std::uint64_t rows = 3 * (island.contacts.size() + island.blocks.size());
-    const std::uint64_t assembly = 78 * rows + 500 * island.soft.size();
+    const std::uint64_t assembly =
+        measured::contact_row_work * rows + measured::soft_block_work * island.soft.size();
     const std::uint64_t unknowns = 6 * island.bodies.size();
+    // The Cholesky factor of a full matrix of n unknowns takes n^3 / 6 multiply-adds.
     const std::uint64_t dense = assembly + unknowns * unknowns * unknowns / 6;
     const bool may_be_large = dense > most;
-    context.slides =
-        dense > most / sweeps_pay_from && has_sliding_heap(island, constraints, bodies, context);
+    context.slides = dense > most / measured::sliding_work_divisor &&
+                     has_sliding_heap(island, constraints, bodies, context);
     context.factor_work = dense;
     if (!may_be_large && !context.slides) return;
     if (assembly <= most) {
@@ -33250,25 +34026,19 @@ class MethodChoice {
       // The full matrix bounds the work of small islands. It decides what their budget allows.
       if (may_be_large) {
         context.factor_work = work;
-        context.is_costly_heap = elimination > most / most_jointed_share &&
+        context.is_costly_heap = elimination > most / measured::mechanism_work_divisor &&
                                  has_short_mechanisms(island, constraints, bodies, context);
       }
-      context.is_swept = context.is_large() || (context.slides && work > most / sweeps_pay_from);
+      context.is_swept =
+          context.is_large() || (context.slides && work > most / measured::sliding_work_divisor);
     } else {
       context.is_swept = true;
     }
   }
 
  private:
-  /// Sweeps solve moving heaps from this share of the largest factorisation on.
-  static constexpr std::uint64_t sweeps_pay_from = 10;
-  /// The elimination of an island that sweeps serve may take this share of the largest one, if it
-  /// has joints. As long as it moves it takes ten to twenty factorisations in a step
-  /// (docs/measurements/0042-a-budget-for-an-island.md, "No zero blocks").
-  static constexpr std::uint64_t most_jointed_share = 5;
-
   /// Returns whether an island has contacts alone, none of which may bounce, and surfaces that
-  /// slide or close faster than forces change velocities in a step. What rests or is held has to
+  /// slide or close faster than forces change velocities in a step. Islands at rest or held have to
   /// be exact. Where one contact slides, all of its island is swept.
   [[nodiscard]] static bool has_sliding_heap(const Island& island,
                                              const Constraints<S>& constraints,
@@ -33325,9 +34095,9 @@ class MethodChoice {
 /// Solver of small stiff islands. Stacks of unlike masses, grips, mechanisms and patches of sensors
 /// are all in one system.
 ///
-/// Coulomb's law is solved by `CoulombNewton`, with `InteriorPoint` as its harbour. What follows is
-/// the algorithm for displacements, for scalars with derivatives, and the harbour of what is
-/// crushed and of islands so small that sixty Newton steps are cheap.
+/// Coulomb's law is solved by `CoulombNewton`, with `InteriorPoint` as its fallback. The algorithm
+/// below is for displacements and for scalars with derivatives. It is also the fallback for what is
+/// crushed, and for islands so small that sixty Newton steps are cheap.
 ///
 /// The unknowns are the velocities v of the bodies. Soft blocks are linear in v and belong to the
 /// matrix Mt = M + sum G^T A6 G. Every other constraint i has a multiplier. A projection P_i maps
@@ -33347,7 +34117,7 @@ class MethodChoice {
 // === bristle/dynamics/solver/interior_point.hpp
 
 /// @file
-/// Interior-point method for the convex problem of an island: a harbour from anywhere.
+/// Interior-point method for the convex problem of an island. It converges from anywhere.
 ///
 /// The problem is that of `ProximalSolver`: velocities v and impulses l in the convex set K with
 ///     M v = r + J^T l,   u = J v - b + s in the dual of K,   l . u = 0.
@@ -33611,6 +34381,7 @@ class InteriorInterval {
       bounds_[1].at = row.upper;
     }
     const Real width = bounds_[1].at - bounds_[0].at;
+    // The start is in the middle of two bounds at most.
     const Real margin = std::min(sqrt(barrier / row.response), Real(0.5) * width);
     impulse_ = std::max(bounds_[0].at + margin, std::min(row.lambda, bounds_[1].at - margin));
     is_fixed_ = !(width > Real(0));
@@ -33762,7 +34533,7 @@ class InteriorPoint {
     while (count < problem.most_steps) {
       hessian_ = *problem.matrix;
       for_each_law(problem, [&](auto& law, std::span<const Row> rows) {
-        law.linearise(rows, v_, Real(yield) * rows[0].response);
+        law.linearise(rows, v_, Real(measured::interior_yield) * rows[0].response);
         law.add_slope(rows, hessian_);
       });
       if (!hessian_.factor()) break;
@@ -33770,8 +34541,9 @@ class InteriorPoint {
       find_gradient(problem);
       find_step(problem, Real(0), false);
       const Real left = Real(1) - std::min(Real(1), reach(problem));
+      // The barrier falls by the cube of what is left (Mehrotra 1992).
       find_step(problem, left * left * left * barrier(problem), true);
-      const Real share = std::min(Real(1), Real(0.99) * reach(problem));
+      const Real share = std::min(Real(1), Real(measured::boundary_share) * reach(problem));
       bool is_inside = true;
       for_each_law(problem, [&](auto& law, std::span<const Row>) {
         law.advance(share);
@@ -33792,11 +34564,6 @@ class InteriorPoint {
   [[nodiscard]] const DynamicArray<Real>& velocities() const { return v_; }
 
  private:
-  /// [1] What a row yields in a step, by its own response. It keeps the matrix regular where rows
-  /// are redundant, moves with the impulses, and so leaves no trace. A larger one would hold back
-  /// redundant impulses on their way to the middle.
-  static constexpr double yield = 1e-10;
-
   /// Calls use(law, its rows) for all laws.
   template <typename Use>
   void for_each_law(const ConvexProblem<Real>& problem, const Use& use) {
@@ -33925,7 +34692,7 @@ class InteriorPoint {
 // === bristle/dynamics/solver/crushing_limit.hpp
 
 /// @file
-/// The most that bodies which nothing stops press with.
+/// Bound of the impulses by bodies that nothing stops.
 ///
 /// Fixed and kinematic bodies that move towards each other crush what is between them. No
 /// velocities keep all surfaces apart then. Impulses would grow with every sweep and Newton step,
@@ -33940,17 +34707,12 @@ class InteriorPoint {
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// [1] Load of a contact as a multiple of all that acts on its island in a step. Levers and wedges
-/// that are moved against something ask for more than one. Half and twice of it are as good: of 96
-/// crushed heaps 2, 1 and 0 throw a cube out with 5, 10 and 20 (docs/measurements/0021).
-inline constexpr double most_leverage = 10;
-
 /// Returns whether a contact carries more than all that acts on its island in a step. It crushes
-/// what is there, or is pressed by a lever.
+/// bodies, or a lever presses it.
 /// @param most  [N s] `ContactConstraint::most_impulse`. Infinite where nothing can be crushed.
 template <typename Real>
 [[nodiscard]] bool is_crushing(const Real& impulse, const Real& most) {
-  return impulse > most / Real(most_leverage);
+  return impulse > most / Real(measured::most_leverage);
 }
 
 /// Returns whether immovable bodies that an island touches, or has joints with, move against each
@@ -33977,9 +34739,9 @@ template <Scalar S>
   return any(island.contacts, constraints.contacts) || any(island.blocks, constraints.blocks);
 }
 
-/// [N s] What acts on an island in a step: what stops its bodies, what forces, motors and soft
-/// blocks give them, and what brings all of them to the speed of movers. Torques count as forces at
-/// the radius of gyration.
+/// [N s] Sum of the impulses on an island in a step: those that stop its bodies, those by forces,
+/// motors and soft blocks, and those that bring all of them to the speed of movers. Torques count
+/// as forces at the radius of gyration.
 template <Scalar S>
 [[nodiscard]] S impulse_scale(const Island& island, const Constraints<S>& constraints,
                               std::span<const SolverBody<S>> bodies) {
@@ -34043,7 +34805,8 @@ template <Scalar S>
 void limit_crushing(const Island& island, Constraints<S>& constraints,
                     std::span<const SolverBody<S>> bodies) {
   if (!are_movers_opposed(island, constraints, bodies)) return;
-  const S most = S(value_of(S(most_leverage) * impulse_scale(island, constraints, bodies)));
+  const S most =
+      S(value_of(S(measured::most_leverage) * impulse_scale(island, constraints, bodies)));
   if (!(most < infinity<S>)) return;  // Numbers that are none bound nothing.
   for (const std::uint32_t i : island.contacts) {
     ContactConstraint<S>& c = constraints.contacts[i];
@@ -34272,7 +35035,7 @@ class IslandRows {
     }
   }
   /// Lists the rows that may need motions which joints lock.
-  /// @return Whether there are any.
+  /// @return True if there are any.
   bool find_lockable(const Island& island, const Constraints<S>& constraints,
                      std::span<const SolverBody<S>> bodies);
   /// Drops those of the listed rows whose response in a factored matrix is at most `share` of their
@@ -34654,7 +35417,8 @@ class ProximalSolver {
     rows_.evaluate(step_);
     rows_.set_shifts();
     // Well below the tolerance. A sweep over the result then finds nothing to do.
-    const Real tolerance = Real(0.1) * Real(context.velocity_tolerance);
+    const Real tolerance =
+        Real(measured::direct_tolerance_share) * Real(context.velocity_tolerance);
     enough_ = Real(context.velocity_tolerance);
     // Derivatives have to settle, too, which the iteration waits for.
     if constexpr (derivatives_of<S> == 0) {
@@ -34704,12 +35468,6 @@ class ProximalSolver {
   [[nodiscard]] Real enough() const { return enough_; }
 
  private:
-  /// [-] Newton steps from no impulses. What lands and does not jam takes one or two. All else that
-  /// is new is solved from inside.
-  static constexpr int landing_steps = 4;
-  /// [-] Small steps in a row that halve nothing.
-  static constexpr int most_idle = 2;
-
   Real solve_law(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
                  const SolveContext<S>& context, SolveReport<S>& report);
   [[nodiscard]] ConvexProblem<Real> convex_problem(const CoulombProblem<Real>& problem);
@@ -34776,10 +35534,13 @@ auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constrai
       .is_near = false,
       .start = &step_,
       .free = &product_,
-      .tolerance = Real(is_swept_first ? 0.01 : 0.1) * Real(context.velocity_tolerance),
+      .tolerance = Real(is_swept_first ? measured::swept_first_tolerance_share
+                                       : measured::direct_tolerance_share) *
+                   Real(context.velocity_tolerance),
       .speed_change = Real(context.driven_change),
-      .most_steps = std::min(context.most_newton_steps(report),
-                             is_fresh ? landing_steps : context.settings.max_newton_steps)};
+      .most_steps =
+          std::min(context.most_newton_steps(report),
+                   is_fresh ? measured::most_landing_steps : context.settings.max_newton_steps)};
   // A warm step in which a grip begins to slip must not allocate.
   if (!context.is_cheap()) {
     interior_.reserve(convex_problem(problem));
@@ -34791,10 +35552,10 @@ auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constrai
   const bool is_short = found.residual > enough_ && !found.is_contradictory;
   const bool is_crushed =
       is_short && rows_.is_crushed([this](std::size_t k) { return newton_.impulse(k); });
-  // Behind it comes the proximal iteration, whose opening speeds follow the slip, where the budget
-  // pays for it. What is crushed has nothing else: `InteriorPoint` does not know cones that end.
+  // The next method is the proximal iteration, whose opening speeds follow the slip, where the
+  // budget pays for it. Crushed bodies have no other: `InteriorPoint` does not know cones that end.
   const bool is_paid = is_crushed ? context.cost_share() <= 1 : context.is_cheap();
-  // Where surfaces slide fast and nothing is crushed, neither harbour is worth its cost: in two of
+  // Where surfaces slide fast and nothing is crushed, neither fallback is worth its cost. In two of
   // three cases it ends farther from the law (docs/measurements/0042-a-budget-for-an-island.md).
   const Real fast = std::max(problem.speed_change, Real(context.velocity_tolerance));
   const bool slides = !is_fresh && found.slip > fast;
@@ -34854,7 +35615,8 @@ auto ProximalSolver<S>::solve_from_inside(CoulombProblem<Real> problem,
     convex.speed = std::max(convex.speed, abs(row.velocity));
   }
   // Newton's method does the rest. The nearer to the solution, the nearer to the edges of cones.
-  convex.tolerance = std::max(enough_, Real(1e-5) * problem.speed_change);
+  convex.tolerance =
+      std::max(enough_, Real(measured::interior_solved_share) * problem.speed_change);
   convex.most_steps = context.most_interior_steps(report);
   report.factorisations += interior_.solve(convex);
   for (std::size_t k = 0; k < rows.size(); ++k) rows[k].lambda = interior_.impulse(k);
@@ -34969,15 +35731,15 @@ void ProximalSolver<S>::add_soft(const SoftBlock<S>& soft, std::span<const Solve
 
 /// Drops rows along which joints leave no mobility. A finger on a slide may be pushed across it. It
 /// could only yield by being torn off (docs/decisions/0009-locked-contact-directions.md). The
-/// remaining response of a row is that of the matrix with all joints held by springs of 1e-9.
+/// remaining response of a row is that of the matrix with all joints held by stiff springs.
 template <Scalar S>
 void ProximalSolver<S>::drop_locked_rows(const Island& island, const Constraints<S>& constraints,
                                          std::span<const SolverBody<S>> bodies) {
   if (!rows_.find_lockable(island, constraints, bodies)) return;
   hessian_ = matrix_;
-  rows_.add_joints(Real(1e-9), hessian_);
+  rows_.add_joints(Real(measured::joint_spring_softness), hessian_);
   if (!hessian_.factor()) return;
-  rows_.drop_locked(hessian_, Real(1e-6), product_);
+  rows_.drop_locked(hessian_, Real(measured::locked_response_share), product_);
 }
 
 /// Finds the transient impulses of contacts, which the next step does not need. Impulses would be
@@ -35008,8 +35770,8 @@ auto ProximalSolver<S>::iterate(Real tolerance, const SolveContext<S>& context,
                                 SolveReport<S>& report) -> Real {
   // A smaller eps is a stiffer penalty. It needs fewer outer iterations, but many Newton steps if
   // one starts from far away. Where no row can switch, the smallest eps is right at once.
-  const Real smallest = Real(IslandRow<Real>::least_eps);
-  Real eps = rows_.can_switch() ? Real(1e-3) : smallest;
+  const Real smallest = Real(measured::least_eps);
+  Real eps = rows_.can_switch() ? Real(measured::proximal_first_eps) : smallest;
   Real left = infinity<Real>;
   Real inner = Real(0);
   const int most_steps = context.most_newton_steps(report);
@@ -35019,8 +35781,10 @@ auto ProximalSolver<S>::iterate(Real tolerance, const SolveContext<S>& context,
   for (int outer = 0; steps < most_steps; ++outer) {
     // Shifts follow the slip of a solved convex problem. Before, all that is loaded creeps by eps.
     // Shifts by that creep would unload what sticks, and what could hold would begin to slide.
-    if (outer > 0 && rows_.convex_residual() <= Real(0.5) * left) rows_.set_shifts();
-    if (!minimise(eps, std::max(Real(0.1) * tolerance, inner), steps, most_steps)) {
+    const Real solved = Real(measured::convex_solved_share) * left;
+    if (outer > 0 && rows_.convex_residual() <= solved) rows_.set_shifts();
+    if (!minimise(eps, std::max(Real(measured::inner_tolerance_share) * tolerance, inner), steps,
+                  most_steps)) {
       // The impulses of an iteration that was cut short match no velocities. Those of the iteration
       // before do.
       v_ = settled_;
@@ -35033,9 +35797,11 @@ auto ProximalSolver<S>::iterate(Real tolerance, const SolveContext<S>& context,
     left = std::max(rows_.residual(), mismatch_);
     if (left <= tolerance && have_derivatives_settled(context.settings)) break;
     // Slip that keeps turning leaves a residual that no longer falls.
-    if (outer >= 10 && left > Real(0.9) * before) break;
-    eps = std::max(smallest, eps / Real(10));
-    inner = Real(0.01) * left;  // Exact minima of a changing function are no use.
+    const bool is_stalled = left > Real(measured::stalled_residual_share) * before;
+    if (outer >= measured::least_outer_iterations && is_stalled) break;
+    eps = std::max(smallest, eps / Real(measured::proximal_eps_divisor));
+    // Exact minima of a changing function are no use.
+    inner = Real(measured::inner_residual_share) * left;
   }
   report.factorisations += steps;
   return left;
@@ -35052,7 +35818,7 @@ bool ProximalSolver<S>::have_derivatives_settled(const SolverDef<S>& settings) {
 /// The inner loop: Newton's method with line search, until the impulses of the velocities give
 /// these velocities, or come no nearer to them. `mismatch_` says what is left. The velocities are
 /// made from the impulses in the end.
-/// @return Whether it came to an end.
+/// @return True if it came to an end.
 template <Scalar S>
 bool ProximalSolver<S>::minimise(Real eps, Real tolerance, int& steps, int most_steps) {
   using std::abs;
@@ -35081,10 +35847,11 @@ bool ProximalSolver<S>::minimise(Real eps, Real tolerance, int& steps, int most_
     // Impulses are velocities divided by eps. So small steps still bring them nearer, and several
     // that do not leave round-off.
     mismatch_ = mismatch();
-    const bool is_idle = size <= tolerance && mismatch_ > Real(0.5) * nearest;
+    const bool is_idle =
+        size <= tolerance && mismatch_ > Real(measured::idle_mismatch_share) * nearest;
     idle = is_idle ? idle + 1 : 0;
     nearest = std::min(nearest, mismatch_);
-    if (mismatch_ <= tolerance || idle >= most_idle) return true;
+    if (mismatch_ <= tolerance || idle >= measured::most_idle_steps) return true;
   }
   return false;
 }
@@ -35129,11 +35896,11 @@ auto ProximalSolver<S>::search_line(Real eps) -> Real {
   Real at_low = derivative(low);
   Real high = Real(1);
   Real at_high = derivative(high);
-  const Real small = Real(0.01) * abs(at_low);
+  const Real small = Real(measured::line_search_share) * abs(at_low);
   Real s = high;
   if (at_high > small && at_low < Real(0)) {
     int side = 0;
-    for (int i = 0; i < 20; ++i) {
+    for (int i = 0; i < measured::most_line_search_steps; ++i) {
       s = (low * at_high - high * at_low) / (at_high - at_low);
       const Real at_s = derivative(s);
       if (abs(at_s) <= small) break;
@@ -36839,9 +37606,9 @@ class SequentialSolver {
   }
   /// Returns whether most contacts of the manifolds are new.
   [[nodiscard]] bool is_cold() const { return manifolds_.is_cold(); }
-  /// Finds the velocities of a swept island. They are those by the impulses of points. What is
-  /// crushed (`limit_crushing`) keeps those of the last sweep: a single point has no torsion, and
-  /// the torque that is lost so would spin it at 900 rad/s.
+  /// Finds the velocities of a swept island. They are those by the impulses of points. A
+  /// crushed island (`limit_crushing`) keeps those of the last sweep. A single point has no
+  /// torsion, and the torque that is lost so would spin its bodies at 900 rad/s.
   void find_velocities(const Island& island, const Constraints<S>& constraints,
                        std::span<SolverBody<S>> bodies) const {
     if (!manifolds_.may_be_crushed()) apply_impulses(island, constraints, bodies);
@@ -36897,7 +37664,7 @@ class SequentialSolver {
   void start_extrapolation(SweptProblem problem) { manifolds_.start_extrapolation(problem); }
   /// Moves on as the last sweep there and back did (`ManifoldSweeps::extrapolate`). At least one
   /// sweep has to follow.
-  /// @return Whether there was something to gain.
+  /// @return True if there was something to gain.
   bool extrapolate(SweptProblem problem) { return manifolds_.extrapolate(problem); }
 
   /// Ends the sweeps of a substep.
@@ -37132,14 +37899,14 @@ class SweepConvergence {
     ++count_;
     return residual <= (count_ == 1 ? first_ : tolerance_);
   }
-  /// Returns whether the remaining sweeps would cost more than factorisations. About 60 sweeps of
-  /// contacts cost as much as one solve by factorisation. That holds for stacks of any height
-  /// (docs/solver.md). Sweeps alternate their direction, so the rate of two sweeps counts.
+  /// Returns whether the remaining sweeps would cost more than factorisations. Sweeps alternate
+  /// their direction, so the rate of two sweeps counts.
   [[nodiscard]] bool is_slow() const {
     using std::log;
-    if (count_ < 4) return false;
+    if (count_ < measured::least_sweeps_before_rate) return false;
     if (!(last_ < before_last_)) return true;
-    return S(2) * log(last_ / tolerance_) > S(60) * log(before_last_ / last_);
+    const S of_direct_solve = S(measured::sweeps_of_direct_solve);
+    return S(2) * log(last_ / tolerance_) > of_direct_solve * log(before_last_ / last_);
   }
 
  private:
@@ -37187,7 +37954,7 @@ class IslandSolver {
   /// Finds the displacements of the step from solved velocities. In a quiet step they follow from
   /// the velocities. Nothing is solved then.
   ///
-  /// @return Whether the velocities are to be solved anew (`open_contacts`).
+  /// @return True if the velocities are to be solved anew (`open_contacts`).
   bool place(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
              const SolveContext<S>& context, SolveReport<S>& report) {
     if (!context.is_swept) {
@@ -37198,8 +37965,8 @@ class IslandSolver {
     if (!island.soft.empty()) {
       // Other islands are placed substep by substep as they are solved.
       const int most = context.settings.max_position_sweeps;
-      place_part(island, constraints, bodies, context, {most, most}, S(0.3) * report.residual,
-                 report);
+      place_part(island, constraints, bodies, context, {most, most},
+                 S(measured::swept_position_share) * report.residual, report);
     }
     return false;
   }
@@ -37250,7 +38017,8 @@ class IslandSolver {
     }
     // A residual that needs more than one sweep is brought well below the tolerance. Just below it,
     // it would come up again in the next step.
-    SweepConvergence<S> progress(context.velocity_tolerance, S(0.3) * context.velocity_tolerance);
+    SweepConvergence<S> progress(context.velocity_tolerance,
+                                 S(measured::later_sweep_share) * context.velocity_tolerance);
     watch_.start();
     int most_sweeps = may_factor ? context.settings.max_sweeps : most_repairs(context);
     for (int n = 0; n < most_sweeps; ++n) {
@@ -37276,8 +38044,7 @@ class IslandSolver {
   }
 
   /// Goes back from swept impulses, which are saved, to the warm start of an island that is held.
-  /// It is nearer to the solution. Sweeps put the load on single points, whose friction reaches its
-  /// bound.
+  /// It is nearer to the solution. Sweeps put the load on single points, which then slide.
   void start_where_held(const Island& island, Constraints<S>& constraints,
                         std::span<SolverBody<S>> bodies, const SolveContext<S>& context) {
     warm_start_.restore(island, constraints);
@@ -37296,8 +38063,7 @@ class IslandSolver {
                : std::min(settings.max_sweeps, SweepCount::half_of(settings.large_sweeps).least);
   }
 
-  /// Returns whether an island has gained kinetic energy. It must exceed that at the start and that
-  /// of free motion.
+  /// Returns whether the kinetic energy exceeds that at the start and that of free motion.
   [[nodiscard]] static bool has_gained_energy(const Island& island,
                                               std::span<const SolverBody<S>> bodies) {
     const IslandEnergy<S> energy = energy_of<S>(island, bodies);
@@ -37335,13 +38101,14 @@ class IslandSolver {
 
   /// Sweeps a heap that slides (`MethodChoice`) over one substep.
   ///
-  /// @return Whether the result serves. Newton's method takes over where sweeps have nearly found
-  ///         the solution: it needs a step or two, and what slides on as before then takes one
-  ///         sweep. Where it is hit, Newton's method takes many and does not find the solution.
+  /// @return True if the result serves. Newton's method takes over where sweeps have nearly found
+  ///         the solution. It needs a step or two, and a steady slide then takes one sweep. Where
+  ///         the heap is hit, Newton's method takes many and does not find the solution.
   bool sweep_sliding(const Island& island, Constraints<S>& constraints,
                      std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
                      SolveReport<S>& report) {
-    const S near = std::max(context.velocity_tolerance, S(1e-3) * context.speed_change);
+    const S near = std::max(context.velocity_tolerance,
+                            S(measured::newton_takes_over_share) * context.speed_change);
     const SolverDef<S>& settings = context.settings;
     sequential_.start_manifolds(island, constraints, bodies, S(1));
     sequential_.start_part(island, constraints, bodies, context);
@@ -37359,9 +38126,9 @@ class IslandSolver {
       sequential_.finish(island, bodies);
     }
     sequential_.keep_impulses();
-    // Velocities are left far from their laws. Overlaps of a thirtieth of what forces move are
-    // small.
-    const S enough = std::min(S(0.3) * report.residual, S(3e-2) * context.speed_change);
+    // Velocities are left far from their laws. Overlaps are small beside the motion by forces.
+    const S enough = std::min(S(measured::swept_position_share) * report.residual,
+                              S(measured::sliding_overlap_share) * context.speed_change);
     place_part(island, constraints, bodies, context, {affordable, affordable}, enough, report);
     sequential_.finish_parts(island, constraints);
     sequential_.find_velocities(island, constraints, bodies);
@@ -37371,7 +38138,7 @@ class IslandSolver {
   /// [-] Sweeps of the velocities of a heap that slides. Positions, which sweeps find, have more of
   /// the budget.
   [[nodiscard]] static int sliding_sweeps(int affordable, const SolverDef<S>& settings) {
-    return std::min(settings.max_sweeps, affordable / 4);
+    return std::min(settings.max_sweeps, affordable / measured::sliding_velocity_divisor);
   }
 
   /// Solves a large island by few sweeps. Its substeps are short enough for them. Gaps follow the
@@ -37409,8 +38176,9 @@ class IslandSolver {
       }
       sequential_.keep_impulses();
       if (!island.soft.empty()) break;  // Placed when their sensors have settled.
-      // A third of the error of the velocities adds little to it.
-      place_part(island, constraints, bodies, part, placings, S(0.3) * report.residual, report);
+      // Positions need no more digits than velocities have.
+      place_part(island, constraints, bodies, part, placings,
+                 S(measured::swept_position_share) * report.residual, report);
       if (k + 1 < count) sequential_.move_on(bodies, part.dt);
       end_part(island, constraints, bodies, part.dt, parts);
     }
@@ -37434,7 +38202,7 @@ class IslandSolver {
     sequential_.finish(island, bodies);
   }
 
-  /// @return Whether the velocities are found.
+  /// @return True if the velocities are found.
   bool sweep_velocities(bool backwards, const Island& island, Constraints<S>& constraints,
                         std::span<SolverBody<S>> bodies, const SolveContext<S>& part,
                         SolveReport<S>& report) {
@@ -37477,9 +38245,9 @@ class IslandSolver {
                                             const SolveContext<S>& context,
                                             const SolveReport<S>& report) {
     const IslandEnergy<S> energy = energy_of<S>(island, bodies);
-    const S given = std::max(energy.start, energy.free);
-    if (!context.slides) return energy.found > S(2) * given;
-    return report.residual > context.fast() && energy.found > given;
+    const S available = std::max(energy.start, energy.free);
+    if (!context.slides) return energy.found > S(measured::suspicious_energy_growth) * available;
+    return report.residual > context.fast() && energy.found > available;
   }
 
   /// Stores the whole step of each body. Scales the warm start of rows to a substep.
@@ -37586,7 +38354,7 @@ class IslandSolver {
     sequential_.find_velocities(island, constraints, bodies);
   }
 
-  /// @return Whether there was anything to solve.
+  /// @return True if there was anything to solve.
   bool place_small(const Island& island, Constraints<S>& constraints,
                    std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
                    SolveReport<S>& report) {
@@ -37664,7 +38432,7 @@ class IslandSolver {
   /// Solves by factorisation. Keeps the result if it is exact. Also keeps it if a sweep then finds
   /// a smaller residual than that of the saved impulses.
   /// @param residual  [m/s] Residual of the impulses that are in `saved_`.
-  /// @return Whether nothing is left to do.
+  /// @return True if nothing is left to do.
   bool try_proximal(const Island& island, Constraints<S>& constraints,
                     std::span<SolverBody<S>> bodies, const SolveContext<S>& context, S residual,
                     SolveReport<S>& report) {
@@ -38779,7 +39547,7 @@ Wrench<S> ambf_impulses(SensorPatch<S>& patch, PatchScratch<S>& scratch, const P
       const LaneBits bit = static_cast<LaneBits>(1u << i);
       packet.impulse.set(i, zero<Vec3<S>>());
       packet.normal_impulse[i] = S(0);
-      if ((packet.is_touching & bit) == 0) continue;
+      if ((packet.is_in_contact & bit) == 0) continue;
       const auto [n, g, point, depth, inverse_length] =
           touch_of(*patch.geometry, scratch.hits, packet.packet * packet_size + i);
       const SensorContact<S> contact{depth, inverse_length, n, g, pair.start_motion.at(point)};
@@ -38816,13 +39584,13 @@ void apply_at_start(const SensorPatch<S>& patch, const RayHits<S>& hits, const P
   for (ContactPacket<S>& packet : packets) {
     const RayPacket<S>& rays = patch.geometry->packets[packet.packet];
     for (std::size_t at = 0; at < packet_size; at += lanes<S>) {
-      if (pack_bits<S>(packet.is_met, at) == 0) continue;
-      const TouchPack<S> touch(hits, rays, packet.packet, at, packet.is_met, false);
+      if (pack_bits<S>(packet.is_in_range, at) == 0) continue;
+      const TouchPack<S> touch(hits, rays, packet.packet, at, packet.is_in_range, false);
       const SensorContact<Pack<S>> contact{touch.depth, touch.inverse_length, touch.n, touch.g,
                                            start.at(touch.point)};
       apply_impulses<S>(packet, at, parameters(packet.packet, at, scratch), options, contact,
                         load_pack(packet.stretch, at), touch.point - center,
-                        load_mask<S>(packet.is_touching, at), dt, sum.force, sum.torque);
+                        load_mask<S>(packet.is_in_contact, at), dt, sum.force, sum.torque);
     }
   }
   total = sum;
@@ -38847,7 +39615,7 @@ Wrench<S> explicit_impulses(SensorPatch<S>& patch, PatchScratch<S>& scratch,
                             const PatchPair<S>& pair, BodyId id_b, S dt,
                             const ParallelFor& parallel_for) {
   if (pair.is_applied) {
-    return {pair.R_WA * pair.given.force, pair.R_WA * pair.given.torque};
+    return {pair.R_WA * pair.applied.force, pair.R_WA * pair.applied.torque};
   }
   return patch.def.options.law == Law::ambf
              ? ambf_impulses(patch, scratch, pair, id_b, dt)
@@ -39547,8 +40315,8 @@ class GuardedSweeps {
       target_contact(c, bodies[c.body_a], bodies[c.body_b], context);
     }
     for (int n = 0; n < context.settings.max_sweeps; ++n) {
-      for (const std::uint32_t i : island.blocks) turn_block(constraints, i, bodies);
-      for (const std::uint32_t i : island.contacts) turn_contact(constraints.contacts[i], bodies);
+      for (const std::uint32_t i : island.blocks) update_block(constraints, i, bodies);
+      for (const std::uint32_t i : island.contacts) update_contact(constraints.contacts[i], bodies);
     }
     for (const std::uint32_t slot : island.bodies) bodies[slot].motion = bodies[slot].twist;
   }
@@ -39558,7 +40326,7 @@ class GuardedSweeps {
     return has_finite_square<S>(body.twist.linear) && has_finite_square<S>(body.twist.angular);
   }
 
-  static void turn_contact(ContactConstraint<S>& c, std::span<SolverBody<S>> bodies) {
+  static void update_contact(ContactConstraint<S>& c, std::span<SolverBody<S>> bodies) {
     SolverBody<S>& a = bodies[c.body_a];
     SolverBody<S>& b = bodies[c.body_b];
     const std::array<S, 3> impulse = c.impulse;
@@ -39574,8 +40342,8 @@ class GuardedSweeps {
     b.twist = twist_b;
   }
 
-  static void turn_block(Constraints<S>& constraints, std::uint32_t index,
-                         std::span<SolverBody<S>> bodies) {
+  static void update_block(Constraints<S>& constraints, std::uint32_t index,
+                           std::span<SolverBody<S>> bodies) {
     const ConstraintBlock<S>& block = constraints.blocks[index];
     ConstraintRow<S>* rows = &constraints.rows[block.first];
     SolverBody<S>& a = bodies[block.body_a];
@@ -41421,10 +42189,10 @@ void visit_patch(const State& state, Patch& patch, Visitor& visit) {
     visit.value(last.body);
     visit.value(last.impulse);
   });
-  for (std::size_t i = 0; i < patch.felt.size(); ++i) {
+  for (std::size_t i = 0; i < patch.active_lanes.size(); ++i) {
     visit.item(
-        "patches (felt)", patch.felt[i], [&](auto& felt) { visit.value(felt); },
-        [&](LaneBits felt) { return (felt & ~lanes_of(patch, i)) == 0; });
+        "patches (felt)", patch.active_lanes[i], [&](auto& active) { visit.value(active); },
+        [&](LaneBits active) { return (active & ~lanes_of(patch, i)) == 0; });
   }
   visit.value(patch.was_active);
   visit.value(patch.is_active);
@@ -42205,7 +42973,7 @@ namespace bristle::inline BRISTLE_ABI::detail {
 /// Nearest point of a target to a query, in the frame of the target.
 template <Scalar P>
 struct SolidGap {
-  /// [m] Distance of the two. 0 where they overlap or touch. What it is before a search bounds the
+  /// [m] Distance of the two. 0 where they overlap or touch. Its value before a search bounds the
   /// search: nothing that is as far changes it.
   P distance = infinity<P>;
   /// [1] Unit normal out of the target, towards the query. Zero where they overlap.
@@ -42218,7 +42986,7 @@ struct SolidGap {
 /// First touch of a query that moves along a line, in the frame of the target.
 template <Scalar P>
 struct SolidTouch {
-  /// [1] Part of the way before the touch. What it is before a search bounds the search.
+  /// [1] Part of the way before the touch. Its value before a search bounds the search.
   P fraction = infinity<P>;
   /// [1] Unit normal out of the target. Against the motion where the solids overlap at its start.
   Vec3<P> normal = zero<Vec3<P>>();
@@ -42304,7 +43072,6 @@ template <Scalar P>
 template <Scalar P>
 [[nodiscard]] Vec3<P> point_of_gap(const ConvexView<P>& target, const ConvexView<P>& query,
                                    const Transform<P>& X_TQ, const Vec3<P>& normal, P distance) {
-  constexpr int max_rounds = 32;
   const P enough = distance + Tolerance<P>::equal() * std::min(target.reach, query.reach);
   // A ball has one point that is nearest.
   if (std::holds_alternative<const Sphere<P>*>(query.shape)) {
@@ -42312,7 +43079,7 @@ template <Scalar P>
   }
   const Transform<P> X_QT = X_TQ.inverse();
   Vec3<P> point = support_point(target, normal);
-  for (int i = 0; i < max_rounds; ++i) {
+  for (int i = 0; i < measured::gap_projections; ++i) {
     const Vec3<P> opposite = X_TQ * project(Vec3<P>(X_QT * point), query);
     if ((opposite - point).norm() <= enough) break;
     point = project(opposite, target);
@@ -42419,13 +43186,12 @@ void find_touch(const ConvexView<P>& target, const ConvexView<P>& query, const T
   // Each measurement takes away all of the way that it proves free. Faces and corners end after one
   // or two of them; round solids leave a part of the way that shrinks with its square. The bound is
   // there for numbers that go on to creep.
-  constexpr int max_measurements = 64;
   const P touching = near * std::min(target.reach, query.reach);
   const P least = near * way.norm();
   Transform<P> X = X_TQ;
   P fraction = P(0);
   Vec3<P> normal = zero<Vec3<P>>();
-  for (int i = 0; i < max_measurements; ++i) {
+  for (int i = 0; i < measured::sweep_distances; ++i) {
     const GjkResult<P> found = convex_distance(target, query, X, infinity<P>);
     // The direction of solids that all but touch may be any. Only a plane that parts them counts.
     const P gap = found.is_apart ? gap_along(target, query, X, found.normal) : P(0);
@@ -42974,7 +43740,7 @@ class HostStage {
   void add_bodies(const Step& step);
   void add_touches(State& state);
   void fill_blocks();
-  [[nodiscard]] bool answer(S dt, const SolvePass& pass);
+  [[nodiscard]] bool evaluate_touches(S dt, const SolvePass& pass);
   void deliver(State& state, Step& step);
 
   /// Calls visit(patch, scratch, pair) for all pairs in contact.
@@ -43124,7 +43890,7 @@ void HostStage<S>::solve(State& state, Step& step) {
           fill_blocks();
           system_.solve(blocks_);
         },
-        [&](const SolvePass& pass) { return answer(dt, pass); });
+        [&](const SolvePass& pass) { return evaluate_touches(dt, pass); });
   }
   deliver(state, step);
 }
@@ -43194,7 +43960,7 @@ void HostStage<S>::fill_blocks() {
 /// Evaluates all patches at the solved motion.
 /// @return True if any left the state it was linearised for.
 template <Scalar S>
-bool HostStage<S>::answer(S dt, const SolvePass& pass) {
+bool HostStage<S>::evaluate_touches(S dt, const SolvePass& pass) {
   bool has_changed = false;
   for (Touch& touch : touches_) {
     if (!touch.pair->is_implicit) continue;
@@ -43211,7 +43977,7 @@ template <Scalar S>
 void HostStage<S>::deliver(State& state, Step& step) {
   const S dt = state.def.time_step;
   step.wrenches.clear();
-  const auto give = [&](std::uint32_t slot, const Wrench<S>& wrench) {
+  const auto apply = [&](std::uint32_t slot, const Wrench<S>& wrench) {
     if (!is_moved_by_engine(state, slot)) return;
     // From the mirrored centre of mass to the engine's.
     step.wrenches.push_back({slot, wrench.shifted(-step.bodies[slot].shift)});
@@ -43223,8 +43989,8 @@ void HostStage<S>::deliver(State& state, Step& step) {
       ++step.report.discarded;
       continue;
     }
-    give(touch.patch->body.index, -on_b.shifted(-touch.pair->arm_a));
-    give(touch.pair->body_b, on_b.shifted(-touch.pair->arm_b));
+    apply(touch.patch->body.index, -on_b.shifted(-touch.pair->arm_a));
+    apply(touch.pair->body_b, on_b.shifted(-touch.pair->arm_b));
   }
   for (const std::uint32_t i : near_something_) {
     SensorPatch<S>& patch = state.patches.at(i);
@@ -43256,7 +44022,8 @@ void detail::HostStep<S>::place(WorldState<S>& world, std::uint32_t slot,
                                 const std::optional<HostBody<S>>& found) {
   using std::abs;
   // This also fails for NaN or overflowing quaternions.
-  if (!found || !(abs(found->pose.rotation.squaredNorm() - S(1)) < S(0.5))) {
+  if (!found ||
+      !(abs(found->pose.rotation.squaredNorm() - S(1)) < S(measured::host_rotation_error))) {
     ++report.missing_bodies;
     return;
   }
@@ -43561,6 +44328,7 @@ template <std::integral T>
   return std::to_string(x);
 }
 [[nodiscard]] inline std::string json_number(float x) {
+  // The shortest text of a float has at most 15 characters.
   char digits[32];
   return {digits, std::to_chars(digits, digits + sizeof digits, x).ptr};
 }
@@ -44029,7 +44797,7 @@ class GlbWriter {
       }
     }
     if (largest > 0) metres_per_newton_ = longest_arrow / largest;
-    has_arrows_ = pushing_sensors() <= def.most_arrows;
+    has_arrows_ = loaded_sensors() <= def.most_arrows;
     add_materials();
     for (std::size_t i = 0; i < recording.bodies.size(); ++i) add_body(i);
     extras_ =
@@ -44094,7 +44862,7 @@ class GlbWriter {
       const float time = static_cast<float>(times[i] - times.front());
       frames_.numbers.push_back(i);
       frames_.times.push_back({time});
-      const bool is_due = times[i] * (1 + 1e-9) >= due;
+      const bool is_due = times[i] * (1 + measured::frame_time_rounding) >= due;
       if (!is_due && i + 1 < times.size()) continue;
       // Instants that frames missed are left out.
       due = std::max(due, times[i] - 1 / arrow_rate) + 1 / arrow_rate;
@@ -44108,16 +44876,16 @@ class GlbWriter {
     return frames.accessor;
   }
 
-  [[nodiscard]] std::size_t pushing_sensors() const {
+  [[nodiscard]] std::size_t loaded_sensors() const {
     std::size_t count = 0;
     for (const Patch& patch : recording_.patches) {
       for (std::size_t i = 0; i < patch.ends.size(); ++i) {
-        if (has_pushed(patch, i)) ++count;
+        if (was_loaded(patch, i)) ++count;
       }
     }
     return count;
   }
-  [[nodiscard]] bool has_pushed(const Patch& patch, std::size_t sensor) const {
+  [[nodiscard]] bool was_loaded(const Patch& patch, std::size_t sensor) const {
     for (std::size_t i = sensor; i < patch.forces.size(); i += patch.ends.size()) {
       if (metres_per_newton_ * static_cast<float>(patch.forces[i].norm()) > 0) return true;
     }
@@ -44186,7 +44954,7 @@ class GlbWriter {
     std::array<float, N> first;
     for (std::size_t k = 0; k < N; ++k) {
       first[k] = static_cast<float>(track.front()[k]);
-      if (is_integer) first[k] /= 32767;
+      if (is_integer) first[k] /= normalised_one;
     }
     return joined_text(",\"", property, "\":", json_numbers(first));
   }
@@ -44244,23 +45012,24 @@ class GlbWriter {
   }
 
   void add_arrow(const Patch& patch, std::size_t sensor, JsonList& children) {
-    if (!has_pushed(patch, sensor)) return;
+    if (!was_loaded(patch, sensor)) return;
     Track<float, 3> scales;
     Track<std::int16_t, 4> rotations;
-    std::array<std::int16_t, 4> turned{0, 0, 0, 32767};
+    std::array<std::int16_t, 4> turned{0, 0, 0, normalised_one};
     for (const std::size_t frame : arrow_frames_.numbers) {
       const Vec3<S>& force = patch.forces[frame * patch.ends.size() + sensor];
       const float scale = metres_per_newton_ * static_cast<float>(force.norm());
       if (scale > 0) {
         const std::array<float, 4> q = shortest_turn_of_z(force);
         for (std::size_t k = 0; k < 4; ++k) {
-          turned[k] = static_cast<std::int16_t>(std::lround(32767 * q[k]));
+          turned[k] = static_cast<std::int16_t>(std::lround(normalised_one * q[k]));
         }
       }
       scales.push_back({scale, scale, scale});
       rotations.push_back(turned);
     }
     if (arrow_mesh_ == no_index) {
+      // A shaft of three quarters of the length, and a tip.
       arrow_mesh_ = add_mesh(lathe_mesh<S>({{S(0), S(0)},
                                             {S(0.03), S(0)},
                                             {S(0.03), S(0.75)},
@@ -44293,6 +45062,8 @@ class GlbWriter {
   }
 
   static constexpr std::size_t arrow_material = 5;
+  /// glTF's 1 in normalised integers of 16 bits.
+  static constexpr std::int16_t normalised_one = std::numeric_limits<std::int16_t>::max();
 
   const Recording<S>& recording_;
   Frames frames_, arrow_frames_;
@@ -44658,7 +45429,7 @@ template <Scalar S>
   const Quat<S> into_A = X_WA.rotation.conjugate();
   const Vec3<S> m_A = into_A * m;
   const Vec3<S>& n = ray.direction;
-  if (!(distance < ray.length) || !(m_A.dot(n) <= detail::grazing_cosine<S>)) {
+  if (!(distance < ray.length) || !(m_A.dot(n) <= S(-detail::measured::grazing_cosine))) {
     memory.is_anchored = false;
     return {};
   }
@@ -44671,9 +45442,8 @@ template <Scalar S>
       detail::depth_gradient<S>(n, m_A),
       into_A * (V_WA.at(r_W) - V_WB.at(r_W - (X_WB.translation - X_WA.translation)))};
   bool did_slip = false;
-  const Vec3<S> stretch =
-      detail::advance_anchor<S>(memory.anchor, memory.is_anchored, pair, n, r_A,
-                                p.breakaway_distance, options.reset, did_slip);
+  const Vec3<S> stretch = detail::advance_anchor<S>(memory.anchor, memory.is_anchored, pair, n, r_A,
+                                                    p.breakaway_distance, options.reset, did_slip);
   memory.is_anchored = true;
   return Wrench<S>::at(
       r_W, -X_WA.rotate(detail::sensor_force(p, options, contact, stretch, dt).total()));
