@@ -6,6 +6,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/collision/collision_constants.hpp>
 #include <bristle/core/dynamic_array.hpp>
 #include <bristle/core/no_index.hpp>
 #include <bristle/geometry/trees/aabb_tree.hpp>
@@ -245,22 +246,22 @@ class BroadPhase {
   /// @param shift  [m] Motion of the shape since the last `move`, some steps ago.
   void fit_tree(Entry& entry, std::uint32_t tag, Vec3<S> shift, S reach) {
     const Aabb<S>& swept = entry.swept;
-    // The fat-AABB margin is a tenth of the size. In the direction of motion it also covers thirty
-    // steps, but not more than twice the size. A change of the tree costs as much as hundreds of
-    // false pairs. A box left over from a faster step shrinks again once it is several times too
-    // large.
+    // The fat AABB covers some steps in the direction of motion. A box left over from a faster step
+    // shrinks again.
     const S size = swept.half_extents().maxCoeff();
-    const S surplus = S(0.2) * size;
+    const S surplus = S(measured::fat_box_margin) * size;
     const Aabb<S>& box = tree_.box(entry.node);
     const Vec3<S> spare = (box.upper - box.lower) - (swept.upper - swept.lower);
     const bool fits = box.contains(swept);
-    if (fits && spare.maxCoeff() <= S(8) * surplus) return;
+    if (fits && spare.maxCoeff() <= S(measured::fat_box_surplus) * surplus) return;
     const S distance = shift.norm();
     if (distance > reach) shift *= reach / distance;
-    Vec3<S> ahead = cwise_clamp(S(30) * shift, S(4) * size);
+    Vec3<S> ahead =
+        cwise_clamp(S(measured::fat_box_steps) * shift, S(measured::fat_box_stretch) * size);
     // The motion of a body too fast for its square is not finite.
     if (!all_finite(ahead)) set_zero(ahead);
-    if (fits && (spare - cwise_abs(ahead)).maxCoeff() <= S(8) * surplus) return;
+    if (fits && (spare - cwise_abs(ahead)).maxCoeff() <= S(measured::fat_box_surplus) * surplus)
+      return;
     Aabb<S> grown = swept.inflated(surplus);
     grown.lower += cwise_min(ahead, zero<Vec3<S>>());
     grown.upper += cwise_max(ahead, zero<Vec3<S>>());

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <bristle/collision/broadphase.hpp>
+#include <bristle/collision/collision_constants.hpp>
 #include <bristle/core/dynamic_array.hpp>
 #include <bristle/core/no_index.hpp>
 #include <bristle/geometry/contacts/contact_manifold.hpp>
@@ -256,15 +257,13 @@ class ContactCache {
     };
     match([](const CachedPoint<S>& a, const CachedPoint<S>& b) { return a.feature == b.feature; });
     if (fresh == 0) return;
-    // A hundredth of the patch is much more than the motion of resting points. It is much less than
-    // their distance.
     S extent2 = S(0);
     for (std::uint32_t k = 0; k < old.count; ++k) {
       extent2 = std::max(
           extent2, (old_points_[old.first + k].arm_a - old_points_[old.first].arm_a).squaredNorm());
     }
     match([&](const CachedPoint<S>& a, const CachedPoint<S>& b) {
-      return (a.arm_a - b.arm_a).squaredNorm() <= S(1e-4) * extent2;
+      return (a.arm_a - b.arm_a).squaredNorm() <= S(measured::same_point_distance2) * extent2;
     });
   }
 

@@ -8,6 +8,7 @@
 #include <bristle/dynamics/contacts/contact_target.hpp>
 #include <bristle/dynamics/contacts/rolling_friction.hpp>
 #include <bristle/world/near_shapes.hpp>
+#include <bristle/world/world_constants.hpp>
 #include <bristle/world/world_state.hpp>
 
 #include <algorithm>
@@ -98,11 +99,6 @@ class ContactStage {
   }
 
  private:
-  // A pair costs a microsecond, waking a thread several. So a chunk is work worth taking. A few
-  // chunks finish before a thread wakes.
-  static constexpr std::size_t chunk_size = 16;
-  static constexpr std::size_t fewest_shared_pairs = 64;
-
   /// Result for a pair: manifolds in its chunk's buffer.
   struct Found {
     std::uint32_t first = 0;
@@ -167,7 +163,8 @@ class ContactStage {
   /// Queries the backend for all pairs, in chunks. Chunks are the same for any number of threads
   /// and write to buffers of their own.
   void collide_pairs(State& state) {
-    const std::size_t chunks = (pairs_.size() + chunk_size - 1) / chunk_size;
+    const std::size_t chunks =
+        (pairs_.size() + measured::pairs_per_task - 1) / measured::pairs_per_task;
     found_.resize(pairs_.size());
     if (buffers_.size() < chunks) buffers_.resize(chunks);
     for (std::size_t i = 0; i < chunks; ++i) {
@@ -176,12 +173,12 @@ class ContactStage {
       buffers_[i].reserve(most_manifolds_);
     }
     const auto task = [this, &state](std::size_t chunk) {
-      const std::size_t end = std::min(pairs_.size(), (chunk + 1) * chunk_size);
-      for (std::size_t i = chunk * chunk_size; i < end; ++i) {
+      const std::size_t end = std::min(pairs_.size(), (chunk + 1) * measured::pairs_per_task);
+      for (std::size_t i = chunk * measured::pairs_per_task; i < end; ++i) {
         found_[i] = collide(state, pairs_[i], buffers_[chunk]);
       }
     };
-    if (pairs_.size() < fewest_shared_pairs) {
+    if (pairs_.size() < measured::fewest_shared_pairs) {
       for (std::size_t i = 0; i < chunks; ++i) task(i);
     } else {
       state.def.parallel_for(chunks, std::cref(task));
@@ -216,7 +213,9 @@ class ContactStage {
       const Collider<S>& b = state.colliders.at(pairs_[i].b);
       const Transform<S>& X_WB = state.body_of(b).center_pose;
       state.contacts.add(
-          pairs_[i], std::span(buffers_[i / chunk_size]).subspan(found_[i].first, found_[i].count),
+          pairs_[i],
+          std::span(buffers_[i / measured::pairs_per_task])
+              .subspan(found_[i].first, found_[i].count),
           {a.is_centered ? X_WA.rotation_matrix()
                          : rotation_matrix<S>(X_WA.rotation * a.X_CmS.rotation),
            a.is_centered ? zero<Vec3<S>>() : X_WA.rotate(a.X_CmS.translation),
@@ -234,7 +233,7 @@ class ContactStage {
   CrowdLimit<S> crowd_;
   DynamicArray<Found> found_;
   DynamicArray<ContactManifolds<S>> buffers_;
-  std::size_t most_manifolds_ = chunk_size;
+  std::size_t most_manifolds_ = measured::pairs_per_task;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

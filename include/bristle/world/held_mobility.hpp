@@ -9,6 +9,7 @@
 
 #include <bristle/dynamics/joints/joint_rows.hpp>
 #include <bristle/world/patch_stiffness.hpp>
+#include <bristle/world/world_constants.hpp>
 #include <bristle/world/world_state.hpp>
 
 #include <algorithm>
@@ -115,10 +116,8 @@ class HeldMobilityFinder {
         const Vec3<S>& arm = a.body.index == slot ? point.arm_a : point.arm_b;
         stop(m.normal, arm.cross(m.normal), held);
         // Close to its limit, friction counts as sliding: it goes on as a force.
-        constexpr S sticks_below = S(0.999);
-        if (friction_impulse(m, point).norm() >= sticks_below * friction * point.impulse[0]) {
-          continue;
-        }
+        const S most = S(measured::sliding_share) * friction * point.impulse[0];
+        if (friction_impulse(m, point).norm() >= most) continue;
         stop(t1, arm.cross(t1), held);
         stop(t2, arm.cross(t2), held);
       }

@@ -15,6 +15,7 @@
 #include <bristle/dynamics/joints/mechanism_integrator.hpp>
 #include <bristle/dynamics/solver/island_solver.hpp>
 #include <bristle/world/joint_stage.hpp>
+#include <bristle/world/world_constants.hpp>
 #include <bristle/world/world_state.hpp>
 
 #include <algorithm>
@@ -40,6 +41,7 @@ class MechanismStage final : public JointStage<S> {
       state.report.joint_tilt = std::max(state.report.joint_tilt, gap.angle);
       const S arm2 = std::max(joint.X_CmA_J.translation.squaredNorm(),
                               joint.X_CmB_J.translation.squaredNorm());
+      const S wide = S(measured::wide_joint_gap);
       is_open_[i] = arm2 > S(0) && gap.distance * gap.distance > wide * wide * arm2;
     }
   }
@@ -106,9 +108,6 @@ class MechanismStage final : public JointStage<S> {
   }
 
  private:
-  // Gap of a joint that steps do not close by themselves, as a part of its arms.
-  static constexpr S wide = S(3e-2);
-
   [[nodiscard]] static bool is_awake_joint(const State& state, std::uint32_t index) {
     if (!state.joints.is_live(index)) return false;
     const JointDef<S>& def = state.joints.at(index).def;
@@ -434,10 +433,10 @@ class MechanismStage final : public JointStage<S> {
     }
     system_.set(bodies_, joints_);
     system_.place();
-    const S most = wide * system_.size();
+    const S most = S(measured::wide_joint_gap) * system_.size();
     if (projection_.find_gaps(system_) <= most) return;
     // The next position correction closes the remaining gap.
-    if (!projection_.close_wide_gaps(system_, S(0.1) * most)) return;
+    if (!projection_.close_wide_gaps(system_, S(measured::closed_wide_gap_share) * most)) return;
     for (std::size_t k = 0; k < slots_.size(); ++k) {
       SolverBody<S>& body = state.solver_bodies[slots_[k]];
       if (!body.moves) continue;

@@ -5,6 +5,7 @@
 
 #include <bristle/geometry/contacts/impact_plane.hpp>
 #include <bristle/math/finite.hpp>
+#include <bristle/world/world_constants.hpp>
 #include <bristle/world/world_state.hpp>
 
 #include <algorithm>
@@ -113,9 +114,7 @@ ContactStatus collide_pair(const WorldState<S>& state, const ShapePair& pair,
     const auto velocity = [&](const Collider<S>& c, const Vec3<S>& place) {
       return (state.solver_bodies[c.body.index].*twist).at(place);
     };
-    // A little beyond the step. Edges that meet just at its end do not tell in which plane.
-    constexpr S beyond = S(65) / S(64);
-    return beyond * state.def.time_step *
+    return S(measured::contact_lookahead) * state.def.time_step *
            (R_SaW * (velocity(b, X_b.translation) - velocity(a, X_a.translation)));
   };
   const Vec3<S> way = way_by(&SolverBody<S>::start);

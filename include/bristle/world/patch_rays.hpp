@@ -7,6 +7,7 @@
 #include <bristle/sensors/patch.hpp>
 #include <bristle/sensors/patch_scratch.hpp>
 #include <bristle/world/query_filter.hpp>
+#include <bristle/world/world_constants.hpp>
 #include <bristle/world/world_state.hpp>
 
 #include <algorithm>
@@ -117,8 +118,9 @@ ShapeInReach<S> shape_in_reach(const SensorPatch<S>& patch, ShapeId id, const Co
   shape.X_AS = X_AB * collider.X_CmS;
   shape.approach = approach;
   // The cache must stay valid for several steps.
-  shape.extra_length =
-      patch.def.cast_every > 1 ? approach + patch.geometry->shortest / S(4) : approach;
+  shape.extra_length = patch.def.cast_every > 1
+                           ? approach + patch.geometry->shortest * S(measured::plane_cache_margin)
+                           : approach;
   if (collider.half_space) {
     shape.normal = shape.X_AS.rotate(collider.half_space->normal);
     shape.offset = collider.half_space->offset + shape.normal.dot(shape.X_AS.translation);

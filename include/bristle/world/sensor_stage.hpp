@@ -10,6 +10,7 @@
 #include <bristle/sensors/patch_readings.hpp>
 #include <bristle/world/near_shapes.hpp>
 #include <bristle/world/patch_rays.hpp>
+#include <bristle/world/world_constants.hpp>
 #include <bristle/world/world_state.hpp>
 
 #include <algorithm>
@@ -43,8 +44,6 @@ class SensorStage {
     const auto task = [this, &state, shares](std::size_t k) {
       sense_patch(state, live_[k], scratch_[live_[k]], shares);
     };
-    // A sensor costs ten nanoseconds, waking a thread microseconds.
-    constexpr std::size_t fewest_shared_sensors = 256;
     std::size_t sensors = 0;
     measures_lambda_ = false;
     for (const std::uint32_t i : live_) {
@@ -52,7 +51,7 @@ class SensorStage {
       measures_lambda_ =
           measures_lambda_ || state.patches.at(i).def.integration == Integration::automatic;
     }
-    if (live_.size() > 1 && sensors >= fewest_shared_sensors) {
+    if (live_.size() > 1 && sensors >= measured::fewest_shared_sensors) {
       state.def.parallel_for(live_.size(), std::cref(task));
     } else {
       for (std::size_t k = 0; k < live_.size(); ++k) task(k);
@@ -179,11 +178,6 @@ class SensorStage {
     RayRange range{};
   };
 
-  /// [-] Sensors of a patch from which on threads share its rays. Fewer are cast in some
-  /// microseconds.
-  static constexpr std::size_t fewest_shared_rays = 1537;
-  static_assert(fewest_shared_rays > RayTree<S>::range_size);
-
   template <typename Visit>
   void for_each_pair(State& state, Visit&& visit) {
     for (const std::uint32_t i : live_) {
@@ -246,7 +240,7 @@ class SensorStage {
     }
     const std::span<const ShapeInReach<S>> shapes(scratch.shapes);
     const bool is_due = (state.steps + index) % patch.def.cast_every == 0;
-    if (shares && patch.size() >= fewest_shared_rays &&
+    if (shares && patch.size() >= measured::fewest_shared_rays &&
         !patch.geometry->ray_tree.ranges().empty() &&
         shapes.front().collider->shape.asks_ranges()) {
       scratch.has_cast = needs_rays<S>(patch, scratch, shapes, is_due);

@@ -14,6 +14,7 @@
 #include <bristle/sensors/solve_passes.hpp>
 #include <bristle/world/joint_stage.hpp>
 #include <bristle/world/sensor_stage.hpp>
+#include <bristle/world/world_constants.hpp>
 #include <bristle/world/world_state.hpp>
 
 #include <algorithm>
@@ -254,7 +255,8 @@ class SolveStage {
         return;
       }
       // Positions need no more digits than velocities have.
-      const S most = S(1e-2 * std::min(1.0, context.cost_share())) * context.speed_change;
+      const S most = S(measured::position_residual_share * std::min(1.0, context.cost_share())) *
+                     context.speed_change;
       context.position_tolerance =
           std::max(position_tolerance, context.dt * std::min(report.residual, most));
       if (!solver_.place(island, constraints, bodies, context, report)) break;

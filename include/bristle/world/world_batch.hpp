@@ -10,6 +10,7 @@
 #include <bristle/sensors/tactile_image.hpp>
 #include <bristle/sensors/taxel_points.hpp>
 #include <bristle/world/world.hpp>
+#include <bristle/world/world_constants.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -102,11 +103,6 @@ class WorldBatch {
   void gather_touching(std::span<const PatchId> patches, std::span<std::uint32_t> out) const;
 
  private:
-  /// [-] Worlds of one task at most. Their steps share scratch memory.
-  static constexpr std::size_t most_per_task = 16;
-  /// [-] Fewest tasks that keep all threads busy.
-  static constexpr std::size_t fewest_tasks = 64;
-
   void require_number(std::size_t number) const {
     detail::require(number < size(), "WorldBatch: number of a world", number,
                     "must be below the number of worlds");
@@ -149,7 +145,8 @@ template <Scalar S, typename Backend>
 WorldBatch<S, Backend>::WorldBatch(const World<S, Backend>& origin, std::size_t count,
                                    ParallelFor parallel_for)
     : origin_(origin),
-      per_task_(std::clamp<std::size_t>(count / fewest_tasks, 1, most_per_task)),
+      per_task_(std::clamp<std::size_t>(count / detail::measured::fewest_batch_tasks, 1,
+                                        detail::measured::most_worlds_per_task)),
       parallel_for_(std::move(parallel_for)) {
   detail::require(count > 0, "WorldBatch: count", count, "must be > 0");
   detail::require(bool(parallel_for_), "WorldBatch: parallel_for", "empty", "must be callable");

@@ -10,6 +10,7 @@
 #pragma once
 
 #include <bristle/dynamics/bodies/body.hpp>
+#include <bristle/dynamics/dynamics_constants.hpp>
 #include <bristle/math/rotation.hpp>
 
 #include <cmath>
@@ -28,7 +29,8 @@ template <Scalar S>
 [[nodiscard]] Decay<S> decay(const S& rate, const S& dt) {
   using std::expm1;
   const S x = rate * dt;
-  // The next terms of the two series, x^2 / 2 and x^2 / 6, are lost to round-off here.
+  // The next terms of the two series are x^2 / 2 and x^2 / 6. Below 1e-8 they are less than half a
+  // rounding of double, and lost. So they are in float.
   if (x < S(1e-8)) return {S(1) - x, dt * (S(1) - S(0.5) * x)};
   const S lost = -expm1(-x);
   return {S(1) - lost, lost / rate};
@@ -104,8 +106,10 @@ bool solve_top_step(const Mat3<S>& inertia, const Mat3<S>& inverse_inertia, cons
   const Vec3<S> target = (h / S(2)) * y;
   q = inverse_J * target;
   const S round_off = Tolerance<S>::round_off();
-  for (int iteration = 0; iteration < 8; ++iteration) {
+  for (int iteration = 0; iteration < measured::most_top_iterations; ++iteration) {
     const S rest = S(1) - q.squaredNorm();
+    // A part of a step turns by a radian at most. Beyond a quarter turn, with 2 q0^2 < 1, q has
+    // left the root.
     if (!(rest > S(0.5))) return false;
     const S q0 = sqrt(rest);
     const Vec3<S> Jq = J * q;
@@ -148,9 +152,8 @@ void turn_free_top(Body<S>& body, const Vec3<S>& w, S dt) {
   if (!(L_W.squaredNorm() > S(0)) && !(own_L_W.squaredNorm() > S(0))) return;
   // The fastest rotation by this momentum, at any attitude.
   const S fastest = dt * L_W.norm() * inverse_inertia.norm();
-  constexpr int most_parts = 4096;
   int parts = 1;
-  while (S(parts) < fastest && parts < most_parts) parts *= 2;
+  while (S(parts) < fastest && parts < measured::most_top_parts) parts *= 2;
   const S h = dt / S(parts);
   for (int i = 0; i < parts; ++i) {
     const Vec3<S> y = rotation.conjugate() * L_W;

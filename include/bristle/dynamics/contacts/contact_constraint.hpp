@@ -9,6 +9,7 @@
 #pragma once
 
 #include <bristle/core/no_index.hpp>
+#include <bristle/dynamics/dynamics_constants.hpp>
 #include <bristle/math/lane_value.hpp>
 #include <bristle/math/spatial.hpp>
 #include <bristle/math/types.hpp>
@@ -20,10 +21,11 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// [1] Share of a row's response that counts as round-off once other rows hold. It is a thousand
-/// roundings, since elimination adds them up.
+/// [1] Share of a row's response that counts as round-off once other rows hold.
 template <Scalar S>
-inline constexpr S no_mobility = S(1000) * Tolerance<S>::round_off();
+[[nodiscard]] S no_mobility() {
+  return S(measured::no_mobility_roundings) * Tolerance<S>::round_off();
+}
 
 /// A contact point between bodies A and B. Its impulses act on B. They are along the normal (A to
 /// B) and two tangents.
@@ -100,8 +102,8 @@ struct ContactConstraint {
 };
 
 /// [1] Distance of an impulse from the edge of its friction cone, where surfaces slide. It is 0 at
-/// the edge. It is 1 up to nine tenths of the way to it. It is continuous, so that small
-/// differences stay small.
+/// the edge. It is 1 up to most of the way to it (`measured::hold_fade`). It is continuous, so that
+/// small differences stay small.
 /// @param impulse  [N s] Along the normal and two tangents.
 template <Scalar S>
 [[nodiscard]] S hold_of(const std::array<S, 3>& impulse, const S& friction) {
@@ -110,8 +112,10 @@ template <Scalar S>
   const S most = friction * impulse[0];
   const S friction2 = impulse[1] * impulse[1] + impulse[2] * impulse[2];
   if (!(friction2 < most * most)) return S(0);
-  if (friction2 <= S(0.81) * (most * most)) return S(1);
-  return min(S(1), S(10) * (S(1) - sqrt(friction2) / most));
+  // The first test saves the root.
+  const double whole = 1 - measured::hold_fade;
+  if (friction2 <= S(whole * whole) * (most * most)) return S(1);
+  return min(S(1), S(1 / measured::hold_fade) * (S(1) - sqrt(friction2) / most));
 }
 
 /// Returns whether two contacts have the same bodies and axes, and surfaces that run alike, as the
@@ -149,7 +153,7 @@ struct ContactResponse {
     using std::sqrt;
     largest = S(0.5) * (a + c) + sqrt(S(0.25) * (a - c) * (a - c) + b * b);
     const S determinant = a * c - b * b;
-    inverse_determinant = determinant > no_mobility<S> * a * c ? S(1) / determinant : S(0);
+    inverse_determinant = determinant > no_mobility<S>() * a * c ? S(1) / determinant : S(0);
     inverse_largest = largest > S(0) ? S(1) / largest : S(0);
     inverse_nn = nn > S(0) ? S(1) / nn : S(0);
   }

@@ -17,6 +17,7 @@
 #include <bristle/dynamics/contacts/manifold_order.hpp>
 #include <bristle/dynamics/contacts/manifold_part.hpp>
 #include <bristle/dynamics/contacts/sweep_extrapolation.hpp>
+#include <bristle/dynamics/dynamics_constants.hpp>
 #include <bristle/dynamics/solver/solver_types.hpp>
 
 #include <algorithm>
@@ -273,7 +274,8 @@ void ManifoldSweeps<S>::find_manifolds(const Island& island, const Constraints<S
           {k, 1, c.body_a, c.body_b, bodies[c.body_a].moves, bodies[c.body_b].moves});
     }
   }
-  is_cold_ = 2 * fresh > island.contacts.size();
+  is_cold_ = static_cast<double>(fresh) >
+             measured::cold_contact_share * static_cast<double>(island.contacts.size());
 }
 
 template <Scalar S>

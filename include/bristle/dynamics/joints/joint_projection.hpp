@@ -4,6 +4,7 @@
 #pragma once
 
 #include <bristle/core/dynamic_array.hpp>
+#include <bristle/dynamics/dynamics_constants.hpp>
 #include <bristle/dynamics/joints/joint_system.hpp>
 
 namespace bristle::inline BRISTLE_ABI::detail {
@@ -121,19 +122,18 @@ template <Scalar S>
 bool JointProjection<S>::close_gaps(JointSystem<S>& system) {
   using std::max;
   using std::sqrt;
-  constexpr int most_passes = 8;
   const S size = system.size();
   S far2 = S(0);
   for (const auto& node : system.nodes()) far2 = max(far2, node.now.x.squaredNorm());
   const S resolved = Tolerance<S>::round_off() * sqrt(far2);
-  const S closed = S(256) * Tolerance<S>::round_off() * size + resolved;
+  const S closed = S(measured::closed_gap_roundings) * Tolerance<S>::round_off() * size + resolved;
   S gap = S(0);
-  for (int pass = 0; pass < most_passes; ++pass) {
+  for (int pass = 0; pass < measured::most_gap_passes; ++pass) {
     gap = find_gaps(system);
     // One pass closes gaps, and another one their derivatives.
     if (gap <= closed && (pass > 0 || derivatives_of<S> == 0)) return true;
     // The matrix is from nearby positions, good for small gaps.
-    if (pass > 0 && gap > S(1e-3) * size && !system.factor()) return false;
+    if (pass > 0 && gap > S(measured::stale_matrix_gap) * size && !system.factor()) return false;
     system.solve(wanted_);
     displace(system, S(1));
     if (gap * gap <= closed * size) return true;
@@ -145,9 +145,8 @@ template <Scalar S>
 bool JointProjection<S>::close_wide_gaps(JointSystem<S>& system, S enough) {
   using std::max;
   using std::min;
-  constexpr int most_passes = 32;
-  const S most_turn = S(0.5);
-  for (int pass = 0; pass < most_passes; ++pass) {
+  const S most_turn = S(measured::most_wide_gap_turn);
+  for (int pass = 0; pass < measured::most_wide_gap_passes; ++pass) {
     if (find_gaps(system) <= enough) return true;
     if (!system.factor()) return false;
     system.solve(wanted_);

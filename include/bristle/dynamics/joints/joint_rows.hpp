@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bristle/dynamics/dynamics_constants.hpp>
 #include <bristle/dynamics/joints/joint_kinematics.hpp>
 #include <bristle/dynamics/joints/joint_pose.hpp>
 #include <bristle/dynamics/joints/joint_spring.hpp>
@@ -58,14 +59,14 @@ template <Scalar S>
 // Implementation ----------------------------------------------------------------------------------
 
 /// [m/s] Speed of a motor in position mode at a distance [m] from its target. The motor can still
-/// brake from it with half of its force. The other half is for loads. It does not pass the target
-/// in this step. In rad for a motor that turns, with the mobility about its axis.
+/// brake from it with a share of its force. The rest is for loads. It does not pass the target in
+/// this step. In rad for a motor that turns, with the mobility about its axis.
 template <Scalar S>
 [[nodiscard]] S approach_speed(const JointMotor<S>& motor, S distance, S inverse_mass, S dt) {
   using std::abs;
   using std::min;
   using std::sqrt;
-  const S braking = motor.max_force * inverse_mass / S(2);
+  const S braking = motor.max_force * inverse_mass * S(measured::motor_braking_share);
   const S speed =
       min(min(abs(distance) / dt, motor.max_speed), sqrt(S(2) * braking * abs(distance)));
   return distance < S(0) ? -speed : speed;

@@ -16,6 +16,7 @@
 
 #include <bristle/core/dynamic_array.hpp>
 #include <bristle/dynamics/bodies/body.hpp>
+#include <bristle/dynamics/dynamics_constants.hpp>
 #include <bristle/dynamics/joints/joint_projection.hpp>
 #include <bristle/math/dormand_prince.hpp>
 #include <bristle/math/finite.hpp>
@@ -29,13 +30,11 @@ namespace bristle::inline BRISTLE_ABI::detail {
 template <Scalar S>
 class MechanismIntegrator {
  public:
-  /// [-] Most substeps tried in a step. At the limit the step fails.
-  static constexpr int max_substeps = 64;
-
   /// @param tolerance  [1] Largest velocity error of a substep, in the norm of kinetic energy, > 0.
   ///                   It is relative to the velocities plus their change by forces in the substep.
   ///                   The velocities are seen from the body that carries the mechanism.
-  explicit MechanismIntegrator(S tolerance = S(5e-5)) : tolerance_(tolerance) {
+  explicit MechanismIntegrator(S tolerance = S(measured::mechanism_tolerance))
+      : tolerance_(tolerance) {
     BRISTLE_ASSERT(tolerance_ > S(0));
   }
 
@@ -251,7 +250,8 @@ bool MechanismIntegrator<S>::integrate(S dt) {
   Wrench<S> wanted;
   if (is_free_) wanted = momentum_about(reference_point_, system_);
 
-  const bool arrived = integrator_.advance(values_, state, dt, *this, max_substeps);
+  const bool arrived =
+      integrator_.advance(values_, state, dt, *this, measured::most_mechanism_substeps);
   substeps_ = integrator_.substeps();
   if (!arrived) return false;
 

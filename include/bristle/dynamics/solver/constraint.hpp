@@ -123,7 +123,7 @@ struct BlockResponse {
     factor = matrix;
     // Redundant rows give a singular matrix. The floor softens them just enough to share the load.
     // A block without any response (between two immovable bodies) gets no impulse.
-    if (!factor_cholesky(factor.data(), count, no_mobility<S>)) {
+    if (!factor_cholesky(factor.data(), count, no_mobility<S>())) {
       factor.fill(S(0));
       for (std::size_t i = 0; i < count; ++i) factor[i * count + i] = infinity<S>;
     }
