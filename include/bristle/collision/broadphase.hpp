@@ -103,7 +103,7 @@ class BroadPhase {
 
   /// Records the position of a shape after the step.
   /// @param shift, turn  [m] Motion of its centre. Largest motion of other points about it.
-  /// @return Whether its swept box is known to hold it still.
+  /// @return True if its swept box is known to hold it still.
   [[nodiscard]] bool settle(std::uint32_t tag, const Vec3<S>& center, S shift, S turn, S reach) {
     Entry& entry = entries_[tag];
     entry.turned += turn;

@@ -18,7 +18,8 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// One point of contact between two bodies.
+/// One point of contact between two bodies. It outlives the step, which `ContactPoint` of a query
+/// and `ContactConstraint` of the solver do not. So it holds the impulses of the warm start.
 template <Scalar S>
 struct CachedPoint {
   /// [m] Arm from each centre of mass to the point at the start of the step, world axes.

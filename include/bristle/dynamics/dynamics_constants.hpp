@@ -15,9 +15,9 @@ namespace bristle::inline BRISTLE_ABI::detail::measured {
 /// leave energy beyond round-off.
 inline constexpr int most_top_iterations = 8;
 
-/// [-] Parts of a step, each of a radian, in which a free top turns. More follow faster spins.
+/// [-] Substeps, each of a radian, in which a free top turns. More follow faster spins.
 /// Fewer bound the cost of a step. Beyond them a body keeps momentum but not energy.
-inline constexpr int most_top_parts = 4096;
+inline constexpr int most_top_substeps = 4096;
 
 /// [1] Roundings of a row's response that count as no mobility once other rows hold. Elimination
 /// adds roundings up. A smaller number divides by round-off. A greater one gives up rows of light

@@ -126,7 +126,7 @@ class ContactStage {
       // Forces do not move the bodies of half-spaces. Half-spaces are always listed.
       const Body<S>& body = state.body_of(c);
       // A fixed trigger that was put somewhere may hold sleepers, which do not look for it.
-      const bool is_put = c.is_trigger && body.sleep.is_disturbed;
+      const bool is_put = c.is_trigger && body.sleep.is_dirty;
       if ((body.motion == Motion::fixed && !is_put) || c.half_space || body.is_asleep()) continue;
       const S reach = reach_of(state, c, c);
       const Vec3<S>& center = body.center_pose.translation;

@@ -32,7 +32,7 @@ class HapticBody {
         held_(held),
         other_force_(other_force),
         share_((held.integrator == Integrator::trapezoidal ? S(0.5) : S(1)) * step),
-        spread_(share_ - S(0.5) * step) {}
+        excess_(share_ - S(0.5) * step) {}
 
   [[nodiscard]] BodyId id() const { return id_; }
   /// Predicted state of the body.
@@ -84,16 +84,16 @@ class HapticBody {
   /// @param left  [s] Time from the start of the substep to the end of the step, for which the
   ///              impulse moves the body.
   void apply_impulse(const Wrench<S>& impulse, S left) {
-    const S carry = left - share_;
+    const S excess = left - share_;
     applied_ += impulse;
-    carried_ += carry * impulse;
+    timed_impulse_ += excess * impulse;
   }
   /// Moves the body by one substep.
   void end_substep(S h) {
     if (body_.moves()) {
       // Forces known from the start accelerate the body evenly. All substeps share the error of the
       // world's integrator.
-      const Vec6<S> motion = end_ + (spread_ - S(0.5) * h) * (held_.matrix * other_force_);
+      const Vec6<S> motion = end_ + (excess_ - S(0.5) * h) * (held_.matrix * other_force_);
       body_.twist = twist_of<S>(end_);
       step_pose(body_, twist_of<S>(motion), h);
     } else {
@@ -103,7 +103,9 @@ class HapticBody {
 
   /// [m, rad] Displacement by the substeps' impulses beyond that of a constant force, due to their
   /// instants.
-  [[nodiscard]] Twist<S> carried() const { return twist_of<S>(held_.matrix * stacked(carried_)); }
+  [[nodiscard]] Twist<S> excess_displacement() const {
+    return twist_of<S>(held_.matrix * stacked(timed_impulse_));
+  }
 
   /// [kg m/s, kg m^2/s] Momentum of the world's body when the impulses were applied.
   Vec6<S> start_momentum = zero<Vec6<S>>();
@@ -116,9 +118,9 @@ class HapticBody {
   /// [s] Time over which a force of the whole step displaces the body at its velocity change: half
   /// the step, or all of it. And the excess over half the step.
   S share_ = S(0);
-  S spread_ = S(0);
+  S excess_ = S(0);
   Wrench<S> applied_{};
-  Wrench<S> carried_{};  // [N s^2, N m s^2]
+  Wrench<S> timed_impulse_{};  // [N s^2, N m s^2]
   Mat6<S> matrix_ = zero<Mat6<S>>();
   Vec6<S> offset_ = zero<Vec6<S>>();
   Vec6<S> end_ = zero<Vec6<S>>();

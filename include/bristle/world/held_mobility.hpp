@@ -58,7 +58,8 @@ class HeldMobilityFinder {
 
  private:
   /// Removes all motion along a row. A constraint balances impulses along it.
-  void stop(const Vec3<S>& direction, const Vec3<S>& angular, HeldMobility<S>& held) const {
+  void remove_motion(const Vec3<S>& direction, const Vec3<S>& angular,
+                     HeldMobility<S>& held) const {
     const Vec6<S> row = stacked<S>(direction, angular);
     const Vec6<S> motion = held.matrix * row;
     const S response = row.dot(motion);
@@ -76,8 +77,8 @@ class HeldMobilityFinder {
       const auto is_it = [slot](const auto& other) { return other.body == slot; };
       const auto& sensed = patch.sensed;
       if (is_own ? sensed.empty() : std::none_of(sensed.begin(), sensed.end(), is_it)) continue;
-      const auto wants = [&](std::uint32_t body) { return is_own || body == slot; };
-      patches_.find(state, i, wants, [&](const BodyStiffness<S>& on) {
+      const auto is_wanted = [&](std::uint32_t body) { return is_own || body == slot; };
+      patches_.find(state, i, is_wanted, [&](const BodyStiffness<S>& on) {
         soften(dt * dt * on.sum.stiffness + dt * on.sum.damping, is_own ? on.arm_a : on.arm_b,
                held);
       });
@@ -114,12 +115,12 @@ class HeldMobilityFinder {
           if (parting > state.def.restitution_speed) continue;
         }
         const Vec3<S>& arm = a.body.index == slot ? point.arm_a : point.arm_b;
-        stop(m.normal, arm.cross(m.normal), held);
+        remove_motion(m.normal, arm.cross(m.normal), held);
         // Close to its limit, friction counts as sliding: it goes on as a force.
         const S most = S(measured::sliding_share) * friction * point.impulse[0];
         if (friction_impulse(m, point).norm() >= most) continue;
-        stop(t1, arm.cross(t1), held);
-        stop(t2, arm.cross(t2), held);
+        remove_motion(t1, arm.cross(t1), held);
+        remove_motion(t2, arm.cross(t2), held);
       }
     }
   }
@@ -144,7 +145,7 @@ class HeldMobilityFinder {
           if (!holds) continue;
           const Vec3<S>& angular = is_a ? row.angular_a : row.angular_b;
           if (value_of(row.compliance) == 0) {
-            stop(row.direction, angular, held);
+            remove_motion(row.direction, angular, held);
           } else {
             const Vec6<S> j = stacked<S>(row.direction, angular);
             soften((S(1) / row.compliance) * j * j.transpose(), zero<Vec3<S>>(), held);

@@ -203,7 +203,7 @@ class MechanismStage final : public JointStage<S> {
   /// Sums the impulses of the last step that contacts are expected to repeat, by body. A mechanism
   /// that leans on something moves little. Without what holds it, it would fall in its free motion,
   /// and contacts would have to push it back along the directions at the end of that fall.
-  /// @return Whether there are any.
+  /// @return True if there are any.
   [[nodiscard]] bool find_contact_impulses(const State& state, const Island& island) {
     bool has_any = false;
     for (const std::uint32_t slot : island.bodies) contact_impulses_[slot] = {};

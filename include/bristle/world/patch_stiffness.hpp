@@ -16,7 +16,8 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Stiffness of a patch on a body.
+/// Stiffness of a patch on a body. A patch touches several bodies, and each has arms and a sum of
+/// its own. So they are visited one by one.
 template <Scalar S>
 struct BodyStiffness {
   /// [-] Index of the body.
@@ -35,9 +36,9 @@ class StiffnessFinder {
   using State = WorldState<S>;
 
   /// Calls visit(BodyStiffness<S>) for each body in reach of a patch's rays that is wanted.
-  /// @param wants  Callable: bool wants(body), of an index.
-  template <typename Wants, typename Visit>
-  void find(const State& state, std::uint32_t patch_index, Wants&& wants, Visit&& visit) {
+  /// @param is_wanted  Callable: bool is_wanted(body), of an index.
+  template <typename IsWanted, typename Visit>
+  void find(const State& state, std::uint32_t patch_index, IsWanted&& is_wanted, Visit&& visit) {
     const SensorPatch<S>& patch = state.patches.at(patch_index);
     if (!patch.is_active) return;
     cast(state, patch);
@@ -48,7 +49,7 @@ class StiffnessFinder {
       const std::uint32_t body = body_of(tags_[k]);
       const auto is_same = [&](std::uint32_t tag) { return body_of(tag) == body; };
       const auto own = tags_.begin() + static_cast<std::ptrdiff_t>(k);
-      if (!wants(body) || std::any_of(tags_.begin(), own, is_same)) continue;
+      if (!is_wanted(body) || std::any_of(tags_.begin(), own, is_same)) continue;
       const Body<S>& B = state.bodies.at(body);
       const Vec3<S> p_AB = B.center_pose.translation - A.center_pose.translation;
       const Vec3<S> arm = R_WA * patch.geometry->box.center();

@@ -13,8 +13,8 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// What a step asks of the collidables of a backend, compiled for each instruction set. Pointers
-/// are to collidables. See `ShapeBackend`.
+/// Queries of a step about the collidables of a backend, compiled for each instruction set.
+/// Pointers are to collidables. See `ShapeBackend`.
 template <Scalar S>
 struct ShapeQueries {
   ContactStatus (*collide)(const void* a, const void* b, const Transform<S>& X_AB, S margin,

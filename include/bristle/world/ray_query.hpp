@@ -10,7 +10,7 @@
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// What a query of a world found.
+/// Result of a query of a world.
 template <Scalar S>
 struct WorldHit {
   /// [m] Way of a ray or a cast shape before the hit, or distance of the nearest shape. Infinite if

@@ -50,13 +50,13 @@ class SleepStage {
     state.report.sleeping_bodies = state.sleeping_bodies;
     state.report.awake_bodies -= state.sleeping_bodies - asleep;
     // If all bodies are awake and none was changed, no flag needs an update.
-    if (!state.is_any_disturbed && state.sleeping_bodies == 0) return;
+    if (!state.is_any_dirty && state.sleeping_bodies == 0) return;
     bool is_any_active = false;
     for (const std::uint32_t i : state.bodies.live_slots()) {
-      state.bodies.at(i).sleep.is_disturbed = false;
+      state.bodies.at(i).sleep.is_dirty = false;
       is_any_active = is_any_active || state.is_active(i);
     }
-    state.is_any_disturbed = false;
+    state.is_any_dirty = false;
     state.is_idle = state.sleeping_bodies > 0 && !is_any_active;
   }
 
@@ -165,7 +165,7 @@ class SleepStage {
       const Collider<S>& a = state.colliders.at(m.shapes.a);
       const Collider<S>& b = state.colliders.at(m.shapes.b);
       if (state.drift_of(a, b) != zero<Vec3<S>>()) {
-        // What a belt carries moves, however slowly.
+        // A body on a belt moves, however slowly.
         is_held_awake_[a.body.index] = is_held_awake_[b.body.index] = 1;
       }
       join(a.body.index, b.body.index);

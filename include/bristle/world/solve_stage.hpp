@@ -249,7 +249,7 @@ class SolveStage {
       solve_in_passes(context.settings.max_passes, solve_once, answer);
       // The impulse of the sensors is the sum of their evaluated impulses.
       if (!island.soft.empty()) apply_impulses(island, constraints, bodies);
-      restitution_.calm(island, constraints, bodies, context, solver_, report);
+      restitution_.limit_energy(island, constraints, bodies, context, solver_, report);
       if (!(report.residual < infinity<S>) || !is_finite(state, island)) {
         guard(state, sensors, island, context);
         return;
@@ -314,7 +314,7 @@ class SolveStage {
   /// chain, or where bodies that interlock are pushed apart both ways; and such a body pushes
   /// others just as far.
   ///
-  /// What is corrected is then the motion in which all impulses move the bodies by one share
+  /// Corrections then start from the motion in which all impulses move the bodies by one share
   /// (`share_apart`). It keeps surfaces apart, and so does what lies between it and the solved
   /// motion. By the usual share a fast body would pass through a wall by half of its way.
   static void limit_turns(State& state, const Island& island, const SolveContext<S>& context) {
@@ -344,8 +344,8 @@ class SolveStage {
   }
   /// [1] Least share of its impulses, from the usual one up to all, by which no gap of an island
   /// closes by more than itself, and no overlap grows. It is one for all, or momentum would be
-  /// lost. Contacts towards which impulses drive the bodies bound it from above. What position
-  /// sweeps ignore has no say: round-off would decide where surfaces rest on each other.
+  /// lost. Contacts towards which impulses drive the bodies bound it from above. Contacts that
+  /// position sweeps ignore have no say: round-off would decide where surfaces rest on each other.
   [[nodiscard]] static S share_apart(const State& state, const Island& island,
                                      const SolveContext<S>& context, const S& usual) {
     // Where a body turns far its arms end up anywhere. Its centre does not.

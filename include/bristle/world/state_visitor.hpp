@@ -173,7 +173,7 @@ void visit_body(Body& body, std::uint32_t slots, Visitor& visit) {
     visit.value(item.filter.group);
     visit.value(item.sleep.rest_time);
     visit.value(item.sleep.island);
-    visit.value(item.sleep.is_disturbed);
+    visit.value(item.sleep.is_dirty);
   };
   visit.item("bodies (state)", body, each, [&](const auto& item) {
     return is_valid_state(item, slots) && is_of_same_solid(item, body);

@@ -55,20 +55,20 @@ void wake_neighbours(WorldState<S>& state, std::uint32_t slot) {
 /// Marks a body as changed by the caller. Wakes its island, or else its neighbours. The next step
 /// wakes bodies that it reaches.
 template <Scalar S>
-void disturb(WorldState<S>& state, BodyId id) {
+void mark_dirty(WorldState<S>& state, BodyId id) {
   Body<S>& body = state.bodies.at(id.index);
   wake_island(state, id.index);
   if (!body.is_dynamic()) wake_neighbours(state, id.index);
   body.sleep.rest_time = S(0);
-  body.sleep.is_disturbed = state.is_any_disturbed = true;
+  body.sleep.is_dirty = state.is_any_dirty = true;
   state.is_idle = false;
 }
 
 /// The same for both bodies of a joint.
 template <Scalar S>
-void disturb_bodies(WorldState<S>& state, const JointDef<S>& def) {
-  disturb(state, def.body_a);
-  disturb(state, def.body_b);
+void mark_bodies_dirty(WorldState<S>& state, const JointDef<S>& def) {
+  mark_dirty(state, def.body_a);
+  mark_dirty(state, def.body_b);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

@@ -239,8 +239,8 @@ class World {
   [[nodiscard]] WorldHit<S> closest(const Vec3<S>& point, S reach, const QueryFilter& filter = {})
       const requires detail::ShowsSolids<Backend, S>;
   /// First shape that a convex shape touches as it moves by `way` [m] from the pose X_WQ without a
-  /// turn. It stops short by a part of at most 1.5e-8 of its size, in float 1.9e-6. What it touches
-  /// by as little at the start is in the way only where it approaches.
+  /// turn. It stops short by a part of at most 1.5e-8 of its size, in float 1.9e-6. A shape that
+  /// it touches by as little at the start is in the way only where it approaches.
   /// @throws InvalidArgument as `overlaps`, or when `way` is not finite or zero.
   [[nodiscard]] WorldHit<S> cast_shape(
       const Shape<S>& shape, const Transform<S>& X_WQ, const Vec3<S>& way,

@@ -111,7 +111,7 @@ requires ShapeBackend<Backend, S> BodyId World<S, Backend>::add_body(const BodyD
   }
   const BodyId id = state_.bodies.insert(body);
   for (detail::Collider<S>& collider : colliders) insert_shape(id, std::move(collider));
-  detail::disturb(state_, id);
+  detail::mark_dirty(state_, id);
   return id;
 }
 
@@ -131,7 +131,7 @@ requires ShapeBackend<Backend, S> ShapeId World<S, Backend>::add_shape(BodyId id
                   "must not be on a dynamic body: it has no mass");
   detail::Collider<S> collider = make_collider(body, Backend::template make<S>(def.shape), def);
   require_known_contacts(id, body.is_dynamic(), body.filter, kind_of(def.shape));
-  detail::disturb(state_, id);
+  detail::mark_dirty(state_, id);
   return insert_shape(id, std::move(collider));
 }
 
@@ -145,7 +145,7 @@ void World<S, Backend>::remove_shape(ShapeId id) {
                                     contact.body_a, contact.body_b});
     }
   });
-  detail::disturb(state_, state_.colliders.at(id.index).body);
+  detail::mark_dirty(state_, state_.colliders.at(id.index).body);
   state_.broad_phase.remove(id.index);
   state_.contacts.forget(id.index);
   state_.shapes_of_bodies.remove(state_.colliders.at(id.index).body.index, id.index);
@@ -156,7 +156,7 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::remove_body(BodyId id) {
   (void)state_.bodies.get(id, "BodyId");
-  detail::disturb(state_, id);
+  detail::mark_dirty(state_, id);
   for (const std::uint32_t i : state_.joints.live_slots()) {
     const JointDef<S>& def = state_.joints.at(i).def;
     if (def.body_a == id || def.body_b == id) erase_joint(i);
@@ -194,7 +194,7 @@ void World<S, Backend>::set_pose(BodyId id, const Transform<S>& X_WB) {
   detail::require_unit<S>("X_WB.rotation", X_WB.rotation);
   detail::require_all_finite("X_WB.translation: centre of mass", X_WB * body.center_B);
   body.set_pose({X_WB.rotation.normalized(), X_WB.translation});
-  detail::disturb(state_, id);
+  detail::mark_dirty(state_, id);
   state_.shapes_of_bodies.for_each(id.index, [this](std::uint32_t tag) { refresh_box(tag); });
 }
 
@@ -216,7 +216,7 @@ void World<S, Backend>::set_twist(BodyId id, const Twist<S>& twist) {
   const bool moved = state_.is_active(id.index);
   body.twist = twist;
   // Setting a zero velocity on a body at rest does not wake it.
-  if (body.is_dynamic() || moved || state_.is_active(id.index)) detail::disturb(state_, id);
+  if (body.is_dynamic() || moved || state_.is_active(id.index)) detail::mark_dirty(state_, id);
 }
 
 template <Scalar S, typename Backend>
@@ -257,7 +257,7 @@ void World<S, Backend>::apply_wrench(BodyId id, const Wrench<S>& wrench) {
   detail::require_all_finite("wrench.torque: sum of the step", applied.torque);
   body.applied = applied;
   if (body.is_dynamic() && !(wrench.force.isZero(S(0)) && wrench.torque.isZero(S(0)))) {
-    detail::disturb(state_, id);
+    detail::mark_dirty(state_, id);
   }
 }
 
@@ -295,7 +295,7 @@ void World<S, Backend>::set_damping(BodyId id, S linear, S angular) {
   detail::require_not_negative("set_damping: angular", angular);
   body.linear_damping = linear;
   body.angular_damping = angular;
-  detail::disturb(state_, id);
+  detail::mark_dirty(state_, id);
 }
 
 template <Scalar S, typename Backend>
@@ -305,7 +305,7 @@ void World<S, Backend>::set_gravity_scale(BodyId id, S scale) {
   detail::require(body.is_dynamic(), "BodyId", id, "must name a dynamic body");
   detail::require_finite("set_gravity_scale: scale", scale);
   body.gravity_scale = scale;
-  detail::disturb(state_, id);
+  detail::mark_dirty(state_, id);
 }
 
 template <Scalar S, typename Backend>
@@ -316,7 +316,7 @@ void World<S, Backend>::set_filter(BodyId id, const CollisionFilter& filter) {
     require_known_contacts(id, body.is_dynamic(), filter, state_.colliders.at(tag).kind);
   });
   body.filter = filter;
-  detail::disturb(state_, id);
+  detail::mark_dirty(state_, id);
 }
 
 template <Scalar S, typename Backend>
@@ -333,7 +333,7 @@ void World<S, Backend>::set_mass(BodyId id, S mass) {
   changed.inverse_inertia_B = inverse_inertia<S>(changed.inertia_B);
   detail::require_invertible(changed, "set_mass: mass", "set_mass: moment of inertia");
   state_.bodies.at(id.index) = changed;
-  detail::disturb(state_, id);
+  detail::mark_dirty(state_, id);
 }
 
 template <Scalar S, typename Backend>
@@ -343,7 +343,7 @@ void World<S, Backend>::set_material(BodyId id, const Material<S>& material) {
   validate(material);
   state_.shapes_of_bodies.for_each(
       id.index, [&](std::uint32_t tag) { state_.colliders.at(tag).material = material; });
-  detail::disturb(state_, id);
+  detail::mark_dirty(state_, id);
 }
 
 template <Scalar S, typename Backend>
@@ -352,14 +352,14 @@ void World<S, Backend>::set_material(ShapeId id, const Material<S>& material) {
   detail::Collider<S>& collider = state_.colliders.get(id, "ShapeId");
   validate(material);
   collider.material = material;
-  detail::disturb(state_, collider.body);
+  detail::mark_dirty(state_, collider.body);
 }
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::wake(BodyId id) {
   (void)body(id);
-  detail::disturb(state_, id);
+  detail::mark_dirty(state_, id);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI

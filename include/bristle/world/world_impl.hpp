@@ -95,7 +95,7 @@ requires ShapeBackend<Backend, S> JointId World<S, Backend>::add_joint(const Joi
     detail::DynamicArray<detail::ShapePair>& unpaired = state_.unpaired;
     unpaired.insert(std::lower_bound(unpaired.begin(), unpaired.end(), pair), pair);
   }
-  detail::disturb_bodies(state_, joint.def);
+  detail::mark_bodies_dirty(state_, joint.def);
   state_.joint_kernels = &detail::joint_kernels<S>();
   return state_.joints.insert(joint);
 }
@@ -104,7 +104,7 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::erase_joint(std::uint32_t index) {
   const JointDef<S>& def = state_.joints.at(index).def;
-  detail::disturb_bodies(state_, def);
+  detail::mark_bodies_dirty(state_, def);
   if (!def.bodies_collide) {
     const detail::ShapePair pair{std::min(def.body_a.index, def.body_b.index),
                                  std::max(def.body_a.index, def.body_b.index)};
@@ -127,7 +127,7 @@ void World<S, Backend>::set_motor(JointId id, const JointMotor<S>& motor) {
   detail::Joint<S>& joint = state_.joints.get(id, "JointId");
   validate(motor, joint.def.kind);
   joint.def.motor = motor;
-  detail::disturb_bodies(state_, joint.def);
+  detail::mark_bodies_dirty(state_, joint.def);
 }
 
 template <Scalar S, typename Backend>
@@ -137,7 +137,7 @@ void World<S, Backend>::set_limits(JointId id, S lower, S upper) {
   detail::require_limits(lower, upper, joint.def.kind);
   joint.def.lower_limit = lower;
   joint.def.upper_limit = upper;
-  detail::disturb_bodies(state_, joint.def);
+  detail::mark_bodies_dirty(state_, joint.def);
 }
 
 template <Scalar S, typename Backend>
@@ -146,7 +146,7 @@ void World<S, Backend>::set_spring(JointId id, const JointSpring<S>& spring) {
   detail::Joint<S>& joint = state_.joints.get(id, "JointId");
   validate(spring, joint.def.kind);
   joint.def.spring = spring;
-  detail::disturb_bodies(state_, joint.def);
+  detail::mark_bodies_dirty(state_, joint.def);
 }
 
 template <Scalar S, typename Backend>
@@ -164,7 +164,7 @@ requires ShapeBackend<Backend, S> PatchId World<S, Backend>::add_patch(BodyId bo
   for (const BodyId id : def.excluded) (void)state_.bodies.get(id, "PatchDef::excluded");
   detail::SensorPatch<S> patch = detail::make_patch(std::move(def), body, owner.center_B);
   detail::require_outward_rays(state_, body.index, patch, owner.center_B);
-  detail::disturb(state_, body);
+  detail::mark_dirty(state_, body);
   return state_.patches.insert(std::move(patch));
 }
 
@@ -187,7 +187,7 @@ requires ShapeBackend<Backend, S> PatchId World<S, Backend>::add_patch(BodyId bo
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::remove_patch(PatchId id) {
-  detail::disturb(state_, state_.patches.get(id, "PatchId").body);
+  detail::mark_dirty(state_, state_.patches.get(id, "PatchId").body);
   state_.patches.erase(id);
 }
 
@@ -196,7 +196,7 @@ requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_active(PatchId id, bool is_active) {
   detail::SensorPatch<S>& patch = state_.patches.get(id, "PatchId");
   if (patch.is_active == is_active) return;
-  detail::disturb(state_, patch.body);
+  detail::mark_dirty(state_, patch.body);
   patch.is_active = is_active;
   if (!is_active) clear_patch(patch);
 }
@@ -206,7 +206,7 @@ requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_parameters(PatchId id, const SensorParameters<S>& parameters) {
   detail::SensorPatch<S>& patch = state_.patches.get(id, "PatchId");
   detail::set_constants(patch, parameters);
-  detail::disturb(state_, patch.body);
+  detail::mark_dirty(state_, patch.body);
 }
 
 template <Scalar S, typename Backend>
@@ -276,10 +276,10 @@ void World<S, Backend>::restore(std::span<const std::byte> bytes) {
   state_.ended_since.clear();
   state_.kept_events.clear();
   state_.sleeping_bodies = 0;
-  state_.is_any_disturbed = false;
+  state_.is_any_dirty = false;
   for (const std::uint32_t i : state_.bodies.live_slots()) {
     if (state_.bodies.at(i).is_asleep()) ++state_.sleeping_bodies;
-    state_.is_any_disturbed = state_.is_any_disturbed || state_.bodies.at(i).sleep.is_disturbed;
+    state_.is_any_dirty = state_.is_any_dirty || state_.bodies.at(i).sleep.is_dirty;
   }
   for (const std::uint32_t i : state_.colliders.live_slots()) refresh_box(i);
 }
@@ -401,13 +401,13 @@ void World<S, Backend>::push(const detail::HapticBody<S>& pushed) {
   const Wrench<S>& impulse = pushed.impulse();
   if (!body.is_dynamic() || (impulse.force.isZero(S(0)) && impulse.torque.isZero(S(0)))) return;
   body.applied += (S(1) / state_.def.time_step) * impulse;
-  detail::disturb(state_, id);
-  Body<S> carried = body;
-  detail::step_pose(carried, pushed.carried(), S(1));
-  const Transform<S> X_WB = carried.pose();
-  if (!detail::is_pose(X_WB) || !detail::has_finite_square<S>(carried.twist)) return;
+  detail::mark_dirty(state_, id);
+  Body<S> advanced = body;
+  detail::step_pose(advanced, pushed.excess_displacement(), S(1));
+  const Transform<S> X_WB = advanced.pose();
+  if (!detail::is_pose(X_WB) || !detail::has_finite_square<S>(advanced.twist)) return;
   set_pose(id, X_WB);
-  set_twist(id, carried.twist);
+  set_twist(id, advanced.twist);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI

@@ -76,8 +76,8 @@ struct WorldState {
   /// Number of bodies asleep. `is_idle` if all are: a step then has nothing to do.
   std::uint32_t sleeping_bodies = 0;
   bool is_idle = false;
-  /// True if a caller may have changed any body since the last step (`BodySleep::is_disturbed`).
-  bool is_any_disturbed = false;
+  /// True if a caller may have changed any body since the last step (`BodySleep::is_dirty`).
+  bool is_any_dirty = false;
   /// [-] Steps so far in which anything could move.
   std::uint64_t steps = 0;
 
@@ -111,7 +111,7 @@ struct WorldState {
   /// Returns whether a body may move in this step, or was changed by the caller since the last one.
   [[nodiscard]] bool is_active(std::uint32_t slot) const {
     const Body<S>& body = bodies.at(slot);
-    if (body.sleep.is_disturbed) return true;
+    if (body.sleep.is_dirty) return true;
     if (body.is_dynamic()) return !body.is_asleep();
     return !body.twist.linear.isZero(S(0)) || !body.twist.angular.isZero(S(0));
   }

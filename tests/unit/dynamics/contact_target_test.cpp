@@ -118,7 +118,7 @@ TEST_CASE(
   CHECK(fall.contact.target == test::relative(e * hit + a * (dt - time)));
   CHECK(fall.contact.restitution_share == test::relative(1 - time / dt));
   fall.contact.impulse[0] = 3;
-  place_contact(fall.contact, fall.contact.target, fall.context);
+  set_position_impulse(fall.contact, fall.contact.target, fall.context);
   CHECK(fall.contact.position_impulse == test::relative(3 * (1 - time / dt)));
   CHECK(fall.contact.least_position_impulse == fall.contact.position_impulse);
 }
@@ -141,16 +141,16 @@ TEST_CASE(
   dead.target();
   CHECK(dead.contact.target == test::relative(-0.5));
   dead.contact.impulse[0] = 3;
-  place_contact(dead.contact, 0.0, dead.context);
+  set_position_impulse(dead.contact, 0.0, dead.context);
   CHECK(dead.contact.position_impulse == 3);
 }
 
-TEST_CASE("place_contact: bodies part where they bounce or fly apart, not by round-off") {
+TEST_CASE("set_position_impulse: bodies part where they bounce or fly apart, not by round-off") {
   const auto parts = [](double restitution, double target, double speed) {
     Fall fall(0, 0, 0, restitution);
     fall.contact.target = target;
-    place_contact(fall.contact, speed, fall.context);
-    return fall.contact.parts;
+    set_position_impulse(fall.contact, speed, fall.context);
+    return fall.contact.is_separating;
   };
   CHECK_FALSE(parts(0.5, 0, 1e-9));
   CHECK_FALSE(parts(0.5, 0.005, -0.005));  // A bounce that ends the step falling again.
@@ -214,7 +214,7 @@ TEST_CASE_TEMPLATE("open_contacts: what presses though its surfaces stay apart g
   silent.contact().impulse = {};
   CHECK_FALSE(silent.changes());
   KeptOpen<S> bounces;
-  bounces.contact().parts = true;
+  bounces.contact().is_separating = true;
   CHECK_FALSE(bounces.changes());
   KeptOpen<S> is_moved_by_it;
   is_moved_by_it.contact().position_impulse = S(1);

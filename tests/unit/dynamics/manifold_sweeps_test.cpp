@@ -176,11 +176,11 @@ TEST_CASE_TEMPLATE("ManifoldSweeps: in lanes as one after the other, to the last
     }
     sweeps.unload(together.bodies, velocity_of);
     sweeps.spread_friction();
-    sweeps.start_placing(together.bodies, sweep_context<S>());
+    sweeps.start_positions(together.bodies, sweep_context<S>());
     sweeps.unload(together.bodies, motion_of);
     for (std::size_t k = 0; k < single.size(); ++k) {
       single[k].spread_friction();
-      single[k].start_placing(apart.bodies, sweep_context<S>());
+      single[k].start_positions(apart.bodies, sweep_context<S>());
       single[k].unload(apart.bodies, motion_of);
     }
     for (int n = 0; n < 4; ++n) {
@@ -235,7 +235,7 @@ TEST_CASE("ManifoldSweeps: velocities of what may be crushed are not extrapolate
     CHECK(gains(SweptProblem::velocities) == (most == infinity<double>));
     sweeps.unload(pile.bodies, velocity_of);
     for (auto& body : pile.bodies) body.motion = body.twist;
-    sweeps.start_placing(pile.bodies, sweep_context<double>());
+    sweeps.start_positions(pile.bodies, sweep_context<double>());
     CHECK(gains(SweptProblem::positions));
   }
 }
@@ -343,13 +343,13 @@ TEST_CASE_TEMPLATE("ManifoldSweeps: without friction, points are solved as conta
       ContactConstraint<S>& c = by_point.constraints.contacts[i];
       const S speed =
           c.normal_velocity(by_point.bodies[c.body_a].twist, by_point.bodies[c.body_b].twist);
-      place_contact(c, speed, solve);
+      set_position_impulse(c, speed, solve);
       if (c.restitution_share >= S(0)) {
         ++bouncing;
         apply_at_contact<S>(c, (c.restitution_share - usual_share<S>(integrator)) * c.impulse_W(),
                             by_point.bodies[c.body_a], by_point.bodies[c.body_b], motion_of);
       }
-      parting += c.parts ? 1 : 0;
+      parting += c.is_separating ? 1 : 0;
     }
     CHECK(parting > 0);
     CHECK((bouncing > 0) == (integrator == Integrator::trapezoidal));

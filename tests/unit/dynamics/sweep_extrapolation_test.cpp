@@ -90,7 +90,7 @@ TEST_CASE("SweepExtrapolation: what holds is solved in as many pairs as bodies h
         sweeps.start(column.island(), column.constraints, column.bodies, 1.0);
         sweeps.target(column.bodies, step_context<double>());
         if (problem == SweptProblem::positions) {
-          sweeps.start_placing(column.bodies, step_context<double>());
+          sweeps.start_positions(column.bodies, step_context<double>());
         }
         if (problem == SweptProblem::velocities) sweeps.apply();
         return run_pairs(sweeps, problem, 36, extrapolates);

@@ -140,7 +140,8 @@ struct BodyDef {
 
 namespace detail {
 
-/// Time at rest of a body, and the bodies that it sleeps with.
+/// Time at rest of a body, and the bodies that it sleeps with. It is apart from the rest of `Body`
+/// so that waking resets all of it at once.
 template <Scalar S>
 struct BodySleep {
   /// [s] Time for which it has been slower than `SleepDef` allows.
@@ -148,12 +149,13 @@ struct BodySleep {
   /// [-] Lowest slot of the bodies that sleep with it. It is `no_index` if the body is awake.
   std::uint32_t island = no_index;
   /// [-] True if a caller changed it since the last step. The next step wakes bodies near it.
-  bool is_disturbed = false;
+  bool is_dirty = false;
 };
 
 }  // namespace detail
 
-/// State of a body in a step. It is about the centre of mass, in axes of the body frame.
+/// State of a body in a step. It is about the centre of mass, in axes of the body frame. It is the
+/// one record that lasts from step to step. Solvers copy from it the fields that they need.
 template <Scalar S>
 struct Body {
   /// [-] Cause of its motion.

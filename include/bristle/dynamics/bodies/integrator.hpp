@@ -36,7 +36,8 @@ template <Scalar S>
   return {S(1) - lost, lost / rate};
 }
 
-/// What damping does to a body in a step.
+/// Effect of damping on a body in a step. It exists beside `Body` since a step needs it twice, and
+/// it costs two exponentials.
 template <Scalar S>
 struct BodyDecay {
   Decay<S> linear, angular;
@@ -108,7 +109,7 @@ bool solve_top_step(const Mat3<S>& inertia, const Mat3<S>& inverse_inertia, cons
   const S round_off = Tolerance<S>::round_off();
   for (int iteration = 0; iteration < measured::most_top_iterations; ++iteration) {
     const S rest = S(1) - q.squaredNorm();
-    // A part of a step turns by a radian at most. Beyond a quarter turn, with 2 q0^2 < 1, q has
+    // A substep turns by a radian at most. Beyond a quarter turn, with 2 q0^2 < 1, q has
     // left the root.
     if (!(rest > S(0.5))) return false;
     const S q0 = sqrt(rest);
@@ -152,17 +153,17 @@ void turn_free_top(Body<S>& body, const Vec3<S>& w, S dt) {
   if (!(L_W.squaredNorm() > S(0)) && !(own_L_W.squaredNorm() > S(0))) return;
   // The fastest rotation by this momentum, at any attitude.
   const S fastest = dt * L_W.norm() * inverse_inertia.norm();
-  int parts = 1;
-  while (S(parts) < fastest && parts < measured::most_top_parts) parts *= 2;
-  const S h = dt / S(parts);
-  for (int i = 0; i < parts; ++i) {
+  int substeps = 1;
+  while (S(substeps) < fastest && substeps < measured::most_top_substeps) substeps *= 2;
+  const S h = dt / S(substeps);
+  for (int i = 0; i < substeps; ++i) {
     const Vec3<S> y = rotation.conjugate() * L_W;
     Vec3<S> q;
     if (solve_top_step(inertia, inverse_inertia, y, h, q)) {
       const Quat<S> turn(sqrt(S(1) - q.squaredNorm()), q.x(), q.y(), q.z());
       rotation = unit_product(rotation, turn);
     } else {
-      // Faster than the parts resolve. Momentum is still kept. Energy stays in its bounds.
+      // Faster than substeps resolve. Momentum is still kept. Energy stays in its bounds.
       rotation = step_rotation<S>(rotation, rotation * (inverse_inertia * y), h);
     }
   }

@@ -28,7 +28,8 @@ template <Scalar S>
 }
 
 /// A contact point between bodies A and B. Its impulses act on B. They are along the normal (A to
-/// B) and two tangents.
+/// B) and two tangents. It has the axes and targets of one step, which a `CachedPoint` does not
+/// keep.
 template <Scalar S>
 struct ContactConstraint {
   /// [-] Slots of the two bodies.
@@ -74,7 +75,7 @@ struct ContactConstraint {
   /// bodies. Negative without a bounce.
   S restitution_share = S(-1);
   /// True if its bodies bounce or fly apart. An overlap then closes by itself.
-  bool parts = false;
+  bool is_separating = false;
   /// True if the last step's impulse does not predict this one. The contact is then new, or took an
   /// impact.
   bool is_fresh = true;

@@ -71,14 +71,15 @@ void time_contact(ContactConstraint<S>& c, CachedPoint<S>& point, const S& hold,
                   const SolverBody<S>& a, const SolverBody<S>& b, const SolveContext<S>& context);
 
 /// [m/s] Normal velocities of a contact. They are those that the start leaves (`kept_start`), and
-/// of free motion at its end and in the mean. What free motion adds is then by forces: it goes on
+/// of free motion at its end and in the mean. Free motion adds to these by forces alone: it goes on
 /// after a bounce, while damping follows the velocity.
 template <Value T>
 struct NormalSpeeds {
   T start, free, mean_free;
 };
 
-/// Target normal velocity of a contact, or of several. Tells how it was chosen.
+/// Target normal velocity of a contact, or of several. Tells how it was chosen. It is the result of
+/// one formula that serves constraints and lanes.
 template <Value T>
 struct ContactTarget {
   /// Like the fields of `ContactConstraint` with these names.
@@ -98,12 +99,13 @@ template <Scalar S>
 void target_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b,
                     const SolveContext<S>& context);
 
-/// Position impulse of a contact, or of several.
+/// Position impulse of a contact, or of several. It is apart from `ContactTarget` since it follows
+/// from solved impulses.
 template <Value T>
-struct ContactPlace {
+struct PositionImpulse {
   /// Like the fields of `ContactConstraint` with these names.
   T position_impulse, least_position_impulse;
-  Truth<T> parts;
+  Truth<T> is_separating;
 };
 /// Share of the impulse that acts within the step. It depends on whether the contact bounces. Call
 /// it when impulses are known.
@@ -111,19 +113,19 @@ struct ContactPlace {
 /// @param impulse          [N s] Along the normal.
 /// @param normal_velocity  [m/s] At the end of the step. Unused without restitution.
 template <Value T>
-BRISTLE_FORCE_INLINE ContactPlace<T> place_of(const T& impulse, const T& restitution,
-                                              const ContactTarget<T>& target,
-                                              const T& normal_velocity,
-                                              const SolveContext<ScalarOf<T>>& context);
-/// Sets the position impulse of a contact (`place_of`).
+BRISTLE_FORCE_INLINE PositionImpulse<T> position_impulse_of(
+    const T& impulse, const T& restitution, const ContactTarget<T>& target,
+    const T& normal_velocity, const SolveContext<ScalarOf<T>>& context);
+/// Sets the position impulse of a contact (`position_impulse_of`).
 template <Scalar S>
-void place_contact(ContactConstraint<S>& c, S normal_velocity, const SolveContext<S>& context) {
+void set_position_impulse(ContactConstraint<S>& c, S normal_velocity,
+                          const SolveContext<S>& context) {
   const ContactTarget<S> target{c.parting_target(), c.restitution_share, c.is_impact};
-  const ContactPlace<S> place =
-      place_of<S>(c.impulse[0], c.restitution, target, normal_velocity, context);
-  c.position_impulse = place.position_impulse;
-  c.least_position_impulse = place.least_position_impulse;
-  c.parts = place.parts;
+  const PositionImpulse<S> found =
+      position_impulse_of<S>(c.impulse[0], c.restitution, target, normal_velocity, context);
+  c.position_impulse = found.position_impulse;
+  c.least_position_impulse = found.least_position_impulse;
+  c.is_separating = found.is_separating;
 }
 
 /// [1] Share of an impulse that moves the bodies within the step, without a bounce.
@@ -276,26 +278,25 @@ void target_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const Solve
 }
 
 template <Value T>
-BRISTLE_FORCE_INLINE ContactPlace<T> place_of(const T& impulse, const T& restitution,
-                                              const ContactTarget<T>& target,
-                                              const T& normal_velocity,
-                                              const SolveContext<ScalarOf<T>>& context) {
+BRISTLE_FORCE_INLINE PositionImpulse<T> position_impulse_of(
+    const T& impulse, const T& restitution, const ContactTarget<T>& target,
+    const T& normal_velocity, const SolveContext<ScalarOf<T>>& context) {
   using S = ScalarOf<T>;
   const T zero = S(0);
   const Truth<T> is_timed = target.restitution_share >= zero;
   const bool is_trapezoidal = context.integrator == Integrator::trapezoidal;
-  ContactPlace<T> place;
-  place.position_impulse =
+  PositionImpulse<T> found;
+  found.position_impulse =
       select(is_timed, target.restitution_share, T(usual_share<S>(context.integrator))) * impulse;
-  place.least_position_impulse =
-      is_trapezoidal ? select(is_timed, place.position_impulse, zero) : place.position_impulse;
+  found.least_position_impulse =
+      is_trapezoidal ? select(is_timed, found.position_impulse, zero) : found.position_impulse;
   // A contact that may bounce needs more than any speed apart. At rest round-off decides that.
   // Heaps of such bodies would sink into themselves.
   const Truth<T> has_bounced = target.target > zero;
   const Truth<T> flies_apart = normal_velocity > T(context.restitution_speed);
   const Truth<T> may_bounce = restitution > zero;
-  place.parts = may_bounce & (flies_apart | (has_bounced & (normal_velocity > zero)));
-  return place;
+  found.is_separating = may_bounce & (flies_apart | (has_bounced & (normal_velocity > zero)));
+  return found;
 }
 
 template <Scalar S>
@@ -312,7 +313,7 @@ bool open_contacts(const Island& island, Constraints<S>& constraints,
       c.is_shut = has_changed = true;
       continue;
     }
-    const bool may_open = !c.is_shut && !c.parts && c.parting_target() == S(0);
+    const bool may_open = !c.is_shut && !c.is_separating && c.parting_target() == S(0);
     if (!may_open || c.position_impulse > S(0)) continue;
     const SolverBody<S>& a = bodies[c.body_a];
     const SolverBody<S>& b = bodies[c.body_b];

@@ -73,8 +73,8 @@ class VelocityTable {
 /// instead of three.
 inline constexpr std::uint32_t point_group = 4;
 
-/// One point of each manifold of a block. Where a manifold has fewer points, nothing responds to
-/// impulses. So there are none.
+/// One point of each manifold of a block. It holds what each sweep reads of a `ContactConstraint`,
+/// in lanes. Where a manifold has fewer points, nothing responds to impulses. So there are none.
 /// @tparam n  [-] Lanes that the file is compiled for. It decides the layout of the type.
 template <Scalar S, std::size_t n = lanes<S>>
 struct alignas(64) ManifoldPoints {
@@ -91,12 +91,13 @@ struct alignas(64) ManifoldPoints {
   Row target{}, impulse{};
   /// Position problem: velocity that closes the gap within the step, position impulse and its lower
   /// bound, and the counterpart of `inverse_response`. The last is 0 where bodies separate.
-  Row placing_target{}, position_impulse{}, least_position_impulse{}, inverse_placing{};
+  Row position_target{}, position_impulse{}, least_position_impulse{}, inverse_position_response{};
 };
 
-/// Contact data of a block's points that sweeps seldom read. Fields named as in `ContactConstraint`
-/// have the same meaning. Where a manifold has fewer points, the impulse stays zero. Other fields
-/// have no meaning there.
+/// Contact data of a block's points that sweeps seldom read. They are apart from `ManifoldPoints`
+/// so that a sweep loads fewer cache lines. Fields named as in `ContactConstraint` have the same
+/// meaning. Where a manifold has fewer points, the impulse stays zero. Other fields have no meaning
+/// there.
 template <Scalar S, std::size_t n = lanes<S>>
 struct alignas(64) ManifoldContacts {
   using Row = std::array<S, n>;

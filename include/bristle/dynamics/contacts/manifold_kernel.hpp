@@ -41,10 +41,10 @@ class ManifoldKernel : ManifoldMotion<S> {
   BRISTLE_FORCE_INLINE void show_residuals(const VelocityTable<S>& velocities, Use&& use) const;
   /// The same for the rows of the position problem.
   template <typename Use>
-  BRISTLE_FORCE_INLINE void show_placing_residuals(const VelocityTable<S>& displacements,
-                                                   Use&& use) const {
+  BRISTLE_FORCE_INLINE void show_position_residuals(const VelocityTable<S>& displacements,
+                                                    Use&& use) const {
     const Relative v = relative(motion(displacements));
-    for (const Points& p : points_) use(p.position_impulse, speed(p, v) - row(p.placing_target));
+    for (const Points& p : points_) use(p.position_impulse, speed(p, v) - row(p.position_target));
   }
 
  private:
@@ -215,7 +215,7 @@ BRISTLE_FORCE_INLINE Pack<S> ManifoldKernel<S>::place(VelocityTable<S>& displace
   const Motion before_turn = motion(displacements);
   Load load;
   const T largest = solve_points(
-      relative(before_turn), load, &Points::placing_target, &Points::inverse_placing,
+      relative(before_turn), load, &Points::position_target, &Points::inverse_position_response,
       &Points::position_impulse,
       [](const Points& p, const T& x) { return max(x, row(p.least_position_impulse)); },
       [](const Points&, const T&) {});

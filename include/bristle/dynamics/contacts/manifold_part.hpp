@@ -40,9 +40,9 @@ class ManifoldPart : ManifoldMotion<S> {
   /// Its force and its torsion stay the same. All impulses are added to the totals.
   void spread_friction();
 
-  /// Sets the position impulses (`place_of`) for sweeps of the position problem.
+  /// Sets the position impulses (`position_impulse_of`) for sweeps of the position problem.
   /// @param velocities  At the end of the substep. Null if nothing may bounce.
-  void start_placing(const VelocityTable<S>* velocities, const SolveContext<S>& context);
+  void start_positions(const VelocityTable<S>* velocities, const SolveContext<S>& context);
   /// Adds `position_excess` to the position impulses, and the displacements by it.
   void start_from_excess(VelocityTable<S>& displacements);
   /// Ends sweeps of the position problem.
@@ -150,8 +150,8 @@ void ManifoldPart<S>::spread_friction() {
 }
 
 template <Scalar S>
-void ManifoldPart<S>::start_placing(const VelocityTable<S>* velocities,
-                                    const SolveContext<S>& context) {
+void ManifoldPart<S>::start_positions(const VelocityTable<S>* velocities,
+                                      const SolveContext<S>& context) {
   const T zero = S(0);
   const T per_step = S(1) / context.dt;
   Relative v{zero, zero, zero, zero, zero, zero};
@@ -160,15 +160,16 @@ void ManifoldPart<S>::start_placing(const VelocityTable<S>* velocities,
     Points& p = points_[k];
     Contacts& c = contacts_[k];
     const ContactTarget<T> target{row(p.target), row(c.restitution_share), mask(c.impacts)};
-    const ContactPlace<T> place =
-        place_of<T>(row(p.impulse), row(c.restitution), target, speed(p, v), context);
-    (-row(c.gap) * per_step).store(p.placing_target.data());
+    const PositionImpulse<T> found =
+        position_impulse_of<T>(row(p.impulse), row(c.restitution), target, speed(p, v), context);
+    (-row(c.gap) * per_step).store(p.position_target.data());
     for (auto* impulse : {&c.usual_impulse, &p.position_impulse}) {
-      place.position_impulse.store(impulse->data());
+      found.position_impulse.store(impulse->data());
     }
-    select(place.parts, place.position_impulse, place.least_position_impulse)
+    select(found.is_separating, found.position_impulse, found.least_position_impulse)
         .store(p.least_position_impulse.data());
-    select(place.parts, zero, row(p.inverse_response)).store(p.inverse_placing.data());
+    select(found.is_separating, zero, row(p.inverse_response))
+        .store(p.inverse_position_response.data());
   }
 }
 

@@ -27,7 +27,7 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// What sweeps solve for: velocities from impulses, or displacements from position impulses.
+/// Unknowns of sweeps: velocities from impulses, or displacements from position impulses.
 enum class SweptProblem { velocities, positions };
 
 /// The sweeps with their scratch memory. One object serves many islands in turn.
@@ -35,9 +35,9 @@ template <Scalar S>
 class ManifoldSweeps {
  public:
   /// Sets up an island's manifolds. Contacts of one manifold follow each other.
-  /// @param parts  [-] Substeps of the step, among which the impulses of the contacts are divided.
+  /// @param substeps  [-] Parts of the step, among which the impulses of the contacts are divided.
   void start(const Island& island, const Constraints<S>& constraints,
-             std::span<const SolverBody<S>> bodies, S parts);
+             std::span<const SolverBody<S>> bodies, S substeps);
 
   /// Returns whether most contacts are new. New ones have no warm start.
   [[nodiscard]] bool is_cold() const { return is_cold_; }
@@ -90,7 +90,7 @@ class ManifoldSweeps {
   /// the least. So are those with joints or sensors, whose rows would have to go on, too, and the
   /// velocities of what movers may crush: they do work on it, and its energy falls far before it is
   /// the least.
-  /// @return Whether there was something to gain.
+  /// @return True if there was something to gain.
   bool extrapolate(SweptProblem problem) {
     return may_extrapolate(problem) &&
            extrapolation_.move_on(
@@ -106,10 +106,10 @@ class ManifoldSweeps {
   /// Starts the position problem. Reads the bodies' displacements and adds those of bounces. Where
   /// surfaces slide fast, it adds those of what positions needed beyond velocities in the last
   /// substep. Elsewhere that mostly closed overlaps, which are closed now.
-  void start_placing(std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
+  void start_positions(std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
     if (restitution_) load(bodies, velocity_of);
     const VelocityTable<S>* const velocities = restitution_ ? &velocities_ : nullptr;
-    for_each_block([&](Part part) { part.start_placing(velocities, context); });
+    for_each_block([&](Part part) { part.start_positions(velocities, context); });
     load(bodies, motion_of);
     if (context.slides) for_each_block([&](Part part) { part.start_from_excess(velocities_); });
     if (!restitution_) return;
@@ -121,12 +121,12 @@ class ManifoldSweeps {
   }
 
   /// Ends the position problem. Writes what it needed beyond velocities to the constraints.
-  void finish_placing(const Island& island, Constraints<S>& constraints) {
+  void finish_positions(const Island& island, Constraints<S>& constraints) {
     for_each_block([](Part part) { part.keep_excess(); });
     for_each_contact(island, constraints,
-                     [parts = parts_](ContactConstraint<S>& c, const Points&,
-                                      const Contacts& contacts, std::size_t lane) {
-                       const S excess = parts * contacts.position_excess[lane];
+                     [substeps = substeps_](ContactConstraint<S>& c, const Points&,
+                                            const Contacts& contacts, std::size_t lane) {
+                       const S excess = substeps * contacts.position_excess[lane];
                        c.position_excess = has_finite_square(excess) ? excess : S(0);
                      });
   }
@@ -210,7 +210,7 @@ class ManifoldSweeps {
   DynamicArray<std::uint32_t> place_;  // By slot; 0 where it has none.
   VelocityTable<S> velocities_, starts_;
   SweepExtrapolation<S> extrapolation_;
-  S parts_ = S(1);
+  S substeps_ = S(1);
   bool restitution_ = false;
   bool may_extrapolate_ = false;
   bool is_cold_ = false;
@@ -221,8 +221,8 @@ class ManifoldSweeps {
 
 template <Scalar S>
 void ManifoldSweeps<S>::start(const Island& island, const Constraints<S>& constraints,
-                              std::span<const SolverBody<S>> bodies, S parts) {
-  parts_ = parts;
+                              std::span<const SolverBody<S>> bodies, S substeps) {
+  substeps_ = substeps;
   for (const std::uint32_t slot : slots_) place_[slot] = 0;
   slots_.clear();
   place_.resize(std::max(place_.size(), bodies.size()), 0);
@@ -359,12 +359,12 @@ void ManifoldSweeps<S>::add_manifold(const ManifoldSpan& manifold, const Island&
     const ContactConstraint<S>& c = contact(k);
     Contacts& state = contacts_[block.first_point + k];
     state.gap[lane] = c.gap;
-    state.position_excess[lane] = c.position_excess / parts_;
+    state.position_excess[lane] = c.position_excess / substeps_;
     state.restitution[lane] = c.restitution;
-    state.friction1[lane] = c.impulse[1] / parts_;
-    state.friction2[lane] = c.impulse[2] / parts_;
+    state.friction1[lane] = c.impulse[1] / substeps_;
+    state.friction2[lane] = c.impulse[2] / substeps_;
     Points& p = points_[block.first_point + k];
-    p.impulse[lane] = c.impulse[0] / parts_;
+    p.impulse[lane] = c.impulse[0] / substeps_;
     S e1 = S(0);
     S e2 = S(0);
     // A single point is the centre of pressure. It has no lever about it.
@@ -413,7 +413,7 @@ void ManifoldSweeps<S>::show_residuals(SweptProblem problem, const Use& use) {
   for (Block& block : blocks_) {
     const Kernel kernel(block, points_);
     if (problem == SweptProblem::positions) {
-      kernel.show_placing_residuals(velocities_, use);
+      kernel.show_position_residuals(velocities_, use);
     } else {
       kernel.show_residuals(velocities_, use);
     }

@@ -28,8 +28,9 @@ class PassiveRestitution {
   /// mechanisms beyond that of free motion. Islands with sensors, motors, moving kinematic bodies
   /// or surfaces that run are skipped. Energy comes in from outside there. Large islands are
   /// skipped, too: their impulses are sums over substeps.
-  void calm(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
-            const SolveContext<S>& context, IslandSolver<S>& solver, SolveReport<S>& report) {
+  void limit_energy(const Island& island, Constraints<S>& constraints,
+                    std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
+                    IslandSolver<S>& solver, SolveReport<S>& report) {
     if (!has_joints(island, constraints) || island.contacts.empty() || !island.soft.empty()) return;
     if (context.is_large()) return;
     const S gained = gained_energy(island, bodies);

@@ -10,11 +10,11 @@
 ///
 /// and stays on a slope up to tan(angle) = delta / R.
 ///
-/// Rows hold the angular velocity along and across the torque that is expected. What rolls on needs
-/// the whole of it along, so nothing is left across. Their bounds come from the normal impulses of
-/// the last step. So they are those of the present load where it is steady, and a new contact rolls
-/// freely for one step. In the step in which a torque arises or turns, it may be up to sqrt(2)
-/// delta N. Whatever the bounds are, a row only resists.
+/// Rows hold the angular velocity along and across the torque that is expected. A body that rolls
+/// on needs the whole of it along, so nothing is left across. Their bounds come from the normal
+/// impulses of the last step. So they are those of the present load where it is steady, and a new
+/// contact rolls freely for one step. In the step in which a torque arises or turns, it may be up
+/// to sqrt(2) delta N. A row only resists, by any bounds.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 

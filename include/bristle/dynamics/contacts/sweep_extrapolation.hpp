@@ -2,9 +2,9 @@
 /// Conjugate gradients over sweeps: a pair of sweeps finds a direction, and the bodies go along it
 /// as far as their energy falls.
 ///
-/// A sweep brings each contact to its law with the others held still. What a heap does as a whole,
-/// as when a column leans, would take thousands of them. As long as no contact opens or slides, the
-/// impulses x minimise the energy
+/// A sweep brings each contact to its law with the others held still. The motion of a heap as a
+/// whole, as when a column leans, would take thousands of them. As long as no contact opens or
+/// slides, the impulses x minimise the energy
 ///     f(x) = x'Wx / 2 + q'x.
 /// A sweep there and back changes x by d = -M^-1 grad f. M is nearly symmetric: the points of a
 /// manifold are solved in the same order there and back. So it serves conjugate gradients (Hestenes
@@ -56,10 +56,10 @@ class SweepExtrapolation {
   template <typename ShowImpulses>
   void start(std::span<const S> velocities, ShowImpulses&& show_impulses);
 
-  /// Moves on along the direction of the last pair of sweeps. What it leaves may violate the laws
+  /// Moves on along the direction of the last pair of sweeps. The result may violate the laws
   /// of contacts. One more sweep restores them.
   /// @param show_residuals  Shows rows and what their velocities lack: use(impulses, residuals).
-  /// @return Whether it has moved on.
+  /// @return True if it has moved on.
   template <typename ShowResiduals, typename ShowImpulses>
   bool move_on(std::span<S> velocities, ShowResiduals&& show_residuals,
                ShowImpulses&& show_impulses);

@@ -63,11 +63,11 @@ class JointGroups {
   /// Right-hand side of the six rows of a group, from those of its joints, b.
   void gather(std::size_t group, std::span<const MechanismJoint<S>> joints,
               std::span<const Twist<S>> b, Vec3<S>& linear, Vec3<S>& angular);
-  /// Spreads the impulses of the six rows of a group over its joints. Calls use(joint, force,
+  /// Broadcasts the impulses of the six rows of a group over its joints. Calls use(joint, force,
   /// torque) with the impulses on each joint's B.
   template <typename Use>
-  void spread(std::size_t group, std::span<const MechanismJoint<S>> joints, const Vec3<S>& linear,
-              const Vec3<S>& angular, const Use& use);
+  void broadcast(std::size_t group, std::span<const MechanismJoint<S>> joints,
+                 const Vec3<S>& linear, const Vec3<S>& angular, const Use& use);
   /// The joint of a group that has only one.
   [[nodiscard]] std::uint32_t joint(std::size_t group) const {
     return members_[groups_[group].first].joint;
@@ -266,8 +266,8 @@ void JointGroups<S>::gather(std::size_t g, std::span<const MechanismJoint<S>> jo
 
 template <Scalar S>
 template <typename Use>
-void JointGroups<S>::spread(std::size_t g, std::span<const MechanismJoint<S>> joints,
-                            const Vec3<S>& linear, const Vec3<S>& angular, const Use& use) {
+void JointGroups<S>::broadcast(std::size_t g, std::span<const MechanismJoint<S>> joints,
+                               const Vec3<S>& linear, const Vec3<S>& angular, const Use& use) {
   const Group& group = groups_[g];
   values_.assign(group.rows, S(0));
   for (std::size_t i = 0; i < 3; ++i) {

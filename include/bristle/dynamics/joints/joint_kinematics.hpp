@@ -58,7 +58,8 @@ struct MechanismJoint {
   [[nodiscard]] bool has_spring() const { return spring.stiffness > S(0) || spring.damping > S(0); }
 };
 
-/// Pose and velocity of a body at one instant.
+/// Pose and velocity of a body at one instant. It is the part of a `MechanismBody` that an
+/// integrator changes. Its matrix of axes is stored, as each joint of the body reads it.
 template <Scalar S>
 struct BodyState {
   /// [m] Centre of mass.

@@ -15,7 +15,8 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// A body of a mechanism, at the start of a step.
+/// A body of a mechanism, at the start of a step. Its load has gravity in it, which a `Body` does
+/// not know. So the integrator of mechanisms serves without a world.
 template <Scalar S>
 struct MechanismBody {
   /// [-] True if forces move it. If not, its mass does not count. Its velocity is then constant.
@@ -47,7 +48,8 @@ template <Scalar S>
 template <Scalar S>
 class JointSystem {
  public:
-  /// A body, and its change in the last `solve`.
+  /// A body, and its change in the last `solve`. It exists beside `MechanismBody` since a step
+  /// evaluates many states of one input.
   struct Node {
     const MechanismBody<S>* def = nullptr;
     BodyState<S> now{};
@@ -449,10 +451,10 @@ void JointSystem<S>::add_solution(std::span<const Twist<S>> b) {
     const std::size_t row = order_.first_row(g);
     const std::size_t last = row + (lets_turn(kind(g)) ? 0 : 1);
     if (groups_.is_merged(g)) {
-      groups_.spread(g, joints_, rows_[row], rows_[last],
-                     [this](std::size_t joint, const Vec3<S>& linear, const Vec3<S>& angular) {
-                       add_wrench(joint, linear, angular);
-                     });
+      groups_.broadcast(g, joints_, rows_[row], rows_[last],
+                        [this](std::size_t joint, const Vec3<S>& linear, const Vec3<S>& angular) {
+                          add_wrench(joint, linear, angular);
+                        });
     } else {
       add_wrench(groups_.joint(g), rows_[row], rows_[last]);
     }

@@ -84,7 +84,7 @@ class MechanismIntegrator {
   void accelerate(S t);
   bool move_straight(S dt);
   bool integrate(S dt);
-  void carry(S t);
+  void advance_driven(S t);
   void read_values(const S* y);
   [[nodiscard]] bool write(std::span<Transform<S>> end_poses, std::span<Twist<S>> end_twists,
                            std::span<Wrench<S>> impulses) const;
@@ -257,7 +257,7 @@ bool MechanismIntegrator<S>::integrate(S dt) {
 
   // The last evaluation was at the end. So its matrix can be used.
   read_values(values_.data());
-  carry(dt);
+  advance_driven(dt);
   for (std::size_t i = 0; i < impulses_.size(); ++i) {
     const S* impulse = values_.data() + state + joint_values * i;
     impulses_[i].force += Vec3<S>(impulse[0], impulse[1], impulse[2]);
@@ -276,7 +276,7 @@ bool MechanismIntegrator<S>::integrate(S dt) {
 
 /// Poses of the bodies that forces do not move, after a time t.
 template <Scalar S>
-void MechanismIntegrator<S>::carry(S t) {
+void MechanismIntegrator<S>::advance_driven(S t) {
   for (Node& node : system_.nodes()) {
     if (node.def->moves_by_forces) continue;
     const Twist<S>& twist = node.def->twist;
@@ -376,7 +376,7 @@ void MechanismIntegrator<S>::accelerate(S t) {
 template <Scalar S>
 bool MechanismIntegrator<S>::derivative(S t, const S* y, S* dy) {
   read_values(y);
-  carry(t);
+  advance_driven(t);
   system_.place();
   if (!system_.factor()) return false;
   accelerate(t);

@@ -95,8 +95,8 @@ class IslandRows {
       row.target -= Real(c.gap / dt);
       row.lambda = Real(c.position_impulse);
       row.lower = Real(c.least_position_impulse);
-      row.upper = c.parts ? row.lambda : infinity<Real>;
-      if (c.parts) row.lower = row.lambda;
+      row.upper = c.is_separating ? row.lambda : infinity<Real>;
+      if (c.is_separating) row.lower = row.lambda;
       row.kind = Kind::bounded;
     }
     contact_rows_ = rows_.size();

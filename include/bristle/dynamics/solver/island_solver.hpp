@@ -466,7 +466,7 @@ class IslandSolver {
       const S parting = c.restitution > S(0)
                             ? c.normal_velocity(bodies[c.body_a].twist, bodies[c.body_b].twist)
                             : S(0);
-      place_contact(c, parting, context);
+      set_position_impulse(c, parting, context);
       c.position_excess = S(0);
     }
     move_by_restitution(island, constraints, bodies, context);
@@ -562,7 +562,7 @@ class IslandSolver {
     const S tolerance = context.position_tolerance;
     for (const std::uint32_t i : island.contacts) {
       const ContactConstraint<S>& c = constraints.contacts[i];
-      if (c.parts) continue;
+      if (c.is_separating) continue;
       const S left =
           c.gap + dt * c.normal_velocity(bodies[c.body_a].motion, bodies[c.body_b].motion);
       if (left < -tolerance || (left > tolerance && c.position_impulse > c.least_position_impulse))

@@ -110,13 +110,13 @@ class SequentialSolver {
   /// Starts sweeps of the position problem of a substep.
   void start_positions(const Island& island, std::span<SolverBody<S>> bodies,
                        const SolveContext<S>& context) {
-    manifolds_.start_placing(bodies, context);
+    manifolds_.start_positions(bodies, context);
     if (shares_bodies(island)) manifolds_.unload(bodies, motion_of);
   }
   /// Ends sweeps of the position problem.
   void finish_positions(const Island& island, Constraints<S>& constraints,
                         std::span<SolverBody<S>> bodies) {
-    manifolds_.finish_placing(island, constraints);
+    manifolds_.finish_positions(island, constraints);
     if (!shares_bodies(island)) manifolds_.unload(bodies, motion_of);
   }
   /// One sweep of the position problem over the displacements in `SolverBody::motion`. A larger
@@ -282,7 +282,7 @@ class SequentialSolver {
     using std::max;
     SolverBody<S>& a = bodies[c.body_a];
     SolverBody<S>& b = bodies[c.body_b];
-    if (c.parts) return S(0);
+    if (c.is_separating) return S(0);
     const ContactResponse<S>& response = contact_responses_[k];
     const S left = c.gap / dt + c.normal_velocity(a.motion, b.motion);
     const S wanted = max(c.least_position_impulse, c.position_impulse - left * response.inverse_nn);
