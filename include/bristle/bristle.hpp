@@ -57,6 +57,7 @@
 #include <bristle/collision/broadphase.hpp>
 #include <bristle/collision/contact_cache.hpp>
 #include <bristle/collision/crowd_limit.hpp>
+#include <bristle/collision/collision_constants.hpp>
 #include <bristle/collision/filter.hpp>
 #include <bristle/core/bit_hash.hpp>
 #include <bristle/core/config.hpp>
@@ -67,6 +68,7 @@
 #include <bristle/core/no_index.hpp>
 #include <bristle/core/slot_map.hpp>
 #include <bristle/core/unrolled.hpp>
+#include <bristle/dynamics/dynamics_constants.hpp>
 #include <bristle/dynamics/bodies/body.hpp>
 #include <bristle/dynamics/bodies/integrator.hpp>
 #include <bristle/dynamics/bodies/islands.hpp>
@@ -244,6 +246,7 @@
 #include <bristle/world/touch_events.hpp>
 #include <bristle/world/waking.hpp>
 #include <bristle/world/world_bodies_impl.hpp>
+#include <bristle/world/world_constants.hpp>
 #include <bristle/world/world_contacts_impl.hpp>
 #include <bristle/world/world_impl.hpp>
 #include <bristle/world/world_lists_impl.hpp>

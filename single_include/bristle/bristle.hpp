@@ -7503,7 +7503,8 @@ struct BodyDef {
 
 namespace detail {
 
-/// Time at rest of a body, and the bodies that it sleeps with.
+/// Time at rest of a body, and the bodies that it sleeps with. It is apart from the rest of `Body`
+/// so that waking resets all of it at once.
 template <Scalar S>
 struct BodySleep {
   /// [s] Time for which it has been slower than `SleepDef` allows.
@@ -7511,12 +7512,13 @@ struct BodySleep {
   /// [-] Lowest slot of the bodies that sleep with it. It is `no_index` if the body is awake.
   std::uint32_t island = no_index;
   /// [-] True if a caller changed it since the last step. The next step wakes bodies near it.
-  bool is_disturbed = false;
+  bool is_dirty = false;
 };
 
 }  // namespace detail
 
-/// State of a body in a step. It is about the centre of mass, in axes of the body frame.
+/// State of a body in a step. It is about the centre of mass, in axes of the body frame. It is the
+/// one record that lasts from step to step. Solvers copy from it the fields that they need.
 template <Scalar S>
 struct Body {
   /// [-] Cause of its motion.
@@ -10290,11 +10292,13 @@ struct ReadingStore {
   /// Clears the readings of one packet.
   void clear_packet(std::size_t packet) {
     const std::size_t first = packet * packet_size;
-    for (std::size_t i = first; i < first + packet_size; ++i) {
-      depth[i] = normal_force[i] = shear_1[i] = shear_2[i] = S(0);
-      body[i] = BodyId{};
-      state[i] = SensorState::free;
-    }
+    for (std::size_t i = first; i < first + packet_size; ++i) clear_sensor(i);
+  }
+  /// Clears the reading of one sensor.
+  void clear_sensor(std::size_t i) {
+    depth[i] = normal_force[i] = shear_1[i] = shear_2[i] = S(0);
+    body[i] = BodyId{};
+    state[i] = SensorState::free;
   }
   [[nodiscard]] PatchReading<S> view() const {
     const auto of = [this](const auto& items) { return std::span(items.data(), count); };
@@ -10329,6 +10333,10 @@ struct SensedBody {
   std::uint32_t body = 0;
   /// Its pose relative to A as that step began.
   PairPose<S> pose{};
+  /// [N, N m] Its part of the reading, which goes with it if it is removed: force on A about A's
+  /// centre of mass, and its part across the rays. World axes.
+  Wrench<S> on_a{};
+  Vec3<S> shear_W = zero<Vec3<S>>();
 };
 
 /// State of a patch. Arrays have one entry a sensor unless said otherwise.
@@ -10964,6 +10972,41 @@ PatchDescription<S> describe(const SensorParameters<S>& p, const PatchUse<S>& us
 /// the tree only for shapes that left their fat AABB.
 // SPDX-License-Identifier: BSD-3-Clause
 
+// === bristle/collision/collision_constants.hpp
+
+/// @file
+/// Constants of collision that were chosen by measurement.
+///
+/// `tests/constants` runs scenes with each at half and at twice its value.
+// SPDX-License-Identifier: BSD-3-Clause
+
+namespace bristle::inline BRISTLE_ABI::detail::measured {
+
+/// [1] Margin of a fat AABB, as a part of the largest half-extent of its shape. A smaller one
+/// changes the tree more often. A greater one has more false pairs. A change of the tree costs as
+/// much as hundreds of false pairs.
+inline constexpr double fat_box_margin = 0.2;
+
+/// [1] A fat AABB shrinks if an extent has this many margins to spare. A smaller number changes the
+/// tree more often. A greater one keeps the false pairs of a shape that was fast.
+inline constexpr double fat_box_surplus = 8.0;
+
+/// [-] Steps that a fat AABB covers in the direction of motion. Fewer change the tree more often.
+/// More have more false pairs.
+inline constexpr double fat_box_steps = 30.0;
+
+/// [1] Bound on what these steps add, in the largest half-extents of the shape. A greater one has
+/// more false pairs of fast shapes. A smaller one changes the tree in each of their steps.
+inline constexpr double fat_box_stretch = 4.0;
+
+/// [1] Square of the distance at which a point of the last step is the same one, as a part of its
+/// manifold's extent. It is a hundredth. That is much more than the motion of points at rest. It is
+/// much less than the distance of two points. A smaller one loses warm starts. A greater one gives
+/// impulses to other points.
+inline constexpr double same_point_distance2 = 1e-4;
+
+}  // namespace bristle::inline BRISTLE_ABI::detail::measured
+
 // === bristle/geometry/trees/aabb_tree.hpp
 
 /// @file
@@ -11570,7 +11613,7 @@ class BroadPhase {
 
   /// Records the position of a shape after the step.
   /// @param shift, turn  [m] Motion of its centre. Largest motion of other points about it.
-  /// @return Whether its swept box is known to hold it still.
+  /// @return True if its swept box is known to hold it still.
   [[nodiscard]] bool settle(std::uint32_t tag, const Vec3<S>& center, S shift, S turn, S reach) {
     Entry& entry = entries_[tag];
     entry.turned += turn;
@@ -11713,22 +11756,22 @@ class BroadPhase {
   /// @param shift  [m] Motion of the shape since the last `move`, some steps ago.
   void fit_tree(Entry& entry, std::uint32_t tag, Vec3<S> shift, S reach) {
     const Aabb<S>& swept = entry.swept;
-    // The fat-AABB margin is a tenth of the size. In the direction of motion it also covers thirty
-    // steps, but not more than twice the size. A change of the tree costs as much as hundreds of
-    // false pairs. A box left over from a faster step shrinks again once it is several times too
-    // large.
+    // The fat AABB covers some steps in the direction of motion. A box left over from a faster step
+    // shrinks again.
     const S size = swept.half_extents().maxCoeff();
-    const S surplus = S(0.2) * size;
+    const S surplus = S(measured::fat_box_margin) * size;
     const Aabb<S>& box = tree_.box(entry.node);
     const Vec3<S> spare = (box.upper - box.lower) - (swept.upper - swept.lower);
     const bool fits = box.contains(swept);
-    if (fits && spare.maxCoeff() <= S(8) * surplus) return;
+    if (fits && spare.maxCoeff() <= S(measured::fat_box_surplus) * surplus) return;
     const S distance = shift.norm();
     if (distance > reach) shift *= reach / distance;
-    Vec3<S> ahead = cwise_clamp(S(30) * shift, S(4) * size);
+    Vec3<S> ahead =
+        cwise_clamp(S(measured::fat_box_steps) * shift, S(measured::fat_box_stretch) * size);
     // The motion of a body too fast for its square is not finite.
     if (!all_finite(ahead)) set_zero(ahead);
-    if (fits && (spare - cwise_abs(ahead)).maxCoeff() <= S(8) * surplus) return;
+    if (fits && (spare - cwise_abs(ahead)).maxCoeff() <= S(measured::fat_box_surplus) * surplus)
+      return;
     Aabb<S> grown = swept.inflated(surplus);
     grown.lower += cwise_min(ahead, zero<Vec3<S>>());
     grown.upper += cwise_max(ahead, zero<Vec3<S>>());
@@ -11797,7 +11840,8 @@ class BroadPhase {
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// One point of contact between two bodies.
+/// One point of contact between two bodies. It outlives the step, which `ContactPoint` of a query
+/// and `ContactConstraint` of the solver do not. So it holds the impulses of the warm start.
 template <Scalar S>
 struct CachedPoint {
   /// [m] Arm from each centre of mass to the point at the start of the step, world axes.
@@ -12036,15 +12080,13 @@ class ContactCache {
     };
     match([](const CachedPoint<S>& a, const CachedPoint<S>& b) { return a.feature == b.feature; });
     if (fresh == 0) return;
-    // A hundredth of the patch is much more than the motion of resting points. It is much less than
-    // their distance.
     S extent2 = S(0);
     for (std::uint32_t k = 0; k < old.count; ++k) {
       extent2 = std::max(
           extent2, (old_points_[old.first + k].arm_a - old_points_[old.first].arm_a).squaredNorm());
     }
     match([&](const CachedPoint<S>& a, const CachedPoint<S>& b) {
-      return (a.arm_a - b.arm_a).squaredNorm() <= S(1e-4) * extent2;
+      return (a.arm_a - b.arm_a).squaredNorm() <= S(measured::same_point_distance2) * extent2;
     });
   }
 
@@ -12552,6 +12594,86 @@ struct PatchScratch {
 /// a radian.
 // SPDX-License-Identifier: BSD-3-Clause
 
+// === bristle/dynamics/dynamics_constants.hpp
+
+/// @file
+/// Constants of bodies, joints and contacts that were chosen by measurement.
+///
+/// `tests/constants` runs scenes with each at half and at twice its value.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstdint>
+
+namespace bristle::inline BRISTLE_ABI::detail::measured {
+
+/// [-] Newton's steps for a rotation of the free top. Two or three do at usual spins. Fewer may
+/// leave energy beyond round-off.
+inline constexpr int most_top_iterations = 8;
+
+/// [-] Substeps, each of a radian, in which a free top turns. More follow faster spins.
+/// Fewer bound the cost of a step. Beyond them a body keeps momentum but not energy.
+inline constexpr int most_top_substeps = 4096;
+
+/// [1] Roundings of a row's response that count as no mobility once other rows hold. Elimination
+/// adds roundings up. A smaller number divides by round-off. A greater one gives up rows of light
+/// bodies on heavy ones.
+inline constexpr double no_mobility_roundings = 1000.0;
+
+/// [1] Outer share of the friction cone in which a contact passes from holding to sliding. The time
+/// of its impulse fades there. A smaller one lets small differences grow. A greater one takes
+/// accuracy from contacts that hold.
+inline constexpr double hold_fade = 0.1;
+
+/// [1] Share of new contacts beyond which an island has no warm start. Such an island gets all
+/// sweeps that settings allow. A smaller one costs sweeps. A greater one leaves contacts of a fall
+/// half solved.
+inline constexpr double cold_contact_share = 0.5;
+
+/// [1] Energy that an extrapolation must gain, as a part of what the pair of sweeps gained. In
+/// docs/measurements/0021-large-islands.md smaller ones cost piles up to 1.4 times as much. With 1
+/// a tower of planks creeps by 2 mm.
+inline constexpr double least_extrapolation_gain = 0.5;
+
+/// [1] Share of its force by which a motor in position mode plans to brake. The rest is for loads.
+/// A smaller one arrives later. A greater one passes the target under load.
+inline constexpr double motor_braking_share = 0.5;
+
+/// [-] Newton's steps that close the small gaps of a mechanism. Two or three do. More only cost
+/// where gaps do not close.
+inline constexpr int most_gap_passes = 8;
+
+/// [1] Roundings of a mechanism's size that a closed gap may have. A smaller number takes one more
+/// pass at most. A greater one leaves gaps that velocities then show.
+inline constexpr double closed_gap_roundings = 256.0;
+
+/// [1] Gap, as a part of a mechanism's size, from which a pass needs a new matrix. The matrix is
+/// from nearby positions. A smaller one factors more often. A greater one takes more passes.
+inline constexpr double stale_matrix_gap = 1e-3;
+
+/// [-] Newton's steps that close the wide gaps of a mechanism. More only cost where gaps do not
+/// close.
+inline constexpr int most_wide_gap_passes = 32;
+
+/// [rad] Rotation of a body to which such a step is shortened. A smaller one takes more steps. A
+/// greater one leaves the range in which a step helps.
+inline constexpr double most_wide_gap_turn = 0.5;
+
+/// [-] Multiply-adds of the widest matrix of a mechanism that is factored. They take some
+/// hundredths of a second. Wider ones are left to solvers with bounded cost. A smaller number gives
+/// up the energy of hubs with many arms. A greater one makes the worst step longer.
+inline constexpr std::uint64_t most_factor_work = 20'000'000;
+
+/// [1] Velocity error of a mechanism's substep (`MechanismIntegrator`). In
+/// docs/measurements/0016-mechanisms-by-integration.md it costs 4 % more evaluations at 240 Hz than
+/// twice its value. A greater one loses energy of long chains.
+inline constexpr double mechanism_tolerance = 5e-5;
+
+/// [-] Substeps of a mechanism tried in a step. More follow faster motions. Fewer bound the cost of
+/// a step. Beyond them the velocity solvers take over.
+inline constexpr int most_mechanism_substeps = 64;
+
+}  // namespace bristle::inline BRISTLE_ABI::detail::measured
+
 #include <cmath>
 
 namespace bristle::inline BRISTLE_ABI::detail {
@@ -12568,13 +12690,15 @@ template <Scalar S>
 [[nodiscard]] Decay<S> decay(const S& rate, const S& dt) {
   using std::expm1;
   const S x = rate * dt;
-  // The next terms of the two series, x^2 / 2 and x^2 / 6, are lost to round-off here.
+  // The next terms of the two series are x^2 / 2 and x^2 / 6. Below 1e-8 they are less than half a
+  // rounding of double, and lost. So they are in float.
   if (x < S(1e-8)) return {S(1) - x, dt * (S(1) - S(0.5) * x)};
   const S lost = -expm1(-x);
   return {S(1) - lost, lost / rate};
 }
 
-/// What damping does to a body in a step.
+/// Effect of damping on a body in a step. It exists beside `Body` since a step needs it twice, and
+/// it costs two exponentials.
 template <Scalar S>
 struct BodyDecay {
   Decay<S> linear, angular;
@@ -12644,8 +12768,10 @@ bool solve_top_step(const Mat3<S>& inertia, const Mat3<S>& inverse_inertia, cons
   const Vec3<S> target = (h / S(2)) * y;
   q = inverse_J * target;
   const S round_off = Tolerance<S>::round_off();
-  for (int iteration = 0; iteration < 8; ++iteration) {
+  for (int iteration = 0; iteration < measured::most_top_iterations; ++iteration) {
     const S rest = S(1) - q.squaredNorm();
+    // A substep turns by a radian at most. Beyond a quarter turn, with 2 q0^2 < 1, q has
+    // left the root.
     if (!(rest > S(0.5))) return false;
     const S q0 = sqrt(rest);
     const Vec3<S> Jq = J * q;
@@ -12688,18 +12814,17 @@ void turn_free_top(Body<S>& body, const Vec3<S>& w, S dt) {
   if (!(L_W.squaredNorm() > S(0)) && !(own_L_W.squaredNorm() > S(0))) return;
   // The fastest rotation by this momentum, at any attitude.
   const S fastest = dt * L_W.norm() * inverse_inertia.norm();
-  constexpr int most_parts = 4096;
-  int parts = 1;
-  while (S(parts) < fastest && parts < most_parts) parts *= 2;
-  const S h = dt / S(parts);
-  for (int i = 0; i < parts; ++i) {
+  int substeps = 1;
+  while (S(substeps) < fastest && substeps < measured::most_top_substeps) substeps *= 2;
+  const S h = dt / S(substeps);
+  for (int i = 0; i < substeps; ++i) {
     const Vec3<S> y = rotation.conjugate() * L_W;
     Vec3<S> q;
     if (solve_top_step(inertia, inverse_inertia, y, h, q)) {
       const Quat<S> turn(sqrt(S(1) - q.squaredNorm()), q.x(), q.y(), q.z());
       rotation = unit_product(rotation, turn);
     } else {
-      // Faster than the parts resolve. Momentum is still kept. Energy stays in its bounds.
+      // Faster than substeps resolve. Momentum is still kept. Energy stays in its bounds.
       rotation = step_rotation<S>(rotation, rotation * (inverse_inertia * y), h);
     }
   }
@@ -13152,7 +13277,8 @@ struct MechanismJoint {
   [[nodiscard]] bool has_spring() const { return spring.stiffness > S(0) || spring.damping > S(0); }
 };
 
-/// Pose and velocity of a body at one instant.
+/// Pose and velocity of a body at one instant. It is the part of a `MechanismBody` that an
+/// integrator changes. Its matrix of axes is stored, as each joint of the body reads it.
 template <Scalar S>
 struct BodyState {
   /// [m] Centre of mass.
@@ -13358,13 +13484,15 @@ S axis_rate(const JointState<S>& at, const Twist<S>& a, const Twist<S>& b) {
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// [1] Share of a row's response that counts as round-off once other rows hold. It is a thousand
-/// roundings, since elimination adds them up.
+/// [1] Share of a row's response that counts as round-off once other rows hold.
 template <Scalar S>
-inline constexpr S no_mobility = S(1000) * Tolerance<S>::round_off();
+[[nodiscard]] S no_mobility() {
+  return S(measured::no_mobility_roundings) * Tolerance<S>::round_off();
+}
 
 /// A contact point between bodies A and B. Its impulses act on B. They are along the normal (A to
-/// B) and two tangents.
+/// B) and two tangents. It has the axes and targets of one step, which a `CachedPoint` does not
+/// keep.
 template <Scalar S>
 struct ContactConstraint {
   /// [-] Slots of the two bodies.
@@ -13410,7 +13538,7 @@ struct ContactConstraint {
   /// bodies. Negative without a bounce.
   S restitution_share = S(-1);
   /// True if its bodies bounce or fly apart. An overlap then closes by itself.
-  bool parts = false;
+  bool is_separating = false;
   /// True if the last step's impulse does not predict this one. The contact is then new, or took an
   /// impact.
   bool is_fresh = true;
@@ -13438,8 +13566,8 @@ struct ContactConstraint {
 };
 
 /// [1] Distance of an impulse from the edge of its friction cone, where surfaces slide. It is 0 at
-/// the edge. It is 1 up to nine tenths of the way to it. It is continuous, so that small
-/// differences stay small.
+/// the edge. It is 1 up to most of the way to it (`measured::hold_fade`). It is continuous, so that
+/// small differences stay small.
 /// @param impulse  [N s] Along the normal and two tangents.
 template <Scalar S>
 [[nodiscard]] S hold_of(const std::array<S, 3>& impulse, const S& friction) {
@@ -13448,8 +13576,10 @@ template <Scalar S>
   const S most = friction * impulse[0];
   const S friction2 = impulse[1] * impulse[1] + impulse[2] * impulse[2];
   if (!(friction2 < most * most)) return S(0);
-  if (friction2 <= S(0.81) * (most * most)) return S(1);
-  return min(S(1), S(10) * (S(1) - sqrt(friction2) / most));
+  // The first test saves the root.
+  const double whole = 1 - measured::hold_fade;
+  if (friction2 <= S(whole * whole) * (most * most)) return S(1);
+  return min(S(1), S(1 / measured::hold_fade) * (S(1) - sqrt(friction2) / most));
 }
 
 /// Returns whether two contacts have the same bodies and axes, and surfaces that run alike, as the
@@ -13487,7 +13617,7 @@ struct ContactResponse {
     using std::sqrt;
     largest = S(0.5) * (a + c) + sqrt(S(0.25) * (a - c) * (a - c) + b * b);
     const S determinant = a * c - b * b;
-    inverse_determinant = determinant > no_mobility<S> * a * c ? S(1) / determinant : S(0);
+    inverse_determinant = determinant > no_mobility<S>() * a * c ? S(1) / determinant : S(0);
     inverse_largest = largest > S(0) ? S(1) / largest : S(0);
     inverse_nn = nn > S(0) ? S(1) / nn : S(0);
   }
@@ -13656,7 +13786,7 @@ struct BlockResponse {
     factor = matrix;
     // Redundant rows give a singular matrix. The floor softens them just enough to share the load.
     // A block without any response (between two immovable bodies) gets no impulse.
-    if (!factor_cholesky(factor.data(), count, no_mobility<S>)) {
+    if (!factor_cholesky(factor.data(), count, no_mobility<S>())) {
       factor.fill(S(0));
       for (std::size_t i = 0; i < count; ++i) factor[i * count + i] = infinity<S>;
     }
@@ -14465,14 +14595,14 @@ template <Scalar S>
 // Implementation ----------------------------------------------------------------------------------
 
 /// [m/s] Speed of a motor in position mode at a distance [m] from its target. The motor can still
-/// brake from it with half of its force. The other half is for loads. It does not pass the target
-/// in this step. In rad for a motor that turns, with the mobility about its axis.
+/// brake from it with a share of its force. The rest is for loads. It does not pass the target in
+/// this step. In rad for a motor that turns, with the mobility about its axis.
 template <Scalar S>
 [[nodiscard]] S approach_speed(const JointMotor<S>& motor, S distance, S inverse_mass, S dt) {
   using std::abs;
   using std::min;
   using std::sqrt;
-  const S braking = motor.max_force * inverse_mass / S(2);
+  const S braking = motor.max_force * inverse_mass * S(measured::motor_braking_share);
   const S speed =
       min(min(abs(distance) / dt, motor.max_speed), sqrt(S(2) * braking * abs(distance)));
   return distance < S(0) ? -speed : speed;
@@ -14870,6 +15000,10 @@ struct CollectDef {
 template <Scalar S>
 void clear_patch(SensorPatch<S>& patch);
 
+/// Clears what a patch reads and remembers of a body that is removed.
+template <Scalar S>
+void forget_body(SensorPatch<S>& patch, BodyId body);
+
 /// Saves the hit mask of the step before. Call it once a step, before any `find_hit_mask`.
 template <Scalar S>
 void begin_hit_mask(SensorPatch<S>& patch, PatchScratch<S>& scratch);
@@ -14911,6 +15045,30 @@ void clear_patch(SensorPatch<S>& patch) {
   patch.plane_cache.clear();
   patch.readings.wrench = {};
   set_zero(patch.readings.shear_W);
+}
+
+template <Scalar S>
+void forget_body(SensorPatch<S>& patch, BodyId body) {
+  const auto* const other =
+      std::find_if(patch.sensed.begin(), patch.sensed.end(),
+                   [body](const SensedBody<S>& sensed) { return sensed.body == body.index; });
+  if (other == patch.sensed.end()) return;
+  patch.sensed.erase(other);
+  ReadingStore<S>& readings = patch.readings;
+  for (std::size_t i = 0; i < readings.count; ++i) {
+    if (readings.body[i] != body) continue;
+    const LaneBits others = static_cast<LaneBits>(~(1u << i % packet_size));
+    patch.is_anchored[i / packet_size] &= others;
+    patch.active_lanes[i / packet_size] &= others;
+    readings.clear_sensor(i);
+  }
+  // In the order in which the step added them: that leaves no round-off of the removed body.
+  readings.wrench = {};
+  set_zero(readings.shear_W);
+  for (const SensedBody<S>& sensed : patch.sensed) {
+    readings.wrench += sensed.on_a;
+    readings.shear_W += sensed.shear_W;
+  }
 }
 
 template <Scalar S>
@@ -15350,6 +15508,70 @@ template <typename Shape, Scalar S>
 }  // namespace detail
 }  // namespace bristle::inline BRISTLE_ABI
 
+// === bristle/world/world_constants.hpp
+
+/// @file
+/// Constants of the stages of a step that were chosen by measurement.
+///
+/// `tests/constants` runs scenes with each at half and at twice its value.
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include <cstddef>
+
+namespace bristle::inline BRISTLE_ABI::detail::measured {
+
+/// [-] Pairs in a task of the narrow phase. A pair costs a microsecond, waking a thread several. So
+/// a task is work worth taking. Greater ones leave threads idle at the end
+/// (docs/decisions/0013-chunks-of-pairs.md).
+inline constexpr std::size_t pairs_per_task = 16;
+
+/// [-] Pairs from which on threads share the narrow phase. Fewer are done before a thread wakes.
+inline constexpr std::size_t fewest_shared_pairs = 64;
+
+/// [-] Sensors of all patches from which on threads share patches. A sensor costs ten nanoseconds,
+/// waking a thread microseconds.
+inline constexpr std::size_t fewest_shared_sensors = 256;
+
+/// [-] Sensors of a patch from which on threads share its rays. Fewer are cast in some
+/// microseconds. It exceeds `RayTree::range_size`, as one range is nothing to share.
+inline constexpr std::size_t fewest_shared_rays = 1537;
+
+/// [-] Worlds of a batch's task. Their steps share scratch memory. More leave threads idle at the
+/// end. Fewer read the scratch memory of more tasks.
+inline constexpr std::size_t most_worlds_per_task = 16;
+
+/// [-] Tasks of a batch that keep all threads busy. Fewer leave threads idle at the end. More make
+/// small tasks (docs/decisions/0040-batches-are-worlds.md).
+inline constexpr std::size_t fewest_batch_tasks = 64;
+
+/// [1] Way for which contacts are advanced, in the way of a step. Edges that meet just at the end
+/// of a step do not tell in which plane. A smaller one leaves them so. A greater one looks for
+/// contacts that the step does not reach.
+inline constexpr double contact_lookahead = 1.015625;
+
+/// [1] Length that cached planes stay valid for, as a part of the shortest ray, if rays are not
+/// cast in each step. A smaller one casts more often. A greater one asks more shapes.
+inline constexpr double plane_cache_margin = 0.25;
+
+/// [1] Share of its limit from which on friction counts as sliding for the mobility of a held body.
+/// It then goes on as a force. A smaller one softens what sticks. With 1 round-off decides.
+inline constexpr double sliding_share = 0.999;
+
+/// [1] Share of the change of velocities up to which positions take over the residual of velocities
+/// as their tolerance. A smaller one takes more sweeps of positions. A greater one leaves overlaps.
+inline constexpr double position_residual_share = 1e-2;
+
+/// [1] Gap of a joint, as a part of its arms, that steps do not close by themselves. A smaller one
+/// takes Newton's steps where position corrections do. A greater one leaves joints torn
+/// (docs/decisions/0047-mechanisms-that-lean.md).
+inline constexpr double wide_joint_gap = 3e-2;
+
+/// [1] Share of a wide gap at which Newton's steps end. Position corrections close the rest. A
+/// smaller one takes more steps. A greater one leaves gaps that are soon wide again.
+inline constexpr double closed_wide_gap_share = 0.1;
+
+}  // namespace bristle::inline BRISTLE_ABI::detail::measured
+
 // === bristle/world/world_state.hpp
 
 /// @file
@@ -15505,8 +15727,8 @@ template <Scalar S>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// What a step asks of the collidables of a backend, compiled for each instruction set. Pointers
-/// are to collidables. See `ShapeBackend`.
+/// Queries of a step about the collidables of a backend, compiled for each instruction set.
+/// Pointers are to collidables. See `ShapeBackend`.
 template <Scalar S>
 struct ShapeQueries {
   ContactStatus (*collide)(const void* a, const void* b, const Transform<S>& X_AB, S margin,
@@ -15926,8 +16148,8 @@ struct WorldState {
   /// Number of bodies asleep. `is_idle` if all are: a step then has nothing to do.
   std::uint32_t sleeping_bodies = 0;
   bool is_idle = false;
-  /// True if a caller may have changed any body since the last step (`BodySleep::is_disturbed`).
-  bool is_any_disturbed = false;
+  /// True if a caller may have changed any body since the last step (`BodySleep::is_dirty`).
+  bool is_any_dirty = false;
   /// [-] Steps so far in which anything could move.
   std::uint64_t steps = 0;
 
@@ -15961,7 +16183,7 @@ struct WorldState {
   /// Returns whether a body may move in this step, or was changed by the caller since the last one.
   [[nodiscard]] bool is_active(std::uint32_t slot) const {
     const Body<S>& body = bodies.at(slot);
-    if (body.sleep.is_disturbed) return true;
+    if (body.sleep.is_dirty) return true;
     if (body.is_dynamic()) return !body.is_asleep();
     return !body.twist.linear.isZero(S(0)) || !body.twist.angular.isZero(S(0));
   }
@@ -16093,8 +16315,9 @@ ShapeInReach<S> shape_in_reach(const SensorPatch<S>& patch, ShapeId id, const Co
   shape.X_AS = X_AB * collider.X_CmS;
   shape.approach = approach;
   // The cache must stay valid for several steps.
-  shape.extra_length =
-      patch.def.cast_every > 1 ? approach + patch.geometry->shortest / S(4) : approach;
+  shape.extra_length = patch.def.cast_every > 1
+                           ? approach + patch.geometry->shortest * S(measured::plane_cache_margin)
+                           : approach;
   if (collider.half_space) {
     shape.normal = shape.X_AS.rotate(collider.half_space->normal);
     shape.offset = collider.half_space->offset + shape.normal.dot(shape.X_AS.translation);
@@ -16206,7 +16429,8 @@ std::uint64_t find_hits(SensorPatch<S>& patch, PatchScratch<S>& scratch,
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// Stiffness of a patch on a body.
+/// Stiffness of a patch on a body. A patch touches several bodies, and each has arms and a sum of
+/// its own. So they are visited one by one.
 template <Scalar S>
 struct BodyStiffness {
   /// [-] Index of the body.
@@ -16225,9 +16449,9 @@ class StiffnessFinder {
   using State = WorldState<S>;
 
   /// Calls visit(BodyStiffness<S>) for each body in reach of a patch's rays that is wanted.
-  /// @param wants  Callable: bool wants(body), of an index.
-  template <typename Wants, typename Visit>
-  void find(const State& state, std::uint32_t patch_index, Wants&& wants, Visit&& visit) {
+  /// @param is_wanted  Callable: bool is_wanted(body), of an index.
+  template <typename IsWanted, typename Visit>
+  void find(const State& state, std::uint32_t patch_index, IsWanted&& is_wanted, Visit&& visit) {
     const SensorPatch<S>& patch = state.patches.at(patch_index);
     if (!patch.is_active) return;
     cast(state, patch);
@@ -16238,7 +16462,7 @@ class StiffnessFinder {
       const std::uint32_t body = body_of(tags_[k]);
       const auto is_same = [&](std::uint32_t tag) { return body_of(tag) == body; };
       const auto own = tags_.begin() + static_cast<std::ptrdiff_t>(k);
-      if (!wants(body) || std::any_of(tags_.begin(), own, is_same)) continue;
+      if (!is_wanted(body) || std::any_of(tags_.begin(), own, is_same)) continue;
       const Body<S>& B = state.bodies.at(body);
       const Vec3<S> p_AB = B.center_pose.translation - A.center_pose.translation;
       const Vec3<S> arm = R_WA * patch.geometry->box.center();
@@ -16336,7 +16560,8 @@ class HeldMobilityFinder {
 
  private:
   /// Removes all motion along a row. A constraint balances impulses along it.
-  void stop(const Vec3<S>& direction, const Vec3<S>& angular, HeldMobility<S>& held) const {
+  void remove_motion(const Vec3<S>& direction, const Vec3<S>& angular,
+                     HeldMobility<S>& held) const {
     const Vec6<S> row = stacked<S>(direction, angular);
     const Vec6<S> motion = held.matrix * row;
     const S response = row.dot(motion);
@@ -16354,8 +16579,8 @@ class HeldMobilityFinder {
       const auto is_it = [slot](const auto& other) { return other.body == slot; };
       const auto& sensed = patch.sensed;
       if (is_own ? sensed.empty() : std::none_of(sensed.begin(), sensed.end(), is_it)) continue;
-      const auto wants = [&](std::uint32_t body) { return is_own || body == slot; };
-      patches_.find(state, i, wants, [&](const BodyStiffness<S>& on) {
+      const auto is_wanted = [&](std::uint32_t body) { return is_own || body == slot; };
+      patches_.find(state, i, is_wanted, [&](const BodyStiffness<S>& on) {
         soften(dt * dt * on.sum.stiffness + dt * on.sum.damping, is_own ? on.arm_a : on.arm_b,
                held);
       });
@@ -16392,14 +16617,12 @@ class HeldMobilityFinder {
           if (parting > state.def.restitution_speed) continue;
         }
         const Vec3<S>& arm = a.body.index == slot ? point.arm_a : point.arm_b;
-        stop(m.normal, arm.cross(m.normal), held);
+        remove_motion(m.normal, arm.cross(m.normal), held);
         // Close to its limit, friction counts as sliding: it goes on as a force.
-        constexpr S sticks_below = S(0.999);
-        if (friction_impulse(m, point).norm() >= sticks_below * friction * point.impulse[0]) {
-          continue;
-        }
-        stop(t1, arm.cross(t1), held);
-        stop(t2, arm.cross(t2), held);
+        const S most = S(measured::sliding_share) * friction * point.impulse[0];
+        if (friction_impulse(m, point).norm() >= most) continue;
+        remove_motion(t1, arm.cross(t1), held);
+        remove_motion(t2, arm.cross(t2), held);
       }
     }
   }
@@ -16424,7 +16647,7 @@ class HeldMobilityFinder {
           if (!holds) continue;
           const Vec3<S>& angular = is_a ? row.angular_a : row.angular_b;
           if (value_of(row.compliance) == 0) {
-            stop(row.direction, angular, held);
+            remove_motion(row.direction, angular, held);
           } else {
             const Vec6<S> j = stacked<S>(row.direction, angular);
             soften((S(1) / row.compliance) * j * j.transpose(), zero<Vec3<S>>(), held);
@@ -16463,7 +16686,7 @@ class HapticBody {
         held_(held),
         other_force_(other_force),
         share_((held.integrator == Integrator::trapezoidal ? S(0.5) : S(1)) * step),
-        spread_(share_ - S(0.5) * step) {}
+        excess_(share_ - S(0.5) * step) {}
 
   [[nodiscard]] BodyId id() const { return id_; }
   /// Predicted state of the body.
@@ -16515,16 +16738,16 @@ class HapticBody {
   /// @param left  [s] Time from the start of the substep to the end of the step, for which the
   ///              impulse moves the body.
   void apply_impulse(const Wrench<S>& impulse, S left) {
-    const S carry = left - share_;
+    const S excess = left - share_;
     applied_ += impulse;
-    carried_ += carry * impulse;
+    timed_impulse_ += excess * impulse;
   }
   /// Moves the body by one substep.
   void end_substep(S h) {
     if (body_.moves()) {
       // Forces known from the start accelerate the body evenly. All substeps share the error of the
       // world's integrator.
-      const Vec6<S> motion = end_ + (spread_ - S(0.5) * h) * (held_.matrix * other_force_);
+      const Vec6<S> motion = end_ + (excess_ - S(0.5) * h) * (held_.matrix * other_force_);
       body_.twist = twist_of<S>(end_);
       step_pose(body_, twist_of<S>(motion), h);
     } else {
@@ -16534,7 +16757,9 @@ class HapticBody {
 
   /// [m, rad] Displacement by the substeps' impulses beyond that of a constant force, due to their
   /// instants.
-  [[nodiscard]] Twist<S> carried() const { return twist_of<S>(held_.matrix * stacked(carried_)); }
+  [[nodiscard]] Twist<S> excess_displacement() const {
+    return twist_of<S>(held_.matrix * stacked(timed_impulse_));
+  }
 
   /// [kg m/s, kg m^2/s] Momentum of the world's body when the impulses were applied.
   Vec6<S> start_momentum = zero<Vec6<S>>();
@@ -16547,9 +16772,9 @@ class HapticBody {
   /// [s] Time over which a force of the whole step displaces the body at its velocity change: half
   /// the step, or all of it. And the excess over half the step.
   S share_ = S(0);
-  S spread_ = S(0);
+  S excess_ = S(0);
   Wrench<S> applied_{};
-  Wrench<S> carried_{};  // [N s^2, N m s^2]
+  Wrench<S> timed_impulse_{};  // [N s^2, N m s^2]
   Mat6<S> matrix_ = zero<Mat6<S>>();
   Vec6<S> offset_ = zero<Vec6<S>>();
   Vec6<S> end_ = zero<Vec6<S>>();
@@ -16960,7 +17185,7 @@ class ProximityArray {
 
 namespace bristle::inline BRISTLE_ABI {
 
-/// What a query of a world found.
+/// Result of a query of a world.
 template <Scalar S>
 struct WorldHit {
   /// [m] Way of a ray or a cast shape before the hit, or distance of the nearest shape. Infinite if
@@ -17277,8 +17502,8 @@ class World {
   [[nodiscard]] WorldHit<S> closest(const Vec3<S>& point, S reach, const QueryFilter& filter = {})
       const requires detail::ShowsSolids<Backend, S>;
   /// First shape that a convex shape touches as it moves by `way` [m] from the pose X_WQ without a
-  /// turn. It stops short by a part of at most 1.5e-8 of its size, in float 1.9e-6. What it touches
-  /// by as little at the start is in the way only where it approaches.
+  /// turn. It stops short by a part of at most 1.5e-8 of its size, in float 1.9e-6. A shape that
+  /// it touches by as little at the start is in the way only where it approaches.
   /// @throws InvalidArgument as `overlaps`, or when `way` is not finite or zero.
   [[nodiscard]] WorldHit<S> cast_shape(
       const Shape<S>& shape, const Transform<S>& X_WQ, const Vec3<S>& way,
@@ -19631,11 +19856,6 @@ class WorldBatch {
   void gather_touching(std::span<const PatchId> patches, std::span<std::uint32_t> out) const;
 
  private:
-  /// [-] Worlds of one task at most. Their steps share scratch memory.
-  static constexpr std::size_t most_per_task = 16;
-  /// [-] Fewest tasks that keep all threads busy.
-  static constexpr std::size_t fewest_tasks = 64;
-
   void require_number(std::size_t number) const {
     detail::require(number < size(), "WorldBatch: number of a world", number,
                     "must be below the number of worlds");
@@ -19678,7 +19898,8 @@ template <Scalar S, typename Backend>
 WorldBatch<S, Backend>::WorldBatch(const World<S, Backend>& origin, std::size_t count,
                                    ParallelFor parallel_for)
     : origin_(origin),
-      per_task_(std::clamp<std::size_t>(count / fewest_tasks, 1, most_per_task)),
+      per_task_(std::clamp<std::size_t>(count / detail::measured::fewest_batch_tasks, 1,
+                                        detail::measured::most_worlds_per_task)),
       parallel_for_(std::move(parallel_for)) {
   detail::require(count > 0, "WorldBatch: count", count, "must be > 0");
   detail::require(bool(parallel_for_), "WorldBatch: parallel_for", "empty", "must be callable");
@@ -29063,9 +29284,7 @@ ContactStatus collide_pair(const WorldState<S>& state, const ShapePair& pair,
     const auto velocity = [&](const Collider<S>& c, const Vec3<S>& place) {
       return (state.solver_bodies[c.body.index].*twist).at(place);
     };
-    // A little beyond the step. Edges that meet just at its end do not tell in which plane.
-    constexpr S beyond = S(65) / S(64);
-    return beyond * state.def.time_step *
+    return S(measured::contact_lookahead) * state.def.time_step *
            (R_SaW * (velocity(b, X_b.translation) - velocity(a, X_a.translation)));
   };
   const Vec3<S> way = way_by(&SolverBody<S>::start);
@@ -30916,10 +31135,11 @@ BRISTLE_FORCE_INLINE void read_packet(SensorPatch<S>& patch, const RayHits<S>& h
 
 /// Adds the readings of a pair's contacts on `id`. The function is apart from `fill_readings`, so
 /// that it is compiled once for all callers.
+/// @param sensed  Gets the forces of the pair.
 /// @return Number of sensors of depth 1.
 template <Scalar S>
 std::size_t read_pair(SensorPatch<S>& patch, PatchScratch<S>& scratch, const PatchPair<S>& pair,
-                      const Vec3<S>& origin, S per_step, BodyId id,
+                      const Vec3<S>& origin, S per_step, BodyId id, SensedBody<S>& sensed,
                       const ParallelFor& parallel_for) {
   using Sum = ReadingSum<S>;
   const auto read = [&] {
@@ -30942,8 +31162,10 @@ std::size_t read_pair(SensorPatch<S>& patch, PatchScratch<S>& scratch, const Pat
     sum = read();
     on_a = {};
   }
-  patch.readings.wrench += on_a;
-  patch.readings.shear_W += pair.R_WA * sum_of_lanes(sum.shear);
+  sensed.on_a = on_a;
+  sensed.shear_W = pair.R_WA * sum_of_lanes(sum.shear);
+  patch.readings.wrench += sensed.on_a;
+  patch.readings.shear_W += sensed.shear_W;
   return sum.bottomed_out;
 }
 
@@ -30957,9 +31179,13 @@ std::size_t fill_readings(SensorPatch<S>& patch, PatchScratch<S>& scratch, const
   out.wrench = {};
   set_zero(out.shear_W);
   std::size_t bottomed_out = 0;
+  // A pair without a contact is not among the sensed bodies, and gives nothing.
+  SensedBody<S>* sensed = patch.sensed.begin();
   for (const PatchPair<S>& pair : scratch.pairs) {
-    bottomed_out +=
-        read_pair(patch, scratch, pair, origin, S(1) / dt, find_id(pair.body_b), parallel_for);
+    if (pair.count == 0) continue;
+    BRISTLE_ASSERT(sensed != patch.sensed.end() && sensed->body == pair.body_b);
+    bottomed_out += read_pair(patch, scratch, pair, origin, S(1) / dt, find_id(pair.body_b),
+                              *sensed++, parallel_for);
   }
   for (std::size_t i = 0; i < patch.active_lanes.size(); ++i) {
     if (patch.active_lanes[i] == 0 && scratch.active_before[i] != 0) out.clear_packet(i);
@@ -31340,11 +31566,11 @@ class JointGroups {
   /// Right-hand side of the six rows of a group, from those of its joints, b.
   void gather(std::size_t group, std::span<const MechanismJoint<S>> joints,
               std::span<const Twist<S>> b, Vec3<S>& linear, Vec3<S>& angular);
-  /// Spreads the impulses of the six rows of a group over its joints. Calls use(joint, force,
+  /// Broadcasts the impulses of the six rows of a group over its joints. Calls use(joint, force,
   /// torque) with the impulses on each joint's B.
   template <typename Use>
-  void spread(std::size_t group, std::span<const MechanismJoint<S>> joints, const Vec3<S>& linear,
-              const Vec3<S>& angular, const Use& use);
+  void broadcast(std::size_t group, std::span<const MechanismJoint<S>> joints,
+                 const Vec3<S>& linear, const Vec3<S>& angular, const Use& use);
   /// The joint of a group that has only one.
   [[nodiscard]] std::uint32_t joint(std::size_t group) const {
     return members_[groups_[group].first].joint;
@@ -31543,8 +31769,8 @@ void JointGroups<S>::gather(std::size_t g, std::span<const MechanismJoint<S>> jo
 
 template <Scalar S>
 template <typename Use>
-void JointGroups<S>::spread(std::size_t g, std::span<const MechanismJoint<S>> joints,
-                            const Vec3<S>& linear, const Vec3<S>& angular, const Use& use) {
+void JointGroups<S>::broadcast(std::size_t g, std::span<const MechanismJoint<S>> joints,
+                               const Vec3<S>& linear, const Vec3<S>& angular, const Use& use) {
   const Group& group = groups_[g];
   values_.assign(group.rows, S(0));
   for (std::size_t i = 0; i < 3; ++i) {
@@ -31605,11 +31831,10 @@ class JointOrder {
   /// Couplings of all joints, in the order of rows.
   [[nodiscard]] const DynamicArray<JointCoupling>& couplings() const { return couplings_; }
   /// [-] Multiply-adds of a factorisation of the matrix within its envelope. If they exceed
-  /// `most_work` the order is not finished. A hub with hundreds of neighbours does, say.
+  /// `measured::most_factor_work` the order is not finished. A hub with hundreds of neighbours
+  /// does, say.
   [[nodiscard]] std::uint64_t factor_work() const { return factor_work_; }
-  [[nodiscard]] bool is_too_wide() const { return factor_work_ > most_work; }
-  /// Some hundredths of a second. Wider matrices are left to solvers with bounded cost.
-  static constexpr std::uint64_t most_work = 20'000'000;
+  [[nodiscard]] bool is_too_wide() const { return factor_work_ > measured::most_factor_work; }
   /// Returns whether some joint closes a loop. Bodies that forces do not move count as one. The
   /// joints may then lock more than is free.
   [[nodiscard]] bool has_loop() const { return has_loop_; }
@@ -31875,7 +32100,8 @@ void BlockEnvelope<S>::solve(std::span<Vec3<S>> x) const {
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// A body of a mechanism, at the start of a step.
+/// A body of a mechanism, at the start of a step. Its load has gravity in it, which a `Body` does
+/// not know. So the integrator of mechanisms serves without a world.
 template <Scalar S>
 struct MechanismBody {
   /// [-] True if forces move it. If not, its mass does not count. Its velocity is then constant.
@@ -31907,7 +32133,8 @@ template <Scalar S>
 template <Scalar S>
 class JointSystem {
  public:
-  /// A body, and its change in the last `solve`.
+  /// A body, and its change in the last `solve`. It exists beside `MechanismBody` since a step
+  /// evaluates many states of one input.
   struct Node {
     const MechanismBody<S>* def = nullptr;
     BodyState<S> now{};
@@ -31934,7 +32161,7 @@ class JointSystem {
   /// Updates arms of joints and inertias in world axes from the positions in `Node::now`.
   void place();
   /// Builds and factors the matrix at the positions of the last `place`.
-  /// @return False if it is singular, not finite, or too wide (`JointOrder::most_work`).
+  /// @return False if it is singular, not finite, or too wide (`measured::most_factor_work`).
   [[nodiscard]] bool factor();
   /// Finds the wrenches, or impulses, that give each joint the relative motion b. Finds the
   /// `change` of motion of each body.
@@ -32309,10 +32536,10 @@ void JointSystem<S>::add_solution(std::span<const Twist<S>> b) {
     const std::size_t row = order_.first_row(g);
     const std::size_t last = row + (lets_turn(kind(g)) ? 0 : 1);
     if (groups_.is_merged(g)) {
-      groups_.spread(g, joints_, rows_[row], rows_[last],
-                     [this](std::size_t joint, const Vec3<S>& linear, const Vec3<S>& angular) {
-                       add_wrench(joint, linear, angular);
-                     });
+      groups_.broadcast(g, joints_, rows_[row], rows_[last],
+                        [this](std::size_t joint, const Vec3<S>& linear, const Vec3<S>& angular) {
+                          add_wrench(joint, linear, angular);
+                        });
     } else {
       add_wrench(groups_.joint(g), rows_[row], rows_[last]);
     }
@@ -32453,19 +32680,18 @@ template <Scalar S>
 bool JointProjection<S>::close_gaps(JointSystem<S>& system) {
   using std::max;
   using std::sqrt;
-  constexpr int most_passes = 8;
   const S size = system.size();
   S far2 = S(0);
   for (const auto& node : system.nodes()) far2 = max(far2, node.now.x.squaredNorm());
   const S resolved = Tolerance<S>::round_off() * sqrt(far2);
-  const S closed = S(256) * Tolerance<S>::round_off() * size + resolved;
+  const S closed = S(measured::closed_gap_roundings) * Tolerance<S>::round_off() * size + resolved;
   S gap = S(0);
-  for (int pass = 0; pass < most_passes; ++pass) {
+  for (int pass = 0; pass < measured::most_gap_passes; ++pass) {
     gap = find_gaps(system);
     // One pass closes gaps, and another one their derivatives.
     if (gap <= closed && (pass > 0 || derivatives_of<S> == 0)) return true;
     // The matrix is from nearby positions, good for small gaps.
-    if (pass > 0 && gap > S(1e-3) * size && !system.factor()) return false;
+    if (pass > 0 && gap > S(measured::stale_matrix_gap) * size && !system.factor()) return false;
     system.solve(wanted_);
     displace(system, S(1));
     if (gap * gap <= closed * size) return true;
@@ -32477,9 +32703,8 @@ template <Scalar S>
 bool JointProjection<S>::close_wide_gaps(JointSystem<S>& system, S enough) {
   using std::max;
   using std::min;
-  constexpr int most_passes = 32;
-  const S most_turn = S(0.5);
-  for (int pass = 0; pass < most_passes; ++pass) {
+  const S most_turn = S(measured::most_wide_gap_turn);
+  for (int pass = 0; pass < measured::most_wide_gap_passes; ++pass) {
     if (find_gaps(system) <= enough) return true;
     if (!system.factor()) return false;
     system.solve(wanted_);
@@ -32700,13 +32925,11 @@ namespace bristle::inline BRISTLE_ABI::detail {
 template <Scalar S>
 class MechanismIntegrator {
  public:
-  /// [-] Most substeps tried in a step. At the limit the step fails.
-  static constexpr int max_substeps = 64;
-
   /// @param tolerance  [1] Largest velocity error of a substep, in the norm of kinetic energy, > 0.
   ///                   It is relative to the velocities plus their change by forces in the substep.
   ///                   The velocities are seen from the body that carries the mechanism.
-  explicit MechanismIntegrator(S tolerance = S(5e-5)) : tolerance_(tolerance) {
+  explicit MechanismIntegrator(S tolerance = S(measured::mechanism_tolerance))
+      : tolerance_(tolerance) {
     BRISTLE_ASSERT(tolerance_ > S(0));
   }
 
@@ -32756,7 +32979,7 @@ class MechanismIntegrator {
   void accelerate(S t);
   bool move_straight(S dt);
   bool integrate(S dt);
-  void carry(S t);
+  void advance_driven(S t);
   void read_values(const S* y);
   [[nodiscard]] bool write(std::span<Transform<S>> end_poses, std::span<Twist<S>> end_twists,
                            std::span<Wrench<S>> impulses) const;
@@ -32922,13 +33145,14 @@ bool MechanismIntegrator<S>::integrate(S dt) {
   Wrench<S> wanted;
   if (is_free_) wanted = momentum_about(reference_point_, system_);
 
-  const bool arrived = integrator_.advance(values_, state, dt, *this, max_substeps);
+  const bool arrived =
+      integrator_.advance(values_, state, dt, *this, measured::most_mechanism_substeps);
   substeps_ = integrator_.substeps();
   if (!arrived) return false;
 
   // The last evaluation was at the end. So its matrix can be used.
   read_values(values_.data());
-  carry(dt);
+  advance_driven(dt);
   for (std::size_t i = 0; i < impulses_.size(); ++i) {
     const S* impulse = values_.data() + state + joint_values * i;
     impulses_[i].force += Vec3<S>(impulse[0], impulse[1], impulse[2]);
@@ -32947,7 +33171,7 @@ bool MechanismIntegrator<S>::integrate(S dt) {
 
 /// Poses of the bodies that forces do not move, after a time t.
 template <Scalar S>
-void MechanismIntegrator<S>::carry(S t) {
+void MechanismIntegrator<S>::advance_driven(S t) {
   for (Node& node : system_.nodes()) {
     if (node.def->moves_by_forces) continue;
     const Twist<S>& twist = node.def->twist;
@@ -33047,7 +33271,7 @@ void MechanismIntegrator<S>::accelerate(S t) {
 template <Scalar S>
 bool MechanismIntegrator<S>::derivative(S t, const S* y, S* dy) {
   read_values(y);
-  carry(t);
+  advance_driven(t);
   system_.place();
   if (!system_.factor()) return false;
   accelerate(t);
@@ -33204,14 +33428,15 @@ void time_contact(ContactConstraint<S>& c, CachedPoint<S>& point, const S& hold,
                   const SolverBody<S>& a, const SolverBody<S>& b, const SolveContext<S>& context);
 
 /// [m/s] Normal velocities of a contact. They are those that the start leaves (`kept_start`), and
-/// of free motion at its end and in the mean. What free motion adds is then by forces: it goes on
+/// of free motion at its end and in the mean. Free motion adds to these by forces alone: it goes on
 /// after a bounce, while damping follows the velocity.
 template <Value T>
 struct NormalSpeeds {
   T start, free, mean_free;
 };
 
-/// Target normal velocity of a contact, or of several. Tells how it was chosen.
+/// Target normal velocity of a contact, or of several. Tells how it was chosen. It is the result of
+/// one formula that serves constraints and lanes.
 template <Value T>
 struct ContactTarget {
   /// Like the fields of `ContactConstraint` with these names.
@@ -33231,12 +33456,13 @@ template <Scalar S>
 void target_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const SolverBody<S>& b,
                     const SolveContext<S>& context);
 
-/// Position impulse of a contact, or of several.
+/// Position impulse of a contact, or of several. It is apart from `ContactTarget` since it follows
+/// from solved impulses.
 template <Value T>
-struct ContactPlace {
+struct PositionImpulse {
   /// Like the fields of `ContactConstraint` with these names.
   T position_impulse, least_position_impulse;
-  Truth<T> parts;
+  Truth<T> is_separating;
 };
 /// Share of the impulse that acts within the step. It depends on whether the contact bounces. Call
 /// it when impulses are known.
@@ -33244,19 +33470,19 @@ struct ContactPlace {
 /// @param impulse          [N s] Along the normal.
 /// @param normal_velocity  [m/s] At the end of the step. Unused without restitution.
 template <Value T>
-BRISTLE_FORCE_INLINE ContactPlace<T> place_of(const T& impulse, const T& restitution,
-                                              const ContactTarget<T>& target,
-                                              const T& normal_velocity,
-                                              const SolveContext<ScalarOf<T>>& context);
-/// Sets the position impulse of a contact (`place_of`).
+BRISTLE_FORCE_INLINE PositionImpulse<T> position_impulse_of(
+    const T& impulse, const T& restitution, const ContactTarget<T>& target,
+    const T& normal_velocity, const SolveContext<ScalarOf<T>>& context);
+/// Sets the position impulse of a contact (`position_impulse_of`).
 template <Scalar S>
-void place_contact(ContactConstraint<S>& c, S normal_velocity, const SolveContext<S>& context) {
+void set_position_impulse(ContactConstraint<S>& c, S normal_velocity,
+                          const SolveContext<S>& context) {
   const ContactTarget<S> target{c.parting_target(), c.restitution_share, c.is_impact};
-  const ContactPlace<S> place =
-      place_of<S>(c.impulse[0], c.restitution, target, normal_velocity, context);
-  c.position_impulse = place.position_impulse;
-  c.least_position_impulse = place.least_position_impulse;
-  c.parts = place.parts;
+  const PositionImpulse<S> found =
+      position_impulse_of<S>(c.impulse[0], c.restitution, target, normal_velocity, context);
+  c.position_impulse = found.position_impulse;
+  c.least_position_impulse = found.least_position_impulse;
+  c.is_separating = found.is_separating;
 }
 
 /// [1] Share of an impulse that moves the bodies within the step, without a bounce.
@@ -33409,26 +33635,25 @@ void target_contact(ContactConstraint<S>& c, const SolverBody<S>& a, const Solve
 }
 
 template <Value T>
-BRISTLE_FORCE_INLINE ContactPlace<T> place_of(const T& impulse, const T& restitution,
-                                              const ContactTarget<T>& target,
-                                              const T& normal_velocity,
-                                              const SolveContext<ScalarOf<T>>& context) {
+BRISTLE_FORCE_INLINE PositionImpulse<T> position_impulse_of(
+    const T& impulse, const T& restitution, const ContactTarget<T>& target,
+    const T& normal_velocity, const SolveContext<ScalarOf<T>>& context) {
   using S = ScalarOf<T>;
   const T zero = S(0);
   const Truth<T> is_timed = target.restitution_share >= zero;
   const bool is_trapezoidal = context.integrator == Integrator::trapezoidal;
-  ContactPlace<T> place;
-  place.position_impulse =
+  PositionImpulse<T> found;
+  found.position_impulse =
       select(is_timed, target.restitution_share, T(usual_share<S>(context.integrator))) * impulse;
-  place.least_position_impulse =
-      is_trapezoidal ? select(is_timed, place.position_impulse, zero) : place.position_impulse;
+  found.least_position_impulse =
+      is_trapezoidal ? select(is_timed, found.position_impulse, zero) : found.position_impulse;
   // A contact that may bounce needs more than any speed apart. At rest round-off decides that.
   // Heaps of such bodies would sink into themselves.
   const Truth<T> has_bounced = target.target > zero;
   const Truth<T> flies_apart = normal_velocity > T(context.restitution_speed);
   const Truth<T> may_bounce = restitution > zero;
-  place.parts = may_bounce & (flies_apart | (has_bounced & (normal_velocity > zero)));
-  return place;
+  found.is_separating = may_bounce & (flies_apart | (has_bounced & (normal_velocity > zero)));
+  return found;
 }
 
 template <Scalar S>
@@ -33445,7 +33670,7 @@ bool open_contacts(const Island& island, Constraints<S>& constraints,
       c.is_shut = has_changed = true;
       continue;
     }
-    const bool may_open = !c.is_shut && !c.parts && c.parting_target() == S(0);
+    const bool may_open = !c.is_shut && !c.is_separating && c.parting_target() == S(0);
     if (!may_open || c.position_impulse > S(0)) continue;
     const SolverBody<S>& a = bodies[c.body_a];
     const SolverBody<S>& b = bodies[c.body_b];
@@ -34965,8 +35190,8 @@ class IslandRows {
       row.target -= Real(c.gap / dt);
       row.lambda = Real(c.position_impulse);
       row.lower = Real(c.least_position_impulse);
-      row.upper = c.parts ? row.lambda : infinity<Real>;
-      if (c.parts) row.lower = row.lambda;
+      row.upper = c.is_separating ? row.lambda : infinity<Real>;
+      if (c.is_separating) row.lower = row.lambda;
       row.kind = Kind::bounded;
     }
     contact_rows_ = rows_.size();
@@ -36162,8 +36387,8 @@ class VelocityTable {
 /// instead of three.
 inline constexpr std::uint32_t point_group = 4;
 
-/// One point of each manifold of a block. Where a manifold has fewer points, nothing responds to
-/// impulses. So there are none.
+/// One point of each manifold of a block. It holds what each sweep reads of a `ContactConstraint`,
+/// in lanes. Where a manifold has fewer points, nothing responds to impulses. So there are none.
 /// @tparam n  [-] Lanes that the file is compiled for. It decides the layout of the type.
 template <Scalar S, std::size_t n = lanes<S>>
 struct alignas(64) ManifoldPoints {
@@ -36180,12 +36405,13 @@ struct alignas(64) ManifoldPoints {
   Row target{}, impulse{};
   /// Position problem: velocity that closes the gap within the step, position impulse and its lower
   /// bound, and the counterpart of `inverse_response`. The last is 0 where bodies separate.
-  Row placing_target{}, position_impulse{}, least_position_impulse{}, inverse_placing{};
+  Row position_target{}, position_impulse{}, least_position_impulse{}, inverse_position_response{};
 };
 
-/// Contact data of a block's points that sweeps seldom read. Fields named as in `ContactConstraint`
-/// have the same meaning. Where a manifold has fewer points, the impulse stays zero. Other fields
-/// have no meaning there.
+/// Contact data of a block's points that sweeps seldom read. They are apart from `ManifoldPoints`
+/// so that a sweep loads fewer cache lines. Fields named as in `ContactConstraint` have the same
+/// meaning. Where a manifold has fewer points, the impulse stays zero. Other fields have no meaning
+/// there.
 template <Scalar S, std::size_t n = lanes<S>>
 struct alignas(64) ManifoldContacts {
   using Row = std::array<S, n>;
@@ -36389,10 +36615,10 @@ class ManifoldKernel : ManifoldMotion<S> {
   BRISTLE_FORCE_INLINE void show_residuals(const VelocityTable<S>& velocities, Use&& use) const;
   /// The same for the rows of the position problem.
   template <typename Use>
-  BRISTLE_FORCE_INLINE void show_placing_residuals(const VelocityTable<S>& displacements,
-                                                   Use&& use) const {
+  BRISTLE_FORCE_INLINE void show_position_residuals(const VelocityTable<S>& displacements,
+                                                    Use&& use) const {
     const Relative v = relative(motion(displacements));
-    for (const Points& p : points_) use(p.position_impulse, speed(p, v) - row(p.placing_target));
+    for (const Points& p : points_) use(p.position_impulse, speed(p, v) - row(p.position_target));
   }
 
  private:
@@ -36563,7 +36789,7 @@ BRISTLE_FORCE_INLINE Pack<S> ManifoldKernel<S>::place(VelocityTable<S>& displace
   const Motion before_turn = motion(displacements);
   Load load;
   const T largest = solve_points(
-      relative(before_turn), load, &Points::placing_target, &Points::inverse_placing,
+      relative(before_turn), load, &Points::position_target, &Points::inverse_position_response,
       &Points::position_impulse,
       [](const Points& p, const T& x) { return max(x, row(p.least_position_impulse)); },
       [](const Points&, const T&) {});
@@ -36739,9 +36965,9 @@ class ManifoldPart : ManifoldMotion<S> {
   /// Its force and its torsion stay the same. All impulses are added to the totals.
   void spread_friction();
 
-  /// Sets the position impulses (`place_of`) for sweeps of the position problem.
+  /// Sets the position impulses (`position_impulse_of`) for sweeps of the position problem.
   /// @param velocities  At the end of the substep. Null if nothing may bounce.
-  void start_placing(const VelocityTable<S>* velocities, const SolveContext<S>& context);
+  void start_positions(const VelocityTable<S>* velocities, const SolveContext<S>& context);
   /// Adds `position_excess` to the position impulses, and the displacements by it.
   void start_from_excess(VelocityTable<S>& displacements);
   /// Ends sweeps of the position problem.
@@ -36849,8 +37075,8 @@ void ManifoldPart<S>::spread_friction() {
 }
 
 template <Scalar S>
-void ManifoldPart<S>::start_placing(const VelocityTable<S>* velocities,
-                                    const SolveContext<S>& context) {
+void ManifoldPart<S>::start_positions(const VelocityTable<S>* velocities,
+                                      const SolveContext<S>& context) {
   const T zero = S(0);
   const T per_step = S(1) / context.dt;
   Relative v{zero, zero, zero, zero, zero, zero};
@@ -36859,15 +37085,16 @@ void ManifoldPart<S>::start_placing(const VelocityTable<S>* velocities,
     Points& p = points_[k];
     Contacts& c = contacts_[k];
     const ContactTarget<T> target{row(p.target), row(c.restitution_share), mask(c.impacts)};
-    const ContactPlace<T> place =
-        place_of<T>(row(p.impulse), row(c.restitution), target, speed(p, v), context);
-    (-row(c.gap) * per_step).store(p.placing_target.data());
+    const PositionImpulse<T> found =
+        position_impulse_of<T>(row(p.impulse), row(c.restitution), target, speed(p, v), context);
+    (-row(c.gap) * per_step).store(p.position_target.data());
     for (auto* impulse : {&c.usual_impulse, &p.position_impulse}) {
-      place.position_impulse.store(impulse->data());
+      found.position_impulse.store(impulse->data());
     }
-    select(place.parts, place.position_impulse, place.least_position_impulse)
+    select(found.is_separating, found.position_impulse, found.least_position_impulse)
         .store(p.least_position_impulse.data());
-    select(place.parts, zero, row(p.inverse_response)).store(p.inverse_placing.data());
+    select(found.is_separating, zero, row(p.inverse_response))
+        .store(p.inverse_position_response.data());
   }
 }
 
@@ -36928,9 +37155,9 @@ void ManifoldPart<S>::move_on(const VelocityTable<S>& displacements, S dt) {
 /// Conjugate gradients over sweeps: a pair of sweeps finds a direction, and the bodies go along it
 /// as far as their energy falls.
 ///
-/// A sweep brings each contact to its law with the others held still. What a heap does as a whole,
-/// as when a column leans, would take thousands of them. As long as no contact opens or slides, the
-/// impulses x minimise the energy
+/// A sweep brings each contact to its law with the others held still. The motion of a heap as a
+/// whole, as when a column leans, would take thousands of them. As long as no contact opens or
+/// slides, the impulses x minimise the energy
 ///     f(x) = x'Wx / 2 + q'x.
 /// A sweep there and back changes x by d = -M^-1 grad f. M is nearly symmetric: the points of a
 /// manifold are solved in the same order there and back. So it serves conjugate gradients (Hestenes
@@ -36975,10 +37202,10 @@ class SweepExtrapolation {
   template <typename ShowImpulses>
   void start(std::span<const S> velocities, ShowImpulses&& show_impulses);
 
-  /// Moves on along the direction of the last pair of sweeps. What it leaves may violate the laws
+  /// Moves on along the direction of the last pair of sweeps. The result may violate the laws
   /// of contacts. One more sweep restores them.
   /// @param show_residuals  Shows rows and what their velocities lack: use(impulses, residuals).
-  /// @return Whether it has moved on.
+  /// @return True if it has moved on.
   template <typename ShowResiduals, typename ShowImpulses>
   bool move_on(std::span<S> velocities, ShowResiduals&& show_residuals,
                ShowImpulses&& show_impulses);
@@ -37117,7 +37344,7 @@ bool SweepExtrapolation<S>::move_on(std::span<S> velocities, ShowResiduals&& sho
   const S gain_of_sweeps = S(0.5) * whole - slope_along;
   // The energy of bodies that are pressed from two sides falls without end. So no step takes more
   // than there is. In this order a number that is NaN ends it.
-  if (!(slope_along < S(0) && step.gain > S(0.5) * gain_of_sweeps &&
+  if (!(slope_along < S(0) && step.gain > S(measured::least_extrapolation_gain) * gain_of_sweeps &&
         step.gain <= S(0.5) * energy(velocities, velocities))) {
     forget(velocities, show_impulses);
     return false;
@@ -37151,7 +37378,7 @@ bool SweepExtrapolation<S>::move_on(std::span<S> velocities, ShowResiduals&& sho
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// What sweeps solve for: velocities from impulses, or displacements from position impulses.
+/// Unknowns of sweeps: velocities from impulses, or displacements from position impulses.
 enum class SweptProblem { velocities, positions };
 
 /// The sweeps with their scratch memory. One object serves many islands in turn.
@@ -37159,9 +37386,9 @@ template <Scalar S>
 class ManifoldSweeps {
  public:
   /// Sets up an island's manifolds. Contacts of one manifold follow each other.
-  /// @param parts  [-] Substeps of the step, among which the impulses of the contacts are divided.
+  /// @param substeps  [-] Parts of the step, among which the impulses of the contacts are divided.
   void start(const Island& island, const Constraints<S>& constraints,
-             std::span<const SolverBody<S>> bodies, S parts);
+             std::span<const SolverBody<S>> bodies, S substeps);
 
   /// Returns whether most contacts are new. New ones have no warm start.
   [[nodiscard]] bool is_cold() const { return is_cold_; }
@@ -37214,7 +37441,7 @@ class ManifoldSweeps {
   /// the least. So are those with joints or sensors, whose rows would have to go on, too, and the
   /// velocities of what movers may crush: they do work on it, and its energy falls far before it is
   /// the least.
-  /// @return Whether there was something to gain.
+  /// @return True if there was something to gain.
   bool extrapolate(SweptProblem problem) {
     return may_extrapolate(problem) &&
            extrapolation_.move_on(
@@ -37230,10 +37457,10 @@ class ManifoldSweeps {
   /// Starts the position problem. Reads the bodies' displacements and adds those of bounces. Where
   /// surfaces slide fast, it adds those of what positions needed beyond velocities in the last
   /// substep. Elsewhere that mostly closed overlaps, which are closed now.
-  void start_placing(std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
+  void start_positions(std::span<const SolverBody<S>> bodies, const SolveContext<S>& context) {
     if (restitution_) load(bodies, velocity_of);
     const VelocityTable<S>* const velocities = restitution_ ? &velocities_ : nullptr;
-    for_each_block([&](Part part) { part.start_placing(velocities, context); });
+    for_each_block([&](Part part) { part.start_positions(velocities, context); });
     load(bodies, motion_of);
     if (context.slides) for_each_block([&](Part part) { part.start_from_excess(velocities_); });
     if (!restitution_) return;
@@ -37245,12 +37472,12 @@ class ManifoldSweeps {
   }
 
   /// Ends the position problem. Writes what it needed beyond velocities to the constraints.
-  void finish_placing(const Island& island, Constraints<S>& constraints) {
+  void finish_positions(const Island& island, Constraints<S>& constraints) {
     for_each_block([](Part part) { part.keep_excess(); });
     for_each_contact(island, constraints,
-                     [parts = parts_](ContactConstraint<S>& c, const Points&,
-                                      const Contacts& contacts, std::size_t lane) {
-                       const S excess = parts * contacts.position_excess[lane];
+                     [substeps = substeps_](ContactConstraint<S>& c, const Points&,
+                                            const Contacts& contacts, std::size_t lane) {
+                       const S excess = substeps * contacts.position_excess[lane];
                        c.position_excess = has_finite_square(excess) ? excess : S(0);
                      });
   }
@@ -37334,7 +37561,7 @@ class ManifoldSweeps {
   DynamicArray<std::uint32_t> place_;  // By slot; 0 where it has none.
   VelocityTable<S> velocities_, starts_;
   SweepExtrapolation<S> extrapolation_;
-  S parts_ = S(1);
+  S substeps_ = S(1);
   bool restitution_ = false;
   bool may_extrapolate_ = false;
   bool is_cold_ = false;
@@ -37345,8 +37572,8 @@ class ManifoldSweeps {
 
 template <Scalar S>
 void ManifoldSweeps<S>::start(const Island& island, const Constraints<S>& constraints,
-                              std::span<const SolverBody<S>> bodies, S parts) {
-  parts_ = parts;
+                              std::span<const SolverBody<S>> bodies, S substeps) {
+  substeps_ = substeps;
   for (const std::uint32_t slot : slots_) place_[slot] = 0;
   slots_.clear();
   place_.resize(std::max(place_.size(), bodies.size()), 0);
@@ -37398,7 +37625,8 @@ void ManifoldSweeps<S>::find_manifolds(const Island& island, const Constraints<S
           {k, 1, c.body_a, c.body_b, bodies[c.body_a].moves, bodies[c.body_b].moves});
     }
   }
-  is_cold_ = 2 * fresh > island.contacts.size();
+  is_cold_ = static_cast<double>(fresh) >
+             measured::cold_contact_share * static_cast<double>(island.contacts.size());
 }
 
 template <Scalar S>
@@ -37482,12 +37710,12 @@ void ManifoldSweeps<S>::add_manifold(const ManifoldSpan& manifold, const Island&
     const ContactConstraint<S>& c = contact(k);
     Contacts& state = contacts_[block.first_point + k];
     state.gap[lane] = c.gap;
-    state.position_excess[lane] = c.position_excess / parts_;
+    state.position_excess[lane] = c.position_excess / substeps_;
     state.restitution[lane] = c.restitution;
-    state.friction1[lane] = c.impulse[1] / parts_;
-    state.friction2[lane] = c.impulse[2] / parts_;
+    state.friction1[lane] = c.impulse[1] / substeps_;
+    state.friction2[lane] = c.impulse[2] / substeps_;
     Points& p = points_[block.first_point + k];
-    p.impulse[lane] = c.impulse[0] / parts_;
+    p.impulse[lane] = c.impulse[0] / substeps_;
     S e1 = S(0);
     S e2 = S(0);
     // A single point is the centre of pressure. It has no lever about it.
@@ -37536,7 +37764,7 @@ void ManifoldSweeps<S>::show_residuals(SweptProblem problem, const Use& use) {
   for (Block& block : blocks_) {
     const Kernel kernel(block, points_);
     if (problem == SweptProblem::positions) {
-      kernel.show_placing_residuals(velocities_, use);
+      kernel.show_position_residuals(velocities_, use);
     } else {
       kernel.show_residuals(velocities_, use);
     }
@@ -37679,13 +37907,13 @@ class SequentialSolver {
   /// Starts sweeps of the position problem of a substep.
   void start_positions(const Island& island, std::span<SolverBody<S>> bodies,
                        const SolveContext<S>& context) {
-    manifolds_.start_placing(bodies, context);
+    manifolds_.start_positions(bodies, context);
     if (shares_bodies(island)) manifolds_.unload(bodies, motion_of);
   }
   /// Ends sweeps of the position problem.
   void finish_positions(const Island& island, Constraints<S>& constraints,
                         std::span<SolverBody<S>> bodies) {
-    manifolds_.finish_placing(island, constraints);
+    manifolds_.finish_positions(island, constraints);
     if (!shares_bodies(island)) manifolds_.unload(bodies, motion_of);
   }
   /// One sweep of the position problem over the displacements in `SolverBody::motion`. A larger
@@ -37851,7 +38079,7 @@ class SequentialSolver {
     using std::max;
     SolverBody<S>& a = bodies[c.body_a];
     SolverBody<S>& b = bodies[c.body_b];
-    if (c.parts) return S(0);
+    if (c.is_separating) return S(0);
     const ContactResponse<S>& response = contact_responses_[k];
     const S left = c.gap / dt + c.normal_velocity(a.motion, b.motion);
     const S wanted = max(c.least_position_impulse, c.position_impulse - left * response.inverse_nn);
@@ -38367,7 +38595,7 @@ class IslandSolver {
       const S parting = c.restitution > S(0)
                             ? c.normal_velocity(bodies[c.body_a].twist, bodies[c.body_b].twist)
                             : S(0);
-      place_contact(c, parting, context);
+      set_position_impulse(c, parting, context);
       c.position_excess = S(0);
     }
     move_by_restitution(island, constraints, bodies, context);
@@ -38463,7 +38691,7 @@ class IslandSolver {
     const S tolerance = context.position_tolerance;
     for (const std::uint32_t i : island.contacts) {
       const ContactConstraint<S>& c = constraints.contacts[i];
-      if (c.parts) continue;
+      if (c.is_separating) continue;
       const S left =
           c.gap + dt * c.normal_velocity(bodies[c.body_a].motion, bodies[c.body_b].motion);
       if (left < -tolerance || (left > tolerance && c.position_impulse > c.least_position_impulse))
@@ -38523,6 +38751,7 @@ class MechanismStage final : public JointStage<S> {
       state.report.joint_tilt = std::max(state.report.joint_tilt, gap.angle);
       const S arm2 = std::max(joint.X_CmA_J.translation.squaredNorm(),
                               joint.X_CmB_J.translation.squaredNorm());
+      const S wide = S(measured::wide_joint_gap);
       is_open_[i] = arm2 > S(0) && gap.distance * gap.distance > wide * wide * arm2;
     }
   }
@@ -38589,9 +38818,6 @@ class MechanismStage final : public JointStage<S> {
   }
 
  private:
-  // Gap of a joint that steps do not close by themselves, as a part of its arms.
-  static constexpr S wide = S(3e-2);
-
   [[nodiscard]] static bool is_awake_joint(const State& state, std::uint32_t index) {
     if (!state.joints.is_live(index)) return false;
     const JointDef<S>& def = state.joints.at(index).def;
@@ -38687,7 +38913,7 @@ class MechanismStage final : public JointStage<S> {
   /// Sums the impulses of the last step that contacts are expected to repeat, by body. A mechanism
   /// that leans on something moves little. Without what holds it, it would fall in its free motion,
   /// and contacts would have to push it back along the directions at the end of that fall.
-  /// @return Whether there are any.
+  /// @return True if there are any.
   [[nodiscard]] bool find_contact_impulses(const State& state, const Island& island) {
     bool has_any = false;
     for (const std::uint32_t slot : island.bodies) contact_impulses_[slot] = {};
@@ -38917,10 +39143,10 @@ class MechanismStage final : public JointStage<S> {
     }
     system_.set(bodies_, joints_);
     system_.place();
-    const S most = wide * system_.size();
+    const S most = S(measured::wide_joint_gap) * system_.size();
     if (projection_.find_gaps(system_) <= most) return;
     // The next position correction closes the remaining gap.
-    if (!projection_.close_wide_gaps(system_, S(0.1) * most)) return;
+    if (!projection_.close_wide_gaps(system_, S(measured::closed_wide_gap_share) * most)) return;
     for (std::size_t k = 0; k < slots_.size(); ++k) {
       SolverBody<S>& body = state.solver_bodies[slots_[k]];
       if (!body.moves) continue;
@@ -39105,11 +39331,11 @@ std::size_t CrowdLimit<S>::thin(DynamicArray<ShapePair>& pairs, std::size_t slot
 ///
 /// and stays on a slope up to tan(angle) = delta / R.
 ///
-/// Rows hold the angular velocity along and across the torque that is expected. What rolls on needs
-/// the whole of it along, so nothing is left across. Their bounds come from the normal impulses of
-/// the last step. So they are those of the present load where it is steady, and a new contact rolls
-/// freely for one step. In the step in which a torque arises or turns, it may be up to sqrt(2)
-/// delta N. Whatever the bounds are, a row only resists.
+/// Rows hold the angular velocity along and across the torque that is expected. A body that rolls
+/// on needs the whole of it along, so nothing is left across. Their bounds come from the normal
+/// impulses of the last step. So they are those of the present load where it is steady, and a new
+/// contact rolls freely for one step. In the step in which a torque arises or turns, it may be up
+/// to sqrt(2) delta N. A row only resists, by any bounds.
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <cstdint>
@@ -39275,11 +39501,6 @@ class ContactStage {
   }
 
  private:
-  // A pair costs a microsecond, waking a thread several. So a chunk is work worth taking. A few
-  // chunks finish before a thread wakes.
-  static constexpr std::size_t chunk_size = 16;
-  static constexpr std::size_t fewest_shared_pairs = 64;
-
   /// Result for a pair: manifolds in its chunk's buffer.
   struct Found {
     std::uint32_t first = 0;
@@ -39307,7 +39528,7 @@ class ContactStage {
       // Forces do not move the bodies of half-spaces. Half-spaces are always listed.
       const Body<S>& body = state.body_of(c);
       // A fixed trigger that was put somewhere may hold sleepers, which do not look for it.
-      const bool is_put = c.is_trigger && body.sleep.is_disturbed;
+      const bool is_put = c.is_trigger && body.sleep.is_dirty;
       if ((body.motion == Motion::fixed && !is_put) || c.half_space || body.is_asleep()) continue;
       const S reach = reach_of(state, c, c);
       const Vec3<S>& center = body.center_pose.translation;
@@ -39344,7 +39565,8 @@ class ContactStage {
   /// Queries the backend for all pairs, in chunks. Chunks are the same for any number of threads
   /// and write to buffers of their own.
   void collide_pairs(State& state) {
-    const std::size_t chunks = (pairs_.size() + chunk_size - 1) / chunk_size;
+    const std::size_t chunks =
+        (pairs_.size() + measured::pairs_per_task - 1) / measured::pairs_per_task;
     found_.resize(pairs_.size());
     if (buffers_.size() < chunks) buffers_.resize(chunks);
     for (std::size_t i = 0; i < chunks; ++i) {
@@ -39353,12 +39575,12 @@ class ContactStage {
       buffers_[i].reserve(most_manifolds_);
     }
     const auto task = [this, &state](std::size_t chunk) {
-      const std::size_t end = std::min(pairs_.size(), (chunk + 1) * chunk_size);
-      for (std::size_t i = chunk * chunk_size; i < end; ++i) {
+      const std::size_t end = std::min(pairs_.size(), (chunk + 1) * measured::pairs_per_task);
+      for (std::size_t i = chunk * measured::pairs_per_task; i < end; ++i) {
         found_[i] = collide(state, pairs_[i], buffers_[chunk]);
       }
     };
-    if (pairs_.size() < fewest_shared_pairs) {
+    if (pairs_.size() < measured::fewest_shared_pairs) {
       for (std::size_t i = 0; i < chunks; ++i) task(i);
     } else {
       state.def.parallel_for(chunks, std::cref(task));
@@ -39393,7 +39615,9 @@ class ContactStage {
       const Collider<S>& b = state.colliders.at(pairs_[i].b);
       const Transform<S>& X_WB = state.body_of(b).center_pose;
       state.contacts.add(
-          pairs_[i], std::span(buffers_[i / chunk_size]).subspan(found_[i].first, found_[i].count),
+          pairs_[i],
+          std::span(buffers_[i / measured::pairs_per_task])
+              .subspan(found_[i].first, found_[i].count),
           {a.is_centered ? X_WA.rotation_matrix()
                          : rotation_matrix<S>(X_WA.rotation * a.X_CmS.rotation),
            a.is_centered ? zero<Vec3<S>>() : X_WA.rotate(a.X_CmS.translation),
@@ -39411,7 +39635,7 @@ class ContactStage {
   CrowdLimit<S> crowd_;
   DynamicArray<Found> found_;
   DynamicArray<ContactManifolds<S>> buffers_;
-  std::size_t most_manifolds_ = chunk_size;
+  std::size_t most_manifolds_ = measured::pairs_per_task;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -39655,8 +39879,6 @@ class SensorStage {
     const auto task = [this, &state, shares](std::size_t k) {
       sense_patch(state, live_[k], scratch_[live_[k]], shares);
     };
-    // A sensor costs ten nanoseconds, waking a thread microseconds.
-    constexpr std::size_t fewest_shared_sensors = 256;
     std::size_t sensors = 0;
     measures_lambda_ = false;
     for (const std::uint32_t i : live_) {
@@ -39664,7 +39886,7 @@ class SensorStage {
       measures_lambda_ =
           measures_lambda_ || state.patches.at(i).def.integration == Integration::automatic;
     }
-    if (live_.size() > 1 && sensors >= fewest_shared_sensors) {
+    if (live_.size() > 1 && sensors >= measured::fewest_shared_sensors) {
       state.def.parallel_for(live_.size(), std::cref(task));
     } else {
       for (std::size_t k = 0; k < live_.size(); ++k) task(k);
@@ -39791,11 +40013,6 @@ class SensorStage {
     RayRange range{};
   };
 
-  /// [-] Sensors of a patch from which on threads share its rays. Fewer are cast in some
-  /// microseconds.
-  static constexpr std::size_t fewest_shared_rays = 1537;
-  static_assert(fewest_shared_rays > RayTree<S>::range_size);
-
   template <typename Visit>
   void for_each_pair(State& state, Visit&& visit) {
     for (const std::uint32_t i : live_) {
@@ -39858,7 +40075,7 @@ class SensorStage {
     }
     const std::span<const ShapeInReach<S>> shapes(scratch.shapes);
     const bool is_due = (state.steps + index) % patch.def.cast_every == 0;
-    if (shares && patch.size() >= fewest_shared_rays &&
+    if (shares && patch.size() >= measured::fewest_shared_rays &&
         !patch.geometry->ray_tree.ranges().empty() &&
         shapes.front().collider->shape.asks_ranges()) {
       scratch.has_cast = needs_rays<S>(patch, scratch, shapes, is_due);
@@ -40202,8 +40419,9 @@ class PassiveRestitution {
   /// mechanisms beyond that of free motion. Islands with sensors, motors, moving kinematic bodies
   /// or surfaces that run are skipped. Energy comes in from outside there. Large islands are
   /// skipped, too: their impulses are sums over substeps.
-  void calm(const Island& island, Constraints<S>& constraints, std::span<SolverBody<S>> bodies,
-            const SolveContext<S>& context, IslandSolver<S>& solver, SolveReport<S>& report) {
+  void limit_energy(const Island& island, Constraints<S>& constraints,
+                    std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
+                    IslandSolver<S>& solver, SolveReport<S>& report) {
     if (!has_joints(island, constraints) || island.contacts.empty() || !island.soft.empty()) return;
     if (context.is_large()) return;
     const S gained = gained_energy(island, bodies);
@@ -40606,13 +40824,14 @@ class SolveStage {
       solve_in_passes(context.settings.max_passes, solve_once, answer);
       // The impulse of the sensors is the sum of their evaluated impulses.
       if (!island.soft.empty()) apply_impulses(island, constraints, bodies);
-      restitution_.calm(island, constraints, bodies, context, solver_, report);
+      restitution_.limit_energy(island, constraints, bodies, context, solver_, report);
       if (!(report.residual < infinity<S>) || !is_finite(state, island)) {
         guard(state, sensors, island, context);
         return;
       }
       // Positions need no more digits than velocities have.
-      const S most = S(1e-2 * std::min(1.0, context.cost_share())) * context.speed_change;
+      const S most = S(measured::position_residual_share * std::min(1.0, context.cost_share())) *
+                     context.speed_change;
       context.position_tolerance =
           std::max(position_tolerance, context.dt * std::min(report.residual, most));
       if (!solver_.place(island, constraints, bodies, context, report)) break;
@@ -40670,7 +40889,7 @@ class SolveStage {
   /// chain, or where bodies that interlock are pushed apart both ways; and such a body pushes
   /// others just as far.
   ///
-  /// What is corrected is then the motion in which all impulses move the bodies by one share
+  /// Corrections then start from the motion in which all impulses move the bodies by one share
   /// (`share_apart`). It keeps surfaces apart, and so does what lies between it and the solved
   /// motion. By the usual share a fast body would pass through a wall by half of its way.
   static void limit_turns(State& state, const Island& island, const SolveContext<S>& context) {
@@ -40700,8 +40919,8 @@ class SolveStage {
   }
   /// [1] Least share of its impulses, from the usual one up to all, by which no gap of an island
   /// closes by more than itself, and no overlap grows. It is one for all, or momentum would be
-  /// lost. Contacts towards which impulses drive the bodies bound it from above. What position
-  /// sweeps ignore has no say: round-off would decide where surfaces rest on each other.
+  /// lost. Contacts towards which impulses drive the bodies bound it from above. Contacts that
+  /// position sweeps ignore have no say: round-off would decide where surfaces rest on each other.
   [[nodiscard]] static S share_apart(const State& state, const Island& island,
                                      const SolveContext<S>& context, const S& usual) {
     // Where a body turns far its arms end up anywhere. Its centre does not.
@@ -40888,20 +41107,20 @@ void wake_neighbours(WorldState<S>& state, std::uint32_t slot) {
 /// Marks a body as changed by the caller. Wakes its island, or else its neighbours. The next step
 /// wakes bodies that it reaches.
 template <Scalar S>
-void disturb(WorldState<S>& state, BodyId id) {
+void mark_dirty(WorldState<S>& state, BodyId id) {
   Body<S>& body = state.bodies.at(id.index);
   wake_island(state, id.index);
   if (!body.is_dynamic()) wake_neighbours(state, id.index);
   body.sleep.rest_time = S(0);
-  body.sleep.is_disturbed = state.is_any_disturbed = true;
+  body.sleep.is_dirty = state.is_any_dirty = true;
   state.is_idle = false;
 }
 
 /// The same for both bodies of a joint.
 template <Scalar S>
-void disturb_bodies(WorldState<S>& state, const JointDef<S>& def) {
-  disturb(state, def.body_a);
-  disturb(state, def.body_b);
+void mark_bodies_dirty(WorldState<S>& state, const JointDef<S>& def) {
+  mark_dirty(state, def.body_a);
+  mark_dirty(state, def.body_b);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -40942,13 +41161,13 @@ class SleepStage {
     state.report.sleeping_bodies = state.sleeping_bodies;
     state.report.awake_bodies -= state.sleeping_bodies - asleep;
     // If all bodies are awake and none was changed, no flag needs an update.
-    if (!state.is_any_disturbed && state.sleeping_bodies == 0) return;
+    if (!state.is_any_dirty && state.sleeping_bodies == 0) return;
     bool is_any_active = false;
     for (const std::uint32_t i : state.bodies.live_slots()) {
-      state.bodies.at(i).sleep.is_disturbed = false;
+      state.bodies.at(i).sleep.is_dirty = false;
       is_any_active = is_any_active || state.is_active(i);
     }
-    state.is_any_disturbed = false;
+    state.is_any_dirty = false;
     state.is_idle = state.sleeping_bodies > 0 && !is_any_active;
   }
 
@@ -41057,7 +41276,7 @@ class SleepStage {
       const Collider<S>& a = state.colliders.at(m.shapes.a);
       const Collider<S>& b = state.colliders.at(m.shapes.b);
       if (state.drift_of(a, b) != zero<Vec3<S>>()) {
-        // What a belt carries moves, however slowly.
+        // A body on a belt moves, however slowly.
         is_held_awake_[a.body.index] = is_held_awake_[b.body.index] = 1;
       }
       join(a.body.index, b.body.index);
@@ -41347,7 +41566,7 @@ requires ShapeBackend<Backend, S> BodyId World<S, Backend>::add_body(const BodyD
   }
   const BodyId id = state_.bodies.insert(body);
   for (detail::Collider<S>& collider : colliders) insert_shape(id, std::move(collider));
-  detail::disturb(state_, id);
+  detail::mark_dirty(state_, id);
   return id;
 }
 
@@ -41367,7 +41586,7 @@ requires ShapeBackend<Backend, S> ShapeId World<S, Backend>::add_shape(BodyId id
                   "must not be on a dynamic body: it has no mass");
   detail::Collider<S> collider = make_collider(body, Backend::template make<S>(def.shape), def);
   require_known_contacts(id, body.is_dynamic(), body.filter, kind_of(def.shape));
-  detail::disturb(state_, id);
+  detail::mark_dirty(state_, id);
   return insert_shape(id, std::move(collider));
 }
 
@@ -41381,7 +41600,7 @@ void World<S, Backend>::remove_shape(ShapeId id) {
                                     contact.body_a, contact.body_b});
     }
   });
-  detail::disturb(state_, state_.colliders.at(id.index).body);
+  detail::mark_dirty(state_, state_.colliders.at(id.index).body);
   state_.broad_phase.remove(id.index);
   state_.contacts.forget(id.index);
   state_.shapes_of_bodies.remove(state_.colliders.at(id.index).body.index, id.index);
@@ -41392,7 +41611,7 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::remove_body(BodyId id) {
   (void)state_.bodies.get(id, "BodyId");
-  detail::disturb(state_, id);
+  detail::mark_dirty(state_, id);
   for (const std::uint32_t i : state_.joints.live_slots()) {
     const JointDef<S>& def = state_.joints.at(i).def;
     if (def.body_a == id || def.body_b == id) erase_joint(i);
@@ -41404,12 +41623,9 @@ void World<S, Backend>::remove_body(BodyId id) {
   }
   state_.shapes_of_bodies.for_each(
       id.index, [this](std::uint32_t tag) { remove_shape(state_.colliders.handle(tag)); });
-  // Bodies that patches touched in the last step must not be looked up any more.
+  // Patches must neither read nor look up any more what they touched in the last step.
   for (const std::uint32_t i : state_.patches.live_slots()) {
-    auto& sensed = state_.patches.at(i).sensed;
-    sensed.erase(std::remove_if(sensed.begin(), sensed.end(),
-                                [&](const auto& other) { return other.body == id.index; }),
-                 sensed.end());
+    detail::forget_body(state_.patches.at(i), id);
   }
   state_.bodies.erase(id);
 }
@@ -41430,7 +41646,7 @@ void World<S, Backend>::set_pose(BodyId id, const Transform<S>& X_WB) {
   detail::require_unit<S>("X_WB.rotation", X_WB.rotation);
   detail::require_all_finite("X_WB.translation: centre of mass", X_WB * body.center_B);
   body.set_pose({X_WB.rotation.normalized(), X_WB.translation});
-  detail::disturb(state_, id);
+  detail::mark_dirty(state_, id);
   state_.shapes_of_bodies.for_each(id.index, [this](std::uint32_t tag) { refresh_box(tag); });
 }
 
@@ -41452,7 +41668,7 @@ void World<S, Backend>::set_twist(BodyId id, const Twist<S>& twist) {
   const bool moved = state_.is_active(id.index);
   body.twist = twist;
   // Setting a zero velocity on a body at rest does not wake it.
-  if (body.is_dynamic() || moved || state_.is_active(id.index)) detail::disturb(state_, id);
+  if (body.is_dynamic() || moved || state_.is_active(id.index)) detail::mark_dirty(state_, id);
 }
 
 template <Scalar S, typename Backend>
@@ -41493,7 +41709,7 @@ void World<S, Backend>::apply_wrench(BodyId id, const Wrench<S>& wrench) {
   detail::require_all_finite("wrench.torque: sum of the step", applied.torque);
   body.applied = applied;
   if (body.is_dynamic() && !(wrench.force.isZero(S(0)) && wrench.torque.isZero(S(0)))) {
-    detail::disturb(state_, id);
+    detail::mark_dirty(state_, id);
   }
 }
 
@@ -41531,7 +41747,7 @@ void World<S, Backend>::set_damping(BodyId id, S linear, S angular) {
   detail::require_not_negative("set_damping: angular", angular);
   body.linear_damping = linear;
   body.angular_damping = angular;
-  detail::disturb(state_, id);
+  detail::mark_dirty(state_, id);
 }
 
 template <Scalar S, typename Backend>
@@ -41541,7 +41757,7 @@ void World<S, Backend>::set_gravity_scale(BodyId id, S scale) {
   detail::require(body.is_dynamic(), "BodyId", id, "must name a dynamic body");
   detail::require_finite("set_gravity_scale: scale", scale);
   body.gravity_scale = scale;
-  detail::disturb(state_, id);
+  detail::mark_dirty(state_, id);
 }
 
 template <Scalar S, typename Backend>
@@ -41552,7 +41768,7 @@ void World<S, Backend>::set_filter(BodyId id, const CollisionFilter& filter) {
     require_known_contacts(id, body.is_dynamic(), filter, state_.colliders.at(tag).kind);
   });
   body.filter = filter;
-  detail::disturb(state_, id);
+  detail::mark_dirty(state_, id);
 }
 
 template <Scalar S, typename Backend>
@@ -41569,7 +41785,7 @@ void World<S, Backend>::set_mass(BodyId id, S mass) {
   changed.inverse_inertia_B = inverse_inertia<S>(changed.inertia_B);
   detail::require_invertible(changed, "set_mass: mass", "set_mass: moment of inertia");
   state_.bodies.at(id.index) = changed;
-  detail::disturb(state_, id);
+  detail::mark_dirty(state_, id);
 }
 
 template <Scalar S, typename Backend>
@@ -41579,7 +41795,7 @@ void World<S, Backend>::set_material(BodyId id, const Material<S>& material) {
   validate(material);
   state_.shapes_of_bodies.for_each(
       id.index, [&](std::uint32_t tag) { state_.colliders.at(tag).material = material; });
-  detail::disturb(state_, id);
+  detail::mark_dirty(state_, id);
 }
 
 template <Scalar S, typename Backend>
@@ -41588,14 +41804,14 @@ void World<S, Backend>::set_material(ShapeId id, const Material<S>& material) {
   detail::Collider<S>& collider = state_.colliders.get(id, "ShapeId");
   validate(material);
   collider.material = material;
-  detail::disturb(state_, collider.body);
+  detail::mark_dirty(state_, collider.body);
 }
 
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::wake(BodyId id) {
   (void)body(id);
-  detail::disturb(state_, id);
+  detail::mark_dirty(state_, id);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -42002,7 +42218,7 @@ void visit_body(Body& body, std::uint32_t slots, Visitor& visit) {
     visit.value(item.filter.group);
     visit.value(item.sleep.rest_time);
     visit.value(item.sleep.island);
-    visit.value(item.sleep.is_disturbed);
+    visit.value(item.sleep.is_dirty);
   };
   visit.item("bodies (state)", body, each, [&](const auto& item) {
     return is_valid_state(item, slots) && is_of_same_solid(item, body);
@@ -42106,6 +42322,8 @@ void visit_sensed(Sensed& sensed, Visitor& visit) {
   visit.value(sensed.body);
   visit.value(sensed.pose.R_AB);
   visit.value(sensed.pose.p_AB);
+  visit_wrench(sensed.on_a, visit);
+  visit.value(sensed.shear_W);
 }
 
 template <typename Readings, typename Visitor>
@@ -42293,7 +42511,7 @@ struct SnapshotHead {
   static constexpr std::uint64_t expected_magic = 0x6c7473697262'0001u;  // "brist", and a number.
 
   std::uint64_t magic = expected_magic;
-  std::uint64_t version = 11;
+  std::uint64_t version = 12;
   /// [-] Bytes of a scalar, and of all bytes after the head.
   std::uint64_t scalar_size = 0;
   std::uint64_t payload_size = 0;
@@ -42629,7 +42847,7 @@ requires ShapeBackend<Backend, S> JointId World<S, Backend>::add_joint(const Joi
     detail::DynamicArray<detail::ShapePair>& unpaired = state_.unpaired;
     unpaired.insert(std::lower_bound(unpaired.begin(), unpaired.end(), pair), pair);
   }
-  detail::disturb_bodies(state_, joint.def);
+  detail::mark_bodies_dirty(state_, joint.def);
   state_.joint_kernels = &detail::joint_kernels<S>();
   return state_.joints.insert(joint);
 }
@@ -42638,7 +42856,7 @@ template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::erase_joint(std::uint32_t index) {
   const JointDef<S>& def = state_.joints.at(index).def;
-  detail::disturb_bodies(state_, def);
+  detail::mark_bodies_dirty(state_, def);
   if (!def.bodies_collide) {
     const detail::ShapePair pair{std::min(def.body_a.index, def.body_b.index),
                                  std::max(def.body_a.index, def.body_b.index)};
@@ -42661,7 +42879,7 @@ void World<S, Backend>::set_motor(JointId id, const JointMotor<S>& motor) {
   detail::Joint<S>& joint = state_.joints.get(id, "JointId");
   validate(motor, joint.def.kind);
   joint.def.motor = motor;
-  detail::disturb_bodies(state_, joint.def);
+  detail::mark_bodies_dirty(state_, joint.def);
 }
 
 template <Scalar S, typename Backend>
@@ -42671,7 +42889,7 @@ void World<S, Backend>::set_limits(JointId id, S lower, S upper) {
   detail::require_limits(lower, upper, joint.def.kind);
   joint.def.lower_limit = lower;
   joint.def.upper_limit = upper;
-  detail::disturb_bodies(state_, joint.def);
+  detail::mark_bodies_dirty(state_, joint.def);
 }
 
 template <Scalar S, typename Backend>
@@ -42680,7 +42898,7 @@ void World<S, Backend>::set_spring(JointId id, const JointSpring<S>& spring) {
   detail::Joint<S>& joint = state_.joints.get(id, "JointId");
   validate(spring, joint.def.kind);
   joint.def.spring = spring;
-  detail::disturb_bodies(state_, joint.def);
+  detail::mark_bodies_dirty(state_, joint.def);
 }
 
 template <Scalar S, typename Backend>
@@ -42698,7 +42916,7 @@ requires ShapeBackend<Backend, S> PatchId World<S, Backend>::add_patch(BodyId bo
   for (const BodyId id : def.excluded) (void)state_.bodies.get(id, "PatchDef::excluded");
   detail::SensorPatch<S> patch = detail::make_patch(std::move(def), body, owner.center_B);
   detail::require_outward_rays(state_, body.index, patch, owner.center_B);
-  detail::disturb(state_, body);
+  detail::mark_dirty(state_, body);
   return state_.patches.insert(std::move(patch));
 }
 
@@ -42721,7 +42939,7 @@ requires ShapeBackend<Backend, S> PatchId World<S, Backend>::add_patch(BodyId bo
 template <Scalar S, typename Backend>
 requires ShapeBackend<Backend, S>
 void World<S, Backend>::remove_patch(PatchId id) {
-  detail::disturb(state_, state_.patches.get(id, "PatchId").body);
+  detail::mark_dirty(state_, state_.patches.get(id, "PatchId").body);
   state_.patches.erase(id);
 }
 
@@ -42730,7 +42948,7 @@ requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_active(PatchId id, bool is_active) {
   detail::SensorPatch<S>& patch = state_.patches.get(id, "PatchId");
   if (patch.is_active == is_active) return;
-  detail::disturb(state_, patch.body);
+  detail::mark_dirty(state_, patch.body);
   patch.is_active = is_active;
   if (!is_active) clear_patch(patch);
 }
@@ -42740,7 +42958,7 @@ requires ShapeBackend<Backend, S>
 void World<S, Backend>::set_parameters(PatchId id, const SensorParameters<S>& parameters) {
   detail::SensorPatch<S>& patch = state_.patches.get(id, "PatchId");
   detail::set_constants(patch, parameters);
-  detail::disturb(state_, patch.body);
+  detail::mark_dirty(state_, patch.body);
 }
 
 template <Scalar S, typename Backend>
@@ -42810,10 +43028,10 @@ void World<S, Backend>::restore(std::span<const std::byte> bytes) {
   state_.ended_since.clear();
   state_.kept_events.clear();
   state_.sleeping_bodies = 0;
-  state_.is_any_disturbed = false;
+  state_.is_any_dirty = false;
   for (const std::uint32_t i : state_.bodies.live_slots()) {
     if (state_.bodies.at(i).is_asleep()) ++state_.sleeping_bodies;
-    state_.is_any_disturbed = state_.is_any_disturbed || state_.bodies.at(i).sleep.is_disturbed;
+    state_.is_any_dirty = state_.is_any_dirty || state_.bodies.at(i).sleep.is_dirty;
   }
   for (const std::uint32_t i : state_.colliders.live_slots()) refresh_box(i);
 }
@@ -42935,13 +43153,13 @@ void World<S, Backend>::push(const detail::HapticBody<S>& pushed) {
   const Wrench<S>& impulse = pushed.impulse();
   if (!body.is_dynamic() || (impulse.force.isZero(S(0)) && impulse.torque.isZero(S(0)))) return;
   body.applied += (S(1) / state_.def.time_step) * impulse;
-  detail::disturb(state_, id);
-  Body<S> carried = body;
-  detail::step_pose(carried, pushed.carried(), S(1));
-  const Transform<S> X_WB = carried.pose();
-  if (!detail::is_pose(X_WB) || !detail::has_finite_square<S>(carried.twist)) return;
+  detail::mark_dirty(state_, id);
+  Body<S> advanced = body;
+  detail::step_pose(advanced, pushed.excess_displacement(), S(1));
+  const Transform<S> X_WB = advanced.pose();
+  if (!detail::is_pose(X_WB) || !detail::has_finite_square<S>(advanced.twist)) return;
   set_pose(id, X_WB);
-  set_twist(id, carried.twist);
+  set_twist(id, advanced.twist);
 }
 
 }  // namespace bristle::inline BRISTLE_ABI

@@ -178,6 +178,55 @@ TEST_CASE("sensing: a removed body is let go, and its successor is another body"
   CHECK(c.world.reading(c.patch).touching() == 0);
 }
 
+TEST_CASE("sensing: a removed body leaves the reading at once, and nothing of it remains") {
+  // A pad of two sensors over two plates: one under each.
+  World<double> world;
+  const BodyId pad = world.add_body({.motion = Motion::kinematic, .position = {0, 0, 0.104}});
+  std::array<BodyId, 2> plates{};
+  for (const int k : {0, 1}) {
+    plates[static_cast<std::size_t>(k)] = world.add_body({.motion = Motion::fixed,
+                                                          .shape = Box<double>{{0.09, 0.09, 0.1}},
+                                                          .position = {k == 0 ? -0.1 : 0.1, 0, 0}});
+  }
+  PatchDef<double> def = looking_down<double>();
+  def.sensors = {};
+  for (const double x : {-0.02, 0.02, 0.03}) def.sensors.add({x, 0, 0}, {0, 0, -1}, 0.01);
+  const PatchId patch = world.add_patch(pad, def);
+  for (int i = 1; i < 4; ++i) {
+    world.move_to(pad, {Quat<double>::Identity(), {1e-4 * i, 0, 0.104}});
+    world.step();
+  }
+  const PatchReading<double> before = world.reading(patch);
+  REQUIRE(before.touching() == 3);
+  REQUIRE(before.shear_W.x() != 0);
+  const double first = before.normal_force[0];
+  const double shear_of_first = before.shear_1[0];
+
+  world.remove_body(plates[1]);
+  const PatchReading<double> after = world.reading(patch);
+  CHECK(after.touching() == 1);
+  for (const std::size_t i : {1u, 2u}) {
+    CHECK(after.depth[i] == 0);
+    CHECK(after.normal_force[i] == 0);
+    CHECK(after.body[i] == BodyId{});
+    CHECK(after.state[i] == SensorState::free);
+  }
+  // The wrench is now that of the first sensor, at its point.
+  CHECK(after.normal_force[0] == first);
+  CHECK(after.wrench.force.z() == test::relative(first));
+  CHECK(after.wrench.torque.y() ==
+        test::relative(0.02 * first - 0.004 * after.shear_W.x()).epsilon(1e-9));
+  CHECK(after.shear_W.norm() == test::relative(std::abs(shear_of_first)));
+
+  world.remove_body(plates[0]);
+  CHECK(world.reading(patch).touching() == 0);
+  CHECK(world.reading(patch).wrench.force.norm() == 0);
+  CHECK(world.reading(patch).wrench.torque.norm() == 0);
+  CHECK(world.reading(patch).shear_W.norm() == 0);
+  world.step();
+  CHECK(world.reading(patch).touching() == 0);
+}
+
 TEST_CASE("sensing: a ray that starts inside is pressed in fully") {
   auto c = make_carriage<double>(looking_down<double>());
   Transform<double> X = c.world.pose(c.body);

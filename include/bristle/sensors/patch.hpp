@@ -39,6 +39,10 @@ struct SensedBody {
   std::uint32_t body = 0;
   /// Its pose relative to A as that step began.
   PairPose<S> pose{};
+  /// [N, N m] Its part of the reading, which goes with it if it is removed: force on A about A's
+  /// centre of mass, and its part across the rays. World axes.
+  Wrench<S> on_a{};
+  Vec3<S> shear_W = zero<Vec3<S>>();
 };
 
 /// State of a patch. Arrays have one entry a sensor unless said otherwise.

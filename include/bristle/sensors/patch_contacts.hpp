@@ -38,6 +38,10 @@ struct CollectDef {
 template <Scalar S>
 void clear_patch(SensorPatch<S>& patch);
 
+/// Clears what a patch reads and remembers of a body that is removed.
+template <Scalar S>
+void forget_body(SensorPatch<S>& patch, BodyId body);
+
 /// Saves the hit mask of the step before. Call it once a step, before any `find_hit_mask`.
 template <Scalar S>
 void begin_hit_mask(SensorPatch<S>& patch, PatchScratch<S>& scratch);
@@ -79,6 +83,30 @@ void clear_patch(SensorPatch<S>& patch) {
   patch.plane_cache.clear();
   patch.readings.wrench = {};
   set_zero(patch.readings.shear_W);
+}
+
+template <Scalar S>
+void forget_body(SensorPatch<S>& patch, BodyId body) {
+  const auto* const other =
+      std::find_if(patch.sensed.begin(), patch.sensed.end(),
+                   [body](const SensedBody<S>& sensed) { return sensed.body == body.index; });
+  if (other == patch.sensed.end()) return;
+  patch.sensed.erase(other);
+  ReadingStore<S>& readings = patch.readings;
+  for (std::size_t i = 0; i < readings.count; ++i) {
+    if (readings.body[i] != body) continue;
+    const LaneBits others = static_cast<LaneBits>(~(1u << i % packet_size));
+    patch.is_anchored[i / packet_size] &= others;
+    patch.active_lanes[i / packet_size] &= others;
+    readings.clear_sensor(i);
+  }
+  // In the order in which the step added them: that leaves no round-off of the removed body.
+  readings.wrench = {};
+  set_zero(readings.shear_W);
+  for (const SensedBody<S>& sensed : patch.sensed) {
+    readings.wrench += sensed.on_a;
+    readings.shear_W += sensed.shear_W;
+  }
 }
 
 template <Scalar S>

@@ -128,10 +128,11 @@ BRISTLE_FORCE_INLINE void read_packet(SensorPatch<S>& patch, const RayHits<S>& h
 
 /// Adds the readings of a pair's contacts on `id`. The function is apart from `fill_readings`, so
 /// that it is compiled once for all callers.
+/// @param sensed  Gets the forces of the pair.
 /// @return Number of sensors of depth 1.
 template <Scalar S>
 std::size_t read_pair(SensorPatch<S>& patch, PatchScratch<S>& scratch, const PatchPair<S>& pair,
-                      const Vec3<S>& origin, S per_step, BodyId id,
+                      const Vec3<S>& origin, S per_step, BodyId id, SensedBody<S>& sensed,
                       const ParallelFor& parallel_for) {
   using Sum = ReadingSum<S>;
   const auto read = [&] {
@@ -154,8 +155,10 @@ std::size_t read_pair(SensorPatch<S>& patch, PatchScratch<S>& scratch, const Pat
     sum = read();
     on_a = {};
   }
-  patch.readings.wrench += on_a;
-  patch.readings.shear_W += pair.R_WA * sum_of_lanes(sum.shear);
+  sensed.on_a = on_a;
+  sensed.shear_W = pair.R_WA * sum_of_lanes(sum.shear);
+  patch.readings.wrench += sensed.on_a;
+  patch.readings.shear_W += sensed.shear_W;
   return sum.bottomed_out;
 }
 
@@ -169,9 +172,13 @@ std::size_t fill_readings(SensorPatch<S>& patch, PatchScratch<S>& scratch, const
   out.wrench = {};
   set_zero(out.shear_W);
   std::size_t bottomed_out = 0;
+  // A pair without a contact is not among the sensed bodies, and gives nothing.
+  SensedBody<S>* sensed = patch.sensed.begin();
   for (const PatchPair<S>& pair : scratch.pairs) {
-    bottomed_out +=
-        read_pair(patch, scratch, pair, origin, S(1) / dt, find_id(pair.body_b), parallel_for);
+    if (pair.count == 0) continue;
+    BRISTLE_ASSERT(sensed != patch.sensed.end() && sensed->body == pair.body_b);
+    bottomed_out += read_pair(patch, scratch, pair, origin, S(1) / dt, find_id(pair.body_b),
+                              *sensed++, parallel_for);
   }
   for (std::size_t i = 0; i < patch.active_lanes.size(); ++i) {
     if (patch.active_lanes[i] == 0 && scratch.active_before[i] != 0) out.clear_packet(i);

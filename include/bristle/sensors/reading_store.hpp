@@ -41,11 +41,13 @@ struct ReadingStore {
   /// Clears the readings of one packet.
   void clear_packet(std::size_t packet) {
     const std::size_t first = packet * packet_size;
-    for (std::size_t i = first; i < first + packet_size; ++i) {
-      depth[i] = normal_force[i] = shear_1[i] = shear_2[i] = S(0);
-      body[i] = BodyId{};
-      state[i] = SensorState::free;
-    }
+    for (std::size_t i = first; i < first + packet_size; ++i) clear_sensor(i);
+  }
+  /// Clears the reading of one sensor.
+  void clear_sensor(std::size_t i) {
+    depth[i] = normal_force[i] = shear_1[i] = shear_2[i] = S(0);
+    body[i] = BodyId{};
+    state[i] = SensorState::free;
   }
   [[nodiscard]] PatchReading<S> view() const {
     const auto of = [this](const auto& items) { return std::span(items.data(), count); };

@@ -277,6 +277,8 @@ void visit_sensed(Sensed& sensed, Visitor& visit) {
   visit.value(sensed.body);
   visit.value(sensed.pose.R_AB);
   visit.value(sensed.pose.p_AB);
+  visit_wrench(sensed.on_a, visit);
+  visit.value(sensed.shear_W);
 }
 
 template <typename Readings, typename Visitor>

@@ -168,12 +168,9 @@ void World<S, Backend>::remove_body(BodyId id) {
   }
   state_.shapes_of_bodies.for_each(
       id.index, [this](std::uint32_t tag) { remove_shape(state_.colliders.handle(tag)); });
-  // Bodies that patches touched in the last step must not be looked up any more.
+  // Patches must neither read nor look up any more what they touched in the last step.
   for (const std::uint32_t i : state_.patches.live_slots()) {
-    auto& sensed = state_.patches.at(i).sensed;
-    sensed.erase(std::remove_if(sensed.begin(), sensed.end(),
-                                [&](const auto& other) { return other.body == id.index; }),
-                 sensed.end());
+    detail::forget_body(state_.patches.at(i), id);
   }
   state_.bodies.erase(id);
 }
