@@ -1,20 +1,34 @@
 /// @file
 /// Runs scenes with each measured constant at half and at twice its value.
 ///
-/// Prints the scenes that no longer pass and the work of the solver, as parts of what it was.
-/// With `--check` it fails if a scene that passed no longer does, or if the work is more than
-/// `most_work` times what it was. `--scenes a,b` and `--constants text` select.
+/// Prints, for each, how many scenes changed, the largest error relative to what it was and where,
+/// the solver's work and the processor time, as parts of what they were, and the scenes that passed
+/// and no longer do. `--check` fails if there are any, or if the work is more than `most_work`
+/// times what it was. `--all` adds scenes that take long, `--constants text` selects by name.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "benchmarks/thread_clock.hpp"
 #include "benchmarks/work_precision/drivers/bristle_driver.hpp"
 #include "constants/scaled.hpp"
 #include "scenes/rigid/catalogue.hpp"
+#include "scenes/shots.hpp"
+#include "support/random.hpp"
+#include "support/ray_patches.hpp"
+
+#include <bristle/geometry/meshes/mesh_shapes.hpp>
+#include <bristle/geometry/shapes/quickhull.hpp>
+#include <bristle/sensors/placement.hpp>
+#include <bristle/sensors/ray_fan.hpp>
+#include <bristle/world/proximity.hpp>
+#include <bristle/world/world.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
-#include <iterator>
+#include <functional>
 #include <memory>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -25,27 +39,7 @@ using namespace bristle;
 /// [1] Bound on the work of all scenes, relative to that with the constants as they are.
 constexpr double most_work = 1.5;
 
-/// A scene, and the step that it is run at.
-struct Case {
-  const char* scene;
-  double dt;
-};
-
-/// Scenes that reach each table's constants, and are short.
-constexpr Case cases[] = {
-    {"slide30", 1.0 / 60},  {"incline_stick", 1.0 / 60},  {"incline_slip", 1.0 / 60},
-    {"roll", 1.0 / 60},     {"bounce08", 1.0 / 60},       {"chain10", 1.0 / 60},
-    {"stack10", 1.0 / 60},  {"stack1000", 1.0 / 60},      {"gripload90", 1.0 / 60},
-    {"gripoff", 1.0 / 60},  {"push24", 1.0 / 240},        {"belt48", 1.0 / 240},
-    {"dragged", 1.0 / 60},  {"hand128", 1.0 / 240},       {"ragdolls20", 1.0 / 60},
-    {"chain100", 1.0 / 60}, {"bricks20", 1.0 / 60},       {"bin64", 1.0 / 60},
-    {"drum60", 1.0 / 60},   {"pinched", 1.0 / 240},       {"topple20", 1.0 / 240},
-    {"pile200", 1.0 / 60},  {"pendulum_motor", 1.0 / 60}, {"pendulum_sensor", 1.0 / 60},
-    {"groove", 1.0 / 60},   {"cradle", 1.0 / 60},         {"overhang", 1.0 / 60},
-    {"lintel", 1.0 / 60},   {"wedge", 1.0 / 60},          {"toss", 1.0 / 60},
-};
-
-/// Outcome of a case.
+/// Outcome of a scene.
 struct Result {
   double error = 0;
   bool passes = false;
@@ -54,11 +48,55 @@ struct Result {
   double seconds = 0;
 };
 
-Result run(const scenes::Recipe& recipe, double dt) {
+/// A scene by name.
+struct Scene {
+  std::string name;
+  std::function<Result()> run;
+};
+
+// Scenes of the work-precision benchmark ----------------------------------------------------------
+
+/// A scene of the catalogue, and the step that it is run at.
+struct Case {
+  const char* scene;
+  double dt;
+  bool is_long = false;
+};
+
+constexpr Case cases[] = {{"slide30", 1.0 / 60},
+                          {"incline_stick", 1.0 / 60},
+                          {"incline_slip", 1.0 / 60},
+                          {"roll", 1.0 / 60},
+                          {"bounce08", 1.0 / 60},
+                          {"chain10", 1.0 / 60},
+                          {"stack10", 1.0 / 60},
+                          {"stack1000", 1.0 / 60},
+                          {"gripload90", 1.0 / 60},
+                          {"gripoff", 1.0 / 60},
+                          {"dragged", 1.0 / 60},
+                          {"hand128", 1.0 / 240},
+                          {"bricks20", 1.0 / 240},
+                          {"pinched", 1.0 / 240},
+                          {"pendulum_motor", 1.0 / 60},
+                          {"pendulum_sensor", 1.0 / 60},
+                          {"groove", 1.0 / 60},
+                          {"cradle", 1.0 / 60},
+                          {"overhang", 1.0 / 60},
+                          {"lintel", 1.0 / 60},
+                          {"wedge", 1.0 / 60},
+                          {"toss", 1.0 / 60},
+                          {"push24", 1.0 / 240, true},
+                          {"belt48", 1.0 / 240, true},
+                          {"pile200", 1.0 / 60, true},
+                          {"bin64", 1.0 / 240, true},
+                          {"ragdolls20", 1.0 / 240, true},
+                          {"chain100", 1.0 / 240, true},
+                          {"pyramid20", 1.0 / 60, true}};
+
+Result run_trial(const scenes::Recipe& recipe, double dt) {
   Result result;
   const std::unique_ptr<scenes::Trial> trial = recipe.make(0);
   work_precision::BristleEngine<double> engine(trial->scene(), dt, "def");
-  const double start = benchmarks::thread_seconds();
   const long steps = std::lround(trial->scene().duration / dt);
   trial->observe(engine, {0, dt, 0});
   for (long i = 0; i < steps; ++i) {
@@ -69,74 +107,254 @@ Result run(const scenes::Recipe& recipe, double dt) {
     result.sweeps += static_cast<double>(engine.counters().sweeps);
     trial->observe(engine, {time + dt, dt, i + 1});
   }
-  result.seconds = benchmarks::thread_seconds() - start;
   const scenes::Outcome outcome = trial->outcome();
   result.error = outcome.error;
   result.passes = outcome.passes && std::isfinite(outcome.error);
   return result;
 }
 
-}  // namespace
+// Scenes for what no solver does ------------------------------------------------------------------
 
-int main(int argc, char** argv) {
-  std::string only_scenes, only_constants;
-  bool checks = false;
-  for (int i = 1; i < argc; ++i) {
-    const std::string option = argv[i];
-    if (option == "--check") checks = true;
-    if (option == "--scenes" && i + 1 < argc) only_scenes = "," + std::string(argv[++i]) + ",";
-    if (option == "--constants" && i + 1 < argc) only_constants = argv[++i];
+/// A number that constants may only change by so much [1] of what it was in the first run.
+class FirstValue {
+ public:
+  explicit FirstValue(double may_change) : may_change_(may_change) {}
+  [[nodiscard]] Result judge(double value) {
+    if (!has_first_) first_ = value;
+    has_first_ = true;
+    Result result;
+    result.error = std::abs(value - first_) / std::abs(first_);
+    result.passes = result.error <= may_change_;
+    return result;
   }
+
+ private:
+  double may_change_;
+  double first_ = 0;
+  bool has_first_ = false;
+};
+
+/// Shots at walls: the error is the number of those that pass.
+Result shots() {
+  Result result;
+  for (std::uint64_t k = 0; k < 60; ++k) {
+    const double dt = k % 2 == 0 ? 1.0 / 60 : 1.0 / 240;
+    const auto wall = static_cast<scenes::ShotWall>(k % 4);
+    if (scenes::shoot(scenes::shot_of(k, dt), wall, dt).has_passed) ++result.error;
+  }
+  result.passes = result.error == 0;
+  return result;
+}
+
+/// Shapes that overlap at random: mean depth [m] of their deepest points. Other searches may end at
+/// another of several equally deep places, and no search may end at deeper ones.
+double mean_depth() {
+  test::Random random(7);
+  const auto shape = [&](std::uint64_t kind) -> Shape<double> {
+    switch (kind) {
+      case 0:
+        return Box<double>{{0.1, 0.07, 0.05}};
+      case 1:
+        return Sphere<double>{0.08};
+      case 2:
+        return Capsule<double>{0.04, 0.08};
+      case 3:
+        return Cylinder<double>{0.06, 0.07};
+      case 4:
+        return Cone<double>{0.08, 0.16};
+      case 5:
+        return Ellipsoid<double>{{0.1, 0.07, 0.05}};
+      default:
+        return convex_hull(sphere_mesh<double>(0.08, 2));
+    }
+  };
+  double sum = 0;
+  for (std::uint64_t k = 0; k < 140; ++k) {
+    World<double> world({.gravity = Vec3<double>::Zero(), .time_step = 1e-4});
+    const Vec3<double> apart = random.direction<double>() * random.uniform(0.06, 0.11);
+    (void)world.add_body({.mass = 1.0, .shape = shape(k % 7)});
+    (void)world.add_body({.mass = 1.0,
+                          .shape = shape(k / 7 % 7),
+                          .position = apart,
+                          .orientation = random.rotation<double>()});
+    world.step();
+    double deepest = 0;
+    world.for_each_contact([&](const ContactReading<double>& contact) {
+      contact.for_each_point([&](const auto& point) { deepest = std::min(deepest, point.gap); });
+    });
+    sum -= deepest;
+  }
+  return sum / 140;
+}
+
+/// Rings fall into a bowl of triangles: error is how far [m] a ring is from where it may be.
+Result rings() {
+  World<double> world({.time_step = 1.0 / 240});
+  for (const double side : {-1.0, 1.0}) {
+    world.add_body({.motion = Motion::fixed,
+                    .shape = HalfSpace<double>{Vec3<double>(side, 0, 1).normalized(), 0}});
+    world.add_body({.motion = Motion::fixed,
+                    .shape = HalfSpace<double>{Vec3<double>(0, side, 1).normalized(), 0}});
+  }
+  TriangleMesh<double> ring = test::torus_mesh(20, 8);
+  std::vector<BodyId> ids;
+  for (int i = 0; i < 5; ++i) {
+    ids.push_back(world.add_body({.mass = 1.0,
+                                  .shape = ring,
+                                  .position = {0.01 * i, 0, 0.2 + 0.12 * i},
+                                  .orientation = exp_rotation<double>({1.0 * i, 2.0 * i, 1})}));
+  }
+  Result result;
+  for (int n = 0; n < 240; ++n) world.step();
+  world.for_each_contact([&](const ContactReading<double>& contact) {
+    contact.for_each_point(
+        [&](const auto& point) { result.error = std::max(result.error, -point.gap); });
+  });
+  result.passes = result.error < 0.01;
+  return result;
+}
+
+/// A pad of 900 rays that follows a ball of 2880 triangles, near and far, rolls over its edge and
+/// lifts off; and a fan around 40 balls: sum of the readings.
+double readings() {
+  World<double> world({.gravity = Vec3<double>::Zero(), .time_step = 1e-3});
+  (void)world.add_body({.motion = Motion::fixed, .shape = sphere_mesh<double>(0.05, 12)});
+  const BodyId pad = world.add_body({.motion = Motion::kinematic, .position = {0, 0, 0.055}});
+  PatchDef<double> def;
+  def.sensors = sensor_grid<double>({.side_u = {0, 0.04, 0},
+                                     .side_v = {0.04, 0, 0},
+                                     .count_u = 30,
+                                     .count_v = 30,
+                                     .depth = 0.004,
+                                     .range = 0.008});
+  def.parameters = {0.1, 0.01, 500, 0.1, 1e-3};
+  const PatchId patch = world.add_patch(pad, def);
+  double sum = 0;
+  for (int n = 0; n < 40; ++n) {
+    const double way = 2e-4 * n * (n < 20 ? 1 : 10);
+    world.move_to(pad, {Quat<double>::Identity(), {way, 0, 0.055 + 0.2 * way}});
+    world.step();
+    sum += world.reading(patch).wrench.force.norm();
+  }
+  test::Random random(3);
+  for (int i = 0; i < 40; ++i) {
+    (void)world.add_body({.motion = Motion::fixed,
+                          .shape = sphere_mesh<double>(0.2, 5),
+                          .position = random.direction<double>() * 3.0});
+  }
+  ProximityArray<double> fan(ray_fan<double>({.width = 2 * std::numbers::pi,
+                                              .height = 1,
+                                              .columns = 120,
+                                              .rows = 8,
+                                              .start = 0.1,
+                                              .range = 5}));
+  world.sense(pad, fan);
+  for (std::size_t i = 0; i < fan.size(); ++i) {
+    if (std::isfinite(fan.distance()[i])) sum += fan.distance()[i];
+  }
+  return sum;
+}
+
+/// All scenes, or those that are short.
+std::vector<Scene> make_scenes(bool with_long) {
+  std::vector<Scene> scenes;
   const std::vector<scenes::Recipe> catalogue = scenes::catalogue();
-  std::vector<const scenes::Recipe*> recipes;
-  std::vector<Case> chosen;
-  std::vector<Result> before;
   for (const Case& c : cases) {
-    if (!only_scenes.empty() &&
-        only_scenes.find("," + std::string(c.scene) + ",") == std::string::npos)
-      continue;
+    if (c.is_long && !with_long) continue;
     const auto found = std::find_if(catalogue.begin(), catalogue.end(),
                                     [&](const auto& recipe) { return recipe.name == c.scene; });
     if (found == catalogue.end()) {
-      std::printf("no scene %s\n", c.scene);
-      return 1;
+      std::fprintf(stderr, "no scene %s\n", c.scene);
+      std::exit(2);
     }
-    chosen.push_back(c);
-    recipes.push_back(&*found);
-    before.push_back(run(*found, c.dt));
-    const Result& r = before.back();
-    std::printf("%-16s %10.3g %s %8.0f factorisations %8.0f sweeps %.3f s\n", c.scene, r.error,
-                r.passes ? "passes" : "FAILS ", r.factorisations, r.sweeps, r.seconds);
+    scenes.push_back({c.scene, [recipe = *found, c] { return run_trial(recipe, c.dt); }});
   }
-  std::printf("%zu constants\n", bristle_constants::all().size());
+  scenes.push_back({"shots", shots});
+  scenes.push_back({"rings", rings});
+  // Depth is that of a point found by search, to the accuracy of the search.
+  scenes.push_back(
+      {"depths", [first = FirstValue(0.01)]() mutable { return first.judge(mean_depth()); }});
+  // No reading depends on how rays are cast, but by round-off.
+  scenes.push_back(
+      {"readings", [first = FirstValue(1e-6)]() mutable { return first.judge(readings()); }});
+  return scenes;
+}
+
+[[nodiscard]] Result timed(Scene& scene) {
+  const double start = benchmarks::thread_seconds();
+  Result result = scene.run();
+  result.seconds = benchmarks::thread_seconds() - start;
+  return result;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::string only;
+  bool checks = false;
+  bool with_long = false;
+  for (int i = 1; i < argc; ++i) {
+    const std::string option = argv[i];
+    if (option == "--check") {
+      checks = true;
+    } else if (option == "--all") {
+      with_long = true;
+    } else if (option == "--constants" && i + 1 < argc) {
+      only = argv[++i];
+    } else {
+      std::fprintf(stderr, "usage: half_and_twice [--check] [--all] [--constants TEXT]\n");
+      return 2;
+    }
+  }
+  std::vector<Scene> all_scenes = make_scenes(with_long);
+  std::vector<Result> before;
+  Result total;
+  for (Scene& scene : all_scenes) {
+    before.push_back(timed(scene));
+    const Result& r = before.back();
+    total.factorisations += r.factorisations;
+    total.sweeps += r.sweeps;
+    total.seconds += r.seconds;
+    std::printf("%-16s error %9.3g, %s, %6.0f factorisations, %6.0f sweeps, %.3f s\n",
+                scene.name.c_str(), r.error, r.passes ? "passes" : "fails", r.factorisations,
+                r.sweeps, r.seconds);
+  }
   bool is_good = true;
   for (const bristle_constants::Constant& constant : bristle_constants::all()) {
-    if (constant.name.find(only_constants) == std::string::npos) continue;
+    if (constant.name.find(only) == std::string::npos) continue;
     for (const double factor : {0.5, 2.0}) {
       constant.scale(factor);
-      double factorisations = 0, sweeps = 0, seconds = 0, f0 = 0, s0 = 0, t0 = 0;
+      Result sum;
       std::string lost;
-      double worst = 0;
-      std::size_t worst_at = 0, changed = 0;
-      for (std::size_t k = 0; k < recipes.size(); ++k) {
-        const Result r = run(*recipes[k], chosen[k].dt);
-        factorisations += r.factorisations, sweeps += r.sweeps, seconds += r.seconds;
-        f0 += before[k].factorisations, s0 += before[k].sweeps, t0 += before[k].seconds;
-        if (r.error != before[k].error) ++changed;
-        const double ratio = r.error / std::max(before[k].error, 1e-12);
-        if (ratio > worst) worst = ratio, worst_at = k;
-        if (before[k].passes && !r.passes) lost += std::string(" ") + chosen[k].scene;
+      double largest = 0;
+      std::string where = "-";
+      int changed = 0;
+      for (std::size_t k = 0; k < all_scenes.size(); ++k) {
+        const Result r = timed(all_scenes[k]);
+        sum.factorisations += r.factorisations;
+        sum.sweeps += r.sweeps;
+        sum.seconds += r.seconds;
+        if (r.error != before[k].error) {
+          ++changed;
+          const double ratio = r.error / std::max(before[k].error, 1e-12);
+          if (ratio > largest) {
+            largest = ratio;
+            where = all_scenes[k].name;
+          }
+        }
+        if (before[k].passes && !r.passes) lost += " " + all_scenes[k].name;
       }
       constant.scale(1);
-      const bool holds =
-          lost.empty() && factorisations <= most_work * f0 && sweeps <= most_work * s0;
+      const double factorisations = sum.factorisations / total.factorisations;
+      const double sweeps = sum.sweeps / total.sweeps;
+      const bool holds = lost.empty() && factorisations <= most_work && sweeps <= most_work;
       is_good = is_good && holds;
       std::printf(
-          "%-32s %9.3g x %.1f: %2zu change, error <= %9.3g (%s), factorisations %.3f, sweeps %.3f, "
-          "time %.2f%s%s%s\n",
-          constant.name.c_str(), constant.value, factor, changed, worst,
-          changed ? chosen[worst_at].scene : "-", factorisations / f0, sweeps / s0, seconds / t0,
-          holds ? "" : " MATTERS", lost.empty() ? "" : ", lost:", lost.c_str());
+          "%-28s %9.3g x %.1f: %2d changed, error x %8.3g (%s), factorisations %.3f, sweeps "
+          "%.3f, time %.2f%s%s\n",
+          constant.name.c_str(), constant.value, factor, changed, largest, where.c_str(),
+          factorisations, sweeps, sum.seconds / total.seconds, holds ? "" : " MATTERS",
+          lost.empty() ? "" : (", lost:" + lost).c_str());
       std::fflush(stdout);
     }
   }

@@ -18,8 +18,8 @@ namespace {
 
 /// Distance of two shapes, B at X in A.
 template <Scalar S, typename A, typename B>
-GjkResult<S> measured(const A& a, const B& b, const Transform<S>& X, S far = infinity<S>,
-                      S enough = S(0), int* supports = nullptr) {
+GjkResult<S> distance_by_gjk(const A& a, const B& b, const Transform<S>& X, S far = infinity<S>,
+                             S enough = S(0), int* supports = nullptr) {
   const Mat3<S> R = X.rotation_matrix();
   const auto support = [&](const Vec3<S>& d) {
     if (supports != nullptr) ++*supports;
@@ -71,7 +71,7 @@ TEST_CASE_TEMPLATE("gjk_distance: triangles are as far apart as their edges and 
     };
     const Plate<S> a = plate(corners_a);
     const Plate<S> b = plate(corners_b);
-    const auto found = measured<S>(a, b, {});
+    const auto found = distance_by_gjk<S>(a, b, {});
     REQUIRE(found.is_apart);
     S sampled = infinity<S>;
     constexpr int steps = 12;
@@ -108,7 +108,7 @@ TEST_CASE_TEMPLATE("gjk_distance: what is claimed of curved shapes is proved by 
     const Transform<S> X{random.rotation<S>(), S(2.5) * random.direction<S>()};
     int supports = 0;
     const S enough = Tolerance<S>::equal();
-    const auto found = measured<S>(ellipsoid, coin, X, infinity<S>, enough, &supports);
+    const auto found = distance_by_gjk<S>(ellipsoid, coin, X, infinity<S>, enough, &supports);
     most = std::max(most, supports);
     REQUIRE(found.is_apart);
     const Vec3<S>& n = found.normal;
@@ -126,12 +126,12 @@ TEST_CASE_TEMPLATE("gjk_distance: overlapping and coinciding shapes are not apar
                    double) {
   Random random(4);
   const Box<S> box{{S(1), S(0.5), S(0.25)}};
-  CHECK(!measured<S>(box, box, {}).is_apart);
+  CHECK(!distance_by_gjk<S>(box, box, {}).is_apart);
   for (int i = 0; i < 200; ++i) {
     // The centre of one within the other.
     const Transform<S> X{random.rotation<S>(),
                          S(0.9) * random.in_cube(S(1)).cwiseProduct(box.half_extents)};
-    CHECK(!measured<S>(box, box, X).is_apart);
+    CHECK(!distance_by_gjk<S>(box, box, X).is_apart);
   }
   // A set of one point, at the origin and beside it.
   const auto nothing = [](const Vec3<S>&) { return Vec3<S>(Vec3<S>::Zero()); };
@@ -149,8 +149,8 @@ TEST_CASE("gjk_distance: ends early where the shapes are proved to be far apart"
   int all = 0;
   int few = 0;
   const double exact =
-      measured<double>(ellipsoid, ellipsoid, X, infinity<double>, 1e-12, &all).distance;
-  const auto found = measured<double>(ellipsoid, ellipsoid, X, 0.5, 1e-12, &few);
+      distance_by_gjk<double>(ellipsoid, ellipsoid, X, infinity<double>, 1e-12, &all).distance;
+  const auto found = distance_by_gjk<double>(ellipsoid, ellipsoid, X, 0.5, 1e-12, &few);
   CHECK(found.is_apart);
   CHECK(exact > 0.5);
   CHECK(few < all);
