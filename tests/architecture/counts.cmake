@@ -1,5 +1,5 @@
 # Prints how the tree reads, for a comparison of two states: files of each folder, types for users,
-# sentences of comments by opening and length, words of each page. Fails never.
+# chosen constants, sentences of comments by opening and length, words of each page. Fails never.
 # Usage: cmake -DROOT=<tree> -P counts.cmake
 # SPDX-License-Identifier: BSD-3-Clause
 include("${CMAKE_CURRENT_LIST_DIR}/lines.cmake")
@@ -24,6 +24,27 @@ foreach(rule surface sentences)
   string(REGEX MATCH "[0-9]+ (types|sentences)[^\n]*" said "${said}")
   message(STATUS "${said}")
 endforeach()
+
+# Rows of the tables of chosen constants, and lines of code elsewhere with a decimal number other
+# than 0.5: defaults, coefficients of formulas, formats of files.
+set(rows 0)
+set(decimals 0)
+foreach(header IN LISTS headers)
+  read_lines("${ROOT}/${header}" lines)
+  foreach(line IN LISTS lines)
+    if(header MATCHES "_constants[.]hpp$")
+      if(line MATCHES "^inline constexpr ")
+        math(EXPR rows "${rows} + 1")
+      endif()
+    elseif(NOT line MATCHES "^ *//")
+      string(REGEX REPLACE "[^0-9]0[.][05]([^0-9]|$)" " " line "${line}")
+      if(line MATCHES "[^A-Za-z_0-9.]([0-9]+[.][0-9]+|[0-9]+e-?[0-9]+)")
+        math(EXPR decimals "${decimals} + 1")
+      endif()
+    endif()
+  endforeach()
+endforeach()
+message(STATUS "chosen constants in tables: ${rows}; other lines with a decimal number: ${decimals}")
 
 # Words of sentences in comments of the library: a comment block is text, cut at full stops.
 set(lengths "")

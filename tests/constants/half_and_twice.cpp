@@ -6,6 +6,7 @@
 /// and no longer do. `--check` fails if there are any, or if the work is more than `most_work`
 /// times what it was. `--all` adds scenes that take long, `--constants text` selects by name.
 // SPDX-License-Identifier: BSD-3-Clause
+#include "benchmarks/benchmark_table.hpp"
 #include "benchmarks/thread_clock.hpp"
 #include "benchmarks/work_precision/drivers/bristle_driver.hpp"
 #include "constants/scaled.hpp"
@@ -22,10 +23,10 @@
 #include <bristle/world/world.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <cstdlib>
 #include <functional>
 #include <memory>
 #include <numbers>
@@ -35,17 +36,36 @@
 namespace {
 
 using namespace bristle;
+using benchmarks::in_full;
+using benchmarks::in_short;
+using benchmarks::Table;
 
 /// [1] Bound on the work of all scenes, relative to that with the constants as they are.
 constexpr double most_work = 1.5;
+
+/// Smaller errors [m, m/s, 1] matter to nobody: a ratio is that to this.
+constexpr double least_error = 1e-6;
+
+/// What a scene costs.
+struct Work {
+  double factorisations = 0;
+  double sweeps = 0;
+  /// [s] Processor time.
+  double seconds = 0;
+
+  Work& operator+=(const Work& more) {
+    factorisations += more.factorisations;
+    sweeps += more.sweeps;
+    seconds += more.seconds;
+    return *this;
+  }
+};
 
 /// Outcome of a scene.
 struct Result {
   double error = 0;
   bool passes = false;
-  double factorisations = 0;
-  double sweeps = 0;
-  double seconds = 0;
+  Work work{};
 };
 
 /// A scene by name.
@@ -103,8 +123,8 @@ Result run_trial(const scenes::Recipe& recipe, double dt) {
     const double time = static_cast<double>(i) * dt;
     trial->prepare(engine, {time, dt, i});
     engine.step();
-    result.factorisations += static_cast<double>(engine.counters().factorisations);
-    result.sweeps += static_cast<double>(engine.counters().sweeps);
+    result.work.factorisations += static_cast<double>(engine.counters().factorisations);
+    result.work.sweeps += static_cast<double>(engine.counters().sweeps);
     trial->observe(engine, {time + dt, dt, i + 1});
   }
   const scenes::Outcome outcome = trial->outcome();
@@ -283,7 +303,7 @@ std::vector<Scene> make_scenes(bool with_long) {
 [[nodiscard]] Result timed(Scene& scene) {
   const double start = benchmarks::thread_seconds();
   Result result = scene.run();
-  result.seconds = benchmarks::thread_seconds() - start;
+  result.work.seconds = benchmarks::thread_seconds() - start;
   return result;
 }
 
@@ -293,69 +313,72 @@ int main(int argc, char** argv) {
   std::string only;
   bool checks = false;
   bool with_long = false;
+  bool is_markdown = false;
   for (int i = 1; i < argc; ++i) {
     const std::string option = argv[i];
     if (option == "--check") {
       checks = true;
     } else if (option == "--all") {
       with_long = true;
+    } else if (option == "--markdown") {
+      is_markdown = true;
     } else if (option == "--constants" && i + 1 < argc) {
       only = argv[++i];
     } else {
-      std::fprintf(stderr, "usage: half_and_twice [--check] [--all] [--constants TEXT]\n");
+      std::fprintf(stderr,
+                   "usage: half_and_twice [--check] [--all] [--markdown] [--constants TEXT]\n");
       return 2;
     }
   }
   std::vector<Scene> all_scenes = make_scenes(with_long);
   std::vector<Result> before;
-  Result total;
-  for (Scene& scene : all_scenes) {
-    before.push_back(timed(scene));
-    const Result& r = before.back();
-    total.factorisations += r.factorisations;
-    total.sweeps += r.sweeps;
-    total.seconds += r.seconds;
-    std::printf("%-16s error %9.3g, %s, %6.0f factorisations, %6.0f sweeps, %.3f s\n",
-                scene.name.c_str(), r.error, r.passes ? "passes" : "fails", r.factorisations,
-                r.sweeps, r.seconds);
+  Work total;
+  {
+    Table table(is_markdown, {"           scene", "    error", "passes", "factorisations",
+                              "  sweeps", "time [ms]"});
+    for (Scene& scene : all_scenes) {
+      (void)timed(scene);  // The first run finds cold caches.
+      before.push_back(timed(scene));
+      const Result& r = before.back();
+      total += r.work;
+      table.add({scene.name, in_short(r.error), r.passes ? "yes" : "no",
+                 in_full(r.work.factorisations), in_full(r.work.sweeps),
+                 in_short(1e3 * r.work.seconds)});
+    }
   }
   bool is_good = true;
+  Table table(is_markdown, {"                    constant", "    value", "times", "scenes changed",
+                            "largest error", "           there", "factorisations", "sweeps",
+                            "    time", "lost"});
   for (const bristle_constants::Constant& constant : bristle_constants::all()) {
     if (constant.name.find(only) == std::string::npos) continue;
     for (const double factor : {0.5, 2.0}) {
       constant.scale(factor);
-      Result sum;
+      Work work;
       std::string lost;
       double largest = 0;
-      std::string where = "-";
+      std::string where;
       int changed = 0;
       for (std::size_t k = 0; k < all_scenes.size(); ++k) {
         const Result r = timed(all_scenes[k]);
-        sum.factorisations += r.factorisations;
-        sum.sweeps += r.sweeps;
-        sum.seconds += r.seconds;
-        if (r.error != before[k].error) {
-          ++changed;
-          const double ratio = r.error / std::max(before[k].error, 1e-12);
-          if (ratio > largest) {
-            largest = ratio;
-            where = all_scenes[k].name;
-          }
-        }
+        work += r.work;
         if (before[k].passes && !r.passes) lost += " " + all_scenes[k].name;
+        if (r.error == before[k].error) continue;
+        ++changed;
+        const double ratio = r.error / std::max(before[k].error, least_error);
+        if (ratio > largest) {
+          largest = ratio;
+          where = all_scenes[k].name;
+        }
       }
       constant.scale(1);
-      const double factorisations = sum.factorisations / total.factorisations;
-      const double sweeps = sum.sweeps / total.sweeps;
-      const bool holds = lost.empty() && factorisations <= most_work && sweeps <= most_work;
-      is_good = is_good && holds;
-      std::printf(
-          "%-28s %9.3g x %.1f: %2d changed, error x %8.3g (%s), factorisations %.3f, sweeps "
-          "%.3f, time %.2f%s%s\n",
-          constant.name.c_str(), constant.value, factor, changed, largest, where.c_str(),
-          factorisations, sweeps, sum.seconds / total.seconds, holds ? "" : " MATTERS",
-          lost.empty() ? "" : (", lost:" + lost).c_str());
-      std::fflush(stdout);
+      const double factorisations = work.factorisations / total.factorisations;
+      const double sweeps = work.sweeps / total.sweeps;
+      is_good = is_good && lost.empty() && std::max(factorisations, sweeps) <= most_work;
+      table.add({constant.name, in_full(constant.value), factor < 1 ? "1/2" : "2",
+                 std::to_string(changed), changed > 0 ? in_short(largest) : "", where,
+                 in_short(factorisations), in_short(sweeps), in_short(work.seconds / total.seconds),
+                 lost});
     }
   }
   return checks && !is_good ? 1 : 0;

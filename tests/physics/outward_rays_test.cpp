@@ -88,15 +88,34 @@ TEST_CASE_TEMPLATE("sensors into the body: rays may start within, on or off the 
   CHECK(refusal(world, box, one<S>(Vec3<S>::Zero(), S(0.04) * x)) == "");
   CHECK(refusal(world, box, one<S>(S(0.03) * x, S(0.04) * x)) == "");
   CHECK(refusal(world, box, one<S>(S(0.05) * x, S(1) * x)) == "");
-  // Through the box, to feel what is on its other side.
-  CHECK(refusal(world, box, one<S>(S(-0.1) * x, S(0.1) * x)) == "");
-  // A plate that is thinner than the rays start below its surface.
-  const BodyId plate = world.add_body(
-      {.mass = S(0.5), .shape = Box<S>{.half_extents = Vec3<S>(S(0.03), S(0.03), S(0.001))}});
-  CHECK(refusal(world, plate, underside<S>(false, S(-0.001))) == "");
   // A body without shapes has no inside.
   const BodyId bare = world.add_body({.mass = S(1), .inertia = Mat3<S>::Identity()});
   CHECK(refusal(world, bare, underside<S>(true)) == "");
+}
+
+TEST_CASE_TEMPLATE("sensors into the body: rays that look through it are refused", S, double,
+                   float) {
+  World<S> world;
+  const BodyId box = world.add_body(box_body<S>());
+  const Vec3<S> x = Vec3<S>::UnitX();
+  const std::string message = refusal(world, box, one<S>(S(-0.0625) * x, S(0.0625) * x));
+  CHECK(message.find("PatchDef::sensors[0]: entry of the ray") != std::string::npos);
+  CHECK(message.find("(-0.03") != std::string::npos);
+  // A plate of 2 mm, thinner than the 5 mm that the rays start below its surface, whether they look
+  // out of it or, with sides exchanged, into it.
+  const BodyId plate = world.add_body(
+      {.mass = S(0.5), .shape = Box<S>{.half_extents = Vec3<S>(S(0.03), S(0.03), S(0.001))}});
+  for (const bool is_exchanged : {false, true}) {
+    const std::string of_plate = refusal(world, plate, underside<S>(is_exchanged, S(-0.001)));
+    CHECK(of_plate.find("and 24 more sensors") != std::string::npos);
+    PatchDef<S> meant;
+    meant.sensors = underside<S>(is_exchanged, S(-0.001));
+    meant.may_point_inwards = true;
+    CHECK(refusal(world, plate, meant) == "");
+  }
+  // From the far face on, to round-off, a ray starts inside; and a fan beside the plate misses it.
+  CHECK(refusal(world, plate, one<S>({0, 0, S(0.001)}, {0, 0, S(-0.006)})) == "");
+  CHECK(refusal(world, plate, one<S>({S(0.04), 0, S(0.01)}, {S(0.04), 0, S(-0.01)})) == "");
 }
 
 TEST_CASE("sensors into the body: any of several shapes counts, where they are") {

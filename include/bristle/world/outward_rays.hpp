@@ -13,8 +13,27 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// [m] Length of each ray, from its end, outside of the shapes of its own body. Triggers do not
-/// count. 0: the ray ends inside. Each ray is cast from its end to its start, at each shape once.
+/// [m] Distance at which each ray meets a shape of a body, in the frame of the body's centre of
+/// mass: 0 for a ray that starts inside, infinity for one that meets none. Triggers do not count.
+template <Scalar S>
+DynamicArray<S> distances_to_body(const WorldState<S>& state, std::uint32_t body,
+                                  const SensorLayout<S>& rays) {
+  // A solid is closed: a ray that starts inside is hit at the distance 0.
+  RayHits<S> hits;
+  hits.reset(rays.size());
+  for (const std::uint32_t tag : state.colliders.live_slots()) {
+    const Collider<S>& c = state.colliders.at(tag);
+    if (c.body.index == body && !c.is_trigger) {
+      c.shape.cast_rays(c.X_CmS, rays.rays(), tag, hits);
+    }
+  }
+  DynamicArray<S> distances(rays.size());
+  for (std::size_t i = 0; i < rays.size(); ++i) distances[i] = hits.distance[i];
+  return distances;
+}
+
+/// [m] Length of each ray, from its end, outside of the shapes of its own body. 0: the ray ends
+/// inside. Each ray is cast from its end to its start, at each shape once.
 ///
 /// @param body      Index of the body.
 /// @param origin_B  [m] The point of the body that the patch gives its rays about.
@@ -23,52 +42,73 @@ DynamicArray<S> lengths_outside(const WorldState<S>& state, std::uint32_t body,
                                 const SensorPatch<S>& patch, const Vec3<S>& origin_B) {
   const Vec3<S> origin_Cm = origin_B - state.bodies.at(body).center_B;
   const PatchGeometry<S>& rays = *patch.geometry;
-  const std::size_t count = rays.size();
   SensorLayout<S> reversed;
-  for (std::size_t i = 0; i < count; ++i) {
-    const Vec3<S> start = origin_Cm + rays.start[i];
-    const Vec3<S> direction = rays.direction[i];
-    reversed.add(start + rays.length[i] * direction, -direction, rays.length[i]);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    reversed.add(origin_Cm + rays.start[i] + rays.length[i] * rays.direction[i], -rays.direction[i],
+                 rays.length[i]);
   }
-  // A solid is closed: a ray that starts inside is hit at the distance 0.
-  RayHits<S> hits;
-  hits.reset(count);
-  for (const std::uint32_t tag : state.colliders.live_slots()) {
-    const Collider<S>& c = state.colliders.at(tag);
-    if (c.body.index == body && !c.is_trigger) {
-      c.shape.cast_rays(c.X_CmS, reversed.rays(), tag, hits);
-    }
-  }
-  DynamicArray<S> outside(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    outside[i] = std::clamp(hits.distance[i], S(0), S(rays.length[i]));
+  DynamicArray<S> outside = distances_to_body(state, body, reversed);
+  for (std::size_t i = 0; i < outside.size(); ++i) {
+    outside[i] = std::clamp(outside[i], S(0), S(rays.length[i]));
   }
   return outside;
 }
 
-/// Checks that the end of each ray lies outside of the shapes of its own body. The start of a ray
-/// does not matter: it may lie deep in the body, on its surface, or behind a thin plate. A ray that
-/// ends outside has left the body there, and senses contacts from there.
+/// [m] Length of each ray, from its start, before it enters a shape of its own body. 0: it starts
+/// inside. Infinity: it does not enter one. Otherwise as `lengths_outside`.
+template <Scalar S>
+DynamicArray<S> lengths_before_entry(const WorldState<S>& state, std::uint32_t body,
+                                     const SensorPatch<S>& patch, const Vec3<S>& origin_B) {
+  const Vec3<S> origin_Cm = origin_B - state.bodies.at(body).center_B;
+  const PatchGeometry<S>& rays = *patch.geometry;
+  SensorLayout<S> forward;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    forward.add(origin_Cm + rays.start[i], rays.direction[i], rays.length[i]);
+  }
+  return distances_to_body(state, body, forward);
+}
+
+/// Checks that no ray of a patch runs into the shapes of its own body: it starts inside of them and
+/// leaves, or it meets none. A ray that comes from outside looks through the body, and would read
+/// what is behind it; one that ends inside never leaves it.
 ///
-/// @throws InvalidArgument naming the first sensor whose ray ends inside.
+/// @throws InvalidArgument naming the first sensor whose ray does, and the number of others.
 template <Scalar S>
 void require_outward_rays(const WorldState<S>& state, std::uint32_t body,
                           const SensorPatch<S>& patch, const Vec3<S>& origin_B) {
   if (patch.def.may_point_inwards) return;
   const PatchGeometry<S>& rays = *patch.geometry;
   const DynamicArray<S> outside = lengths_outside(state, body, patch, origin_B);
-  for (std::size_t i = 0; i < outside.size(); ++i) {
-    if (outside[i] > S(0)) continue;
-    const Vec3<S> end = origin_B + rays.start[i] + rays.length[i] * rays.direction[i];
-    std::string text = "(";
-    for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      text.append(axis > 0 ? ", " : "").append(to_text(end[axis]));
-    }
-    raise(InvalidArgument("PatchDef::sensors[" + std::to_string(i) + "]: end of the ray",
-                          text + ")",
-                          "must lie outside of the shapes of its own body, unless "
-                          "PatchDef::may_point_inwards"));
+  const DynamicArray<S> before_entry = lengths_before_entry(state, body, patch, origin_B);
+  std::size_t wrong = 0;
+  std::size_t first = 0;
+  for (std::size_t i = outside.size(); i-- > 0;) {
+    // A start within round-off of the surface is on it.
+    const S least = Tolerance<S>::equal() * (rays.start[i].norm() + rays.length[i]);
+    const bool enters = before_entry[i] > least && before_entry[i] < infinity<S>;
+    if (outside[i] > S(0) && !enters) continue;
+    first = i;
+    ++wrong;
   }
+  if (wrong == 0) return;
+  const bool ends_inside = !(outside[first] > S(0));
+  const S at = ends_inside ? S(rays.length[first]) : before_entry[first];
+  const Vec3<S> place = origin_B + rays.start[first] + at * rays.direction[first];
+  std::string text = "(";
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    text.append(axis > 0 ? ", " : "").append(to_text(place[axis]));
+  }
+  text += ")";
+  if (wrong > 1) text += ", and " + std::to_string(wrong - 1) + " more sensors";
+  raise(InvalidArgument(
+      "PatchDef::sensors[" + std::to_string(first) +
+          (ends_inside ? "]: end of the ray" : "]: entry of the ray"),
+      text,
+      ends_inside
+          ? "must lie outside of the shapes of its own body, unless "
+            "PatchDef::may_point_inwards"
+          : "must not be there: a ray starts inside its own body or does not meet it (depth "
+            "at most the thickness of a plate), unless PatchDef::may_point_inwards"));
 }
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
