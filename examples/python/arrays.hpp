@@ -57,6 +57,7 @@ template <typename S>
   try {
     return py::module_::import("numpy").attr("asarray")(values);
   } catch (const py::error_already_set& error) {
+    if (!error.matches(PyExc_Exception) || error.matches(PyExc_MemoryError)) throw;
     throw InvalidArgument(
         name, py::str(py::type::of(values)),
         "must be an array, its rows equally long (" + std::string(py::str(error.value())) + ")");
@@ -160,7 +161,7 @@ template <typename T>
                          ": must be an array of numpy");
   }
   const py::array array = out;
-  if (!array.dtype().is(dtype)) {
+  if (!array.dtype().equal(dtype)) {
     throw py::type_error("out: dtype " + std::string(py::str(array.dtype())) + ": must be " +
                          std::string(py::str(dtype)));
   }

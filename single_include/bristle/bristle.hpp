@@ -982,14 +982,14 @@ BRISTLE_FORCE_INLINE void unrolled(const Use& use) {
 // === bristle/dynamics/solver/solver_constants.hpp
 
 /// @file
-/// Constants of the solver of islands that were chosen by measurement.
+/// Constants of the solver of islands that no formula gives.
 ///
 /// `tests/constants` runs scenes with each at half and at twice its value.
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <cstdint>
 
-namespace bristle::inline BRISTLE_ABI::detail::measured {
+namespace bristle::inline BRISTLE_ABI::detail::chosen {
 
 // Regularisation eps of rows ----------------------------------------------------------------------
 
@@ -1263,7 +1263,7 @@ inline constexpr double sweeps_of_direct_solve = 60.0;
 /// cube out with 5, 10 and 20 (docs/measurements/0021-large-islands.md).
 inline constexpr double most_leverage = 10.0;
 
-}  // namespace bristle::inline BRISTLE_ABI::detail::measured
+}  // namespace bristle::inline BRISTLE_ABI::detail::chosen
 
 // === bristle/math/block6.hpp
 
@@ -2812,7 +2812,7 @@ struct IslandRow {
   /// [velocity per impulse] R = eps K. A large eps keeps a step from leaving the branch of its law.
   /// A row without bounds has one branch, so its eps is the least at once.
   [[nodiscard]] Real regularisation(Real eps) const {
-    return (kind == RowKind::free ? std::min(eps, Real(measured::least_eps)) : eps) * response;
+    return (kind == RowKind::free ? std::min(eps, Real(chosen::least_eps)) : eps) * response;
   }
   /// [velocity per impulse] R plus the row's own compliance. It is the inverse of the slope of
   /// lambda+.
@@ -3327,7 +3327,7 @@ struct CoulombProblem {
   /// by forces in the step, whichever is less. Resting contacts always go down to
   /// `tolerance`. Their errors would add up.
   [[nodiscard]] Real good_enough(Real slip) const {
-    return std::max(tolerance, Real(measured::good_enough_share) * std::min(speed_change, slip));
+    return std::max(tolerance, Real(chosen::good_enough_share) * std::min(speed_change, slip));
   }
 };
 
@@ -3359,29 +3359,29 @@ class CoulombNewton {
     const std::span<const Row> rows = problem.rows;
     start(problem);
     // The least eps solves a linear law by one factorisation.
-    Real eps = Real(problem.is_held ? measured::least_eps : measured::newton_first_eps);
+    Real eps = Real(problem.is_held ? chosen::least_eps : chosen::newton_first_eps);
     evaluate(rows, v_, velocity_);
     // Impulses of the last step that are far from any solution give no hint.
     if (!problem.is_held && !problem.is_near &&
-        measure(rows, eps).law > Real(measured::far_start_ratio) * problem.speed_change) {
-      eps = Real(measured::newton_cold_eps);
+        measure(rows, eps).law > Real(chosen::far_start_ratio) * problem.speed_change) {
+      eps = Real(chosen::newton_cold_eps);
       std::fill(centre_.begin(), centre_.end(), Real(0));
     }
     if (!factor_response(problem)) return result;
     // A state that stays as it was needs no factorisation.
     keep_if_better(problem, result);
-    const Real nothing = Real(measured::steady_share) * problem.tolerance;
+    const Real nothing = Real(chosen::steady_share) * problem.tolerance;
     if (result.residual <= nothing && is_steady(problem, nothing)) return result;
 
     Real factored_eps = Real(-1);  // No factor yet.
-    Real least_eps = Real(measured::least_eps);
+    Real least_eps = Real(chosen::least_eps);
     Real nearest = infinity<Real>;  // Least distance of all steps from this centre.
     Real before = infinity<Real>;
     Real at_centre = infinity<Real>;
     Real last_left = infinity<Real>;
     int centres = 0;
     bool is_solved = false;
-    for (int i = 0; i < std::min(problem.most_steps, measured::most_newton_steps_of_law); ++i) {
+    for (int i = 0; i < std::min(problem.most_steps, chosen::most_newton_steps_of_law); ++i) {
       const bool has_switched = linearise(rows, eps);
       const bool is_fresh = has_switched || factored_eps != eps;
       if (is_solved && is_fresh) break;
@@ -3414,36 +3414,36 @@ class CoulombNewton {
       // A good enough result is improved as long as that is cheap. A steady motion then needs no
       // Newton step in the next time step.
       if (result.residual <= problem.good_enough(result.slip) &&
-          left > Real(measured::cheap_gain_share) * last_left)
+          left > Real(chosen::cheap_gain_share) * last_left)
         break;
       last_left = left;
 
       const Real of_compliant = distances.compliant;
-      if (of_compliant > Real(measured::rejected_growth) * nearest &&
-          eps < Real(measured::largest_eps)) {
+      if (of_compliant > Real(chosen::rejected_growth) * nearest &&
+          eps < Real(chosen::largest_eps)) {
         // A step that leads away from the law was too long. A larger eps keeps the next step near
         // the centre. The centre moves to where the law was nearest.
         v_ = nearest_v_;
         impulse_ = centre_ = nearest_impulse_;
         evaluate(rows, v_, velocity_);
-        eps = least_eps = Real(measured::rejected_eps_growth) * eps;
+        eps = least_eps = Real(chosen::rejected_eps_growth) * eps;
         nearest = before = infinity<Real>;
         continue;
       }
       if (of_compliant < nearest) keep_nearest(of_compliant, nearest);
       // A factor that no longer helps is rebuilt.
-      if (!is_fresh && of_compliant > Real(measured::stale_factor_share) * before)
+      if (!is_fresh && of_compliant > Real(chosen::stale_factor_share) * before)
         factored_eps = Real(-1);
       before = of_compliant;
-      const Real solved = Real(measured::centre_solved_share);
+      const Real solved = Real(chosen::centre_solved_share);
       if (of_compliant > std::max(solved * problem.tolerance, solved * left)) continue;
-      if (centres++ > 0 && left > Real(measured::stalled_centre_share) * at_centre) {
-        result.is_contradictory = !has_switched && !(eps > Real(measured::least_eps));
+      if (centres++ > 0 && left > Real(chosen::stalled_centre_share) * at_centre) {
+        result.is_contradictory = !has_switched && !(eps > Real(chosen::least_eps));
         break;
       }
       // The factor is kept where it converges fast.
-      if (left > Real(measured::fast_centre_share) * at_centre) {
-        eps = std::max(least_eps, Real(measured::newton_eps_decrease) * eps);
+      if (left > Real(chosen::fast_centre_share) * at_centre) {
+        eps = std::max(least_eps, Real(chosen::newton_eps_decrease) * eps);
       }
       at_centre = left;
       centre_ = impulse_;
@@ -3809,7 +3809,7 @@ class CoulombNewton {
 // === bristle/geometry/geometry_constants.hpp
 
 /// @file
-/// Constants of the geometry that were chosen by measurement.
+/// Constants of the geometry that no formula gives.
 ///
 /// `tests/constants` runs scenes with each at half and at twice its value.
 // SPDX-License-Identifier: BSD-3-Clause
@@ -3817,7 +3817,7 @@ class CoulombNewton {
 #include <cstddef>
 #include <cstdint>
 
-namespace bristle::inline BRISTLE_ABI::detail::measured {
+namespace bristle::inline BRISTLE_ABI::detail::chosen {
 
 // Boxes and clipped features.
 
@@ -3971,6 +3971,10 @@ inline constexpr std::size_t inside_test_rays = 8;
 /// boxes of rays that lean. A greater one casts more rays alone.
 inline constexpr double narrow_node_cosine = 0.5;
 
+/// [1] Longest extent of the ends of rays, by that of their starts, from which on they are a fan. A
+/// smaller value divides convex pads by their ends, a greater one fans of a wide ring by starts.
+inline constexpr double fan_spread = 2;
+
 /// [1] A node's frame serves its children where the square of their rays' drift, times this, is at
 /// most the area of a leaf. Log 0022: rays run aside by less than a quarter of the width. A smaller
 /// value makes boxes of leaning rays thick. A greater one turns triangles more often.
@@ -4024,7 +4028,7 @@ inline constexpr int cache_search_price = 80;
 inline constexpr int cache_reuse_gain = 32;
 
 /// [-] Queries that traverse the tree after searches did not pay. A smaller value pays for searches
-/// in fast motion: 3 to 8 % there. A greater one notices slow motion later.
+/// in fast motion. A greater one notices slow motion later.
 inline constexpr int cache_pause_queries = 20;
 
 /// [-] Queries of another mesh after which a cache changes its mesh. A smaller value throws away
@@ -4081,7 +4085,7 @@ inline constexpr double hull_simplex_height = 16.0;
 /// size. A smaller value leaves seams open. A greater one joins corners of fine meshes.
 inline constexpr double weld_distance = 16.0;
 
-}  // namespace bristle::inline BRISTLE_ABI::detail::measured
+}  // namespace bristle::inline BRISTLE_ABI::detail::chosen
 
 // === bristle/geometry/meshes/triangle_mesh.hpp
 
@@ -4145,12 +4149,12 @@ template <typename Vector>
 // === bristle/math/math_constants.hpp
 
 /// @file
-/// Constants of the mathematics that were chosen by measurement.
+/// Constants of the mathematics that no formula gives.
 ///
 /// `tests/constants` runs scenes with each at half and at twice its value.
 // SPDX-License-Identifier: BSD-3-Clause
 
-namespace bristle::inline BRISTLE_ABI::detail::measured {
+namespace bristle::inline BRISTLE_ABI::detail::chosen {
 
 /// [1] Part by which a substep of an integrator is shorter than its error estimate allows. A
 /// smaller value has more substeps rejected. A greater one takes more substeps.
@@ -4169,7 +4173,7 @@ inline constexpr double substep_shrinkage = 0.2;
 /// as fast ones, which costs time. A greater one lets them leave the arc.
 inline constexpr double far_turn_of_step = 0.5;
 
-}  // namespace bristle::inline BRISTLE_ABI::detail::measured
+}  // namespace bristle::inline BRISTLE_ABI::detail::chosen
 
 #include <cmath>
 #include <numbers>
@@ -4265,7 +4269,7 @@ namespace detail {
 /// [rad/s] Angular velocity that turns by `far_turn_of_step` in a step.
 template <Scalar S>
 [[nodiscard]] S far_turn(S dt) {
-  return S(measured::far_turn_of_step) / dt;
+  return S(chosen::far_turn_of_step) / dt;
 }
 /// Returns whether an angular velocity [rad/s] turns a body farther than that.
 template <Scalar S>
@@ -5375,7 +5379,7 @@ TriangleMesh<S> sphere_mesh(S radius, std::uint32_t frequency) {
     }
   }
   // Faces repeat the points of their common edges, with other rounding.
-  return weld(mesh, S(detail::measured::weld_distance) * detail::Tolerance<S>::round_off());
+  return weld(mesh, S(detail::chosen::weld_distance) * detail::Tolerance<S>::round_off());
 }
 
 template <Scalar S>
@@ -5664,7 +5668,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] S hull_resolution() {
   return std::max(detail::Tolerance<S>::round_off(),
-                  S(detail::measured::hull_resolution_cells / (1 << 30)));
+                  S(detail::chosen::hull_resolution_cells / (1 << 30)));
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -5710,12 +5714,12 @@ BRISTLE_HULL_FUNCTIONS(extern template, double)
 // === bristle/hosts/hosts_constants.hpp
 
 /// @file
-/// Constants of hosts that were chosen by measurement.
+/// Constants of hosts that no formula gives.
 ///
 /// `tests/constants` runs scenes with each at half and at twice its value.
 // SPDX-License-Identifier: BSD-3-Clause
 
-namespace bristle::inline BRISTLE_ABI::detail::measured {
+namespace bristle::inline BRISTLE_ABI::detail::chosen {
 
 /// [1] Error of the squared norm of a host's rotation, from which on its body counts as missing.
 /// Smaller errors are rounding of the engine, and are normalised away. A smaller value refuses the
@@ -5728,7 +5732,7 @@ inline constexpr double host_rotation_error = 0.5;
 /// round-off, a greater one leaves a weak motion free.
 inline constexpr double held_mobility_share = 1e-10;
 
-}  // namespace bristle::inline BRISTLE_ABI::detail::measured
+}  // namespace bristle::inline BRISTLE_ABI::detail::chosen
 
 // === bristle/world/world.hpp
 
@@ -6273,14 +6277,14 @@ BRISTLE_BACKEND_MAKERS(extern template, AnalyticBackend, double)
 // === bristle/sensors/sensor_constants.hpp
 
 /// @file
-/// Constants of sensors that were chosen by measurement.
+/// Constants of sensors that no formula gives.
 ///
 /// `tests/constants` runs scenes with each at half and at twice its value.
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <cstddef>
 
-namespace bristle::inline BRISTLE_ABI::detail::measured {
+namespace bristle::inline BRISTLE_ABI::detail::chosen {
 
 /// [1] Cosine between a ray and the surface against it, below which a hit is grazing and counts as
 /// none. The gradient of the depth grows as the inverse of the cosine. A smaller value makes stiff
@@ -6329,16 +6333,16 @@ inline constexpr std::size_t tried_ball_places = 64;
 inline constexpr double recommended_step_share = 0.35;
 
 /// [1] Share of a ray outside of its own body, below which it is reported as buried. The body
-/// itself then touches before the sensor has sensed much. The warning says "a tenth". A smaller
+/// itself then touches before the sensor has sensed much. A smaller
 /// value overlooks buried rays, a greater one warns of pads that lie deep on purpose.
 inline constexpr double buried_ray_share = 0.1;
 
 /// [1] Load of a patch over the weight of the heaviest body, above which a slip of units is
-/// reported: grams for kilograms. The warning says "a thousand times". A smaller value warns of
+/// reported: grams for kilograms. A smaller value warns of
 /// firm grips, a greater one overlooks the slip.
 inline constexpr double suspicious_load_ratio = 1000.0;
 
-}  // namespace bristle::inline BRISTLE_ABI::detail::measured
+}  // namespace bristle::inline BRISTLE_ABI::detail::chosen
 
 #include <cstddef>
 #include <cstdint>
@@ -6372,7 +6376,7 @@ struct PatchReport {
   [[nodiscard]] std::vector<std::uint32_t> buried() const {
     std::vector<std::uint32_t> found;
     for (std::size_t i = 0; i < share_outside.size(); ++i) {
-      if (share_outside[i] < S(detail::measured::buried_ray_share))
+      if (share_outside[i] < S(detail::chosen::buried_ray_share))
         found.push_back(static_cast<std::uint32_t>(i));
     }
     return found;
@@ -6392,8 +6396,9 @@ std::vector<std::string> PatchReport<S>::warnings() const {
     return to_text(count) + " of " + to_text(share_outside.size()) + " sensors";
   };
   if (const std::vector<std::uint32_t> in = buried(); !in.empty()) {
-    lines.push_back(of_all(in.size()) + " have less than a tenth of their ray outside of their " +
-                    "own body, sensor " + to_text(in.front()) + " the first");
+    lines.push_back(
+        of_all(in.size()) + " have less than " + to_text(S(detail::chosen::buried_ray_share)) +
+        " of their ray outside of their own body, sensor " + to_text(in.front()) + " the first");
   }
   if (largest_load < least_weight) {
     lines.push_back("all sensors fully pressed give " + to_text(largest_load) +
@@ -6401,10 +6406,10 @@ std::vector<std::string> PatchReport<S>::warnings() const {
                     " N");
   }
   if (largest_weight > S(0) &&
-      intended_load > S(detail::measured::suspicious_load_ratio) * largest_weight) {
-    lines.push_back("the constants are for a load of " + to_text(intended_load) +
-                    " N, a thousand times the weight of the heaviest body, " +
-                    to_text(largest_weight) + " N");
+      intended_load > S(detail::chosen::suspicious_load_ratio) * largest_weight) {
+    lines.push_back("the constants are for a load of " + to_text(intended_load) + " N, more than " +
+                    to_text(S(detail::chosen::suspicious_load_ratio)) +
+                    " times the weight of the heaviest body, " + to_text(largest_weight) + " N");
   }
   if (bottomed_out > 0) {
     lines.push_back(of_all(bottomed_out) + " were fully pressed in the last step, under " +
@@ -7101,6 +7106,7 @@ template <Value T>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
+#include <iterator>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -7154,8 +7160,9 @@ class SlotMap {
         skip_free();
         return *this;
       }
-      friend bool operator==(const Iterator& a, const Iterator& b) noexcept {
-        return a.slot_ == b.slot_;
+      /// True behind the last slot, wherever that is by then.
+      friend bool operator==(const Iterator& it, std::default_sentinel_t) noexcept {
+        return it.slot_ >= it.map_->slot_count();
       }
 
      private:
@@ -7169,7 +7176,7 @@ class SlotMap {
 
     explicit LiveSlots(const SlotMap& map) : map_(&map) {}
     [[nodiscard]] Iterator begin() const noexcept { return Iterator(*map_, 0); }
-    [[nodiscard]] Iterator end() const noexcept { return Iterator(*map_, map_->slot_count()); }
+    [[nodiscard]] std::default_sentinel_t end() const noexcept { return {}; }
 
    private:
     const SlotMap* map_;
@@ -7909,9 +7916,9 @@ struct PatchDef {
   std::uint32_t sense_mask = 0xffffffffu;
   /// [-] Bodies never sensed, besides their own.
   std::vector<BodyId> excluded{};
-  /// [-] True to accept rays that end inside their own body. `World::add_patch` refuses them
-  /// otherwise: the end of a ray must lie outside of all shapes that the body has then. A ray that
-  /// never leaves its body senses contacts through the body, and presses the body towards them.
+  /// [-] True to accept rays that end inside their own body, or that come from outside and enter it.
+  /// `World::add_patch` refuses them otherwise, by the shapes that the body has then. Such a ray
+  /// senses contacts through the body, and presses the body towards them.
   bool may_point_inwards = false;
   /// [N] Normal force of the whole patch that its constants are for, as `Tuning::patch` sets it; 0
   /// where that is not known. `World::patch_report` compares it with the weights in the world, and
@@ -8299,7 +8306,7 @@ class CrossingCollector {
   explicit CrossingCollector(const Ray<S>& ray)
       : ray_(ray),
         test_(ray),
-        trusted_(S(measured::trusted_crossing_error) * Tolerance<S>::round_off() *
+        trusted_(S(chosen::trusted_crossing_error) * Tolerance<S>::round_off() *
                  cwise_abs(ray.origin).sum()) {}
 
   /// Adds the crossing of a triangle. Neither this nor `hit_on` is inlined. So the compiler fuses
@@ -8307,7 +8314,7 @@ class CrossingCollector {
   /// @return [m] Distance up to which further crossings matter.
   BRISTLE_NOINLINE S visit(std::uint32_t triangle, const std::array<Vec3<S>, 3>& corners, S reach) {
     // [1] Part of the triangle's distance. Crossings closer than that are at the start.
-    const S at_start = S(measured::start_crossing_error) * Tolerance<S>::round_off();
+    const S at_start = S(chosen::start_crossing_error) * Tolerance<S>::round_off();
     const auto& [a, b, c] = corners;
     TriangleCrossing<S> crossing = test_(a, b, c);
     if (!(crossing.distance < infinity<S>)) return reach;
@@ -8395,7 +8402,7 @@ template <Scalar S, SolidMesh<S> Mesh>
 bool is_inside_mesh(const Mesh& mesh, const Vec3<S>& point) {
   if (!mesh.root_box().contains(point)) return false;
   const std::size_t count = mesh.size();
-  const std::size_t tries = std::min<std::size_t>(count, measured::inside_test_rays);
+  const std::size_t tries = std::min<std::size_t>(count, chosen::inside_test_rays);
   for (std::size_t i = 0; i < tries; ++i) {
     const auto [a, b, c] = mesh.corners(static_cast<std::uint32_t>(i * count / tries));
     const Vec3<S> towards = (a + b + c) / S(3) - point;
@@ -9096,7 +9103,7 @@ class TriangleCache {
   std::uint32_t tag_ = 0;
   std::uint32_t life_ = 0;
   /// [-] Queries of other meshes in a row.
-  int refused_ = measured::cache_refused_queries;
+  int refused_ = chosen::cache_refused_queries;
   int paused_ = 0;
   int poor_ = 0;
   /// [1] Searches cost credit, and each use of a list gains some. If searches have not paid, there
@@ -9114,13 +9121,13 @@ BRISTLE_NOINLINE void TrianglesNearRay<S>::search(const WideTree<S>& tree, const
                                                   const Vec3<S>& ray_end) {
   using Tree = WideTree<S>;
   using std::sqrt;
-  const S ahead = S(measured::cache_lead);
-  const S margin = S(measured::cache_margin) * sqrt(tree.mean_area());
+  const S ahead = S(chosen::cache_lead);
+  const S margin = S(chosen::cache_margin) * sqrt(tree.mean_area());
   const auto move = [&](Vec3<S>& cached, const Vec3<S>& current) {
     const Vec3<S> moved = current - cached;
     cached = current;
     if (!(reserve >= S(0)) ||
-        !(cwise_abs(moved).maxCoeff() <= S(measured::cache_longest_motion) * margin)) {
+        !(cwise_abs(moved).maxCoeff() <= S(chosen::cache_longest_motion) * margin)) {
       return;
     }
     cached += ahead * cwise_clamp(moved, margin);
@@ -9130,9 +9137,9 @@ BRISTLE_NOINLINE void TrianglesNearRay<S>::search(const WideTree<S>& tree, const
   // Rounding of the coordinates of rays, boxes and crossings.
   const S size = cwise_max(cwise_abs(tree.box().lower), cwise_abs(tree.box().upper)).sum() +
                  cwise_abs(start).sum() + cwise_abs(end).sum();
-  reserve = margin - S(measured::cache_margin_error) * Tolerance<S>::round_off() * size;
+  reserve = margin - S(chosen::cache_margin_error) * Tolerance<S>::round_off() * size;
   count = 0;
-  if (!(reserve >= S(1 - measured::cache_margin_loss) * margin)) {
+  if (!(reserve >= S(1 - chosen::cache_margin_loss) * margin)) {
     // The mesh is too fine for its coordinates, or the ray is not finite.
     reserve = S(-1);
     count = capacity + 1;
@@ -9192,10 +9199,10 @@ void TrianglesNearRay<S>::add(const WideTree<S>& tree, const TriangleRange& rang
 
 template <Scalar S>
 bool TriangleCache<S>::begin(std::size_t rays, std::uint32_t tag, std::uint32_t life) {
-  const auto most_credit = static_cast<std::int64_t>(rays) * measured::cache_search_price *
-                           measured::cache_most_searches;
+  const auto most_credit = static_cast<std::int64_t>(rays) * chosen::cache_search_price *
+                           chosen::cache_most_searches;
   if (tag != tag_ || life != life_ || rays != rays_.size()) {
-    if (rays == rays_.size() && ++refused_ <= measured::cache_refused_queries) return false;
+    if (rays == rays_.size() && ++refused_ <= chosen::cache_refused_queries) return false;
     tag_ = tag;
     life_ = life;
     rays_.resize(rays);
@@ -9209,15 +9216,15 @@ bool TriangleCache<S>::begin(std::size_t rays, std::uint32_t tag, std::uint32_t 
     return false;
   }
   // A list serves in the query after its search at the earliest.
-  const bool is_poor = credit_ < measured::cache_search_price &&
-                       (reused_ - reused_before_) * measured::cache_poor_divisor < rays;
+  const bool is_poor = credit_ < chosen::cache_search_price &&
+                       (reused_ - reused_before_) * chosen::cache_poor_divisor < rays;
   poor_ = is_poor ? poor_ + 1 : 0;
   reused_before_ = reused_;
   credit_ = std::min(credit_, most_credit);
-  if (poor_ < measured::cache_poor_queries) return true;
+  if (poor_ < chosen::cache_poor_queries) return true;
   poor_ = 0;
-  paused_ = measured::cache_pause_queries;
-  credit_ = most_credit / measured::cache_retry_divisor;
+  paused_ = chosen::cache_pause_queries;
+  credit_ = most_credit / chosen::cache_retry_divisor;
   return false;
 }
 
@@ -9231,14 +9238,14 @@ BRISTLE_NOINLINE std::optional<RayHit<S>> TriangleCache<S>::cast(const RayMesh<S
   if (near.serves(ray.origin, end)) {
     if (near.is_complete()) {
       ++reused_;
-      credit_ += measured::cache_reuse_gain;
+      credit_ += chosen::cache_reuse_gain;
     }
-  } else if (credit_ < measured::cache_search_price) {
+  } else if (credit_ < chosen::cache_search_price) {
     return std::nullopt;
   } else {
     near.search(tree, ray, end);
     ++searched_;
-    credit_ -= measured::cache_search_price;
+    credit_ -= chosen::cache_search_price;
   }
   if (!near.is_complete()) return std::nullopt;
 
@@ -9425,10 +9432,10 @@ inline void sort_places(std::span<std::uint32_t> places) {
   std::sort(places.data(), places.data() + places.size());
 }
 
-/// Divides rays along the longest extent of their starts into two parts of whole `size`s, or of
-/// their ends where these are much farther apart, as in a fan. The cut is near the middle, at a
+/// Divides rays into two parts of whole `size`s, along the longest extent of their starts. In a fan
+/// ends are much farther apart than starts, and it is theirs. The cut is near the middle, at a
 /// multiple of the side of a square of `size` rays. Halves would tear the rows of grids, and torn
-/// parts overlap. The part with the lowest numbers comes first.
+/// parts overlap. The part with the lowest coordinates comes first.
 /// @param some  More than `size`.
 /// @return [-] Number of rays in the first part.
 template <Scalar S>
@@ -9439,15 +9446,19 @@ std::size_t split_rays(const RayBatch<S>& rays, std::span<std::uint32_t> some, s
     ends.include(Vec3<S>(rays[i].origin + rays.length[i] * rays[i].direction));
   }
   const auto longest = [](const Aabb<S>& box) { return Vec3<S>(box.upper - box.lower).maxCoeff(); };
-  const bool is_fan = longest(ends) > S(2) * longest(starts);
+  const bool is_fan = longest(ends) > S(chosen::fan_spread) * longest(starts);
   const Aabb<S>& box = is_fan ? ends : starts;
   int axis = 0;
   (box.upper - box.lower).maxCoeff(&axis);
-  // Keys are computed once: rounded anew in each comparison they might give no order.
-  DynamicArray<S> along;
+  // Coordinates are computed once: rounded anew in each comparison they might give no order.
+  struct Along {
+    S coordinate;
+    std::uint32_t ray;
+  };
+  DynamicArray<Along> along;
   for (const std::uint32_t i : some) {
-    if (along.size() <= i) along.resize(i + std::size_t{1});
-    along[i] = rays[i].origin[axis] + (is_fan ? rays.length[i] : S(0)) * rays[i].direction[axis];
+    const S way = is_fan ? rays.length[i] * rays[i].direction[axis] : S(0);
+    along.push_back({rays[i].origin[axis] + way, i});
   }
   // The cut is not differentiated.
   std::array<double, 3> extent;
@@ -9457,7 +9468,7 @@ std::size_t split_rays(const RayBatch<S>& rays, std::span<std::uint32_t> some, s
   std::sort(extent.begin(), extent.end());
   const double spacing = grid_spacing(extent[1], extent[2], some.size());
   const double squares = (extent[2] / spacing + 1) / std::sqrt(static_cast<double>(size));
-  // False if all starts coincide, or are so close that the spacing is rounded to nothing.
+  // False if all points coincide, or are so close that the spacing is rounded to nothing.
   const bool is_grid = squares >= 2 && squares <= static_cast<double>(some.size());
   const double share = is_grid ? std::floor(std::round(squares) / 2) / squares : 0.5;
   const std::size_t parts = (some.size() + size - 1) / size;
@@ -9465,10 +9476,11 @@ std::size_t split_rays(const RayBatch<S>& rays, std::span<std::uint32_t> some, s
       size * std::clamp<std::size_t>(
                  static_cast<std::size_t>(share * static_cast<double>(parts) + 0.5), 1, parts - 1);
   // A total order. So the parts do not depend on the standard library.
-  std::nth_element(some.begin(), some.begin() + static_cast<std::ptrdiff_t>(first), some.end(),
-                   [&along](std::uint32_t a, std::uint32_t b) {
-                     return along[a] < along[b] || (along[a] == along[b] && a < b);
-                   });
+  std::nth_element(
+      along.begin(), along.begin() + first, along.end(), [](const Along& a, const Along& b) {
+        return a.coordinate < b.coordinate || (a.coordinate == b.coordinate && a.ray < b.ray);
+      });
+  std::transform(along.begin(), along.end(), some.begin(), [](const Along& a) { return a.ray; });
   return first;
 }
 
@@ -9530,7 +9542,7 @@ bool RayTree<S>::is_frame_for_parts(const RayTreeNode<S>& node) {
   const Vec3<S> extent = node.box.upper - node.box.lower;
   const S drift = node.slope * extent.z();
   const S area = extent.x() * extent.y() * S(leaf_size) / S(node.count);
-  return node.count <= frame_size && S(measured::shared_frame_drift) * drift * drift <= area;
+  return node.count <= frame_size && S(chosen::shared_frame_drift) * drift * drift <= area;
 }
 
 /// Finds the box of a node, and its frame unless it has that of an ancestor.
@@ -9564,7 +9576,7 @@ void RayTree<S>::fit(const RayBatch<S>& rays, Places places, RayTreeNode<S>& nod
     node.box.include(Vec3<S>(start + rays.length[i] * direction));
     node.directions.include(direction);
     node.highest_start = std::max(node.highest_start, start.z());
-    node.is_narrow = node.is_narrow && direction.z() > S(measured::narrow_node_cosine);
+    node.is_narrow = node.is_narrow && direction.z() > S(chosen::narrow_node_cosine);
     const S across = cwise_abs(xy_of(direction)).maxCoeff();
     node.slope = std::max(node.slope, across / direction.z());
   }
@@ -9665,14 +9677,14 @@ namespace bristle::inline BRISTLE_ABI::detail {
 /// sensors. Above 28 ranges, sizes are rounded up to so few packets that a few ranges may be
 /// missing, which matters little then.
 [[nodiscard]] inline std::size_t range_count(std::size_t packets) {
-  const std::size_t fewest = (packets + measured::range_packets - 1) / measured::range_packets;
-  return fewest < measured::fewest_shared_ranges ? fewest : (fewest + 3) / 4 * 4;
+  const std::size_t fewest = (packets + chosen::range_packets - 1) / chosen::range_packets;
+  return fewest < chosen::fewest_shared_ranges ? fewest : (fewest + 3) / 4 * 4;
 }
 /// [-] Packets of each range; the last may have fewer.
 [[nodiscard]] inline std::size_t packets_per_range(std::size_t packets) {
-  const std::size_t fewest = (packets + measured::range_packets - 1) / measured::range_packets;
-  return fewest < measured::fewest_shared_ranges
-             ? measured::range_packets
+  const std::size_t fewest = (packets + chosen::range_packets - 1) / chosen::range_packets;
+  return fewest < chosen::fewest_shared_ranges
+             ? chosen::range_packets
              : (packets + range_count(packets) - 1) / range_count(packets);
 }
 
@@ -10499,7 +10511,7 @@ struct TouchPack : SensorTouch<Pack<S>> {
     const T cosine = dot(surface, this->n);
     is_in_range = load_mask<S>(hit, at);
     // Also false for a normal that is NaN.
-    if (decides) is_in_range = is_in_range & (cosine <= T(S(-measured::grazing_cosine)));
+    if (decides) is_in_range = is_in_range & (cosine <= T(S(-chosen::grazing_cosine)));
     const T distance = distances_of(hits, first, is_in_range);
     this->inverse_length = load_pack(rays.inverse_length, at);
     this->g = depth_gradient<T>(select(is_in_range, surface, -this->n),
@@ -10558,7 +10570,7 @@ template <Scalar S, typename IsOfBody>
   for (std::size_t i = 0; i < patch.size(); ++i) {
     if (!hits.is_hit(i) || !is_of_body(hits.tag[i])) continue;
     const auto [n, g, point, depth, per_length] = touch_of(*patch.geometry, hits, i);
-    if (!(depth > S(0) && hits.normal[i].dot(n) <= S(-measured::grazing_cosine))) continue;
+    if (!(depth > S(0) && hits.normal[i].dot(n) <= S(-chosen::grazing_cosine))) continue;
     const SensorParameters<S>& p = patch.parameters(i);
     const S rate = g.dot(motion.at(point)) * per_length;
     const S k_t =
@@ -10589,7 +10601,7 @@ template <Scalar S>
   for (int j = 0; j < 6; ++j) {
     Vec6<S> rest = column_of(W, j);
     for (int k = 0; k < j; ++k) rest = rest - root(j, k) * column_of(root, k);
-    if (!(rest[j] > S(measured::locked_mobility_round_offs) * Tolerance<S>::round_off() * W(j, j)))
+    if (!(rest[j] > S(chosen::locked_mobility_round_offs) * Tolerance<S>::round_off() * W(j, j)))
       continue;
     // No block expressions: with unknown length, GCC 12 sees whole AVX-512 registers read and
     // warns.
@@ -10769,7 +10781,7 @@ LoadedSensors<S> pressed_by_ball(const SensorLayout<S>& layout, std::size_t midd
   using std::sqrt;
   const Vec3<S> axis = layout.direction[middle];
   const Vec3<S> lowest = layout.start[middle] + end * axis;
-  const S grazing = S(measured::grazing_cosine) * radius;
+  const S grazing = S(chosen::grazing_cosine) * radius;
   LoadedSensors<S> pressed;
   for (std::size_t i = 0; i < layout.size(); ++i) {
     const Vec3<S> direction = layout.direction[i];
@@ -10803,7 +10815,7 @@ LoadedSensors<S> pressed_to_depth(const SensorLayout<S>& layout, std::size_t mid
   LoadedSensors<S> pressed = pressed_by_ball(layout, middle, radius, end);
   // Longer rays and those of a hollow skin are met before the one in the middle. Where rays are
   // parallel one shift of the ball is exact; a few do for any others.
-  for (int shift = 0; shift < measured::ball_shifts && pressed.deepest > press; ++shift) {
+  for (int shift = 0; shift < chosen::ball_shifts && pressed.deepest > press; ++shift) {
     end += (pressed.deepest - press) * pressed.length;
     const LoadedSensors<S> next = pressed_by_ball(layout, middle, radius, end);
     if (!(next.depths > S(0))) break;
@@ -10816,7 +10828,7 @@ LoadedSensors<S> pressed_to_depth(const SensorLayout<S>& layout, std::size_t mid
 /// all over the layout: on its border a ball meets fewer.
 template <Scalar S>
 LoadedSensors<S> most_pressed_by_ball(const SensorLayout<S>& layout, S radius, S press) {
-  const std::size_t places = measured::tried_ball_places;
+  const std::size_t places = chosen::tried_ball_places;
   LoadedSensors<S> most;
   const std::size_t count = layout.size();
   for (std::size_t k = 0; k < std::min(count, places); ++k) {
@@ -10944,7 +10956,7 @@ PatchDescription<S> describe(const SensorParameters<S>& p, const PatchUse<S>& us
   out.largest_explicit_step =
       std::min(tangential_mode.largest_stable_step(), normal_mode.largest_stable_step());
   out.recommended_explicit_step =
-      S(detail::measured::recommended_step_share) * out.largest_explicit_step;
+      S(detail::chosen::recommended_step_share) * out.largest_explicit_step;
   return out;
 }
 
@@ -10975,12 +10987,12 @@ PatchDescription<S> describe(const SensorParameters<S>& p, const PatchUse<S>& us
 // === bristle/collision/collision_constants.hpp
 
 /// @file
-/// Constants of collision that were chosen by measurement.
+/// Constants of collision that no formula gives.
 ///
 /// `tests/constants` runs scenes with each at half and at twice its value.
 // SPDX-License-Identifier: BSD-3-Clause
 
-namespace bristle::inline BRISTLE_ABI::detail::measured {
+namespace bristle::inline BRISTLE_ABI::detail::chosen {
 
 /// [1] Margin of a fat AABB, as a part of the largest half-extent of its shape. A smaller one
 /// changes the tree more often. A greater one has more false pairs. A change of the tree costs as
@@ -11005,7 +11017,7 @@ inline constexpr double fat_box_stretch = 4.0;
 /// impulses to other points.
 inline constexpr double same_point_distance2 = 1e-4;
 
-}  // namespace bristle::inline BRISTLE_ABI::detail::measured
+}  // namespace bristle::inline BRISTLE_ABI::detail::chosen
 
 // === bristle/geometry/trees/aabb_tree.hpp
 
@@ -11759,18 +11771,18 @@ class BroadPhase {
     // The fat AABB covers some steps in the direction of motion. A box left over from a faster step
     // shrinks again.
     const S size = swept.half_extents().maxCoeff();
-    const S surplus = S(measured::fat_box_margin) * size;
+    const S surplus = S(chosen::fat_box_margin) * size;
     const Aabb<S>& box = tree_.box(entry.node);
     const Vec3<S> spare = (box.upper - box.lower) - (swept.upper - swept.lower);
     const bool fits = box.contains(swept);
-    if (fits && spare.maxCoeff() <= S(measured::fat_box_surplus) * surplus) return;
+    if (fits && spare.maxCoeff() <= S(chosen::fat_box_surplus) * surplus) return;
     const S distance = shift.norm();
     if (distance > reach) shift *= reach / distance;
     Vec3<S> ahead =
-        cwise_clamp(S(measured::fat_box_steps) * shift, S(measured::fat_box_stretch) * size);
+        cwise_clamp(S(chosen::fat_box_steps) * shift, S(chosen::fat_box_stretch) * size);
     // The motion of a body too fast for its square is not finite.
     if (!all_finite(ahead)) set_zero(ahead);
-    if (fits && (spare - cwise_abs(ahead)).maxCoeff() <= S(measured::fat_box_surplus) * surplus)
+    if (fits && (spare - cwise_abs(ahead)).maxCoeff() <= S(chosen::fat_box_surplus) * surplus)
       return;
     Aabb<S> grown = swept.inflated(surplus);
     grown.lower += cwise_min(ahead, zero<Vec3<S>>());
@@ -12086,7 +12098,7 @@ class ContactCache {
           extent2, (old_points_[old.first + k].arm_a - old_points_[old.first].arm_a).squaredNorm());
     }
     match([&](const CachedPoint<S>& a, const CachedPoint<S>& b) {
-      return (a.arm_a - b.arm_a).squaredNorm() <= S(measured::same_point_distance2) * extent2;
+      return (a.arm_a - b.arm_a).squaredNorm() <= S(chosen::same_point_distance2) * extent2;
     });
   }
 
@@ -12597,14 +12609,14 @@ struct PatchScratch {
 // === bristle/dynamics/dynamics_constants.hpp
 
 /// @file
-/// Constants of bodies, joints and contacts that were chosen by measurement.
+/// Constants of bodies, joints and contacts that no formula gives.
 ///
 /// `tests/constants` runs scenes with each at half and at twice its value.
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <cstdint>
 
-namespace bristle::inline BRISTLE_ABI::detail::measured {
+namespace bristle::inline BRISTLE_ABI::detail::chosen {
 
 /// [-] Newton's steps for a rotation of the free top. Two or three do at usual spins. Fewer may
 /// leave energy beyond round-off.
@@ -12672,7 +12684,7 @@ inline constexpr double mechanism_tolerance = 5e-5;
 /// a step. Beyond them the velocity solvers take over.
 inline constexpr int most_mechanism_substeps = 64;
 
-}  // namespace bristle::inline BRISTLE_ABI::detail::measured
+}  // namespace bristle::inline BRISTLE_ABI::detail::chosen
 
 #include <cmath>
 
@@ -12768,7 +12780,7 @@ bool solve_top_step(const Mat3<S>& inertia, const Mat3<S>& inverse_inertia, cons
   const Vec3<S> target = (h / S(2)) * y;
   q = inverse_J * target;
   const S round_off = Tolerance<S>::round_off();
-  for (int iteration = 0; iteration < measured::most_top_iterations; ++iteration) {
+  for (int iteration = 0; iteration < chosen::most_top_iterations; ++iteration) {
     const S rest = S(1) - q.squaredNorm();
     // A substep turns by a radian at most. Beyond a quarter turn, with 2 q0^2 < 1, q has
     // left the root.
@@ -12815,7 +12827,7 @@ void turn_free_top(Body<S>& body, const Vec3<S>& w, S dt) {
   // The fastest rotation by this momentum, at any attitude.
   const S fastest = dt * L_W.norm() * inverse_inertia.norm();
   int substeps = 1;
-  while (S(substeps) < fastest && substeps < measured::most_top_substeps) substeps *= 2;
+  while (S(substeps) < fastest && substeps < chosen::most_top_substeps) substeps *= 2;
   const S h = dt / S(substeps);
   for (int i = 0; i < substeps; ++i) {
     const Vec3<S> y = rotation.conjugate() * L_W;
@@ -13487,7 +13499,7 @@ namespace bristle::inline BRISTLE_ABI::detail {
 /// [1] Share of a row's response that counts as round-off once other rows hold.
 template <Scalar S>
 [[nodiscard]] S no_mobility() {
-  return S(measured::no_mobility_roundings) * Tolerance<S>::round_off();
+  return S(chosen::no_mobility_roundings) * Tolerance<S>::round_off();
 }
 
 /// A contact point between bodies A and B. Its impulses act on B. They are along the normal (A to
@@ -13566,7 +13578,7 @@ struct ContactConstraint {
 };
 
 /// [1] Distance of an impulse from the edge of its friction cone, where surfaces slide. It is 0 at
-/// the edge. It is 1 up to most of the way to it (`measured::hold_fade`). It is continuous, so that
+/// the edge. It is 1 up to most of the way to it (`chosen::hold_fade`). It is continuous, so that
 /// small differences stay small.
 /// @param impulse  [N s] Along the normal and two tangents.
 template <Scalar S>
@@ -13577,9 +13589,9 @@ template <Scalar S>
   const S friction2 = impulse[1] * impulse[1] + impulse[2] * impulse[2];
   if (!(friction2 < most * most)) return S(0);
   // The first test saves the root.
-  const double whole = 1 - measured::hold_fade;
+  const double whole = 1 - chosen::hold_fade;
   if (friction2 <= S(whole * whole) * (most * most)) return S(1);
-  return min(S(1), S(1 / measured::hold_fade) * (S(1) - sqrt(friction2) / most));
+  return min(S(1), S(1 / chosen::hold_fade) * (S(1) - sqrt(friction2) / most));
 }
 
 /// Returns whether two contacts have the same bodies and axes, and surfaces that run alike, as the
@@ -14206,7 +14218,7 @@ struct SolveContext {
   /// [-] Factorisations that the budget of one problem pays for. It is as many multiply-adds as
   /// `budget_factorisations` of the largest island take.
   [[nodiscard]] double affordable_steps() const {
-    return measured::budget_factorisations * static_cast<double>(settings.max_direct_work) /
+    return chosen::budget_factorisations * static_cast<double>(settings.max_direct_work) /
            static_cast<double>(std::max<std::uint64_t>(1, factor_work));
   }
   /// Returns whether a factorisation exceeds its bounds. The island is then swept in any case.
@@ -14216,8 +14228,8 @@ struct SolveContext {
   /// [-] Sweeps of the position problem that cost as much as all steps of Newton's method may.
   [[nodiscard]] int affordable_sweeps(const Island& island) const {
     const double steps = std::min<double>(settings.max_newton_steps, affordable_steps());
-    const double work = measured::contact_sweep_work * static_cast<double>(island.contacts.size());
-    return static_cast<int>(std::min(measured::most_affordable_sweeps,
+    const double work = chosen::contact_sweep_work * static_cast<double>(island.contacts.size());
+    return static_cast<int>(std::min(chosen::most_affordable_sweeps,
                                      steps * static_cast<double>(factor_work) / work));
   }
   /// [-] Newton steps that the island may still take to solve one problem, at least one. The cost
@@ -14239,7 +14251,7 @@ struct SolveContext {
   /// Returns whether both take a small share of it at most. The island is then solved exactly, or
   /// stacks would never come to rest. A larger one may leave something. Where surfaces slide fast,
   /// any island may: what Newton's method leaves. Sweeps follow, few for a larger one.
-  [[nodiscard]] bool is_cheap() const { return cost_share() <= measured::cheap_cost_share; }
+  [[nodiscard]] bool is_cheap() const { return cost_share() <= chosen::cheap_cost_share; }
 
   /// [-] Number of substeps of a swept island. It has an upper bound, whatever the length of the
   /// step.
@@ -14247,7 +14259,7 @@ struct SolveContext {
     using std::ceil;
     using std::max;
     using std::min;
-    const S most = S(measured::most_swept_substeps);
+    const S most = S(chosen::most_swept_substeps);
     const S wanted = ceil(dt / settings.longest_substep);
     return static_cast<int>(min(most, max(S(1), wanted)));  // Infinite length: one.
   }
@@ -14266,7 +14278,7 @@ struct SolveContext {
     return std::clamp(affordable_steps(), 1.0, static_cast<double>(settings.max_newton_steps));
   }
   [[nodiscard]] double steps_left(const SolveReport<S>& report) const {
-    return std::max(1.0, measured::budgets_of_step * steps_of_problem() - report.factorisations);
+    return std::max(1.0, chosen::budgets_of_step * steps_of_problem() - report.factorisations);
   }
 };
 
@@ -14602,7 +14614,7 @@ template <Scalar S>
   using std::abs;
   using std::min;
   using std::sqrt;
-  const S braking = motor.max_force * inverse_mass * S(measured::motor_braking_share);
+  const S braking = motor.max_force * inverse_mass * S(chosen::motor_braking_share);
   const S speed =
       min(min(abs(distance) / dt, motor.max_speed), sqrt(S(2) * braking * abs(distance)));
   return distance < S(0) ? -speed : speed;
@@ -15054,6 +15066,7 @@ void forget_body(SensorPatch<S>& patch, BodyId body) {
                    [body](const SensedBody<S>& sensed) { return sensed.body == body.index; });
   if (other == patch.sensed.end()) return;
   patch.sensed.erase(other);
+  erase_if(patch.last_impulses, [body](const PairImpulse<S>& last) { return last.body == body; });
   ReadingStore<S>& readings = patch.readings;
   for (std::size_t i = 0; i < readings.count; ++i) {
     if (readings.body[i] != body) continue;
@@ -15409,8 +15422,8 @@ std::uint32_t meet_body(SensorPatch<S>& patch, PatchScratch<S>& scratch, std::ui
     }
     sums = maker.sums();
   };
-  const auto sums = sum_in_ranges<ContactSums<S>>(
-      scratch.near.size(), range, measured::fewest_shared_ranges, parallel_for, meet);
+  const auto sums = sum_in_ranges<ContactSums<S>>(scratch.near.size(), range,
+                                                  chosen::fewest_shared_ranges, parallel_for, meet);
   pair.stiffness = sums.stiffness();
   // Moments are smallest about the middle of the contacts.
   pair.center = sum_of_lanes(sums.point) / S(std::max(sums.count, 1u));
@@ -15511,14 +15524,14 @@ template <typename Shape, Scalar S>
 // === bristle/world/world_constants.hpp
 
 /// @file
-/// Constants of the stages of a step that were chosen by measurement.
+/// Constants of the stages of a step that no formula gives.
 ///
 /// `tests/constants` runs scenes with each at half and at twice its value.
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <cstddef>
 
-namespace bristle::inline BRISTLE_ABI::detail::measured {
+namespace bristle::inline BRISTLE_ABI::detail::chosen {
 
 /// [-] Pairs in a task of the narrow phase. A pair costs a microsecond, waking a thread several. So
 /// a task is work worth taking. Greater ones leave threads idle at the end
@@ -15570,7 +15583,7 @@ inline constexpr double wide_joint_gap = 3e-2;
 /// smaller one takes more steps. A greater one leaves gaps that are soon wide again.
 inline constexpr double closed_wide_gap_share = 0.1;
 
-}  // namespace bristle::inline BRISTLE_ABI::detail::measured
+}  // namespace bristle::inline BRISTLE_ABI::detail::chosen
 
 // === bristle/world/world_state.hpp
 
@@ -16316,7 +16329,7 @@ ShapeInReach<S> shape_in_reach(const SensorPatch<S>& patch, ShapeId id, const Co
   shape.approach = approach;
   // The cache must stay valid for several steps.
   shape.extra_length = patch.def.cast_every > 1
-                           ? approach + patch.geometry->shortest * S(measured::plane_cache_margin)
+                           ? approach + patch.geometry->shortest * S(chosen::plane_cache_margin)
                            : approach;
   if (collider.half_space) {
     shape.normal = shape.X_AS.rotate(collider.half_space->normal);
@@ -16619,7 +16632,7 @@ class HeldMobilityFinder {
         const Vec3<S>& arm = a.body.index == slot ? point.arm_a : point.arm_b;
         remove_motion(m.normal, arm.cross(m.normal), held);
         // Close to its limit, friction counts as sliding: it goes on as a force.
-        const S most = S(measured::sliding_share) * friction * point.impulse[0];
+        const S most = S(chosen::sliding_share) * friction * point.impulse[0];
         if (friction_impulse(m, point).norm() >= most) continue;
         remove_motion(t1, arm.cross(t1), held);
         remove_motion(t2, arm.cross(t2), held);
@@ -19485,7 +19498,7 @@ PatchMesh<S> cylinder_patch(const CylinderPatchDef<S>& def) {
   }
   // A closed wall's ends coincide but for rounding.
   PatchMesh<S> patch{
-      weld(mesh, S(detail::measured::weld_distance) * detail::Tolerance<S>::round_off()), {}};
+      weld(mesh, S(detail::chosen::weld_distance) * detail::Tolerance<S>::round_off()), {}};
   for (const Vec3<S>& p : patch.mesh.vertices) {
     patch.normals.push_back(Vec3<S>(p.x(), S(0), p.z()).normalized());
   }
@@ -19898,8 +19911,8 @@ template <Scalar S, typename Backend>
 WorldBatch<S, Backend>::WorldBatch(const World<S, Backend>& origin, std::size_t count,
                                    ParallelFor parallel_for)
     : origin_(origin),
-      per_task_(std::clamp<std::size_t>(count / detail::measured::fewest_batch_tasks, 1,
-                                        detail::measured::most_worlds_per_task)),
+      per_task_(std::clamp<std::size_t>(count / detail::chosen::fewest_batch_tasks, 1,
+                                        detail::chosen::most_worlds_per_task)),
       parallel_for_(std::move(parallel_for)) {
   detail::require(count > 0, "WorldBatch: count", count, "must be > 0");
   detail::require(bool(parallel_for_), "WorldBatch: parallel_for", "empty", "must be callable");
@@ -20072,19 +20085,19 @@ void WorldBatch<S, Backend>::gather_touching(std::span<const PatchId> patches,
 // === bristle/io/io_constants.hpp
 
 /// @file
-/// Constants of files that were chosen by measurement.
+/// Constants of files that no formula gives.
 ///
 /// `tests/constants` runs scenes with each at half and at twice its value.
 // SPDX-License-Identifier: BSD-3-Clause
 
-namespace bristle::inline BRISTLE_ABI::detail::measured {
+namespace bristle::inline BRISTLE_ABI::detail::chosen {
 
 /// [1] Rounding of a recorded time, relative to it. Times are sums of steps, and the frame of an
 /// arrow may come that much too early. A smaller value skips frames after a million steps, a
 /// greater one draws a frame that is not due.
 inline constexpr double frame_time_rounding = 1e-9;
 
-}  // namespace bristle::inline BRISTLE_ABI::detail::measured
+}  // namespace bristle::inline BRISTLE_ABI::detail::chosen
 
 // === bristle/io/recorder.hpp
 
@@ -21584,14 +21597,14 @@ class RealTimePacer {
 // === bristle/core/core_constants.hpp
 
 /// @file
-/// Constants of the core that were chosen by measurement.
+/// Constants of the core that no formula gives.
 ///
 /// `tests/constants` runs scenes with each at half and at twice its value.
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include <cstddef>
 
-namespace bristle::inline BRISTLE_ABI::detail::measured {
+namespace bristle::inline BRISTLE_ABI::detail::chosen {
 
 /// [-] Turns of a loop for each worker. A smaller value lets workers wait for one long turn of
 /// another. A greater one takes turns more often.
@@ -21606,7 +21619,7 @@ inline constexpr int looks_before_yield = 800;
 /// loops, and waking takes ten microseconds (log 0026). A greater one keeps a core busy.
 inline constexpr int yields_before_sleep = 100;
 
-}  // namespace bristle::inline BRISTLE_ABI::detail::measured
+}  // namespace bristle::inline BRISTLE_ABI::detail::chosen
 
 #include <algorithm>
 #include <atomic>
@@ -21657,7 +21670,7 @@ class ThreadPool {
     }
     // Several turns for each worker: no worker waits for one long turn of another.
     const std::size_t grain =
-        std::max<std::size_t>(1, count / (detail::measured::turns_of_worker * workers()));
+        std::max<std::size_t>(1, count / (detail::chosen::turns_of_worker * workers()));
     const std::size_t turns = (count + grain - 1) / grain;
     undone_.store(turns, std::memory_order_relaxed);
     const std::size_t number = shares_[0].number.load(std::memory_order_relaxed) + 1;
@@ -21722,11 +21735,11 @@ class ThreadPool {
   /// @return True if it is fulfilled.
   template <typename Condition>
   static bool look_out(const Condition& is_there) {
-    for (int i = 0; i < detail::measured::looks_before_yield; ++i) {
+    for (int i = 0; i < detail::chosen::looks_before_yield; ++i) {
       if (is_there()) return true;
       rest();
     }
-    for (int i = 0; i < detail::measured::yields_before_sleep; ++i) {
+    for (int i = 0; i < detail::chosen::yields_before_sleep; ++i) {
       if (is_there()) return true;
       std::this_thread::yield();
     }
@@ -22469,7 +22482,7 @@ template <Scalar Real>
   s[2] = farthest([&](const Vec3<Real>& p) { return along.cross(p - a).norm(); }, "all on a line");
   const Vec3<Real> normal = along.cross(to_vector<Real>(points[s[2]]) - a).normalized();
   // If thinner, both sides could be in the slab of one face.
-  tolerance *= Real(measured::hull_simplex_height);
+  tolerance *= Real(chosen::hull_simplex_height);
   s[3] =
       farthest([&](const Vec3<Real>& p) { return std::abs(normal.dot(p - a)); }, "all on a plane");
   return s;
@@ -22856,7 +22869,7 @@ SupportFeature<S> support_edge(const Box<S>& box, const Vec3<S>& direction) {
   std::uint32_t id = 0;
   for (int i = 0; i < 3; ++i) id |= corner[i] > S(0) ? 1u << i : 0u;
   SupportFeature<S> feature;
-  if (slope > S(measured::edge_across_sine)) {
+  if (slope > S(chosen::edge_across_sine)) {
     feature.add(corner, id);
     return feature;
   }
@@ -22896,7 +22909,7 @@ SupportFeature<S> support_edge(const Capsule<S>& capsule, const Vec3<S>& directi
   const Vec3<S> out = capsule.radius * direction;
   const Vec3<S> end(S(0), S(0), capsule.half_length);
   SupportFeature<S> feature;
-  const bool is_across = abs(direction.z()) <= S(measured::edge_across_sine);
+  const bool is_across = abs(direction.z()) <= S(chosen::edge_across_sine);
   if (is_across || direction.z() < S(0)) feature.add(out - end, 0);
   if (is_across || !(direction.z() < S(0))) feature.add(out + end, 1);
   return feature;
@@ -22906,7 +22919,7 @@ SupportFeature<S> support_edge(const Capsule<S>& capsule, const Vec3<S>& directi
 template <Scalar S>
 SupportFeature<S> support_face(const Capsule<S>& capsule, const Vec3<S>& direction) {
   using std::abs;
-  if (S(1) - abs(direction.z()) <= S(measured::edge_across_sine)) {
+  if (S(1) - abs(direction.z()) <= S(chosen::edge_across_sine)) {
     return support_edge(capsule, direction);
   }
   const Vec3<S> out = capsule.radius * direction;
@@ -22921,7 +22934,7 @@ template <Scalar S>
 SupportFeature<S> support_edge(const Cylinder<S>& cylinder, const Vec3<S>& direction) {
   using std::abs;
   const Vec2<S> towards = radial(direction);
-  const bool is_across = abs(direction.z()) <= S(measured::edge_across_sine);
+  const bool is_across = abs(direction.z()) <= S(chosen::edge_across_sine);
   SupportFeature<S> feature;
   feature.is_round = !is_across;
   if (is_across || direction.z() < S(0)) {
@@ -22952,7 +22965,7 @@ template <Scalar S>
 SupportFeature<S> support_edge(const Cone<S>& cone, const Vec3<S>& direction) {
   const Vec3<S> rim = rim_point(cone.radius, -cone.half_length, radial(direction));
   const Vec3<S> apex(S(0), S(0), cone.half_length);
-  const bool is_across = edge_slope<S>(apex - rim, direction) <= S(measured::edge_across_sine);
+  const bool is_across = edge_slope<S>(apex - rim, direction) <= S(chosen::edge_across_sine);
   const bool is_apex = apex.dot(direction) >= rim.dot(direction);
   SupportFeature<S> feature;
   feature.is_round = !is_across && !is_apex;
@@ -22979,7 +22992,7 @@ template <Scalar S>
 SupportFeature<S> support_edge(const ConvexHull<S>& hull, const Vec3<S>& direction) {
   const std::uint32_t corner = farthest_corner<S>(hull.vertices, direction);
   std::uint32_t other = corner;
-  S least_slope = S(measured::edge_across_sine);
+  S least_slope = S(chosen::edge_across_sine);
   for (std::size_t f = 0; f < hull.face_count(); ++f) {
     const auto face = hull.face(f);
     for (std::size_t i = 0; i < face.size(); ++i) {
@@ -23034,7 +23047,7 @@ SupportFeature<S> support_edge(const Plate<S>& plate, const Vec3<S>& direction) 
   const std::size_t count = plate.corners.size();
   const std::size_t corner = farthest_corner<S>(plate.corners, direction);
   std::size_t other = corner;
-  S least_slope = S(measured::edge_across_sine);
+  S least_slope = S(chosen::edge_across_sine);
   for (const std::size_t next : {(corner + 1) % count, (corner + count - 1) % count}) {
     const S slope = edge_slope<S>(plate.corners[next] - plate.corners[corner], direction);
     if (slope <= least_slope) {
@@ -23373,7 +23386,7 @@ template <Scalar S>
   using std::abs;
   const Vec2<S> u = (a.place(1) - a.place(0)).normalized();
   const Vec2<S> v = (b.place(1) - b.place(0)).normalized();
-  return abs(u.x() * v.y() - u.y() * v.x()) <= S(measured::edge_across_sine);
+  return abs(u.x() * v.y() - u.y() * v.x()) <= S(chosen::edge_across_sine);
 }
 
 /// Clips an edge to the ends of a parallel one.
@@ -23464,10 +23477,10 @@ template <Scalar S, typename ShapeA, typename ShapeB>
   const Vec3<S> towards_a = X_AB.rotation.conjugate() * Vec3<S>(-normal);
   SupportFeature<S> face_a = support_face(a, normal);
   SupportFeature<S> face_b = support_face(b, towards_a);
-  const S aligned = S(1 - measured::aligned_face_versine);
+  const S aligned = S(1 - chosen::aligned_face_versine);
   const bool is_aligned = face_a.cosine >= aligned || face_b.cosine >= aligned;
   // No cosine reaches 2.
-  const S least = is_aligned ? S(measured::facing_face_cosine) : S(2);
+  const S least = is_aligned ? S(chosen::facing_face_cosine) : S(2);
   if (face_a.is_polygon() && face_a.cosine < least) face_a = support_edge(a, normal);
   if (face_b.is_polygon() && face_b.cosine < least) face_b = support_edge(b, towards_a);
   return {face_a, face_b.transformed(X_AB)};
@@ -23876,7 +23889,7 @@ void collide_shapes(const Capsule<S>& a, const Capsule<S>& b, const Transform<S>
   const Vec3<S> between = point_b - point_a;
   const S distance = between.norm();
   const Vec3<S> normal = distance > S(0) ? Vec3<S>(between.stableNormalized()) : fallback;
-  const S across_sine = S(measured::edge_across_sine);
+  const S across_sine = S(chosen::edge_across_sine);
   const bool is_lengthwise =
       sine <= across_sine && abs(normal.z()) <= across_sine && abs(normal.dot(axis)) <= across_sine;
   if (is_lengthwise && distance - a.radius - b.radius <= margin) {
@@ -24494,7 +24507,7 @@ GjkResult<S> gjk_distance(const Support& support, const Vec3<S>& start, S far, S
   GjkSimplex<S> simplex(start);
   S size2 = start.squaredNorm();
   bool is_parted = false;  // By a plane that some support has shown.
-  for (int i = 0; i < measured::gjk_supports; ++i) {
+  for (int i = 0; i < chosen::gjk_supports; ++i) {
     const Vec3<S>& v = simplex.nearest();
     constexpr S nothing = Tolerance<S>::round_off() * Tolerance<S>::round_off();
     if (!(simplex.nearest2() > nothing * size2)) return {};
@@ -24563,7 +24576,7 @@ struct GjkDistance {
     const auto support = [&](const Vec3<S>& d) { return Vec3<S>(a.support(d) - b.support(-d)); };
     const bool is_curved = a.convex->is_curved() || b.convex->is_curved();
     const S enough =
-        is_curved ? Tolerance<S>::equal() / S(measured::curved_distance_refinement) : S(0);
+        is_curved ? Tolerance<S>::equal() / S(chosen::curved_distance_refinement) : S(0);
     return gjk_distance<S>(support, support(towards), far, enough);
   }
 };
@@ -24597,9 +24610,9 @@ class OverlapSearch {
       : a_{&a, identity<Mat3<S>>(), zero<Vec3<S>>(), scale},
         b_{&b, X_AB.rotation_matrix(), scale * X_AB.translation, scale},
         rounding_(scale * (a.rounding + b.rounding)),
-        push_(scale * std::min(a.reach, b.reach) / S(measured::overlap_push_divisor)),
+        push_(scale * std::min(a.reach, b.reach) / S(chosen::overlap_push_divisor)),
         is_curved_(a.is_curved() || b.is_curved()),
-        settled_(is_curved_ ? Tolerance<S>::equal() / S(measured::curved_gain_refinement)
+        settled_(is_curved_ ? Tolerance<S>::equal() / S(chosen::curved_gain_refinement)
                             : Tolerance<S>::round_off()) {}
 
   [[nodiscard]] S overlap() const { return overlap_; }
@@ -24656,7 +24669,7 @@ class OverlapSearch {
     for (std::size_t i = 0; i < ExpandingPolytope<S>::max_corners; ++i) {
       const auto face = polytope.nearest();
       const S enough =
-          (is_curved_ ? S(1 - measured::curved_overlap_slack) : S(1)) * (overlap_ - rounding_);
+          (is_curved_ ? S(1 - chosen::curved_overlap_slack) : S(1)) * (overlap_ - rounding_);
       if (face.distance >= enough - settled_) return;
       offer(face.normal);
       if (!polytope.expand(core_witness(face.normal))) return;
@@ -24672,7 +24685,7 @@ class OverlapSearch {
     S push = push_;
     Vec3<S> last_step = zero<Vec3<S>>();
     std::optional<Vec3<S>> leap;
-    for (int i = 0; i < measured::overlap_pushes; ++i) {
+    for (int i = 0; i < chosen::overlap_pushes; ++i) {
       if (!leap) polish();
       const Vec3<S> from = leap ? *leap : normal_;
       const Vec3<S> moved = (core_witness(from).dot(from) + push) * from;
@@ -24694,9 +24707,9 @@ class OverlapSearch {
       if (was_leap || !found.is_apart) continue;
       if (shrunk < infinity<S>) {
         // If steps hardly shrink, or grow as they do off a saddle, take many at once.
-        const S steps = shrunk < S(1 - measured::stalled_push_shrinkage)
+        const S steps = shrunk < S(1 - chosen::stalled_push_shrinkage)
                             ? shrunk / (S(1) - shrunk)
-                            : S(measured::stalled_push_leap);
+                            : S(chosen::stalled_push_leap);
         leap = (found.normal + steps * step).normalized();
       } else {
         last_step = step;
@@ -24716,10 +24729,10 @@ class OverlapSearch {
   /// each step takes one round.
   void search_by_compass() {
     int max_leaps = 4;  // log2(4 / step) for the first step.
-    for (S step = S(measured::compass_first_step); step > Tolerance<S>::equal();
+    for (S step = S(chosen::compass_first_step); step > Tolerance<S>::equal();
          step /= S(2), ++max_leaps) {
       bool is_better = true;
-      for (int round = 0; round < measured::compass_rounds && is_better; ++round) {
+      for (int round = 0; round < chosen::compass_rounds && is_better; ++round) {
         is_better = false;
         const Vec3<S> from = normal_;
         Vec3<S> t1, t2;
@@ -24742,9 +24755,9 @@ class OverlapSearch {
   /// better directions are kept, so corners and edges do no harm.
   void polish() {
     if (!is_curved_) return;
-    const S difference = S(measured::newton_difference);
-    const S longest2 = S(measured::newton_longest_step) * S(measured::newton_longest_step);
-    for (int i = 0; i < measured::newton_steps; ++i) {
+    const S difference = S(chosen::newton_difference);
+    const S longest2 = S(chosen::newton_longest_step) * S(chosen::newton_longest_step);
+    for (int i = 0; i < chosen::newton_steps; ++i) {
       Vec3<S> t1, t2;
       tangent_basis(normal_, t1, t2);
       const Vec3<S> w = witness(normal_);
@@ -24777,7 +24790,7 @@ class OverlapSearch {
 
   /// On curved cores the distance method may end with this much still to gain.
   [[nodiscard]] static S convergence() {
-    return S(measured::curved_distance_error) * Tolerance<S>::equal();
+    return S(chosen::curved_distance_error) * Tolerance<S>::equal();
   }
 
   [[nodiscard]] static bool is_box(const PlacedConvex<S>& solid) {
@@ -24844,7 +24857,7 @@ class OverlapSearch {
   bool offer(const Vec3<S>& n) {
     ++evaluations_;
     const S overlap = core_witness(n).dot(n) + rounding_;
-    const S least_gain = is_curved_ ? S(0) : S(measured::polyhedral_gap_error);
+    const S least_gain = is_curved_ ? S(0) : S(chosen::polyhedral_gap_error);
     if (!(overlap < overlap_ - least_gain)) return false;
     overlap_ = overlap;
     normal_ = n;
@@ -24910,7 +24923,7 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
 /// velocities, and their corners must not come and go with that. Gaps are not rounded.
 template <Scalar S>
 [[nodiscard]] S beside_tolerance() {
-  return std::max(Tolerance<S>::equal(), S(measured::box_corner_merging));
+  return std::max(Tolerance<S>::equal(), S(chosen::box_corner_merging));
 }
 
 /// Axis of largest separation of two boxes. It has its gap, with which other axes are compared.
@@ -24925,7 +24938,7 @@ struct BoxAxis {
   /// @param least_gain  [m] Smaller differences count as none.
   [[nodiscard]] S bar(S least_gain) const {
     using std::abs;
-    return gap + S(measured::box_axis_preference) * abs(gap) + least_gain;
+    return gap + S(chosen::box_axis_preference) * abs(gap) + least_gain;
   }
 };
 
@@ -25099,9 +25112,9 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
   } else {
     normal = (edges.side / edges.sine) * unit_vector<Vec3<S>>(edges.i).cross(column_of(R, edges.j));
     const Vec3<S> normal_B = R.transpose() * normal;
-    const bool is_crossing = edges.sine > S(measured::edge_across_sine) &&
-                             cwise_abs(normal).maxCoeff() < S(1 - measured::aligned_face_versine) &&
-                             cwise_abs(normal_B).maxCoeff() < S(1 - measured::aligned_face_versine);
+    const bool is_crossing = edges.sine > S(chosen::edge_across_sine) &&
+                             cwise_abs(normal).maxCoeff() < S(1 - chosen::aligned_face_versine) &&
+                             cwise_abs(normal_B).maxCoeff() < S(1 - chosen::aligned_face_versine);
     if (is_crossing) {
       collide_edges(boxes, edges, normal, normal_B, manifold);
     } else {
@@ -25714,7 +25727,7 @@ bool PlateJoin<S>::is_plate(std::span<const std::uint32_t> outline) const {
     const Vec3<S> in = corner - start(outline[k]);
     const Vec3<S> out = start(outline[(k + 2) % count]) - corner;
     // Both directions may be off.
-    if (in.cross(out).dot(up) <= S(2) * S(measured::same_direction_sine) * in.norm() * out.norm()) {
+    if (in.cross(out).dot(up) <= S(2) * S(chosen::same_direction_sine) * in.norm() * out.norm()) {
       return false;
     }
   }
@@ -25977,7 +25990,7 @@ auto MeshSurface<S, Tree>::region_of(std::uint32_t plate, const Vec3<S>& n) cons
   using std::abs;
   const Vec3<S>& normal = plates_.normal(plate);
   const S cosine = n.dot(normal);
-  if (cosine >= S(1) - S(measured::same_direction_versine)) return Region::face;
+  if (cosine >= S(1) - S(chosen::same_direction_versine)) return Region::face;
   const std::span<const Vec3<S>> c = plates_.plate(plate).corners;
   const std::size_t count = c.size();
   // Takes edges across n that are farthest along it, or else those of the farthest corner.
@@ -25986,18 +25999,18 @@ auto MeshSurface<S, Tree>::region_of(std::uint32_t plate, const Vec3<S>& n) cons
   std::optional<std::size_t> across;
   for (const std::size_t k : sides) {
     const Vec3<S> edge = c[(k + 1) % count] - c[k];
-    if (abs(edge.dot(n)) <= S(measured::same_direction_sine) * edge.norm()) across = k;
+    if (abs(edge.dot(n)) <= S(chosen::same_direction_sine) * edge.norm()) across = k;
   }
   bool is_over_edge = false;
   for (const std::size_t k : sides) {
     if (across && *across != k) continue;
     const Vec3<S> along = c[(k + 1) % count] - c[k];
     const Vec3<S> outwards = along.cross(normal).normalized();
-    if (n.dot(outwards) <= S(measured::same_direction_sine)) continue;
+    if (n.dot(outwards) <= S(chosen::same_direction_sine)) continue;
     const SurfaceEdge edge = plates_.edge(plate, k);
     if (edge == SurfaceEdge::flat) return Region::inner_edge;
     if (edge == SurfaceEdge::hollow) return cosine > S(0) ? Region::face : Region::none;
-    if (n.dot(away_from_neighbour(plate, k)) <= S(measured::same_direction_sine)) {
+    if (n.dot(away_from_neighbour(plate, k)) <= S(chosen::same_direction_sine)) {
       return Region::none;
     }
     is_over_edge = true;
@@ -26252,7 +26265,7 @@ class MeshOpposite {
   /// Returns whether the plate faces against n, within 25 degrees. Surfaces at larger angles cut
   /// each other when they pass through each other. They need no help.
   [[nodiscard]] bool is_facing(const Vec3<P>& n) const {
-    return n.dot(normal_) < -P(1 - measured::opposing_plates_versine);
+    return n.dot(normal_) < -P(1 - chosen::opposing_plates_versine);
   }
   /// Returns whether a plate of A comes within a margin of this one along its normal and across its
   /// edges, and is not behind it.
@@ -26338,7 +26351,7 @@ class MeshConvexContacts {
     const Aabb<P> here = bounds_at(convex_, X_MC_);
     const Aabb<P> near = here.inflated(margin_);
     // Plates that face against it within 25 degrees are within this distance of the line.
-    const P beside = P(measured::passed_plate_spread) * opposite.depth();
+    const P beside = P(chosen::passed_plate_spread) * opposite.depth();
     const Vec3<P> back = -opposite.depth() * opposite.normal();
     Aabb<P> swept = here;
     swept.include(Aabb<P>{here.lower + back, here.upper + back});
@@ -26971,7 +26984,7 @@ struct ApproachLanes {
     skipped = select(closest > Pack<S>(radius), closest - radius, Pack<S>(S(0)));
     origin = ray.origin + skipped * ray.direction;
     const Pack3<S> foot = ray.origin + closest * ray.direction;
-    is_near = dot(foot, foot) <= Pack<S>(S(measured::ball_early_out_area) * radius * radius);
+    is_near = dot(foot, foot) <= Pack<S>(S(chosen::ball_early_out_area) * radius * radius);
   }
 };
 
@@ -27477,7 +27490,7 @@ struct Approach {
     }
     // A wide margin: this test only saves work, the shape itself decides.
     is_near = (ray.origin + closest * ray.direction).squaredNorm() <=
-              S(measured::ball_early_out_area) * radius * radius;
+              S(chosen::ball_early_out_area) * radius * radius;
   }
 };
 
@@ -28169,6 +28182,7 @@ BRISTLE_FORCE_INLINE void NodeTriangles<S>::test(std::size_t i, const LaneRays<S
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -28320,8 +28334,9 @@ class RayTreeMeshQuery {
   Mat3<S> R_CR_;
   Vec3<S> p_RC_;
   S mesh_size_ = S(0);
-  /// True if the rays' triangle cache is of this mesh. Only rays that are cast alone use it.
-  bool uses_triangle_cache_ = false;
+  /// Says whether the rays' triangle cache is of this mesh, once that was asked. Only rays that are
+  /// cast alone use it.
+  std::optional<bool> uses_triangle_cache_;
   LeafList<S> start_leaves_;
   NodeTriangles<S> triangles_;
 };
@@ -28344,19 +28359,19 @@ void RayTreeMeshQuery<S>::visit(std::size_t id, Known known) {
   if (!box.box_C().overlaps(mesh_.root_box())) return;
   // [1] Triangles for each ray.
   const S density = triangles_across(node.box) / S(node.count);
-  const bool is_sparse = density > S(measured::sparse_ray_triangles);
+  const bool is_sparse = density > S(chosen::sparse_ray_triangles);
   if (list == nullptr) {
-    const bool fits = density * S(node.count) < S(LeafList<S>::capacity * measured::leaf_triangles);
+    const bool fits = density * S(node.count) < S(LeafList<S>::capacity * chosen::leaf_triangles);
     if (!is_sparse && fits && lists_[known.lists].search(mesh_.tree(), box)) {
       list = &lists_[known.lists++];
     }
-  } else if (list->size() > measured::short_leaf_list && known.lists < lists_.size()) {
+  } else if (list->size() > chosen::short_leaf_list && known.lists < lists_.size()) {
     lists_[known.lists].filter(*list, box);
     list = &lists_[known.lists++];
   }
   if (list != nullptr && list->size() == 0) return decide_empty(node, side);
   const bool is_small =
-      !node.is_divided() || density * S(node.count) <= S(measured::whole_node_triangles);
+      !node.is_divided() || density * S(node.count) <= S(chosen::whole_node_triangles);
   if (hits_ != nullptr && !is_sparse && list != nullptr && is_small &&
       cast_together(node, box, *list, side)) {
     return;
@@ -28365,7 +28380,7 @@ void RayTreeMeshQuery<S>::visit(std::size_t id, Known known) {
   // If something is, the test ends with the first triangle.
   if (node.is_divided() && list != nullptr &&
       (hits_ == nullptr ||
-       list->size() <= node.count / Tree::leaf_size * measured::empty_test_leaves) &&
+       list->size() <= node.count / Tree::leaf_size * chosen::empty_test_leaves) &&
       !is_any_triangle_in(box, *list)) {
     return decide_empty(node, side);
   }
@@ -28378,9 +28393,11 @@ void RayTreeMeshQuery<S>::visit(std::size_t id, Known known) {
   if (is_sparse && !node.is_divided()) {
     const RayRange asked = asked_of(node);
     const bool asks_all = rays_.range.first == 0 && rays_.range.end >= rays_.size();
-    uses_triangle_cache_ =
-        uses_triangle_cache_ || (rays_.triangle_cache != nullptr && asks_all &&
-                                 rays_.triangle_cache->begin(rays_.size(), tag_, rays_.shape_life));
+    // Once a query: the cache counts how often it is asked.
+    if (!uses_triangle_cache_) {
+      uses_triangle_cache_ = rays_.triangle_cache != nullptr && asks_all &&
+                             rays_.triangle_cache->begin(rays_.size(), tag_, rays_.shape_life);
+    }
     cast_one_by_one(asked.first, asked.end, side);
     return;
   }
@@ -28395,7 +28412,7 @@ template <Scalar S>
 auto RayTreeMeshQuery<S>::common_side(const Node& node, const BoxInTree<S>& box,
                                       const LeafList<S>* list) -> Side {
   // A few rays learn their side from their own crossings.
-  if (node.count < measured::common_side_rays) return Side::unknown;
+  if (node.count < chosen::common_side_rays) return Side::unknown;
   Aabb<S> starts = node.box.inflated(margin(node));
   starts.upper.z() = node.highest_start + margin(node);
   const BoxInTree<S> start_box(box.R_GC(), box.p_GC(), starts);
@@ -28424,7 +28441,7 @@ bool RayTreeMeshQuery<S>::gather(const BoxInTree<S>& box, const LeafList<S>& lis
 template <Scalar S>
 bool RayTreeMeshQuery<S>::cast_together(const Node& node, const BoxInTree<S>& box,
                                         const LeafList<S>& list, Side side) {
-  if (!node.has_one_frame || list.size() > measured::whole_node_leaves) return false;
+  if (!node.has_one_frame || list.size() > chosen::whole_node_leaves) return false;
   if (!gather(box, list)) return false;
   const RayRange asked = asked_of(node);
   triangles_.size() > 0 ? cast_packets(node, asked.first, asked.end, side)
@@ -28444,7 +28461,7 @@ void RayTreeMeshQuery<S>::cast_undivided(const Node& node, const BoxInTree<S>& b
     // Rays that are lengthened by much fan out and leave the solid again. With twice two layers of
     // triangles in sight, casting each ray alone costs less than gathering too many triangles.
     const bool is_few =
-        S(measured::layers_in_sight) * triangles_across(packet) < S(NodeTriangles<S>::capacity);
+        S(chosen::layers_in_sight) * triangles_across(packet) < S(NodeTriangles<S>::capacity);
     if (is_few && gather({box.R_GC(), box.p_GC(), packet}, *list)) {
       cast_packets(node, place, packet_end, side);
     } else {
@@ -28601,7 +28618,8 @@ void RayTreeMeshQuery<S>::cast_alone(std::size_t i, Side side) {
 template <Scalar S>
 RayHit<S> RayTreeMeshQuery<S>::hit_of(std::size_t i, Ray<S> ray, S best, Side side) {
   const S reach = std::min(ray.length, best);
-  if (uses_triangle_cache_ && (side == Side::outside || !mesh_.root_box().contains(ray.origin))) {
+  if (uses_triangle_cache_.value_or(false) &&
+      (side == Side::outside || !mesh_.root_box().contains(ray.origin))) {
     if (const auto hit = rays_.triangle_cache->cast(mesh_, i, ray, reach)) return *hit;
   }
   ray.length = reach;
@@ -29123,7 +29141,7 @@ void advance_contact(ContactManifold<S>& manifold, const Vec3<S>& way, const Vec
   // Each step halves the rest of a way that grazes, and ends one that hits a flat face.
   S share = S(0);
   S beyond = infinity<S>;  // A share at which the nearest place lies behind.
-  for (int i = 0; i < measured::impact_advancements; ++i) {
+  for (int i = 0; i < chosen::impact_advancements; ++i) {
     if (gap <= round_off || gap >= (S(1) - share) * approach()) break;
     const ContactManifold<S> last = manifold;
     S next = share + gap / approach();
@@ -29284,7 +29302,7 @@ ContactStatus collide_pair(const WorldState<S>& state, const ShapePair& pair,
     const auto velocity = [&](const Collider<S>& c, const Vec3<S>& place) {
       return (state.solver_bodies[c.body.index].*twist).at(place);
     };
-    return S(measured::contact_lookahead) * state.def.time_step *
+    return S(chosen::contact_lookahead) * state.def.time_step *
            (R_SaW * (velocity(b, X_b.translation) - velocity(a, X_a.translation)));
   };
   const Vec3<S> way = way_by(&SolverBody<S>::start);
@@ -29537,10 +29555,10 @@ inline void ccd_support(const void* object, const ccd_vec3_t* direction, ccd_vec
 inline GjkResult<double> FclDistance::operator()(PlacedConvex<double> a, PlacedConvex<double> b,
                                                  const Vec3<double>&, double) const {
   // GJK ends when a step gains less than this. Polyhedra end exactly with any value.
-  const double tolerance = measured::ccd_gain * Tolerance<double>::round_off();
+  const double tolerance = chosen::ccd_gain * Tolerance<double>::round_off();
   double distance = 0.0;
   Vec3<double> on_a, on_b;
-  if (!fcl::detail::GJKDistance<double>(&a, ccd_support, &b, ccd_support, measured::ccd_iterations,
+  if (!fcl::detail::GJKDistance<double>(&a, ccd_support, &b, ccd_support, chosen::ccd_iterations,
                                         tolerance, &distance, &on_a, &on_b)) {
     return {};
   }
@@ -30538,7 +30556,7 @@ BRISTLE_FORCE_INLINE void update_slip(PatchContact<T>& c, const Vector3<T>& v, T
     const T along_last = dot(v, c.last_slip);
     const T bound =
         is_last_pass
-            ? T(dot(c.last_slip, c.last_slip) / T(ScalarOf<T>(measured::damped_slip_reduction)))
+            ? T(dot(c.last_slip, c.last_slip) / T(ScalarOf<T>(chosen::damped_slip_reduction)))
             : T(0);
     const Truth<T> turns = along_last <= bound;
     c.is_damping_slip = c.is_damping_slip | (slips_on & turns);
@@ -30646,7 +30664,7 @@ template <typename Sum, typename Packet, typename Part>
 [[nodiscard]] Sum sum_of_contacts(std::span<Packet> all, const ParallelFor& parallel_for,
                                   const Part& part) {
   return sum_in_ranges<Sum>(all.size(), packets_per_range(all.size()),
-                            measured::fewest_shared_ranges, parallel_for,
+                            chosen::fewest_shared_ranges, parallel_for,
                             [&](std::size_t first, std::size_t end, Sum& sum) {
                               part(all.subspan(first, end - first), sum);
                             });
@@ -30961,7 +30979,7 @@ PairResponse<S> evaluate(const SensorPatch<S>& patch, PatchScratch<S>& scratch, 
                          const ParallelFor& parallel_for) {
   // A change counts from a thousandth of the patch's load on: friction follows the normal force of
   // the pass before.
-  const S negligible = S(measured::negligible_pass_change);
+  const S negligible = S(chosen::negligible_pass_change);
   const PassDef<S> def{motion, dt, pass};
   const std::span<ContactPacket<S>> contacts = contacts_of(scratch, pair);
   using Evaluation = Evaluation<S>;
@@ -31831,10 +31849,10 @@ class JointOrder {
   /// Couplings of all joints, in the order of rows.
   [[nodiscard]] const DynamicArray<JointCoupling>& couplings() const { return couplings_; }
   /// [-] Multiply-adds of a factorisation of the matrix within its envelope. If they exceed
-  /// `measured::most_factor_work` the order is not finished. A hub with hundreds of neighbours
+  /// `chosen::most_factor_work` the order is not finished. A hub with hundreds of neighbours
   /// does, say.
   [[nodiscard]] std::uint64_t factor_work() const { return factor_work_; }
-  [[nodiscard]] bool is_too_wide() const { return factor_work_ > measured::most_factor_work; }
+  [[nodiscard]] bool is_too_wide() const { return factor_work_ > chosen::most_factor_work; }
   /// Returns whether some joint closes a loop. Bodies that forces do not move count as one. The
   /// joints may then lock more than is free.
   [[nodiscard]] bool has_loop() const { return has_loop_; }
@@ -32161,7 +32179,7 @@ class JointSystem {
   /// Updates arms of joints and inertias in world axes from the positions in `Node::now`.
   void place();
   /// Builds and factors the matrix at the positions of the last `place`.
-  /// @return False if it is singular, not finite, or too wide (`measured::most_factor_work`).
+  /// @return False if it is singular, not finite, or too wide (`chosen::most_factor_work`).
   [[nodiscard]] bool factor();
   /// Finds the wrenches, or impulses, that give each joint the relative motion b. Finds the
   /// `change` of motion of each body.
@@ -32684,14 +32702,14 @@ bool JointProjection<S>::close_gaps(JointSystem<S>& system) {
   S far2 = S(0);
   for (const auto& node : system.nodes()) far2 = max(far2, node.now.x.squaredNorm());
   const S resolved = Tolerance<S>::round_off() * sqrt(far2);
-  const S closed = S(measured::closed_gap_roundings) * Tolerance<S>::round_off() * size + resolved;
+  const S closed = S(chosen::closed_gap_roundings) * Tolerance<S>::round_off() * size + resolved;
   S gap = S(0);
-  for (int pass = 0; pass < measured::most_gap_passes; ++pass) {
+  for (int pass = 0; pass < chosen::most_gap_passes; ++pass) {
     gap = find_gaps(system);
     // One pass closes gaps, and another one their derivatives.
     if (gap <= closed && (pass > 0 || derivatives_of<S> == 0)) return true;
     // The matrix is from nearby positions, good for small gaps.
-    if (pass > 0 && gap > S(measured::stale_matrix_gap) * size && !system.factor()) return false;
+    if (pass > 0 && gap > S(chosen::stale_matrix_gap) * size && !system.factor()) return false;
     system.solve(wanted_);
     displace(system, S(1));
     if (gap * gap <= closed * size) return true;
@@ -32703,8 +32721,8 @@ template <Scalar S>
 bool JointProjection<S>::close_wide_gaps(JointSystem<S>& system, S enough) {
   using std::max;
   using std::min;
-  const S most_turn = S(measured::most_wide_gap_turn);
-  for (int pass = 0; pass < measured::most_wide_gap_passes; ++pass) {
+  const S most_turn = S(chosen::most_wide_gap_turn);
+  for (int pass = 0; pass < chosen::most_wide_gap_passes; ++pass) {
     if (find_gaps(system) <= enough) return true;
     if (!system.factor()) return false;
     system.solve(wanted_);
@@ -32897,10 +32915,10 @@ bool DormandPrince<S>::advance(std::span<S> y, std::size_t state, S duration, Sy
     // the tolerance. One estimate changes the length by a bounded factor. The error is
     // taken without derivatives, so the ends of substeps carry none.
     const S error = S(value_of(ratio));
-    const S factor = error > S(0) ? S(1 - measured::substep_safety) * pow(error, S(-0.2))
-                                  : S(measured::substep_growth);
-    h *= std::clamp(factor, S(measured::substep_shrinkage),
-                    is_accepted ? S(measured::substep_growth) : S(1 - measured::substep_safety));
+    const S factor = error > S(0) ? S(1 - chosen::substep_safety) * pow(error, S(-0.2))
+                                  : S(chosen::substep_growth);
+    h *= std::clamp(factor, S(chosen::substep_shrinkage),
+                    is_accepted ? S(chosen::substep_growth) : S(1 - chosen::substep_safety));
     // The rest is cut into equal parts. So the last one is no sliver.
     const S rest = duration - t;
     is_last = h >= rest;
@@ -32928,7 +32946,7 @@ class MechanismIntegrator {
   /// @param tolerance  [1] Largest velocity error of a substep, in the norm of kinetic energy, > 0.
   ///                   It is relative to the velocities plus their change by forces in the substep.
   ///                   The velocities are seen from the body that carries the mechanism.
-  explicit MechanismIntegrator(S tolerance = S(measured::mechanism_tolerance))
+  explicit MechanismIntegrator(S tolerance = S(chosen::mechanism_tolerance))
       : tolerance_(tolerance) {
     BRISTLE_ASSERT(tolerance_ > S(0));
   }
@@ -33146,7 +33164,7 @@ bool MechanismIntegrator<S>::integrate(S dt) {
   if (is_free_) wanted = momentum_about(reference_point_, system_);
 
   const bool arrived =
-      integrator_.advance(values_, state, dt, *this, measured::most_mechanism_substeps);
+      integrator_.advance(values_, state, dt, *this, chosen::most_mechanism_substeps);
   substeps_ = integrator_.substeps();
   if (!arrived) return false;
 
@@ -34216,7 +34234,7 @@ template <Scalar S>
   return std::none_of(island.contacts.begin(), island.contacts.end(), [&](std::uint32_t i) {
     const ContactConstraint<S>& c = constraints.contacts[i];
     const bool is_at_edge =
-        c.friction * c.impulse[0] > S(0) && hold_of(c.impulse, c.friction) < S(measured::edge_hold);
+        c.friction * c.impulse[0] > S(0) && hold_of(c.impulse, c.friction) < S(chosen::edge_hold);
     if (!is_at_edge) return false;
     return slip2_of(c, c.velocity(bodies[c.body_a].start, bodies[c.body_b].start)) > still2;
   });
@@ -34235,12 +34253,12 @@ class MethodChoice {
     // rows, and a block of rows counts as many.
     const std::uint64_t rows = 3 * (island.contacts.size() + island.blocks.size());
     const std::uint64_t assembly =
-        measured::contact_row_work * rows + measured::soft_block_work * island.soft.size();
+        chosen::contact_row_work * rows + chosen::soft_block_work * island.soft.size();
     const std::uint64_t unknowns = 6 * island.bodies.size();
     // The Cholesky factor of a full matrix of n unknowns takes n^3 / 6 multiply-adds.
     const std::uint64_t dense = assembly + unknowns * unknowns * unknowns / 6;
     const bool may_be_large = dense > most;
-    context.slides = dense > most / measured::sliding_work_divisor &&
+    context.slides = dense > most / chosen::sliding_work_divisor &&
                      has_sliding_heap(island, constraints, bodies, context);
     context.factor_work = dense;
     if (!may_be_large && !context.slides) return;
@@ -34251,11 +34269,11 @@ class MethodChoice {
       // The full matrix bounds the work of small islands. It decides what their budget allows.
       if (may_be_large) {
         context.factor_work = work;
-        context.is_costly_heap = elimination > most / measured::mechanism_work_divisor &&
+        context.is_costly_heap = elimination > most / chosen::mechanism_work_divisor &&
                                  has_short_mechanisms(island, constraints, bodies, context);
       }
       context.is_swept =
-          context.is_large() || (context.slides && work > most / measured::sliding_work_divisor);
+          context.is_large() || (context.slides && work > most / chosen::sliding_work_divisor);
     } else {
       context.is_swept = true;
     }
@@ -34758,7 +34776,7 @@ class InteriorPoint {
     while (count < problem.most_steps) {
       hessian_ = *problem.matrix;
       for_each_law(problem, [&](auto& law, std::span<const Row> rows) {
-        law.linearise(rows, v_, Real(measured::interior_yield) * rows[0].response);
+        law.linearise(rows, v_, Real(chosen::interior_yield) * rows[0].response);
         law.add_slope(rows, hessian_);
       });
       if (!hessian_.factor()) break;
@@ -34768,7 +34786,7 @@ class InteriorPoint {
       const Real left = Real(1) - std::min(Real(1), reach(problem));
       // The barrier falls by the cube of what is left (Mehrotra 1992).
       find_step(problem, left * left * left * barrier(problem), true);
-      const Real share = std::min(Real(1), Real(measured::boundary_share) * reach(problem));
+      const Real share = std::min(Real(1), Real(chosen::boundary_share) * reach(problem));
       bool is_inside = true;
       for_each_law(problem, [&](auto& law, std::span<const Row>) {
         law.advance(share);
@@ -34937,7 +34955,7 @@ namespace bristle::inline BRISTLE_ABI::detail {
 /// @param most  [N s] `ContactConstraint::most_impulse`. Infinite where nothing can be crushed.
 template <typename Real>
 [[nodiscard]] bool is_crushing(const Real& impulse, const Real& most) {
-  return impulse > most / Real(measured::most_leverage);
+  return impulse > most / Real(chosen::most_leverage);
 }
 
 /// Returns whether immovable bodies that an island touches, or has joints with, move against each
@@ -35031,7 +35049,7 @@ void limit_crushing(const Island& island, Constraints<S>& constraints,
                     std::span<const SolverBody<S>> bodies) {
   if (!are_movers_opposed(island, constraints, bodies)) return;
   const S most =
-      S(value_of(S(measured::most_leverage) * impulse_scale(island, constraints, bodies)));
+      S(value_of(S(chosen::most_leverage) * impulse_scale(island, constraints, bodies)));
   if (!(most < infinity<S>)) return;  // Numbers that are none bound nothing.
   for (const std::uint32_t i : island.contacts) {
     ContactConstraint<S>& c = constraints.contacts[i];
@@ -35643,7 +35661,7 @@ class ProximalSolver {
     rows_.set_shifts();
     // Well below the tolerance. A sweep over the result then finds nothing to do.
     const Real tolerance =
-        Real(measured::direct_tolerance_share) * Real(context.velocity_tolerance);
+        Real(chosen::direct_tolerance_share) * Real(context.velocity_tolerance);
     enough_ = Real(context.velocity_tolerance);
     // Derivatives have to settle, too, which the iteration waits for.
     if constexpr (derivatives_of<S> == 0) {
@@ -35759,13 +35777,13 @@ auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constrai
       .is_near = false,
       .start = &step_,
       .free = &product_,
-      .tolerance = Real(is_swept_first ? measured::swept_first_tolerance_share
-                                       : measured::direct_tolerance_share) *
+      .tolerance = Real(is_swept_first ? chosen::swept_first_tolerance_share
+                                       : chosen::direct_tolerance_share) *
                    Real(context.velocity_tolerance),
       .speed_change = Real(context.driven_change),
       .most_steps =
           std::min(context.most_newton_steps(report),
-                   is_fresh ? measured::most_landing_steps : context.settings.max_newton_steps)};
+                   is_fresh ? chosen::most_landing_steps : context.settings.max_newton_steps)};
   // A warm step in which a grip begins to slip must not allocate.
   if (!context.is_cheap()) {
     interior_.reserve(convex_problem(problem));
@@ -35841,7 +35859,7 @@ auto ProximalSolver<S>::solve_from_inside(CoulombProblem<Real> problem,
   }
   // Newton's method does the rest. The nearer to the solution, the nearer to the edges of cones.
   convex.tolerance =
-      std::max(enough_, Real(measured::interior_solved_share) * problem.speed_change);
+      std::max(enough_, Real(chosen::interior_solved_share) * problem.speed_change);
   convex.most_steps = context.most_interior_steps(report);
   report.factorisations += interior_.solve(convex);
   for (std::size_t k = 0; k < rows.size(); ++k) rows[k].lambda = interior_.impulse(k);
@@ -35962,9 +35980,9 @@ void ProximalSolver<S>::drop_locked_rows(const Island& island, const Constraints
                                          std::span<const SolverBody<S>> bodies) {
   if (!rows_.find_lockable(island, constraints, bodies)) return;
   hessian_ = matrix_;
-  rows_.add_joints(Real(measured::joint_spring_softness), hessian_);
+  rows_.add_joints(Real(chosen::joint_spring_softness), hessian_);
   if (!hessian_.factor()) return;
-  rows_.drop_locked(hessian_, Real(measured::locked_response_share), product_);
+  rows_.drop_locked(hessian_, Real(chosen::locked_response_share), product_);
 }
 
 /// Finds the transient impulses of contacts, which the next step does not need. Impulses would be
@@ -35995,8 +36013,8 @@ auto ProximalSolver<S>::iterate(Real tolerance, const SolveContext<S>& context,
                                 SolveReport<S>& report) -> Real {
   // A smaller eps is a stiffer penalty. It needs fewer outer iterations, but many Newton steps if
   // one starts from far away. Where no row can switch, the smallest eps is right at once.
-  const Real smallest = Real(measured::least_eps);
-  Real eps = rows_.can_switch() ? Real(measured::proximal_first_eps) : smallest;
+  const Real smallest = Real(chosen::least_eps);
+  Real eps = rows_.can_switch() ? Real(chosen::proximal_first_eps) : smallest;
   Real left = infinity<Real>;
   Real inner = Real(0);
   const int most_steps = context.most_newton_steps(report);
@@ -36006,9 +36024,9 @@ auto ProximalSolver<S>::iterate(Real tolerance, const SolveContext<S>& context,
   for (int outer = 0; steps < most_steps; ++outer) {
     // Shifts follow the slip of a solved convex problem. Before, all that is loaded creeps by eps.
     // Shifts by that creep would unload what sticks, and what could hold would begin to slide.
-    const Real solved = Real(measured::convex_solved_share) * left;
+    const Real solved = Real(chosen::convex_solved_share) * left;
     if (outer > 0 && rows_.convex_residual() <= solved) rows_.set_shifts();
-    if (!minimise(eps, std::max(Real(measured::inner_tolerance_share) * tolerance, inner), steps,
+    if (!minimise(eps, std::max(Real(chosen::inner_tolerance_share) * tolerance, inner), steps,
                   most_steps)) {
       // The impulses of an iteration that was cut short match no velocities. Those of the iteration
       // before do.
@@ -36022,11 +36040,11 @@ auto ProximalSolver<S>::iterate(Real tolerance, const SolveContext<S>& context,
     left = std::max(rows_.residual(), mismatch_);
     if (left <= tolerance && have_derivatives_settled(context.settings)) break;
     // Slip that keeps turning leaves a residual that no longer falls.
-    const bool is_stalled = left > Real(measured::stalled_residual_share) * before;
-    if (outer >= measured::least_outer_iterations && is_stalled) break;
-    eps = std::max(smallest, eps / Real(measured::proximal_eps_divisor));
+    const bool is_stalled = left > Real(chosen::stalled_residual_share) * before;
+    if (outer >= chosen::least_outer_iterations && is_stalled) break;
+    eps = std::max(smallest, eps / Real(chosen::proximal_eps_divisor));
     // Exact minima of a changing function are no use.
-    inner = Real(measured::inner_residual_share) * left;
+    inner = Real(chosen::inner_residual_share) * left;
   }
   report.factorisations += steps;
   return left;
@@ -36073,10 +36091,10 @@ bool ProximalSolver<S>::minimise(Real eps, Real tolerance, int& steps, int most_
     // that do not leave round-off.
     mismatch_ = mismatch();
     const bool is_idle =
-        size <= tolerance && mismatch_ > Real(measured::idle_mismatch_share) * nearest;
+        size <= tolerance && mismatch_ > Real(chosen::idle_mismatch_share) * nearest;
     idle = is_idle ? idle + 1 : 0;
     nearest = std::min(nearest, mismatch_);
-    if (mismatch_ <= tolerance || idle >= measured::most_idle_steps) return true;
+    if (mismatch_ <= tolerance || idle >= chosen::most_idle_steps) return true;
   }
   return false;
 }
@@ -36121,11 +36139,11 @@ auto ProximalSolver<S>::search_line(Real eps) -> Real {
   Real at_low = derivative(low);
   Real high = Real(1);
   Real at_high = derivative(high);
-  const Real small = Real(measured::line_search_share) * abs(at_low);
+  const Real small = Real(chosen::line_search_share) * abs(at_low);
   Real s = high;
   if (at_high > small && at_low < Real(0)) {
     int side = 0;
-    for (int i = 0; i < measured::most_line_search_steps; ++i) {
+    for (int i = 0; i < chosen::most_line_search_steps; ++i) {
       s = (low * at_high - high * at_low) / (at_high - at_low);
       const Real at_s = derivative(s);
       if (abs(at_s) <= small) break;
@@ -37344,7 +37362,7 @@ bool SweepExtrapolation<S>::move_on(std::span<S> velocities, ShowResiduals&& sho
   const S gain_of_sweeps = S(0.5) * whole - slope_along;
   // The energy of bodies that are pressed from two sides falls without end. So no step takes more
   // than there is. In this order a number that is NaN ends it.
-  if (!(slope_along < S(0) && step.gain > S(measured::least_extrapolation_gain) * gain_of_sweeps &&
+  if (!(slope_along < S(0) && step.gain > S(chosen::least_extrapolation_gain) * gain_of_sweeps &&
         step.gain <= S(0.5) * energy(velocities, velocities))) {
     forget(velocities, show_impulses);
     return false;
@@ -37626,7 +37644,7 @@ void ManifoldSweeps<S>::find_manifolds(const Island& island, const Constraints<S
     }
   }
   is_cold_ = static_cast<double>(fresh) >
-             measured::cold_contact_share * static_cast<double>(island.contacts.size());
+             chosen::cold_contact_share * static_cast<double>(island.contacts.size());
 }
 
 template <Scalar S>
@@ -38131,9 +38149,9 @@ class SweepConvergence {
   /// their direction, so the rate of two sweeps counts.
   [[nodiscard]] bool is_slow() const {
     using std::log;
-    if (count_ < measured::least_sweeps_before_rate) return false;
+    if (count_ < chosen::least_sweeps_before_rate) return false;
     if (!(last_ < before_last_)) return true;
-    const S of_direct_solve = S(measured::sweeps_of_direct_solve);
+    const S of_direct_solve = S(chosen::sweeps_of_direct_solve);
     return S(2) * log(last_ / tolerance_) > of_direct_solve * log(before_last_ / last_);
   }
 
@@ -38194,7 +38212,7 @@ class IslandSolver {
       // Other islands are placed substep by substep as they are solved.
       const int most = context.settings.max_position_sweeps;
       place_part(island, constraints, bodies, context, {most, most},
-                 S(measured::swept_position_share) * report.residual, report);
+                 S(chosen::swept_position_share) * report.residual, report);
     }
     return false;
   }
@@ -38246,7 +38264,7 @@ class IslandSolver {
     // A residual that needs more than one sweep is brought well below the tolerance. Just below it,
     // it would come up again in the next step.
     SweepConvergence<S> progress(context.velocity_tolerance,
-                                 S(measured::later_sweep_share) * context.velocity_tolerance);
+                                 S(chosen::later_sweep_share) * context.velocity_tolerance);
     watch_.start();
     int most_sweeps = may_factor ? context.settings.max_sweeps : most_repairs(context);
     for (int n = 0; n < most_sweeps; ++n) {
@@ -38336,7 +38354,7 @@ class IslandSolver {
                      std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
                      SolveReport<S>& report) {
     const S near = std::max(context.velocity_tolerance,
-                            S(measured::newton_takes_over_share) * context.speed_change);
+                            S(chosen::newton_takes_over_share) * context.speed_change);
     const SolverDef<S>& settings = context.settings;
     sequential_.start_manifolds(island, constraints, bodies, S(1));
     sequential_.start_part(island, constraints, bodies, context);
@@ -38355,8 +38373,8 @@ class IslandSolver {
     }
     sequential_.keep_impulses();
     // Velocities are left far from their laws. Overlaps are small beside the motion by forces.
-    const S enough = std::min(S(measured::swept_position_share) * report.residual,
-                              S(measured::sliding_overlap_share) * context.speed_change);
+    const S enough = std::min(S(chosen::swept_position_share) * report.residual,
+                              S(chosen::sliding_overlap_share) * context.speed_change);
     place_part(island, constraints, bodies, context, {affordable, affordable}, enough, report);
     sequential_.finish_parts(island, constraints);
     sequential_.find_velocities(island, constraints, bodies);
@@ -38366,7 +38384,7 @@ class IslandSolver {
   /// [-] Sweeps of the velocities of a heap that slides. Positions, which sweeps find, have more of
   /// the budget.
   [[nodiscard]] static int sliding_sweeps(int affordable, const SolverDef<S>& settings) {
-    return std::min(settings.max_sweeps, affordable / measured::sliding_velocity_divisor);
+    return std::min(settings.max_sweeps, affordable / chosen::sliding_velocity_divisor);
   }
 
   /// Solves a large island by few sweeps. Its substeps are short enough for them. Gaps follow the
@@ -38406,7 +38424,7 @@ class IslandSolver {
       if (!island.soft.empty()) break;  // Placed when their sensors have settled.
       // Positions need no more digits than velocities have.
       place_part(island, constraints, bodies, part, placings,
-                 S(measured::swept_position_share) * report.residual, report);
+                 S(chosen::swept_position_share) * report.residual, report);
       if (k + 1 < count) sequential_.move_on(bodies, part.dt);
       end_part(island, constraints, bodies, part.dt, parts);
     }
@@ -38474,7 +38492,7 @@ class IslandSolver {
                                             const SolveReport<S>& report) {
     const IslandEnergy<S> energy = energy_of<S>(island, bodies);
     const S available = std::max(energy.start, energy.free);
-    if (!context.slides) return energy.found > S(measured::suspicious_energy_growth) * available;
+    if (!context.slides) return energy.found > S(chosen::suspicious_energy_growth) * available;
     return report.residual > context.fast() && energy.found > available;
   }
 
@@ -38751,7 +38769,7 @@ class MechanismStage final : public JointStage<S> {
       state.report.joint_tilt = std::max(state.report.joint_tilt, gap.angle);
       const S arm2 = std::max(joint.X_CmA_J.translation.squaredNorm(),
                               joint.X_CmB_J.translation.squaredNorm());
-      const S wide = S(measured::wide_joint_gap);
+      const S wide = S(chosen::wide_joint_gap);
       is_open_[i] = arm2 > S(0) && gap.distance * gap.distance > wide * wide * arm2;
     }
   }
@@ -39143,10 +39161,10 @@ class MechanismStage final : public JointStage<S> {
     }
     system_.set(bodies_, joints_);
     system_.place();
-    const S most = S(measured::wide_joint_gap) * system_.size();
+    const S most = S(chosen::wide_joint_gap) * system_.size();
     if (projection_.find_gaps(system_) <= most) return;
     // The next position correction closes the remaining gap.
-    if (!projection_.close_wide_gaps(system_, S(measured::closed_wide_gap_share) * most)) return;
+    if (!projection_.close_wide_gaps(system_, S(chosen::closed_wide_gap_share) * most)) return;
     for (std::size_t k = 0; k < slots_.size(); ++k) {
       SolverBody<S>& body = state.solver_bodies[slots_[k]];
       if (!body.moves) continue;
@@ -39566,7 +39584,7 @@ class ContactStage {
   /// and write to buffers of their own.
   void collide_pairs(State& state) {
     const std::size_t chunks =
-        (pairs_.size() + measured::pairs_per_task - 1) / measured::pairs_per_task;
+        (pairs_.size() + chosen::pairs_per_task - 1) / chosen::pairs_per_task;
     found_.resize(pairs_.size());
     if (buffers_.size() < chunks) buffers_.resize(chunks);
     for (std::size_t i = 0; i < chunks; ++i) {
@@ -39575,12 +39593,12 @@ class ContactStage {
       buffers_[i].reserve(most_manifolds_);
     }
     const auto task = [this, &state](std::size_t chunk) {
-      const std::size_t end = std::min(pairs_.size(), (chunk + 1) * measured::pairs_per_task);
-      for (std::size_t i = chunk * measured::pairs_per_task; i < end; ++i) {
+      const std::size_t end = std::min(pairs_.size(), (chunk + 1) * chosen::pairs_per_task);
+      for (std::size_t i = chunk * chosen::pairs_per_task; i < end; ++i) {
         found_[i] = collide(state, pairs_[i], buffers_[chunk]);
       }
     };
-    if (pairs_.size() < measured::fewest_shared_pairs) {
+    if (pairs_.size() < chosen::fewest_shared_pairs) {
       for (std::size_t i = 0; i < chunks; ++i) task(i);
     } else {
       state.def.parallel_for(chunks, std::cref(task));
@@ -39616,8 +39634,7 @@ class ContactStage {
       const Transform<S>& X_WB = state.body_of(b).center_pose;
       state.contacts.add(
           pairs_[i],
-          std::span(buffers_[i / measured::pairs_per_task])
-              .subspan(found_[i].first, found_[i].count),
+          std::span(buffers_[i / chosen::pairs_per_task]).subspan(found_[i].first, found_[i].count),
           {a.is_centered ? X_WA.rotation_matrix()
                          : rotation_matrix<S>(X_WA.rotation * a.X_CmS.rotation),
            a.is_centered ? zero<Vec3<S>>() : X_WA.rotate(a.X_CmS.translation),
@@ -39635,7 +39652,7 @@ class ContactStage {
   CrowdLimit<S> crowd_;
   DynamicArray<Found> found_;
   DynamicArray<ContactManifolds<S>> buffers_;
-  std::size_t most_manifolds_ = measured::pairs_per_task;
+  std::size_t most_manifolds_ = chosen::pairs_per_task;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail
@@ -39886,7 +39903,7 @@ class SensorStage {
       measures_lambda_ =
           measures_lambda_ || state.patches.at(i).def.integration == Integration::automatic;
     }
-    if (live_.size() > 1 && sensors >= measured::fewest_shared_sensors) {
+    if (live_.size() > 1 && sensors >= chosen::fewest_shared_sensors) {
       state.def.parallel_for(live_.size(), std::cref(task));
     } else {
       for (std::size_t k = 0; k < live_.size(); ++k) task(k);
@@ -40075,7 +40092,7 @@ class SensorStage {
     }
     const std::span<const ShapeInReach<S>> shapes(scratch.shapes);
     const bool is_due = (state.steps + index) % patch.def.cast_every == 0;
-    if (shares && patch.size() >= measured::fewest_shared_rays &&
+    if (shares && patch.size() >= chosen::fewest_shared_rays &&
         !patch.geometry->ray_tree.ranges().empty() &&
         shapes.front().collider->shape.asks_ranges()) {
       scratch.has_cast = needs_rays<S>(patch, scratch, shapes, is_due);
@@ -40830,7 +40847,7 @@ class SolveStage {
         return;
       }
       // Positions need no more digits than velocities have.
-      const S most = S(measured::position_residual_share * std::min(1.0, context.cost_share())) *
+      const S most = S(chosen::position_residual_share * std::min(1.0, context.cost_share())) *
                      context.speed_change;
       context.position_tolerance =
           std::max(position_tolerance, context.dt * std::min(report.residual, most));
@@ -41075,9 +41092,7 @@ void wake_island(WorldState<S>& state, std::uint32_t slot) {
 /// Wakes all islands.
 template <Scalar S>
 void wake_all(WorldState<S>& state) {
-  for (const std::uint32_t i : state.bodies.live_slots()) {
-    if (state.bodies.is_live(i)) state.bodies.at(i).sleep = {};
-  }
+  for (const std::uint32_t i : state.bodies.live_slots()) state.bodies.at(i).sleep = {};
   state.sleeping_bodies = 0;
   state.is_idle = false;
 }
@@ -41865,8 +41880,9 @@ DynamicArray<S> lengths_outside(const WorldState<S>& state, std::uint32_t body,
   const PatchGeometry<S>& rays = *patch.geometry;
   SensorLayout<S> reversed;
   for (std::size_t i = 0; i < rays.size(); ++i) {
-    reversed.add(origin_Cm + rays.start[i] + rays.length[i] * rays.direction[i], -rays.direction[i],
-                 rays.length[i]);
+    const Vec3<S> start = origin_Cm + rays.start[i];
+    const Vec3<S> direction = rays.direction[i];
+    reversed.add(start + rays.length[i] * direction, -direction, rays.length[i]);
   }
   DynamicArray<S> outside = distances_to_body(state, body, reversed);
   for (std::size_t i = 0; i < outside.size(); ++i) {
@@ -41889,9 +41905,10 @@ DynamicArray<S> lengths_before_entry(const WorldState<S>& state, std::uint32_t b
   return distances_to_body(state, body, forward);
 }
 
-/// Checks that no ray of a patch runs into the shapes of its own body: it starts inside of them and
-/// leaves, or it meets none. A ray that comes from outside looks through the body, and would read
-/// what is behind it; one that ends inside never leaves it.
+/// Checks that the end of each ray lies outside of the shapes of its own body, and that its start
+/// lies inside or on one of them unless the ray meets none. A ray that comes from outside looks
+/// through the body, and would read what is behind it; one that ends inside never leaves it. A ray
+/// that starts inside may leave and enter again before its end: it is accepted.
 ///
 /// @throws InvalidArgument naming the first sensor whose ray does, and the number of others.
 template <Scalar S>
@@ -42449,7 +42466,8 @@ void visit_patch(const State& state, Patch& patch, Visitor& visit) {
   });
   for (std::size_t i = 0; i < patch.active_lanes.size(); ++i) {
     visit.item(
-        "patches (felt)", patch.active_lanes[i], [&](auto& active) { visit.value(active); },
+        "patches (active sensors)", patch.active_lanes[i],
+        [&](auto& active) { visit.value(active); },
         [&](LaneBits active) { return (active & ~lanes_of(patch, i)) == 0; });
   }
   visit.value(patch.was_active);
@@ -43337,7 +43355,7 @@ template <Scalar P>
   }
   const Transform<P> X_QT = X_TQ.inverse();
   Vec3<P> point = support_point(target, normal);
-  for (int i = 0; i < measured::gap_projections; ++i) {
+  for (int i = 0; i < chosen::gap_projections; ++i) {
     const Vec3<P> opposite = X_TQ * project(Vec3<P>(X_QT * point), query);
     if ((opposite - point).norm() <= enough) break;
     point = project(opposite, target);
@@ -43449,7 +43467,7 @@ void find_touch(const ConvexView<P>& target, const ConvexView<P>& query, const T
   Transform<P> X = X_TQ;
   P fraction = P(0);
   Vec3<P> normal = zero<Vec3<P>>();
-  for (int i = 0; i < measured::sweep_distances; ++i) {
+  for (int i = 0; i < chosen::sweep_distances; ++i) {
     const GjkResult<P> found = convex_distance(target, query, X, infinity<P>);
     // The direction of solids that all but touch may be any. Only a plane that parts them counts.
     const P gap = found.is_apart ? gap_along(target, query, X, found.normal) : P(0);
@@ -44281,7 +44299,7 @@ void detail::HostStep<S>::place(WorldState<S>& world, std::uint32_t slot,
   using std::abs;
   // This also fails for NaN or overflowing quaternions.
   if (!found ||
-      !(abs(found->pose.rotation.squaredNorm() - S(1)) < S(measured::host_rotation_error))) {
+      !(abs(found->pose.rotation.squaredNorm() - S(1)) < S(chosen::host_rotation_error))) {
     ++report.missing_bodies;
     return;
   }
@@ -45120,7 +45138,7 @@ class GlbWriter {
       const float time = static_cast<float>(times[i] - times.front());
       frames_.numbers.push_back(i);
       frames_.times.push_back({time});
-      const bool is_due = times[i] * (1 + measured::frame_time_rounding) >= due;
+      const bool is_due = times[i] * (1 + chosen::frame_time_rounding) >= due;
       if (!is_due && i + 1 < times.size()) continue;
       // Instants that frames missed are left out.
       due = std::max(due, times[i] - 1 / arrow_rate) + 1 / arrow_rate;
@@ -45687,7 +45705,7 @@ template <Scalar S>
   const Quat<S> into_A = X_WA.rotation.conjugate();
   const Vec3<S> m_A = into_A * m;
   const Vec3<S>& n = ray.direction;
-  if (!(distance < ray.length) || !(m_A.dot(n) <= S(-detail::measured::grazing_cosine))) {
+  if (!(distance < ray.length) || !(m_A.dot(n) <= S(-detail::chosen::grazing_cosine))) {
     memory.is_anchored = false;
     return {};
   }

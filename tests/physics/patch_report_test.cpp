@@ -127,7 +127,7 @@ TEST_CASE("patch_report: constants for a plane let a ball sink to the bottom, an
   CHECK(report.bottomed_out == whole);
   CHECK(report.load == reading.total_normal());
   REQUIRE(report.warnings().size() == 2);
-  CHECK(report.warnings()[0].find("less than a tenth of their ray outside") != std::string::npos);
+  CHECK(report.warnings()[0].find("less than 0.1 of their ray outside") != std::string::npos);
   CHECK(report.warnings()[1].find(std::to_string(whole) + " of 1089 sensors were fully pressed") ==
         0);
   CHECK(report.warnings()[1].find("a larger GripSpec::load carries it, or GripSpec::radius") !=

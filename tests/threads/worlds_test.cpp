@@ -16,6 +16,10 @@ using namespace bristle;
 using namespace bristle::detail;
 using namespace bristle::scenes;
 
+TEST_CASE("threads: rays are shared from more on than a range has") {
+  CHECK(detail::chosen::fewest_shared_rays > detail::RayTree<double>::range_size);
+}
+
 TEST_CASE_TEMPLATE("threads: 1 to 8 workers give the same bits in every step", S, float, double) {
   constexpr int steps = 80;
   std::vector<std::uint64_t> expected;
@@ -44,6 +48,10 @@ TEST_CASE_TEMPLATE("threads: 1 to 8 workers give the same bits in every step", S
     CHECK(pile.world.report().contact_points == serial.world.report().contact_points);
     CHECK(pile.world.report().rays_cast == serial.world.report().rays_cast);
   }
+}
+
+TEST_CASE("threads: rays are shared from more on than a range has") {
+  CHECK(detail::chosen::fewest_shared_rays > detail::RayTree<double>::range_size);
 }
 
 TEST_CASE("threads: a large world uses the hook for pairs and patches, a small one not at all") {

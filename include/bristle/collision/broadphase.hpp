@@ -249,18 +249,18 @@ class BroadPhase {
     // The fat AABB covers some steps in the direction of motion. A box left over from a faster step
     // shrinks again.
     const S size = swept.half_extents().maxCoeff();
-    const S surplus = S(measured::fat_box_margin) * size;
+    const S surplus = S(chosen::fat_box_margin) * size;
     const Aabb<S>& box = tree_.box(entry.node);
     const Vec3<S> spare = (box.upper - box.lower) - (swept.upper - swept.lower);
     const bool fits = box.contains(swept);
-    if (fits && spare.maxCoeff() <= S(measured::fat_box_surplus) * surplus) return;
+    if (fits && spare.maxCoeff() <= S(chosen::fat_box_surplus) * surplus) return;
     const S distance = shift.norm();
     if (distance > reach) shift *= reach / distance;
     Vec3<S> ahead =
-        cwise_clamp(S(measured::fat_box_steps) * shift, S(measured::fat_box_stretch) * size);
+        cwise_clamp(S(chosen::fat_box_steps) * shift, S(chosen::fat_box_stretch) * size);
     // The motion of a body too fast for its square is not finite.
     if (!all_finite(ahead)) set_zero(ahead);
-    if (fits && (spare - cwise_abs(ahead)).maxCoeff() <= S(measured::fat_box_surplus) * surplus)
+    if (fits && (spare - cwise_abs(ahead)).maxCoeff() <= S(chosen::fat_box_surplus) * surplus)
       return;
     Aabb<S> grown = swept.inflated(surplus);
     grown.lower += cwise_min(ahead, zero<Vec3<S>>());

@@ -1,5 +1,5 @@
 /// @file
-/// Constants of collision that were chosen by measurement.
+/// Constants of collision that no formula gives.
 ///
 /// `tests/constants` runs scenes with each at half and at twice its value.
 // SPDX-License-Identifier: BSD-3-Clause
@@ -7,7 +7,7 @@
 
 #include <bristle/core/config.hpp>
 
-namespace bristle::inline BRISTLE_ABI::detail::measured {
+namespace bristle::inline BRISTLE_ABI::detail::chosen {
 
 /// [1] Margin of a fat AABB, as a part of the largest half-extent of its shape. A smaller one
 /// changes the tree more often. A greater one has more false pairs. A change of the tree costs as
@@ -32,4 +32,4 @@ inline constexpr double fat_box_stretch = 4.0;
 /// impulses to other points.
 inline constexpr double same_point_distance2 = 1e-4;
 
-}  // namespace bristle::inline BRISTLE_ABI::detail::measured
+}  // namespace bristle::inline BRISTLE_ABI::detail::chosen

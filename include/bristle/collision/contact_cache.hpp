@@ -264,7 +264,7 @@ class ContactCache {
           extent2, (old_points_[old.first + k].arm_a - old_points_[old.first].arm_a).squaredNorm());
     }
     match([&](const CachedPoint<S>& a, const CachedPoint<S>& b) {
-      return (a.arm_a - b.arm_a).squaredNorm() <= S(measured::same_point_distance2) * extent2;
+      return (a.arm_a - b.arm_a).squaredNorm() <= S(chosen::same_point_distance2) * extent2;
     });
   }
 

@@ -1,5 +1,5 @@
 /// @file
-/// Constants of the core that were chosen by measurement.
+/// Constants of the core that no formula gives.
 ///
 /// `tests/constants` runs scenes with each at half and at twice its value.
 // SPDX-License-Identifier: BSD-3-Clause
@@ -9,7 +9,7 @@
 
 #include <cstddef>
 
-namespace bristle::inline BRISTLE_ABI::detail::measured {
+namespace bristle::inline BRISTLE_ABI::detail::chosen {
 
 /// [-] Turns of a loop for each worker. A smaller value lets workers wait for one long turn of
 /// another. A greater one takes turns more often.
@@ -24,4 +24,4 @@ inline constexpr int looks_before_yield = 800;
 /// loops, and waking takes ten microseconds (log 0026). A greater one keeps a core busy.
 inline constexpr int yields_before_sleep = 100;
 
-}  // namespace bristle::inline BRISTLE_ABI::detail::measured
+}  // namespace bristle::inline BRISTLE_ABI::detail::chosen

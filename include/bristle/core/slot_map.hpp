@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
+#include <iterator>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -64,8 +65,9 @@ class SlotMap {
         skip_free();
         return *this;
       }
-      friend bool operator==(const Iterator& a, const Iterator& b) noexcept {
-        return a.slot_ == b.slot_;
+      /// True behind the last slot, wherever that is by then.
+      friend bool operator==(const Iterator& it, std::default_sentinel_t) noexcept {
+        return it.slot_ >= it.map_->slot_count();
       }
 
      private:
@@ -79,7 +81,7 @@ class SlotMap {
 
     explicit LiveSlots(const SlotMap& map) : map_(&map) {}
     [[nodiscard]] Iterator begin() const noexcept { return Iterator(*map_, 0); }
-    [[nodiscard]] Iterator end() const noexcept { return Iterator(*map_, map_->slot_count()); }
+    [[nodiscard]] std::default_sentinel_t end() const noexcept { return {}; }
 
    private:
     const SlotMap* map_;

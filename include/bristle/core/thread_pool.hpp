@@ -59,7 +59,7 @@ class ThreadPool {
     }
     // Several turns for each worker: no worker waits for one long turn of another.
     const std::size_t grain =
-        std::max<std::size_t>(1, count / (detail::measured::turns_of_worker * workers()));
+        std::max<std::size_t>(1, count / (detail::chosen::turns_of_worker * workers()));
     const std::size_t turns = (count + grain - 1) / grain;
     undone_.store(turns, std::memory_order_relaxed);
     const std::size_t number = shares_[0].number.load(std::memory_order_relaxed) + 1;
@@ -124,11 +124,11 @@ class ThreadPool {
   /// @return True if it is fulfilled.
   template <typename Condition>
   static bool look_out(const Condition& is_there) {
-    for (int i = 0; i < detail::measured::looks_before_yield; ++i) {
+    for (int i = 0; i < detail::chosen::looks_before_yield; ++i) {
       if (is_there()) return true;
       rest();
     }
-    for (int i = 0; i < detail::measured::yields_before_sleep; ++i) {
+    for (int i = 0; i < detail::chosen::yields_before_sleep; ++i) {
       if (is_there()) return true;
       std::this_thread::yield();
     }

@@ -1,5 +1,5 @@
 /// @file
-/// Constants of bodies, joints and contacts that were chosen by measurement.
+/// Constants of bodies, joints and contacts that no formula gives.
 ///
 /// `tests/constants` runs scenes with each at half and at twice its value.
 // SPDX-License-Identifier: BSD-3-Clause
@@ -9,7 +9,7 @@
 
 #include <cstdint>
 
-namespace bristle::inline BRISTLE_ABI::detail::measured {
+namespace bristle::inline BRISTLE_ABI::detail::chosen {
 
 /// [-] Newton's steps for a rotation of the free top. Two or three do at usual spins. Fewer may
 /// leave energy beyond round-off.
@@ -77,4 +77,4 @@ inline constexpr double mechanism_tolerance = 5e-5;
 /// a step. Beyond them the velocity solvers take over.
 inline constexpr int most_mechanism_substeps = 64;
 
-}  // namespace bristle::inline BRISTLE_ABI::detail::measured
+}  // namespace bristle::inline BRISTLE_ABI::detail::chosen

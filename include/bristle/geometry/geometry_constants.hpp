@@ -1,5 +1,5 @@
 /// @file
-/// Constants of the geometry that were chosen by measurement.
+/// Constants of the geometry that no formula gives.
 ///
 /// `tests/constants` runs scenes with each at half and at twice its value.
 // SPDX-License-Identifier: BSD-3-Clause
@@ -10,7 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace bristle::inline BRISTLE_ABI::detail::measured {
+namespace bristle::inline BRISTLE_ABI::detail::chosen {
 
 // Boxes and clipped features.
 
@@ -164,6 +164,10 @@ inline constexpr std::size_t inside_test_rays = 8;
 /// boxes of rays that lean. A greater one casts more rays alone.
 inline constexpr double narrow_node_cosine = 0.5;
 
+/// [1] Longest extent of the ends of rays, by that of their starts, from which on they are a fan. A
+/// smaller value divides convex pads by their ends, a greater one fans of a wide ring by starts.
+inline constexpr double fan_spread = 2;
+
 /// [1] A node's frame serves its children where the square of their rays' drift, times this, is at
 /// most the area of a leaf. Log 0022: rays run aside by less than a quarter of the width. A smaller
 /// value makes boxes of leaning rays thick. A greater one turns triangles more often.
@@ -217,7 +221,7 @@ inline constexpr int cache_search_price = 80;
 inline constexpr int cache_reuse_gain = 32;
 
 /// [-] Queries that traverse the tree after searches did not pay. A smaller value pays for searches
-/// in fast motion: 3 to 8 % there. A greater one notices slow motion later.
+/// in fast motion. A greater one notices slow motion later.
 inline constexpr int cache_pause_queries = 20;
 
 /// [-] Queries of another mesh after which a cache changes its mesh. A smaller value throws away
@@ -274,4 +278,4 @@ inline constexpr double hull_simplex_height = 16.0;
 /// size. A smaller value leaves seams open. A greater one joins corners of fine meshes.
 inline constexpr double weld_distance = 16.0;
 
-}  // namespace bristle::inline BRISTLE_ABI::detail::measured
+}  // namespace bristle::inline BRISTLE_ABI::detail::chosen

@@ -337,7 +337,7 @@ void detail::HostStep<S>::place(WorldState<S>& world, std::uint32_t slot,
   using std::abs;
   // This also fails for NaN or overflowing quaternions.
   if (!found ||
-      !(abs(found->pose.rotation.squaredNorm() - S(1)) < S(measured::host_rotation_error))) {
+      !(abs(found->pose.rotation.squaredNorm() - S(1)) < S(chosen::host_rotation_error))) {
     ++report.missing_bodies;
     return;
   }

@@ -1,5 +1,5 @@
 /// @file
-/// Constants of hosts that were chosen by measurement.
+/// Constants of hosts that no formula gives.
 ///
 /// `tests/constants` runs scenes with each at half and at twice its value.
 // SPDX-License-Identifier: BSD-3-Clause
@@ -7,7 +7,7 @@
 
 #include <bristle/core/config.hpp>
 
-namespace bristle::inline BRISTLE_ABI::detail::measured {
+namespace bristle::inline BRISTLE_ABI::detail::chosen {
 
 /// [1] Error of the squared norm of a host's rotation, from which on its body counts as missing.
 /// Smaller errors are rounding of the engine, and are normalised away. A smaller value refuses the
@@ -20,4 +20,4 @@ inline constexpr double host_rotation_error = 0.5;
 /// round-off, a greater one leaves a weak motion free.
 inline constexpr double held_mobility_share = 1e-10;
 
-}  // namespace bristle::inline BRISTLE_ABI::detail::measured
+}  // namespace bristle::inline BRISTLE_ABI::detail::chosen

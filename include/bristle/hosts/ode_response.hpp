@@ -29,7 +29,7 @@ struct OdeResponse {
     const Vec6<double> moved = mobility * row;
     const double row_mobility = row.dot(moved);
     // Joints may hold the same motion twice. Then only rounding is left.
-    if (row_mobility <= measured::held_mobility_share * cwise_square(row).dot(free)) return;
+    if (row_mobility <= chosen::held_mobility_share * cwise_square(row).dot(free)) return;
     twist -= moved * (row.dot(twist - base) / row_mobility);
     mobility -= moved * moved.transpose() / row_mobility;
   }

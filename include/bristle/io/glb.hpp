@@ -176,7 +176,7 @@ class GlbWriter {
       const float time = static_cast<float>(times[i] - times.front());
       frames_.numbers.push_back(i);
       frames_.times.push_back({time});
-      const bool is_due = times[i] * (1 + measured::frame_time_rounding) >= due;
+      const bool is_due = times[i] * (1 + chosen::frame_time_rounding) >= due;
       if (!is_due && i + 1 < times.size()) continue;
       // Instants that frames missed are left out.
       due = std::max(due, times[i] - 1 / arrow_rate) + 1 / arrow_rate;

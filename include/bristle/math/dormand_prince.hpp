@@ -130,10 +130,10 @@ bool DormandPrince<S>::advance(std::span<S> y, std::size_t state, S duration, Sy
     // the tolerance. One estimate changes the length by a bounded factor. The error is
     // taken without derivatives, so the ends of substeps carry none.
     const S error = S(value_of(ratio));
-    const S factor = error > S(0) ? S(1 - measured::substep_safety) * pow(error, S(-0.2))
-                                  : S(measured::substep_growth);
-    h *= std::clamp(factor, S(measured::substep_shrinkage),
-                    is_accepted ? S(measured::substep_growth) : S(1 - measured::substep_safety));
+    const S factor = error > S(0) ? S(1 - chosen::substep_safety) * pow(error, S(-0.2))
+                                  : S(chosen::substep_growth);
+    h *= std::clamp(factor, S(chosen::substep_shrinkage),
+                    is_accepted ? S(chosen::substep_growth) : S(1 - chosen::substep_safety));
     // The rest is cut into equal parts. So the last one is no sliver.
     const S rest = duration - t;
     is_last = h >= rest;

@@ -1,5 +1,5 @@
 /// @file
-/// Constants of the mathematics that were chosen by measurement.
+/// Constants of the mathematics that no formula gives.
 ///
 /// `tests/constants` runs scenes with each at half and at twice its value.
 // SPDX-License-Identifier: BSD-3-Clause
@@ -7,7 +7,7 @@
 
 #include <bristle/core/config.hpp>
 
-namespace bristle::inline BRISTLE_ABI::detail::measured {
+namespace bristle::inline BRISTLE_ABI::detail::chosen {
 
 /// [1] Part by which a substep of an integrator is shorter than its error estimate allows. A
 /// smaller value has more substeps rejected. A greater one takes more substeps.
@@ -26,4 +26,4 @@ inline constexpr double substep_shrinkage = 0.2;
 /// as fast ones, which costs time. A greater one lets them leave the arc.
 inline constexpr double far_turn_of_step = 0.5;
 
-}  // namespace bristle::inline BRISTLE_ABI::detail::measured
+}  // namespace bristle::inline BRISTLE_ABI::detail::chosen

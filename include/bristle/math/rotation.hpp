@@ -100,7 +100,7 @@ namespace detail {
 /// [rad/s] Angular velocity that turns by `far_turn_of_step` in a step.
 template <Scalar S>
 [[nodiscard]] S far_turn(S dt) {
-  return S(measured::far_turn_of_step) / dt;
+  return S(chosen::far_turn_of_step) / dt;
 }
 /// Returns whether an angular velocity [rad/s] turns a body farther than that.
 template <Scalar S>

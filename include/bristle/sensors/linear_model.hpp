@@ -320,7 +320,7 @@ BRISTLE_FORCE_INLINE void update_slip(PatchContact<T>& c, const Vector3<T>& v, T
     const T along_last = dot(v, c.last_slip);
     const T bound =
         is_last_pass
-            ? T(dot(c.last_slip, c.last_slip) / T(ScalarOf<T>(measured::damped_slip_reduction)))
+            ? T(dot(c.last_slip, c.last_slip) / T(ScalarOf<T>(chosen::damped_slip_reduction)))
             : T(0);
     const Truth<T> turns = along_last <= bound;
     c.is_damping_slip = c.is_damping_slip | (slips_on & turns);

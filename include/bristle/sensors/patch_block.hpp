@@ -82,7 +82,7 @@ template <typename Sum, typename Packet, typename Part>
 [[nodiscard]] Sum sum_of_contacts(std::span<Packet> all, const ParallelFor& parallel_for,
                                   const Part& part) {
   return sum_in_ranges<Sum>(all.size(), packets_per_range(all.size()),
-                            measured::fewest_shared_ranges, parallel_for,
+                            chosen::fewest_shared_ranges, parallel_for,
                             [&](std::size_t first, std::size_t end, Sum& sum) {
                               part(all.subspan(first, end - first), sum);
                             });
@@ -397,7 +397,7 @@ PairResponse<S> evaluate(const SensorPatch<S>& patch, PatchScratch<S>& scratch, 
                          const ParallelFor& parallel_for) {
   // A change counts from a thousandth of the patch's load on: friction follows the normal force of
   // the pass before.
-  const S negligible = S(measured::negligible_pass_change);
+  const S negligible = S(chosen::negligible_pass_change);
   const PassDef<S> def{motion, dt, pass};
   const std::span<ContactPacket<S>> contacts = contacts_of(scratch, pair);
   using Evaluation = Evaluation<S>;

@@ -92,6 +92,7 @@ void forget_body(SensorPatch<S>& patch, BodyId body) {
                    [body](const SensedBody<S>& sensed) { return sensed.body == body.index; });
   if (other == patch.sensed.end()) return;
   patch.sensed.erase(other);
+  erase_if(patch.last_impulses, [body](const PairImpulse<S>& last) { return last.body == body; });
   ReadingStore<S>& readings = patch.readings;
   for (std::size_t i = 0; i < readings.count; ++i) {
     if (readings.body[i] != body) continue;
@@ -447,8 +448,8 @@ std::uint32_t meet_body(SensorPatch<S>& patch, PatchScratch<S>& scratch, std::ui
     }
     sums = maker.sums();
   };
-  const auto sums = sum_in_ranges<ContactSums<S>>(
-      scratch.near.size(), range, measured::fewest_shared_ranges, parallel_for, meet);
+  const auto sums = sum_in_ranges<ContactSums<S>>(scratch.near.size(), range,
+                                                  chosen::fewest_shared_ranges, parallel_for, meet);
   pair.stiffness = sums.stiffness();
   // Moments are smallest about the middle of the contacts.
   pair.center = sum_of_lanes(sums.point) / S(std::max(sums.count, 1u));

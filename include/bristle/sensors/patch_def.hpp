@@ -40,9 +40,9 @@ struct PatchDef {
   std::uint32_t sense_mask = 0xffffffffu;
   /// [-] Bodies never sensed, besides their own.
   std::vector<BodyId> excluded{};
-  /// [-] True to accept rays that end inside their own body. `World::add_patch` refuses them
-  /// otherwise: the end of a ray must lie outside of all shapes that the body has then. A ray that
-  /// never leaves its body senses contacts through the body, and presses the body towards them.
+  /// [-] True to accept rays that end inside their own body, or that come from outside and enter it.
+  /// `World::add_patch` refuses them otherwise, by the shapes that the body has then. Such a ray
+  /// senses contacts through the body, and presses the body towards them.
   bool may_point_inwards = false;
   /// [N] Normal force of the whole patch that its constants are for, as `Tuning::patch` sets it; 0
   /// where that is not known. `World::patch_report` compares it with the weights in the world, and

@@ -103,7 +103,7 @@ PatchMesh<S> cylinder_patch(const CylinderPatchDef<S>& def) {
   }
   // A closed wall's ends coincide but for rounding.
   PatchMesh<S> patch{
-      weld(mesh, S(detail::measured::weld_distance) * detail::Tolerance<S>::round_off()), {}};
+      weld(mesh, S(detail::chosen::weld_distance) * detail::Tolerance<S>::round_off()), {}};
   for (const Vec3<S>& p : patch.mesh.vertices) {
     patch.normals.push_back(Vec3<S>(p.x(), S(0), p.z()).normalized());
   }

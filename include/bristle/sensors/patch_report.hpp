@@ -39,7 +39,7 @@ struct PatchReport {
   [[nodiscard]] std::vector<std::uint32_t> buried() const {
     std::vector<std::uint32_t> found;
     for (std::size_t i = 0; i < share_outside.size(); ++i) {
-      if (share_outside[i] < S(detail::measured::buried_ray_share))
+      if (share_outside[i] < S(detail::chosen::buried_ray_share))
         found.push_back(static_cast<std::uint32_t>(i));
     }
     return found;
@@ -59,8 +59,9 @@ std::vector<std::string> PatchReport<S>::warnings() const {
     return to_text(count) + " of " + to_text(share_outside.size()) + " sensors";
   };
   if (const std::vector<std::uint32_t> in = buried(); !in.empty()) {
-    lines.push_back(of_all(in.size()) + " have less than a tenth of their ray outside of their " +
-                    "own body, sensor " + to_text(in.front()) + " the first");
+    lines.push_back(
+        of_all(in.size()) + " have less than " + to_text(S(detail::chosen::buried_ray_share)) +
+        " of their ray outside of their own body, sensor " + to_text(in.front()) + " the first");
   }
   if (largest_load < least_weight) {
     lines.push_back("all sensors fully pressed give " + to_text(largest_load) +
@@ -68,10 +69,10 @@ std::vector<std::string> PatchReport<S>::warnings() const {
                     " N");
   }
   if (largest_weight > S(0) &&
-      intended_load > S(detail::measured::suspicious_load_ratio) * largest_weight) {
-    lines.push_back("the constants are for a load of " + to_text(intended_load) +
-                    " N, a thousand times the weight of the heaviest body, " +
-                    to_text(largest_weight) + " N");
+      intended_load > S(detail::chosen::suspicious_load_ratio) * largest_weight) {
+    lines.push_back("the constants are for a load of " + to_text(intended_load) + " N, more than " +
+                    to_text(S(detail::chosen::suspicious_load_ratio)) +
+                    " times the weight of the heaviest body, " + to_text(largest_weight) + " N");
   }
   if (bottomed_out > 0) {
     lines.push_back(of_all(bottomed_out) + " were fully pressed in the last step, under " +

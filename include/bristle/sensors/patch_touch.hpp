@@ -67,7 +67,7 @@ struct TouchPack : SensorTouch<Pack<S>> {
     const T cosine = dot(surface, this->n);
     is_in_range = load_mask<S>(hit, at);
     // Also false for a normal that is NaN.
-    if (decides) is_in_range = is_in_range & (cosine <= T(S(-measured::grazing_cosine)));
+    if (decides) is_in_range = is_in_range & (cosine <= T(S(-chosen::grazing_cosine)));
     const T distance = distances_of(hits, first, is_in_range);
     this->inverse_length = load_pack(rays.inverse_length, at);
     this->g = depth_gradient<T>(select(is_in_range, surface, -this->n),

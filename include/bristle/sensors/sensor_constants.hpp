@@ -1,5 +1,5 @@
 /// @file
-/// Constants of sensors that were chosen by measurement.
+/// Constants of sensors that no formula gives.
 ///
 /// `tests/constants` runs scenes with each at half and at twice its value.
 // SPDX-License-Identifier: BSD-3-Clause
@@ -9,7 +9,7 @@
 
 #include <cstddef>
 
-namespace bristle::inline BRISTLE_ABI::detail::measured {
+namespace bristle::inline BRISTLE_ABI::detail::chosen {
 
 /// [1] Cosine between a ray and the surface against it, below which a hit is grazing and counts as
 /// none. The gradient of the depth grows as the inverse of the cosine. A smaller value makes stiff
@@ -58,13 +58,13 @@ inline constexpr std::size_t tried_ball_places = 64;
 inline constexpr double recommended_step_share = 0.35;
 
 /// [1] Share of a ray outside of its own body, below which it is reported as buried. The body
-/// itself then touches before the sensor has sensed much. The warning says "a tenth". A smaller
+/// itself then touches before the sensor has sensed much. A smaller
 /// value overlooks buried rays, a greater one warns of pads that lie deep on purpose.
 inline constexpr double buried_ray_share = 0.1;
 
 /// [1] Load of a patch over the weight of the heaviest body, above which a slip of units is
-/// reported: grams for kilograms. The warning says "a thousand times". A smaller value warns of
+/// reported: grams for kilograms. A smaller value warns of
 /// firm grips, a greater one overlooks the slip.
 inline constexpr double suspicious_load_ratio = 1000.0;
 
-}  // namespace bristle::inline BRISTLE_ABI::detail::measured
+}  // namespace bristle::inline BRISTLE_ABI::detail::chosen

@@ -28,14 +28,14 @@ namespace bristle::inline BRISTLE_ABI::detail {
 /// sensors. Above 28 ranges, sizes are rounded up to so few packets that a few ranges may be
 /// missing, which matters little then.
 [[nodiscard]] inline std::size_t range_count(std::size_t packets) {
-  const std::size_t fewest = (packets + measured::range_packets - 1) / measured::range_packets;
-  return fewest < measured::fewest_shared_ranges ? fewest : (fewest + 3) / 4 * 4;
+  const std::size_t fewest = (packets + chosen::range_packets - 1) / chosen::range_packets;
+  return fewest < chosen::fewest_shared_ranges ? fewest : (fewest + 3) / 4 * 4;
 }
 /// [-] Packets of each range; the last may have fewer.
 [[nodiscard]] inline std::size_t packets_per_range(std::size_t packets) {
-  const std::size_t fewest = (packets + measured::range_packets - 1) / measured::range_packets;
-  return fewest < measured::fewest_shared_ranges
-             ? measured::range_packets
+  const std::size_t fewest = (packets + chosen::range_packets - 1) / chosen::range_packets;
+  return fewest < chosen::fewest_shared_ranges
+             ? chosen::range_packets
              : (packets + range_count(packets) - 1) / range_count(packets);
 }
 

@@ -43,7 +43,7 @@ template <Scalar S>
   const Quat<S> into_A = X_WA.rotation.conjugate();
   const Vec3<S> m_A = into_A * m;
   const Vec3<S>& n = ray.direction;
-  if (!(distance < ray.length) || !(m_A.dot(n) <= S(-detail::measured::grazing_cosine))) {
+  if (!(distance < ray.length) || !(m_A.dot(n) <= S(-detail::chosen::grazing_cosine))) {
     memory.is_anchored = false;
     return {};
   }

@@ -60,7 +60,7 @@ template <Scalar S, typename IsOfBody>
   for (std::size_t i = 0; i < patch.size(); ++i) {
     if (!hits.is_hit(i) || !is_of_body(hits.tag[i])) continue;
     const auto [n, g, point, depth, per_length] = touch_of(*patch.geometry, hits, i);
-    if (!(depth > S(0) && hits.normal[i].dot(n) <= S(-measured::grazing_cosine))) continue;
+    if (!(depth > S(0) && hits.normal[i].dot(n) <= S(-chosen::grazing_cosine))) continue;
     const SensorParameters<S>& p = patch.parameters(i);
     const S rate = g.dot(motion.at(point)) * per_length;
     const S k_t =
@@ -91,7 +91,7 @@ template <Scalar S>
   for (int j = 0; j < 6; ++j) {
     Vec6<S> rest = column_of(W, j);
     for (int k = 0; k < j; ++k) rest = rest - root(j, k) * column_of(root, k);
-    if (!(rest[j] > S(measured::locked_mobility_round_offs) * Tolerance<S>::round_off() * W(j, j)))
+    if (!(rest[j] > S(chosen::locked_mobility_round_offs) * Tolerance<S>::round_off() * W(j, j)))
       continue;
     // No block expressions: with unknown length, GCC 12 sees whole AVX-512 registers read and
     // warns.

@@ -149,7 +149,7 @@ LoadedSensors<S> pressed_by_ball(const SensorLayout<S>& layout, std::size_t midd
   using std::sqrt;
   const Vec3<S> axis = layout.direction[middle];
   const Vec3<S> lowest = layout.start[middle] + end * axis;
-  const S grazing = S(measured::grazing_cosine) * radius;
+  const S grazing = S(chosen::grazing_cosine) * radius;
   LoadedSensors<S> pressed;
   for (std::size_t i = 0; i < layout.size(); ++i) {
     const Vec3<S> direction = layout.direction[i];
@@ -183,7 +183,7 @@ LoadedSensors<S> pressed_to_depth(const SensorLayout<S>& layout, std::size_t mid
   LoadedSensors<S> pressed = pressed_by_ball(layout, middle, radius, end);
   // Longer rays and those of a hollow skin are met before the one in the middle. Where rays are
   // parallel one shift of the ball is exact; a few do for any others.
-  for (int shift = 0; shift < measured::ball_shifts && pressed.deepest > press; ++shift) {
+  for (int shift = 0; shift < chosen::ball_shifts && pressed.deepest > press; ++shift) {
     end += (pressed.deepest - press) * pressed.length;
     const LoadedSensors<S> next = pressed_by_ball(layout, middle, radius, end);
     if (!(next.depths > S(0))) break;
@@ -196,7 +196,7 @@ LoadedSensors<S> pressed_to_depth(const SensorLayout<S>& layout, std::size_t mid
 /// all over the layout: on its border a ball meets fewer.
 template <Scalar S>
 LoadedSensors<S> most_pressed_by_ball(const SensorLayout<S>& layout, S radius, S press) {
-  const std::size_t places = measured::tried_ball_places;
+  const std::size_t places = chosen::tried_ball_places;
   LoadedSensors<S> most;
   const std::size_t count = layout.size();
   for (std::size_t k = 0; k < std::min(count, places); ++k) {
@@ -324,7 +324,7 @@ PatchDescription<S> describe(const SensorParameters<S>& p, const PatchUse<S>& us
   out.largest_explicit_step =
       std::min(tangential_mode.largest_stable_step(), normal_mode.largest_stable_step());
   out.recommended_explicit_step =
-      S(detail::measured::recommended_step_share) * out.largest_explicit_step;
+      S(detail::chosen::recommended_step_share) * out.largest_explicit_step;
   return out;
 }
 

@@ -164,7 +164,7 @@ class ContactStage {
   /// and write to buffers of their own.
   void collide_pairs(State& state) {
     const std::size_t chunks =
-        (pairs_.size() + measured::pairs_per_task - 1) / measured::pairs_per_task;
+        (pairs_.size() + chosen::pairs_per_task - 1) / chosen::pairs_per_task;
     found_.resize(pairs_.size());
     if (buffers_.size() < chunks) buffers_.resize(chunks);
     for (std::size_t i = 0; i < chunks; ++i) {
@@ -173,12 +173,12 @@ class ContactStage {
       buffers_[i].reserve(most_manifolds_);
     }
     const auto task = [this, &state](std::size_t chunk) {
-      const std::size_t end = std::min(pairs_.size(), (chunk + 1) * measured::pairs_per_task);
-      for (std::size_t i = chunk * measured::pairs_per_task; i < end; ++i) {
+      const std::size_t end = std::min(pairs_.size(), (chunk + 1) * chosen::pairs_per_task);
+      for (std::size_t i = chunk * chosen::pairs_per_task; i < end; ++i) {
         found_[i] = collide(state, pairs_[i], buffers_[chunk]);
       }
     };
-    if (pairs_.size() < measured::fewest_shared_pairs) {
+    if (pairs_.size() < chosen::fewest_shared_pairs) {
       for (std::size_t i = 0; i < chunks; ++i) task(i);
     } else {
       state.def.parallel_for(chunks, std::cref(task));
@@ -214,8 +214,7 @@ class ContactStage {
       const Transform<S>& X_WB = state.body_of(b).center_pose;
       state.contacts.add(
           pairs_[i],
-          std::span(buffers_[i / measured::pairs_per_task])
-              .subspan(found_[i].first, found_[i].count),
+          std::span(buffers_[i / chosen::pairs_per_task]).subspan(found_[i].first, found_[i].count),
           {a.is_centered ? X_WA.rotation_matrix()
                          : rotation_matrix<S>(X_WA.rotation * a.X_CmS.rotation),
            a.is_centered ? zero<Vec3<S>>() : X_WA.rotate(a.X_CmS.translation),
@@ -233,7 +232,7 @@ class ContactStage {
   CrowdLimit<S> crowd_;
   DynamicArray<Found> found_;
   DynamicArray<ContactManifolds<S>> buffers_;
-  std::size_t most_manifolds_ = measured::pairs_per_task;
+  std::size_t most_manifolds_ = chosen::pairs_per_task;
 };
 
 }  // namespace bristle::inline BRISTLE_ABI::detail

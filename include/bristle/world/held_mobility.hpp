@@ -117,7 +117,7 @@ class HeldMobilityFinder {
         const Vec3<S>& arm = a.body.index == slot ? point.arm_a : point.arm_b;
         remove_motion(m.normal, arm.cross(m.normal), held);
         // Close to its limit, friction counts as sliding: it goes on as a force.
-        const S most = S(measured::sliding_share) * friction * point.impulse[0];
+        const S most = S(chosen::sliding_share) * friction * point.impulse[0];
         if (friction_impulse(m, point).norm() >= most) continue;
         remove_motion(t1, arm.cross(t1), held);
         remove_motion(t2, arm.cross(t2), held);

@@ -41,7 +41,7 @@ class MechanismStage final : public JointStage<S> {
       state.report.joint_tilt = std::max(state.report.joint_tilt, gap.angle);
       const S arm2 = std::max(joint.X_CmA_J.translation.squaredNorm(),
                               joint.X_CmB_J.translation.squaredNorm());
-      const S wide = S(measured::wide_joint_gap);
+      const S wide = S(chosen::wide_joint_gap);
       is_open_[i] = arm2 > S(0) && gap.distance * gap.distance > wide * wide * arm2;
     }
   }
@@ -433,10 +433,10 @@ class MechanismStage final : public JointStage<S> {
     }
     system_.set(bodies_, joints_);
     system_.place();
-    const S most = S(measured::wide_joint_gap) * system_.size();
+    const S most = S(chosen::wide_joint_gap) * system_.size();
     if (projection_.find_gaps(system_) <= most) return;
     // The next position correction closes the remaining gap.
-    if (!projection_.close_wide_gaps(system_, S(measured::closed_wide_gap_share) * most)) return;
+    if (!projection_.close_wide_gaps(system_, S(chosen::closed_wide_gap_share) * most)) return;
     for (std::size_t k = 0; k < slots_.size(); ++k) {
       SolverBody<S>& body = state.solver_bodies[slots_[k]];
       if (!body.moves) continue;

@@ -114,7 +114,7 @@ ContactStatus collide_pair(const WorldState<S>& state, const ShapePair& pair,
     const auto velocity = [&](const Collider<S>& c, const Vec3<S>& place) {
       return (state.solver_bodies[c.body.index].*twist).at(place);
     };
-    return S(measured::contact_lookahead) * state.def.time_step *
+    return S(chosen::contact_lookahead) * state.def.time_step *
            (R_SaW * (velocity(b, X_b.translation) - velocity(a, X_a.translation)));
   };
   const Vec3<S> way = way_by(&SolverBody<S>::start);

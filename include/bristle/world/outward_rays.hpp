@@ -44,8 +44,9 @@ DynamicArray<S> lengths_outside(const WorldState<S>& state, std::uint32_t body,
   const PatchGeometry<S>& rays = *patch.geometry;
   SensorLayout<S> reversed;
   for (std::size_t i = 0; i < rays.size(); ++i) {
-    reversed.add(origin_Cm + rays.start[i] + rays.length[i] * rays.direction[i], -rays.direction[i],
-                 rays.length[i]);
+    const Vec3<S> start = origin_Cm + rays.start[i];
+    const Vec3<S> direction = rays.direction[i];
+    reversed.add(start + rays.length[i] * direction, -direction, rays.length[i]);
   }
   DynamicArray<S> outside = distances_to_body(state, body, reversed);
   for (std::size_t i = 0; i < outside.size(); ++i) {
@@ -68,9 +69,10 @@ DynamicArray<S> lengths_before_entry(const WorldState<S>& state, std::uint32_t b
   return distances_to_body(state, body, forward);
 }
 
-/// Checks that no ray of a patch runs into the shapes of its own body: it starts inside of them and
-/// leaves, or it meets none. A ray that comes from outside looks through the body, and would read
-/// what is behind it; one that ends inside never leaves it.
+/// Checks that the end of each ray lies outside of the shapes of its own body, and that its start
+/// lies inside or on one of them unless the ray meets none. A ray that comes from outside looks
+/// through the body, and would read what is behind it; one that ends inside never leaves it. A ray
+/// that starts inside may leave and enter again before its end: it is accepted.
 ///
 /// @throws InvalidArgument naming the first sensor whose ray does, and the number of others.
 template <Scalar S>

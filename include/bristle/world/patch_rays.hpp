@@ -119,7 +119,7 @@ ShapeInReach<S> shape_in_reach(const SensorPatch<S>& patch, ShapeId id, const Co
   shape.approach = approach;
   // The cache must stay valid for several steps.
   shape.extra_length = patch.def.cast_every > 1
-                           ? approach + patch.geometry->shortest * S(measured::plane_cache_margin)
+                           ? approach + patch.geometry->shortest * S(chosen::plane_cache_margin)
                            : approach;
   if (collider.half_space) {
     shape.normal = shape.X_AS.rotate(collider.half_space->normal);

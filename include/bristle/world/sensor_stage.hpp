@@ -51,7 +51,7 @@ class SensorStage {
       measures_lambda_ =
           measures_lambda_ || state.patches.at(i).def.integration == Integration::automatic;
     }
-    if (live_.size() > 1 && sensors >= measured::fewest_shared_sensors) {
+    if (live_.size() > 1 && sensors >= chosen::fewest_shared_sensors) {
       state.def.parallel_for(live_.size(), std::cref(task));
     } else {
       for (std::size_t k = 0; k < live_.size(); ++k) task(k);
@@ -240,7 +240,7 @@ class SensorStage {
     }
     const std::span<const ShapeInReach<S>> shapes(scratch.shapes);
     const bool is_due = (state.steps + index) % patch.def.cast_every == 0;
-    if (shares && patch.size() >= measured::fewest_shared_rays &&
+    if (shares && patch.size() >= chosen::fewest_shared_rays &&
         !patch.geometry->ray_tree.ranges().empty() &&
         shapes.front().collider->shape.asks_ranges()) {
       scratch.has_cast = needs_rays<S>(patch, scratch, shapes, is_due);

@@ -255,7 +255,7 @@ class SolveStage {
         return;
       }
       // Positions need no more digits than velocities have.
-      const S most = S(measured::position_residual_share * std::min(1.0, context.cost_share())) *
+      const S most = S(chosen::position_residual_share * std::min(1.0, context.cost_share())) *
                      context.speed_change;
       context.position_tolerance =
           std::max(position_tolerance, context.dt * std::min(report.residual, most));

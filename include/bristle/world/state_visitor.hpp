@@ -364,7 +364,8 @@ void visit_patch(const State& state, Patch& patch, Visitor& visit) {
   });
   for (std::size_t i = 0; i < patch.active_lanes.size(); ++i) {
     visit.item(
-        "patches (felt)", patch.active_lanes[i], [&](auto& active) { visit.value(active); },
+        "patches (active sensors)", patch.active_lanes[i],
+        [&](auto& active) { visit.value(active); },
         [&](LaneBits active) { return (active & ~lanes_of(patch, i)) == 0; });
   }
   visit.value(patch.was_active);

@@ -23,9 +23,7 @@ void wake_island(WorldState<S>& state, std::uint32_t slot) {
 /// Wakes all islands.
 template <Scalar S>
 void wake_all(WorldState<S>& state) {
-  for (const std::uint32_t i : state.bodies.live_slots()) {
-    if (state.bodies.is_live(i)) state.bodies.at(i).sleep = {};
-  }
+  for (const std::uint32_t i : state.bodies.live_slots()) state.bodies.at(i).sleep = {};
   state.sleeping_bodies = 0;
   state.is_idle = false;
 }

@@ -145,8 +145,8 @@ template <Scalar S, typename Backend>
 WorldBatch<S, Backend>::WorldBatch(const World<S, Backend>& origin, std::size_t count,
                                    ParallelFor parallel_for)
     : origin_(origin),
-      per_task_(std::clamp<std::size_t>(count / detail::measured::fewest_batch_tasks, 1,
-                                        detail::measured::most_worlds_per_task)),
+      per_task_(std::clamp<std::size_t>(count / detail::chosen::fewest_batch_tasks, 1,
+                                        detail::chosen::most_worlds_per_task)),
       parallel_for_(std::move(parallel_for)) {
   detail::require(count > 0, "WorldBatch: count", count, "must be > 0");
   detail::require(bool(parallel_for_), "WorldBatch: parallel_for", "empty", "must be callable");

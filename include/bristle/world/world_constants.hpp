@@ -1,5 +1,5 @@
 /// @file
-/// Constants of the stages of a step that were chosen by measurement.
+/// Constants of the stages of a step that no formula gives.
 ///
 /// `tests/constants` runs scenes with each at half and at twice its value.
 // SPDX-License-Identifier: BSD-3-Clause
@@ -9,7 +9,7 @@
 
 #include <cstddef>
 
-namespace bristle::inline BRISTLE_ABI::detail::measured {
+namespace bristle::inline BRISTLE_ABI::detail::chosen {
 
 /// [-] Pairs in a task of the narrow phase. A pair costs a microsecond, waking a thread several. So
 /// a task is work worth taking. Greater ones leave threads idle at the end
@@ -61,4 +61,4 @@ inline constexpr double wide_joint_gap = 3e-2;
 /// smaller one takes more steps. A greater one leaves gaps that are soon wide again.
 inline constexpr double closed_wide_gap_share = 0.1;
 
-}  // namespace bristle::inline BRISTLE_ABI::detail::measured
+}  // namespace bristle::inline BRISTLE_ABI::detail::chosen

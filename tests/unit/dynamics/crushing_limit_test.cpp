@@ -71,7 +71,7 @@ TEST_CASE("crushing_limit: the bound is a multiple of all that acts on the islan
   for (const auto& c : press.constraints.contacts) CHECK(c.most_impulse == infinity<double>);
   press.move_plate({{0, 0, -0.1}, {0, 0, 0}});
   const auto bound = [&] {
-    return press.constraints.contacts[0].most_impulse / measured::most_leverage;
+    return press.constraints.contacts[0].most_impulse / chosen::most_leverage;
   };
   const double by_plate = 2 * 0.1;
   SUBCASE("of the mover's speed, for all bodies") {
@@ -160,7 +160,7 @@ TEST_CASE("crushing_limit: contacts between bodies that move have no bound") {
   const std::array<std::uint32_t, 2> movable{1, 2};
   const std::array<std::uint32_t, 3> contacts{0, 1, 2};
   limit_crushing<double>({movable, contacts, {}, {}}, press.constraints, bodies);
-  CHECK(all[0].most_impulse == test::relative(measured::most_leverage * 2 * 2 * 0.1));
+  CHECK(all[0].most_impulse == test::relative(chosen::most_leverage * 2 * 2 * 0.1));
   CHECK(all[1].most_impulse == infinity<double>);
   CHECK(all[2].most_impulse == all[0].most_impulse);
 }
@@ -192,5 +192,5 @@ TEST_CASE("crushing_limit: the speed of a mover counts along the rows of its joi
                          press.bodies);
   const double speed = std::hypot(4 + 0.3 * 20, 0.1 * 20);
   CHECK(press.constraints.contacts[0].most_impulse ==
-        test::relative(measured::most_leverage * 2 * speed));
+        test::relative(chosen::most_leverage * 2 * speed));
 }

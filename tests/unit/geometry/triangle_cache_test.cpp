@@ -192,6 +192,27 @@ TEST_CASE_TEMPLATE("TriangleCache: serve while motion is slow, and are not made 
   CHECK(again[1] > 30 * 400 / 2);
 }
 
+TEST_CASE("TriangleCache: a query of many nodes is one query") {
+  // 1296 rays in 21 leaves, each with some twenty triangles before it.
+  const RayMesh<double> mesh = ray_mesh(test::bumpy_mesh(64));
+  test::RayPatch<double> patch;
+  constexpr int side = 36;
+  for (int i = 0; i < side * side; ++i) {
+    const double x = 0.08 * (i % side / double(side - 1) - 0.5);
+    const double y = 0.08 * (i / side / double(side - 1) - 0.5);
+    patch.add({x, y, -0.06}, {0, 0, 1}, 0.06);
+  }
+  Compared<double> rays(patch);
+  std::size_t wrong = 0;
+  for (int k = 0; k < 40; ++k) {
+    wrong += rays.differences(mesh, pose<double>({0, 0, 0}, {0.06 * k, 0.03 * k, 0}));
+  }
+  CHECK(wrong == 0);
+  // Fast motion: all search in the first query, and in the one after each pause of twenty.
+  CHECK(rays.kept.searched() > 0);
+  CHECK(rays.kept.searched() < 3 * side * side);
+}
+
 TEST_CASE("TriangleCache: rays that turn about their starts move as well") {
   const RayMesh<double> mesh = ray_mesh(test::bumpy_mesh(71));
   test::RayPatch<double> patch;

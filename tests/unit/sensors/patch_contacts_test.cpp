@@ -89,7 +89,7 @@ TEST_CASE_TEMPLATE("collect_contacts: every hit that does not graze, at its body
     for (std::size_t k = 0; k < patch.size(); ++k) {
       expected += random.scratch.hits.is_hit(k) &&
                           random.scratch.hits.normal[k].dot(patch.geometry->direction[k]) <=
-                              S(-measured::grazing_cosine)
+                              S(-chosen::grazing_cosine)
                       ? 1u
                       : 0u;
     }

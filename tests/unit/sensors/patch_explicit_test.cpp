@@ -92,7 +92,7 @@ void compare(test::RandomPatch<S>& random) {
       const bool is_active_lane = random.scratch.hits.is_hit(i) &&
                                   random.scratch.hits.distance[i] < patch.geometry->length[i] &&
                                   random.scratch.hits.normal[i].dot(patch.geometry->direction[i]) <=
-                                      S(-measured::grazing_cosine);
+                                      S(-chosen::grazing_cosine);
       CHECK((r.state[i] != SensorState::free) == is_active_lane);
       CHECK((r.body[i] == BodyId{}) == !is_active_lane);
       if (r.state[i] == SensorState::slipping) ++slips;

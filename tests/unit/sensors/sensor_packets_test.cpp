@@ -13,16 +13,16 @@ TEST_CASE(
     CAPTURE(packets);
     const std::size_t size = packets_per_range(packets);
     REQUIRE(size > 0);
-    REQUIRE(size <= measured::range_packets);
+    REQUIRE(size <= chosen::range_packets);
     const std::size_t ranges = (packets + size - 1) / size;
     REQUIRE(ranges <= range_count(packets));
     // None where threads have no part in it is smaller than it must be.
-    if (packets <= (measured::fewest_shared_ranges - 1) * measured::range_packets) {
-      REQUIRE(size == measured::range_packets);
+    if (packets <= (chosen::fewest_shared_ranges - 1) * chosen::range_packets) {
+      REQUIRE(size == chosen::range_packets);
       continue;
     }
-    REQUIRE(ranges >= measured::fewest_shared_ranges);
-    if (packets <= 28 * measured::range_packets) REQUIRE(ranges % 4 == 0);
+    REQUIRE(ranges >= chosen::fewest_shared_ranges);
+    if (packets <= 28 * chosen::range_packets) REQUIRE(ranges % 4 == 0);
     // The work of a thread exceeds its share by no more than rounding up, a packet a range.
     for (const std::size_t threads : {2u, 4u}) {
       const std::size_t each = (ranges + threads - 1) / threads * size;

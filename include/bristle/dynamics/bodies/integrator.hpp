@@ -107,7 +107,7 @@ bool solve_top_step(const Mat3<S>& inertia, const Mat3<S>& inverse_inertia, cons
   const Vec3<S> target = (h / S(2)) * y;
   q = inverse_J * target;
   const S round_off = Tolerance<S>::round_off();
-  for (int iteration = 0; iteration < measured::most_top_iterations; ++iteration) {
+  for (int iteration = 0; iteration < chosen::most_top_iterations; ++iteration) {
     const S rest = S(1) - q.squaredNorm();
     // A substep turns by a radian at most. Beyond a quarter turn, with 2 q0^2 < 1, q has
     // left the root.
@@ -154,7 +154,7 @@ void turn_free_top(Body<S>& body, const Vec3<S>& w, S dt) {
   // The fastest rotation by this momentum, at any attitude.
   const S fastest = dt * L_W.norm() * inverse_inertia.norm();
   int substeps = 1;
-  while (S(substeps) < fastest && substeps < measured::most_top_substeps) substeps *= 2;
+  while (S(substeps) < fastest && substeps < chosen::most_top_substeps) substeps *= 2;
   const S h = dt / S(substeps);
   for (int i = 0; i < substeps; ++i) {
     const Vec3<S> y = rotation.conjugate() * L_W;

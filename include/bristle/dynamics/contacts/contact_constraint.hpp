@@ -24,7 +24,7 @@ namespace bristle::inline BRISTLE_ABI::detail {
 /// [1] Share of a row's response that counts as round-off once other rows hold.
 template <Scalar S>
 [[nodiscard]] S no_mobility() {
-  return S(measured::no_mobility_roundings) * Tolerance<S>::round_off();
+  return S(chosen::no_mobility_roundings) * Tolerance<S>::round_off();
 }
 
 /// A contact point between bodies A and B. Its impulses act on B. They are along the normal (A to
@@ -103,7 +103,7 @@ struct ContactConstraint {
 };
 
 /// [1] Distance of an impulse from the edge of its friction cone, where surfaces slide. It is 0 at
-/// the edge. It is 1 up to most of the way to it (`measured::hold_fade`). It is continuous, so that
+/// the edge. It is 1 up to most of the way to it (`chosen::hold_fade`). It is continuous, so that
 /// small differences stay small.
 /// @param impulse  [N s] Along the normal and two tangents.
 template <Scalar S>
@@ -114,9 +114,9 @@ template <Scalar S>
   const S friction2 = impulse[1] * impulse[1] + impulse[2] * impulse[2];
   if (!(friction2 < most * most)) return S(0);
   // The first test saves the root.
-  const double whole = 1 - measured::hold_fade;
+  const double whole = 1 - chosen::hold_fade;
   if (friction2 <= S(whole * whole) * (most * most)) return S(1);
-  return min(S(1), S(1 / measured::hold_fade) * (S(1) - sqrt(friction2) / most));
+  return min(S(1), S(1 / chosen::hold_fade) * (S(1) - sqrt(friction2) / most));
 }
 
 /// Returns whether two contacts have the same bodies and axes, and surfaces that run alike, as the

@@ -275,7 +275,7 @@ void ManifoldSweeps<S>::find_manifolds(const Island& island, const Constraints<S
     }
   }
   is_cold_ = static_cast<double>(fresh) >
-             measured::cold_contact_share * static_cast<double>(island.contacts.size());
+             chosen::cold_contact_share * static_cast<double>(island.contacts.size());
 }
 
 template <Scalar S>

@@ -198,7 +198,7 @@ bool SweepExtrapolation<S>::move_on(std::span<S> velocities, ShowResiduals&& sho
   const S gain_of_sweeps = S(0.5) * whole - slope_along;
   // The energy of bodies that are pressed from two sides falls without end. So no step takes more
   // than there is. In this order a number that is NaN ends it.
-  if (!(slope_along < S(0) && step.gain > S(measured::least_extrapolation_gain) * gain_of_sweeps &&
+  if (!(slope_along < S(0) && step.gain > S(chosen::least_extrapolation_gain) * gain_of_sweeps &&
         step.gain <= S(0.5) * energy(velocities, velocities))) {
     forget(velocities, show_impulses);
     return false;

@@ -41,10 +41,10 @@ class JointOrder {
   /// Couplings of all joints, in the order of rows.
   [[nodiscard]] const DynamicArray<JointCoupling>& couplings() const { return couplings_; }
   /// [-] Multiply-adds of a factorisation of the matrix within its envelope. If they exceed
-  /// `measured::most_factor_work` the order is not finished. A hub with hundreds of neighbours
+  /// `chosen::most_factor_work` the order is not finished. A hub with hundreds of neighbours
   /// does, say.
   [[nodiscard]] std::uint64_t factor_work() const { return factor_work_; }
-  [[nodiscard]] bool is_too_wide() const { return factor_work_ > measured::most_factor_work; }
+  [[nodiscard]] bool is_too_wide() const { return factor_work_ > chosen::most_factor_work; }
   /// Returns whether some joint closes a loop. Bodies that forces do not move count as one. The
   /// joints may then lock more than is free.
   [[nodiscard]] bool has_loop() const { return has_loop_; }

@@ -126,14 +126,14 @@ bool JointProjection<S>::close_gaps(JointSystem<S>& system) {
   S far2 = S(0);
   for (const auto& node : system.nodes()) far2 = max(far2, node.now.x.squaredNorm());
   const S resolved = Tolerance<S>::round_off() * sqrt(far2);
-  const S closed = S(measured::closed_gap_roundings) * Tolerance<S>::round_off() * size + resolved;
+  const S closed = S(chosen::closed_gap_roundings) * Tolerance<S>::round_off() * size + resolved;
   S gap = S(0);
-  for (int pass = 0; pass < measured::most_gap_passes; ++pass) {
+  for (int pass = 0; pass < chosen::most_gap_passes; ++pass) {
     gap = find_gaps(system);
     // One pass closes gaps, and another one their derivatives.
     if (gap <= closed && (pass > 0 || derivatives_of<S> == 0)) return true;
     // The matrix is from nearby positions, good for small gaps.
-    if (pass > 0 && gap > S(measured::stale_matrix_gap) * size && !system.factor()) return false;
+    if (pass > 0 && gap > S(chosen::stale_matrix_gap) * size && !system.factor()) return false;
     system.solve(wanted_);
     displace(system, S(1));
     if (gap * gap <= closed * size) return true;
@@ -145,8 +145,8 @@ template <Scalar S>
 bool JointProjection<S>::close_wide_gaps(JointSystem<S>& system, S enough) {
   using std::max;
   using std::min;
-  const S most_turn = S(measured::most_wide_gap_turn);
-  for (int pass = 0; pass < measured::most_wide_gap_passes; ++pass) {
+  const S most_turn = S(chosen::most_wide_gap_turn);
+  for (int pass = 0; pass < chosen::most_wide_gap_passes; ++pass) {
     if (find_gaps(system) <= enough) return true;
     if (!system.factor()) return false;
     system.solve(wanted_);

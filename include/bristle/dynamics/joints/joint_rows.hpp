@@ -66,7 +66,7 @@ template <Scalar S>
   using std::abs;
   using std::min;
   using std::sqrt;
-  const S braking = motor.max_force * inverse_mass * S(measured::motor_braking_share);
+  const S braking = motor.max_force * inverse_mass * S(chosen::motor_braking_share);
   const S speed =
       min(min(abs(distance) / dt, motor.max_speed), sqrt(S(2) * braking * abs(distance)));
   return distance < S(0) ? -speed : speed;

@@ -76,7 +76,7 @@ class JointSystem {
   /// Updates arms of joints and inertias in world axes from the positions in `Node::now`.
   void place();
   /// Builds and factors the matrix at the positions of the last `place`.
-  /// @return False if it is singular, not finite, or too wide (`measured::most_factor_work`).
+  /// @return False if it is singular, not finite, or too wide (`chosen::most_factor_work`).
   [[nodiscard]] bool factor();
   /// Finds the wrenches, or impulses, that give each joint the relative motion b. Finds the
   /// `change` of motion of each body.

@@ -33,7 +33,7 @@ class MechanismIntegrator {
   /// @param tolerance  [1] Largest velocity error of a substep, in the norm of kinetic energy, > 0.
   ///                   It is relative to the velocities plus their change by forces in the substep.
   ///                   The velocities are seen from the body that carries the mechanism.
-  explicit MechanismIntegrator(S tolerance = S(measured::mechanism_tolerance))
+  explicit MechanismIntegrator(S tolerance = S(chosen::mechanism_tolerance))
       : tolerance_(tolerance) {
     BRISTLE_ASSERT(tolerance_ > S(0));
   }
@@ -251,7 +251,7 @@ bool MechanismIntegrator<S>::integrate(S dt) {
   if (is_free_) wanted = momentum_about(reference_point_, system_);
 
   const bool arrived =
-      integrator_.advance(values_, state, dt, *this, measured::most_mechanism_substeps);
+      integrator_.advance(values_, state, dt, *this, chosen::most_mechanism_substeps);
   substeps_ = integrator_.substeps();
   if (!arrived) return false;
 

@@ -60,7 +60,7 @@ struct CoulombProblem {
   /// by forces in the step, whichever is less. Resting contacts always go down to
   /// `tolerance`. Their errors would add up.
   [[nodiscard]] Real good_enough(Real slip) const {
-    return std::max(tolerance, Real(measured::good_enough_share) * std::min(speed_change, slip));
+    return std::max(tolerance, Real(chosen::good_enough_share) * std::min(speed_change, slip));
   }
 };
 
@@ -92,29 +92,29 @@ class CoulombNewton {
     const std::span<const Row> rows = problem.rows;
     start(problem);
     // The least eps solves a linear law by one factorisation.
-    Real eps = Real(problem.is_held ? measured::least_eps : measured::newton_first_eps);
+    Real eps = Real(problem.is_held ? chosen::least_eps : chosen::newton_first_eps);
     evaluate(rows, v_, velocity_);
     // Impulses of the last step that are far from any solution give no hint.
     if (!problem.is_held && !problem.is_near &&
-        measure(rows, eps).law > Real(measured::far_start_ratio) * problem.speed_change) {
-      eps = Real(measured::newton_cold_eps);
+        measure(rows, eps).law > Real(chosen::far_start_ratio) * problem.speed_change) {
+      eps = Real(chosen::newton_cold_eps);
       std::fill(centre_.begin(), centre_.end(), Real(0));
     }
     if (!factor_response(problem)) return result;
     // A state that stays as it was needs no factorisation.
     keep_if_better(problem, result);
-    const Real nothing = Real(measured::steady_share) * problem.tolerance;
+    const Real nothing = Real(chosen::steady_share) * problem.tolerance;
     if (result.residual <= nothing && is_steady(problem, nothing)) return result;
 
     Real factored_eps = Real(-1);  // No factor yet.
-    Real least_eps = Real(measured::least_eps);
+    Real least_eps = Real(chosen::least_eps);
     Real nearest = infinity<Real>;  // Least distance of all steps from this centre.
     Real before = infinity<Real>;
     Real at_centre = infinity<Real>;
     Real last_left = infinity<Real>;
     int centres = 0;
     bool is_solved = false;
-    for (int i = 0; i < std::min(problem.most_steps, measured::most_newton_steps_of_law); ++i) {
+    for (int i = 0; i < std::min(problem.most_steps, chosen::most_newton_steps_of_law); ++i) {
       const bool has_switched = linearise(rows, eps);
       const bool is_fresh = has_switched || factored_eps != eps;
       if (is_solved && is_fresh) break;
@@ -147,36 +147,36 @@ class CoulombNewton {
       // A good enough result is improved as long as that is cheap. A steady motion then needs no
       // Newton step in the next time step.
       if (result.residual <= problem.good_enough(result.slip) &&
-          left > Real(measured::cheap_gain_share) * last_left)
+          left > Real(chosen::cheap_gain_share) * last_left)
         break;
       last_left = left;
 
       const Real of_compliant = distances.compliant;
-      if (of_compliant > Real(measured::rejected_growth) * nearest &&
-          eps < Real(measured::largest_eps)) {
+      if (of_compliant > Real(chosen::rejected_growth) * nearest &&
+          eps < Real(chosen::largest_eps)) {
         // A step that leads away from the law was too long. A larger eps keeps the next step near
         // the centre. The centre moves to where the law was nearest.
         v_ = nearest_v_;
         impulse_ = centre_ = nearest_impulse_;
         evaluate(rows, v_, velocity_);
-        eps = least_eps = Real(measured::rejected_eps_growth) * eps;
+        eps = least_eps = Real(chosen::rejected_eps_growth) * eps;
         nearest = before = infinity<Real>;
         continue;
       }
       if (of_compliant < nearest) keep_nearest(of_compliant, nearest);
       // A factor that no longer helps is rebuilt.
-      if (!is_fresh && of_compliant > Real(measured::stale_factor_share) * before)
+      if (!is_fresh && of_compliant > Real(chosen::stale_factor_share) * before)
         factored_eps = Real(-1);
       before = of_compliant;
-      const Real solved = Real(measured::centre_solved_share);
+      const Real solved = Real(chosen::centre_solved_share);
       if (of_compliant > std::max(solved * problem.tolerance, solved * left)) continue;
-      if (centres++ > 0 && left > Real(measured::stalled_centre_share) * at_centre) {
-        result.is_contradictory = !has_switched && !(eps > Real(measured::least_eps));
+      if (centres++ > 0 && left > Real(chosen::stalled_centre_share) * at_centre) {
+        result.is_contradictory = !has_switched && !(eps > Real(chosen::least_eps));
         break;
       }
       // The factor is kept where it converges fast.
-      if (left > Real(measured::fast_centre_share) * at_centre) {
-        eps = std::max(least_eps, Real(measured::newton_eps_decrease) * eps);
+      if (left > Real(chosen::fast_centre_share) * at_centre) {
+        eps = std::max(least_eps, Real(chosen::newton_eps_decrease) * eps);
       }
       at_centre = left;
       centre_ = impulse_;

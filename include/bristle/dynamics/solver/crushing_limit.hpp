@@ -23,7 +23,7 @@ namespace bristle::inline BRISTLE_ABI::detail {
 /// @param most  [N s] `ContactConstraint::most_impulse`. Infinite where nothing can be crushed.
 template <typename Real>
 [[nodiscard]] bool is_crushing(const Real& impulse, const Real& most) {
-  return impulse > most / Real(measured::most_leverage);
+  return impulse > most / Real(chosen::most_leverage);
 }
 
 /// Returns whether immovable bodies that an island touches, or has joints with, move against each
@@ -117,7 +117,7 @@ void limit_crushing(const Island& island, Constraints<S>& constraints,
                     std::span<const SolverBody<S>> bodies) {
   if (!are_movers_opposed(island, constraints, bodies)) return;
   const S most =
-      S(value_of(S(measured::most_leverage) * impulse_scale(island, constraints, bodies)));
+      S(value_of(S(chosen::most_leverage) * impulse_scale(island, constraints, bodies)));
   if (!(most < infinity<S>)) return;  // Numbers that are none bound nothing.
   for (const std::uint32_t i : island.contacts) {
     ContactConstraint<S>& c = constraints.contacts[i];

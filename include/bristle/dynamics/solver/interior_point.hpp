@@ -66,7 +66,7 @@ class InteriorPoint {
     while (count < problem.most_steps) {
       hessian_ = *problem.matrix;
       for_each_law(problem, [&](auto& law, std::span<const Row> rows) {
-        law.linearise(rows, v_, Real(measured::interior_yield) * rows[0].response);
+        law.linearise(rows, v_, Real(chosen::interior_yield) * rows[0].response);
         law.add_slope(rows, hessian_);
       });
       if (!hessian_.factor()) break;
@@ -76,7 +76,7 @@ class InteriorPoint {
       const Real left = Real(1) - std::min(Real(1), reach(problem));
       // The barrier falls by the cube of what is left (Mehrotra 1992).
       find_step(problem, left * left * left * barrier(problem), true);
-      const Real share = std::min(Real(1), Real(measured::boundary_share) * reach(problem));
+      const Real share = std::min(Real(1), Real(chosen::boundary_share) * reach(problem));
       bool is_inside = true;
       for_each_law(problem, [&](auto& law, std::span<const Row>) {
         law.advance(share);

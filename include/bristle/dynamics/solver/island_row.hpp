@@ -83,7 +83,7 @@ struct IslandRow {
   /// [velocity per impulse] R = eps K. A large eps keeps a step from leaving the branch of its law.
   /// A row without bounds has one branch, so its eps is the least at once.
   [[nodiscard]] Real regularisation(Real eps) const {
-    return (kind == RowKind::free ? std::min(eps, Real(measured::least_eps)) : eps) * response;
+    return (kind == RowKind::free ? std::min(eps, Real(chosen::least_eps)) : eps) * response;
   }
   /// [velocity per impulse] R plus the row's own compliance. It is the inverse of the slope of
   /// lambda+.

@@ -65,7 +65,7 @@ class IslandSolver {
       // Other islands are placed substep by substep as they are solved.
       const int most = context.settings.max_position_sweeps;
       place_part(island, constraints, bodies, context, {most, most},
-                 S(measured::swept_position_share) * report.residual, report);
+                 S(chosen::swept_position_share) * report.residual, report);
     }
     return false;
   }
@@ -117,7 +117,7 @@ class IslandSolver {
     // A residual that needs more than one sweep is brought well below the tolerance. Just below it,
     // it would come up again in the next step.
     SweepConvergence<S> progress(context.velocity_tolerance,
-                                 S(measured::later_sweep_share) * context.velocity_tolerance);
+                                 S(chosen::later_sweep_share) * context.velocity_tolerance);
     watch_.start();
     int most_sweeps = may_factor ? context.settings.max_sweeps : most_repairs(context);
     for (int n = 0; n < most_sweeps; ++n) {
@@ -207,7 +207,7 @@ class IslandSolver {
                      std::span<SolverBody<S>> bodies, const SolveContext<S>& context,
                      SolveReport<S>& report) {
     const S near = std::max(context.velocity_tolerance,
-                            S(measured::newton_takes_over_share) * context.speed_change);
+                            S(chosen::newton_takes_over_share) * context.speed_change);
     const SolverDef<S>& settings = context.settings;
     sequential_.start_manifolds(island, constraints, bodies, S(1));
     sequential_.start_part(island, constraints, bodies, context);
@@ -226,8 +226,8 @@ class IslandSolver {
     }
     sequential_.keep_impulses();
     // Velocities are left far from their laws. Overlaps are small beside the motion by forces.
-    const S enough = std::min(S(measured::swept_position_share) * report.residual,
-                              S(measured::sliding_overlap_share) * context.speed_change);
+    const S enough = std::min(S(chosen::swept_position_share) * report.residual,
+                              S(chosen::sliding_overlap_share) * context.speed_change);
     place_part(island, constraints, bodies, context, {affordable, affordable}, enough, report);
     sequential_.finish_parts(island, constraints);
     sequential_.find_velocities(island, constraints, bodies);
@@ -237,7 +237,7 @@ class IslandSolver {
   /// [-] Sweeps of the velocities of a heap that slides. Positions, which sweeps find, have more of
   /// the budget.
   [[nodiscard]] static int sliding_sweeps(int affordable, const SolverDef<S>& settings) {
-    return std::min(settings.max_sweeps, affordable / measured::sliding_velocity_divisor);
+    return std::min(settings.max_sweeps, affordable / chosen::sliding_velocity_divisor);
   }
 
   /// Solves a large island by few sweeps. Its substeps are short enough for them. Gaps follow the
@@ -277,7 +277,7 @@ class IslandSolver {
       if (!island.soft.empty()) break;  // Placed when their sensors have settled.
       // Positions need no more digits than velocities have.
       place_part(island, constraints, bodies, part, placings,
-                 S(measured::swept_position_share) * report.residual, report);
+                 S(chosen::swept_position_share) * report.residual, report);
       if (k + 1 < count) sequential_.move_on(bodies, part.dt);
       end_part(island, constraints, bodies, part.dt, parts);
     }
@@ -345,7 +345,7 @@ class IslandSolver {
                                             const SolveReport<S>& report) {
     const IslandEnergy<S> energy = energy_of<S>(island, bodies);
     const S available = std::max(energy.start, energy.free);
-    if (!context.slides) return energy.found > S(measured::suspicious_energy_growth) * available;
+    if (!context.slides) return energy.found > S(chosen::suspicious_energy_growth) * available;
     return report.residual > context.fast() && energy.found > available;
   }
 

@@ -45,7 +45,7 @@ template <Scalar S>
   return std::none_of(island.contacts.begin(), island.contacts.end(), [&](std::uint32_t i) {
     const ContactConstraint<S>& c = constraints.contacts[i];
     const bool is_at_edge =
-        c.friction * c.impulse[0] > S(0) && hold_of(c.impulse, c.friction) < S(measured::edge_hold);
+        c.friction * c.impulse[0] > S(0) && hold_of(c.impulse, c.friction) < S(chosen::edge_hold);
     if (!is_at_edge) return false;
     return slip2_of(c, c.velocity(bodies[c.body_a].start, bodies[c.body_b].start)) > still2;
   });
@@ -64,12 +64,12 @@ class MethodChoice {
     // rows, and a block of rows counts as many.
     const std::uint64_t rows = 3 * (island.contacts.size() + island.blocks.size());
     const std::uint64_t assembly =
-        measured::contact_row_work * rows + measured::soft_block_work * island.soft.size();
+        chosen::contact_row_work * rows + chosen::soft_block_work * island.soft.size();
     const std::uint64_t unknowns = 6 * island.bodies.size();
     // The Cholesky factor of a full matrix of n unknowns takes n^3 / 6 multiply-adds.
     const std::uint64_t dense = assembly + unknowns * unknowns * unknowns / 6;
     const bool may_be_large = dense > most;
-    context.slides = dense > most / measured::sliding_work_divisor &&
+    context.slides = dense > most / chosen::sliding_work_divisor &&
                      has_sliding_heap(island, constraints, bodies, context);
     context.factor_work = dense;
     if (!may_be_large && !context.slides) return;
@@ -80,11 +80,11 @@ class MethodChoice {
       // The full matrix bounds the work of small islands. It decides what their budget allows.
       if (may_be_large) {
         context.factor_work = work;
-        context.is_costly_heap = elimination > most / measured::mechanism_work_divisor &&
+        context.is_costly_heap = elimination > most / chosen::mechanism_work_divisor &&
                                  has_short_mechanisms(island, constraints, bodies, context);
       }
       context.is_swept =
-          context.is_large() || (context.slides && work > most / measured::sliding_work_divisor);
+          context.is_large() || (context.slides && work > most / chosen::sliding_work_divisor);
     } else {
       context.is_swept = true;
     }

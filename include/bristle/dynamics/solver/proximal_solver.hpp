@@ -73,7 +73,7 @@ class ProximalSolver {
     rows_.set_shifts();
     // Well below the tolerance. A sweep over the result then finds nothing to do.
     const Real tolerance =
-        Real(measured::direct_tolerance_share) * Real(context.velocity_tolerance);
+        Real(chosen::direct_tolerance_share) * Real(context.velocity_tolerance);
     enough_ = Real(context.velocity_tolerance);
     // Derivatives have to settle, too, which the iteration waits for.
     if constexpr (derivatives_of<S> == 0) {
@@ -189,13 +189,13 @@ auto ProximalSolver<S>::solve_law(const Island& island, Constraints<S>& constrai
       .is_near = false,
       .start = &step_,
       .free = &product_,
-      .tolerance = Real(is_swept_first ? measured::swept_first_tolerance_share
-                                       : measured::direct_tolerance_share) *
+      .tolerance = Real(is_swept_first ? chosen::swept_first_tolerance_share
+                                       : chosen::direct_tolerance_share) *
                    Real(context.velocity_tolerance),
       .speed_change = Real(context.driven_change),
       .most_steps =
           std::min(context.most_newton_steps(report),
-                   is_fresh ? measured::most_landing_steps : context.settings.max_newton_steps)};
+                   is_fresh ? chosen::most_landing_steps : context.settings.max_newton_steps)};
   // A warm step in which a grip begins to slip must not allocate.
   if (!context.is_cheap()) {
     interior_.reserve(convex_problem(problem));
@@ -271,7 +271,7 @@ auto ProximalSolver<S>::solve_from_inside(CoulombProblem<Real> problem,
   }
   // Newton's method does the rest. The nearer to the solution, the nearer to the edges of cones.
   convex.tolerance =
-      std::max(enough_, Real(measured::interior_solved_share) * problem.speed_change);
+      std::max(enough_, Real(chosen::interior_solved_share) * problem.speed_change);
   convex.most_steps = context.most_interior_steps(report);
   report.factorisations += interior_.solve(convex);
   for (std::size_t k = 0; k < rows.size(); ++k) rows[k].lambda = interior_.impulse(k);
@@ -392,9 +392,9 @@ void ProximalSolver<S>::drop_locked_rows(const Island& island, const Constraints
                                          std::span<const SolverBody<S>> bodies) {
   if (!rows_.find_lockable(island, constraints, bodies)) return;
   hessian_ = matrix_;
-  rows_.add_joints(Real(measured::joint_spring_softness), hessian_);
+  rows_.add_joints(Real(chosen::joint_spring_softness), hessian_);
   if (!hessian_.factor()) return;
-  rows_.drop_locked(hessian_, Real(measured::locked_response_share), product_);
+  rows_.drop_locked(hessian_, Real(chosen::locked_response_share), product_);
 }
 
 /// Finds the transient impulses of contacts, which the next step does not need. Impulses would be
@@ -425,8 +425,8 @@ auto ProximalSolver<S>::iterate(Real tolerance, const SolveContext<S>& context,
                                 SolveReport<S>& report) -> Real {
   // A smaller eps is a stiffer penalty. It needs fewer outer iterations, but many Newton steps if
   // one starts from far away. Where no row can switch, the smallest eps is right at once.
-  const Real smallest = Real(measured::least_eps);
-  Real eps = rows_.can_switch() ? Real(measured::proximal_first_eps) : smallest;
+  const Real smallest = Real(chosen::least_eps);
+  Real eps = rows_.can_switch() ? Real(chosen::proximal_first_eps) : smallest;
   Real left = infinity<Real>;
   Real inner = Real(0);
   const int most_steps = context.most_newton_steps(report);
@@ -436,9 +436,9 @@ auto ProximalSolver<S>::iterate(Real tolerance, const SolveContext<S>& context,
   for (int outer = 0; steps < most_steps; ++outer) {
     // Shifts follow the slip of a solved convex problem. Before, all that is loaded creeps by eps.
     // Shifts by that creep would unload what sticks, and what could hold would begin to slide.
-    const Real solved = Real(measured::convex_solved_share) * left;
+    const Real solved = Real(chosen::convex_solved_share) * left;
     if (outer > 0 && rows_.convex_residual() <= solved) rows_.set_shifts();
-    if (!minimise(eps, std::max(Real(measured::inner_tolerance_share) * tolerance, inner), steps,
+    if (!minimise(eps, std::max(Real(chosen::inner_tolerance_share) * tolerance, inner), steps,
                   most_steps)) {
       // The impulses of an iteration that was cut short match no velocities. Those of the iteration
       // before do.
@@ -452,11 +452,11 @@ auto ProximalSolver<S>::iterate(Real tolerance, const SolveContext<S>& context,
     left = std::max(rows_.residual(), mismatch_);
     if (left <= tolerance && have_derivatives_settled(context.settings)) break;
     // Slip that keeps turning leaves a residual that no longer falls.
-    const bool is_stalled = left > Real(measured::stalled_residual_share) * before;
-    if (outer >= measured::least_outer_iterations && is_stalled) break;
-    eps = std::max(smallest, eps / Real(measured::proximal_eps_divisor));
+    const bool is_stalled = left > Real(chosen::stalled_residual_share) * before;
+    if (outer >= chosen::least_outer_iterations && is_stalled) break;
+    eps = std::max(smallest, eps / Real(chosen::proximal_eps_divisor));
     // Exact minima of a changing function are no use.
-    inner = Real(measured::inner_residual_share) * left;
+    inner = Real(chosen::inner_residual_share) * left;
   }
   report.factorisations += steps;
   return left;
@@ -503,10 +503,10 @@ bool ProximalSolver<S>::minimise(Real eps, Real tolerance, int& steps, int most_
     // that do not leave round-off.
     mismatch_ = mismatch();
     const bool is_idle =
-        size <= tolerance && mismatch_ > Real(measured::idle_mismatch_share) * nearest;
+        size <= tolerance && mismatch_ > Real(chosen::idle_mismatch_share) * nearest;
     idle = is_idle ? idle + 1 : 0;
     nearest = std::min(nearest, mismatch_);
-    if (mismatch_ <= tolerance || idle >= measured::most_idle_steps) return true;
+    if (mismatch_ <= tolerance || idle >= chosen::most_idle_steps) return true;
   }
   return false;
 }
@@ -551,11 +551,11 @@ auto ProximalSolver<S>::search_line(Real eps) -> Real {
   Real at_low = derivative(low);
   Real high = Real(1);
   Real at_high = derivative(high);
-  const Real small = Real(measured::line_search_share) * abs(at_low);
+  const Real small = Real(chosen::line_search_share) * abs(at_low);
   Real s = high;
   if (at_high > small && at_low < Real(0)) {
     int side = 0;
-    for (int i = 0; i < measured::most_line_search_steps; ++i) {
+    for (int i = 0; i < chosen::most_line_search_steps; ++i) {
       s = (low * at_high - high * at_low) / (at_high - at_low);
       const Real at_s = derivative(s);
       if (abs(at_s) <= small) break;

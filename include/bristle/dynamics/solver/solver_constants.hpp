@@ -1,5 +1,5 @@
 /// @file
-/// Constants of the solver of islands that were chosen by measurement.
+/// Constants of the solver of islands that no formula gives.
 ///
 /// `tests/constants` runs scenes with each at half and at twice its value.
 // SPDX-License-Identifier: BSD-3-Clause
@@ -9,7 +9,7 @@
 
 #include <cstdint>
 
-namespace bristle::inline BRISTLE_ABI::detail::measured {
+namespace bristle::inline BRISTLE_ABI::detail::chosen {
 
 // Regularisation eps of rows ----------------------------------------------------------------------
 
@@ -283,4 +283,4 @@ inline constexpr double sweeps_of_direct_solve = 60.0;
 /// cube out with 5, 10 and 20 (docs/measurements/0021-large-islands.md).
 inline constexpr double most_leverage = 10.0;
 
-}  // namespace bristle::inline BRISTLE_ABI::detail::measured
+}  // namespace bristle::inline BRISTLE_ABI::detail::chosen

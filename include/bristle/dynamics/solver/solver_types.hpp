@@ -163,7 +163,7 @@ struct SolveContext {
   /// [-] Factorisations that the budget of one problem pays for. It is as many multiply-adds as
   /// `budget_factorisations` of the largest island take.
   [[nodiscard]] double affordable_steps() const {
-    return measured::budget_factorisations * static_cast<double>(settings.max_direct_work) /
+    return chosen::budget_factorisations * static_cast<double>(settings.max_direct_work) /
            static_cast<double>(std::max<std::uint64_t>(1, factor_work));
   }
   /// Returns whether a factorisation exceeds its bounds. The island is then swept in any case.
@@ -173,8 +173,8 @@ struct SolveContext {
   /// [-] Sweeps of the position problem that cost as much as all steps of Newton's method may.
   [[nodiscard]] int affordable_sweeps(const Island& island) const {
     const double steps = std::min<double>(settings.max_newton_steps, affordable_steps());
-    const double work = measured::contact_sweep_work * static_cast<double>(island.contacts.size());
-    return static_cast<int>(std::min(measured::most_affordable_sweeps,
+    const double work = chosen::contact_sweep_work * static_cast<double>(island.contacts.size());
+    return static_cast<int>(std::min(chosen::most_affordable_sweeps,
                                      steps * static_cast<double>(factor_work) / work));
   }
   /// [-] Newton steps that the island may still take to solve one problem, at least one. The cost
@@ -196,7 +196,7 @@ struct SolveContext {
   /// Returns whether both take a small share of it at most. The island is then solved exactly, or
   /// stacks would never come to rest. A larger one may leave something. Where surfaces slide fast,
   /// any island may: what Newton's method leaves. Sweeps follow, few for a larger one.
-  [[nodiscard]] bool is_cheap() const { return cost_share() <= measured::cheap_cost_share; }
+  [[nodiscard]] bool is_cheap() const { return cost_share() <= chosen::cheap_cost_share; }
 
   /// [-] Number of substeps of a swept island. It has an upper bound, whatever the length of the
   /// step.
@@ -204,7 +204,7 @@ struct SolveContext {
     using std::ceil;
     using std::max;
     using std::min;
-    const S most = S(measured::most_swept_substeps);
+    const S most = S(chosen::most_swept_substeps);
     const S wanted = ceil(dt / settings.longest_substep);
     return static_cast<int>(min(most, max(S(1), wanted)));  // Infinite length: one.
   }
@@ -223,7 +223,7 @@ struct SolveContext {
     return std::clamp(affordable_steps(), 1.0, static_cast<double>(settings.max_newton_steps));
   }
   [[nodiscard]] double steps_left(const SolveReport<S>& report) const {
-    return std::max(1.0, measured::budgets_of_step * steps_of_problem() - report.factorisations);
+    return std::max(1.0, chosen::budgets_of_step * steps_of_problem() - report.factorisations);
   }
 };
 

@@ -32,9 +32,9 @@ class SweepConvergence {
   /// their direction, so the rate of two sweeps counts.
   [[nodiscard]] bool is_slow() const {
     using std::log;
-    if (count_ < measured::least_sweeps_before_rate) return false;
+    if (count_ < chosen::least_sweeps_before_rate) return false;
     if (!(last_ < before_last_)) return true;
-    const S of_direct_solve = S(measured::sweeps_of_direct_solve);
+    const S of_direct_solve = S(chosen::sweeps_of_direct_solve);
     return S(2) * log(last_ / tolerance_) > of_direct_solve * log(before_last_ / last_);
   }
 

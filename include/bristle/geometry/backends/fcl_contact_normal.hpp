@@ -41,10 +41,10 @@ inline void ccd_support(const void* object, const ccd_vec3_t* direction, ccd_vec
 inline GjkResult<double> FclDistance::operator()(PlacedConvex<double> a, PlacedConvex<double> b,
                                                  const Vec3<double>&, double) const {
   // GJK ends when a step gains less than this. Polyhedra end exactly with any value.
-  const double tolerance = measured::ccd_gain * Tolerance<double>::round_off();
+  const double tolerance = chosen::ccd_gain * Tolerance<double>::round_off();
   double distance = 0.0;
   Vec3<double> on_a, on_b;
-  if (!fcl::detail::GJKDistance<double>(&a, ccd_support, &b, ccd_support, measured::ccd_iterations,
+  if (!fcl::detail::GJKDistance<double>(&a, ccd_support, &b, ccd_support, chosen::ccd_iterations,
                                         tolerance, &distance, &on_a, &on_b)) {
     return {};
   }

@@ -176,7 +176,7 @@ void collide_shapes(const Capsule<S>& a, const Capsule<S>& b, const Transform<S>
   const Vec3<S> between = point_b - point_a;
   const S distance = between.norm();
   const Vec3<S> normal = distance > S(0) ? Vec3<S>(between.stableNormalized()) : fallback;
-  const S across_sine = S(measured::edge_across_sine);
+  const S across_sine = S(chosen::edge_across_sine);
   const bool is_lengthwise =
       sine <= across_sine && abs(normal.z()) <= across_sine && abs(normal.dot(axis)) <= across_sine;
   if (is_lengthwise && distance - a.radius - b.radius <= margin) {

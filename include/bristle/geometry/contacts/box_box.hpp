@@ -37,7 +37,7 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
 /// velocities, and their corners must not come and go with that. Gaps are not rounded.
 template <Scalar S>
 [[nodiscard]] S beside_tolerance() {
-  return std::max(Tolerance<S>::equal(), S(measured::box_corner_merging));
+  return std::max(Tolerance<S>::equal(), S(chosen::box_corner_merging));
 }
 
 /// Axis of largest separation of two boxes. It has its gap, with which other axes are compared.
@@ -52,7 +52,7 @@ struct BoxAxis {
   /// @param least_gain  [m] Smaller differences count as none.
   [[nodiscard]] S bar(S least_gain) const {
     using std::abs;
-    return gap + S(measured::box_axis_preference) * abs(gap) + least_gain;
+    return gap + S(chosen::box_axis_preference) * abs(gap) + least_gain;
   }
 };
 
@@ -226,9 +226,9 @@ void collide_shapes(const Box<S>& a, const Box<S>& b, const Transform<S>& X_AB, 
   } else {
     normal = (edges.side / edges.sine) * unit_vector<Vec3<S>>(edges.i).cross(column_of(R, edges.j));
     const Vec3<S> normal_B = R.transpose() * normal;
-    const bool is_crossing = edges.sine > S(measured::edge_across_sine) &&
-                             cwise_abs(normal).maxCoeff() < S(1 - measured::aligned_face_versine) &&
-                             cwise_abs(normal_B).maxCoeff() < S(1 - measured::aligned_face_versine);
+    const bool is_crossing = edges.sine > S(chosen::edge_across_sine) &&
+                             cwise_abs(normal).maxCoeff() < S(1 - chosen::aligned_face_versine) &&
+                             cwise_abs(normal_B).maxCoeff() < S(1 - chosen::aligned_face_versine);
     if (is_crossing) {
       collide_edges(boxes, edges, normal, normal_B, manifold);
     } else {

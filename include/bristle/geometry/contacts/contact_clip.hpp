@@ -323,7 +323,7 @@ template <Scalar S>
   using std::abs;
   const Vec2<S> u = (a.place(1) - a.place(0)).normalized();
   const Vec2<S> v = (b.place(1) - b.place(0)).normalized();
-  return abs(u.x() * v.y() - u.y() * v.x()) <= S(measured::edge_across_sine);
+  return abs(u.x() * v.y() - u.y() * v.x()) <= S(chosen::edge_across_sine);
 }
 
 /// Clips an edge to the ends of a parallel one.
@@ -414,10 +414,10 @@ template <Scalar S, typename ShapeA, typename ShapeB>
   const Vec3<S> towards_a = X_AB.rotation.conjugate() * Vec3<S>(-normal);
   SupportFeature<S> face_a = support_face(a, normal);
   SupportFeature<S> face_b = support_face(b, towards_a);
-  const S aligned = S(1 - measured::aligned_face_versine);
+  const S aligned = S(1 - chosen::aligned_face_versine);
   const bool is_aligned = face_a.cosine >= aligned || face_b.cosine >= aligned;
   // No cosine reaches 2.
-  const S least = is_aligned ? S(measured::facing_face_cosine) : S(2);
+  const S least = is_aligned ? S(chosen::facing_face_cosine) : S(2);
   if (face_a.is_polygon() && face_a.cosine < least) face_a = support_edge(a, normal);
   if (face_b.is_polygon() && face_b.cosine < least) face_b = support_edge(b, towards_a);
   return {face_a, face_b.transformed(X_AB)};

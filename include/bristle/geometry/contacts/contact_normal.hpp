@@ -80,7 +80,7 @@ struct GjkDistance {
     const auto support = [&](const Vec3<S>& d) { return Vec3<S>(a.support(d) - b.support(-d)); };
     const bool is_curved = a.convex->is_curved() || b.convex->is_curved();
     const S enough =
-        is_curved ? Tolerance<S>::equal() / S(measured::curved_distance_refinement) : S(0);
+        is_curved ? Tolerance<S>::equal() / S(chosen::curved_distance_refinement) : S(0);
     return gjk_distance<S>(support, support(towards), far, enough);
   }
 };
@@ -114,9 +114,9 @@ class OverlapSearch {
       : a_{&a, identity<Mat3<S>>(), zero<Vec3<S>>(), scale},
         b_{&b, X_AB.rotation_matrix(), scale * X_AB.translation, scale},
         rounding_(scale * (a.rounding + b.rounding)),
-        push_(scale * std::min(a.reach, b.reach) / S(measured::overlap_push_divisor)),
+        push_(scale * std::min(a.reach, b.reach) / S(chosen::overlap_push_divisor)),
         is_curved_(a.is_curved() || b.is_curved()),
-        settled_(is_curved_ ? Tolerance<S>::equal() / S(measured::curved_gain_refinement)
+        settled_(is_curved_ ? Tolerance<S>::equal() / S(chosen::curved_gain_refinement)
                             : Tolerance<S>::round_off()) {}
 
   [[nodiscard]] S overlap() const { return overlap_; }
@@ -173,7 +173,7 @@ class OverlapSearch {
     for (std::size_t i = 0; i < ExpandingPolytope<S>::max_corners; ++i) {
       const auto face = polytope.nearest();
       const S enough =
-          (is_curved_ ? S(1 - measured::curved_overlap_slack) : S(1)) * (overlap_ - rounding_);
+          (is_curved_ ? S(1 - chosen::curved_overlap_slack) : S(1)) * (overlap_ - rounding_);
       if (face.distance >= enough - settled_) return;
       offer(face.normal);
       if (!polytope.expand(core_witness(face.normal))) return;
@@ -189,7 +189,7 @@ class OverlapSearch {
     S push = push_;
     Vec3<S> last_step = zero<Vec3<S>>();
     std::optional<Vec3<S>> leap;
-    for (int i = 0; i < measured::overlap_pushes; ++i) {
+    for (int i = 0; i < chosen::overlap_pushes; ++i) {
       if (!leap) polish();
       const Vec3<S> from = leap ? *leap : normal_;
       const Vec3<S> moved = (core_witness(from).dot(from) + push) * from;
@@ -211,9 +211,9 @@ class OverlapSearch {
       if (was_leap || !found.is_apart) continue;
       if (shrunk < infinity<S>) {
         // If steps hardly shrink, or grow as they do off a saddle, take many at once.
-        const S steps = shrunk < S(1 - measured::stalled_push_shrinkage)
+        const S steps = shrunk < S(1 - chosen::stalled_push_shrinkage)
                             ? shrunk / (S(1) - shrunk)
-                            : S(measured::stalled_push_leap);
+                            : S(chosen::stalled_push_leap);
         leap = (found.normal + steps * step).normalized();
       } else {
         last_step = step;
@@ -233,10 +233,10 @@ class OverlapSearch {
   /// each step takes one round.
   void search_by_compass() {
     int max_leaps = 4;  // log2(4 / step) for the first step.
-    for (S step = S(measured::compass_first_step); step > Tolerance<S>::equal();
+    for (S step = S(chosen::compass_first_step); step > Tolerance<S>::equal();
          step /= S(2), ++max_leaps) {
       bool is_better = true;
-      for (int round = 0; round < measured::compass_rounds && is_better; ++round) {
+      for (int round = 0; round < chosen::compass_rounds && is_better; ++round) {
         is_better = false;
         const Vec3<S> from = normal_;
         Vec3<S> t1, t2;
@@ -259,9 +259,9 @@ class OverlapSearch {
   /// better directions are kept, so corners and edges do no harm.
   void polish() {
     if (!is_curved_) return;
-    const S difference = S(measured::newton_difference);
-    const S longest2 = S(measured::newton_longest_step) * S(measured::newton_longest_step);
-    for (int i = 0; i < measured::newton_steps; ++i) {
+    const S difference = S(chosen::newton_difference);
+    const S longest2 = S(chosen::newton_longest_step) * S(chosen::newton_longest_step);
+    for (int i = 0; i < chosen::newton_steps; ++i) {
       Vec3<S> t1, t2;
       tangent_basis(normal_, t1, t2);
       const Vec3<S> w = witness(normal_);
@@ -294,7 +294,7 @@ class OverlapSearch {
 
   /// On curved cores the distance method may end with this much still to gain.
   [[nodiscard]] static S convergence() {
-    return S(measured::curved_distance_error) * Tolerance<S>::equal();
+    return S(chosen::curved_distance_error) * Tolerance<S>::equal();
   }
 
   [[nodiscard]] static bool is_box(const PlacedConvex<S>& solid) {
@@ -361,7 +361,7 @@ class OverlapSearch {
   bool offer(const Vec3<S>& n) {
     ++evaluations_;
     const S overlap = core_witness(n).dot(n) + rounding_;
-    const S least_gain = is_curved_ ? S(0) : S(measured::polyhedral_gap_error);
+    const S least_gain = is_curved_ ? S(0) : S(chosen::polyhedral_gap_error);
     if (!(overlap < overlap_ - least_gain)) return false;
     overlap_ = overlap;
     normal_ = n;

@@ -133,7 +133,7 @@ template <Scalar P>
   }
   const Transform<P> X_QT = X_TQ.inverse();
   Vec3<P> point = support_point(target, normal);
-  for (int i = 0; i < measured::gap_projections; ++i) {
+  for (int i = 0; i < chosen::gap_projections; ++i) {
     const Vec3<P> opposite = X_TQ * project(Vec3<P>(X_QT * point), query);
     if ((opposite - point).norm() <= enough) break;
     point = project(opposite, target);
@@ -245,7 +245,7 @@ void find_touch(const ConvexView<P>& target, const ConvexView<P>& query, const T
   Transform<P> X = X_TQ;
   P fraction = P(0);
   Vec3<P> normal = zero<Vec3<P>>();
-  for (int i = 0; i < measured::sweep_distances; ++i) {
+  for (int i = 0; i < chosen::sweep_distances; ++i) {
     const GjkResult<P> found = convex_distance(target, query, X, infinity<P>);
     // The direction of solids that all but touch may be any. Only a plane that parts them counts.
     const P gap = found.is_apart ? gap_along(target, query, X, found.normal) : P(0);

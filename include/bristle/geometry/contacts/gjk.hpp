@@ -157,7 +157,7 @@ GjkResult<S> gjk_distance(const Support& support, const Vec3<S>& start, S far, S
   GjkSimplex<S> simplex(start);
   S size2 = start.squaredNorm();
   bool is_parted = false;  // By a plane that some support has shown.
-  for (int i = 0; i < measured::gjk_supports; ++i) {
+  for (int i = 0; i < chosen::gjk_supports; ++i) {
     const Vec3<S>& v = simplex.nearest();
     constexpr S nothing = Tolerance<S>::round_off() * Tolerance<S>::round_off();
     if (!(simplex.nearest2() > nothing * size2)) return {};

@@ -67,7 +67,7 @@ void advance_contact(ContactManifold<S>& manifold, const Vec3<S>& way, const Vec
   // Each step halves the rest of a way that grazes, and ends one that hits a flat face.
   S share = S(0);
   S beyond = infinity<S>;  // A share at which the nearest place lies behind.
-  for (int i = 0; i < measured::impact_advancements; ++i) {
+  for (int i = 0; i < chosen::impact_advancements; ++i) {
     if (gap <= round_off || gap >= (S(1) - share) * approach()) break;
     const ContactManifold<S> last = manifold;
     S next = share + gap / approach();

@@ -112,7 +112,7 @@ class MeshOpposite {
   /// Returns whether the plate faces against n, within 25 degrees. Surfaces at larger angles cut
   /// each other when they pass through each other. They need no help.
   [[nodiscard]] bool is_facing(const Vec3<P>& n) const {
-    return n.dot(normal_) < -P(1 - measured::opposing_plates_versine);
+    return n.dot(normal_) < -P(1 - chosen::opposing_plates_versine);
   }
   /// Returns whether a plate of A comes within a margin of this one along its normal and across its
   /// edges, and is not behind it.
@@ -198,7 +198,7 @@ class MeshConvexContacts {
     const Aabb<P> here = bounds_at(convex_, X_MC_);
     const Aabb<P> near = here.inflated(margin_);
     // Plates that face against it within 25 degrees are within this distance of the line.
-    const P beside = P(measured::passed_plate_spread) * opposite.depth();
+    const P beside = P(chosen::passed_plate_spread) * opposite.depth();
     const Vec3<P> back = -opposite.depth() * opposite.normal();
     Aabb<P> swept = here;
     swept.include(Aabb<P>{here.lower + back, here.upper + back});

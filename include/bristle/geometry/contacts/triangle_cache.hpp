@@ -124,7 +124,7 @@ class TriangleCache {
   std::uint32_t tag_ = 0;
   std::uint32_t life_ = 0;
   /// [-] Queries of other meshes in a row.
-  int refused_ = measured::cache_refused_queries;
+  int refused_ = chosen::cache_refused_queries;
   int paused_ = 0;
   int poor_ = 0;
   /// [1] Searches cost credit, and each use of a list gains some. If searches have not paid, there
@@ -142,13 +142,13 @@ BRISTLE_NOINLINE void TrianglesNearRay<S>::search(const WideTree<S>& tree, const
                                                   const Vec3<S>& ray_end) {
   using Tree = WideTree<S>;
   using std::sqrt;
-  const S ahead = S(measured::cache_lead);
-  const S margin = S(measured::cache_margin) * sqrt(tree.mean_area());
+  const S ahead = S(chosen::cache_lead);
+  const S margin = S(chosen::cache_margin) * sqrt(tree.mean_area());
   const auto move = [&](Vec3<S>& cached, const Vec3<S>& current) {
     const Vec3<S> moved = current - cached;
     cached = current;
     if (!(reserve >= S(0)) ||
-        !(cwise_abs(moved).maxCoeff() <= S(measured::cache_longest_motion) * margin)) {
+        !(cwise_abs(moved).maxCoeff() <= S(chosen::cache_longest_motion) * margin)) {
       return;
     }
     cached += ahead * cwise_clamp(moved, margin);
@@ -158,9 +158,9 @@ BRISTLE_NOINLINE void TrianglesNearRay<S>::search(const WideTree<S>& tree, const
   // Rounding of the coordinates of rays, boxes and crossings.
   const S size = cwise_max(cwise_abs(tree.box().lower), cwise_abs(tree.box().upper)).sum() +
                  cwise_abs(start).sum() + cwise_abs(end).sum();
-  reserve = margin - S(measured::cache_margin_error) * Tolerance<S>::round_off() * size;
+  reserve = margin - S(chosen::cache_margin_error) * Tolerance<S>::round_off() * size;
   count = 0;
-  if (!(reserve >= S(1 - measured::cache_margin_loss) * margin)) {
+  if (!(reserve >= S(1 - chosen::cache_margin_loss) * margin)) {
     // The mesh is too fine for its coordinates, or the ray is not finite.
     reserve = S(-1);
     count = capacity + 1;
@@ -220,10 +220,10 @@ void TrianglesNearRay<S>::add(const WideTree<S>& tree, const TriangleRange& rang
 
 template <Scalar S>
 bool TriangleCache<S>::begin(std::size_t rays, std::uint32_t tag, std::uint32_t life) {
-  const auto most_credit = static_cast<std::int64_t>(rays) * measured::cache_search_price *
-                           measured::cache_most_searches;
+  const auto most_credit = static_cast<std::int64_t>(rays) * chosen::cache_search_price *
+                           chosen::cache_most_searches;
   if (tag != tag_ || life != life_ || rays != rays_.size()) {
-    if (rays == rays_.size() && ++refused_ <= measured::cache_refused_queries) return false;
+    if (rays == rays_.size() && ++refused_ <= chosen::cache_refused_queries) return false;
     tag_ = tag;
     life_ = life;
     rays_.resize(rays);
@@ -237,15 +237,15 @@ bool TriangleCache<S>::begin(std::size_t rays, std::uint32_t tag, std::uint32_t 
     return false;
   }
   // A list serves in the query after its search at the earliest.
-  const bool is_poor = credit_ < measured::cache_search_price &&
-                       (reused_ - reused_before_) * measured::cache_poor_divisor < rays;
+  const bool is_poor = credit_ < chosen::cache_search_price &&
+                       (reused_ - reused_before_) * chosen::cache_poor_divisor < rays;
   poor_ = is_poor ? poor_ + 1 : 0;
   reused_before_ = reused_;
   credit_ = std::min(credit_, most_credit);
-  if (poor_ < measured::cache_poor_queries) return true;
+  if (poor_ < chosen::cache_poor_queries) return true;
   poor_ = 0;
-  paused_ = measured::cache_pause_queries;
-  credit_ = most_credit / measured::cache_retry_divisor;
+  paused_ = chosen::cache_pause_queries;
+  credit_ = most_credit / chosen::cache_retry_divisor;
   return false;
 }
 
@@ -259,14 +259,14 @@ BRISTLE_NOINLINE std::optional<RayHit<S>> TriangleCache<S>::cast(const RayMesh<S
   if (near.serves(ray.origin, end)) {
     if (near.is_complete()) {
       ++reused_;
-      credit_ += measured::cache_reuse_gain;
+      credit_ += chosen::cache_reuse_gain;
     }
-  } else if (credit_ < measured::cache_search_price) {
+  } else if (credit_ < chosen::cache_search_price) {
     return std::nullopt;
   } else {
     near.search(tree, ray, end);
     ++searched_;
-    credit_ -= measured::cache_search_price;
+    credit_ -= chosen::cache_search_price;
   }
   if (!near.is_complete()) return std::nullopt;
 

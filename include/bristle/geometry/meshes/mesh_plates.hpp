@@ -420,7 +420,7 @@ bool PlateJoin<S>::is_plate(std::span<const std::uint32_t> outline) const {
     const Vec3<S> in = corner - start(outline[k]);
     const Vec3<S> out = start(outline[(k + 2) % count]) - corner;
     // Both directions may be off.
-    if (in.cross(out).dot(up) <= S(2) * S(measured::same_direction_sine) * in.norm() * out.norm()) {
+    if (in.cross(out).dot(up) <= S(2) * S(chosen::same_direction_sine) * in.norm() * out.norm()) {
       return false;
     }
   }

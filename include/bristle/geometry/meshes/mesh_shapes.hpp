@@ -110,7 +110,7 @@ TriangleMesh<S> sphere_mesh(S radius, std::uint32_t frequency) {
     }
   }
   // Faces repeat the points of their common edges, with other rounding.
-  return weld(mesh, S(detail::measured::weld_distance) * detail::Tolerance<S>::round_off());
+  return weld(mesh, S(detail::chosen::weld_distance) * detail::Tolerance<S>::round_off());
 }
 
 template <Scalar S>

@@ -241,7 +241,7 @@ auto MeshSurface<S, Tree>::region_of(std::uint32_t plate, const Vec3<S>& n) cons
   using std::abs;
   const Vec3<S>& normal = plates_.normal(plate);
   const S cosine = n.dot(normal);
-  if (cosine >= S(1) - S(measured::same_direction_versine)) return Region::face;
+  if (cosine >= S(1) - S(chosen::same_direction_versine)) return Region::face;
   const std::span<const Vec3<S>> c = plates_.plate(plate).corners;
   const std::size_t count = c.size();
   // Takes edges across n that are farthest along it, or else those of the farthest corner.
@@ -250,18 +250,18 @@ auto MeshSurface<S, Tree>::region_of(std::uint32_t plate, const Vec3<S>& n) cons
   std::optional<std::size_t> across;
   for (const std::size_t k : sides) {
     const Vec3<S> edge = c[(k + 1) % count] - c[k];
-    if (abs(edge.dot(n)) <= S(measured::same_direction_sine) * edge.norm()) across = k;
+    if (abs(edge.dot(n)) <= S(chosen::same_direction_sine) * edge.norm()) across = k;
   }
   bool is_over_edge = false;
   for (const std::size_t k : sides) {
     if (across && *across != k) continue;
     const Vec3<S> along = c[(k + 1) % count] - c[k];
     const Vec3<S> outwards = along.cross(normal).normalized();
-    if (n.dot(outwards) <= S(measured::same_direction_sine)) continue;
+    if (n.dot(outwards) <= S(chosen::same_direction_sine)) continue;
     const SurfaceEdge edge = plates_.edge(plate, k);
     if (edge == SurfaceEdge::flat) return Region::inner_edge;
     if (edge == SurfaceEdge::hollow) return cosine > S(0) ? Region::face : Region::none;
-    if (n.dot(away_from_neighbour(plate, k)) <= S(measured::same_direction_sine)) {
+    if (n.dot(away_from_neighbour(plate, k)) <= S(chosen::same_direction_sine)) {
       return Region::none;
     }
     is_over_edge = true;

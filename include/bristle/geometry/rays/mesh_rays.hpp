@@ -110,7 +110,7 @@ class CrossingCollector {
   explicit CrossingCollector(const Ray<S>& ray)
       : ray_(ray),
         test_(ray),
-        trusted_(S(measured::trusted_crossing_error) * Tolerance<S>::round_off() *
+        trusted_(S(chosen::trusted_crossing_error) * Tolerance<S>::round_off() *
                  cwise_abs(ray.origin).sum()) {}
 
   /// Adds the crossing of a triangle. Neither this nor `hit_on` is inlined. So the compiler fuses
@@ -118,7 +118,7 @@ class CrossingCollector {
   /// @return [m] Distance up to which further crossings matter.
   BRISTLE_NOINLINE S visit(std::uint32_t triangle, const std::array<Vec3<S>, 3>& corners, S reach) {
     // [1] Part of the triangle's distance. Crossings closer than that are at the start.
-    const S at_start = S(measured::start_crossing_error) * Tolerance<S>::round_off();
+    const S at_start = S(chosen::start_crossing_error) * Tolerance<S>::round_off();
     const auto& [a, b, c] = corners;
     TriangleCrossing<S> crossing = test_(a, b, c);
     if (!(crossing.distance < infinity<S>)) return reach;
@@ -206,7 +206,7 @@ template <Scalar S, SolidMesh<S> Mesh>
 bool is_inside_mesh(const Mesh& mesh, const Vec3<S>& point) {
   if (!mesh.root_box().contains(point)) return false;
   const std::size_t count = mesh.size();
-  const std::size_t tries = std::min<std::size_t>(count, measured::inside_test_rays);
+  const std::size_t tries = std::min<std::size_t>(count, chosen::inside_test_rays);
   for (std::size_t i = 0; i < tries; ++i) {
     const auto [a, b, c] = mesh.corners(static_cast<std::uint32_t>(i * count / tries));
     const Vec3<S> towards = (a + b + c) / S(3) - point;

@@ -157,7 +157,7 @@ struct ApproachLanes {
     skipped = select(closest > Pack<S>(radius), closest - radius, Pack<S>(S(0)));
     origin = ray.origin + skipped * ray.direction;
     const Pack3<S> foot = ray.origin + closest * ray.direction;
-    is_near = dot(foot, foot) <= Pack<S>(S(measured::ball_early_out_area) * radius * radius);
+    is_near = dot(foot, foot) <= Pack<S>(S(chosen::ball_early_out_area) * radius * radius);
   }
 };
 

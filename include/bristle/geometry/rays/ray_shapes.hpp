@@ -129,7 +129,7 @@ struct Approach {
     }
     // A wide margin: this test only saves work, the shape itself decides.
     is_near = (ray.origin + closest * ray.direction).squaredNorm() <=
-              S(measured::ball_early_out_area) * radius * radius;
+              S(chosen::ball_early_out_area) * radius * radius;
   }
 };
 

@@ -145,10 +145,10 @@ inline void sort_places(std::span<std::uint32_t> places) {
   std::sort(places.data(), places.data() + places.size());
 }
 
-/// Divides rays along the longest extent of their starts into two parts of whole `size`s, or of
-/// their ends where these are much farther apart, as in a fan. The cut is near the middle, at a
+/// Divides rays into two parts of whole `size`s, along the longest extent of their starts. In a fan
+/// ends are much farther apart than starts, and it is theirs. The cut is near the middle, at a
 /// multiple of the side of a square of `size` rays. Halves would tear the rows of grids, and torn
-/// parts overlap. The part with the lowest numbers comes first.
+/// parts overlap. The part with the lowest coordinates comes first.
 /// @param some  More than `size`.
 /// @return [-] Number of rays in the first part.
 template <Scalar S>
@@ -159,15 +159,19 @@ std::size_t split_rays(const RayBatch<S>& rays, std::span<std::uint32_t> some, s
     ends.include(Vec3<S>(rays[i].origin + rays.length[i] * rays[i].direction));
   }
   const auto longest = [](const Aabb<S>& box) { return Vec3<S>(box.upper - box.lower).maxCoeff(); };
-  const bool is_fan = longest(ends) > S(2) * longest(starts);
+  const bool is_fan = longest(ends) > S(chosen::fan_spread) * longest(starts);
   const Aabb<S>& box = is_fan ? ends : starts;
   int axis = 0;
   (box.upper - box.lower).maxCoeff(&axis);
-  // Keys are computed once: rounded anew in each comparison they might give no order.
-  DynamicArray<S> along;
+  // Coordinates are computed once: rounded anew in each comparison they might give no order.
+  struct Along {
+    S coordinate;
+    std::uint32_t ray;
+  };
+  DynamicArray<Along> along;
   for (const std::uint32_t i : some) {
-    if (along.size() <= i) along.resize(i + std::size_t{1});
-    along[i] = rays[i].origin[axis] + (is_fan ? rays.length[i] : S(0)) * rays[i].direction[axis];
+    const S way = is_fan ? rays.length[i] * rays[i].direction[axis] : S(0);
+    along.push_back({rays[i].origin[axis] + way, i});
   }
   // The cut is not differentiated.
   std::array<double, 3> extent;
@@ -177,7 +181,7 @@ std::size_t split_rays(const RayBatch<S>& rays, std::span<std::uint32_t> some, s
   std::sort(extent.begin(), extent.end());
   const double spacing = grid_spacing(extent[1], extent[2], some.size());
   const double squares = (extent[2] / spacing + 1) / std::sqrt(static_cast<double>(size));
-  // False if all starts coincide, or are so close that the spacing is rounded to nothing.
+  // False if all points coincide, or are so close that the spacing is rounded to nothing.
   const bool is_grid = squares >= 2 && squares <= static_cast<double>(some.size());
   const double share = is_grid ? std::floor(std::round(squares) / 2) / squares : 0.5;
   const std::size_t parts = (some.size() + size - 1) / size;
@@ -185,10 +189,11 @@ std::size_t split_rays(const RayBatch<S>& rays, std::span<std::uint32_t> some, s
       size * std::clamp<std::size_t>(
                  static_cast<std::size_t>(share * static_cast<double>(parts) + 0.5), 1, parts - 1);
   // A total order. So the parts do not depend on the standard library.
-  std::nth_element(some.begin(), some.begin() + static_cast<std::ptrdiff_t>(first), some.end(),
-                   [&along](std::uint32_t a, std::uint32_t b) {
-                     return along[a] < along[b] || (along[a] == along[b] && a < b);
-                   });
+  std::nth_element(
+      along.begin(), along.begin() + first, along.end(), [](const Along& a, const Along& b) {
+        return a.coordinate < b.coordinate || (a.coordinate == b.coordinate && a.ray < b.ray);
+      });
+  std::transform(along.begin(), along.end(), some.begin(), [](const Along& a) { return a.ray; });
   return first;
 }
 
@@ -250,7 +255,7 @@ bool RayTree<S>::is_frame_for_parts(const RayTreeNode<S>& node) {
   const Vec3<S> extent = node.box.upper - node.box.lower;
   const S drift = node.slope * extent.z();
   const S area = extent.x() * extent.y() * S(leaf_size) / S(node.count);
-  return node.count <= frame_size && S(measured::shared_frame_drift) * drift * drift <= area;
+  return node.count <= frame_size && S(chosen::shared_frame_drift) * drift * drift <= area;
 }
 
 /// Finds the box of a node, and its frame unless it has that of an ancestor.
@@ -284,7 +289,7 @@ void RayTree<S>::fit(const RayBatch<S>& rays, Places places, RayTreeNode<S>& nod
     node.box.include(Vec3<S>(start + rays.length[i] * direction));
     node.directions.include(direction);
     node.highest_start = std::max(node.highest_start, start.z());
-    node.is_narrow = node.is_narrow && direction.z() > S(measured::narrow_node_cosine);
+    node.is_narrow = node.is_narrow && direction.z() > S(chosen::narrow_node_cosine);
     const S across = cwise_abs(xy_of(direction)).maxCoeff();
     node.slope = std::max(node.slope, across / direction.z());
   }

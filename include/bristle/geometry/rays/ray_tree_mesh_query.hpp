@@ -21,6 +21,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
@@ -172,8 +173,9 @@ class RayTreeMeshQuery {
   Mat3<S> R_CR_;
   Vec3<S> p_RC_;
   S mesh_size_ = S(0);
-  /// True if the rays' triangle cache is of this mesh. Only rays that are cast alone use it.
-  bool uses_triangle_cache_ = false;
+  /// Says whether the rays' triangle cache is of this mesh, once that was asked. Only rays that are
+  /// cast alone use it.
+  std::optional<bool> uses_triangle_cache_;
   LeafList<S> start_leaves_;
   NodeTriangles<S> triangles_;
 };
@@ -196,19 +198,19 @@ void RayTreeMeshQuery<S>::visit(std::size_t id, Known known) {
   if (!box.box_C().overlaps(mesh_.root_box())) return;
   // [1] Triangles for each ray.
   const S density = triangles_across(node.box) / S(node.count);
-  const bool is_sparse = density > S(measured::sparse_ray_triangles);
+  const bool is_sparse = density > S(chosen::sparse_ray_triangles);
   if (list == nullptr) {
-    const bool fits = density * S(node.count) < S(LeafList<S>::capacity * measured::leaf_triangles);
+    const bool fits = density * S(node.count) < S(LeafList<S>::capacity * chosen::leaf_triangles);
     if (!is_sparse && fits && lists_[known.lists].search(mesh_.tree(), box)) {
       list = &lists_[known.lists++];
     }
-  } else if (list->size() > measured::short_leaf_list && known.lists < lists_.size()) {
+  } else if (list->size() > chosen::short_leaf_list && known.lists < lists_.size()) {
     lists_[known.lists].filter(*list, box);
     list = &lists_[known.lists++];
   }
   if (list != nullptr && list->size() == 0) return decide_empty(node, side);
   const bool is_small =
-      !node.is_divided() || density * S(node.count) <= S(measured::whole_node_triangles);
+      !node.is_divided() || density * S(node.count) <= S(chosen::whole_node_triangles);
   if (hits_ != nullptr && !is_sparse && list != nullptr && is_small &&
       cast_together(node, box, *list, side)) {
     return;
@@ -217,7 +219,7 @@ void RayTreeMeshQuery<S>::visit(std::size_t id, Known known) {
   // If something is, the test ends with the first triangle.
   if (node.is_divided() && list != nullptr &&
       (hits_ == nullptr ||
-       list->size() <= node.count / Tree::leaf_size * measured::empty_test_leaves) &&
+       list->size() <= node.count / Tree::leaf_size * chosen::empty_test_leaves) &&
       !is_any_triangle_in(box, *list)) {
     return decide_empty(node, side);
   }
@@ -230,9 +232,11 @@ void RayTreeMeshQuery<S>::visit(std::size_t id, Known known) {
   if (is_sparse && !node.is_divided()) {
     const RayRange asked = asked_of(node);
     const bool asks_all = rays_.range.first == 0 && rays_.range.end >= rays_.size();
-    uses_triangle_cache_ =
-        uses_triangle_cache_ || (rays_.triangle_cache != nullptr && asks_all &&
-                                 rays_.triangle_cache->begin(rays_.size(), tag_, rays_.shape_life));
+    // Once a query: the cache counts how often it is asked.
+    if (!uses_triangle_cache_) {
+      uses_triangle_cache_ = rays_.triangle_cache != nullptr && asks_all &&
+                             rays_.triangle_cache->begin(rays_.size(), tag_, rays_.shape_life);
+    }
     cast_one_by_one(asked.first, asked.end, side);
     return;
   }
@@ -247,7 +251,7 @@ template <Scalar S>
 auto RayTreeMeshQuery<S>::common_side(const Node& node, const BoxInTree<S>& box,
                                       const LeafList<S>* list) -> Side {
   // A few rays learn their side from their own crossings.
-  if (node.count < measured::common_side_rays) return Side::unknown;
+  if (node.count < chosen::common_side_rays) return Side::unknown;
   Aabb<S> starts = node.box.inflated(margin(node));
   starts.upper.z() = node.highest_start + margin(node);
   const BoxInTree<S> start_box(box.R_GC(), box.p_GC(), starts);
@@ -276,7 +280,7 @@ bool RayTreeMeshQuery<S>::gather(const BoxInTree<S>& box, const LeafList<S>& lis
 template <Scalar S>
 bool RayTreeMeshQuery<S>::cast_together(const Node& node, const BoxInTree<S>& box,
                                         const LeafList<S>& list, Side side) {
-  if (!node.has_one_frame || list.size() > measured::whole_node_leaves) return false;
+  if (!node.has_one_frame || list.size() > chosen::whole_node_leaves) return false;
   if (!gather(box, list)) return false;
   const RayRange asked = asked_of(node);
   triangles_.size() > 0 ? cast_packets(node, asked.first, asked.end, side)
@@ -296,7 +300,7 @@ void RayTreeMeshQuery<S>::cast_undivided(const Node& node, const BoxInTree<S>& b
     // Rays that are lengthened by much fan out and leave the solid again. With twice two layers of
     // triangles in sight, casting each ray alone costs less than gathering too many triangles.
     const bool is_few =
-        S(measured::layers_in_sight) * triangles_across(packet) < S(NodeTriangles<S>::capacity);
+        S(chosen::layers_in_sight) * triangles_across(packet) < S(NodeTriangles<S>::capacity);
     if (is_few && gather({box.R_GC(), box.p_GC(), packet}, *list)) {
       cast_packets(node, place, packet_end, side);
     } else {
@@ -453,7 +457,8 @@ void RayTreeMeshQuery<S>::cast_alone(std::size_t i, Side side) {
 template <Scalar S>
 RayHit<S> RayTreeMeshQuery<S>::hit_of(std::size_t i, Ray<S> ray, S best, Side side) {
   const S reach = std::min(ray.length, best);
-  if (uses_triangle_cache_ && (side == Side::outside || !mesh_.root_box().contains(ray.origin))) {
+  if (uses_triangle_cache_.value_or(false) &&
+      (side == Side::outside || !mesh_.root_box().contains(ray.origin))) {
     if (const auto hit = rays_.triangle_cache->cast(mesh_, i, ray, reach)) return *hit;
   }
   ray.length = reach;

@@ -39,7 +39,7 @@ template <Scalar S>
 template <Scalar S>
 [[nodiscard]] S hull_resolution() {
   return std::max(detail::Tolerance<S>::round_off(),
-                  S(detail::measured::hull_resolution_cells / (1 << 30)));
+                  S(detail::chosen::hull_resolution_cells / (1 << 30)));
 }
 
 }  // namespace bristle::inline BRISTLE_ABI
@@ -145,7 +145,7 @@ template <Scalar Real>
   s[2] = farthest([&](const Vec3<Real>& p) { return along.cross(p - a).norm(); }, "all on a line");
   const Vec3<Real> normal = along.cross(to_vector<Real>(points[s[2]]) - a).normalized();
   // If thinner, both sides could be in the slab of one face.
-  tolerance *= Real(measured::hull_simplex_height);
+  tolerance *= Real(chosen::hull_simplex_height);
   s[3] =
       farthest([&](const Vec3<Real>& p) { return std::abs(normal.dot(p - a)); }, "all on a plane");
   return s;

@@ -277,7 +277,7 @@ SupportFeature<S> support_edge(const Box<S>& box, const Vec3<S>& direction) {
   std::uint32_t id = 0;
   for (int i = 0; i < 3; ++i) id |= corner[i] > S(0) ? 1u << i : 0u;
   SupportFeature<S> feature;
-  if (slope > S(measured::edge_across_sine)) {
+  if (slope > S(chosen::edge_across_sine)) {
     feature.add(corner, id);
     return feature;
   }
@@ -317,7 +317,7 @@ SupportFeature<S> support_edge(const Capsule<S>& capsule, const Vec3<S>& directi
   const Vec3<S> out = capsule.radius * direction;
   const Vec3<S> end(S(0), S(0), capsule.half_length);
   SupportFeature<S> feature;
-  const bool is_across = abs(direction.z()) <= S(measured::edge_across_sine);
+  const bool is_across = abs(direction.z()) <= S(chosen::edge_across_sine);
   if (is_across || direction.z() < S(0)) feature.add(out - end, 0);
   if (is_across || !(direction.z() < S(0))) feature.add(out + end, 1);
   return feature;
@@ -327,7 +327,7 @@ SupportFeature<S> support_edge(const Capsule<S>& capsule, const Vec3<S>& directi
 template <Scalar S>
 SupportFeature<S> support_face(const Capsule<S>& capsule, const Vec3<S>& direction) {
   using std::abs;
-  if (S(1) - abs(direction.z()) <= S(measured::edge_across_sine)) {
+  if (S(1) - abs(direction.z()) <= S(chosen::edge_across_sine)) {
     return support_edge(capsule, direction);
   }
   const Vec3<S> out = capsule.radius * direction;
@@ -342,7 +342,7 @@ template <Scalar S>
 SupportFeature<S> support_edge(const Cylinder<S>& cylinder, const Vec3<S>& direction) {
   using std::abs;
   const Vec2<S> towards = radial(direction);
-  const bool is_across = abs(direction.z()) <= S(measured::edge_across_sine);
+  const bool is_across = abs(direction.z()) <= S(chosen::edge_across_sine);
   SupportFeature<S> feature;
   feature.is_round = !is_across;
   if (is_across || direction.z() < S(0)) {
@@ -373,7 +373,7 @@ template <Scalar S>
 SupportFeature<S> support_edge(const Cone<S>& cone, const Vec3<S>& direction) {
   const Vec3<S> rim = rim_point(cone.radius, -cone.half_length, radial(direction));
   const Vec3<S> apex(S(0), S(0), cone.half_length);
-  const bool is_across = edge_slope<S>(apex - rim, direction) <= S(measured::edge_across_sine);
+  const bool is_across = edge_slope<S>(apex - rim, direction) <= S(chosen::edge_across_sine);
   const bool is_apex = apex.dot(direction) >= rim.dot(direction);
   SupportFeature<S> feature;
   feature.is_round = !is_across && !is_apex;
@@ -400,7 +400,7 @@ template <Scalar S>
 SupportFeature<S> support_edge(const ConvexHull<S>& hull, const Vec3<S>& direction) {
   const std::uint32_t corner = farthest_corner<S>(hull.vertices, direction);
   std::uint32_t other = corner;
-  S least_slope = S(measured::edge_across_sine);
+  S least_slope = S(chosen::edge_across_sine);
   for (std::size_t f = 0; f < hull.face_count(); ++f) {
     const auto face = hull.face(f);
     for (std::size_t i = 0; i < face.size(); ++i) {
@@ -455,7 +455,7 @@ SupportFeature<S> support_edge(const Plate<S>& plate, const Vec3<S>& direction) 
   const std::size_t count = plate.corners.size();
   const std::size_t corner = farthest_corner<S>(plate.corners, direction);
   std::size_t other = corner;
-  S least_slope = S(measured::edge_across_sine);
+  S least_slope = S(chosen::edge_across_sine);
   for (const std::size_t next : {(corner + 1) % count, (corner + count - 1) % count}) {
     const S slope = edge_slope<S>(plate.corners[next] - plate.corners[corner], direction);
     if (slope <= least_slope) {
