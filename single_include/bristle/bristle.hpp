@@ -10995,8 +10995,7 @@ PatchDescription<S> describe(const SensorParameters<S>& p, const PatchUse<S>& us
 namespace bristle::inline BRISTLE_ABI::detail::chosen {
 
 /// [1] Margin of a fat AABB, as a part of the largest half-extent of its shape. A smaller one
-/// changes the tree more often. A greater one has more false pairs. A change of the tree costs as
-/// much as hundreds of false pairs.
+/// changes the tree more often. A greater one has more false pairs.
 inline constexpr double fat_box_margin = 0.2;
 
 /// [1] A fat AABB shrinks if an extent has this many margins to spare. A smaller number changes the
@@ -12618,8 +12617,7 @@ struct PatchScratch {
 
 namespace bristle::inline BRISTLE_ABI::detail::chosen {
 
-/// [-] Newton's steps for a rotation of the free top. Two or three do at usual spins. Fewer may
-/// leave energy beyond round-off.
+/// [-] Newton's steps for a rotation of the free top. Fewer may leave energy beyond round-off.
 inline constexpr int most_top_iterations = 8;
 
 /// [-] Substeps, each of a radian, in which a free top turns. More follow faster spins.
@@ -12650,8 +12648,8 @@ inline constexpr double least_extrapolation_gain = 0.5;
 /// A smaller one arrives later. A greater one passes the target under load.
 inline constexpr double motor_braking_share = 0.5;
 
-/// [-] Newton's steps that close the small gaps of a mechanism. Two or three do. More only cost
-/// where gaps do not close.
+/// [-] Newton's steps that close the small gaps of a mechanism. More only cost where gaps do not
+/// close.
 inline constexpr int most_gap_passes = 8;
 
 /// [1] Roundings of a mechanism's size that a closed gap may have. A smaller number takes one more

@@ -10,8 +10,7 @@
 namespace bristle::inline BRISTLE_ABI::detail::chosen {
 
 /// [1] Margin of a fat AABB, as a part of the largest half-extent of its shape. A smaller one
-/// changes the tree more often. A greater one has more false pairs. A change of the tree costs as
-/// much as hundreds of false pairs.
+/// changes the tree more often. A greater one has more false pairs.
 inline constexpr double fat_box_margin = 0.2;
 
 /// [1] A fat AABB shrinks if an extent has this many margins to spare. A smaller number changes the

@@ -11,8 +11,7 @@
 
 namespace bristle::inline BRISTLE_ABI::detail::chosen {
 
-/// [-] Newton's steps for a rotation of the free top. Two or three do at usual spins. Fewer may
-/// leave energy beyond round-off.
+/// [-] Newton's steps for a rotation of the free top. Fewer may leave energy beyond round-off.
 inline constexpr int most_top_iterations = 8;
 
 /// [-] Substeps, each of a radian, in which a free top turns. More follow faster spins.
@@ -43,8 +42,8 @@ inline constexpr double least_extrapolation_gain = 0.5;
 /// A smaller one arrives later. A greater one passes the target under load.
 inline constexpr double motor_braking_share = 0.5;
 
-/// [-] Newton's steps that close the small gaps of a mechanism. Two or three do. More only cost
-/// where gaps do not close.
+/// [-] Newton's steps that close the small gaps of a mechanism. More only cost where gaps do not
+/// close.
 inline constexpr int most_gap_passes = 8;
 
 /// [1] Roundings of a mechanism's size that a closed gap may have. A smaller number takes one more
