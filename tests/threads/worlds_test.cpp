@@ -17,7 +17,7 @@ using namespace bristle::detail;
 using namespace bristle::scenes;
 
 TEST_CASE("threads: rays are shared from more on than a range has") {
-  CHECK(detail::chosen::fewest_shared_rays > detail::RayTree<double>::range_size);
+  CHECK(bristle::detail::chosen::fewest_shared_rays > bristle::detail::RayTree<double>::range_size);
 }
 
 TEST_CASE_TEMPLATE("threads: 1 to 8 workers give the same bits in every step", S, float, double) {
@@ -51,7 +51,7 @@ TEST_CASE_TEMPLATE("threads: 1 to 8 workers give the same bits in every step", S
 }
 
 TEST_CASE("threads: rays are shared from more on than a range has") {
-  CHECK(detail::chosen::fewest_shared_rays > detail::RayTree<double>::range_size);
+  CHECK(bristle::detail::chosen::fewest_shared_rays > bristle::detail::RayTree<double>::range_size);
 }
 
 TEST_CASE("threads: a large world uses the hook for pairs and patches, a small one not at all") {
