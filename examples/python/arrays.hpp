@@ -163,7 +163,7 @@ template <typename T>
   const py::array array = out;
   if (!array.dtype().equal(dtype)) {
     throw py::type_error("out: dtype " + std::string(py::str(array.dtype())) + ": must be " +
-                         std::string(py::str(dtype)));
+                         std::string(py::str(py::handle(dtype))));
   }
   if (!has_shape(array, shape)) {
     throw InvalidArgument("out.shape", py::str(array.attr("shape")),
