@@ -175,6 +175,7 @@ TEST_CASE("patch_report: rays behind a thin plate, about a centre of mass that i
   patch.sensors.add({0, 0, 0.091}, {0, 0, 0.101});
   patch.per_sensor.assign(2, patch.parameters);
   patch.per_sensor[1].normal_stiffness = 5;
+  patch.may_point_inwards = true;  // They start behind the plate.
   const PatchReport<double> report = world.patch_report(world.add_patch(plate, patch));
   CHECK(report.share_outside[0] == test::relative(0.45));
   CHECK(report.share_outside[1] == test::relative(0.05));

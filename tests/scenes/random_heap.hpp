@@ -76,6 +76,7 @@ namespace parts {
 [[nodiscard]] inline PatchDef<double> random_patch(test::Random& random, double size,
                                                    double weight) {
   PatchDef<double> patch;
+  patch.may_point_inwards = true;  // Some start beside a shape and look through it.
   const int per_side = 3;
   const double ray = 0.3 * size;
   for (int i = 0; i < per_side; ++i) {
