@@ -228,16 +228,15 @@ Result rings() {
     world.add_body({.motion = Motion::fixed,
                     .shape = HalfSpace<double>{Vec3<double>(0, side, 1).normalized(), 0}});
   }
-  TriangleMesh<double> ring = test::torus_mesh(20, 8);
-  std::vector<BodyId> ids;
-  for (int i = 0; i < 5; ++i) {
-    ids.push_back(world.add_body({.mass = 1.0,
-                                  .shape = ring,
-                                  .position = {0.01 * i, 0, 0.2 + 0.12 * i},
-                                  .orientation = exp_rotation<double>({1.0 * i, 2.0 * i, 1})}));
+  TriangleMesh<double> ring = test::torus_mesh(16, 6);
+  for (int i = 0; i < 3; ++i) {
+    (void)world.add_body({.mass = 1.0,
+                          .shape = ring,
+                          .position = {0.01 * i, 0, 0.2 + 0.12 * i},
+                          .orientation = exp_rotation<double>({1.0 * i, 2.0 * i, 1})});
   }
   Result result;
-  for (int n = 0; n < 240; ++n) world.step();
+  for (int n = 0; n < 120; ++n) world.step();
   world.for_each_contact([&](const ContactReading<double>& contact) {
     contact.for_each_point(
         [&](const auto& point) { result.error = std::max(result.error, -point.gap); });
