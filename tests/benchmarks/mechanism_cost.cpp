@@ -30,14 +30,14 @@ void measure(const char* scalar, int n, double rate) {
   const double start = static_cast<double>(m.energy());
   for (long i = std::lround(10 * rate); i > 0; --i) {
     const auto begin = std::chrono::steady_clock::now();
-    if (!m.flow.advance(m.bodies, m.joints, S(1 / rate), poses, twists, impulses)) {
+    if (!m.integrator.advance(m.bodies, m.joints, S(1 / rate), poses, twists, impulses)) {
       std::printf("gave up\n");
       return;
     }
     const auto end = std::chrono::steady_clock::now();
     times.push_back(std::chrono::duration<double, std::micro>(end - begin).count());
-    evaluations += m.flow.evaluations();
-    most = std::max(most, m.flow.evaluations());
+    evaluations += m.integrator.evaluations();
+    most = std::max(most, m.integrator.evaluations());
     for (std::size_t b = 0; b < m.bodies.size(); ++b) {
       m.bodies[b].center_pose = poses[b];
       m.bodies[b].twist = twists[b];
