@@ -1,10 +1,11 @@
 /// @file
-/// Runs scenes with each measured constant at half and at twice its value.
+/// Runs scenes with each chosen constant at half and at twice its value.
 ///
 /// Prints, for each, how many scenes changed, the largest error relative to what it was and where,
-/// the solver's work and the processor time, as parts of what they were, and the scenes that passed
-/// and no longer do. `--check` fails if there are any, or if the work is more than `most_work`
-/// times what it was. `--all` adds scenes that take long, `--constants text` selects by name.
+/// the solver's work and the processor time relative to what they were, the scenes that passed and
+/// no longer do, and those that take more work than `is_dearer` allows. `--check` fails if there
+/// are any of these. `--all` adds scenes that take long and need not pass, `--constants TEXT`
+/// selects by name, and `--markdown` prints tables for a page.
 // SPDX-License-Identifier: BSD-3-Clause
 #include "benchmarks/benchmark_table.hpp"
 #include "benchmarks/thread_clock.hpp"

@@ -1,4 +1,4 @@
-# Writes a table of measured constants whose rows are variables that `scaled.hpp` lists.
+# Writes a table of chosen constants whose rows are variables that `scaled.hpp` lists.
 # Usage: cmake -DHEADER=<table> -DOUTPUT=<file> -P instrument.cmake
 # SPDX-License-Identifier: BSD-3-Clause
 cmake_minimum_required(VERSION 3.24)

@@ -1,5 +1,5 @@
 /// @file
-/// The measured constants of headers that `instrument.cmake` has made variables of.
+/// The chosen constants of headers that `instrument.cmake` has made variables of.
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 

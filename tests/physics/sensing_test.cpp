@@ -217,6 +217,14 @@ TEST_CASE("sensing: a removed body leaves the reading at once, and nothing of it
   CHECK(after.wrench.torque.y() ==
         test::relative(0.02 * first - 0.004 * after.shear_W.x()).epsilon(1e-9));
   CHECK(after.shear_W.norm() == test::relative(std::abs(shear_of_first)));
+  // The state is one that a snapshot may have, and goes on as itself.
+  World<double> copy(world);
+  copy.restore(world.snapshot());
+  CHECK(copy.state_hash() == world.state_hash());
+  copy.step();
+  World<double> other(world);
+  other.step();
+  CHECK(copy.state_hash() == other.state_hash());
 
   world.remove_body(plates[0]);
   CHECK(world.reading(patch).touching() == 0);

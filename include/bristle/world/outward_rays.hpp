@@ -13,19 +13,24 @@
 
 namespace bristle::inline BRISTLE_ABI::detail {
 
-/// [m] Distance at which each ray meets a shape of a body, in the frame of the body's centre of
-/// mass: 0 for a ray that starts inside, infinity for one that meets none. Triggers do not count.
+/// [m] Distance at which each ray meets a shape of a body: 0 for a ray that starts inside, infinity
+/// for one that meets none. Triggers do not count.
+///
+/// @param body      Index of the body.
+/// @param origin_B  [m] The point of the body that the rays are given about, in its axes.
 template <Scalar S>
 DynamicArray<S> distances_to_body(const WorldState<S>& state, std::uint32_t body,
-                                  const SensorLayout<S>& rays) {
+                                  const RayBatch<S>& rays, const Vec3<S>& origin_B) {
+  const Vec3<S> origin_Cm = origin_B - state.bodies.at(body).center_B;
   // A solid is closed: a ray that starts inside is hit at the distance 0.
   RayHits<S> hits;
   hits.reset(rays.size());
   for (const std::uint32_t tag : state.colliders.live_slots()) {
     const Collider<S>& c = state.colliders.at(tag);
-    if (c.body.index == body && !c.is_trigger) {
-      c.shape.cast_rays(c.X_CmS, rays.rays(), tag, hits);
-    }
+    if (c.body.index != body || c.is_trigger) continue;
+    Transform<S> X_RS = c.X_CmS;
+    X_RS.translation -= origin_Cm;
+    c.shape.cast_rays(X_RS, rays, tag, hits);
   }
   DynamicArray<S> distances(rays.size());
   for (std::size_t i = 0; i < rays.size(); ++i) distances[i] = hits.distance[i];
@@ -33,40 +38,23 @@ DynamicArray<S> distances_to_body(const WorldState<S>& state, std::uint32_t body
 }
 
 /// [m] Length of each ray, from its end, outside of the shapes of its own body. 0: the ray ends
-/// inside. Each ray is cast from its end to its start, at each shape once.
-///
-/// @param body      Index of the body.
-/// @param origin_B  [m] The point of the body that the patch gives its rays about.
+/// inside. Each ray is cast from its end to its start, at each shape once. Parameters are those of
+/// `distances_to_body`.
 template <Scalar S>
 DynamicArray<S> lengths_outside(const WorldState<S>& state, std::uint32_t body,
                                 const SensorPatch<S>& patch, const Vec3<S>& origin_B) {
-  const Vec3<S> origin_Cm = origin_B - state.bodies.at(body).center_B;
   const PatchGeometry<S>& rays = *patch.geometry;
   SensorLayout<S> reversed;
   for (std::size_t i = 0; i < rays.size(); ++i) {
-    const Vec3<S> start = origin_Cm + rays.start[i];
+    const Vec3<S> start = rays.start[i];
     const Vec3<S> direction = rays.direction[i];
     reversed.add(start + rays.length[i] * direction, -direction, rays.length[i]);
   }
-  DynamicArray<S> outside = distances_to_body(state, body, reversed);
+  DynamicArray<S> outside = distances_to_body(state, body, reversed.rays(), origin_B);
   for (std::size_t i = 0; i < outside.size(); ++i) {
     outside[i] = std::clamp(outside[i], S(0), S(rays.length[i]));
   }
   return outside;
-}
-
-/// [m] Length of each ray, from its start, before it enters a shape of its own body. 0: it starts
-/// inside. Infinity: it does not enter one. Otherwise as `lengths_outside`.
-template <Scalar S>
-DynamicArray<S> lengths_before_entry(const WorldState<S>& state, std::uint32_t body,
-                                     const SensorPatch<S>& patch, const Vec3<S>& origin_B) {
-  const Vec3<S> origin_Cm = origin_B - state.bodies.at(body).center_B;
-  const PatchGeometry<S>& rays = *patch.geometry;
-  SensorLayout<S> forward;
-  for (std::size_t i = 0; i < rays.size(); ++i) {
-    forward.add(origin_Cm + rays.start[i], rays.direction[i], rays.length[i]);
-  }
-  return distances_to_body(state, body, forward);
 }
 
 /// Checks that the end of each ray lies outside of the shapes of its own body, and that its start
@@ -81,7 +69,7 @@ void require_outward_rays(const WorldState<S>& state, std::uint32_t body,
   if (patch.def.may_point_inwards) return;
   const PatchGeometry<S>& rays = *patch.geometry;
   const DynamicArray<S> outside = lengths_outside(state, body, patch, origin_B);
-  const DynamicArray<S> before_entry = lengths_before_entry(state, body, patch, origin_B);
+  const DynamicArray<S> before_entry = distances_to_body(state, body, rays.rays(S(0)), origin_B);
   std::size_t wrong = 0;
   std::size_t first = 0;
   for (std::size_t i = outside.size(); i-- > 0;) {
