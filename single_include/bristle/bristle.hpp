@@ -944,8 +944,7 @@ namespace bristle::inline BRISTLE_ABI {
 
 namespace detail {
 
-/// [-] Stands for a missing element wherever an index of 32 bits is stored. No list is that long:
-/// `require_countable` refuses it.
+/// [-] Stands for a missing element wherever an index of 32 bits is stored.
 inline constexpr std::uint32_t no_index = 0xffffffffu;
 
 }  // namespace detail
